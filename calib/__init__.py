@@ -1,0 +1,1 @@
+"""Bayesian calibration of a soft capacitive pressure sensor: lab files in, posterior, report and recommendation out."""

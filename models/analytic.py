@@ -1,0 +1,144 @@
+"""Closed forms for force and capacitance (Hertz, bonded layer, layered half space, parallel plate): oracles and baselines.
+
+All take and give SI. References:
+
+[H]  Hertz (1882), as in Johnson, "Contact Mechanics" (1985), Eq. 4.22-4.24.
+[D]  Dimitriadis et al., Biophys. J. 82 (2002) 2798, for the form F = F_Hertz * f(chi), chi = sqrt(R d) / h. Its
+     coefficients are up to 16 % wrong; the factor here is a fit to the exact integral equation of the bonded layer.
+[HK] Hayes et al., J. Biomech. 5 (1972) 541, the integral equation of the bonded layer.
+[G]  Gao, Chiu, Lee, Int. J. Solids Struct. 29 (1992) 2471, weight of a layer in the compliance under a contact.
+[Z]  Zhu, Tairych, Rosset, Anderson, SPIE EAPAD (2019), Eq. 1.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from models.response import OutOfRangeError, Response
+from models.sensor import Design, FloatArray, Scalar
+
+#: Largest chi = sqrt(R d) / h at which the fit of `bonded_layer_factor` is valid.
+CHI_MAX = 1.69
+
+# Least-squares fit to the exact solution of [HK] for nu = 0.5, 0 <= chi <= 1.69, largest error 0.25 %.
+_BONDED = np.array([1.0, 1.12696, 1.48170, 1.89668, 0.07652, -0.72302, 0.26060])
+
+
+def hertz_force(young_modulus: Scalar, radius: Scalar, depth: FloatArray) -> FloatArray:
+    """Force of a rigid sphere on an incompressible elastic half space, F = (16/9) E sqrt(R) d^1.5 ([H], nu = 0.5).
+
+    Parameters
+    ----------
+    young_modulus [Pa], radius [m], depth [m] : broadcast against each other.
+
+    Returns
+    -------
+    Force [N]; zero before contact. Small strain, a << R.
+    """
+    d = np.maximum(depth, 0.0)
+    return np.asarray(16 / 9 * young_modulus * np.sqrt(radius) * d**1.5, dtype=float)
+
+
+def bonded_layer_factor(chi: FloatArray) -> FloatArray:
+    """F / F_Hertz of an incompressible elastic layer bonded to a rigid base, chi = sqrt(R d) / h ([D], [HK]).
+
+    Valid for 0 <= chi <= `CHI_MAX`, within 0.25 % of the integral equation.
+
+    Raises
+    ------
+    OutOfRangeError
+        If a chi lies outside the fit.
+    """
+    if np.any((chi < 0) | (chi > CHI_MAX * (1 + 1e-9))):
+        raise OutOfRangeError(f"chi = sqrt(R d)/h must lie in 0..{CHI_MAX}, got {np.max(chi):.4g}")
+    return np.asarray(np.polynomial.polynomial.polyval(chi, _BONDED), dtype=float)
+
+
+def layer_weight(ratio: FloatArray) -> FloatArray:
+    """Share of the top layer in the compliance under a contact, ratio = layer thickness / contact radius ([G], nu = 0.5).
+
+    I0(x) = (2/pi) arctan x - (1/pi) x / (1 + x^2): 0 for a very thin layer, 1 for a thick one.
+    """
+    return np.asarray(2 / np.pi * np.arctan(ratio) - ratio / (np.pi * (1 + ratio**2)), dtype=float)
+
+
+def effective_modulus(design: Design, depth: FloatArray) -> FloatArray:
+    """Modulus [Pa] of the homogeneous stack equivalent to sensor on padding: layer and padding in series ([G]).
+
+    Shape (n_draw, n_depth). Exact for equal moduli; within about 10 % for a ratio of two.
+    """
+    p = {k: np.asarray(v)[:, None] for k, v in design.draws().parameters().items()}
+    contact = np.sqrt(p["indenter_radius"] * np.maximum(depth, 1e-12))
+    weight = layer_weight(p["sensor_thickness"] / contact)
+    # With little padding left the padding's share is bounded by what there is of it.
+    padding = layer_weight((p["sensor_thickness"] + p["padding_thickness"]) / contact) - weight
+    share = padding / (padding + weight)
+    return np.asarray(1 / ((1 - share) / p["young_modulus"] + share / p["padding_young_modulus"]), dtype=float)
+
+
+def plate_capacitance_change(thickness: Scalar, radius: Scalar, electrode_radius: Scalar, depth: FloatArray) -> FloatArray:
+    """C/C0 - 1 of a stack that gives way only straight under the sphere (Winkler), by parallel rings ([Z]).
+
+    With local compression u(r) = d - r^2/(2R) of a stack of thickness h, integrating 2 r dr / a_e^2 [h/(h-u) - 1] over the
+    contact gives (2R/a_e^2) [-h ln(1 - d/h) - d]. Leaves out the thickening around the contact and friction of the bond: an
+    order of magnitude (within a factor of about two for full-disc electrodes), used to make the surrogate's task smooth.
+    """
+    d = np.maximum(depth, 0.0)
+    bracket = -thickness * np.log1p(-d / thickness) - d
+    return np.asarray(2 * radius / np.asarray(electrode_radius) ** 2 * bracket, dtype=float)
+
+
+@dataclass(frozen=True)
+class ClosedForm:
+    """The closed forms as a `Forward`: instant and rough, for first looks and tests.
+
+    Force: Hertz times `bonded_layer_factor` with `effective_modulus`, small strain. Capacitance: `plate_capacitance_change`.
+    Covers chi <= 1.69 and d <= 0.6 (h_s + h_p). It claims an error of 10 % of force and 50 % of the capacitance change
+    along the whole sweep, which is what it deserves against finite elements.
+    """
+
+    name: str = "closed form"
+    force_error: float = 0.10
+    capacitance_error: float = 0.50
+
+    def max_depth(self, design: Design) -> FloatArray:
+        """Largest depth [m] covered, shape (n_draw,)."""
+        batch = design.draws()
+        h = np.asarray(batch.total_thickness)
+        return np.minimum(0.6 * h, CHI_MAX**2 * h**2 / np.asarray(batch.indenter.radius))
+
+    def outside(self, design: Design, depth: FloatArray) -> str:
+        """Empty, or the violated bound."""
+        if design.indenter.friction_coefficient:
+            return "the closed form is frictionless; friction_coefficient must be 0"
+        limit = self.max_depth(design)
+        deepest = np.max(np.broadcast_to(depth, (limit.size, np.shape(depth)[-1])), axis=-1)
+        worst = int(np.argmax(deepest - limit))
+        if deepest[worst] > limit[worst] * (1 + 1e-9):
+            return f"the closed form covers depths up to {limit[worst] * 1e3:.4g} mm here, got {deepest[worst] * 1e3:.4g} mm"
+        return ""
+
+    def respond(self, design: Design, depth: FloatArray) -> Response:
+        """See `models.response.Forward.respond`."""
+        if reason := self.outside(design, depth):
+            raise OutOfRangeError(reason)
+        batch = design.draws()
+        p = {k: np.asarray(v)[:, None] for k, v in batch.parameters().items()}
+        h = p["sensor_thickness"] + p["padding_thickness"]
+        d = np.maximum(np.broadcast_to(depth, (h.shape[0], np.shape(depth)[-1])), 0.0)
+        chi = np.sqrt(p["indenter_radius"] * d) / h
+        force = hertz_force(effective_modulus(batch, d), p["indenter_radius"], d) * bonded_layer_factor(chi)
+        change = plate_capacitance_change(h, p["indenter_radius"], p["electrode_radius"], d)
+        c0 = np.broadcast_to(np.asarray(batch.rest_capacitance, dtype=float), h.shape[:1])
+        response = Response(
+            depth=np.broadcast_to(depth, d.shape).astype(float),
+            force=force,
+            contact_radius=np.sqrt(p["indenter_radius"] * d),
+            capacitance=c0[:, None] * (1 + change),
+            rest_capacitance=c0,
+            force_error=self.force_error * force[..., None],
+            capacitance_error=self.capacitance_error * (c0[:, None] * change)[..., None],
+        )
+        return response if design.is_batch else response.draw(0)

@@ -1,0 +1,251 @@
+"""From geometry and material of indenter, sensor and padding to one self-checked, SI-valued `Design`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float64]
+BoolArray = npt.NDArray[np.bool_]
+#: One number, or one number per draw with shape (n_draw,).
+Scalar = float | FloatArray
+
+#: Vacuum permittivity [F/m], CODATA 2018.
+VACUUM_PERMITTIVITY = 8.8541878128e-12
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """What the whole project knows of one parameter: name in code, symbol, unit, unit for people, words.
+
+    `display_scale` display units make one SI unit: a thickness of 1e-3 m is shown as 1e-3 * 1e3 = 1 mm.
+    """
+
+    name: str
+    symbol: str
+    unit: str
+    display_unit: str
+    display_scale: float
+    label: str
+    positive: bool = True
+
+
+def _table(*rows: Parameter) -> Mapping[str, Parameter]:
+    return MappingProxyType({row.name: row for row in rows})
+
+
+#: The one table of parameter -> unit -> label.
+PARAMETERS: Mapping[str, Parameter] = _table(
+    Parameter("young_modulus", "E", "Pa", "MPa", 1e-6, "Young's modulus of the sensor"),
+    Parameter("padding_young_modulus", "E_p", "Pa", "MPa", 1e-6, "Young's modulus of the padding"),
+    Parameter("relative_permittivity", "ε_r", "", "", 1.0, "relative permittivity"),
+    Parameter("sensor_thickness", "h_s", "m", "mm", 1e3, "sensor thickness"),
+    Parameter("padding_thickness", "h_p", "m", "mm", 1e3, "padding thickness"),
+    Parameter("dielectric_thickness", "t_d", "m", "mm", 1e3, "thickness of each dielectric"),
+    Parameter("sensor_radius", "a", "m", "mm", 1e3, "disc radius"),
+    Parameter("electrode_radius", "a_e", "m", "mm", 1e3, "electrode radius"),
+    Parameter("indenter_radius", "R", "m", "mm", 1e3, "ball radius"),
+    Parameter("contact_offset", "d_0", "m", "mm", 1e3, "crosshead reading at first touch", positive=False),
+    Parameter("machine_compliance", "c_m", "m/N", "µm/N", 1e6, "machine compliance"),
+    Parameter("load_zero", "F_0", "N", "N", 1.0, "load cell reading without contact", positive=False),
+    Parameter("parasitic_capacitance", "C_p", "F", "pF", 1e12, "parasitic capacitance", positive=False),
+    Parameter("clock_offset", "τ", "s", "s", 1.0, "clock of the tester minus clock of the LCR meter", positive=False),
+    Parameter("force_noise", "s_F", "N", "mN", 1e3, "noise of one force reading (sd)"),
+    Parameter("capacitance_noise", "s_C", "F", "fF", 1e15, "noise of one capacitance reading (sd)"),
+    Parameter("force_discrepancy", "δ_F", "", "%", 1e2, "model discrepancy of the force (sd, share of the force)"),
+    Parameter(
+        "capacitance_discrepancy",
+        "δ_C",
+        "",
+        "%",
+        1e2,
+        "model discrepancy of the capacitance change (sd, share of the change)",
+    ),
+)
+
+
+def _require_positive(name: str, value: Scalar, *, zero_allowed: bool = False) -> None:
+    values = np.asarray(value, dtype=float)
+    bad = ~np.isfinite(values) | ((values < 0) if zero_allowed else (values <= 0))
+    if np.any(bad):
+        row = PARAMETERS.get(name)
+        scale, unit = (row.display_scale, row.display_unit) if row else (1.0, "")
+        worst = float(np.atleast_1d(values)[np.atleast_1d(bad)][0])
+        rule = "must not be negative" if zero_allowed else "must be positive"
+        raise ValueError(f"{name} {rule}, got {worst * scale:.6g} {unit}".rstrip())
+
+
+@dataclass(frozen=True, eq=False)
+class Indenter:
+    """A rigid sphere of `radius` [m], pressed down with Coulomb `friction_coefficient` [1].
+
+    Raises
+    ------
+    ValueError
+        If the radius is not positive or the friction coefficient is negative.
+    """
+
+    radius: Scalar
+    friction_coefficient: float = 0.0
+
+    def __post_init__(self) -> None:
+        _require_positive("indenter_radius", self.radius)
+        _require_positive("friction_coefficient", self.friction_coefficient, zero_allowed=True)
+
+
+@dataclass(frozen=True, eq=False)
+class Sensor:
+    """A disc of two dielectric layers between three compliant electrodes, all lengths in [m], modulus in [Pa].
+
+    The signal electrode lies at mid-plane, the grounds at +- `dielectric_thickness` from it. `electrode_radius` defaults
+    to the disc `radius`, `dielectric_thickness` to half the sensor `thickness`.
+
+    Raises
+    ------
+    ValueError
+        If a quantity is not positive, an electrode is wider than the disc, or a dielectric thicker than half the sensor.
+    """
+
+    thickness: Scalar
+    radius: Scalar
+    young_modulus: Scalar
+    relative_permittivity: Scalar
+    electrode_radius: Scalar = field(default=np.nan)
+    dielectric_thickness: Scalar = field(default=np.nan)
+
+    def __post_init__(self) -> None:
+        _require_positive("sensor_thickness", self.thickness)
+        _require_positive("sensor_radius", self.radius)
+        _require_positive("young_modulus", self.young_modulus)
+        _require_positive("relative_permittivity", self.relative_permittivity)
+        if isinstance(self.electrode_radius, float) and np.isnan(self.electrode_radius):
+            object.__setattr__(self, "electrode_radius", self.radius)
+        if isinstance(self.dielectric_thickness, float) and np.isnan(self.dielectric_thickness):
+            object.__setattr__(self, "dielectric_thickness", self.thickness / 2)
+        _require_positive("electrode_radius", self.electrode_radius)
+        _require_positive("dielectric_thickness", self.dielectric_thickness)
+        slack = 1 + 1e-9
+        if np.any(np.asarray(self.electrode_radius) > np.asarray(self.radius) * slack):
+            raise ValueError(
+                f"electrode_radius must not exceed the disc radius, got {np.max(self.electrode_radius) * 1e3:.6g} mm "
+                f"on a disc of {np.min(self.radius) * 1e3:.6g} mm"
+            )
+        if np.any(np.asarray(self.dielectric_thickness) > np.asarray(self.thickness) / 2 * slack):
+            raise ValueError(
+                "dielectric_thickness (of each of the two) must not exceed half the sensor thickness, got "
+                f"{np.max(self.dielectric_thickness) * 1e3:.6g} mm in a sensor of {np.min(self.thickness) * 1e3:.6g} mm"
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class Padding:
+    """Soft padding of `thickness` [m] (0 for none) and `young_modulus` [Pa] bonded to the rigid base below the sensor.
+
+    `young_modulus` left out (nan) means the same silicone as the sensor; `Design.padding_young_modulus` resolves it.
+
+    Raises
+    ------
+    ValueError
+        If the thickness is negative or the modulus is not positive.
+    """
+
+    thickness: Scalar
+    young_modulus: Scalar = field(default=np.nan)
+
+    def __post_init__(self) -> None:
+        _require_positive("padding_thickness", self.thickness, zero_allowed=True)
+        if not (isinstance(self.young_modulus, float) and np.isnan(self.young_modulus)):
+            _require_positive("padding_young_modulus", self.young_modulus)
+
+
+@dataclass(frozen=True, eq=False)
+class Design:
+    """Indenter on sensor on padding: everything a `Forward` needs but the depth.
+
+    Every quantity is one number or an array of shape (n_draw,): a design may stand for a batch of draws.
+    """
+
+    indenter: Indenter
+    sensor: Sensor
+    padding: Padding
+
+    @property
+    def padding_young_modulus(self) -> Scalar:
+        """Young's modulus of the padding [Pa]; the sensor's where none was given."""
+        own = self.padding.young_modulus
+        return self.sensor.young_modulus if isinstance(own, float) and np.isnan(own) else own
+
+    @property
+    def total_thickness(self) -> Scalar:
+        """h_s + h_p [m]."""
+        return self.sensor.thickness + self.padding.thickness
+
+    @property
+    def rest_capacitance(self) -> Scalar:
+        """C0 = 2 eps_0 eps_r pi a_e^2 / t_d [F] of the two dielectrics in parallel (Zhu et al. 2019, Eq. 1)."""
+        s = self.sensor
+        area = np.pi * np.asarray(s.electrode_radius, dtype=float) ** 2
+        c0 = 2 * VACUUM_PERMITTIVITY * s.relative_permittivity * area / s.dielectric_thickness
+        return float(c0) if np.ndim(c0) == 0 else np.asarray(c0, dtype=float)
+
+    def parameters(self) -> dict[str, Scalar]:
+        """The design as parameter name -> value [SI], the inverse of `design_from`."""
+        return {
+            "indenter_radius": self.indenter.radius,
+            "sensor_thickness": self.sensor.thickness,
+            "sensor_radius": self.sensor.radius,
+            "young_modulus": self.sensor.young_modulus,
+            "relative_permittivity": self.sensor.relative_permittivity,
+            "electrode_radius": self.sensor.electrode_radius,
+            "dielectric_thickness": self.sensor.dielectric_thickness,
+            "padding_thickness": self.padding.thickness,
+            "padding_young_modulus": self.padding_young_modulus,
+        }
+
+    def draws(self) -> Design:
+        """The same design with every quantity of shape (n_draw,); a design of plain numbers gets n_draw = 1."""
+        values = self.parameters()
+        shape = np.broadcast_shapes((1,), *(np.shape(v) for v in values.values()))
+        spread = {k: np.broadcast_to(np.asarray(v, dtype=float), shape) for k, v in values.items()}
+        return design_from(spread, friction_coefficient=self.indenter.friction_coefficient)
+
+    def draw(self, index: int) -> Design:
+        """Draw number `index` as a design of plain numbers."""
+        batch = self.draws().parameters()
+        single = {k: float(np.asarray(v)[index]) for k, v in batch.items()}
+        return design_from(single, friction_coefficient=self.indenter.friction_coefficient)
+
+    @property
+    def is_batch(self) -> bool:
+        """Whether any quantity is an array of draws."""
+        return any(np.ndim(v) > 0 for v in self.parameters().values())
+
+
+def design_from(values: Mapping[str, Scalar], *, friction_coefficient: float = 0.0) -> Design:
+    """A `Design` from parameter names (see `PARAMETERS`) and SI values, each a number or of shape (n_draw,).
+
+    `electrode_radius`, `dielectric_thickness` and `padding_young_modulus` may be left out and get their defaults.
+
+    Raises
+    ------
+    KeyError
+        If a required parameter is missing.
+    ValueError
+        If a value breaks a rule of `Indenter`, `Sensor` or `Padding`.
+    """
+    return Design(
+        Indenter(values["indenter_radius"], friction_coefficient),
+        Sensor(
+            thickness=values["sensor_thickness"],
+            radius=values["sensor_radius"],
+            young_modulus=values["young_modulus"],
+            relative_permittivity=values["relative_permittivity"],
+            electrode_radius=values.get("electrode_radius", np.nan),
+            dielectric_thickness=values.get("dielectric_thickness", np.nan),
+        ),
+        Padding(values["padding_thickness"], values.get("padding_young_modulus", np.nan)),
+    )
