@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from decimal import Decimal
 from functools import cache
 
 import pint
@@ -29,11 +30,22 @@ _SPELLINGS = {
     "1": "",
 }
 
+# Units that people use, for hints.
+_USUAL = {
+    "m": ("mm", "um", "cm", "nm", "m"),
+    "N": ("N", "mN", "kN"),
+    "Pa": ("MPa", "kPa", "Pa", "GPa"),
+    "F": ("pF", "nF", "fF", "uF", "F"),
+    "m/N": ("um/N", "mm/N", "m/N"),
+    "s": ("s", "ms", "min"),
+    "Hz": ("Hz", "kHz", "MHz"),
+}
+
 _NUMBER = re.compile(r"^\s*([+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*$")
 
 
 @cache
-def _registry() -> pint.UnitRegistry:
+def _registry() -> pint.UnitRegistry[float]:
     return pint.UnitRegistry()
 
 
@@ -59,9 +71,10 @@ def unit_factor(unit: str, si_unit: str) -> float:
         quantity = registry.Quantity(1.0, name if name else "dimensionless")
         factor = float(quantity.to(si_unit if si_unit else "dimensionless").magnitude)
     except pint.DimensionalityError:
-        raise ValueError(f'unit "{unit}" cannot be converted to {si_unit or "a plain number"}') from None
+        wanted = si_unit or "a plain number"
+        raise ValueError(f'unit "{unit}" cannot be converted to {wanted}{_case_hint(unit, si_unit)}') from None
     except Exception:  # pint raises many kinds, even tokenizer errors, for text that is not a unit
-        raise ValueError(f'unknown unit "{unit}"') from None
+        raise ValueError(f'unknown unit "{unit}"{_case_hint(unit, si_unit)}') from None
     # Decimal prefixes are exact powers of ten; pint's products of floats are off by one ulp.
     power = round(math.log10(factor)) if factor > 0 else 0
     return float(f"1e{power}") if math.isclose(factor, 10.0**power, rel_tol=1e-12) else factor
@@ -76,19 +89,32 @@ def parse_quantity(text: str, si_unit: str) -> float:
     Raises
     ------
     ValueError
-        If the text is not a number and a unit, the unit is missing, unknown or of another dimension, or the number is not finite.
+        If the text is not a number and a unit, the unit is missing, unknown or of another dimension, or the number is not
+        finite.
     """
-    match = _NUMBER.match(text)
+    match = _NUMBER.match(text.replace("−", "-"))  # the minus sign of typeset text
     if match is None:
         raise ValueError(f'"{text}" is not a number with a unit')
     number, unit = float(match[1]), match[2]
+    if re.match(r",\d", unit):
+        raise ValueError(f'"{text}" has a decimal comma, write a point')
     if not math.isfinite(number):
         raise ValueError(f'"{text}" is not a finite number')
     if not unit and si_unit:
         raise ValueError(f'"{text}" has no unit, write for example "{match[1]} {_example_unit(si_unit)}"')
     factor = unit_factor(unit, si_unit)
-    # Division by an exact power of ten rounds once, multiplication by its inexact inverse twice.
-    return number / (1 / factor) if factor < 1 and (1 / factor).is_integer() else number * factor
+    # A decimal prefix moves the decimal point before the number is rounded: "0.03 mm" is 3e-05 m to the last digit.
+    power = round(math.log10(factor))
+    value = float(Decimal(match[1]).scaleb(power)) if factor == float(f"1e{power}") else number * factor
+    if not math.isfinite(value):
+        raise ValueError(f'"{text}" is not a finite number')
+    return value
+
+
+def _case_hint(unit: str, si_unit: str) -> str:
+    """A usual unit of the same dimension that differs in upper and lower case only: "Mpa" for MPa."""
+    usual = next((u for u in _USUAL.get(si_unit, ()) if u.lower() == unit.strip().lower()), None)
+    return f', did you mean "{usual}"?' if usual and usual != unit.strip() else ""
 
 
 def _example_unit(si_unit: str) -> str:

@@ -107,7 +107,7 @@ class ClosedForm:
         """Largest depth [m] covered, shape (n_draw,)."""
         batch = design.draws()
         h = np.asarray(batch.total_thickness)
-        return np.minimum(0.6 * h, CHI_MAX**2 * h**2 / np.asarray(batch.indenter.radius))
+        return np.asarray(np.minimum(0.6 * h, CHI_MAX**2 * h**2 / np.asarray(batch.indenter.radius)), dtype=float)
 
     def outside(self, design: Design, depth: FloatArray) -> str:
         """Empty, or the violated bound."""

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+import numpy.typing as npt
 
 from models.sensor import BoolArray, Design, FloatArray
 
@@ -97,10 +98,54 @@ def depth_table(forward: Forward, design: Design, n_depth: int = 64) -> Response
     end = forward.max_depth(batch)
     if np.any(end <= 0):
         raise OutOfRangeError(forward.outside(batch, np.zeros(1)))
+    return forward.respond(batch, table_depths(end, n_depth))
+
+
+def table_depths(end: FloatArray, n_depth: int = 64) -> FloatArray:
+    """Depths from zero to each draw's `end` [m], exactly, finer near contact; shape (n_draw, n_depth)."""
     ramp = np.linspace(0.0, 1.0, n_depth) ** 1.5
-    depth = end[:, None] * ramp
-    depth[:, -1] = end
-    return forward.respond(batch, depth)
+    return np.asarray(end[:, None] * ramp, dtype=float)
+
+
+@dataclass(frozen=True, eq=False)
+class Lookup:
+    """Where wanted values lie between the nodes of each draw's own table: `at` interpolates any other column there.
+
+    Attributes
+    ----------
+    index, weight : shape (n_draw, n_wanted); the value lies `weight` of the way from node `index` to the next. The weight is
+        0 below the first node (clamped) and nan above the last.
+    """
+
+    index: npt.NDArray[np.intp]
+    weight: FloatArray
+
+    def at(self, column: FloatArray) -> FloatArray:
+        """Column of the table, shape (n_draw, n_node) or (n_draw, n_node, n_mode), interpolated linearly."""
+        extra = (...,) + (None,) * (column.ndim - 2)
+        index, weight = self.index[extra], self.weight[extra]
+        low = np.take_along_axis(column, index, axis=1)
+        return np.asarray(low + weight * (np.take_along_axis(column, index + 1, axis=1) - low), dtype=float)
+
+
+def look_up(nodes: FloatArray, wanted: FloatArray) -> Lookup:
+    """Place `wanted`, shape (n_draw, n_wanted), among ascending `nodes`, shape (n_draw, n_node), all draws at once."""
+    index = np.sum(nodes[:, None, :] <= wanted[:, :, None], axis=-1) - 1
+    index = np.clip(index, 0, nodes.shape[1] - 2)
+    low = np.take_along_axis(nodes, index, axis=1)
+    width = np.take_along_axis(nodes, index + 1, axis=1) - low
+    weight = np.maximum(wanted - low, 0.0) / np.where(width > 0, width, 1.0)
+    return Lookup(index, np.where(weight > 1 + 1e-12, np.nan, weight))
+
+
+def force_scale(force: FloatArray) -> FloatArray:
+    """F^(2/3), nearly linear in depth (Hertz): what tables over force are interpolated in. Zero for tension."""
+    return np.asarray(np.cbrt(np.maximum(force, 0.0)) ** 2, dtype=float)
+
+
+def look_up_force(table: Response, force: FloatArray) -> Lookup:
+    """Place `force` [N], shape (n_draw, n_force), on the curves of `table` (from `depth_table`), see `depth_at_force`."""
+    return look_up(np.maximum.accumulate(force_scale(table.force), axis=-1), force_scale(force))
 
 
 def depth_at_force(table: Response, force: FloatArray) -> FloatArray:
@@ -115,11 +160,7 @@ def depth_at_force(table: Response, force: FloatArray) -> FloatArray:
     Shape (n_draw, n_force); nan where a curve ends below the force. F^(2/3), nearly linear in depth (Hertz), is interpolated.
     """
     wanted = np.broadcast_to(np.asarray(force, dtype=float), (table.force.shape[0], np.shape(force)[-1]))
-    depth = np.empty(wanted.shape)
-    for i, (curve_force, curve_depth) in enumerate(zip(table.force, table.depth, strict=True)):
-        scaled = np.maximum.accumulate(np.maximum(curve_force, 0.0)) ** (2 / 3)
-        depth[i] = np.interp(np.maximum(wanted[i], 0.0) ** (2 / 3), scaled, curve_depth, right=np.nan)
-    return depth
+    return look_up_force(table, wanted).at(table.depth)
 
 
 def covered(forward: Forward, design: Design, depth: FloatArray) -> BoolArray:
@@ -127,4 +168,4 @@ def covered(forward: Forward, design: Design, depth: FloatArray) -> BoolArray:
     batch = design.draws()
     limit = forward.max_depth(batch)
     deepest = np.max(np.broadcast_to(depth, (limit.size, np.shape(depth)[-1])), axis=-1)
-    return (limit > 0) & (deepest <= limit)
+    return np.asarray((limit > 0) & (deepest <= limit), dtype=bool)

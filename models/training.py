@@ -1,0 +1,204 @@
+"""From a box of dimensionless groups to a `TrainingSet`: one finite-element loading path per point, run on any executor."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from concurrent.futures import Executor, as_completed
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+from scipy.stats import qmc
+
+from models.fem.capacitance import ring_capacitance
+from models.fem.equilibrium import Failure, make_model, walk
+from models.fem.mesh import Stack
+from models.sensor import FloatArray, Scalar
+
+#: The dimensionless groups that shape the mechanics, and the range the shipped surrogate is trained on.
+GROUPS = MappingProxyType(
+    {
+        "h_s/R": (0.05, 0.5),
+        "h_p/R": (0.0, 3.6),
+        "a/R": (1.25, 4.0),
+        "E_p/E": (0.2, 5.0),
+    }
+)
+#: Ranges of the groups that only the capacitance knows.
+DIELECTRIC = (0.1, 0.5)  # t_d / h_s
+ELECTRODE = (0.5, 1.0)  # a_e / a
+
+#: Offset of the padding coordinate log(h_p/R + 0.1), which is linear for thin padding and logarithmic for thick.
+_PADDING_OFFSET = 0.1
+
+#: Depths of a path: d = reach * s^2 at equal steps of s (contact radius grows about linearly in s).
+PATH = np.arange(2, 17) / 16
+
+
+def chebyshev_points(n: int, low: float, high: float) -> FloatArray:
+    """Chebyshev-Lobatto points on [low, high], increasing, shape (n,)."""
+    return np.asarray(low + (high - low) * (1 - np.cos(np.pi * np.arange(n) / (n - 1))) / 2)
+
+
+DIELECTRIC_POINTS = chebyshev_points(4, *DIELECTRIC)
+ELECTRODE_POINTS = chebyshev_points(7, *ELECTRODE)
+
+
+def reach(sensor_thickness: Scalar, padding_thickness: Scalar, radius: Scalar) -> FloatArray:
+    """Depth to which a path goes, all in units of R: a smooth minimum of three limits.
+
+    57 % of the stack, 0.9 R, and 0.36 a^2 / R (contact at about 85 % of the disc). Any shape that broadcasts.
+    """
+    h = np.asarray(sensor_thickness) + np.asarray(padding_thickness)
+    rim = 0.36 * np.asarray(radius) ** 2
+    return np.asarray(((0.57 * h) ** -6.0 + 0.9**-6.0 + rim**-6.0) ** (-1 / 6), dtype=float)
+
+
+def to_unit(groups: FloatArray) -> FloatArray:
+    """Groups (..., 4) in the order of `GROUPS` to coordinates in [-1, 1]: logarithms, the padding's softened at zero."""
+    low, high = _warp(np.array([b[0] for b in GROUPS.values()])), _warp(np.array([b[1] for b in GROUPS.values()]))
+    return np.asarray(2 * (_warp(groups) - low) / (high - low) - 1)
+
+
+def from_unit(x: FloatArray) -> FloatArray:
+    """Inverse of `to_unit`."""
+    low, high = _warp(np.array([b[0] for b in GROUPS.values()])), _warp(np.array([b[1] for b in GROUPS.values()]))
+    groups = np.exp(low + (high - low) * (x + 1) / 2)
+    groups[..., 1] = np.maximum(groups[..., 1] - _PADDING_OFFSET, 0.0)
+    return np.asarray(groups)
+
+
+def _warp(groups: FloatArray) -> FloatArray:
+    shifted = np.array(groups, dtype=float)
+    shifted[..., 1] += _PADDING_OFFSET
+    return np.asarray(np.log(shifted))
+
+
+def design_points(n: int, seed: int) -> FloatArray:
+    """Space-filling points (n, 4) in the groups: a scrambled Sobol sequence, denser towards the borders of the box.
+
+    The cosine map gives the density that polynomial least squares wants (Cohen & Migliorati, SMAI J. Comput. Math. 3 (2017)
+    181).
+    """
+    with np.errstate(all="ignore"):
+        u = qmc.Sobol(4, rng=np.random.default_rng(seed)).random_base2(max(0, int(np.ceil(np.log2(n)))))[:n]
+    return from_unit(-np.cos(np.pi * u))
+
+
+@dataclass(frozen=True, eq=False)
+class TrainingSet:
+    """Dimensionless loading paths.
+
+    Attributes
+    ----------
+    groups : (n_run, 4) in the order of `GROUPS`.
+    force : (n_run, n_depth), F / (mu R^2).
+    contact_radius : (n_run, n_depth), over R.
+    capacitance : (n_run, n_depth, n_dielectric, n_electrode), C / C0 - 1 at `DIELECTRIC_POINTS` and `ELECTRODE_POINTS`.
+    failures : one sentence per point that did not reach the end; such points are not in the arrays.
+    refinement, seed : of the finite elements and of the points.
+    """
+
+    groups: FloatArray
+    force: FloatArray
+    contact_radius: FloatArray
+    capacitance: FloatArray
+    failures: tuple[str, ...]
+    refinement: float
+    seed: int
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 over the numbers."""
+        h = hashlib.sha256()
+        for a in (self.groups, self.force, self.contact_radius, self.capacitance):
+            h.update(np.ascontiguousarray(a).tobytes())
+        return h.hexdigest()
+
+    def save(self, path: Path) -> None:
+        """Write as npz."""
+        np.savez_compressed(
+            path,
+            groups=self.groups,
+            force=self.force,
+            contact_radius=self.contact_radius,
+            capacitance=self.capacitance,
+            failures=np.array(self.failures, dtype=str),
+            refinement=self.refinement,
+            seed=self.seed,
+        )
+
+
+def load_training_set(path: Path) -> TrainingSet:
+    """Read what `TrainingSet.save` wrote; nothing in the file is executed."""
+    with np.load(path, allow_pickle=False) as data:
+        return TrainingSet(
+            data["groups"],
+            data["force"],
+            data["contact_radius"],
+            data["capacitance"],
+            tuple(str(f) for f in data["failures"]),
+            float(data["refinement"]),
+            int(data["seed"]),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One path of a `TrainingSet`, or why there is none (`failure`)."""
+
+    force: FloatArray
+    contact_radius: FloatArray
+    capacitance: FloatArray
+    failure: str = ""
+
+
+def run_point(groups: FloatArray, refinement: float) -> Run:
+    """Finite-element path for one point (4,) of the groups, to `reach`, at `PATH`."""
+    stack = Stack(*(float(g) for g in groups))
+    end = float(reach(stack.sensor_thickness, stack.padding_thickness, stack.radius))
+    model = make_model(stack, end, refinement)
+    dielectric = DIELECTRIC_POINTS * stack.sensor_thickness
+    electrode = ELECTRODE_POINTS * stack.radius
+    at_rest = 2 * np.pi * electrode**2 / dielectric[:, None]
+    force, radius, capacitance = [], [], []
+    for state in walk(model, end * PATH**2):
+        if isinstance(state, Failure):
+            names = ", ".join(f"{k} = {g:.4g}" for k, g in zip(GROUPS, groups, strict=True))
+            return Run(*(np.empty(0),) * 3, failure=f"{names}: {state.reason} at d/R = {state.depth:.4g} of {end:.4g}")
+        force.append(state.force)
+        radius.append(state.contact_radius)
+        capacitance.append(ring_capacitance(model.mesh, state.u, stack.sensor_thickness, dielectric, electrode) / at_rest - 1)
+    return Run(np.array(force), np.array(radius), np.array(capacitance))
+
+
+def run_training(
+    points: FloatArray,
+    executor: Executor,
+    *,
+    refinement: float,
+    seed: int,
+    progress: Callable[[int, int], None] | None = None,
+) -> TrainingSet:
+    """Run every point (n, 4) on `executor`; `progress(done, total)` is called as results come in.
+
+    Points where equilibrium is not found are left out and named in `TrainingSet.failures`.
+    """
+    futures = {executor.submit(run_point, p, refinement): i for i, p in enumerate(points)}
+    runs: dict[int, Run] = {}
+    for future in as_completed(futures):
+        runs[futures[future]] = future.result()
+        if progress is not None:
+            progress(len(runs), len(points))
+    good = [i for i in range(len(points)) if not runs[i].failure]
+    return TrainingSet(
+        points[good],
+        np.stack([runs[i].force for i in good]),
+        np.stack([runs[i].contact_radius for i in good]),
+        np.stack([runs[i].capacitance for i in good]),
+        tuple(runs[i].failure for i in range(len(points)) if runs[i].failure),
+        refinement,
+        seed,
+    )

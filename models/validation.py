@@ -1,0 +1,120 @@
+"""From a surrogate and fresh random designs to its error against finite elements, with the coverage of its own error."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Executor, as_completed
+from dataclasses import dataclass
+
+import numpy as np
+
+from models import training
+from models.fem import ConvergenceError, FiniteElements
+from models.response import Response
+from models.sensor import Design, FloatArray, design_from
+from models.surrogate import Surrogate
+from models.training import DIELECTRIC, ELECTRODE, PATH
+
+#: Changes of capacitance below this share of C0 are compared to it instead of to themselves.
+CHANGE_FLOOR = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class Validation:
+    """Surrogate against finite elements, point by point.
+
+    Attributes
+    ----------
+    force_error, change_error : (n_design, n_depth), relative; the change of capacitance above `CHANGE_FLOOR`.
+    force_score, change_score : (n_design, n_depth), errors in units of the surrogate's own standard deviation.
+    failures : sentences on designs for which the finite elements found no equilibrium.
+    """
+
+    force_error: FloatArray
+    change_error: FloatArray
+    force_score: FloatArray
+    change_score: FloatArray
+    failures: tuple[str, ...]
+
+    def table(self) -> list[tuple[str, str, str, str, str, str, str]]:
+        """Rows: quantity, points, median, 95 %, worst of the absolute error in %, share within 1 % / 2 %, coverage of 90 %."""
+        rows = []
+        for name, error, score, bound in (
+            ("force", self.force_error, self.force_score, 0.01),
+            ("capacitance change", self.change_error, self.change_score, 0.02),
+        ):
+            size = np.abs(error)
+            rows.append(
+                (
+                    name,
+                    str(size.size),
+                    f"{np.median(size):.2%}",
+                    f"{np.quantile(size, 0.95):.2%}",
+                    f"{np.max(size):.2%}",
+                    f"{np.mean(size <= bound):.1%} within {bound:.0%}",
+                    f"{np.mean(np.abs(score) <= 1.645):.1%}",
+                )
+            )
+        return rows
+
+
+def random_designs(n: int, seed: int) -> list[Design]:
+    """Designs spread over the whole range of the surrogate (uniform in its coordinates), R 5 mm, E 0.6 MPa, eps_r 2.8."""
+    rng = np.random.default_rng(seed)
+    radius, modulus = 5e-3, 0.6e6
+    designs = []
+    for groups in training.from_unit(rng.uniform(-1, 1, (n, 4))):
+        designs.append(
+            design_from(
+                {
+                    "indenter_radius": radius,
+                    "sensor_thickness": groups[0] * radius,
+                    "padding_thickness": groups[1] * radius,
+                    "sensor_radius": groups[2] * radius,
+                    "young_modulus": modulus,
+                    "padding_young_modulus": groups[3] * modulus,
+                    "relative_permittivity": 2.8,
+                    "dielectric_thickness": rng.uniform(*DIELECTRIC) * groups[0] * radius,
+                    "electrode_radius": rng.uniform(*ELECTRODE) * groups[2] * radius,
+                }
+            )
+        )
+    return designs
+
+
+def _truth(design: Design, depth: FloatArray, refinement: float) -> Response | str:
+    try:
+        return FiniteElements(refinement).respond(design, depth)
+    except ConvergenceError as error:
+        return str(error)
+
+
+def validate(
+    surrogate: Surrogate,
+    designs: list[Design],
+    executor: Executor,
+    *,
+    refinement: float = 1.5,
+    progress: Callable[[int, int], None] | None = None,
+) -> Validation:
+    """Compare at `training.PATH` depths of each design, up to the largest the surrogate covers."""
+    depths = [float(surrogate.max_depth(d)[0]) * (1 - 1e-12) * PATH**2 for d in designs]
+    futures = {executor.submit(_truth, d, z, refinement): i for i, (d, z) in enumerate(zip(designs, depths, strict=True))}
+    results: dict[int, Response | str] = {}
+    for future in as_completed(futures):
+        results[futures[future]] = future.result()
+        if progress is not None:
+            progress(len(results), len(designs))
+    force, change, force_score, change_score, failures = [], [], [], [], []
+    for i, design in enumerate(designs):
+        truth = results[i]
+        if isinstance(truth, str):
+            failures.append(truth)
+            continue
+        fast = surrogate.respond(design, depths[i])
+        force.append(fast.force / truth.force - 1)
+        floor = np.maximum(np.abs(truth.capacitance_change), CHANGE_FLOOR)
+        change.append((fast.capacitance_change - truth.capacitance_change) / floor)
+        force_score.append((fast.force - truth.force) / np.linalg.norm(fast.force_error, axis=-1))
+        change_score.append((fast.capacitance - truth.capacitance) / np.linalg.norm(fast.capacitance_error, axis=-1))
+    return Validation(np.array(force), np.array(change), np.array(force_score), np.array(change_score), tuple(failures))

@@ -1,0 +1,64 @@
+"""Quantities: a text with a unit becomes an SI number, or is refused with the reason."""
+
+from __future__ import annotations
+
+import pytest
+
+from calib.quantity import parse_quantity, unit_factor
+
+
+@pytest.mark.parametrize(
+    ("text", "si_unit", "expected"),
+    [
+        ("0.74 mm", "m", 0.74e-3),
+        ("0.03 mm", "m", 3e-5),
+        ("0.74mm", "m", 0.74e-3),
+        ("-.5 mm", "m", -0.5e-3),
+        ("−0.5 mm", "m", -0.5e-3),
+        ("1e-3 m", "m", 1e-3),
+        ("0.1 µm", "m", 1e-7),
+        ("0.1 μm", "m", 1e-7),
+        ("0.7 MPa", "Pa", 0.7e6),
+        ("0.7 N/mm^2", "Pa", 0.7e6),
+        ("97.3 pF", "F", 97.3e-12),
+        ("20 fF", "F", 20e-15),
+        ("5 um/N", "m/N", 5e-6),
+        ("5 µm/N", "m/N", 5e-6),
+        ("500 mN", "N", 0.5),
+        ("1 kgf", "N", 9.80665),
+        ("2 min", "s", 120.0),
+        ("2.8", "", 2.8),
+        ("1 %", "", 0.01),
+    ],
+)
+def test_a_text_with_a_unit_becomes_the_si_number_to_the_last_digit(text: str, si_unit: str, expected: float) -> None:
+    assert parse_quantity(text, si_unit) == expected
+
+
+@pytest.mark.parametrize(
+    ("text", "si_unit", "message"),
+    [
+        ("", "m", "is not a number with a unit"),
+        ("mm", "m", "is not a number with a unit"),
+        ("nan mm", "m", "is not a number with a unit"),
+        ("0.74", "m", '"0.74" has no unit, write for example "0.74 mm"'),
+        ("0,74 mm", "m", "decimal comma"),
+        ("1e999 mm", "m", "is not a finite number"),
+        ("1e308 Mm", "m", "is not a finite number"),
+        ("0.7 mm", "Pa", 'unit "mm" cannot be converted to Pa'),
+        ("0.7 mm", "", "cannot be converted to a plain number"),
+        ("0.7 Mpa", "Pa", 'unknown unit "Mpa", did you mean "MPa"?'),
+        ("3 pf", "F", 'did you mean "pF"?'),
+        ("1 MM", "m", 'did you mean "mm"?'),
+        ("5 furlings", "m", 'unknown unit "furlings"$'),
+        ("5 degC", "m", "degC"),
+        ("5 2 mm", "m", "unknown unit"),
+    ],
+)
+def test_what_is_no_quantity_is_refused_with_the_reason(text: str, si_unit: str, message: str) -> None:
+    with pytest.raises(ValueError, match=message.replace("?", r"\?")):
+        parse_quantity(text, si_unit)
+
+
+def test_decimal_prefixes_are_exact() -> None:
+    assert [unit_factor(u, "F") for u in ("pF", "nF", "uF", "F")] == [1e-12, 1e-9, 1e-6, 1.0]
