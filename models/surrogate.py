@@ -254,21 +254,23 @@ def load_surrogate(path: Path | None = None) -> Surrogate:
         with as_file(files("models") / "data" / "surrogate.npz") as shipped:
             return load_surrogate(shipped)
     try:
-        with np.load(path, allow_pickle=False) as data:
-            if int(data["format"]) != _FORMAT:
-                raise ValueError(f"{path}: surrogate format {int(data['format'])}, this version reads {_FORMAT}; train it anew")
-            return Surrogate(
-                data["exponents"].astype(np.int64),
-                data["force"],
-                data["contact"],
-                data["capacitance"],
-                data["capacitance_modes"],
-                data["force_error_modes"],
-                data["capacitance_error_modes"],
-                json.loads(str(data["provenance"])),
-            )
-    except (KeyError, OSError, EOFError) as error:
-        raise ValueError(f"{path} is not a surrogate file ({error})") from None
+        with np.load(path, allow_pickle=False) as file:
+            data = {name: file[name] for name in file.files}
+        written = int(data["format"])
+    except (KeyError, OSError, EOFError, ValueError):
+        raise ValueError(f"{path} is not a surrogate file; give one that `calib surrogate train` wrote") from None
+    if written != _FORMAT:
+        raise ValueError(f"{path} has surrogate format {written}, this version reads {_FORMAT}; train it anew")
+    return Surrogate(
+        data["exponents"].astype(np.int64),
+        data["force"],
+        data["contact"],
+        data["capacitance"],
+        data["capacitance_modes"],
+        data["force_error_modes"],
+        data["capacitance_error_modes"],
+        json.loads(str(data["provenance"])),
+    )
 
 
 def fit_surrogate(data: TrainingSet, degree: int = DEGREE) -> Surrogate:

@@ -29,9 +29,9 @@ class Model:
 
     Attributes
     ----------
-    free : (n_dof,) number of the unknown of a displacement component, -1 where it is held.
+    free : (n_dof,) number of the unknown of a displacement component, -1 where it is held or belongs to an inner node.
     band : half bandwidth; `n_free` unknowns.
-    element_entries, element_slots : flat positions in the (n_element, 18, 18) stiffness and in the band (band + 1, n_free).
+    element_entries, element_slots : flat positions in the (n_element, 16, 16) stiffness and in the band (band + 1, n_free).
     edge_entries, edge_slots : the same for (n_edge, 6, 6).
     """
 
@@ -42,6 +42,8 @@ class Model:
     free: IntArray
     n_free: int
     band: int
+    border_dofs: IntArray
+    inner_dofs: IntArray
     element_entries: IntArray
     element_slots: IntArray
     edge_entries: IntArray
@@ -57,10 +59,12 @@ def make_model(stack: Stack, depth: float, refinement: float = 1.0) -> Model:
     held = np.zeros((mesh.r.size, mesh.n_row, 2), dtype=bool)
     held[:, 0, :] = True
     held[0, :, 0] = True
+    held[1::2, 1::2, :] = True  # inner nodes are condensed
     free = np.where(held.ravel(), -1, np.cumsum(~held.ravel()) - 1)
     n_free = int(np.sum(~held))
     edge_dofs = (2 * surface.edges[:, :, None] + np.arange(2)).reshape(-1, 6)
-    rows = free[parts.dofs]
+    border_dofs = parts.dofs[:, elements.BORDER]
+    rows = free[border_dofs]
     band = int(np.max(np.max(rows, axis=1) - np.min(np.where(rows < 0, n_free, rows), axis=1)))
 
     def slots(dofs: IntArray) -> tuple[IntArray, IntArray]:
@@ -69,7 +73,20 @@ def make_model(stack: Stack, depth: float, refinement: float = 1.0) -> Model:
         take = (i >= j) & (j >= 0)
         return np.flatnonzero(take), (i - j)[take] * n_free + j[take]
 
-    return Model(stack, mesh, parts, surface, free, n_free, band, *slots(parts.dofs), *slots(edge_dofs), edge_dofs)
+    return Model(
+        stack,
+        mesh,
+        parts,
+        surface,
+        free,
+        n_free,
+        band,
+        border_dofs,
+        parts.dofs[:, elements.INNER],
+        *slots(border_dofs),
+        *slots(edge_dofs),
+        edge_dofs,
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +145,7 @@ def _solve(ab: FloatArray, rhs: FloatArray) -> FloatArray:
 
 def _scatter(model: Model, element_values: FloatArray, edge_values: FloatArray) -> FloatArray:
     n = 2 * model.mesh.n_node
-    inner = np.bincount(model.elements.dofs.ravel(), element_values.ravel(), n)
+    inner = np.bincount(model.border_dofs.ravel(), element_values.ravel(), n)
     outer = np.bincount(model.edge_dofs.ravel(), edge_values.ravel(), n)
     return np.asarray((inner + outer)[model.free >= 0], dtype=float)
 
@@ -169,11 +186,12 @@ def equilibrium(model: Model, guess: State, depth: float) -> State | Failure:
     for iteration in range(1, _MAX_NEWTON + 1):
         lin = elements.linearise(parts, f, pressure)
         residual, stiffness = contact.contact_system(surface, gap, lam, active)
-        ab = _band(model, lin.stiffness, stiffness)
+        border = elements.condense(lin)
+        ab = _band(model, border.stiffness, stiffness)
         rhs = np.stack(
             [
-                -_scatter(model, lin.force, residual),
-                -_scatter(model, np.zeros_like(lin.force), _depth_load(surface, gap, active, lam)),
+                -_scatter(model, border.force, residual),
+                -_scatter(model, np.zeros_like(border.force), _depth_load(surface, gap, active, lam)),
             ],
             axis=1,
         )
@@ -183,6 +201,7 @@ def equilibrium(model: Model, guess: State, depth: float) -> State | Failure:
             return Failure(depth, "the tangent is singular")
         du = np.zeros_like(u)
         du[is_free] = step[:, 0]
+        du[model.inner_dofs] = -border.offset - np.einsum("eib,eb->ei", border.slope, du[model.border_dofs])
         if not np.all(np.isfinite(du)):
             return Failure(depth, "the tangent is singular")
         factor = 1.0

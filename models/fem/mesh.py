@@ -90,7 +90,8 @@ def make_mesh(stack: Stack, depth: float, refinement: float = 1.0) -> Mesh:
     contact = min(np.sqrt(2 * depth), 0.95, 0.95 * stack.radius)
     fine = min(1.15 * contact, 0.97 * stack.radius)
     # Element size asked for by the contact and by the layer, whichever is smaller, in the middle of the fine zone.
-    size = min(contact / 20, 0.22 * h) / refinement
+    coarse = min(contact / 20, 0.22 * h)
+    size = coarse / refinement
     n_fine = max(8, round(fine / size))
     ends = fine * (np.arange(n_fine + 1) / n_fine) ** 1.5
     last = ends[-1] - ends[-2]
@@ -101,8 +102,8 @@ def make_mesh(stack: Stack, depth: float, refinement: float = 1.0) -> Mesh:
         ends = np.concatenate([ends, fine + far])
     else:
         ends = np.append(ends[:-1], stack.radius)
-    n_half = max(2, round(1.6 * refinement + 0.35 * refinement * stack.sensor_thickness / max(size * 2, 1e-9)))
-    n_half = min(n_half, round(6 * refinement))
+    # Rows in each half of the sensor: elements at most about six columns high.
+    n_half = max(2, round(refinement * min(1.6 + 0.175 * stack.sensor_thickness / coarse, 6.0)))
     sensor = stack.padding_thickness + np.linspace(0, stack.sensor_thickness, 2 * n_half + 1)
     rows = sensor
     n_padding = 0

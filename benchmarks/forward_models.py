@@ -1,0 +1,61 @@
+"""Time the forward models on the paper's sensor in one run on one core: `python benchmarks/forward_models.py`.
+
+Prints milliseconds (median of repeats) and ratios; set OMP_NUM_THREADS=1 for one core.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from models.analytic import ClosedForm
+from models.fem import FiniteElements
+from models.sensor import design_from
+from models.surrogate import load_surrogate
+
+#: R 5, h_s 0.74, h_p 1.10, a 10 mm, mu 0.23 MPa; 14 steps to 0.7 mm.
+PAPER = {
+    "indenter_radius": 5e-3,
+    "sensor_thickness": 0.74e-3,
+    "sensor_radius": 10e-3,
+    "young_modulus": 0.69e6,
+    "relative_permittivity": 2.8,
+    "padding_thickness": 1.1e-3,
+}
+STEPS = np.linspace(0, 0.7e-3, 15)[1:]
+
+
+def median_ms(job: Callable[[], object], repeats: int) -> float:
+    """Median wall time of `job` in milliseconds after one warm-up."""
+    job()
+    times = []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        job()
+        times.append(time.perf_counter() - start)
+    return 1e3 * float(np.median(times))
+
+
+def main() -> None:
+    """Print the table."""
+    single = design_from(PAPER)
+    rng = np.random.default_rng(0)
+    batch = design_from(
+        PAPER | {"sensor_thickness": rng.normal(0.74e-3, 0.02e-3, 256), "young_modulus": rng.normal(0.7e6, 5e4, 256)}
+    )
+    depth = np.linspace(0, 0.65e-3, 80)
+    surrogate = load_surrogate()
+    fem = median_ms(lambda: FiniteElements().respond(single, STEPS), 7)
+    one = median_ms(lambda: surrogate.respond(single, STEPS), 50)
+    many = median_ms(lambda: surrogate.respond(batch, depth), 20) / 256
+    closed = median_ms(lambda: ClosedForm().respond(batch, depth), 20) / 256
+    print(f"finite elements, 14 steps to 0.7 mm      {fem:10.2f} ms a curve")
+    print(f"surrogate, one design                    {one:10.3f} ms a curve   {fem / one:8.0f} times faster")
+    print(f"surrogate, 256 designs x 80 depths       {many:10.4f} ms a curve   {fem / many:8.0f} times faster")
+    print(f"closed form, 256 designs x 80 depths     {closed:10.4f} ms a curve   {fem / closed:8.0f} times faster")
+
+
+if __name__ == "__main__":
+    main()
