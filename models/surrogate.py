@@ -5,7 +5,7 @@ and the permittivity scale exactly. What is fitted is the ratio to a closed form
 
     log F - log F_closed,   log a_c - log sqrt(R d),   (C/C0 - 1) / plate form
 
-each a polynomial in s = sqrt(d / reach) whose coefficients are polynomials of total degree in the four coordinates of
+each a polynomial in s = sqrt(d / reach) whose coefficients are polynomials of weighted total degree in the four coordinates of
 `models.training.to_unit` (a polynomial chaos; Xiu & Karniadakis, SIAM J. Sci. Comput. 24 (2002) 619). Its error is measured by
 leaving each training path out (exact for least squares; Blatman & Sudret, J. Comput. Phys. 230 (2011) 2345) and handed on as
 modes of the error's covariance along the sweep.
@@ -29,24 +29,29 @@ from numpy.polynomial import chebyshev
 from models import training
 from models.analytic import layer_weight
 from models.response import OutOfRangeError, Response
-from models.sensor import Design, FloatArray
+from models.sensor import Design, FloatArray, IntArray
 from models.training import DIELECTRIC, DIELECTRIC_POINTS, ELECTRODE, ELECTRODE_POINTS, GROUPS, PATH, TrainingSet
 
-#: Polynomial terms in s, total degree in the groups, and modes kept of the capacitance and of the errors.
+#: Polynomial terms in s, weighted total degree in the groups, and modes kept of the capacitance and of the errors.
 N_DEPTH_TERMS = 9
-DEGREE = 8
+DEGREE = 9
 N_CAPACITANCE_MODES = 30
 N_ERROR_MODES = 5
 
 _FORMAT = 1
 
 
-def _multi_index(degree: int) -> FloatArray:
-    """Exponents (n_term, 4) of total degree at most `degree`."""
-    return np.array([m for m in product(range(degree + 1), repeat=len(GROUPS)) if sum(m) <= degree])
+#: Weight of each group in the total degree: the padding bends the curves most, the disc radius least.
+_DEGREE_WEIGHTS = np.array([1.0, 0.8, 1.5, 1.0])
 
 
-def _group_basis(x: FloatArray, exponents: FloatArray) -> FloatArray:
+def _multi_index(degree: int) -> IntArray:
+    """Exponents (n_term, 4) of weighted total degree at most `degree`."""
+    every = np.array(list(product(range(int(degree / _DEGREE_WEIGHTS.min()) + 1), repeat=len(GROUPS))))
+    return np.asarray(every[every @ _DEGREE_WEIGHTS <= degree], dtype=np.int64)
+
+
+def _group_basis(x: FloatArray, exponents: IntArray) -> FloatArray:
     """Products of Chebyshev polynomials of the coordinates, shape (n, n_term)."""
     powers = chebyshev.chebvander(x, int(exponents.max()))
     basis = powers[:, 0, exponents[:, 0]]
@@ -65,18 +70,21 @@ def _lagrange(points: FloatArray, x: FloatArray) -> FloatArray:
 def closed_force(groups: FloatArray, depth: FloatArray) -> FloatArray:
     """Closed-form F / (mu R^2) that the surrogate corrects; groups (n, 4), depth (n, n_depth) in units of R.
 
-    Hertz with a modulus that weights sensor and padding by their share in the compliance (`layer_weight`), times the
-    thin-layer series 1 + 1.133 chi + 1.497 chi^2 + 1.469 chi^3 (Garcia & Garcia, Biophys. J. 114 (2018) 2923, without its
-    quartic term, so that it keeps the chi^3 growth of a thin incompressible layer).
+    Hertz times the thin-layer series 1 + 1.133 chi + 1.497 chi^2 + 1.469 chi^3 (Garcia & Garcia, Biophys. J. 114 (2018) 2923,
+    without its quartic term, so that it keeps the chi^3 growth of a thin incompressible layer). Its first three terms carry a
+    modulus that weights sensor and padding by their share in the compliance of a half space (`layer_weight`), the last that of
+    a thin bonded film, where the lubrication flow under the sphere weights each height with the square of its depth below the
+    surface: shares (h_s/h)^3 and 1 - (h_s/h)^3.
     """
     h_s, h_p, _, modulus = (g[:, None] for g in groups.T)
     contact = np.sqrt(depth)
     sensor = layer_weight(h_s / contact)
-    padding = layer_weight((h_s + h_p) / contact) - sensor
-    share = padding / (padding + sensor)
-    young = 3 / (1 - share + share / modulus)
+    both = layer_weight((h_s + h_p) / contact)
+    deep, thin = 1 - sensor / both, 1 - (h_s / (h_s + h_p)) ** 3
+    young_deep, young_thin = (3 / (1 - share + share / modulus) for share in (deep, thin))
     chi = contact / (h_s + h_p)
-    return np.asarray(16 / 9 * young * depth**1.5 * (1 + 1.133 * chi + 1.497 * chi**2 + 1.469 * chi**3))
+    series = young_deep * (1 + 1.133 * chi + 1.497 * chi**2) + young_thin * 1.469 * chi**3
+    return np.asarray(16 / 9 * depth**1.5 * series)
 
 
 def plate_form(groups: FloatArray, depth: FloatArray) -> FloatArray:
@@ -100,7 +108,7 @@ class Surrogate:
     provenance : where it comes from: finite-element settings, training set and its hash, versions, date, own error.
     """
 
-    exponents: FloatArray
+    exponents: IntArray
     force: FloatArray
     contact: FloatArray
     capacitance: FloatArray
@@ -328,7 +336,7 @@ def fit_surrogate(data: TrainingSet, degree: int = DEGREE) -> Surrogate:
             "finite elements": f"Q2/P1, refinement {data.refinement:g}, K/mu 1e4",
             "training paths": f"{n_run} of {n_run + len(data.failures)} (Sobol sequence, seed {data.seed})",
             "training hash (SHA-256)": data.digest,
-            "fit": f"total degree {degree} ({n_term} terms), {N_DEPTH_TERMS} terms in depth",
+            "fit": f"weighted total degree {degree} ({n_term} terms), {N_DEPTH_TERMS} terms in depth",
             "leave-one-out error of force": f"rms {np.sqrt(np.mean(loo_at_path**2)):.2e}, "
             f"95 % below {np.quantile(np.abs(loo_at_path), 0.95):.2e}",
             "numpy": version("numpy"),

@@ -20,18 +20,18 @@ from models.sensor import FloatArray, Scalar
 #: The dimensionless groups that shape the mechanics, and the range the shipped surrogate is trained on.
 GROUPS = MappingProxyType(
     {
-        "h_s/R": (0.05, 0.5),
+        "h_s/R": (0.06, 0.5),
         "h_p/R": (0.0, 3.6),
         "a/R": (1.25, 4.0),
-        "E_p/E": (0.2, 5.0),
+        "E_p/E": (0.25, 4.0),
     }
 )
 #: Ranges of the groups that only the capacitance knows.
 DIELECTRIC = (0.1, 0.5)  # t_d / h_s
 ELECTRODE = (0.5, 1.0)  # a_e / a
 
-#: Offset of the padding coordinate log(h_p/R + 0.1), which is linear for thin padding and logarithmic for thick.
-_PADDING_OFFSET = 0.1
+#: Offset c of the padding coordinate log(h_p/h_s + c), which is linear for thin padding and logarithmic for thick.
+_PADDING_OFFSET = 0.3
 
 #: Depths of a path: d = reach * s^2 at equal steps of s (contact radius grows about linearly in s).
 PATH = np.arange(2, 17) / 16
@@ -57,23 +57,39 @@ def reach(sensor_thickness: Scalar, padding_thickness: Scalar, radius: Scalar) -
 
 
 def to_unit(groups: FloatArray) -> FloatArray:
-    """Groups (..., 4) in the order of `GROUPS` to coordinates in [-1, 1]: logarithms, the padding's softened at zero."""
-    low, high = _warp(np.array([b[0] for b in GROUPS.values()])), _warp(np.array([b[1] for b in GROUPS.values()]))
-    return np.asarray(2 * (_warp(groups) - low) / (high - low) - 1)
+    """Groups (n, 4) in the order of `GROUPS` to coordinates in [-1, 1].
+
+    Logarithms, but for the padding log(h_p/h_s + 0.3) between its ends at the given h_s: what thin padding does depends on how
+    thin it is against the sensor.
+    """
+    h_s, h_p, a, modulus = groups.T
+    low, high = _padding_ends(h_s)
+    padding = 2 * (np.log(h_p / h_s + _PADDING_OFFSET) - low) / (high - low) - 1
+    return np.stack([_log_unit(h_s, "h_s/R"), padding, _log_unit(a, "a/R"), _log_unit(modulus, "E_p/E")], axis=1)
 
 
 def from_unit(x: FloatArray) -> FloatArray:
-    """Inverse of `to_unit`."""
-    low, high = _warp(np.array([b[0] for b in GROUPS.values()])), _warp(np.array([b[1] for b in GROUPS.values()]))
-    groups = np.exp(low + (high - low) * (x + 1) / 2)
-    groups[..., 1] = np.maximum(groups[..., 1] - _PADDING_OFFSET, 0.0)
-    return np.asarray(groups)
+    """Inverse of `to_unit`, (n, 4) to (n, 4)."""
+    h_s, a, modulus = (_log_ununit(x[:, k], name) for k, name in ((0, "h_s/R"), (2, "a/R"), (3, "E_p/E")))
+    low, high = _padding_ends(h_s)
+    ratio = np.exp(low + (high - low) * (x[:, 1] + 1) / 2) - _PADDING_OFFSET
+    h_p = np.where(ratio > 1e-12, ratio, 0.0) * h_s
+    return np.stack([h_s, h_p, a, modulus], axis=1)
 
 
-def _warp(groups: FloatArray) -> FloatArray:
-    shifted = np.array(groups, dtype=float)
-    shifted[..., 1] += _PADDING_OFFSET
-    return np.asarray(np.log(shifted))
+def _padding_ends(h_s: FloatArray) -> tuple[FloatArray, FloatArray]:
+    low, high = GROUPS["h_p/R"]
+    return np.log(low / h_s + _PADDING_OFFSET), np.log(high / h_s + _PADDING_OFFSET)
+
+
+def _log_unit(value: FloatArray, name: str) -> FloatArray:
+    low, high = np.log(GROUPS[name])
+    return np.asarray(2 * (np.log(value) - low) / (high - low) - 1)
+
+
+def _log_ununit(x: FloatArray, name: str) -> FloatArray:
+    low, high = np.log(GROUPS[name])
+    return np.asarray(np.exp(low + (high - low) * (x + 1) / 2))
 
 
 def design_points(n: int, seed: int) -> FloatArray:

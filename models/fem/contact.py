@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from models.fem.elements import shape_1d
-from models.fem.mesh import IntArray, Mesh
-from models.sensor import BoolArray, FloatArray
+from models.fem.mesh import Mesh
+from models.sensor import BoolArray, FloatArray, IntArray
 
 #: Contact stiffness in units of shear modulus over sphere radius.
 CONTACT_STIFFNESS = 1e7

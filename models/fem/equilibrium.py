@@ -15,8 +15,8 @@ from scipy.linalg import LinAlgError, solve_banded, solveh_banded
 from models.fem import contact, elements, material
 from models.fem.contact import Gap, Surface
 from models.fem.elements import Elements
-from models.fem.mesh import IntArray, Mesh, Stack, make_mesh
-from models.sensor import BoolArray, FloatArray
+from models.fem.mesh import Mesh, Stack, make_mesh
+from models.sensor import BoolArray, FloatArray, IntArray
 
 _MAX_NEWTON = 25
 _STEP_TOLERANCE = 3e-7

@@ -8,11 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from models.sensor import FloatArray
-
-IntArray = npt.NDArray[np.int64]
+from models.sensor import FloatArray, IntArray
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,44 @@
+"""The command line `calib`: lab files in, calibration, report and padding recommendation out."""
+
+from __future__ import annotations
+
+import typer
+
+from calib.cli import lab, model, run
+
+__all__ = ["app"]
+
+app = typer.Typer(
+    name="calib",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode="markdown",
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    help="""
+Find out what a soft capacitive sensor really is (modulus, permittivity, thicknesses, each with its uncertainty) from the files
+of a testing machine and an LCR meter, and which padding to build next.
+
+A first calibration, from lab files to recommendation:
+
+    calib init sensor1_instron.csv sensor1_lcr.csv -o experiment.toml
+
+    calib calibrate experiment.toml -o run1
+
+    calib recommend run1 --force "10 N" --padding "0 mm:9 mm"
+
+Then open run1/report.html.
+
+Exit codes: 0 done (and converged); 2 something is wrong with the input, nothing was written; 3 everything was written, but the
+calibration has not converged.
+""",
+)
+
+_FROM_LAB, _CALIBRATION, _MODEL = "From the lab", "Calibration", "Model of the sensor"
+app.command("init", rich_help_panel=_FROM_LAB)(lab.init)
+app.command("read", rich_help_panel=_FROM_LAB)(lab.read)
+app.command("calibrate", rich_help_panel=_CALIBRATION)(run.calibrate)
+app.command("recommend", rich_help_panel=_CALIBRATION)(run.recommend)
+app.command("report", rich_help_panel=_CALIBRATION)(run.report)
+app.command("simulate", rich_help_panel=_MODEL)(model.simulate)
+app.add_typer(model.surrogate, name="surrogate", rich_help_panel=_MODEL)

@@ -1,0 +1,187 @@
+"""Chains of several ensembles in, convergence, effective sample sizes, summaries and reasons for doubt, out.
+
+The walkers of one ensemble depend on each other, so an ensemble is one chain, and only ensembles are independent.
+
+- R-hat (rank-normalised, split) takes each ensemble step by step, all walkers of a step side by side: the halves that it
+  compares are then early and late.
+- The effective sample size takes each ensemble walker by walker, joined end to end. Step by step, neighbouring draws would be
+  those of different walkers and the autocorrelation of the chain would not be seen.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from calib.archive import LeaveOut, effective_sample_size, leave_blocks_out, rank_r_hat
+from calib.parameters import ParameterInfo
+from models.sensor import PARAMETERS, FloatArray
+
+__all__ = ["Convergence", "Diagnostics", "Gate", "LeaveOut", "ParameterSummary", "convergence", "leave_blocks_out", "summarise"]
+
+
+@dataclass(frozen=True)
+class Gate:
+    """What a run has to reach: R-hat below and effective sample sizes above these for every parameter, and a length in tau."""
+
+    r_hat: float = 1.01
+    ess: float = 400.0
+    length: float = 10.0
+
+
+@dataclass(frozen=True, eq=False)
+class Convergence:
+    """State of a run, arrays (n_parameter,).
+
+    Attributes
+    ----------
+    r_hat, ess_bulk, ess_tail : over ensembles.
+    tau : integrated autocorrelation time in steps.
+    steps : of each walker, burn-in included.
+    """
+
+    r_hat: FloatArray
+    ess_bulk: FloatArray
+    ess_tail: FloatArray
+    tau: FloatArray
+    steps: int
+
+    @property
+    def worst_r_hat(self) -> int:
+        """Index of the parameter with the largest R-hat."""
+        return int(np.argmax(np.nan_to_num(self.r_hat, nan=np.inf)))
+
+    @property
+    def least_ess(self) -> int:
+        """Index of the parameter with the least effective sample size."""
+        return int(np.argmin(np.nan_to_num(self.ess, nan=0.0)))
+
+    @property
+    def ess(self) -> FloatArray:
+        """The lesser of bulk and tail effective sample size."""
+        return np.minimum(self.ess_bulk, self.ess_tail)
+
+
+@dataclass(frozen=True)
+class ParameterSummary:
+    """Posterior of one parameter in numbers, SI.
+
+    Attributes
+    ----------
+    interval_90 : central 90 %.
+    prior_contraction : 1 - posterior variance / prior variance in the prior's standard-normal coordinate, where every prior has
+        variance 1: 0 where the data taught nothing, towards 1 where they taught everything.
+    """
+
+    unit: str
+    mean: float
+    sd: float
+    median: float
+    interval_90: tuple[float, float]
+    r_hat: float
+    ess_bulk: float
+    ess_tail: float
+    prior_contraction: float
+
+
+@dataclass(frozen=True)
+class Diagnostics:
+    """What is to be known about a sampled posterior.
+
+    Attributes
+    ----------
+    converged : whether the gate was met; `reasons` says what was not, one sentence each.
+    warnings : what may be wrong with the result although the chains agree.
+    steps, burn_in, thin : steps of each walker in the run, the first of them discarded, and every how many-th of the rest kept.
+    n_walker : walkers of each ensemble.
+    acceptance_fraction : share of accepted steps after the burn-in, per ensemble.
+    tau : integrated autocorrelation time in steps, by parameter.
+    """
+
+    converged: bool
+    reasons: tuple[str, ...]
+    warnings: tuple[str, ...]
+    parameters: Mapping[str, ParameterSummary]
+    steps: int
+    burn_in: int
+    thin: int
+    n_walker: int
+    acceptance_fraction: tuple[float, ...]
+    tau: Mapping[str, float]
+
+
+def convergence(chains: FloatArray, tau: FloatArray, steps: int) -> Convergence:
+    """R-hat and effective sample sizes of chains (n_ensemble, n_step, n_walker, n_parameter), see the module.
+
+    Parameters
+    ----------
+    chains : after the burn-in, possibly thinned.
+    tau : autocorrelation time in steps, (n_parameter,). steps : of each walker so far.
+    """
+    n_ensemble, n_step, n_walker, n_parameter = chains.shape
+    r_hat, bulk, tail = np.empty(n_parameter), np.empty(n_parameter), np.empty(n_parameter)
+    for k in range(n_parameter):
+        by_step = chains[..., k].reshape(n_ensemble, n_step * n_walker)
+        by_walker = chains[..., k].swapaxes(1, 2).reshape(n_ensemble, n_step * n_walker)
+        r_hat[k] = rank_r_hat(by_step)
+        bulk[k] = effective_sample_size(by_walker)
+        tail[k] = effective_sample_size(by_walker, tail=True)
+    return Convergence(r_hat, bulk, tail, np.asarray(tau, dtype=float), steps)
+
+
+def shortcomings(state: Convergence, names: Sequence[str], gate: Gate) -> tuple[str, ...]:
+    """What of the gate is not met, one sentence each with parameter and numbers; empty if converged."""
+    found = []
+    for name, r_hat in zip(names, state.r_hat, strict=True):
+        if not r_hat < gate.r_hat:
+            found.append(f"{name}: R-hat {r_hat:.4f} is not below {gate.r_hat:g}")
+    for name, bulk, tail in zip(names, state.ess_bulk, state.ess_tail, strict=True):
+        for kind, ess in (("bulk", bulk), ("tail", tail)):
+            if not ess > gate.ess:
+                found.append(f"{name}: {kind} effective sample size {ess:.0f} is not above {gate.ess:.0f}")
+    slowest = int(np.argmax(np.nan_to_num(state.tau, nan=np.inf)))
+    if not state.steps >= gate.length * state.tau[slowest]:
+        times = f"{gate.length:g} autocorrelation times of {state.tau[slowest]:.0f} steps"
+        found.append(f"{names[slowest]}: {state.steps} steps are fewer than {times}, too few to have forgotten the start")
+    return tuple(found)
+
+
+def summarise(
+    parameters: Sequence[ParameterInfo], values: FloatArray, theta: FloatArray, state: Convergence
+) -> dict[str, ParameterSummary]:
+    """Summaries by name from draws (n, n_parameter) in SI (`values`) and in the priors' coordinates (`theta`)."""
+    found = {}
+    for k, p in enumerate(parameters):
+        x = values[:, k]
+        low, median, high = (float(q) for q in np.quantile(x, [0.05, 0.5, 0.95]))
+        found[p.name] = ParameterSummary(
+            unit=PARAMETERS[p.parameter].unit,
+            mean=float(np.mean(x)),
+            sd=float(np.std(x, ddof=1)),
+            median=median,
+            interval_90=(low, high),
+            r_hat=float(state.r_hat[k]),
+            ess_bulk=float(state.ess_bulk[k]),
+            ess_tail=float(state.ess_tail[k]),
+            prior_contraction=float(1 - np.var(theta[:, k], ddof=1)),
+        )
+    return found
+
+
+def diagnostics_to_json(diagnostics: Diagnostics) -> str:
+    """Diagnostics as JSON text."""
+    return json.dumps(asdict(diagnostics))
+
+
+def diagnostics_from_json(text: str) -> Diagnostics:
+    """The diagnostics that `diagnostics_to_json` wrote."""
+    data = json.loads(text)
+    parameters = {
+        name: ParameterSummary(**{**summary, "interval_90": tuple(summary["interval_90"])})
+        for name, summary in data["parameters"].items()
+    }
+    tuples = {key: tuple(data[key]) for key in ("reasons", "warnings", "acceptance_fraction")}
+    return Diagnostics(**{**data, **tuples, "parameters": parameters})

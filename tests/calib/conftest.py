@@ -1,0 +1,162 @@
+"""A posterior made by hand: known truth, data drawn from the closed form, draws close around the truth."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from calib.diagnostics import Diagnostics, ParameterSummary
+from calib.experiment import Experiment, Specimen, SweepFiles
+from calib.likelihood import block_names, build_problem, log_likelihood_blocks
+from calib.observations import CapacitancePoints, ForcePoints, Sweep, Track
+from calib.parameters import list_parameters
+from calib.posterior import Posterior
+from calib.prior import HalfNormal, LogNormal, Normal, Prior, Uniform
+from models.analytic import ClosedForm
+from models.sensor import PARAMETERS, design_from
+
+SHARED: dict[str, tuple[float, float, Prior]] = {
+    "young_modulus": (0.62e6, 0.004e6, LogNormal(0.7e6, 1.6)),
+    "relative_permittivity": (2.8, 0.0003, Normal(2.8, 0.2)),
+    "machine_compliance": (2e-6, 0.3e-6, HalfNormal(5e-6)),
+    "parasitic_capacitance": (0.4e-12, 0.002e-12, Normal(0.0, 2e-12)),
+    "force_noise": (0.01, 0.0005, LogNormal(0.01, 2.0)),
+    "capacitance_noise": (5e-15, 0.3e-15, LogNormal(5e-15, 2.0)),
+    "force_discrepancy": (0.003, 0.001, HalfNormal(0.01)),
+    "capacitance_discrepancy": (0.005, 0.002, HalfNormal(0.02)),
+}
+SPECIMENS: dict[str, dict[str, tuple[float, float, Prior]]] = {
+    "sensor 1": {
+        "sensor_thickness": (0.74e-3, 0.0001e-3, Normal(0.74e-3, 0.02e-3)),
+        "padding_thickness": (1.10e-3, 0.006e-3, Normal(1.10e-3, 0.03e-3)),
+        "contact_offset": (0.05e-3, 0.001e-3, Uniform(-0.5e-3, 0.5e-3)),
+        "load_zero": (0.03, 0.002, Normal(0.0, 1.0)),
+    },
+    "sensor 2": {
+        "sensor_thickness": (0.80e-3, 0.0001e-3, Normal(0.80e-3, 0.02e-3)),
+        "padding_thickness": (1.30e-3, 0.006e-3, Normal(1.30e-3, 0.03e-3)),
+        "contact_offset": (-0.03e-3, 0.001e-3, Uniform(-0.5e-3, 0.5e-3)),
+        "load_zero": (-0.01, 0.002, Normal(0.0, 1.0)),
+        "clock_offset": (0.0, 0.02, Normal(0.0, 0.2)),
+    },
+}
+
+
+def _sweep(specimen: str, rng: np.random.Generator, by_clock: bool) -> Sweep:
+    own = {k: v[0] for k, v in {**SHARED, **SPECIMENS[specimen]}.items()}
+    design = design_from({**own, "indenter_radius": 5e-3, "sensor_radius": 10e-3})
+    depth = np.linspace(-0.05e-3, 0.6e-3, 40)
+    r = ClosedForm().respond(design, depth)
+    n = np.full(40, 4.0)
+    displacement = depth + own["contact_offset"] + own["machine_compliance"] * r.force
+    force = r.force + own["load_zero"] + rng.normal(0, own["force_noise"] / 2, 40)
+    capacitance = r.capacitance + own["parasitic_capacitance"] + rng.normal(0, own["capacitance_noise"] / 2, 40)
+    time = np.linspace(0.0, 60.0, 40)
+    return Sweep(
+        specimen=specimen,
+        name="",
+        indenter_radius=5e-3,
+        force=ForcePoints(displacement, force, n),
+        capacitance=CapacitancePoints(capacitance, n, time if by_clock else None, None if by_clock else force, None),
+        track=Track(time, displacement, r.force + own["load_zero"]) if by_clock else None,
+        force_noise=0.01,
+        capacitance_noise=5e-15,
+        clock_offset=0.0 if by_clock else np.nan,
+        clock_offset_sd=0.1 if by_clock else np.nan,
+        files=((f"{specimen}_force.csv", "ab" * 32), (f"{specimen}_lcr.csv", "cd" * 32)),
+        notes=("312 of 5000 rows not used: 300 unloading branch, 12 empty cell",),
+    )
+
+
+def _experiment(names: tuple[str, ...]) -> Experiment:
+    return Experiment(
+        name="Padded sensor, two specimens",
+        path=Path("experiment.toml"),
+        sha256="ef" * 32,
+        indenter_radius=5e-3,
+        sensor_radius=10e-3,
+        padding_material="sensor",
+        priors={k: v[2] for k, v in SHARED.items()},
+        specimens=tuple(
+            Specimen(
+                name,
+                (SweepFiles("", Path(f"{name}_force.csv"), Path(f"{name}_lcr.csv"), 5e-3),),
+                {k: v[2] for k, v in SPECIMENS[name].items()},
+            )
+            for name in names
+        ),
+        model="closed form",
+        discrepancy="on",
+    )
+
+
+@pytest.fixture(scope="session")
+def make_posterior() -> Callable[..., Posterior]:
+    """Function that makes a posterior by hand: converged or not, with one or two specimens."""
+
+    @cache
+    def make(converged: bool = True, n_specimen: int = 2, widen: float = 1.0) -> Posterior:
+        rng = np.random.default_rng(20240501)
+        names = tuple(SPECIMENS)[:n_specimen]
+        sweeps = tuple(_sweep(name, rng, by_clock=i == 1) for i, name in enumerate(names))
+        experiment = _experiment(names)
+        infos, fixed = list_parameters(experiment, sweeps)
+        rows = [(SPECIMENS[i.specimen] if i.specimen else SHARED)[i.parameter] for i in infos]
+        mean, sd = np.array([r[0] for r in rows]), np.array([r[1] for r in rows]) * widen
+        draws = mean + sd * rng.standard_normal((4, 240, len(rows)))
+        # The ridge of capacitance: permittivity over dielectric thickness is known well, neither of them is.
+        along = 0.006 * widen * rng.standard_normal((4, 240))
+        for i, info in enumerate(infos):
+            if info.parameter in ("relative_permittivity", "sensor_thickness"):
+                draws[:, :, i] *= 1 + along
+        positive = np.array([PARAMETERS[i.parameter].positive for i in infos])
+        draws = np.where(positive, np.abs(draws), draws)
+        summaries = {
+            i.name: ParameterSummary(
+                PARAMETERS[i.parameter].unit,
+                float(m),
+                float(s),
+                float(m),
+                (float(m - 1.645 * s), float(m + 1.645 * s)),
+                1.002 if converged else 1.31,
+                900.0 if converged else 37.0,
+                850.0,
+                0.97 if i.parameter != "relative_permittivity" else 0.04,
+            )
+            for i, m, s in zip(infos, mean, sd, strict=True)
+        }
+        reasons = () if converged else ("R-hat of young_modulus is 1.31, above 1.01",)
+        problem = build_problem(experiment, sweeps, ClosedForm())
+        theta = np.stack([i.prior.to_normal(draws[:, :, k]).ravel() for k, i in enumerate(infos)], axis=-1)
+        return Posterior(
+            experiment=experiment,
+            sweeps=sweeps,
+            parameters=infos,
+            fixed=fixed,
+            forward_name="closed form",
+            draws=draws,
+            log_prob=-0.5 * np.sum(((draws - mean) / sd) ** 2, axis=-1),
+            log_likelihood=log_likelihood_blocks(problem, theta).reshape(4, 240, -1),
+            blocks=block_names(problem),
+            n_walkers=24,
+            seed=7,
+            diagnostics=Diagnostics(
+                converged=converged,
+                reasons=reasons,
+                warnings=(),
+                parameters=summaries,
+                steps=1200,
+                burn_in=300,
+                thin=5,
+                n_walker=24,
+                acceptance_fraction=(0.31, 0.33, 0.30, 0.32),
+                tau={i.name: 38.0 for i in infos},
+            ),
+            attrs={"command": "calib calibrate experiment.toml -o RUN --seed 7", "version of numpy": np.__version__},
+        )
+
+    return make
