@@ -71,8 +71,9 @@ PARAMETERS: Mapping[str, Parameter] = _table(
 
 def _require_positive(name: str, value: Scalar, *, zero_allowed: bool = False) -> None:
     values = np.asarray(value, dtype=float)
-    bad = ~np.isfinite(values) | ((values < 0) if zero_allowed else (values <= 0))
-    if np.any(bad):
+    good = ((values >= 0) if zero_allowed else (values > 0)) & (values < np.inf)
+    if not np.all(good):
+        bad = ~good
         row = PARAMETERS.get(name)
         scale, unit = (row.display_scale, row.display_unit) if row else (1.0, "")
         worst = float(np.atleast_1d(values)[np.atleast_1d(bad)][0])
@@ -210,7 +211,10 @@ class Design:
     def draws(self) -> Design:
         """The same design with every quantity of shape (n_draw,); a design of plain numbers gets n_draw = 1."""
         values = self.parameters()
-        shape = np.broadcast_shapes((1,), *(np.shape(v) for v in values.values()))
+        shapes = {np.shape(v) for v in values.values()}
+        if len(shapes) == 1 and shapes != {()}:
+            return self
+        shape = np.broadcast_shapes((1,), *shapes)
         spread = {k: np.broadcast_to(np.asarray(v, dtype=float), shape) for k, v in values.items()}
         return design_from(spread, friction_coefficient=self.indenter.friction_coefficient)
 

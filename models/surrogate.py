@@ -48,6 +48,29 @@ _DEGREE_WEIGHTS = np.array([1.4, 0.8, 0.9, 1.5])
 _CHANGE_SCALE = 1e-5
 
 
+# Relative rounding that a bound forgives.
+_SLACK = 1e-9
+
+
+def _groups(batch: Design) -> FloatArray:
+    """The six dimensionless groups (n_draw, 6) of a batch: those of `GROUPS`, then t_d/h_s and a_e/a."""
+    sensor, padding = batch.sensor, batch.padding
+    r = np.asarray(batch.indenter.radius)
+    # Without padding its modulus means nothing.
+    modulus = np.where(np.asarray(padding.thickness) > 0, batch.padding_young_modulus / np.asarray(sensor.young_modulus), 1.0)
+    return np.stack(
+        [
+            sensor.thickness / r,
+            padding.thickness / r,
+            sensor.radius / r,
+            modulus,
+            sensor.dielectric_thickness / np.asarray(sensor.thickness),
+            sensor.electrode_radius / np.asarray(sensor.radius),
+        ],
+        axis=1,
+    )
+
+
 def _multi_index(degree: int) -> IntArray:
     """Exponents (n_term, 4) of weighted total degree at most `degree`."""
     every = np.array(list(product(range(int(degree / _DEGREE_WEIGHTS.min()) + 1), repeat=len(GROUPS))))
@@ -75,11 +98,23 @@ def _group_basis(x: FloatArray, exponents: IntArray) -> FloatArray:
     return np.asarray(basis)
 
 
-def _lagrange(points: FloatArray, x: FloatArray) -> FloatArray:
-    """Weights (n, n_point) of the interpolation polynomial through `points` at `x` (n,)."""
+def _interpolation(points: FloatArray) -> FloatArray:
+    """Matrix (n_point, n_point) from Chebyshev polynomials at x to the weights of the interpolation through `points`."""
     vander = chebyshev.chebvander(2 * (points - points[0]) / (points[-1] - points[0]) - 1, points.size - 1)
-    here = chebyshev.chebvander(2 * (x - points[0]) / (points[-1] - points[0]) - 1, points.size - 1)
-    return np.asarray(np.linalg.solve(vander.T, here.T).T)
+    return np.asarray(np.linalg.inv(vander))
+
+
+_DIELECTRIC_WEIGHTS, _ELECTRODE_WEIGHTS = _interpolation(DIELECTRIC_POINTS), _interpolation(ELECTRODE_POINTS)
+
+
+def _electric_weights(electric: FloatArray) -> FloatArray:
+    """Weights (n_draw, n_dielectric * n_electrode) of the tabulated t_d/h_s and a_e/a at `electric` (n_draw, 2)."""
+    per_axis = []
+    for x, (low, high), matrix in zip(
+        electric.T, (DIELECTRIC, ELECTRODE), (_DIELECTRIC_WEIGHTS, _ELECTRODE_WEIGHTS), strict=True
+    ):
+        per_axis.append(chebyshev.chebvander(2 * (x - low) / (high - low) - 1, matrix.shape[0] - 1) @ matrix)
+    return np.asarray((per_axis[0][:, :, None] * per_axis[1][:, None, :]).reshape(electric.shape[0], -1))
 
 
 def closed_force(groups: FloatArray, depth: FloatArray) -> FloatArray:
@@ -146,36 +181,18 @@ class Surrogate:
     def _ranges(self) -> dict[str, tuple[float, float]]:
         return {**GROUPS, "t_d/h_s": DIELECTRIC, "a_e/a": ELECTRODE}
 
-    def _groups(self, design: Design) -> tuple[FloatArray, FloatArray]:
-        """Groups (n_draw, 4) and (t_d/h_s, a_e/a) (n_draw, 2)."""
-        p = {k: np.asarray(v) for k, v in design.draws().parameters().items()}
-        r = p["indenter_radius"]
-        groups = np.stack(
-            [
-                p["sensor_thickness"] / r,
-                p["padding_thickness"] / r,
-                p["sensor_radius"] / r,
-                # Without padding its modulus means nothing.
-                np.where(p["padding_thickness"] > 0, p["padding_young_modulus"] / p["young_modulus"], 1.0),
-            ],
-            axis=1,
-        )
-        electric = np.stack(
-            [p["dielectric_thickness"] / p["sensor_thickness"], p["electrode_radius"] / p["sensor_radius"]], axis=1
-        )
-        return groups, electric
+    def _limit(self, groups: FloatArray, design: Design) -> FloatArray:
+        """Largest depth [m] (n_draw,) of the batch `design` with its `groups` (n_draw, 6); 0 outside the training range."""
+        bounds = np.array(list(self._ranges.values()))
+        inside = np.all((groups >= bounds[:, 0] - _SLACK) & (groups <= bounds[:, 1] + _SLACK), axis=1)
+        if design.indenter.friction_coefficient:
+            inside[:] = False
+        return np.where(inside, training.reach(*groups[:, :3].T) * np.asarray(design.indenter.radius), 0.0)
 
     def max_depth(self, design: Design) -> FloatArray:
         """Largest depth [m] covered, shape (n_draw,); 0 where the design is outside the training range."""
-        groups, electric = self._groups(design)
-        values = np.concatenate([groups, electric], axis=1)
-        bounds = np.array(list(self._ranges.values()))
-        slack = 1e-9
-        inside = np.all((values >= bounds[:, 0] - slack) & (values <= bounds[:, 1] + slack), axis=1)
-        if design.indenter.friction_coefficient:
-            inside[:] = False
-        reach = training.reach(*groups[:, :3].T) * np.asarray(design.draws().indenter.radius)
-        return np.where(inside, reach, 0.0)
+        batch = design.draws()
+        return self._limit(_groups(batch), batch)
 
     def outside(self, design: Design, depth: FloatArray) -> str:
         """Empty, or one sentence that names the violated bound, the value, and how it comes about."""
@@ -184,17 +201,16 @@ class Surrogate:
                 "the surrogate is trained for frictionless contact; friction_coefficient must be 0, got "
                 f"{design.indenter.friction_coefficient:g}"
             )
-        groups, electric = self._groups(design)
-        for column, (group, (low, high)) in zip(
-            np.concatenate([groups, electric], axis=1).T, self._ranges.items(), strict=True
-        ):
+        batch = design.draws()
+        groups = _groups(batch)
+        for column, (group, (low, high)) in zip(groups.T, self._ranges.items(), strict=True):
             for value in (np.min(column), np.max(column)):
-                if not low - 1e-9 <= value <= high + 1e-9:
+                if not low - _SLACK <= value <= high + _SLACK:
                     return f"the surrogate covers {group} from {low:g} to {high:g}, got {value:.4g}"
-        limit = self.max_depth(design)
+        limit = self._limit(groups, batch)
         deepest = np.max(np.broadcast_to(depth, (limit.size, np.shape(depth)[-1])), axis=-1)
         worst = int(np.argmax(deepest - limit))
-        if deepest[worst] > limit[worst] * (1 + 1e-9):
+        if deepest[worst] > limit[worst] * (1 + _SLACK):
             return (
                 f"the surrogate covers depths up to {limit[worst] * 1e3:.4g} mm for this design (57 % of the stack, 0.9 R, "
                 f"0.36 a^2/R), got {deepest[worst] * 1e3:.4g} mm"
@@ -203,12 +219,13 @@ class Surrogate:
 
     def respond(self, design: Design, depth: FloatArray) -> Response:
         """See `models.response.Forward.respond`."""
-        if reason := self.outside(design, depth):
-            raise OutOfRangeError(reason)
         batch = design.draws()
+        every = _groups(batch)
+        if np.any(np.max(depth, axis=-1) > self._limit(every, batch) * (1 + _SLACK)):
+            raise OutOfRangeError(self.outside(design, depth))
         p = {k: np.asarray(v) for k, v in batch.parameters().items()}
         radius, mu = p["indenter_radius"][:, None], p["young_modulus"][:, None] / 3
-        groups, electric = self._groups(batch)
+        groups, electric = every[:, :4], every[:, 4:]
         depths = np.broadcast_to(np.asarray(depth, dtype=float), (groups.shape[0], np.shape(depth)[-1]))
         touching = depths > 0
         d = np.where(touching, depths, 1e-9 * radius) / radius
@@ -219,8 +236,7 @@ class Surrogate:
         force = closed_force(groups, d) * np.exp(_along(terms, basis @ self.force)) * (mu * radius**2)
         contact = np.sqrt(d) * np.exp(_along(terms, basis @ self.contact)) * radius
 
-        weight = _lagrange(DIELECTRIC_POINTS, electric[:, 0])[:, :, None] * _lagrange(ELECTRODE_POINTS, electric[:, 1])[:, None]
-        flat = weight.reshape(weight.shape[0], -1)
+        flat = _electric_weights(electric)
         modes = self.capacitance_modes.reshape(-1, flat.shape[1])
         here = (flat @ modes.T).reshape(flat.shape[0], -1, N_DEPTH_TERMS)
         coefficients = np.einsum("nm,nmk->nk", basis @ self.capacitance, here)
