@@ -312,6 +312,11 @@ def load_surrogate(path: Path | None = None) -> Surrogate:
     )
 
 
+def least_paths(degree: int = DEGREE) -> int:
+    """Fewest training paths that `fit_surrogate` takes: 1.5 for each polynomial term."""
+    return int(np.ceil(1.5 * len(_multi_index(degree))))
+
+
 def fit_surrogate(data: TrainingSet, degree: int = DEGREE) -> Surrogate:
     """Least-squares fit of everything, and the leave-one-out error.
 
@@ -322,8 +327,8 @@ def fit_surrogate(data: TrainingSet, degree: int = DEGREE) -> Surrogate:
     """
     exponents = _multi_index(degree)
     n_run, n_term = data.groups.shape[0], exponents.shape[0]
-    if n_run < 1.5 * n_term:
-        raise ValueError(f"{n_run} training paths are too few for {n_term} terms; give at least {int(1.5 * n_term) + 1}")
+    if n_run < least_paths(degree):
+        raise ValueError(f"{n_run} training paths are too few for {n_term} terms; give at least {least_paths(degree)}")
     depth = training.reach(*data.groups[:, :3].T)[:, None] * PATH**2
     basis = _group_basis(_coordinates(data.groups), exponents)
     q, r = np.linalg.qr(basis)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import multiprocessing
 import os
 from collections.abc import Callable, Iterator
@@ -146,9 +145,9 @@ def validate(
 @surrogate.command()
 def train(
     output: Annotated[Path, typer.Option("-o", "--output", help="Surrogate file to write (npz).")],
-    points: Annotated[int, typer.Option(min=1, help="Finite-element loading curves to train on.")] = 1500,
+    points: Annotated[int, typer.Option(min=1, help="Finite-element loading curves to train on.")] = 2048,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the choice of designs.")] = 1,
-    refinement: Annotated[float, typer.Option(min=0.1, help="Divides every element size.")] = 1.5,
+    refinement: Annotated[float, typer.Option(min=0.1, help="Divides every element size.")] = 1.2,
     processes: Processes = None,
 ) -> None:
     """Train a surrogate on finite-element loading curves spread over the whole range of designs.
@@ -156,18 +155,17 @@ def train(
     Takes about a second per curve and process. The file is used with `--surrogate FILE` in the other commands; check it first
     with `calib surrogate validate --surrogate FILE`.
 
-    Example: `calib surrogate train -o mine.npz --points 1500 --processes 8`
+    Example: `calib surrogate train -o mine.npz --points 2048 --processes 8`
 
     Exit codes: 0 done; 2 too few points, or no place to write.
     """
     with refusing_bad_input():
-        from models.surrogate import DEGREE, fit_surrogate
-        from models.training import GROUPS, design_points, run_training
+        from models.surrogate import fit_surrogate, least_paths
+        from models.training import design_points, run_training
 
-        # `fit_surrogate` wants 1.5 paths per term of the polynomial; better said before an hour of finite elements than after.
-        least = int(1.5 * math.comb(len(GROUPS) + DEGREE, DEGREE)) + 1
-        if points < least:
-            raise InputError(Fault(f"--points {points} are too few to train on", advice=f"Give at least {least}"))
+        # Better said before an hour of finite elements than after.
+        if points < least_paths():
+            raise InputError(Fault(f"--points {points} are too few to train on", advice=f"Give at least {least_paths()}"))
         if output.exists():
             raise InputError(Fault("the file exists and is not overwritten", output, advice="Choose another -o"))
         if not output.absolute().parent.is_dir():
