@@ -23,6 +23,10 @@ from models.sensor import PARAMETERS, FloatArray
 __all__ = ["Convergence", "Diagnostics", "Gate", "LeaveOut", "ParameterSummary", "convergence", "leave_blocks_out", "summarise"]
 
 
+#: A posterior mean further than this from its prior's median, in the prior's standard deviations, contradicts the prior.
+PRIOR_CONFLICT = 3.0
+
+
 @dataclass(frozen=True)
 class Gate:
     """What a run has to reach: R-hat below and effective sample sizes above these for every parameter, and a length in tau."""
@@ -74,6 +78,7 @@ class ParameterSummary:
     interval_90 : central 90 %.
     prior_contraction : 1 - posterior variance / prior variance in the prior's standard-normal coordinate, where every prior has
         variance 1: 0 where the data taught nothing, towards 1 where they taught everything.
+    prior_shift : posterior mean in that coordinate: by how many of its standard deviations the data pulled the prior.
     """
 
     unit: str
@@ -85,6 +90,7 @@ class ParameterSummary:
     ess_bulk: float
     ess_tail: float
     prior_contraction: float
+    prior_shift: float
 
 
 @dataclass(frozen=True)
@@ -167,8 +173,19 @@ def summarise(
             ess_bulk=float(state.ess_bulk[k]),
             ess_tail=float(state.ess_tail[k]),
             prior_contraction=float(1 - np.var(theta[:, k], ddof=1)),
+            prior_shift=float(np.mean(theta[:, k])),
         )
     return found
+
+
+def prior_conflicts(parameters: Mapping[str, ParameterSummary]) -> tuple[str, ...]:
+    """Warnings on parameters that the data pull further than `PRIOR_CONFLICT` away from their prior's median."""
+    return tuple(
+        f"{name}: the data pull it {abs(s.prior_shift):.1f} standard deviations of its prior away from the prior's median; the "
+        "prior, or something the model leaves out, is wrong"
+        for name, s in parameters.items()
+        if abs(s.prior_shift) > PRIOR_CONFLICT
+    )
 
 
 def diagnostics_to_json(diagnostics: Diagnostics) -> str:

@@ -40,6 +40,9 @@ BLOCK_POINTS = 8
 #: Prior draws with which `build_problem` checks what the forward model covers.
 _N_PRIOR_CHECK = 512
 
+#: Largest coordinate theta of the posterior: a standard normal has 1e-23 of its mass beyond.
+FARTHEST = 10.0
+
 _LOG_2_PI = float(np.log(2 * np.pi))
 
 
@@ -83,8 +86,14 @@ def named_values(problem: Problem, theta: FloatArray) -> dict[str, FloatArray]:
 
 
 def log_posterior(problem: Problem, theta: FloatArray) -> FloatArray:
-    """Log posterior density in the coordinates theta, up to a constant, (n_draw,); -inf outside what the forward covers."""
-    return np.asarray(log_likelihood(problem, theta) - 0.5 * np.sum(theta**2, axis=1), dtype=float)
+    """Log posterior density in the coordinates theta, up to a constant, (n_draw,); -inf outside what the forward covers.
+
+    It is cut off at `FARTHEST` prior standard deviations, where the prior has nothing left and arithmetic fails.
+    """
+    near = np.all(np.abs(theta) <= FARTHEST, axis=1)
+    density = np.full(theta.shape[0], -np.inf)
+    density[near] = log_likelihood(problem, theta[near]) - 0.5 * np.sum(theta[near] ** 2, axis=1)
+    return density
 
 
 def log_likelihood(problem: Problem, theta: FloatArray) -> FloatArray:

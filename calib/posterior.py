@@ -28,6 +28,7 @@ from calib.diagnostics import (
     convergence,
     diagnostics_from_json,
     diagnostics_to_json,
+    prior_conflicts,
     shortcomings,
     summarise,
 )
@@ -323,11 +324,12 @@ def _posterior(run: _Run, n_block: int, state: Convergence, gate: Gate, seed: in
     reasons += [
         f"ensemble {k + 1}: {n} of {run.n_walker} walkers never moved after the burn-in" for k, n in enumerate(still) if n
     ]
+    summaries = summarise(problem.parameters, values, flat, state)
     diagnostics = Diagnostics(
         converged=not reasons,
         reasons=tuple(reasons),
-        warnings=_range_warnings(problem, parts),
-        parameters=summarise(problem.parameters, values, flat, state),
+        warnings=(*_range_warnings(problem, parts), *prior_conflicts(summaries)),
+        parameters=summaries,
         steps=n_block * BLOCK_STEPS,
         burn_in=burn_in * STORE_EVERY,
         thin=thin * STORE_EVERY,

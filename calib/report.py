@@ -17,7 +17,7 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 from calib import figures
-from calib.diagnostics import Gate
+from calib.diagnostics import PRIOR_CONFLICT, Gate
 from calib.experiment import Experiment
 from calib.padding import Recommendation, percent
 from calib.posterior import Posterior, leave_out
@@ -28,6 +28,8 @@ from models.sensor import PARAMETERS
 #: A parameter whose prior lost less than this share of its variance is called prior-driven.
 PRIOR_DRIVEN = 0.1
 PRIOR_DRIVEN_WORDS = "prior-driven"
+#: What a parameter is called that the data pull far away from its prior.
+AGAINST_PRIOR_WORDS = "against its prior"
 #: A parameter whose prior lost more than this share of its variance is called settled by the data.
 SETTLED = 0.9
 
@@ -127,7 +129,7 @@ def write_report(
         headline=[r for i, r in zip(posterior.parameters, rows, strict=True) if i.parameter in _HEADLINE],
         rows=rows,
         fixed=[(n, _label(n), display(n.split("[")[0], v)) for n, v in posterior.fixed.items()],
-        prior_driven=[r for r in rows if r.contraction < PRIOR_DRIVEN],
+        prior_driven=[r for r in rows if r.verdict == PRIOR_DRIVEN_WORDS],
         limits=limits(posterior),
         gates=gates(posterior),
         sweeps=[_sweep_section(p) for p in predictions],
@@ -178,9 +180,14 @@ def verdict(posterior: Posterior, predictions: Sequence[Prediction]) -> str:
         text += f"The model does not describe {_and(doubtful)} within what it claims: look at the residuals first. "
     else:
         text += "The model describes every sweep within its uncertainty. "
-    driven = [_symbol_of(r) for r in rows.values() if r.contraction < PRIOR_DRIVEN]
+    driven = [_symbol_of(r) for r in rows.values() if r.verdict == PRIOR_DRIVEN_WORDS]
     if driven:
-        text += f"The data hardly moved {_and(driven)}: there the result is the prior, not the measurement."
+        text += f"The data hardly moved {_and(driven)}: there the result is the prior, not the measurement. "
+    against = [_symbol_of(r) for r in rows.values() if r.verdict == AGAINST_PRIOR_WORDS]
+    if against:
+        text += (
+            f"The data contradict the prior of {_and(against)}: check it, or what the model leaves out, before using the rest."
+        )
     return text.strip()
 
 
@@ -215,7 +222,7 @@ def parameter_rows(posterior: Posterior) -> list[ParameterRow]:
                 unit=p.display_unit,
                 interval=interval_text(lo * k, hi * k),
                 contraction=s.prior_contraction,
-                verdict=contraction_words(s.prior_contraction),
+                verdict=contraction_words(s.prior_contraction, s.prior_shift),
                 r_hat=_number(s.r_hat, ".3f"),
                 ess_bulk=_number(s.ess_bulk, ".0f"),
                 ess_tail=_number(s.ess_tail, ".0f"),
@@ -257,13 +264,17 @@ def interval_text(lo: float, hi: float) -> str:
     return f"{lo:.{places}f} to {hi:.{places}f}"
 
 
-def contraction_words(contraction: float) -> str:
-    """Share of the prior's variance that the data took away, in words.
+def contraction_words(contraction: float, shift: float) -> str:
+    """What the data did to a prior, in words: share of its variance taken away, and how far they pulled it (in its sd).
 
-    >>> contraction_words(0.05), contraction_words(0.5), contraction_words(0.97)
+    >>> contraction_words(0.05, 0.1), contraction_words(0.5, 0.1), contraction_words(0.97, 0.1)
     ('prior-driven', 'moved by the data', 'settled by the data')
+    >>> contraction_words(0.05, 1.5), contraction_words(0.5, -4.0)
+    ('moved by the data', 'against its prior')
     """
-    if contraction < PRIOR_DRIVEN:
+    if abs(shift) > PRIOR_CONFLICT:
+        return AGAINST_PRIOR_WORDS
+    if contraction < PRIOR_DRIVEN and abs(shift) < 1:
         return PRIOR_DRIVEN_WORDS
     return "settled by the data" if contraction > SETTLED else "moved by the data"
 

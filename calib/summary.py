@@ -36,7 +36,7 @@ def summary_csv(posterior: Posterior) -> str:
     """Content of summary.csv: one line per parameter, SI."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    columns = ("unit", "mean", "sd", "median", "r_hat", "ess_bulk", "ess_tail", "prior_contraction")
+    columns = ("unit", "mean", "sd", "median", "r_hat", "ess_bulk", "ess_tail", "prior_contraction", "prior_shift")
     writer.writerow(("parameter", *columns[:4], "interval_90_low", "interval_90_high", *columns[4:]))
     for name, s in posterior.diagnostics.parameters.items():
         row = asdict(s)

@@ -305,13 +305,14 @@ def _say(run: Path, posterior: Posterior) -> None:
     from rich.markup import escape
     from rich.table import Table
 
-    from calib.report import PRIOR_DRIVEN_WORDS, parameter_rows
+    from calib.report import AGAINST_PRIOR_WORDS, PRIOR_DRIVEN_WORDS, parameter_rows
 
     shown = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for heading in ("parameter", "posterior", "90 % interval", "learned"):
         shown.add_column(heading, overflow="fold")
     for row in parameter_rows(posterior):
-        learned = f"{max(row.contraction, 0.0) * 100:.0f} %" if row.verdict != PRIOR_DRIVEN_WORDS else PRIOR_DRIVEN_WORDS
+        told = row.verdict in (PRIOR_DRIVEN_WORDS, AGAINST_PRIOR_WORDS)
+        learned = row.verdict if told else f"{max(row.contraction, 0.0) * 100:.0f} %"
         shown.add_row(escape(row.name), f"{row.value} {row.unit}", row.interval, learned)
     console = out()
     console.print(shown)

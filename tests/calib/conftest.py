@@ -126,6 +126,7 @@ def make_posterior() -> Callable[..., Posterior]:
                 900.0 if converged else 37.0,
                 850.0,
                 0.97 if i.parameter != "relative_permittivity" else 0.04,
+                0.1,
             )
             for i, m, s in zip(infos, mean, sd, strict=True)
         }

@@ -16,6 +16,7 @@ from calib.diagnostics import (
     convergence,
     diagnostics_from_json,
     diagnostics_to_json,
+    prior_conflicts,
     shortcomings,
     summarise,
 )
@@ -150,3 +151,17 @@ def test_leave_block_out_says_which_block_it_cannot_be_trusted_for() -> None:
     found = leave_blocks_out(-0.5 * (y - mu[..., None]) ** 2 / 0.1)
     assert found.k_hat[1] > 0.7
     assert not found.trusted
+
+
+def test_a_parameter_pulled_far_from_its_prior_is_a_warning_with_the_number() -> None:
+    infos = [
+        ParameterInfo("machine_compliance", "machine_compliance", "", "", Normal(16e-6, 2e-6)),
+        ParameterInfo("load_zero[s]", "load_zero", "s", "", Normal(0.0, 1.0)),
+    ]
+    theta = np.random.default_rng(0).standard_normal((4000, 2)) * 0.9 + np.array([-4.5, 1.0])
+    values = np.stack([i.prior.ppf_normal(theta[:, k]) for k, i in enumerate(infos)], axis=1)
+    state = Convergence(np.ones(2), np.full(2, 900.0), np.full(2, 900.0), np.ones(2), 1000)
+    found = summarise(infos, values, theta, state)
+    assert found["machine_compliance"].prior_shift == pytest.approx(-4.5, abs=0.1)
+    (warning,) = prior_conflicts(found)
+    assert warning.startswith("machine_compliance: the data pull it 4.5 standard deviations")

@@ -312,3 +312,15 @@ def test_a_prior_mostly_outside_the_models_range_is_refused() -> None:
 def test_capacitance_that_nothing_ties_to_depth_is_refused() -> None:
     with pytest.raises(InputError, match="nothing tells how deep"):
         build_problem(experiment(), [replace(press(), track=None)], EXACT)
+
+
+def test_values_that_the_prior_rules_out_are_impossible_rather_than_a_numerical_failure() -> None:
+    # A wide prior far out means a modulus of 1e23 Pa and a model error beyond what arithmetic can hold.
+    wide = {"young_modulus": LogNormal(12e6, 2.0)}
+    problem = build_problem(experiment(wide), [press()], ClosedForm())
+    theta = np.zeros((3, len(problem.parameters)))
+    theta[1, problem.names.index("young_modulus")] = 60.0
+    theta[2, 0] = np.nan
+    found = log_posterior(problem, theta)
+    assert np.isfinite(found[0])
+    np.testing.assert_array_equal(found[1:], -np.inf)

@@ -243,7 +243,18 @@ def test_summary_json_has_the_documented_layout(make_posterior: MakePosterior) -
     e = summary["parameters"]["young_modulus"]
     assert e["unit"] == "Pa"
     assert e["mean"] == pytest.approx(0.62e6)
-    assert set(e) == {"unit", "mean", "sd", "median", "interval_90", "r_hat", "ess_bulk", "ess_tail", "prior_contraction"}
+    assert set(e) == {
+        "unit",
+        "mean",
+        "sd",
+        "median",
+        "interval_90",
+        "r_hat",
+        "ess_bulk",
+        "ess_tail",
+        "prior_contraction",
+        "prior_shift",
+    }
 
 
 def test_summary_json_writes_null_for_what_is_not_known(make_posterior: MakePosterior) -> None:
