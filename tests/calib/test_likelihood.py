@@ -14,7 +14,9 @@ from scipy.stats import multivariate_normal
 from calib.errors import InputError
 from calib.experiment import Experiment, Specimen, SweepFiles
 from calib.likelihood import (
+    Channel,
     Problem,
+    _log_normal,
     block_names,
     build_problem,
     log_likelihood,
@@ -314,13 +316,16 @@ def test_capacitance_that_nothing_ties_to_depth_is_refused() -> None:
         build_problem(experiment(), [replace(press(), track=None)], EXACT)
 
 
-def test_values_that_the_prior_rules_out_are_impossible_rather_than_a_numerical_failure() -> None:
-    # A wide prior far out means a modulus of 1e23 Pa and a model error beyond what arithmetic can hold.
-    wide = {"young_modulus": LogNormal(12e6, 2.0)}
-    problem = build_problem(experiment(wide), [press()], ClosedForm())
-    theta = np.zeros((3, len(problem.parameters)))
-    theta[1, problem.names.index("young_modulus")] = 60.0
-    theta[2, 0] = np.nan
-    found = log_posterior(problem, theta)
-    assert np.isfinite(found[0])
-    np.testing.assert_array_equal(found[1:], -np.inf)
+def test_model_error_beyond_what_arithmetic_holds_is_impossible_rather_than_a_failure() -> None:
+    # A search may come by a modulus of 1e20 Pa: modes of error 1e9 times the noise, alike to the last digit.
+    rng = np.random.default_rng(0)
+    n = 12
+    usual = 0.1 * rng.standard_normal((n, 3))
+    absurd = 1e9 * np.outer(np.linspace(1, 2, n), [1.0, 1.1, 0.9])
+    rows = np.zeros((3, n))
+    channel = Channel(rows, rows, rows + 1.0, np.stack([usual, absurd, usual]), rng.standard_normal(n))
+    found = _log_normal(channel)
+    assert found[1] == -np.inf
+    covariance = np.eye(n) + usual @ usual.T
+    expected = multivariate_normal(np.zeros(n), covariance).logpdf(channel.observed)
+    np.testing.assert_allclose(found[[0, 2]], expected, rtol=1e-12)
