@@ -99,8 +99,10 @@ class FiniteElements:
         ------
         ValueError
             If the forces do not increase from above zero.
-        OutOfRangeError, ConvergenceError
+        OutOfRangeError
             As for `respond`; also if a force is not reached at the largest depth covered.
+        ConvergenceError
+            If equilibrium is not found.
         """
         if force[0] <= 0 or np.any(np.diff(force) <= 0):
             raise ValueError("forces must be positive and increase")
@@ -122,6 +124,11 @@ class FiniteElements:
                 guess = 1.05 * reached
             elif end < deepest:
                 guess = min(1.4 * guess, deepest)
+            elif failure.depth * radius >= deepest * (1 - 1e-9):
+                raise OutOfRangeError(
+                    f"{force[-1]:.4g} N is not reached within the depths that finite elements cover here, up to "
+                    f"{deepest * 1e3:.4g} mm; ask for less"
+                )
             else:
                 raise ConvergenceError(reached, failure.reason, _response(single, model, states) if states else None)
 
