@@ -44,7 +44,7 @@ def test_shipped_surrogate_says_where_it_comes_from(shipped):
 
 
 def test_shipped_surrogate_covers_what_a_gripper_lab_asks_for(shipped):
-    # R 5 mm, a 10 mm, h_s 0.5-1.2 mm, h_p 0-9 mm, E_p/E 0.5-2: 10 N at E = 0.5 MPa, or 52 % of the stack where that is first.
+    # R 5 mm, a 10 mm, h_s 0.5-1.2 mm, h_p 0-9 mm, E_p/E 0.5-2: 10 N at E = 0.5 MPa, or 55 % of the stack where that is first.
     h_s, h_p, ratio = (
         g.ravel()
         for g in np.meshgrid(
