@@ -370,7 +370,7 @@ def fit_surrogate(data: TrainingSet, degree: int = DEGREE) -> Surrogate:
         _error_modes(capacitance_loo).reshape(-1, *shape),
         {
             "model": "neo-Hookean sensor on padding, bonded base, frictionless sphere",
-            "finite elements": f"Q2/P1, refinement {data.refinement:g}, K/mu 1e4",
+            "finite elements": f"Q2/P1, accuracy {data.accuracy:g}, K/mu 1e4",
             "training paths": f"{n_run} of {n_run + len(data.failures)} (Sobol sequence, seed {data.seed})",
             "training hash (SHA-256)": data.digest,
             "fit": f"weighted total degree {degree} ({n_term} terms), {N_DEPTH_TERMS} terms in depth",

@@ -12,10 +12,12 @@ from types import MappingProxyType
 import numpy as np
 from scipy.stats import qmc
 
+from models.fem import dimensionless
 from models.fem.capacitance import ring_capacitance
-from models.fem.equilibrium import Failure, make_model, walk
-from models.fem.mesh import Stack
-from models.sensor import FloatArray, Scalar
+from models.fem.equilibrium import Failure, make_model
+from models.fem.path import walk
+from models.layers import LayeredDesign, layered
+from models.sensor import FloatArray, Scalar, design_from
 
 #: The dimensionless groups that shape the mechanics, and the range the shipped surrogate is trained on.
 GROUPS = MappingProxyType(
@@ -114,7 +116,7 @@ class TrainingSet:
     contact_radius : (n_run, n_depth), over R.
     capacitance : (n_run, n_depth, n_dielectric, n_electrode), C / C0 - 1 at `DIELECTRIC_POINTS` and `ELECTRODE_POINTS`.
     failures : one sentence per point that did not reach the end; such points are not in the arrays.
-    refinement, seed : of the finite elements and of the points.
+    accuracy, seed : of the finite elements and of the points.
     """
 
     groups: FloatArray
@@ -122,7 +124,7 @@ class TrainingSet:
     contact_radius: FloatArray
     capacitance: FloatArray
     failures: tuple[str, ...]
-    refinement: float
+    accuracy: float
     seed: int
 
     @property
@@ -142,7 +144,7 @@ class TrainingSet:
             contact_radius=self.contact_radius,
             capacitance=self.capacitance,
             failures=np.array(self.failures, dtype=str),
-            refinement=self.refinement,
+            accuracy=self.accuracy,
             seed=self.seed,
         )
 
@@ -156,7 +158,7 @@ def load_training_set(path: Path) -> TrainingSet:
             data["contact_radius"],
             data["capacitance"],
             tuple(str(f) for f in data["failures"]),
-            float(data["refinement"]),
+            float(data["accuracy"]),
             int(data["seed"]),
         )
 
@@ -171,13 +173,31 @@ class Run:
     failure: str = ""
 
 
-def run_point(groups: FloatArray, refinement: float) -> Run:
+def design_of(groups: FloatArray) -> LayeredDesign:
+    """The design with groups (4,) in the units of the finite elements: R = 1 and shear modulus 1 in the sensor."""
+    h_s, h_p, a, modulus = (float(g) for g in groups)
+    design = design_from(
+        {
+            "indenter_radius": 1.0,
+            "sensor_thickness": h_s,
+            "sensor_radius": a,
+            "young_modulus": 3.0,
+            "relative_permittivity": 1.0,
+            "padding_thickness": h_p,
+            "padding_young_modulus": 3.0 * modulus,
+        }
+    )
+    return dimensionless(layered(design))[0]
+
+
+def run_point(groups: FloatArray, accuracy: float) -> Run:
     """Finite-element path for one point (4,) of the groups, to `reach`, at `PATH`."""
-    stack = Stack(*(float(g) for g in groups))
-    end = float(reach(stack.sensor_thickness, stack.padding_thickness, stack.radius))
-    model = make_model(stack, end, refinement)
-    dielectric = DIELECTRIC_POINTS * stack.sensor_thickness
-    electrode = ELECTRODE_POINTS * stack.radius
+    h_s, h_p, a, _ = (float(g) for g in groups)
+    end = float(reach(h_s, h_p, a))
+    model = make_model(design_of(groups), end, accuracy)
+    dielectric, electrode = DIELECTRIC_POINTS * h_s, ELECTRODE_POINTS * a
+    middle = np.full_like(dielectric, h_p + h_s / 2)
+    lower, upper = np.concatenate([middle - dielectric, middle]), np.concatenate([middle, middle + dielectric])
     at_rest = 2 * np.pi * electrode**2 / dielectric[:, None]
     force, radius, capacitance = [], [], []
     for state in walk(model, end * PATH**2):
@@ -186,7 +206,8 @@ def run_point(groups: FloatArray, refinement: float) -> Run:
             return Run(*(np.empty(0),) * 3, failure=f"{names}: {state.reason} at d/R = {state.depth:.4g} of {end:.4g}")
         force.append(state.force)
         radius.append(state.contact_radius)
-        capacitance.append(ring_capacitance(model.mesh, state.u, stack.sensor_thickness, dielectric, electrode) / at_rest - 1)
+        rings = ring_capacitance(model.mesh, state.u, lower, upper, electrode).reshape(2, dielectric.size, electrode.size)
+        capacitance.append(np.sum(rings, axis=0) / at_rest - 1)
     return Run(np.array(force), np.array(radius), np.array(capacitance))
 
 
@@ -194,7 +215,7 @@ def run_training(
     points: FloatArray,
     executor: Executor,
     *,
-    refinement: float,
+    accuracy: float,
     seed: int,
     progress: Callable[[int, int], None] | None = None,
 ) -> TrainingSet:
@@ -202,7 +223,7 @@ def run_training(
 
     Points where equilibrium is not found are left out and named in `TrainingSet.failures`.
     """
-    futures = {executor.submit(run_point, p, refinement): i for i, p in enumerate(points)}
+    futures = {executor.submit(run_point, p, accuracy): i for i, p in enumerate(points)}
     runs: dict[int, Run] = {}
     for future in as_completed(futures):
         runs[futures[future]] = future.result()
@@ -215,6 +236,6 @@ def run_training(
         np.stack([runs[i].contact_radius for i in good]),
         np.stack([runs[i].capacitance for i in good]),
         tuple(runs[i].failure for i in range(len(points)) if runs[i].failure),
-        refinement,
+        accuracy,
         seed,
     )

@@ -82,9 +82,9 @@ def random_designs(n: int, seed: int) -> list[Design]:
     return designs
 
 
-def _truth(design: Design, depth: FloatArray, refinement: float) -> Response | str:
+def _truth(design: Design, depth: FloatArray, accuracy: float) -> Response | str:
     try:
-        return FiniteElements(refinement).respond(design, depth)
+        return FiniteElements(accuracy).respond(design, depth)
     except ConvergenceError as error:
         return str(error)
 
@@ -94,12 +94,12 @@ def validate(
     designs: list[Design],
     executor: Executor,
     *,
-    refinement: float = 1.5,
+    accuracy: float = 5e-4,
     progress: Callable[[int, int], None] | None = None,
 ) -> Validation:
     """Compare at `training.PATH` depths of each design, up to the largest the surrogate covers."""
     depths = [float(surrogate.max_depth(d)[0]) * (1 - 1e-12) * PATH**2 for d in designs]
-    futures = {executor.submit(_truth, d, z, refinement): i for i, (d, z) in enumerate(zip(designs, depths, strict=True))}
+    futures = {executor.submit(_truth, d, z, accuracy): i for i, (d, z) in enumerate(zip(designs, depths, strict=True))}
     results: dict[int, Response | str] = {}
     for future in as_completed(futures):
         results[futures[future]] = future.result()

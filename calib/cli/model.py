@@ -147,7 +147,9 @@ def train(
     output: Annotated[Path, typer.Option("-o", "--output", help="Surrogate file to write (npz).")],
     points: Annotated[int, typer.Option(min=1, help="Finite-element loading curves to train on.")] = 2048,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the choice of designs.")] = 1,
-    refinement: Annotated[float, typer.Option(min=0.1, help="Divides every element size.")] = 1.2,
+    accuracy: Annotated[
+        float, typer.Option(min=1e-5, max=0.1, help="Relative accuracy the finite elements are meshed for.")
+    ] = 1e-3,
     processes: Processes = None,
 ) -> None:
     """Train a surrogate on finite-element loading curves spread over the whole range of designs.
@@ -171,7 +173,7 @@ def train(
         if not output.absolute().parent.is_dir():
             raise InputError(Fault(f"the folder {output.absolute().parent} does not exist", output, advice="Create it first"))
         with _workers(processes) as executor, _counting("loading curves") as progress:
-            data = run_training(design_points(points, seed), executor, refinement=refinement, seed=seed, progress=progress)
+            data = run_training(design_points(points, seed), executor, accuracy=accuracy, seed=seed, progress=progress)
         try:
             fitted = fit_surrogate(data)
         except ValueError as error:

@@ -62,7 +62,7 @@ def curves(design_values: dict[str, float]) -> tuple[PchipInterpolator, PchipInt
     """F(d) [N] and C(d) [F] of one specimen as interpolants of 61 finite-element states; straight before contact."""
     design = design_from(design_values)
     depth = 0.72e-3 * np.linspace(0, 1, 61) ** 1.5
-    response = FiniteElements(refinement=1.5).respond(design, depth)
+    response = FiniteElements(accuracy=3e-4).respond(design, depth)
     before = np.array([-2e-3, -1e-3])
     x = np.concatenate([before, depth])
     force = PchipInterpolator(x, np.concatenate([[0, 0], response.force]))

@@ -1,20 +1,24 @@
-"""The finite-element sensor model: exact and slow. A `Design` and depths (or forces) in, a `Response` out."""
+"""The finite-element sensor model: exact and slow. A design and depths (or forces) in, a `Response` out."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
+from threadpoolctl import ThreadpoolController
 
-from models.analytic import CHI_MAX, bonded_layer_factor, effective_modulus, hertz_force
+from models.analytic import CHI_MAX, bonded_layer_factor, hertz_force
 from models.fem.capacitance import ring_capacitance
-from models.fem.equilibrium import Failure, Model, State, make_model, walk, walk_to_forces
-from models.fem.mesh import Stack
+from models.fem.equilibrium import Failure, Model, State, make_model
+from models.fem.path import walk, walk_to_forces
+from models.layers import LayeredDesign, layered, path_end
 from models.response import OutOfRangeError, Response
 from models.sensor import VACUUM_PERMITTIVITY, Design, FloatArray
 
-__all__ = ["ConvergenceError", "FiniteElements", "stack_of"]
+__all__ = ["ConvergenceError", "FiniteElements", "dimensionless"]
 
 
 class ConvergenceError(RuntimeError):
@@ -27,55 +31,74 @@ class ConvergenceError(RuntimeError):
         super().__init__(f"no equilibrium beyond an indentation of {depth_reached * 1e3:.4g} mm: {reason}")
 
 
-def stack_of(design: Design) -> Stack:
-    """The dimensionless stack of one (not batch) design: lengths over R, padding modulus over sensor modulus."""
-    p = {k: float(v) for k, v in design.parameters().items()}
-    radius = p["indenter_radius"]
-    return Stack(
-        p["sensor_thickness"] / radius,
-        p["padding_thickness"] / radius,
-        p["sensor_radius"] / radius,
-        p["padding_young_modulus"] / p["young_modulus"],
-    )
+@dataclass(frozen=True)
+class Units:
+    """What the finite elements count in: `length` [m], the indenter's size, and shear `modulus` [Pa], the top layer's."""
+
+    length: float
+    modulus: float
+
+    @property
+    def force(self) -> float:
+        """Unit of force [N]."""
+        return self.modulus * self.length**2
+
+
+@cache
+def _blas() -> ThreadpoolController:
+    return ThreadpoolController()
+
+
+def one_thread() -> AbstractContextManager[object]:
+    """Linear algebra on one thread: the matrices are small, and threads that wait for each other cost many times the work."""
+    limit: AbstractContextManager[object] = _blas().limit(limits=1, user_api="blas")
+    return limit
+
+
+def dimensionless(design: LayeredDesign) -> tuple[LayeredDesign, Units]:
+    """The design in the units of the finite elements; shear moduli are a third of its Young's moduli."""
+    units = Units(design.profile.length, design.layers[-1].young_modulus / 3)
+    return design.scaled(units.length, units.modulus), units
 
 
 @dataclass(frozen=True)
 class FiniteElements:
-    """Axisymmetric finite elements as a `Forward`: nearly incompressible neo-Hookean, hard frictionless sphere, bonded base.
+    """Axisymmetric finite elements as a `Forward`: nearly incompressible hyperelastic layers under a hard indenter.
 
-    `refinement` divides every element size; at 1 force is within 0.3 % and capacitance change within 1.3 % of the
-    independent codes' results, force within 0.05 % beyond a tenth of the path.
+    `accuracy` is the relative accuracy of force and capacitance change that the grid is made for.
 
-    Covers depths to 65 % of the stack, to R, and to where the contact nears the rim (d = a^2 / (2 R)). Elements are sized by
-    the largest depth asked for, so the same depth in another call may differ within that accuracy.
+    Covers depths to 65 % of the stack, to R for a sphere, and to where the indenter is 97 % as wide as the disc. Elements are
+    sized by the largest depth asked for, so the same depth in another call may differ within the accuracy.
+
+    Raises
+    ------
+    ValueError
+        If the accuracy is not between 1e-5 and 0.1.
     """
 
-    refinement: float = 1.0
+    accuracy: float = 1e-3
     name: str = "finite elements"
+
+    def __post_init__(self) -> None:
+        if not 1e-5 <= self.accuracy <= 0.1:
+            raise ValueError(f"accuracy must lie between 1e-5 and 0.1, got {self.accuracy:g}")
 
     def max_depth(self, design: Design) -> FloatArray:
         """Largest depth [m] covered, shape (n_draw,)."""
         p = {k: np.asarray(v) for k, v in design.draws().parameters().items()}
-        rim = p["sensor_radius"] ** 2 / (2 * p["indenter_radius"])
-        thick = 0.65 * (p["sensor_thickness"] + p["padding_thickness"])
-        return np.asarray(np.minimum(np.minimum(thick, p["indenter_radius"]), rim), dtype=float)
+        radius, rim = p["indenter_radius"], 0.97 * p["sensor_radius"]
+        at_rim = radius - np.sqrt(np.maximum(radius**2 - rim**2, 0.0))
+        return np.asarray(np.minimum(0.65 * (p["sensor_thickness"] + p["padding_thickness"]), at_rim), dtype=float)
 
     def outside(self, design: Design, depth: FloatArray) -> str:
         """Empty, or the violated bound."""
-        if design.indenter.friction_coefficient:
-            return f"contact is frictionless; friction_coefficient must be 0, got {design.indenter.friction_coefficient:g}"
         limit = self.max_depth(design)
         deepest = np.max(np.broadcast_to(depth, (limit.size, np.shape(depth)[-1])), axis=-1)
         worst = int(np.argmax(deepest - limit))
-        if deepest[worst] > limit[worst] * (1 + 1e-9):
-            return (
-                f"finite elements cover depths up to {limit[worst] * 1e3:.4g} mm here (65 % of the stack, R, and a^2/(2R)), "
-                f"got {deepest[worst] * 1e3:.4g} mm"
-            )
-        return ""
+        return _beyond(float(deepest[worst]), float(limit[worst]))
 
-    def respond(self, design: Design, depth: FloatArray) -> Response:
-        """See `models.response.Forward.respond`.
+    def respond(self, design: Design | LayeredDesign, depth: FloatArray) -> Response:
+        """See `models.response.Forward.respond`; the path goes from the shallowest depth to the deepest.
 
         Raises
         ------
@@ -84,80 +107,110 @@ class FiniteElements:
         ConvergenceError
             If equilibrium is not found.
         """
+        if isinstance(design, LayeredDesign):
+            return self._loading(design, np.asarray(depth, dtype=float))
         if reason := self.outside(design, depth):
             raise OutOfRangeError(reason)
         batch = design.draws()
         n_draw = np.shape(batch.sensor.thickness)[0]
         depths = np.broadcast_to(np.asarray(depth, dtype=float), (n_draw, np.shape(depth)[-1]))
-        rows = [self._one(batch.draw(i), depths[i]) for i in range(n_draw)]
+        rows = [self._loading(layered(batch.draw(i)), depths[i]) for i in range(n_draw)]
         return _stacked(rows) if design.is_batch else rows[0]
 
-    def respond_to_force(self, design: Design, force: FloatArray) -> Response:
-        """Response of one design at increasing positive forces [N], shape (n_force,): the depths are found.
+    def respond_along(self, design: Design | LayeredDesign, depth: FloatArray) -> Response:
+        """Response of one design at `depth` [m], shape (n_depth,), gone through in the order given: loading, unloading, again.
+
+        Without friction the order does not matter; with it the force on the way back is another.
+
+        Raises
+        ------
+        OutOfRangeError
+            If a depth is not covered.
+        ConvergenceError
+            If equilibrium is not found.
+        """
+        single = _one(design)
+        depth = np.maximum(np.asarray(depth, dtype=float), 0.0)
+        if reason := _beyond(float(np.max(depth)), path_end(single)):
+            raise OutOfRangeError(reason)
+        return self._path(single, depth)
+
+    def respond_to_force(self, design: Design | LayeredDesign, force: FloatArray) -> Response:
+        """Response of one design at positive forces [N], shape (n_force,), in their order: the depths are found.
 
         Raises
         ------
         ValueError
-            If the forces do not increase from above zero.
+            If a force is not positive.
         OutOfRangeError
             As for `respond`; also if a force is not reached at the largest depth covered.
         ConvergenceError
             If equilibrium is not found.
         """
-        if force[0] <= 0 or np.any(np.diff(force) <= 0):
-            raise ValueError("forces must be positive and increase")
-        if reason := self.outside(design, np.zeros(1)):
-            raise OutOfRangeError(reason)
-        single = design.draw(0)
-        radius, mu = float(np.asarray(single.indenter.radius)), float(np.asarray(single.sensor.young_modulus)) / 3
-        deepest = float(self.max_depth(single)[0])
+        if np.min(force) <= 0:
+            raise ValueError("forces must be positive")
+        single = _one(design)
+        scaled, units = dimensionless(single)
+        deepest, largest = path_end(single), float(np.max(force))
+        if isinstance(design, Design):
+            deepest = min(deepest, float(self.max_depth(design)[0]))
         # The mesh needs the end depth, which is known only afterwards: guess, walk, and walk again if the guess was poor.
-        guess = _closed_form_depth(single, float(force[-1]), deepest)
+        guess = _closed_form_depth(single, largest, deepest)
         while True:
-            model = make_model(stack_of(single), guess / radius, self.refinement)
             end = min(1.3 * guess, deepest)
-            states, failure = _split(walk_to_forces(model, force / (mu * radius**2), end / radius))
-            reached = max((s.depth for s in states), default=0.0) * radius
+            with one_thread():
+                model = make_model(scaled, guess / units.length, self.accuracy)
+                states, failure = _split(walk_to_forces(model, force / units.force, end / units.length))
+            reached = max((s.depth for s in states), default=0.0) * units.length
             if failure is None and reached > 0.7 * guess:
-                return _response(single, model, states)
+                return _response(single, model, units, states)
             if failure is None:
                 guess = 1.05 * reached
             elif end < deepest:
                 guess = min(1.4 * guess, deepest)
-            elif failure.depth * radius >= deepest * (1 - 1e-9):
+            elif failure.depth * units.length >= deepest * (1 - 1e-9):
                 raise OutOfRangeError(
-                    f"{force[-1]:.4g} N is not reached within the depths that finite elements cover here, up to "
+                    f"{largest:.4g} N is not reached within the depths that finite elements cover here, up to "
                     f"{deepest * 1e3:.4g} mm; ask for less"
                 )
             else:
-                raise ConvergenceError(reached, failure.reason, _response(single, model, states) if states else None)
+                raise ConvergenceError(reached, failure.reason, _response(single, model, units, states) if states else None)
 
-    def _one(self, design: Design, depth: FloatArray) -> Response:
-        radius = float(np.asarray(design.indenter.radius))
+    def _loading(self, design: LayeredDesign, depth: FloatArray) -> Response:
+        """Response at depths in any order, gone through from the shallowest to the deepest."""
+        if reason := _beyond(float(np.max(depth)), path_end(design)):
+            raise OutOfRangeError(reason)
         wanted, inverse = np.unique(np.maximum(depth, 0.0), return_inverse=True)
-        loaded = wanted[wanted > 0]
-        model = make_model(stack_of(design), float(loaded[-1] if loaded.size else 0.1 * radius) / radius, self.refinement)
-        states, failure = _split(walk(model, loaded / radius)) if loaded.size else ([], None)
-        if failure is not None:
-            reached = states[-1].depth * radius if states else 0.0
-            raise ConvergenceError(reached, failure.reason, _response(design, model, states) if states else None)
-        unique = _response(design, model, states)
-        first = wanted.size - loaded.size  # one row for "no contact", if it was asked for
-        n = len(states)
-
-        def at(values: FloatArray, rest: float) -> FloatArray:
-            return np.concatenate([np.full(first, rest), values[:n]])[inverse.ravel()]
-
-        c0 = float(unique.rest_capacitance)
+        found = self._path(design, wanted)
+        at = inverse.ravel()
+        none = np.zeros((depth.size, 0))
         return Response(
-            np.asarray(depth, dtype=float),
-            at(unique.force, 0.0),
-            at(unique.contact_radius, 0.0),
-            at(unique.capacitance, c0),
-            unique.rest_capacitance,
-            np.zeros((depth.size, 0)),
-            np.zeros((depth.size, 0)),
+            depth, found.force[at], found.contact_radius[at], found.capacitance[at], found.rest_capacitance, none, none
         )
+
+    def _path(self, design: LayeredDesign, depth: FloatArray) -> Response:
+        scaled, units = dimensionless(design)
+        deepest = float(np.max(depth))
+        with one_thread():
+            model = make_model(scaled, (deepest or 0.1 * design.thickness) / units.length, self.accuracy)
+            states, failure = _split(walk(model, depth / units.length))
+        if failure is not None:
+            reached = states[-1].depth * units.length if states else 0.0
+            raise ConvergenceError(reached, failure.reason, _response(design, model, units, states) if states else None)
+        return _response(design, model, units, states)
+
+
+def _one(design: Design | LayeredDesign) -> LayeredDesign:
+    return design if isinstance(design, LayeredDesign) else layered(design.draw(0))
+
+
+def _beyond(depth: float, limit: float) -> str:
+    if depth <= limit * (1 + 1e-9):
+        return ""
+    return (
+        f"finite elements cover depths up to {limit * 1e3:.4g} mm here (65 % of the stack, R, and an indenter narrower than "
+        f"the disc), got {depth * 1e3:.4g} mm"
+    )
 
 
 def _split(results: Iterable[State | Failure]) -> tuple[list[State], Failure | None]:
@@ -169,24 +222,26 @@ def _split(results: Iterable[State | Failure]) -> tuple[list[State], Failure | N
     return states, None
 
 
-def _response(design: Design, model: Model, states: list[State]) -> Response:
+def capacitance(design: LayeredDesign, model: Model, units: Units, state: State) -> float:
+    """C [F] of all dielectrics of `design` at a state of its model."""
+    dielectrics = design.dielectrics
+    lower, upper = (np.array([getattr(d, k) for d in dielectrics]) / units.length for k in ("lower", "upper"))
+    rings = ring_capacitance(model.mesh, state.u, lower, upper, np.array([design.electrode_radius / units.length]))
+    permittivity = np.array([d.relative_permittivity for d in dielectrics])
+    return float(VACUUM_PERMITTIVITY * units.length * permittivity @ rings[:, 0])
+
+
+def _response(design: LayeredDesign, model: Model, units: Units, states: list[State]) -> Response:
     """SI response from dimensionless states."""
-    p = {k: float(v) for k, v in design.parameters().items()}
-    radius, mu = p["indenter_radius"], p["young_modulus"] / 3
-    stack = model.stack
-    dielectric = np.array([p["dielectric_thickness"] / radius])
-    electrode = np.array([p["electrode_radius"] / radius])
-    unit = VACUUM_PERMITTIVITY * p["relative_permittivity"] * radius
-    rings = [ring_capacitance(model.mesh, s.u, stack.sensor_thickness, dielectric, electrode)[0, 0] for s in states]
-    n = len(states)
+    none = np.zeros((len(states), 0))
     return Response(
-        np.array([s.depth * radius for s in states]),
-        np.array([s.force * mu * radius**2 for s in states]),
-        np.array([s.contact_radius * radius for s in states]),
-        unit * np.array(rings),
+        np.array([s.depth * units.length for s in states]),
+        np.array([s.force * units.force for s in states]),
+        np.array([s.contact_radius * units.length for s in states]),
+        np.array([capacitance(design, model, units, s) if s.depth > 0 else design.rest_capacitance for s in states]),
         np.asarray(design.rest_capacitance, dtype=float),
-        np.zeros((n, 0)),
-        np.zeros((n, 0)),
+        none,
+        none,
     )
 
 
@@ -202,10 +257,13 @@ def _stacked(rows: list[Response]) -> Response:
     )
 
 
-def _closed_form_depth(design: Design, force: float, deepest: float) -> float:
-    """Depth [m] at which the closed form carries `force`, at most `deepest`: a guess for the mesh."""
-    radius = np.asarray(design.indenter.radius)
+def _closed_form_depth(design: LayeredDesign, force: float, deepest: float) -> float:
+    """Depth [m] at which a sphere on one layer of the stack's mean compliance carries `force`: a guess for the mesh."""
+    h = design.thickness
+    modulus = h / sum(x.thickness / x.young_modulus for x in design.layers)
     depth = np.linspace(0, deepest, 200)[1:]
-    chi = np.minimum(np.sqrt(radius * depth) / np.asarray(design.total_thickness), CHI_MAX)
-    curve = hertz_force(effective_modulus(design, depth)[0], float(radius), depth) * bonded_layer_factor(chi)
-    return float(np.interp(force, curve, depth))
+    radius = np.array([design.profile.radius_at(d) for d in depth])
+    sphere = radius**2 / (2 * depth)  # radius of the sphere that is as wide at that depth
+    chi = np.minimum(np.sqrt(sphere * depth) / h, CHI_MAX)
+    curve = hertz_force(modulus, sphere, depth) * bonded_layer_factor(chi)
+    return float(np.interp(force, np.maximum.accumulate(curve), depth))

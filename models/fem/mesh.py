@@ -1,30 +1,21 @@
-"""From the dimensionless shape of a stack to a structured grid of nine-node (Q2) elements, fine under the contact.
+"""From a layered design and a depth to a structured grid of nine-node (Q2) elements, fine under the contact.
 
-Lengths are in units of the sphere radius R. Coordinates (r, z), z up, base at z = 0, axis at r = 0.
+Coordinates (r, z), z up, base at z = 0, axis at r = 0, in any unit of length.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import itertools
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from models.layers import LayeredDesign
 from models.sensor import FloatArray, IntArray
 
-
-@dataclass(frozen=True)
-class Stack:
-    """Shape of sensor on padding in units of the sphere radius, moduli in units of the sensor's."""
-
-    sensor_thickness: float
-    padding_thickness: float
-    radius: float
-    padding_modulus: float
-
-    @property
-    def thickness(self) -> float:
-        """Total thickness."""
-        return self.sensor_thickness + self.padding_thickness
+#: Least width of an element at the surface as a share of its height.
+_LEAST_WIDTH = 0.25
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,15 +26,15 @@ class Mesh:
     ----------
     r, z : node coordinates of the columns (2 nr + 1,) and of the rows (2 nz + 1,).
     elements : (n_element, 9) node numbers, local node 3 i + j at column i, row j of the element.
-    mid_row : row of nodes on the mid-plane of the sensor.
-    sensor_row : first row of elements that belongs to the sensor.
+    layer : (nz,) which layer each row of elements belongs to.
+    fine_radius : columns within are sized for the contact.
     """
 
     r: FloatArray
     z: FloatArray
     elements: IntArray
-    mid_row: int
-    sensor_row: int
+    layer: IntArray
+    fine_radius: float
 
     @property
     def n_row(self) -> int:
@@ -61,14 +52,6 @@ class Mesh:
         return (self.r.size - 1) // 2, (self.z.size - 1) // 2
 
 
-def _graded(length: float, first: float, growth: float, largest: float) -> FloatArray:
-    """Ends of intervals that fill `length`, the first about `first`, each next `growth` times larger up to `largest`."""
-    sizes = [first]
-    while sum(sizes) < length:
-        sizes.append(min(sizes[-1] * growth, largest))
-    return np.cumsum(np.asarray(sizes)) * (length / sum(sizes))
-
-
 def _with_midpoints(ends: FloatArray) -> FloatArray:
     nodes = np.empty(2 * ends.size - 1)
     nodes[::2] = ends
@@ -76,43 +59,68 @@ def _with_midpoints(ends: FloatArray) -> FloatArray:
     return nodes
 
 
-def make_mesh(stack: Stack, depth: float, refinement: float = 1.0) -> Mesh:
-    """Grid for indentations up to `depth` (units of R).
+def _fill(low: float, high: float, size: Callable[[FloatArray], FloatArray], refinement: float, least: int) -> FloatArray:
+    """Ends of intervals from `low` to `high` whose lengths follow `size` / `refinement`, at least `least` of them."""
+    # Points crowd at both ends, so that a size that vanishes there like a power is integrated well.
+    x = low + (high - low) * (1 - np.cos(np.pi * np.linspace(0, 1, 2001))) / 2
+    middle = (x[1:] + x[:-1]) / 2
+    count = np.concatenate([[0.0], np.cumsum(np.diff(x) / size(middle))])
+    n = max(least, int(np.ceil(count[-1] * refinement - 1e-6)))
+    ends = np.interp(np.linspace(0, count[-1], n + 1), count, x)
+    ends[0], ends[-1] = low, high
+    return np.asarray(ends)
 
-    Columns are fine where the contact will be (a power-law spacing keeps the resolution of a small contact early in the
-    path), then grow geometrically. Rows are uniform in the sensor and grow downwards in the padding. Element sizes scale
-    with 1 / `refinement`.
+
+def make_mesh(design: LayeredDesign, depth: float, accuracy: float = 1e-3) -> Mesh:
+    """Grid for indentations up to `depth` and a relative `accuracy` of force and capacitance change.
+
+    Columns are fine where the contact will be and, as the contact of a round indenter grows from a point, finer towards
+    where it begins; they grow geometrically beyond and end fine at the free rim, over which the disc bulges. Rows are fine
+    under the contact and at the base, and no layer has fewer than two.
     """
-    h = stack.thickness
-    contact = min(np.sqrt(2 * depth), 0.95, 0.95 * stack.radius)
-    fine = min(1.15 * contact, 0.97 * stack.radius)
-    # Element size asked for by the contact and by the layer, whichever is smaller, in the middle of the fine zone.
-    coarse = min(contact / 20, 0.22 * h)
-    size = coarse / refinement
-    n_fine = max(8, round(fine / size))
-    ends = fine * (np.arange(n_fine + 1) / n_fine) ** 1.5
-    last = ends[-1] - ends[-2]
-    outer = stack.radius - fine
-    if outer > 0.5 * last:
-        far = _graded(outer, last * 1.1, 1.22 ** (1 / refinement), max(0.5 * h / refinement, last))
-        # The free rim bends over about one thickness: end the last elements small there.
-        ends = np.concatenate([ends, fine + far])
-    else:
-        ends = np.append(ends[:-1], stack.radius)
-    # Rows in each half of the sensor: elements at most about six columns high.
-    n_half = max(2, round(refinement * min(1.6 + 0.175 * stack.sensor_thickness / coarse, 6.0)))
-    sensor = stack.padding_thickness + np.linspace(0, stack.sensor_thickness, 2 * n_half + 1)
-    rows = sensor
-    n_padding = 0
-    if stack.padding_thickness > 0:
-        first = min(stack.sensor_thickness / (2 * n_half), stack.padding_thickness / (2 * refinement))
-        down = _graded(stack.padding_thickness, first, 1.3 ** (1 / refinement), max(0.2 * h / refinement, first))
-        rows = np.concatenate([stack.padding_thickness - down[::-1], sensor])
-        rows[0] = 0.0
-        n_padding = down.size
-    r, z = _with_midpoints(ends), _with_midpoints(rows)
-    nr, nz = ends.size - 1, rows.size - 1
+    # Errors fall with the square of the element size; the sizes below are for 0.1 %.
+    refinement = float(np.sqrt(1e-3 / accuracy))
+    h, a, flat = design.thickness, design.radius, design.profile.flat_radius
+    # Incompressible layers bulge around the indenter: the contact is wider than half-space theory has it.
+    contact = min(design.profile.radius_at(1.1 * depth), 0.97 * a)
+    width = contact - flat if flat > 0 else contact
+    fine = min(contact + 0.1 * width, 0.98 * a)
+    finest = 0.058 * width
+
+    def row_size(z: FloatArray) -> FloatArray:
+        top = min(0.10 * h, 0.16 * width) + 0.25 * (h - z)
+        return np.asarray(np.minimum(np.minimum(top, 0.2 * h), 0.08 * h + 0.3 * z))
+
+    edges = np.concatenate([[0.0], np.cumsum([layer.thickness for layer in design.layers])])
+    parts = [_fill(low, high, row_size, refinement, 2) for low, high in itertools.pairwise(edges)]
+    rows = np.concatenate([[0.0], *(p[1:] for p in parts)])
+    # Elements much higher than wide fold at the surface of strongly compressed layers before the material does.
+    narrowest = _LEAST_WIDTH * (rows[-1] - rows[-2]) * refinement
+
+    def column_size(r: FloatArray) -> FloatArray:
+        near = np.maximum(finest * np.sqrt(np.abs(r - flat) / width), min(narrowest, finest))
+        inside = np.where(r < flat, np.minimum(near + 0.2 * np.maximum(flat - width - r, 0.0), 0.22 * h), near)
+        inside = np.minimum(inside, 0.25 * h)
+        outside = finest + 0.2 * (r - fine)
+        rim = 0.06 * h + 0.3 * (a - r)
+        size = np.where(r > fine, np.minimum(outside, 0.5 * h), inside)
+        return np.asarray(np.minimum(size, np.maximum(rim, finest)))
+
+    columns = _fill(0.0, a, column_size, refinement, 8)
+    r, z = _with_midpoints(columns), _with_midpoints(rows)
+    nr, nz = columns.size - 1, rows.size - 1
     i, j = np.meshgrid(np.arange(nr), np.arange(nz), indexing="ij")
     corner = (2 * i * z.size + 2 * j).ravel()
     offsets = (np.arange(3)[:, None] * z.size + np.arange(3)).ravel()
-    return Mesh(r, z, corner[:, None] + offsets, mid_row=2 * (n_padding + n_half), sensor_row=n_padding)
+    layer = np.repeat(np.arange(len(parts)), [p.size - 1 for p in parts])
+    return Mesh(r, z, corner[:, None] + offsets, layer, fine)
+
+
+def moved(mesh: Mesh, old: LayeredDesign, new: LayeredDesign) -> Mesh:
+    """The grid of `old` carried over to `new`, which has the same layers with other thicknesses and another radius.
+
+    Rows follow their layer; columns follow the rim beyond the fine part and stay within it.
+    """
+    below, above = (np.concatenate([[0.0], np.cumsum([x.thickness for x in d.layers])]) for d in (old, new))
+    beyond = np.clip((mesh.r - mesh.fine_radius) / (old.radius - mesh.fine_radius), 0.0, 1.0)
+    return replace(mesh, r=mesh.r + (new.radius - old.radius) * beyond, z=np.interp(mesh.z, below, above))

@@ -1,5 +1,6 @@
 """The finite-element model against independent codes, exact solutions, and its own invariants."""
 
+import itertools
 import json
 from pathlib import Path
 
@@ -7,11 +8,14 @@ import numpy as np
 import pytest
 
 from models.analytic import bonded_layer_factor, hertz_force
-from models.fem import ConvergenceError, FiniteElements, material
+from models.fem import FiniteElements, dimensionless
 from models.fem.capacitance import ring_capacitance
-from models.fem.elements import BULK_RATIO, deformation, linearise, make_elements
-from models.fem.equilibrium import Failure, equilibrium, make_model, rest, walk
-from models.fem.mesh import Stack, make_mesh
+from models.fem.elements import condense, deformation, displacement_step, make_elements, pressure_step
+from models.fem.equilibrium import Failure, compression, equilibrium, make_model, stored_energy
+from models.fem.laplace import laplace_capacitance
+from models.fem.mesh import make_mesh
+from models.fem.path import walk
+from models.layers import layered
 from models.response import OutOfRangeError
 from models.sensor import design_from
 
@@ -75,14 +79,23 @@ def test_force_and_capacitance_agree_with_an_independent_code(case):
     np.testing.assert_allclose(response.capacitance_change, change, rtol=1.5e-2)
 
 
+def stack_of(h_s, h_p, a, modulus=1.0):
+    """Sensor on padding in units of the ball's radius and the sensor's shear modulus."""
+    return dimensionless(layered(design_of(1e3, h_s * 1e3, h_p * 1e3, 1 / 3, modulus / 3, a * 1e3)))[0]
+
+
 @pytest.mark.skipif(not REFERENCES.is_dir(), reason="the full reference curves lie beside the checkout, not in it")
 def test_every_listed_reference_point_is_met():
+    # To the error stated with the reference plus 0.2 % in force and 0.5 % in the change of capacitance, where that is more than
+    # 0.2 ppm of the capacitance.
     for case in json.loads((REFERENCES / "index.json").read_text()):
-        d = case["design"]
+        d, stated = case["design"], case["rel_change_on_mesh_refinement"]
         depth, force, change = np.loadtxt(REFERENCES / case["file"], delimiter=",", skiprows=1).T
         response = FiniteElements().respond(design_of(d["R"], d["h_s"], d["h_p"], d["mu_s"], d["mu_p"], d["a"]), depth * 1e-3)
-        np.testing.assert_allclose(response.force, force, rtol=1e-2, err_msg=case["name"])
-        np.testing.assert_allclose(response.capacitance_change, change, rtol=2e-2, err_msg=case["name"])
+        np.testing.assert_allclose(response.force, force, rtol=2e-3 + stated["F"], err_msg=case["name"])
+        np.testing.assert_allclose(
+            response.capacitance_change, change, rtol=5e-3 + stated["dC"], atol=2e-7, err_msg=case["name"]
+        )
 
 
 def test_force_matches_hertz_with_bonded_layer_at_small_depth():
@@ -97,169 +110,197 @@ def test_force_matches_the_exact_thin_bonded_layer_at_small_strain():
     design = design_of(20, 0.5, 0.5, 0.2, 0.2, a=20)
     depth = np.array([0.02e-3, 0.03e-3])
     exact = hertz_force(0.6e6, 20e-3, depth) * bonded_layer_factor(np.sqrt(20e-3 * depth) / 1e-3)
-    np.testing.assert_allclose(FiniteElements().respond(design, depth).force, exact, rtol=2e-2)
+    np.testing.assert_allclose(FiniteElements().respond(design, depth).force, exact, rtol=1.5e-2)
 
 
-def test_finer_meshes_converge():
+def test_errors_fall_with_the_accuracy_asked_for_and_stay_within_it():
     design, depth = design_from(PAPER), np.linspace(0.1e-3, 0.6e-3, 8)
-    coarse, medium, fine = (FiniteElements(k).respond(design, depth) for k in (0.5, 1.0, 2.0))
-    error = [np.sqrt(np.mean((r.force / fine.force - 1) ** 2)) for r in (coarse, medium)]
-    assert error[1] < 0.6 * error[0]
-    np.testing.assert_allclose(medium.force, fine.force, rtol=1.5e-3)
-    np.testing.assert_allclose(medium.capacitance_change, fine.capacitance_change, rtol=3e-3)
+    exact = FiniteElements(1e-4).respond(design, depth)
+    for accuracy in (1.6e-2, 4e-3, 1e-3):
+        found = FiniteElements(accuracy).respond(design, depth)
+        for value, truth in ((found.force, exact.force), (found.capacitance_change, exact.capacitance_change)):
+            assert np.sqrt(np.mean((value / truth - 1) ** 2)) < accuracy
 
 
-def test_stress_is_the_gradient_of_the_energy_and_tangent_of_the_stress():
-    rng = np.random.default_rng(0)
-    f = np.array([1.0, 0, 0, 1, 1])[:, None] + 0.2 * rng.normal(size=(5, 20))
-    p, mu, bulk, h = rng.normal(size=20), np.full(20, 0.7), np.full(20, 1e4), 1e-6
-    stress, tangent = material.stress(f, p, mu), material.tangent(f, p, mu)
-    for k in range(5):
-        step = np.zeros((5, 1))
-        step[k] = h
-        slope = (material.energy(f + step, p, mu, bulk) - material.energy(f - step, p, mu, bulk)) / (2 * h)
-        np.testing.assert_allclose(stress[k], slope, atol=1e-7)
-        slope = (material.stress(f + step, p, mu) - material.stress(f - step, p, mu)) / (2 * h)
-        np.testing.assert_allclose(tangent[:, k], slope, atol=1e-6)
-    np.testing.assert_allclose(tangent, np.swapaxes(tangent, 0, 1), atol=1e-14)
+def test_the_internal_energy_converges_at_second_order_or_better_in_the_mesh_size():
+    # The error dial goes with the square of the mesh size.
+    stack, depths = stack_of(0.148, 0.22, 2.0), np.linspace(0.02, 0.12, 4)
 
+    def energy(accuracy):
+        model = make_model(stack, 0.12, accuracy)
+        return np.array([stored_energy(model, s) for s in walk(model, depths)])
 
-def test_energy_does_not_change_under_rotation():
-    rng = np.random.default_rng(1)
-    f = np.array([1.0, 0.1, -0.2, 0.9, 1.05])
-    c, s = np.cos(0.7), np.sin(0.7)
-    turned = np.array([c * f[0] - s * f[2], c * f[1] - s * f[3], s * f[0] + c * f[2], s * f[1] + c * f[3], f[4]])
-    p, one, bulk = rng.normal(), np.array(1.0), np.array(1e4)
-    assert material.energy(turned, p, one, bulk) == pytest.approx(material.energy(f, p, one, bulk), rel=1e-13)
+    fine = energy(1e-4)
+    error = [np.sqrt(np.mean((energy(a) / fine - 1) ** 2)) for a in (3.2e-2, 4e-3)]
+    assert np.log(error[0] / error[1]) / np.log(np.sqrt(8)) > 1.8
 
 
 def test_patch_of_elements_in_uniform_stretch_is_in_balance():
     # Uniaxial tension of an incompressible cylinder: no net force on any inner node, P_zz = mu (L - 1/L^2).
-    stack = Stack(0.2, 0.3, 1.5, 1.0)
+    stack = stack_of(0.2, 0.3, 1.5)
     mesh = make_mesh(stack, 0.1)
     parts = make_elements(mesh, stack)
-    stretch = 1.3
-    r, z = (g.ravel() for g in np.meshgrid(mesh.r, mesh.z, indexing="ij"))
-    u = np.stack([(stretch**-0.5 - 1) * r, (stretch - 1) * z], axis=1).ravel()
-    # With mu (F - F^-T / J) + p cof F, zero lateral stress asks for p = mu (1 - 1/L).
+    stretch = 1.25
+    u = np.zeros((mesh.r.size, mesh.n_row, 2))
+    u[..., 0] = mesh.r[:, None] * (stretch**-0.5 - 1)
+    u[..., 1] = mesh.z[None, :] * (stretch - 1)
+    # The radial stress mu (w_r + p/J) vanishes for p = mu (1 - 1/stretch).
     pressure = np.zeros((mesh.elements.shape[0], 3))
     pressure[:, 0] = 1 - 1 / stretch
-    lin = linearise(parts, deformation(parts, u), pressure)
-    # The element force carries the pressure's own small residual p/K times the bulk stiffness: compare without it.
-    force = np.bincount(
-        parts.dofs.ravel(),
-        (lin.force - np.einsum("eia,eab,eb->ei", lin.coupling, parts.bulk_stiffness, lin.pressure_residual)).ravel(),
-    ).reshape(mesh.r.size, mesh.n_row, 2)
-    assert np.max(np.abs(force[:, 1:-1])) < 1e-12
+    at = condense(parts, deformation(parts, u.ravel()), pressure)
+    assert np.max(np.abs(at.offset)) < 1e-10
+    # The volume residual is that of the pressure in a slightly compressible solid alone; take its force out again.
+    raw = at.residual.force
+    force = np.bincount(parts.dofs.ravel(), raw.ravel(), u.size).reshape(u.shape)
+    assert np.max(np.abs(force[:-1, 1:-1])) < 1e-12
     total = np.pi * stack.radius**2 * (stretch - 1 / stretch**2)
     assert np.sum(force[:, -1, 1]) == pytest.approx(total, rel=1e-12)
     assert np.sum(force[:, 0, 1]) == pytest.approx(-total, rel=1e-12)
 
 
-def test_element_stiffness_is_symmetric_and_the_slope_of_the_force():
-    stack = Stack(0.2, 0.3, 1.5, 0.5)
-    mesh = make_mesh(stack, 0.1, 0.5)
-    parts = make_elements(mesh, stack)
-    rng = np.random.default_rng(2)
-    u = 2e-3 * rng.normal(size=2 * mesh.n_node)
-    pressure = 0.1 * rng.normal(size=(mesh.elements.shape[0], 3))
-    lin = linearise(parts, deformation(parts, u), pressure)
-    np.testing.assert_allclose(lin.stiffness, np.swapaxes(lin.stiffness, 1, 2), atol=1e-9 * np.max(np.abs(lin.stiffness)))
-    direction, h = rng.normal(size=u.size), 1e-6
+def test_condensed_stiffness_is_symmetric_and_the_slope_of_the_force():
+    model = make_model(stack_of(0.2, 0.3, 1.5, 0.5), 0.1, 5e-3)
+    parts, state = model.elements, list(walk(model, np.array([0.05, 0.1])))[-1]
+    at = condense(parts, deformation(parts, state.u), state.pressure)
+    np.testing.assert_allclose(at.stiffness, np.swapaxes(at.stiffness, 1, 2), atol=1e-9 * np.max(np.abs(at.stiffness)))
+    direction = np.random.default_rng(2).normal(size=state.u.size)
 
-    def bare(step):
-        """Displacement part of the force at fixed pressure, by removing the condensed pressure's share."""
-        there = linearise(parts, deformation(parts, u + step * direction), pressure)
-        return there.force - np.einsum("eia,eab,eb->ei", there.coupling, parts.bulk_stiffness, there.pressure_residual)
+    def after(h):
+        """Force on the border when that moves and the inner node and the pressure follow by their linearisation."""
+        du = np.zeros_like(state.u)
+        du[parts.border_dofs] = h * direction[parts.border_dofs]
+        displacement_step(parts, at, du)
+        pressure = state.pressure + pressure_step(parts, at, du)
+        return condense(parts, deformation(parts, state.u + du), pressure).residual.force[:, :16]
 
-    slope = (bare(h) - bare(-h)) / (2 * h)
-    condensed = np.einsum("eia,eab,ejb->eij", lin.coupling, parts.bulk_stiffness, lin.coupling)
-    predicted = np.einsum("eij,ej->ei", lin.stiffness - condensed, direction[parts.dofs])
-    np.testing.assert_allclose(slope, predicted, atol=2e-5 * np.max(np.abs(predicted)))
+    h = 1e-7
+    slope = (after(h) - after(-h)) / (2 * h)
+    predicted = (at.stiffness @ direction[parts.border_dofs][:, :, None])[:, :, 0]
+    np.testing.assert_allclose(slope, predicted, atol=1e-5 * np.max(np.abs(predicted)))
 
 
 def test_work_of_the_sphere_is_the_stored_energy():
-    stack = Stack(0.148, 0.22, 2.0, 0.6)
-    depths = np.linspace(0, 0.13, 60)[1:]
-    model = make_model(stack, depths[-1])
-    states = [s for s in walk(model, depths) if not isinstance(s, Failure)]
-    force = np.array([0.0] + [s.force for s in states])
-    depth = np.concatenate([[0.0], depths])
-    work = np.trapezoid(force, depth) - np.sum(np.diff(depth) ** 3 * np.gradient(np.gradient(force, depth), depth)[1:]) / 12
-    f, last = deformation(model.elements, states[-1].u), states[-1]
-    mu = model.elements.modulus
-    p = last.pressure @ model.elements.pressure_shape.T
-    stored = np.sum(material.energy(f, p, mu, BULK_RATIO * mu) * model.elements.weight)
-    assert work == pytest.approx(stored, rel=1e-3)
+    stack = stack_of(0.148, 0.22, 2.0, 0.6)
+    model = make_model(stack, 0.13)
+    states = list(walk(model, 0.13 * (np.arange(1, 21) / 20) ** 2))
+    work = 0.4 * states[0].force * states[0].depth
+    for a, b in itertools.pairwise(states):
+        h = b.depth - a.depth
+        work += h * (a.force + b.force) / 2 + h**2 * (a.stiffness - b.stiffness) / 12
+        if b.depth > 0.01:
+            assert work == pytest.approx(stored_energy(model, b), rel=1e-3)
 
 
 def test_contact_is_hard_and_never_pulls():
-    stack = Stack(0.148, 0.22, 2.0, 1.0)
-    model = make_model(stack, 0.14)
+    model = make_model(stack_of(0.148, 0.22, 2.0), 0.14)
     for state in walk(model, np.linspace(0.01, 0.14, 8)):
         assert not isinstance(state, Failure)
-        assert state.penetration < 1e-4 * state.depth
-        assert np.min(state.contact_pressure) >= -2e-3 * np.max(state.contact_pressure)
+        assert state.penetration < 1e-5 * state.depth
+        # Edges from their second node on: the share of the node on the axis is next to nothing, and so is what its value means.
+        assert np.min(state.contact.pressure[:, 1:]) >= -2e-3 * np.max(state.contact.pressure)
 
 
-def test_newton_converges_in_a_few_steps_and_quadratically_small():
-    model = make_model(Stack(0.148, 0.22, 2.0, 1.0), 0.1)
-    first = equilibrium(model, rest(model), 0.02)
-    assert not isinstance(first, Failure)
-    again = equilibrium(model, first, 0.02)
+def test_newton_converges_quadratically():
+    model = make_model(stack_of(0.148, 0.22, 2.0), 0.1)
+    sizes = [np.array(s.newton) for s in walk(model, np.linspace(0.03, 0.1, 5)) if not isinstance(s, Failure)]
+    assert len(sizes) == 5
+    for size in sizes[1:]:
+        assert size.size <= 6
+        assert size[-1] < 3 * size[-2] ** 2 or size[-1] < 1e-6
+    again = equilibrium(model, next(iter(walk(model, np.array([0.05])))), 0.05)
     assert not isinstance(again, Failure)
-    assert again.iterations == 1
-    assert again.force == pytest.approx(first.force, rel=1e-9)
+    assert len(again.newton) == 1
+
+
+def test_the_frictionless_tangent_is_positive_definite_along_the_paper_case():
+    model = make_model(stack_of(0.148, 0.22, 2.0), 0.14)
+    assert all(s.positive_definite for s in walk(model, np.linspace(0.02, 0.14, 5)) if not isinstance(s, Failure))
 
 
 def test_stiffness_is_the_slope_of_the_force():
-    model = make_model(Stack(0.148, 0.22, 2.0, 1.0), 0.12)
-    a, b = (s for s in walk(model, np.array([0.1, 0.1 + 1e-6])))
-    assert not isinstance(a, Failure)
-    assert not isinstance(b, Failure)
-    assert a.stiffness == pytest.approx((b.force - a.force) / 1e-6, rel=1e-4)
+    model = make_model(stack_of(0.148, 0.22, 2.0), 0.12)
+    a, b, c = (s for s in walk(model, np.array([0.1, 0.1 + 2e-5, 0.1 + 4e-5])))
+    assert b.stiffness == pytest.approx((c.force - a.force) / 4e-5, rel=1e-3)
 
 
 def test_modulus_scales_force_and_permittivity_scales_capacitance_exactly():
     depth = np.array([0.3e-3])
-    one = FiniteElements(0.7).respond(design_from(PAPER), depth)
-    two = FiniteElements(0.7).respond(design_from(PAPER | {"young_modulus": 3 * 0.69e6, "relative_permittivity": 5.6}), depth)
+    one = FiniteElements(2e-3).respond(design_from(PAPER), depth)
+    two = FiniteElements(2e-3).respond(design_from(PAPER | {"young_modulus": 3 * 0.69e6, "relative_permittivity": 5.6}), depth)
     assert two.force == pytest.approx(3 * one.force, rel=1e-12)
     assert two.capacitance == pytest.approx(2 * one.capacitance, rel=1e-12)
 
 
-def test_undeformed_rings_give_the_parallel_plates_for_every_electrode_and_dielectric():
-    mesh = make_mesh(Stack(0.148, 0.22, 2.0, 1.0), 0.1)
-    dielectric, electrode = np.array([0.02, 0.074]), np.array([0.7, 1.37, 2.0])
-    rings = ring_capacitance(mesh, np.zeros(2 * mesh.n_node), 0.148, dielectric, electrode)
-    np.testing.assert_allclose(rings, 2 * np.pi * electrode**2 / dielectric[:, None], rtol=1e-12)
+def test_undeformed_rings_and_laplace_give_the_parallel_plates():
+    stack = stack_of(0.148, 0.22, 2.0)
+    mesh = make_mesh(stack, 0.1)
+    lower, upper, electrode = np.array([0.274, 0.294]), np.array([0.294, 0.368]), np.array([0.7, 1.37, 2.0])
+    u = np.zeros(2 * mesh.n_node)
+    plates = np.pi * electrode**2 / (upper - lower)[:, None]
+    np.testing.assert_allclose(ring_capacitance(mesh, u, lower, upper, electrode), plates, rtol=1e-12)
+    np.testing.assert_allclose([laplace_capacitance(mesh, u, 0.274, 0.294, e) for e in electrode], plates[0], rtol=1e-12)
+
+
+def test_laplace_is_exact_for_a_uniformly_stretched_dielectric():
+    # Radii by 1.1, heights by 1/1.21: the plates grow and close in. A cut electrode lies between the columns of the mesh.
+    mesh = make_mesh(stack_of(0.148, 0.22, 2.0), 0.1)
+    u = np.zeros((mesh.r.size, mesh.n_row, 2))
+    u[..., 0], u[..., 1] = 0.1 * mesh.r[:, None], (1 / 1.21 - 1) * mesh.z
+    exact = np.pi * (1.1 * 1.3) ** 2 / (0.05 / 1.21)
+    assert laplace_capacitance(mesh, u.ravel(), 0.30, 0.35, 1.3) == pytest.approx(exact, rel=1e-12)
+
+
+@pytest.mark.parametrize(("h_p", "depth", "change"), [(0.25, 0.58588, 0.01615), (1, 0.83459, 0.03440), (3, 1.32164, 0.08960)])
+def test_rings_and_laplace_agree_with_a_second_code_at_10_newton(h_p, depth, change):
+    # Laplace's equation in the deformed dielectrics by another finite-element code, sensor of 1 mm, R 5, a 10 mm, mu 0.23 MPa.
+    stack, units = dimensionless(layered(design_of(5, 1.0, h_p, 0.23, 0.23)))
+    model = make_model(stack, depth / 5)
+    state = list(walk(model, depth / 5 * np.array([0.4, 0.7, 1.0])))[-1]
+    assert state.force * units.force == pytest.approx(10, rel=2e-3)
+    half, rest_value = 0.1, 2 * np.pi * 4 / 0.1
+    low = np.array([h_p / 5, h_p / 5 + half])
+    field = sum(laplace_capacitance(model.mesh, state.u, x, x + half, 2.0) for x in low) / rest_value - 1
+    rings = np.sum(ring_capacitance(model.mesh, state.u, low, low + half, np.array([2.0]))) / rest_value - 1
+    assert field == pytest.approx(change, rel=4e-3)
+    assert rings == pytest.approx(field, rel=6e-3)
 
 
 def test_force_control_ends_at_the_force_and_agrees_with_displacement_control():
     design = design_from(PAPER)
-    by_force = FiniteElements().respond_to_force(design, np.array([1.0, 3.0, 5.0]))
-    np.testing.assert_allclose(by_force.force, [1, 3, 5], rtol=1e-6)
+    by_force = FiniteElements().respond_to_force(design, np.array([1.0, 3.0, 5.0, 2.0]))
+    np.testing.assert_allclose(by_force.force, [1, 3, 5, 2], rtol=1e-6)
     by_depth = FiniteElements().respond(design, by_force.depth)
     np.testing.assert_allclose(by_depth.force, by_force.force, rtol=2e-3)
 
 
+def test_unloading_goes_back_the_same_way_without_friction():
+    design, up = design_from(PAPER), np.array([0.1, 0.25, 0.4, 0.5]) * 1e-3
+    there_and_back = FiniteElements().respond_along(design, np.concatenate([up, up[-2::-1], [0.0]]))
+    np.testing.assert_allclose(there_and_back.force[4:7], there_and_back.force[2::-1], rtol=1e-6)
+    np.testing.assert_allclose(there_and_back.capacitance_change[4:7], there_and_back.capacitance_change[2::-1], rtol=1e-5)
+    assert there_and_back.force[-1] == 0
+    assert there_and_back.capacitance_change[-1] == pytest.approx(0, abs=1e-14)
+
+
 def test_a_force_out_of_reach_is_refused_with_the_depth_covered():
     with pytest.raises(OutOfRangeError, match=r"500 N is not reached .* up to 1\.196 mm"):
-        FiniteElements(0.5).respond_to_force(design_from(PAPER), np.array([1.0, 500.0]))
+        FiniteElements(4e-3).respond_to_force(design_from(PAPER), np.array([1.0, 500.0]))
 
 
-def test_a_path_that_ends_early_says_where_and_why_and_keeps_what_it_has():
-    # A soft sensor on padding four times stiffer, pressed to 64 % of the stack: elements would turn inside out.
-    design = design_of(5, 0.56, 1.315, 0.2, 0.85, a=7.1)
-    depth = np.linspace(0.1, 0.64, 10) * 1.875e-3
-    with pytest.raises(ConvergenceError, match=r"no equilibrium beyond an indentation of .* mm: ") as caught:
-        FiniteElements().respond(design, depth)
-    assert caught.value.response is not None
-    assert caught.value.response.force.size >= 6
+@pytest.mark.parametrize(
+    ("h_s", "h_p", "a", "modulus"), [(0.02, 0.4, 1.8, 10.0), (0.3, 0.3, 1.2, 4.0), (0.6, 2.0, 4.0, 0.05), (0.05, 0.0, 1.0, 1.0)]
+)
+def test_local_compression_of_60_percent_is_reached(h_s, h_p, a, modulus):
+    stack = stack_of(h_s, h_p, a, modulus)
+    end = min(0.5, 0.6 * stack.thickness)
+    model = make_model(stack, end)
+    for state in walk(model, end * (np.arange(1, 13) / 12) ** 2):
+        assert not isinstance(state, Failure), state
+        if np.max(compression(model, state)) >= 0.6:
+            break
+    assert np.max(compression(model, state)) >= 0.6 or end == 0.5
 
 
-def test_depths_beyond_the_stack_and_friction_are_refused():
+def test_depths_beyond_the_stack_are_refused():
     with pytest.raises(OutOfRangeError, match=r"cover depths up to 1\.196 mm"):
         FiniteElements().respond(design_from(PAPER), np.array([1.5e-3]))
-    with pytest.raises(OutOfRangeError, match=r"friction_coefficient must be 0, got 0\.3"):
-        FiniteElements().respond(design_from(PAPER, friction_coefficient=0.3), np.array([0.1e-3]))

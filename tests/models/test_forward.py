@@ -19,7 +19,7 @@ PAPER = {
     "padding_thickness": 1.10e-3,
 }
 
-FORWARDS = [ClosedForm(), FiniteElements(0.7), load_surrogate()]
+FORWARDS = [ClosedForm(), FiniteElements(2e-3), load_surrogate()]
 
 
 @pytest.mark.parametrize("forward", FORWARDS, ids=lambda f: f.name)
@@ -70,8 +70,9 @@ def test_forward_refuses_what_it_does_not_cover(forward: Forward):
     np.testing.assert_array_equal(covered(forward, design, beyond), [False])
     with pytest.raises(OutOfRangeError, match="depths up to"):
         forward.respond(design, beyond)
-    with pytest.raises(OutOfRangeError, match="friction"):
-        forward.respond(design_from(PAPER, friction_coefficient=0.2), np.array([1e-4]))
+    if not isinstance(forward, FiniteElements):
+        with pytest.raises(OutOfRangeError, match="friction"):
+            forward.respond(design_from(PAPER, friction_coefficient=0.2), np.array([1e-4]))
 
 
 @pytest.mark.parametrize("forward", FORWARDS, ids=lambda f: f.name)

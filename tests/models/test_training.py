@@ -4,7 +4,8 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from models.fem.equilibrium import Failure, walk
+from models.fem.equilibrium import Failure
+from models.fem.path import walk
 from models.training import GROUPS, PATH, design_points, from_unit, load_training_set, reach, run_training, to_unit
 
 
@@ -32,7 +33,7 @@ def test_paths_run_on_an_executor_and_round_trip(tmp_path):
     points = np.array([[0.15, 0.2, 2.0, 1.0], [0.2, 0.0, 1.5, 1.0]])
     seen = []
     with ThreadPoolExecutor(2) as executor:
-        data = run_training(points, executor, refinement=0.5, seed=7, progress=lambda done, total: seen.append((done, total)))
+        data = run_training(points, executor, accuracy=5e-3, seed=7, progress=lambda done, total: seen.append((done, total)))
     assert seen == [(1, 2), (2, 2)]
     assert data.failures == ()
     assert data.force.shape == (2, PATH.size)
@@ -41,7 +42,7 @@ def test_paths_run_on_an_executor_and_round_trip(tmp_path):
     data.save(tmp_path / "t.npz")
     again = load_training_set(tmp_path / "t.npz")
     assert again.digest == data.digest
-    assert (again.seed, again.refinement, again.failures) == (7, 0.5, ())
+    assert (again.seed, again.accuracy, again.failures) == (7, 5e-3, ())
 
 
 def test_a_path_without_an_end_is_named_not_hidden(monkeypatch):
@@ -54,7 +55,7 @@ def test_a_path_without_an_end_is_named_not_hidden(monkeypatch):
     monkeypatch.setattr("models.training.walk", stuck)
     points = np.array([[0.15, 0.2, 2.0, 1.0], [0.2, 0.0, 1.5, 1.0]])
     with ThreadPoolExecutor(2) as executor:
-        data = run_training(points, executor, refinement=0.5, seed=0)
+        data = run_training(points, executor, accuracy=5e-3, seed=0)
     np.testing.assert_array_equal(data.groups, points[1:])
     assert data.failures == (
         "h_s/R = 0.15, h_p/R = 0.2, a/R = 2, E_p/E = 1: an element would be inverted (J <= 0) at d/R = 0.07 of 0.1995",

@@ -1,0 +1,103 @@
+"""From depths (or forces) in the order they are gone through to equilibria along the path, with substeps as needed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from models.fem.equilibrium import Failure, Model, State, equilibrium, instability, rest
+from models.sensor import FloatArray
+
+#: With friction the result depends on the path: substeps are at most this share of the largest depth.
+_FRICTION_STEP = 1 / 40
+
+
+def _extrapolate(last: State, before: State | None, depth: float) -> State:
+    """Secant predictor along the path."""
+    if before is None or last.depth == before.depth:
+        return last
+    s = (depth - last.depth) / (last.depth - before.depth)
+    pressure = last.contact.pressure + s * (last.contact.pressure - before.contact.pressure)
+    return replace(
+        last,
+        u=last.u + s * (last.u - before.u),
+        pressure=last.pressure + s * (last.pressure - before.pressure),
+        contact=replace(last.contact, pressure=np.maximum(pressure, 0.0)),
+    )
+
+
+def walk(model: Model, depths: FloatArray, smallest_step: float = 1e-3) -> Iterator[State | Failure]:
+    """Equilibria at each of the `depths` in their order, deeper or shallower; ends with a `Failure` if stuck.
+
+    `smallest_step` is the smallest substep as a share of the largest depth. A depth of zero or less is first touch again.
+    """
+    last, before = rest(model), None
+    deepest = float(np.max(depths))
+    largest = np.inf if model.frictionless else _FRICTION_STEP * deepest
+    for target in depths:
+        result = _advance(model, last, before, float(target), smallest_step * deepest, largest)
+        if isinstance(result, Failure):
+            yield result
+            return
+        last, before = result
+        yield last
+
+
+def _advance(
+    model: Model, last: State, before: State | None, target: float, least: float, largest: float = np.inf
+) -> tuple[State, State | None] | Failure:
+    """From `last` to depth `target` in as many substeps as Newton needs, none below `least`; the last two states."""
+    if target <= 0:
+        return rest(model), None
+    way = target - last.depth
+    step = abs(way) / max(1.0, np.ceil(abs(way) / largest - 1e-9))
+    while last.depth != target:
+        left = target - last.depth
+        goal = target if abs(left) - step < 1e-9 * target else last.depth + float(np.copysign(step, left))
+        result = equilibrium(model, _extrapolate(last, before, goal), goal)
+        if isinstance(result, Failure) and before is not None:
+            result = equilibrium(model, last, goal)
+        if isinstance(result, Failure):
+            step = abs(goal - last.depth) / 2
+            if step < least:
+                why = instability(model, last) if last.depth > 0 else ""
+                return replace(result, reason=result.reason + (f"; {why}" if why else ""))
+            continue
+        last, before = result, last
+    return last, before
+
+
+def walk_to_forces(model: Model, forces: FloatArray, deepest: float) -> Iterator[State | Failure]:
+    """Equilibria at each of the positive `forces` (the model's units) in their order, found by depth.
+
+    F^(2/3), nearly linear in depth for a sphere, is stepped by Newton's method with the consistent dF/dd until the force is met
+    to 1e-7. Ends with a `Failure` if that takes the indenter below `deepest`.
+    """
+    last, before = rest(model), None
+    least = 1e-3 * deepest
+    largest = np.inf if model.frictionless else _FRICTION_STEP * deepest
+    for target in forces:
+        for _ in range(40):
+            if last.force <= 0:
+                goal = 0.02 * deepest
+            else:
+                missing = (float(target) / last.force) ** (2 / 3) - 1
+                if abs(missing) < 1e-7:
+                    break
+                goal = last.depth + missing * 1.5 * last.force / last.stiffness
+                goal = min(goal, last.depth + 0.2 * deepest)
+                goal = max(goal, 0.5 * last.depth)
+            if goal > deepest:
+                yield Failure(deepest, f"the force is not reached above the largest depth covered, {deepest:.4g}")
+                return
+            result = _advance(model, last, before, goal, least, largest)
+            if isinstance(result, Failure):
+                yield result
+                return
+            last, before = result
+        else:
+            yield Failure(last.depth, "the force was not met in 40 steps of depth")
+            return
+        yield last
