@@ -169,6 +169,8 @@ class LayeredDesign:
             )
         if not self.friction_coefficient >= 0:
             raise ValueError(f"friction_coefficient must not be negative, got {self.friction_coefficient:g}")
+        if self.base not in ("bonded", "slippery"):
+            raise ValueError(f"base must be bonded or slippery, got {self.base!r}")
         if not self.dielectrics:
             raise ValueError("a stack needs at least one dielectric")
         for d in self.dielectrics:

@@ -13,12 +13,13 @@ from threadpoolctl import ThreadpoolController
 from models.analytic import CHI_MAX, bonded_layer_factor, hertz_force
 from models.fem.capacitance import ring_capacitance
 from models.fem.equilibrium import Failure, Model, State, make_model
+from models.fem.mesh import Mesh
 from models.fem.path import walk, walk_to_forces
 from models.layers import LayeredDesign, layered, path_end
 from models.response import OutOfRangeError, Response
 from models.sensor import VACUUM_PERMITTIVITY, Design, FloatArray
 
-__all__ = ["ConvergenceError", "FiniteElements", "dimensionless"]
+__all__ = ["ConvergenceError", "FiniteElements", "Solution", "dimensionless"]
 
 
 class ConvergenceError(RuntimeError):
@@ -59,6 +60,43 @@ def dimensionless(design: LayeredDesign) -> tuple[LayeredDesign, Units]:
     """The design in the units of the finite elements; shear moduli are a third of its Young's moduli."""
     units = Units(design.profile.length, design.layers[-1].young_modulus / 3)
     return design.scaled(units.length, units.modulus), units
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """Equilibria of one design along a path: what a `Response` is made of.
+
+    Attributes
+    ----------
+    design : in SI; `units` : in which `model` and `states` count.
+    model : the discretised design.
+    states : one for every depth reached, in the order of the path.
+    failure : why the path ended before its last depth, or None.
+    """
+
+    design: LayeredDesign
+    units: Units
+    model: Model
+    states: tuple[State, ...]
+    failure: Failure | None
+
+    @property
+    def response(self) -> Response:
+        """Of the states there are, arrays of shape (n_state,)."""
+        return _response(self)
+
+    def checked(self) -> Solution:
+        """Itself.
+
+        Raises
+        ------
+        ConvergenceError
+            If the path ended early.
+        """
+        if self.failure is None:
+            return self
+        reached = self.states[-1].depth * self.units.length if self.states else 0.0
+        raise ConvergenceError(reached, self.failure.reason, self.response if self.states else None)
 
 
 @dataclass(frozen=True)
@@ -117,43 +155,47 @@ class FiniteElements:
         rows = [self._loading(layered(batch.draw(i)), depths[i]) for i in range(n_draw)]
         return _stacked(rows) if design.is_batch else rows[0]
 
-    def respond_along(self, design: Design | LayeredDesign, depth: FloatArray) -> Response:
-        """Response of one design at `depth` [m], shape (n_depth,), gone through in the order given: loading, unloading, again.
+    def respond_to_force(self, design: Design | LayeredDesign, force: FloatArray) -> Response:
+        """Response at the depths that `solve_to_force` finds; errors as there, and `ConvergenceError`."""
+        return self.solve_to_force(design, force).checked().response
 
-        Without friction the order does not matter; with it the force on the way back is another.
+    def solve(self, design: Design | LayeredDesign, depth: FloatArray) -> Solution:
+        """Equilibria of one design at `depth` [m], shape (n_depth,), gone through in that order: loading, unloading, again.
+
+        Without friction the order does not matter; with it the force on the way back is another. A path that ends early is
+        returned as far as it came, with the `failure`.
 
         Raises
         ------
         OutOfRangeError
             If a depth is not covered.
-        ConvergenceError
-            If equilibrium is not found.
         """
         single = _one(design)
-        depth = np.maximum(np.asarray(depth, dtype=float), 0.0)
-        if reason := _beyond(float(np.max(depth)), path_end(single)):
+        path = np.maximum(np.asarray(depth, dtype=float), 0.0)
+        deepest = float(np.max(path))
+        if reason := _beyond(deepest, path_end(single)):
             raise OutOfRangeError(reason)
-        return self._path(single, depth)
+        scaled, units = dimensionless(single)
+        with one_thread():
+            model = make_model(scaled, (deepest or 0.1 * single.thickness) / units.length, self.accuracy)
+            states, failure = _split(walk(model, path / units.length))
+        return Solution(single, units, model, states, failure)
 
-    def respond_to_force(self, design: Design | LayeredDesign, force: FloatArray) -> Response:
-        """Response of one design at positive forces [N], shape (n_force,), in their order: the depths are found.
+    def solve_to_force(self, design: Design | LayeredDesign, force: FloatArray) -> Solution:
+        """Equilibria of one design at positive forces [N], shape (n_force,), in their order: the depths are found.
 
         Raises
         ------
         ValueError
             If a force is not positive.
         OutOfRangeError
-            As for `respond`; also if a force is not reached at the largest depth covered.
-        ConvergenceError
-            If equilibrium is not found.
+            If the design is not covered, or a force is not reached at the largest depth covered.
         """
         if np.min(force) <= 0:
             raise ValueError("forces must be positive")
         single = _one(design)
         scaled, units = dimensionless(single)
         deepest, largest = path_end(single), float(np.max(force))
-        if isinstance(design, Design):
-            deepest = min(deepest, float(self.max_depth(design)[0]))
         # The mesh needs the end depth, which is known only afterwards: guess, walk, and walk again if the guess was poor.
         guess = _closed_form_depth(single, largest, deepest)
         while True:
@@ -163,7 +205,7 @@ class FiniteElements:
                 states, failure = _split(walk_to_forces(model, force / units.force, end / units.length))
             reached = max((s.depth for s in states), default=0.0) * units.length
             if failure is None and reached > 0.7 * guess:
-                return _response(single, model, units, states)
+                return Solution(single, units, model, states, None)
             if failure is None:
                 guess = 1.05 * reached
             elif end < deepest:
@@ -174,30 +216,16 @@ class FiniteElements:
                     f"{deepest * 1e3:.4g} mm; ask for less"
                 )
             else:
-                raise ConvergenceError(reached, failure.reason, _response(single, model, units, states) if states else None)
+                return Solution(single, units, model, states, failure)
 
     def _loading(self, design: LayeredDesign, depth: FloatArray) -> Response:
         """Response at depths in any order, gone through from the shallowest to the deepest."""
-        if reason := _beyond(float(np.max(depth)), path_end(design)):
-            raise OutOfRangeError(reason)
         wanted, inverse = np.unique(np.maximum(depth, 0.0), return_inverse=True)
-        found = self._path(design, wanted)
-        at = inverse.ravel()
-        none = np.zeros((depth.size, 0))
+        found = self.solve(design, wanted).checked().response
+        at, none = inverse.ravel(), np.zeros((depth.size, 0))
         return Response(
             depth, found.force[at], found.contact_radius[at], found.capacitance[at], found.rest_capacitance, none, none
         )
-
-    def _path(self, design: LayeredDesign, depth: FloatArray) -> Response:
-        scaled, units = dimensionless(design)
-        deepest = float(np.max(depth))
-        with one_thread():
-            model = make_model(scaled, (deepest or 0.1 * design.thickness) / units.length, self.accuracy)
-            states, failure = _split(walk(model, depth / units.length))
-        if failure is not None:
-            reached = states[-1].depth * units.length if states else 0.0
-            raise ConvergenceError(reached, failure.reason, _response(design, model, units, states) if states else None)
-        return _response(design, model, units, states)
 
 
 def _one(design: Design | LayeredDesign) -> LayeredDesign:
@@ -213,33 +241,34 @@ def _beyond(depth: float, limit: float) -> str:
     )
 
 
-def _split(results: Iterable[State | Failure]) -> tuple[list[State], Failure | None]:
+def _split(results: Iterable[State | Failure]) -> tuple[tuple[State, ...], Failure | None]:
     states: list[State] = []
     for result in results:
         if isinstance(result, Failure):
-            return states, result
+            return tuple(states), result
         states.append(result)
-    return states, None
+    return tuple(states), None
 
 
-def capacitance(design: LayeredDesign, model: Model, units: Units, state: State) -> float:
-    """C [F] of all dielectrics of `design` at a state of its model."""
+def _capacitance(design: LayeredDesign, units: Units, mesh: Mesh, u: FloatArray) -> float:
+    """C [F] of all dielectrics in parallel on a deformed grid."""
     dielectrics = design.dielectrics
     lower, upper = (np.array([getattr(d, k) for d in dielectrics]) / units.length for k in ("lower", "upper"))
-    rings = ring_capacitance(model.mesh, state.u, lower, upper, np.array([design.electrode_radius / units.length]))
+    rings = ring_capacitance(mesh, u, lower, upper, np.array([design.electrode_radius / units.length]))
     permittivity = np.array([d.relative_permittivity for d in dielectrics])
     return float(VACUUM_PERMITTIVITY * units.length * permittivity @ rings[:, 0])
 
 
-def _response(design: LayeredDesign, model: Model, units: Units, states: list[State]) -> Response:
+def _response(of: Solution) -> Response:
     """SI response from dimensionless states."""
-    none = np.zeros((len(states), 0))
+    units, states = of.units, of.states
+    rest, none = of.design.rest_capacitance, np.zeros((len(states), 0))
     return Response(
         np.array([s.depth * units.length for s in states]),
         np.array([s.force * units.force for s in states]),
         np.array([s.contact_radius * units.length for s in states]),
-        np.array([capacitance(design, model, units, s) if s.depth > 0 else design.rest_capacitance for s in states]),
-        np.asarray(design.rest_capacitance, dtype=float),
+        np.array([_capacitance(of.design, units, of.model.mesh, s.u) if s.depth > 0 else rest for s in states]),
+        np.asarray(rest, dtype=float),
         none,
         none,
     )

@@ -83,7 +83,8 @@ def make_mesh(design: LayeredDesign, depth: float, accuracy: float = 1e-3) -> Me
     h, a, flat = design.thickness, design.radius, design.profile.flat_radius
     # Incompressible layers bulge around the indenter: the contact is wider than half-space theory has it.
     contact = min(design.profile.radius_at(1.1 * depth), 0.97 * a)
-    width = contact - flat if flat > 0 else contact
+    flat = flat if flat < contact else 0.0  # a plate wider than the disc has no edge on it
+    width = contact - flat
     fine = min(contact + 0.1 * width, 0.98 * a)
     finest = 0.058 * width
 

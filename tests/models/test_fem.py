@@ -267,7 +267,7 @@ def test_rings_and_laplace_agree_with_a_second_code_at_10_newton(h_p, depth, cha
 
 def test_force_control_ends_at_the_force_and_agrees_with_displacement_control():
     design = design_from(PAPER)
-    by_force = FiniteElements().respond_to_force(design, np.array([1.0, 3.0, 5.0, 2.0]))
+    by_force = FiniteElements().solve_to_force(design, np.array([1.0, 3.0, 5.0, 2.0])).response
     np.testing.assert_allclose(by_force.force, [1, 3, 5, 2], rtol=1e-6)
     by_depth = FiniteElements().respond(design, by_force.depth)
     np.testing.assert_allclose(by_depth.force, by_force.force, rtol=2e-3)
@@ -275,7 +275,7 @@ def test_force_control_ends_at_the_force_and_agrees_with_displacement_control():
 
 def test_unloading_goes_back_the_same_way_without_friction():
     design, up = design_from(PAPER), np.array([0.1, 0.25, 0.4, 0.5]) * 1e-3
-    there_and_back = FiniteElements().respond_along(design, np.concatenate([up, up[-2::-1], [0.0]]))
+    there_and_back = FiniteElements().solve(design, np.concatenate([up, up[-2::-1], [0.0]])).response
     np.testing.assert_allclose(there_and_back.force[4:7], there_and_back.force[2::-1], rtol=1e-6)
     np.testing.assert_allclose(there_and_back.capacitance_change[4:7], there_and_back.capacitance_change[2::-1], rtol=1e-5)
     assert there_and_back.force[-1] == 0
@@ -284,7 +284,7 @@ def test_unloading_goes_back_the_same_way_without_friction():
 
 def test_a_force_out_of_reach_is_refused_with_the_depth_covered():
     with pytest.raises(OutOfRangeError, match=r"500 N is not reached .* up to 1\.196 mm"):
-        FiniteElements(4e-3).respond_to_force(design_from(PAPER), np.array([1.0, 500.0]))
+        FiniteElements(4e-3).solve_to_force(design_from(PAPER), np.array([1.0, 500.0]))
 
 
 @pytest.mark.parametrize(
