@@ -250,7 +250,7 @@ def _split(results: Iterable[State | Failure]) -> tuple[tuple[State, ...], Failu
     return tuple(states), None
 
 
-def _capacitance(design: LayeredDesign, units: Units, mesh: Mesh, u: FloatArray) -> float:
+def capacitance_of(design: LayeredDesign, units: Units, mesh: Mesh, u: FloatArray) -> float:
     """C [F] of all dielectrics in parallel on a deformed grid."""
     dielectrics = design.dielectrics
     lower, upper = (np.array([getattr(d, k) for d in dielectrics]) / units.length for k in ("lower", "upper"))
@@ -267,7 +267,7 @@ def _response(of: Solution) -> Response:
         np.array([s.depth * units.length for s in states]),
         np.array([s.force * units.force for s in states]),
         np.array([s.contact_radius * units.length for s in states]),
-        np.array([_capacitance(of.design, units, of.model.mesh, s.u) if s.depth > 0 else rest for s in states]),
+        np.array([capacitance_of(of.design, units, of.model.mesh, s.u) if s.depth > 0 else rest for s in states]),
         np.asarray(rest, dtype=float),
         none,
         none,

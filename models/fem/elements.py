@@ -10,7 +10,7 @@ matrices of products of shape functions, which is several times faster than a pr
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -183,6 +183,7 @@ class Condensed:
     ----------
     force, stiffness : (n_element, 16), (n_element, 16, 16) on the border; the stiffness is what Newton's method needs.
     offset, slope : (n_element, 2), (n_element, 2, 16): the inner node moves by -(offset + slope du_border).
+    inverse : (n_element, 2, 2) of the inner node's stiffness.
     residual : before condensation, from which `pressure_step` gives the pressure back.
     """
 
@@ -190,6 +191,7 @@ class Condensed:
     stiffness: FloatArray
     offset: FloatArray
     slope: FloatArray
+    inverse: FloatArray
     residual: Residual
 
 
@@ -201,7 +203,7 @@ def condense(elements: Elements, f: FloatArray, pressure: FloatArray) -> Condens
     """
     p = pressure @ PRESSURE_SHAPE.T
     point = material.at_point(elements.material, f, p)
-    residual = _residual(elements, point, p)
+    plain = _residual(elements, point, p)
     n, w, h = elements.weight.shape[0], elements.weight, point.tangent
     scale = elements.scale
     left = scale * w
@@ -215,13 +217,13 @@ def condense(elements: Elements, f: FloatArray, pressure: FloatArray) -> Condens
     across[:, :8, 0], across[:, 8:, 0] = rr[:, :8, 8], rz[:, 8, :8]
     across[:, :8, 1], across[:, 8:, 1] = rz[:, :8, 8], zz[:, :8, 8]
     # Pressure: K + Q Q^T with Q the coupling, force + Q v with v the volume residual.
-    q, v = residual.coupling, residual.volume
+    q, v = plain.coupling, plain.volume
     border, inner = q[:, :16], q[:, 16:]
     inner_t = np.swapaxes(inner, 1, 2)
     across += border @ inner_t
     ii = inner @ inner_t
     a, b, c = ii[:, 0, 0] + rr[:, 8, 8], ii[:, 0, 1] + rz[:, 8, 8], ii[:, 1, 1] + zz[:, 8, 8]
-    force = residual.force + (q @ v[:, :, None])[:, :, 0]
+    force = plain.force + (q @ v[:, :, None])[:, :, 0]
     inverse = np.empty((n, 2, 2))
     det = a * c - b * b
     inverse[:, 0, 0], inverse[:, 1, 1], inverse[:, 0, 1] = c / det, a / det, -b / det
@@ -230,7 +232,26 @@ def condense(elements: Elements, f: FloatArray, pressure: FloatArray) -> Condens
     offset = (inverse @ force[:, 16:, None])[:, :, 0]
     # Both eliminations as one product: K + [Q, -across] [Q, slope^T]^T.
     k += np.concatenate([border, -across], axis=2) @ np.concatenate([np.swapaxes(border, 1, 2), slope], axis=1)
-    return Condensed(force[:, :16] - (across @ offset[..., None])[..., 0], k, offset, slope, residual)
+    return Condensed(force[:, :16] - (across @ offset[..., None])[..., 0], k, offset, slope, inverse, plain)
+
+
+def residual(elements: Elements, f: FloatArray, pressure: FloatArray) -> Residual:
+    """Force and volume residual alone, without the tangent."""
+    p = pressure @ PRESSURE_SHAPE.T
+    return _residual(elements, material.at_point(elements.material, f, p), p)
+
+
+def condensed_change(at: Condensed, force: FloatArray, volume: FloatArray) -> tuple[FloatArray, Condensed]:
+    """What changes of the force (n_element, 18) and volume residual (n_element, 3) at an equilibrium `at` are on the border.
+
+    Returns the change of the border force, and `at` with the changes in the place of offset and volume residual, for
+    `displacement_step` and `pressure_step` to follow them.
+    """
+    total = force + (at.residual.coupling @ volume[:, :, None])[:, :, 0]
+    inner = total[:, 16:, None]
+    border = total[:, :16] - (np.swapaxes(at.slope, 1, 2) @ inner)[:, :, 0]
+    follow = replace(at, offset=(at.inverse @ inner)[:, :, 0], residual=replace(at.residual, volume=volume))
+    return border, follow
 
 
 def displacement_step(elements: Elements, at: Condensed, du: FloatArray) -> None:
