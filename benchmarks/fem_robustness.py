@@ -17,11 +17,11 @@ from dataclasses import dataclass
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-import itertools
 
 import numpy as np
 
 from models.fem import dimensionless
+from models.fem.check import work
 from models.fem.equilibrium import Failure, State, compression, make_model, stored_energy
 from models.fem.path import walk
 from models.layers import layered
@@ -67,15 +67,6 @@ def random_designs(n: int, seed: int) -> list[Design]:
         if disc >= radius:
             designs.append(design_from(values))
     return designs
-
-
-def work(states: list[State]) -> float:
-    """Integral of the force over the depth: F ~ d^1.5 to the first state, then cubic Hermite with the consistent dF/dd."""
-    total = 0.4 * states[0].force * states[0].depth
-    for a, b in itertools.pairwise(states):
-        h = b.depth - a.depth
-        total += h * (a.force + b.force) / 2 + h**2 * (a.stiffness - b.stiffness) / 12
-    return total
 
 
 def press(design: Design, accuracy: float) -> Outcome:

@@ -1,22 +1,32 @@
-"""Experiment and design files: from TOML text to a checked `Experiment` or `Design`, all faults at once with their places."""
+"""Experiment files: from TOML text to a checked `Experiment`, all faults at once with their places."""
 
 from __future__ import annotations
 
 import difflib
-import hashlib
 import json
 import math
 import os
-import re
-import tomllib
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, cast
 
-from calib.errors import Fault, InputError
-from calib.prior import EXAMPLES, Fixed, Prior, display, parse_prior, parse_value, prior_from_json, sign_fault
-from models.sensor import Design, Indenter, Padding, Sensor
+from calib.errors import InputError
+from calib.prior import EXAMPLES, Fixed, Prior, display, parse_prior, prior_from_json
+from calib.toml_file import (
+    KeyPath,
+    Signposts,
+    Toml,
+    check_keys,
+    choice_at,
+    quantity_at,
+    quoted,
+    raise_faults,
+    read_toml,
+    table_at,
+    tables_at,
+    text_at,
+)
 
 Model = Literal["surrogate", "fem", "closed form"]
 Discrepancy = Literal["off", "on"]
@@ -124,6 +134,7 @@ _HINTS: Mapping[tuple[str, str], str] = {
     ("[padding]", "young_modulus"): 'Write material = "own" and give padding_young_modulus in [priors]',
     ("[[specimens.sweeps]]", "priors"): "Give them in [specimens.priors], where they hold for every sweep of the specimen",
 }
+_SIGNPOSTS = Signposts(_PLACES, _HINTS)
 
 
 def read_experiment(path: Path) -> Experiment:
@@ -159,15 +170,15 @@ def read_experiment(path: Path) -> Experiment:
     InputError
         With every fault of the file, each with line and column.
     """
-    toml = _read_toml(path)
-    meant = _check_keys(toml, (), _TOP)
+    toml = read_toml(path)
+    meant = check_keys(toml, (), _TOP, _SIGNPOSTS)
     indenter_radius = _radius(toml, "indenter", ("radius",), "5 mm", quiet="indenter" in meant)
     known_sensor = ("radius", "electrode_radius", "dielectric_thickness")
     sensor_radius = _radius(toml, "sensor", known_sensor, "10 mm", quiet="sensor" in meant)
 
-    padding = _table(toml, ("padding",))
-    _check_keys(toml, ("padding",), ("material",))
-    material = _choice(toml, ("padding", "material"), padding.get("material", "sensor"), ("sensor", "own"))
+    padding = table_at(toml, ("padding",))
+    check_keys(toml, ("padding",), ("material",), _SIGNPOSTS)
+    material = choice_at(toml, ("padding", "material"), padding.get("material", "sensor"), ("sensor", "own"))
 
     priors = _priors(toml, ("priors",), SHARED_PARAMETERS)
     if material == "sensor" and "padding_young_modulus" in priors:
@@ -184,7 +195,7 @@ def read_experiment(path: Path) -> Experiment:
         toml.fault(place, f"electrode_radius must not exceed the disc radius, got {got}")
 
     experiment = Experiment(
-        name=_text(toml, ("name",), default=path.stem),
+        name=text_at(toml, ("name",), default=path.stem),
         path=path.absolute(),
         sha256=toml.sha256,
         indenter_radius=indenter_radius,
@@ -192,40 +203,42 @@ def read_experiment(path: Path) -> Experiment:
         padding_material=cast(PaddingMaterial, material),
         priors=priors,
         specimens=_specimens(toml, indenter_radius, known.get("dielectric_thickness"), quiet="specimens" in meant),
-        model=cast(Model, _choice(toml, ("model",), toml.data.get("model", "surrogate"), ("surrogate", "fem", "closed form"))),
-        discrepancy=cast(Discrepancy, _choice(toml, ("discrepancy",), toml.data.get("discrepancy", "on"), ("off", "on"))),
+        model=cast(
+            Model, choice_at(toml, ("model",), toml.data.get("model", "surrogate"), ("surrogate", "fem", "closed form"))
+        ),
+        discrepancy=cast(Discrepancy, choice_at(toml, ("discrepancy",), toml.data.get("discrepancy", "on"), ("off", "on"))),
     )
-    _raise(toml)
+    raise_faults(toml)
     return experiment
 
 
-def _radius(toml: _Toml, name: str, known: Sequence[str], example: str, *, quiet: bool) -> float:
+def _radius(toml: Toml, name: str, known: Sequence[str], example: str, *, quiet: bool) -> float:
     """The required radius in the table `name`, which has the keys `known`; nan and a fault (unless `quiet`) without one."""
-    meant = _check_keys(toml, (name,), known)
+    meant = check_keys(toml, (name,), known, _SIGNPOSTS)
     required = f'radius = "{example}" in [{name}]'
-    return _value(toml, (name, "radius"), f"{name}_radius", required=required, quiet=quiet or "radius" in meant)
+    return quantity_at(toml, (name, "radius"), f"{name}_radius", required=required, quiet=quiet or "radius" in meant)
 
 
-def _known_geometry(toml: _Toml) -> dict[str, Fixed]:
+def _known_geometry(toml: Toml) -> dict[str, Fixed]:
     """Dimensions that [sensor] gives as known numbers."""
     known: dict[str, Fixed] = {}
     for parameter in ("electrode_radius", "dielectric_thickness"):
-        if parameter in _table(toml, ("sensor",)):
-            value = _value(toml, ("sensor", parameter), parameter)
+        if parameter in table_at(toml, ("sensor",)):
+            value = quantity_at(toml, ("sensor", parameter), parameter)
             if math.isfinite(value):
                 known[parameter] = Fixed(value)
     return known
 
 
-def _specimens(toml: _Toml, radius: float, dielectric: Fixed | None, *, quiet: bool) -> tuple[Specimen, ...]:
+def _specimens(toml: Toml, radius: float, dielectric: Fixed | None, *, quiet: bool) -> tuple[Specimen, ...]:
     required = "" if quiet else 'Give at least one, with name = "sensor 1" and its force or capacitance file'
-    tables = _tables(toml, ("specimens",), required=required)
+    tables = tables_at(toml, ("specimens",), required=required)
     specimens: list[Specimen] = []
     lines: dict[str, int] = {}
     files: dict[Path, str] = {}
     for at in tables:
-        meant = _check_keys(toml, at, ("name", *_SHORT_FORM, "sweeps", "priors"))
-        name = _text(toml, (*at, "name"), required='name = "sensor 1"', quiet="name" in meant)
+        meant = check_keys(toml, at, ("name", *_SHORT_FORM, "sweeps", "priors"), _SIGNPOSTS)
+        name = text_at(toml, (*at, "name"), required='name = "sensor 1"', quiet="name" in meant)
         _check_name(toml, (*at, "name"), name)
         if name and name in lines:
             toml.fault(
@@ -251,7 +264,7 @@ def _specimens(toml: _Toml, radius: float, dielectric: Fixed | None, *, quiet: b
     return tuple(specimens)
 
 
-def _check_dielectric(toml: _Toml, at: KeyPath, priors: Mapping[str, Prior]) -> None:
+def _check_dielectric(toml: Toml, at: KeyPath, priors: Mapping[str, Prior]) -> None:
     """Two dielectrics must fit into the sensor, at least at the medians of the priors."""
     dielectric, sensor = priors.get("dielectric_thickness"), priors.get("sensor_thickness")
     if dielectric is None or sensor is None or _median(dielectric) <= _median(sensor) / 2 * (1 + 1e-9):
@@ -264,45 +277,45 @@ def _check_dielectric(toml: _Toml, at: KeyPath, priors: Mapping[str, Prior]) -> 
     toml.fault(place, f"dielectric_thickness (of each of the two) must not exceed half the sensor thickness, got {got}")
 
 
-def _sweeps(toml: _Toml, at: KeyPath, radius: float, meant: set[str]) -> list[tuple[SweepFiles, KeyPath]]:
+def _sweeps(toml: Toml, at: KeyPath, radius: float, meant: set[str]) -> list[tuple[SweepFiles, KeyPath]]:
     """The sweeps of the specimen at `at`, each with the place of its files, for faults found later."""
-    specimen = _table(toml, at)
+    specimen = table_at(toml, at)
     short = [key for key in _SHORT_FORM if key in specimen]
     if "sweeps" not in specimen:
         if not short and meant.isdisjoint(_SHORT_FORM) and "sweeps" not in meant:
-            message = f"specimen {_quoted(specimen.get('name'))} has neither a force nor a capacitance file"
+            message = f"specimen {quoted(specimen.get('name'))} has neither a force nor a capacitance file"
             toml.fault(at, message, 'Give for example force = "sensor1_instron.csv"')
             return []
         return [_sweep(toml, at, "", radius, quiet=not meant.isdisjoint(_SHORT_FORM))]
     if short:
-        message = f"specimen {_quoted(specimen.get('name'))} has both {short[0]} and [[specimens.sweeps]]"
+        message = f"specimen {quoted(specimen.get('name'))} has both {short[0]} and [[specimens.sweeps]]"
         toml.fault((*at, short[0]), message, "Move it into a [[specimens.sweeps]] of its own, or leave the sweeps out")
     sweeps: list[tuple[SweepFiles, KeyPath]] = []
-    for number, place in enumerate(_tables(toml, (*at, "sweeps")), start=1):
-        found = _check_keys(toml, place, ("name", *_SHORT_FORM))
-        name = _text(toml, (*place, "name"), default=f"sweep {number}")
+    for number, place in enumerate(tables_at(toml, (*at, "sweeps")), start=1):
+        found = check_keys(toml, place, ("name", *_SHORT_FORM), _SIGNPOSTS)
+        name = text_at(toml, (*place, "name"), default=f"sweep {number}")
         _check_name(toml, (*place, "name"), name)
         if name in (sweep.name for sweep, _ in sweeps):
-            message = f'sweep "{name}" of specimen {_quoted(specimen.get("name"))} is given twice'
+            message = f'sweep "{name}" of specimen {quoted(specimen.get("name"))} is given twice'
             toml.fault((*place, "name"), message, "Give each its own name")
         sweeps.append(_sweep(toml, place, name, radius, quiet=not found.isdisjoint(_SHORT_FORM)))
     return sweeps
 
 
-def _sweep(toml: _Toml, at: KeyPath, name: str, radius: float, *, quiet: bool) -> tuple[SweepFiles, KeyPath]:
-    table = _table(toml, at)
+def _sweep(toml: Toml, at: KeyPath, name: str, radius: float, *, quiet: bool) -> tuple[SweepFiles, KeyPath]:
+    table = table_at(toml, at)
     if "indenter_radius" in table:
-        radius = _value(toml, (*at, "indenter_radius"), "indenter_radius")
+        radius = quantity_at(toml, (*at, "indenter_radius"), "indenter_radius")
     if "force" not in table and "capacitance" not in table and not quiet:
-        what = f'sweep "{name}"' if name else f"specimen {_quoted(table.get('name'))}"
+        what = f'sweep "{name}"' if name else f"specimen {quoted(table.get('name'))}"
         toml.fault(at, f"{what} has neither a force nor a capacitance file", 'Give for example force = "sensor1_instron.csv"')
     force, capacitance = (_lab_file(toml, (*at, key)) if key in table else None for key in ("force", "capacitance"))
     return SweepFiles(name, force, capacitance, radius), (*at, "force" if "force" in table else "capacitance")
 
 
-def _lab_file(toml: _Toml, at: KeyPath) -> Path | None:
+def _lab_file(toml: Toml, at: KeyPath) -> Path | None:
     """The lab file named at `at`, absolute; None and a fault if it is not there."""
-    text = _text(toml, at)
+    text = text_at(toml, at)
     if not text:
         return None
     if "\0" in text:
@@ -339,9 +352,9 @@ def _neighbours(folder: Path, wanted: str) -> str:
     return f"CSV files in that folder: {', '.join(names[:12])}{more}"
 
 
-def _priors(toml: _Toml, at: KeyPath, known: Sequence[str], required: Sequence[str] = ()) -> dict[str, Prior]:
-    table = _table(toml, at)
-    meant = _check_keys(toml, at, known)
+def _priors(toml: Toml, at: KeyPath, known: Sequence[str], required: Sequence[str] = ()) -> dict[str, Prior]:
+    table = table_at(toml, at)
+    meant = check_keys(toml, at, known, _SIGNPOSTS)
     priors: dict[str, Prior] = {}
     for parameter, value in table.items():
         if parameter in known:
@@ -351,13 +364,13 @@ def _priors(toml: _Toml, at: KeyPath, known: Sequence[str], required: Sequence[s
                 toml.add((*at, parameter), error.faults)
     for parameter in required:
         if parameter not in table and parameter not in meant:
-            where = f"specimen {_quoted(_table(toml, at[:-1]).get('name'))}"
+            where = f"specimen {quoted(table_at(toml, at[:-1]).get('name'))}"
             advice = f"Give {parameter} = {EXAMPLES[parameter]} in [specimens.priors], as measured"
             toml.fault(at, f"{parameter} of {where} is missing", advice)
     return priors
 
 
-def _check_name(toml: _Toml, at: KeyPath, name: str) -> None:
+def _check_name(toml: Toml, at: KeyPath, name: str) -> None:
     """Names stand in brackets behind parameters, as in contact_offset[sensor 1, ball 2]."""
     if any(c in name for c in "[],\n\r"):
         toml.fault(at, f'name "{name}" must not contain brackets, commas or line breaks')
@@ -365,95 +378,6 @@ def _check_name(toml: _Toml, at: KeyPath, name: str) -> None:
 
 def _median(prior: Prior) -> float:
     return float(prior.ppf_normal(0.0))
-
-
-# --- design.toml --------------------------------------------------------------------------------------------------------
-
-_DESIGN_TABLES: Mapping[str, Mapping[str, str]] = {
-    "indenter": {"radius": "indenter_radius", "friction_coefficient": ""},
-    "sensor": {
-        "thickness": "sensor_thickness",
-        "radius": "sensor_radius",
-        "young_modulus": "young_modulus",
-        "relative_permittivity": "relative_permittivity",
-        "electrode_radius": "electrode_radius",
-        "dielectric_thickness": "dielectric_thickness",
-    },
-    "padding": {"thickness": "padding_thickness", "young_modulus": "padding_young_modulus"},
-}
-_DESIGN_REQUIRED: Mapping[tuple[str, str], str] = {
-    ("indenter", "radius"): '"5 mm"',
-    ("sensor", "thickness"): '"0.74 mm"',
-    ("sensor", "radius"): '"10 mm"',
-    ("sensor", "young_modulus"): '"0.69 MPa"',
-    ("sensor", "relative_permittivity"): "2.8",
-    ("padding", "thickness"): '"1.10 mm", or "0 mm" for none',
-}
-
-
-def read_design(path: Path) -> Design:
-    """Read and check a design file.
-
-    Parameters
-    ----------
-    path : TOML file in UTF-8, of the form::
-
-        [indenter]
-        radius = "5 mm"
-        friction_coefficient = 0.0        # optional
-        [sensor]
-        thickness = "0.74 mm"
-        radius = "10 mm"
-        young_modulus = "0.69 MPa"
-        relative_permittivity = 2.8
-        electrode_radius = "10 mm"        # optional, default the disc radius
-        dielectric_thickness = "0.37 mm"  # optional, default half the sensor thickness
-        [padding]
-        thickness = "1.10 mm"
-        young_modulus = "0.69 MPa"        # optional, default the sensor's
-
-    Raises
-    ------
-    InputError
-        With every fault of the file, each with line and column.
-    """
-    toml = _read_toml(path)
-    tables = _check_keys(toml, (), tuple(_DESIGN_TABLES), misplaced=False)
-    value: dict[tuple[str, str], float] = {}
-    for name, keys in _DESIGN_TABLES.items():
-        meant = _check_keys(toml, (name,), tuple(keys), misplaced=False)
-        for key, parameter in keys.items():
-            at = (name, key)
-            example = _DESIGN_REQUIRED.get(at, "")
-            if not parameter:
-                value[at] = _friction(toml, at)
-            elif example or key in _table(toml, (name,)):
-                required = f"{key} = {example} in [{name}]"
-                value[at] = _value(toml, at, parameter, required=required, quiet=key in meant or name in tables)
-    radius, thickness = value.get(("sensor", "radius"), math.nan), value.get(("sensor", "thickness"), math.nan)
-    electrode, dielectric = (value.get(("sensor", k), math.nan) for k in ("electrode_radius", "dielectric_thickness"))
-    if electrode > radius * (1 + 1e-9):
-        got = f"{display('electrode_radius', electrode)} on a disc of {display('sensor_radius', radius)}"
-        toml.fault(("sensor", "electrode_radius"), f"electrode_radius must not exceed the disc radius, got {got}")
-    if dielectric > thickness / 2 * (1 + 1e-9):
-        got = f"{display('dielectric_thickness', dielectric)} in a sensor of {display('sensor_thickness', thickness)}"
-        message = f"dielectric_thickness (of each of the two) must not exceed half the sensor thickness, got {got}"
-        toml.fault(("sensor", "dielectric_thickness"), message)
-    _raise(toml)
-    return Design(
-        Indenter(value["indenter", "radius"], value["indenter", "friction_coefficient"]),
-        Sensor(**{key: value["sensor", key] for key in _DESIGN_TABLES["sensor"] if ("sensor", key) in value}),
-        Padding(**{key: value["padding", key] for key in _DESIGN_TABLES["padding"] if ("padding", key) in value}),
-    )
-
-
-def _friction(toml: _Toml, at: tuple[str, str]) -> float:
-    """The optional friction coefficient, a plain number that is not negative."""
-    value = _table(toml, at[:1]).get(at[1], 0.0)
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value) or value < 0:
-        toml.fault(at, f"friction_coefficient must be a plain number of zero or more, got {_quoted(value)}")
-        return 0.0
-    return float(value)
 
 
 # --- JSON ---------------------------------------------------------------------------------------------------------------
@@ -543,307 +467,3 @@ def experiment_from_json(text: str) -> Experiment:
         model=document["model"],
         discrepancy=document["discrepancy"],
     )
-
-
-# --- TOML with places ---------------------------------------------------------------------------------------------------
-
-#: Where something stands in a TOML document: ("specimens", 0, "priors", "sensor_thickness").
-KeyPath = tuple[str | int, ...]
-
-
-@dataclass(frozen=True)
-class _Toml:
-    """A parsed TOML file, the places of its keys, and the faults found so far (the one thing here that grows)."""
-
-    path: Path
-    data: dict[str, Any]
-    sha256: str
-    places: Mapping[KeyPath, tuple[int, int]]
-    faults: list[Fault] = field(default_factory=list)
-
-    def place(self, at: KeyPath) -> tuple[int, int]:
-        """Line and column of a key, or of the innermost table around it that is written down, or else the top of the file."""
-        while at and at not in self.places:
-            at = at[:-1]
-        return self.places.get(at, (1, 1))
-
-    def fault(self, at: KeyPath, message: str, advice: str = "") -> None:
-        self.add(at, (Fault(message, advice=advice),))
-
-    def add(self, at: KeyPath, faults: Iterable[Fault]) -> None:
-        line, column = self.place(at)
-        self.faults.extend(replace(fault, path=self.path, line=line, column=column) for fault in faults)
-
-
-def _read_toml(path: Path) -> _Toml:
-    try:
-        raw = path.read_bytes()
-    except FileNotFoundError:
-        tomls = sorted(p.name for p in path.parent.glob("*.toml")) if path.parent.is_dir() else []
-        advice = f"TOML files in that folder: {', '.join(tomls[:12])}" if tomls else ""
-        raise InputError(Fault(f"file not found: {path.absolute()}", path, advice=advice)) from None
-    except OSError as error:
-        raise InputError(Fault(f"cannot be read: {error.strerror or error}", path)) from None
-    try:
-        text = raw.decode("utf-8-sig").replace("\r\n", "\n")
-    except UnicodeDecodeError as error:
-        line = raw.count(b"\n", 0, error.start) + 1
-        column = error.start - raw.rfind(b"\n", 0, error.start)
-        message = f"is not UTF-8 text, found the byte 0x{raw[error.start]:02x}"
-        raise InputError(Fault(message, path, line, column, advice="Save the file as UTF-8")) from None
-    try:
-        data, places = tomllib.loads(text), locate_keys(text)
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(_syntax_fault(path, text, str(error))) from None
-    except RecursionError:
-        raise InputError(Fault("is nested too deeply", path)) from None
-    return _Toml(path, data, hashlib.sha256(raw).hexdigest(), places)
-
-
-def _syntax_fault(path: Path, text: str, message: str) -> Fault:
-    """A TOML syntax error with its place, which Python only tells in the message, and the usual cause."""
-    lines = text.splitlines() or [""]
-    match = re.search(r" \(at (?:line (\d+), column (\d+)|end of document)\)$", message)
-    if match is None:
-        return Fault(f"is not valid TOML: {message}", path)
-    line, column = (int(match[1]), int(match[2])) if match[1] else (len(lines), len(lines[-1]) + 1)
-    what = message[: match.start()]
-    shown = lines[line - 1].strip() if line <= len(lines) else ""
-    advice = ""
-    if "\\" in shown and '"' in shown:
-        advice = 'Write paths with forward slashes: "data/sensor1.csv"'
-    elif (what == "Invalid value" and match[1]) or re.search(r"=\s*[-+]?[\d.]+\s*[A-Za-zµμ]", shown):
-        advice = 'Texts, file names and quantities stand in quotes: "0.74 mm"'
-    elif what.startswith("Cannot overwrite"):
-        advice = "A key may be given only once"
-    elif what.startswith("Cannot declare"):
-        advice = "A table may be given only once; several specimens are each written [[specimens]]"
-    return Fault(f"is not valid TOML: {what}" + (f" in `{shown}`" if shown else ""), path, line, column, advice)
-
-
-def _raise(toml: _Toml) -> None:
-    """All faults at once, in the order of the file."""
-    if toml.faults:
-        raise InputError(sorted(dict.fromkeys(toml.faults), key=lambda f: (f.line or 0, f.column or 0)))
-
-
-def _get(toml: _Toml, at: KeyPath) -> Any:
-    value: Any = toml.data
-    for key in at:
-        try:
-            value = value[key]
-        except (KeyError, IndexError, TypeError):
-            return None
-    return value
-
-
-def _table(toml: _Toml, at: KeyPath) -> dict[str, Any]:
-    """The table at `at`; an empty one if there is none (`_check_keys` has the fault for what is not a table)."""
-    value = _get(toml, at)
-    return value if isinstance(value, dict) else {}
-
-
-def _tables(toml: _Toml, at: KeyPath, *, required: str = "") -> list[KeyPath]:
-    """Paths of the tables in the array of tables at `at`."""
-    value = _get(toml, at)
-    name = ".".join(str(key) for key in at if isinstance(key, str))
-    if isinstance(value, list) and all(isinstance(entry, dict) for entry in value):
-        if not value:
-            toml.fault(at, f"[[{name}]] is empty", required)
-        return [(*at, i) for i in range(len(value))]
-    if isinstance(value, dict):
-        toml.fault(at, f"[{name}] must be a list of tables", f"Write [[{name}]] in double brackets above each of them")
-    elif value is not None:
-        toml.fault(at, f"{name} must be a list of tables, got {_quoted(value)}", f"Write [[{name}]] above each of them")
-    elif required:
-        toml.fault((), f"there is no [[{name}]]", required)
-    return []
-
-
-def _check_keys(toml: _Toml, at: KeyPath, known: Sequence[str], *, misplaced: bool = True) -> set[str]:
-    """Faults for the keys of the table at `at` that are not `known`; returns those known ones that were probably meant.
-
-    With `misplaced`, a key that is known elsewhere in an experiment file is told where it belongs.
-    """
-    table = toml.data if not at else _get(toml, at)
-    where = _heading(at)
-    if table is None:
-        return set()
-    if not isinstance(table, dict):
-        toml.fault(at, f"{where} must be a table, got {_quoted(table)}")
-        return set()
-    meant = set()
-    for key in table:
-        if key in known:
-            continue
-        spelled = key.lower().replace("-", "_").replace(" ", "_")
-        close = difflib.get_close_matches(spelled, [*known, *_PLACES] if misplaced else known, n=1)
-        advice = f"Known here: {', '.join(known)}"
-        if misplaced and (where, key) in _HINTS:
-            advice = _HINTS[where, key]
-        elif misplaced and key in _PLACES:
-            advice = f"It belongs {_PLACES[key]}"
-        elif close and close[0] in known:
-            advice = f'Did you mean "{close[0]}"?'
-            meant.add(close[0])
-        elif close:
-            advice = f'Did you mean "{close[0]}"? It belongs {_PLACES[close[0]]}'
-        toml.fault((*at, key), f'unknown key "{key}" {"in " + where if at else "at the top of the file"}', advice)
-    return meant
-
-
-def _heading(at: KeyPath) -> str:
-    """The TOML heading of a table: [specimens.priors], [[specimens.sweeps]]."""
-    name = ".".join(str(key) for key in at if isinstance(key, str))
-    return f"[[{name}]]" if at and isinstance(at[-1], int) else f"[{name}]"
-
-
-def _value(toml: _Toml, at: KeyPath, parameter: str, *, required: str = "", quiet: bool = False) -> float:
-    """The quantity at `at`, SI, its sign checked; nan and a fault if it is wrong, or missing and `required` and not `quiet`."""
-    value = _get(toml, at)
-    if value is None:
-        if required and not quiet and isinstance(_get(toml, at[:-1]), dict | None):
-            toml.fault(at[:-1], f"{parameter} is missing", f"Give {required}")
-        return math.nan
-    try:
-        number = parse_value(parameter, value)
-    except InputError as error:
-        toml.add(at, error.faults)
-        return math.nan
-    if fault := sign_fault(parameter, number, str(value)):
-        toml.add(at, (fault,))
-        return math.nan
-    return number
-
-
-def _text(toml: _Toml, at: KeyPath, *, default: str = "", required: str = "", quiet: bool = False) -> str:
-    """The text at `at`; "" and a fault if it is not one, is empty, or is missing and `required` (unless `quiet`)."""
-    value = _get(toml, at)
-    if value is None:
-        if required and not quiet:
-            toml.fault(at[:-1], f"{at[-1]} is missing in {_heading(at[:-1])}", f"Give {required}")
-        return default
-    if not isinstance(value, str) or not value.strip():
-        toml.fault(at, f"{at[-1]} must be a text in quotes, got {_quoted(value)}")
-        return ""
-    return value.strip()
-
-
-def _choice(toml: _Toml, at: KeyPath, value: object, choices: Sequence[str]) -> str:
-    if isinstance(value, str) and value in choices:
-        return value
-    close = difflib.get_close_matches(str(value).lower(), choices, n=1)
-    one_of = " or ".join(f'"{choice}"' for choice in choices)
-    toml.fault(at, f"{at[-1]} must be {one_of}, got {_quoted(value)}", f'Did you mean "{close[0]}"?' if close else "")
-    return choices[0]
-
-
-def _quoted(value: object) -> str:
-    """A value as it stands in a TOML file, good enough for a message."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    if value is None:
-        return "without a name"
-    return f'"{value}"' if isinstance(value, str) else "a table" if isinstance(value, dict) else str(value)
-
-
-# --- locator ------------------------------------------------------------------------------------------------------------
-
-_BLANK = re.compile(r"(?:[ \t\n]|#[^\n]*)*")
-_SPACE = re.compile(r"[ \t]*")
-_BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
-_PLAIN_VALUE = re.compile(r"[^,\]}#\n]+")
-_STRING = re.compile(
-    r'"""(?:[^\\]|\\.)*?"{3,5}(?!")'  # multi-line, basic: up to two quotes may stand before the closing three
-    r"|'''.*?'{3,5}(?!')"  # multi-line, literal
-    r'|"(?:[^"\\\n]|\\.)*"'
-    r"|'[^'\n]*'",
-    re.DOTALL,
-)
-
-
-def locate_keys(text: str) -> dict[KeyPath, tuple[int, int]]:
-    """Line and column (from 1) of every key, table header and array entry of a valid TOML text with LF line ends.
-
-    Entries of arrays are addressed by their index, those of an array of tables by the place of their header.
-
-    >>> locate_keys('[[specimens]]\\nname = "a"\\n  [specimens.priors]\\n  x.y = 1')[("specimens", 0, "priors", "x", "y")]
-    (4, 5)
-    """
-    places: dict[KeyPath, tuple[int, int]] = {}
-    counts: dict[KeyPath, int] = {}
-
-    def place(index: int) -> tuple[int, int]:
-        return text.count("\n", 0, index) + 1, index - text.rfind("\n", 0, index)
-
-    def mark(path: KeyPath, index: int) -> None:
-        places.setdefault(path, place(index))
-
-    def table(path: KeyPath) -> KeyPath:
-        # A path through an array of tables means the table begun last.
-        return (*path, counts[path] - 1) if path in counts else path
-
-    def keys(index: int, path: KeyPath, resolve: Callable[[KeyPath], KeyPath]) -> tuple[int, KeyPath]:
-        """A dotted key below `path`; returns the index behind it and the path, of which all but the last key is resolved."""
-        while True:
-            index = _end(_SPACE, text, index)
-            end = _end(_BARE_KEY if text[index] not in "\"'" else _STRING, text, index)
-            raw = text[index:end]
-            path = (*path, tomllib.loads(f"k = {raw}")["k"] if raw[0] in "\"'" else raw)
-            mark(path, index)
-            index = _end(_SPACE, text, end)
-            if text[index] != ".":
-                return index, path
-            path, index = resolve(path), index + 1
-
-    def pair(index: int, path: KeyPath) -> int:
-        index, path = keys(index, path, lambda below: below)
-        return value(_end(_SPACE, text, index + 1), path)  # + 1: the equals sign
-
-    def value(index: int, path: KeyPath) -> int:
-        if text[index] in "\"'":
-            return _end(_STRING, text, index)
-        if text[index] == "[":
-            return series(index, "]", lambda at, n: mark_value(at, (*path, n)))
-        if text[index] == "{":
-            return series(index, "}", lambda at, _: pair(at, path))
-        return _end(_PLAIN_VALUE, text, index)
-
-    def mark_value(index: int, path: KeyPath) -> int:
-        mark(path, index)
-        return value(index, path)
-
-    def series(index: int, close: str, entry: Callable[[int, int], int]) -> int:
-        index, number = _end(_BLANK, text, index + 1), 0
-        while text[index] != close:
-            index, number = _end(_BLANK, text, entry(index, number)), number + 1
-            if text[index] == ",":
-                index = _end(_BLANK, text, index + 1)
-        return index + 1
-
-    here: KeyPath = ()
-    index = _end(_BLANK, text, 0)
-    while index < len(text):
-        if text.startswith("[[", index):
-            start = index
-            index, here = keys(index + 2, (), table)
-            counts[here] = counts.get(here, 0) + 1
-            here = table(here)
-            places[here] = place(start)
-            index += 2
-        elif text[index] == "[":
-            start = index
-            index, here = keys(index + 1, (), table)
-            places[here] = place(start)
-            index += 1
-        else:
-            index = pair(index, here)
-        index = _end(_BLANK, text, index)
-    return places
-
-
-def _end(pattern: re.Pattern[str], text: str, index: int) -> int:
-    match = pattern.match(text, index)
-    if match is None:  # cannot be in a text that tomllib has read
-        raise ValueError(f"cannot find the keys of the TOML text behind character {index}")
-    return match.end()

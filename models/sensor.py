@@ -83,7 +83,7 @@ def _require_positive(name: str, value: Scalar, *, zero_allowed: bool = False) -
 
 @dataclass(frozen=True, eq=False)
 class Indenter:
-    """A rigid sphere of `radius` [m], pressed down with Coulomb `friction_coefficient` [1].
+    """A rigid sphere of `radius` [m], pressed down with Coulomb `friction_coefficient` [1], inf for full stick.
 
     Raises
     ------
@@ -96,7 +96,8 @@ class Indenter:
 
     def __post_init__(self) -> None:
         _require_positive("indenter_radius", self.radius)
-        _require_positive("friction_coefficient", self.friction_coefficient, zero_allowed=True)
+        if not self.friction_coefficient >= 0:
+            raise ValueError(f"friction_coefficient must not be negative, got {self.friction_coefficient:g}")
 
 
 @dataclass(frozen=True, eq=False)

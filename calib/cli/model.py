@@ -7,16 +7,20 @@ import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from calib.cli.common import ModelName, err, load_forward, out, quantity, refusing_bad_input, say, write_whole
+from calib.cli.common import NOT_CONVERGED, ModelName, err, load_forward, out, quantity, refusing_bad_input, say, write_whole
 from calib.errors import Fault, InputError
 
 if TYPE_CHECKING:
+    from models.fem import FiniteElements, Solution
+    from models.layers import LayeredDesign
     from models.response import Response
+    from models.sensor import Design
     from models.surrogate import Surrogate
 
 surrogate = typer.Typer(
@@ -25,12 +29,21 @@ surrogate = typer.Typer(
     help="The fast stand-in for the finite elements: describe it, check it, train another.",
 )
 
+
+class Field(StrEnum):
+    """What a picture of the deformed sensor shows."""
+
+    pressure = "pressure"
+    thickness_stretch = "thickness_stretch"
+    largest_stretch = "largest_stretch"
+
+
 #: Columns of a simulated curve.
 CURVE_COLUMNS = ("displacement_m", "force_N", "contact_radius_m", "capacitance_F", "capacitance_change")
 
 
 def simulate(
-    design: Annotated[Path, typer.Argument(help="The design file (TOML): ball, sensor, padding.")],
+    design: Annotated[Path, typer.Argument(help="The design file (TOML): indenter, sensor, padding or layers.")],
     displacement: Annotated[str | None, typer.Option(help='Indentation to go to, with unit, e.g. "0.7 mm".')] = None,
     force: Annotated[str | None, typer.Option(help='Force to go to instead, e.g. "5 N".')] = None,
     steps: Annotated[int, typer.Option(min=1, max=100000, help="Equal steps up to there.")] = 14,
@@ -41,40 +54,161 @@ def simulate(
     surrogate_file: Annotated[
         Path | None, typer.Option("--surrogate", help="Surrogate file to use instead of the shipped one.")
     ] = None,
+    unload: Annotated[bool, typer.Option("--unload", help="Come back the same steps to the first (fem).")] = False,
+    accuracy: Annotated[
+        float | None, typer.Option(min=1e-5, max=0.1, help="Relative accuracy to mesh for (fem) [default: 0.001].")
+    ] = None,
+    check: Annotated[
+        bool, typer.Option("--check", help="Solve again on a finer mesh and print the estimated error (fem).")
+    ] = False,
+    picture: Annotated[
+        Path | None, typer.Option(help="Image file of the deformed section at the deepest step (fem): png, pdf, svg.")
+    ] = None,
+    view: Annotated[
+        Path | None, typer.Option(help="Image file (png) of the sensor in 3-D, cut open (fem, with the extra `view`).")
+    ] = None,
+    field: Annotated[Field, typer.Option(help="What colours the picture.")] = Field.pressure,
+    vtk: Annotated[Path | None, typer.Option(help="ParaView file (pvd) of all steps to write (fem).")] = None,
 ) -> None:
     """Simulate the loading curve of one design, up to an indentation or a force.
 
     Example: `calib simulate design.toml --displacement "0.7 mm" -o curve.csv`
 
-    Another: `calib simulate design.toml --force "5 N" --steps 20 --model fem -o curve.csv`
+    Another: `calib simulate design.toml --force "5 N" --steps 20 --model fem --check --picture deformed.png -o curve.csv`
 
     Writes: one row per step, the last one at the requested end, columns displacement_m, force_N, contact_radius_m,
-    capacitance_F, capacitance_change (C/C0 - 1).
+    capacitance_F, capacitance_change (C/C0 - 1). With --unload the rows go on back to the first step.
 
-    Exit codes: 0 done; 2 bad input, outside the model's range, or no equilibrium found; nothing written.
+    Exit codes: 0 done; 2 bad input or outside the model's range, nothing written; 3 no equilibrium found before the end, the
+    rows up to there written.
     """
     with refusing_bad_input():
-        from calib.experiment import read_design
+        from calib.design import read_design
         from calib.predictive import loading_curve
+        from models.sensor import Design
 
         if (displacement is None) == (force is None):
             raise InputError(Fault("give either --displacement or --force", advice='For example --displacement "0.7 mm"'))
-        if output is not None and output.exists() and design.exists() and output.samefile(design):
-            raise InputError(Fault("the output would overwrite the design file itself", output, advice="Choose another -o"))
+        written = {"-o": output, "--picture": picture, "--view": view, "--vtk": vtk}
+        _check_outputs(design, written)
         depth = quantity(displacement, "m", "--displacement") if displacement is not None else None
         load = quantity(force, "N", "--force") if force is not None else None
         for name, value in (("--displacement", depth), ("--force", load)):
             if value is not None and value <= 0:
                 raise InputError(Fault(f"{name} must be positive, got {displacement or force}"))
+        asked = {
+            "--unload": unload,
+            "--accuracy": accuracy,
+            "--check": check,
+            **{k: v for k, v in written.items() if k != "-o"},
+        }
+        for name, wanted in asked.items():
+            if wanted and model is not ModelName.fem:
+                raise InputError(Fault(f"{name} needs the finite elements", advice="Add --model fem"))
         pressed = read_design(design)
-        text = curve_csv(
-            loading_curve(load_forward(model, surrogate_file), pressed, displacement=depth, force=load, steps=steps)
+        if model is ModelName.fem:
+            _simulate_fem(pressed, depth, load, steps, output, unload, accuracy, check, picture, view, field, vtk)
+            return
+        if not isinstance(pressed, Design):
+            message = f"the {model} covers a ball on neo-Hookean sensor and padding on a bonded base, the design is another"
+            raise InputError(Fault(message, design, advice="Add --model fem"))
+        curve = loading_curve(load_forward(model, surrogate_file), pressed, displacement=depth, force=load, steps=steps)
+        _write_curve(curve, output, f"{steps} steps, {model}")
+
+
+def _check_outputs(design: Path, written: dict[str, Path | None]) -> None:
+    """Better said before the finite elements than after."""
+    for name, path in written.items():
+        if path is None:
+            continue
+        if path.exists() and design.exists() and path.samefile(design):
+            raise InputError(Fault("the output would overwrite the design file itself", path, advice=f"Choose another {name}"))
+        if not path.absolute().parent.is_dir():
+            raise InputError(Fault(f"the folder {path.absolute().parent} does not exist", path, advice="Create it first"))
+    kinds = {"--picture": (".png", ".pdf", ".svg"), "--view": (".png",), "--vtk": (".pvd",)}
+    for name, endings in kinds.items():
+        path = written[name]
+        if path is not None and path.suffix.lower() not in endings:
+            raise InputError(Fault(f"{name} must end in {' or '.join(endings)}", path))
+
+
+def _simulate_fem(
+    design: Design | LayeredDesign,
+    depth: float | None,
+    load: float | None,
+    steps: int,
+    output: Path | None,
+    unload: bool,
+    accuracy: float | None,
+    check: bool,
+    picture: Path | None,
+    view: Path | None,
+    field: Field,
+    vtk: Path | None,
+) -> None:
+    """The finite elements' own options: path, check, pictures."""
+    import numpy as np
+
+    from models.fem import FiniteElements
+
+    elements = FiniteElements() if accuracy is None else FiniteElements(accuracy)
+    ramp = np.linspace(0.0, (depth if depth is not None else load) or 0.0, steps + 1)[1:]
+    path = np.concatenate([ramp, ramp[-2::-1]]) if unload else ramp
+    solution = elements.solve(design, path) if depth is not None else elements.solve_to_force(design, path)
+    if not solution.states:
+        solution.checked()
+    _write_curve(solution.response, output, f"{len(solution.states)} of {path.size} steps, fem")
+    deepest = int(np.argmax([s.depth for s in solution.states]))
+    if picture is not None or view is not None or vtk is not None:
+        from calib.section import revolved_picture, section_figure, write_vtk
+
+        if picture is not None:
+            section_figure(solution, deepest, field.value).savefig(picture, dpi=200)
+            err().print(f"Written: {picture}", markup=False, soft_wrap=True)
+        if view is not None:
+            revolved_picture(solution, deepest, field.value, view)
+            err().print(f"Written: {view}", markup=False, soft_wrap=True)
+        if vtk is not None:
+            write_vtk(solution, vtk)
+            err().print(f"Written: {vtk}", markup=False, soft_wrap=True)
+    if solution.failure is None and check:
+        for line in _check_lines(elements, solution):
+            err().print(line, markup=False, soft_wrap=True)
+    if solution.failure is not None:
+        reached, reason = solution.states[-1].depth * solution.units.length, solution.failure.reason
+        message = f"Ended early: no equilibrium beyond an indentation of {reached * 1e3:.4g} mm: {reason}"
+        err().print(message, style="red", markup=False, soft_wrap=True)
+        raise typer.Exit(NOT_CONVERGED)
+
+
+def _check_lines(elements: FiniteElements, solution: Solution) -> list[str]:
+    """The errors of a solution in words."""
+    import numpy as np
+
+    from models.fem.check import check
+
+    found = check(elements, solution)
+    lines = ["Estimated error of the mesh (solved again on elements of half the size):"]
+    for name, error in (("force", found.force_error), ("capacitance change", found.change_error)):
+        worst = int(np.nanargmax(np.abs(error)))
+        at = solution.states[worst].depth * solution.units.length * 1e3
+        lines.append(
+            f"  {name:<20}{np.sqrt(np.nanmean(error**2)):8.3%} (rms over the steps), worst {error[worst]:+.3%} at {at:.3g} mm, "
+            f"last {error[-1]:+.3%}"
         )
-        if output is None:
-            typer.echo(text, nl=False)
-        else:
-            write_whole(output, text)
-            say(f"Written: {output} ({steps} steps, {model})")
+    if not np.isnan(found.energy_error):
+        lines.append(f"Work of the indenter against stored energy: {found.energy_error:+.1e}")
+    lines.append(f"Largest penetration: {found.penetration:.1e} of the indentation")
+    return lines
+
+
+def _write_curve(curve: Response, output: Path | None, what: str) -> None:
+    text = curve_csv(curve)
+    if output is None:
+        typer.echo(text, nl=False)
+    else:
+        write_whole(output, text)
+        say(f"Written: {output} ({what})")
 
 
 def curve_csv(curve: Response) -> str:
@@ -117,7 +251,7 @@ def validate(
 ) -> None:
     """Compare the surrogate with finite elements on fresh random designs over its whole range.
 
-    Takes about a second per design and process. Prints the error of force and of capacitance change, and how often the truth
+    Takes about half a second per design and process. Prints the error of force and of capacitance change, and how often the truth
     lies inside the surrogate's own 90 % band.
 
     Example: `calib surrogate validate --designs 50 --seed 2`
@@ -154,7 +288,7 @@ def train(
 ) -> None:
     """Train a surrogate on finite-element loading curves spread over the whole range of designs.
 
-    Takes about a second per curve and process. The file is used with `--surrogate FILE` in the other commands; check it first
+    Takes about a third of a second per curve and process. The file is used with `--surrogate FILE` in the other commands; check it first
     with `calib surrogate validate --surrogate FILE`.
 
     Example: `calib surrogate train -o mine.npz --points 2048 --processes 8`

@@ -43,6 +43,10 @@ class Band:
         """Forces on the unknowns from those of elements and edges, shape (n,)."""
         return np.asarray(self.element_forces @ elements.ravel() + self.edge_forces @ edges.ravel())
 
+    def _lower(self, elements: FloatArray) -> FloatArray:
+        """Lower band (width + 1, n) of the element stiffnesses, Fortran order."""
+        return np.asarray(self.elements @ elements.ravel()).reshape(self.n, self.width + 1).T
+
     def factorise(self, elements: FloatArray, edges: FloatArray, *, symmetric: bool) -> Factor:
         """Assemble and factorise.
 
@@ -51,20 +55,18 @@ class Band:
         LinAlgError
             If the matrix is singular.
         """
-        lower = np.asarray(self.elements @ elements.ravel()).reshape(self.n, self.width + 1).T
         number = self.number[self.edge_dofs]
         i, j = np.broadcast_arrays(number[:, :, None], number[:, None, :])
         kept = (i >= 0) & (j >= 0)
         i, j, value = i[kept], j[kept], edges[kept]
         if symmetric:
-            below = i >= j
-            banded = lower.copy(order="F")
+            below, banded = i >= j, self._lower(elements)
             np.add.at(banded, ((i - j)[below], j[below]), value[below])
-            factor, info = lapack.dpbtrf(banded, lower=1, overwrite_ab=0)
+            factor, info = lapack.dpbtrf(banded, lower=1, overwrite_ab=1)
             if info == 0:
                 return Factor(True, self.width, factor, None)
         # LU: rows 0 to width - 1 are room for pivoting, the diagonal is row 2 width.
-        w, n = self.width, self.n
+        w, n, lower = self.width, self.n, self._lower(elements)
         full = np.zeros((3 * w + 1, n), order="F")
         full[2 * w :] = lower
         for k in range(1, w + 1):

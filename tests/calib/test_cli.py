@@ -378,6 +378,87 @@ def test_simulate_refuses_what_it_cannot_do(lab: Path, words: tuple[str, ...], m
     assert not (lab / "curve.csv").exists()
 
 
+FEM = ("--model", "fem", "--accuracy", 0.01)
+
+
+def test_simulate_by_finite_elements_goes_there_and_back_and_checks_itself(lab: Path) -> None:
+    result = _run(
+        "simulate", lab / "design.toml", "--force", "3 N", "--steps", 4, *FEM, "--unload", "--check", "-o", lab / "curve.csv"
+    )
+    assert result.exit_code == 0, result.output
+    rows = pd.read_csv(lab / "curve.csv")
+    assert rows["force_N"].to_numpy() == pytest.approx([0.75, 1.5, 2.25, 3.0, 2.25, 1.5, 0.75], rel=1e-6)
+    said = _said(result)
+    for part in ("Estimated error of the mesh", "capacitance change", "stored energy", "Largest penetration"):
+        assert part in said
+
+
+LAYERED = """
+[indenter]
+shape = "flat punch"
+radius = "3 mm"
+edge_radius = "0.5 mm"
+[disc]
+radius = "10 mm"
+[[layers]]
+name = "foam"
+thickness = "1 mm"
+young_modulus = "0.3 MPa"
+law = { yeoh = { c2 = -0.25 } }
+[[layers]]
+name = "dielectric"
+thickness = "0.3 mm"
+young_modulus = "0.7 MPa"
+relative_permittivity = 3.0
+"""
+
+
+def test_simulate_takes_layers_to_the_finite_elements_alone(lab: Path) -> None:
+    (lab / "layers.toml").write_text(LAYERED, encoding="utf-8")
+    result = _run("simulate", lab / "layers.toml", "--displacement", "0.1 mm", "-o", lab / "curve.csv")
+    assert result.exit_code == 2
+    assert "the surrogate covers a ball on neo-Hookean sensor and padding" in _said(result)
+    assert "Add --model fem" in _said(result)
+    result = _run("simulate", lab / "layers.toml", "--displacement", "0.1 mm", *FEM, "-o", lab / "curve.csv")
+    assert result.exit_code == 0, result.output
+    assert len(pd.read_csv(lab / "curve.csv")) == 14
+
+
+def test_a_path_that_ends_early_is_written_as_far_as_it_came_and_says_why(lab: Path) -> None:
+    (lab / "layers.toml").write_text(LAYERED, encoding="utf-8")
+    result = _run("simulate", lab / "layers.toml", "--displacement", "0.8 mm", "--steps", 16, *FEM, "-o", lab / "curve.csv")
+    assert result.exit_code == 3
+    said = _said(result)
+    assert "Ended early: no equilibrium beyond an indentation of" in said
+    assert "the material of layer foam has lost strong ellipticity" in said
+    rows = pd.read_csv(lab / "curve.csv")
+    assert 1 <= len(rows) < 16
+    assert f"{rows['displacement_m'].iloc[-1] * 1e3:.4g} mm" in said
+
+
+@pytest.mark.parametrize(
+    "option", [("--unload",), ("--check",), ("--picture", "p.png"), ("--vtk", "p.pvd"), ("--accuracy", 0.01)]
+)
+def test_options_of_the_finite_elements_are_refused_without_them(
+    lab: Path, option: tuple[object, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(lab)
+    result = _run("simulate", lab / "design.toml", "--displacement", "0.1 mm", *option)
+    assert result.exit_code == 2
+    assert f"{option[0]} needs the finite elements. Add --model fem" in _said(result)
+
+
+def test_pictures_are_refused_before_the_work_if_they_cannot_be_written(lab: Path) -> None:
+    for option, path, message in (
+        ("--picture", lab / "p.doc", "--picture must end in .png or .pdf or .svg"),
+        ("--vtk", lab / "nowhere" / "p.pvd", "does not exist"),
+        ("--picture", lab / "design.toml", "would overwrite the design file"),
+    ):
+        result = _run("simulate", lab / "design.toml", "--displacement", "0.1 mm", *FEM, option, path)
+        assert result.exit_code == 2
+        assert message in _said(result)
+
+
 def test_surrogate_commands_refuse_a_missing_file_too_few_points_and_an_existing_output(lab: Path) -> None:
     result = _run("surrogate", "info", "--surrogate", lab / "nothing.npz")
     assert result.exit_code == 2

@@ -17,14 +17,12 @@ from hypothesis import strategies as st
 from calib.errors import InputError
 from calib.experiment import (
     Experiment,
-    KeyPath,
     experiment_from_json,
     experiment_to_json,
-    locate_keys,
-    read_design,
     read_experiment,
 )
 from calib.prior import Fixed, HalfNormal, LogNormal, Normal, TruncatedNormal, Uniform
+from calib.toml_file import KeyPath, locate_keys
 
 GOOD = """\
 name = "Padded sensor, two specimens"
@@ -382,102 +380,6 @@ def test_a_file_that_is_not_there_or_is_a_folder_is_refused(folder: Path) -> Non
         read_experiment(folder / "nowhere" / "experiment.toml")
     with pytest.raises(InputError, match="cannot be read"):
         read_experiment(folder)
-
-
-# --- design.toml --------------------------------------------------------------------------------------------------------
-
-DESIGN = """\
-[indenter]
-radius = "5 mm"
-friction_coefficient = 0.3
-[sensor]
-thickness = "0.74 mm"
-radius = "10 mm"
-young_modulus = "0.69 MPa"
-relative_permittivity = 2.8
-electrode_radius = "9 mm"
-dielectric_thickness = "0.16 mm"
-[padding]
-thickness = "1.10 mm"
-young_modulus = "0.3 MPa"
-"""
-
-
-def test_a_design_is_read(tmp_path: Path) -> None:
-    design = read_design(write(tmp_path, DESIGN))
-    assert design.indenter.friction_coefficient == 0.3
-    assert design.parameters() == {
-        "indenter_radius": 5e-3,
-        "sensor_thickness": 0.74e-3,
-        "sensor_radius": 10e-3,
-        "young_modulus": 0.69e6,
-        "relative_permittivity": 2.8,
-        "electrode_radius": 9e-3,
-        "dielectric_thickness": 0.16e-3,
-        "padding_thickness": 1.1e-3,
-        "padding_young_modulus": 0.3e6,
-    }
-
-
-def test_what_a_design_leaves_out_is_derived(tmp_path: Path) -> None:
-    optional = ("friction", "electrode", "dielectric", 'young_modulus = "0.3')
-    design = read_design(write(tmp_path, "\n".join(line for line in DESIGN.splitlines() if not line.startswith(optional))))
-    assert design.indenter.friction_coefficient == 0
-    assert design.sensor.electrode_radius == 10e-3
-    assert design.sensor.dielectric_thickness == 0.37e-3
-    assert design.padding_young_modulus == 0.69e6
-
-
-def test_a_design_without_padding_is_zero_thick(tmp_path: Path) -> None:
-    assert read_design(write(tmp_path, DESIGN.replace("1.10 mm", "0 mm"))).padding.thickness == 0
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "place", "parts"),
-    [
-        ('"0.74 mm"', '"-0.74 mm"', "5:1", ["sensor_thickness must be positive, got -0.74 mm"]),
-        ('"0.74 mm"', "0.74", "5:1", ['sensor_thickness has no unit, got 0.74. Write "0.74 mm"']),
-        (
-            '"0.74 mm"',
-            '"0.2 mm"',
-            "10:1",
-            ["dielectric_thickness", "half the sensor thickness, got 0.16 mm in a sensor of 0.2 mm"],
-        ),
-        ('"9 mm"', '"11 mm"', "9:1", ["disc radius, got 11 mm on a disc of 10 mm"]),
-        ('"1.10 mm"', '"-1 mm"', "12:1", ["padding_thickness must not be negative, got -1 mm"]),
-        ("= 0.3\n", "= -0.3\n", "3:1", ["friction_coefficient must be a plain number of zero or more, got -0.3"]),
-        ("= 0.3\n", '= "0.3"\n', "3:1", ["friction_coefficient"]),
-        ("young_modulus", "youngs_modulus", "7:1", ['unknown key "youngs_modulus" in [sensor]', '"young_modulus"']),
-        (
-            "relative_permittivity = 2.8\n",
-            "",
-            "4:1",
-            ["relative_permittivity is missing. Give relative_permittivity = 2.8 in [sensor]"],
-        ),
-        ("[padding]", "[pading]", "11:1", ['unknown key "pading" at the top of the file', '"padding"']),
-        (
-            '[padding]\nthickness = "1.10 mm"\nyoung_modulus = "0.3 MPa"\n',
-            "",
-            "1:1",
-            ["padding_thickness is missing", '"0 mm" for none'],
-        ),
-    ],
-)
-def test_a_fault_of_a_design_is_told_with_its_place(tmp_path: Path, old: str, new: str, place: str, parts: list[str]) -> None:
-    assert old in DESIGN
-    with pytest.raises(InputError) as caught:
-        read_design(write(tmp_path, DESIGN.replace(old, new, 1)))
-    (fault,) = caught.value.faults
-    assert f"{fault.line}:{fault.column}" == place
-    for part in parts:
-        assert part in str(fault)
-
-
-def test_all_faults_of_a_design_are_reported_at_once(tmp_path: Path) -> None:
-    text = DESIGN.replace('"0.74 mm"', '"0.74 kg"').replace('"1.10 mm"', "1.1").replace('"5 mm"', '"0 mm"')
-    with pytest.raises(InputError) as caught:
-        read_design(write(tmp_path, text))
-    assert [fault.line for fault in caught.value.faults] == [2, 5, 12]
 
 
 # --- where keys stand ---------------------------------------------------------------------------------------------------

@@ -10,6 +10,7 @@ import pytest
 from models.analytic import bonded_layer_factor, hertz_force
 from models.fem import FiniteElements, dimensionless
 from models.fem.capacitance import ring_capacitance
+from models.fem.check import check
 from models.fem.elements import condense, deformation, displacement_step, make_elements, pressure_step
 from models.fem.equilibrium import Failure, compression, equilibrium, make_model, stored_energy
 from models.fem.laplace import laplace_capacitance
@@ -120,6 +121,23 @@ def test_errors_fall_with_the_accuracy_asked_for_and_stay_within_it():
         found = FiniteElements(accuracy).respond(design, depth)
         for value, truth in ((found.force, exact.force), (found.capacitance_change, exact.capacitance_change)):
             assert np.sqrt(np.mean((value / truth - 1) ** 2)) < accuracy
+
+
+def test_the_check_on_a_finer_mesh_knows_the_error_of_the_mesh_and_of_the_energy():
+    design, depth = design_from(PAPER), np.linspace(0.05e-3, 0.6e-3, 12)
+    coarse = FiniteElements(1e-2)
+    solution = coarse.solve(design, depth)
+    exact = FiniteElements(2e-4).respond(design, depth)
+    found = check(coarse, solution)
+    for estimate, value, truth in (
+        (found.force_error, solution.response.force, exact.force),
+        (found.change_error, solution.response.capacitance_change, exact.capacitance_change),
+    ):
+        size, true_size = (np.sqrt(np.mean(e**2)) for e in (estimate, value / truth - 1))
+        assert 0.5 < size / true_size < 2
+    assert abs(found.energy_error) < 1e-3
+    assert found.penetration < 1e-5
+    assert np.isnan(check(coarse, coarse.solve(design_from(PAPER, friction_coefficient=0.2), depth[:3])).energy_error)
 
 
 def test_the_internal_energy_converges_at_second_order_or_better_in_the_mesh_size():
