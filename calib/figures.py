@@ -2,69 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from functools import wraps
-from typing import Any, ParamSpec
+from collections.abc import Sequence
 
 import numpy as np
-from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from calib.padding import INTERVAL_PROBABILITY, Recommendation
 from calib.posterior import Posterior
 from calib.predictive import Bands, Check, Prediction
+from calib.style import BLUE, ENSEMBLE_COLOURS, GREEN, GREY, INK, LIGHT, ORANGE, PURPLE, VERMILION, styled_figure
 from models.sensor import PARAMETERS, FloatArray
 
-# Okabe and Ito's colours, told apart by all common kinds of colour vision.
-BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7", "#56B4E9"
-ENSEMBLE_COLOURS = (BLUE, ORANGE, GREEN, PURPLE, VERMILION, SKY)
-INK, GREY, LIGHT = "#222222", "#7a7a7a", "#d9d9d9"
 
-_STYLE: dict[Any, Any] = {
-    "font.family": "DejaVu Sans",
-    "font.size": 9,
-    "axes.titlesize": 9.5,
-    "axes.titleweight": "bold",
-    "axes.titlelocation": "left",
-    "axes.labelsize": 9,
-    "axes.labelcolor": INK,
-    "axes.edgecolor": GREY,
-    "axes.linewidth": 0.7,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "grid.color": "#ececec",
-    "grid.linewidth": 0.7,
-    "xtick.color": GREY,
-    "ytick.color": GREY,
-    "xtick.labelcolor": INK,
-    "ytick.labelcolor": INK,
-    "xtick.labelsize": 8.5,
-    "ytick.labelsize": 8.5,
-    "legend.frameon": False,
-    "legend.fontsize": 8.5,
-    "figure.facecolor": "white",
-    "savefig.facecolor": "white",
-    "svg.hashsalt": "calib",
-}
-
-_P = ParamSpec("_P")
-
-
-def _styled(draw: Callable[_P, Figure]) -> Callable[_P, Figure]:
-    """Draw in the house style, and leave matplotlib's settings as they were."""
-
-    @wraps(draw)
-    def styled(*args: _P.args, **kwargs: _P.kwargs) -> Figure:
-        with rc_context(_STYLE):
-            return draw(*args, **kwargs)
-
-    return styled
-
-
-@_styled
+@styled_figure
 def force_figure(prediction: Prediction) -> Figure:
     """Force against crosshead reading as read: data, bands of model and of a new reading, residuals below.
 
@@ -80,7 +31,7 @@ def force_figure(prediction: Prediction) -> Figure:
     )
 
 
-@_styled
+@styled_figure
 def capacitance_figure(prediction: Prediction) -> Figure:
     """Capacitance against load cell reading: data, bands of model and of a new reading, residuals below.
 
@@ -95,7 +46,7 @@ def capacitance_figure(prediction: Prediction) -> Figure:
     return _channel_figure(channel.bands, channel.check, 1.0, 1e12, "load cell reading (N)", "LCR reading (pF)")
 
 
-@_styled
+@styled_figure
 def change_figure(predictions: Sequence[Prediction]) -> Figure:
     """Capacitance change against force of all sweeps in one picture: data and bands of the model."""
     fig = Figure(figsize=(6.2, 3.6), layout="constrained")
@@ -114,7 +65,7 @@ def change_figure(predictions: Sequence[Prediction]) -> Figure:
     return fig
 
 
-@_styled
+@styled_figure
 def corner_figure(posterior: Posterior) -> Figure:
     """Corner plot of the shared material parameters and the thicknesses of the first specimen."""
     import corner
@@ -162,7 +113,7 @@ def corner_figure(posterior: Posterior) -> Figure:
     return fig
 
 
-@_styled
+@styled_figure
 def trace_figure(posterior: Posterior, names: Sequence[str]) -> Figure:
     """Trace and rank plots of some parameters: every ensemble must tell the same story.
 
@@ -188,7 +139,7 @@ def trace_figure(posterior: Posterior, names: Sequence[str]) -> Figure:
     return fig
 
 
-@_styled
+@styled_figure
 def prior_figure(posterior: Posterior) -> Figure:
     """Prior (grey line) against posterior (blue) of every parameter."""
     n = len(posterior.parameters)
@@ -221,7 +172,7 @@ def prior_figure(posterior: Posterior) -> Figure:
     return fig
 
 
-@_styled
+@styled_figure
 def padding_figure(recommendation: Recommendation) -> Figure:
     """Capacitance change against padding thickness with its uncertainty, where each draw's optimum lies, resolution, depth."""
     r = recommendation

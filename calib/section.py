@@ -25,7 +25,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
 from calib.errors import Fault, InputError
-from calib.figures import GREY, INK, _styled
+from calib.style import GREY, INK, styled_figure
 from models.fem import Solution
 from models.fem.elements import shape_1d
 from models.fem.fields import Fields, fields_of, sheet
@@ -65,7 +65,7 @@ class _Scale:
     colours: ListedColormap
 
 
-@_styled
+@styled_figure
 def section_figure(solution: Solution, step: int = -1, field: FieldName = "pressure") -> Figure:
     """The deformed section through the axis, mirrored, coloured by a field, with indenter, layers, electrodes and base.
 
@@ -123,7 +123,11 @@ def section_figure(solution: Solution, step: int = -1, field: FieldName = "press
     ax.set_ylabel("height (mm)")
     ax.set_yticks([t for t in ax.get_yticks() if 0 <= t <= high * _MM])
     ax.set_title(_caption(solution, step))
-    kinds = [k for k in ("electrode", "interface") if any(k == kind for kind, _ in lines)]
+    # An electrode hides the interface it lies on.
+    electrodes = [x for d in design.dielectrics for x in (d.lower, d.upper)]
+    faces = np.cumsum([x.thickness for x in design.layers])[:-1]
+    bare = [design.electrode_radius < half or not np.any(np.isclose(face, electrodes)) for face in faces]
+    kinds = ["electrode", "interface"] if any(bare) else ["electrode"]
     named = {"electrode": "electrode", "interface": "layer interface"}
     fig.legend(
         [Line2D([], [], **_LINES[k]) for k in kinds],
@@ -141,7 +145,7 @@ def section_figure(solution: Solution, step: int = -1, field: FieldName = "press
     return fig
 
 
-@_styled
+@styled_figure
 def revolved_figure(solution: Solution, step: int = -1, field: FieldName = "pressure") -> Figure:
     """Sensor and indenter in space, a quarter of the sensor cut away so that its section shows, coloured by a field.
 
@@ -211,10 +215,9 @@ def write_vtk(solution: Solution, path: Path) -> None:
     ValueError
         If the solution has no states.
     InputError
-        If meshio is not installed, `path` does not end in .pvd, its folder does not exist, or the folder beside it holds
+        If `path` does not end in .pvd, its folder does not exist, or the folder beside it holds
         files that are not of this function.
     """
-    meshio = _optional("meshio")
     if path.suffix != ".pvd":
         raise InputError(Fault("the name of a ParaView collection ends in .pvd", path, advice="Choose another"))
     _check_folder(path)
@@ -233,7 +236,7 @@ def write_vtk(solution: Solution, path: Path) -> None:
     try:
         entries = []
         for k, time in enumerate(way):
-            for part, (name, mesh) in enumerate(_vtk_meshes(meshio, solution, k).items()):
+            for part, (name, mesh) in enumerate(_vtk_meshes(solution, k).items()):
                 file = f"{name}_{k + 1:04d}.vtu"
                 mesh.write(new / file)
                 place = quoteattr(f"{folder.name}/{file}")
@@ -258,8 +261,10 @@ _COLLECTION = """<?xml version="1.0"?>
 """
 
 
-def _vtk_meshes(meshio: Any, solution: Solution, step: int) -> dict[str, Any]:
+def _vtk_meshes(solution: Solution, step: int) -> dict[str, Any]:
     """What `write_vtk` writes of one step, in the plane y = 0."""
+    import meshio
+
     fields, design = fields_of(solution, step), solution.design
     depth = solution.states[step].depth * solution.units.length
 
@@ -477,7 +482,7 @@ _CAMERA = np.radians([-58.0, 24.0])
 
 def _in_space(pv: Any, solution: Solution, step: int, fields: Fields, scale: _Scale, values: FloatArray) -> Any:
     """Rendered image (height, width, 3) on white, coloured by `values`."""
-    plot = pv.Plotter(off_screen=True, window_size=(2200, 1600), lighting="none")
+    plot = pv.Plotter(off_screen=True, window_size=(1900, 1380), lighting="none")
     plot.set_background("white")
     plot.enable_anti_aliasing("ssaa")
     plot.enable_depth_peeling(8)

@@ -160,10 +160,10 @@ def _simulate_fem(
     _write_curve(solution.response, output, f"{len(solution.states)} of {path.size} steps, fem")
     deepest = int(np.argmax([s.depth for s in solution.states]))
     if picture is not None or view is not None or vtk is not None:
-        from calib.section import revolved_picture, section_figure, write_vtk
+        from calib.section import revolved_picture, section_figure, write_figure, write_vtk
 
         if picture is not None:
-            section_figure(solution, deepest, field.value).savefig(picture, dpi=200)
+            write_figure(section_figure(solution, deepest, field.value), picture)
             err().print(f"Written: {picture}", markup=False, soft_wrap=True)
         if view is not None:
             revolved_picture(solution, deepest, field.value, view)
@@ -251,8 +251,8 @@ def validate(
 ) -> None:
     """Compare the surrogate with finite elements on fresh random designs over its whole range.
 
-    Takes about half a second per design and process. Prints the error of force and of capacitance change, and how often the truth
-    lies inside the surrogate's own 90 % band.
+    Takes about half a second per design and process. Prints the error of force and of capacitance change, and how often the
+    truth lies inside the surrogate's own 90 % band.
 
     Example: `calib surrogate validate --designs 50 --seed 2`
 
@@ -288,8 +288,8 @@ def train(
 ) -> None:
     """Train a surrogate on finite-element loading curves spread over the whole range of designs.
 
-    Takes about a third of a second per curve and process. The file is used with `--surrogate FILE` in the other commands; check it first
-    with `calib surrogate validate --surrogate FILE`.
+    Takes about a third of a second per curve and process. The file is used with `--surrogate FILE` in the other commands; check
+    it first with `calib surrogate validate --surrogate FILE`.
 
     Example: `calib surrogate train -o mine.npz --points 2048 --processes 8`
 

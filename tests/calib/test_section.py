@@ -1,10 +1,13 @@
 """Pictures and ParaView files of a solution: what is drawn is where it is, files are whole and can be read back."""
 
+import itertools
 import sys
 from functools import cache
 
+import meshio
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 from matplotlib.image import imread
 
@@ -16,10 +19,11 @@ from models.fem.fields import fields_of
 from models.layers import Dielectric, Layer, LayeredDesign, Profile, cone, flat_punch, sphere
 
 DEPTHS = (0.2e-3, 0.4e-3)
+BALL = sphere(2e-3)
 
 
 @cache
-def pressed(profile=sphere(2e-3), path=DEPTHS, modulus=0.6e6, radius=6e-3, base="bonded"):
+def pressed(profile=BALL, path=DEPTHS, modulus=0.6e6, radius=6e-3, base="bonded"):
     layers = (Layer(1.1e-3, modulus / 3, name="padding"), Layer(0.7e-3, modulus), Layer(0.05e-3, 2 * modulus, name="skin"))
     dielectrics = (Dielectric(1.1e-3, 1.4e-3, 2.8), Dielectric(1.4e-3, 1.8e-3, 2.8))
     design = LayeredDesign(profile, layers, radius, 0.8 * radius, dielectrics, base=base)
@@ -88,6 +92,13 @@ def test_words_and_numbers_of_a_figure():
     assert section_figure(pressed(), field="largest_stretch").axes[1].get_xlabel() == "largest principal stretch"
 
 
+def test_the_legend_names_what_can_be_seen():
+    # Both interfaces lie under electrodes: seen only where the disc is shown beyond those.
+    for radius, names in ((6e-3, ["electrode"]), (2.5e-3, ["electrode", "layer interface"])):
+        (legend,) = section_figure(pressed(radius=radius)).legends
+        assert [t.get_text() for t in legend.get_texts()] == names
+
+
 def test_a_disc_much_wider_than_the_contact_is_shown_around_the_contact():
     narrow, wide = section_figure(pressed(radius=2.5e-3)), section_figure(pressed(radius=15e-3))
     assert narrow.axes[0].get_xlim()[1] > 2.5
@@ -97,12 +108,11 @@ def test_a_disc_much_wider_than_the_contact_is_shown_around_the_contact():
     assert wide.axes[0].get_xlabel() == "radius (mm); the disc ends at 15 mm"
 
 
-@pytest.mark.parametrize("field", ["pressure", "thickness_stretch", "largest_stretch"])
-def test_figures_are_written_with_equal_axes_and_nothing_cut_off(field, tmp_path):
-    figure = section_figure(pressed(), field=field)
+def test_a_figure_is_written_with_equal_axes_and_nothing_cut_off(tmp_path):
+    figure = section_figure(pressed(), field="thickness_stretch")
     write_figure(figure, tmp_path / "section.png")
     assert (tmp_path / "section.png").read_bytes().startswith(b"\x89PNG")
-    ax, renderer = figure.axes[0], figure.canvas.get_renderer()
+    ax, renderer = figure.axes[0], FigureCanvasAgg(figure).get_renderer()
     box = ax.get_window_extent(renderer)
     assert box.width / np.ptp(ax.get_xlim()) == pytest.approx(box.height / np.ptp(ax.get_ylim()), rel=1e-6)
     for text in [*ax.texts, ax.title, ax.xaxis.label, ax.yaxis.label, figure.axes[1].xaxis.label]:
@@ -112,11 +122,11 @@ def test_figures_are_written_with_equal_axes_and_nothing_cut_off(field, tmp_path
         assert figure.bbox.y0 <= extent.y0
         assert extent.y1 <= figure.bbox.y1
     names = sorted((t.get_window_extent(renderer) for t in ax.texts if t.get_text().endswith("MPa")), key=lambda e: e.y0)
-    assert all(low.y1 <= high.y0 + 4 for low, high in zip(names[:-1], names[1:], strict=True))
+    assert all(low.y1 <= high.y0 + 4 for low, high in itertools.pairwise(names))
 
 
-def test_a_figure_of_the_stack_at_rest_can_be_drawn(tmp_path):
-    write_figure(section_figure(pressed(path=(0.0, 0.2e-3)), 0), tmp_path / "rest.png")
+def test_a_figure_of_the_stack_at_rest_can_be_drawn():
+    FigureCanvasAgg(section_figure(pressed(path=(0.0, 0.2e-3)), 0)).draw()
 
 
 def test_a_field_a_step_or_a_name_that_is_not_there_is_refused(tmp_path):
@@ -133,7 +143,6 @@ def test_a_field_a_step_or_a_name_that_is_not_there_is_refused(tmp_path):
 
 
 def test_vtk_files_are_read_back_with_the_fields_and_the_displaced_tip(tmp_path):
-    meshio = pytest.importorskip("meshio")
     solution = pressed()
     write_vtk(solution, tmp_path / "press.pvd")
     assert sorted(p.name for p in (tmp_path / "press").iterdir()) == [
@@ -160,7 +169,6 @@ def test_vtk_files_are_read_back_with_the_fields_and_the_displaced_tip(tmp_path)
 
 
 def test_pyvista_reads_the_collection_at_every_indentation(tmp_path):
-    pytest.importorskip("meshio")
     pyvista = pytest.importorskip("pyvista")
     write_vtk(pressed(), tmp_path / "press & hold.pvd")
     reader = pyvista.get_reader(str(tmp_path / "press & hold.pvd"))
@@ -176,14 +184,12 @@ def test_pyvista_reads_the_collection_at_every_indentation(tmp_path):
 
 
 def test_times_go_on_when_the_indenter_comes_back(tmp_path):
-    pytest.importorskip("meshio")
     write_vtk(pressed(path=(0.2e-3, 0.4e-3, 0.2e-3, 0.0)), tmp_path / "cycle.pvd")
     times = [line.split('"')[1] for line in (tmp_path / "cycle.pvd").read_text().splitlines() if "section" in line]
     assert times == ["0.2", "0.4", "0.6", "0.8"]
 
 
 def test_vtk_files_replace_those_of_an_earlier_call_and_nothing_else(tmp_path):
-    pytest.importorskip("meshio")
     write_vtk(pressed(), tmp_path / "press.pvd")
     write_vtk(pressed(path=(0.3e-3,)), tmp_path / "press.pvd")
     assert sorted(p.name for p in (tmp_path / "press").iterdir()) == ["indenter_0001.vtu", "section_0001.vtu"]
@@ -197,7 +203,6 @@ def test_vtk_files_replace_those_of_an_earlier_call_and_nothing_else(tmp_path):
 
 
 def test_vtk_files_are_not_begun_where_they_cannot_go(tmp_path):
-    pytest.importorskip("meshio")
     with pytest.raises(InputError, match=r"ends in \.pvd"):
         write_vtk(pressed(), tmp_path / "press.vtu")
     with pytest.raises(InputError, match="does not exist"):
@@ -205,15 +210,11 @@ def test_vtk_files_are_not_begun_where_they_cannot_go(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("package", ["pyvista", "meshio"])
-def test_a_package_that_is_not_installed_is_named_with_what_installs_it(package, tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, package, None)
+def test_without_pyvista_it_is_said_what_installs_it(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyvista", None)
     with pytest.raises(InputError) as caught:
-        if package == "pyvista":
-            revolved_picture(pressed(), -1, "pressure", tmp_path / "space.png")
-        else:
-            write_vtk(pressed(), tmp_path / "press.pvd")
-    assert f"needs the package {package}, which is not installed" in str(caught.value)
+        revolved_picture(pressed(), -1, "pressure", tmp_path / "space.png")
+    assert "needs the package pyvista, which is not installed" in str(caught.value)
     assert 'pip install "dielectric-elastomer-calibration[view]"' in str(caught.value)
     assert list(tmp_path.iterdir()) == []
 
@@ -221,7 +222,7 @@ def test_a_package_that_is_not_installed_is_named_with_what_installs_it(package,
 def test_a_machine_without_anything_to_draw_with_is_told_so(monkeypatch, tmp_path):
     vtk = pytest.importorskip("vtkmodules.vtkRenderingCore")
 
-    class vtkOSOpenGLRenderWindow:  # noqa: N801
+    class vtkOSOpenGLRenderWindow:
         pass
 
     monkeypatch.setattr(vtk, "vtkRenderWindow", vtkOSOpenGLRenderWindow)
