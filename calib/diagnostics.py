@@ -93,6 +93,49 @@ class ParameterSummary:
     prior_shift: float
 
 
+#: Largest root mean square of differences from the finite elements, in units of the error that a surrogate states.
+SPOT_CHECK_LIMIT = 2.0
+
+
+@dataclass(frozen=True)
+class SpotCheck:
+    """How far the forward model is off the finite elements at a few draws of the posterior.
+
+    Attributes
+    ----------
+    n_curve : loading curves compared, draws times sweeps.
+    force_error, change_error : largest relative difference of force and of the change of capacitance.
+    force_score, change_score : root mean square of the difference in units of the error stated; inf if none is stated.
+    failures : curves that the finite elements could not follow to the deepest reading, and why.
+    """
+
+    n_curve: int
+    force_error: float
+    change_error: float
+    force_score: float
+    change_score: float
+    failures: tuple[str, ...]
+
+    @property
+    def stated(self) -> bool:
+        """Whether the forward model states an error of its own."""
+        return bool(np.isfinite(self.force_score) and np.isfinite(self.change_score))
+
+    @property
+    def passed(self) -> bool:
+        """Whether the error stated is honest, or there is none to be."""
+        return not self.stated or max(self.force_score, self.change_score) <= SPOT_CHECK_LIMIT
+
+    def in_words(self, name: str) -> str:
+        """One sentence on the model called `name`."""
+        sizes = f"up to {self.force_error:.2%} in force and {self.change_error:.2%} in capacitance change"
+        said = f"at {self.n_curve} loading curves of the posterior the {name} is off the finite elements by {sizes}"
+        if not self.stated:
+            return said
+        scores = f"{self.force_score:.1f} and {self.change_score:.1f} times the error it states"
+        return f"{said}, {scores} (root mean square)"
+
+
 @dataclass(frozen=True)
 class Diagnostics:
     """What is to be known about a sampled posterior.
@@ -105,6 +148,7 @@ class Diagnostics:
     n_walker : walkers of each ensemble.
     acceptance_fraction : share of accepted steps after the burn-in, per ensemble.
     tau : integrated autocorrelation time in steps, by parameter.
+    spot_check : of the forward model against the finite elements; None if it was not made.
     """
 
     converged: bool
@@ -117,6 +161,7 @@ class Diagnostics:
     n_walker: int
     acceptance_fraction: tuple[float, ...]
     tau: Mapping[str, float]
+    spot_check: SpotCheck | None = None
 
 
 def convergence(chains: FloatArray, tau: FloatArray, steps: int) -> Convergence:
@@ -201,4 +246,6 @@ def diagnostics_from_json(text: str) -> Diagnostics:
         for name, summary in data["parameters"].items()
     }
     tuples = {key: tuple(data[key]) for key in ("reasons", "warnings", "acceptance_fraction")}
-    return Diagnostics(**{**data, **tuples, "parameters": parameters})
+    checked = data.get("spot_check")
+    spot_check = SpotCheck(**{**checked, "failures": tuple(checked["failures"])}) if checked else None
+    return Diagnostics(**{**data, **tuples, "parameters": parameters, "spot_check": spot_check})

@@ -17,7 +17,7 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 from calib import figures
-from calib.diagnostics import PRIOR_CONFLICT, Gate
+from calib.diagnostics import PRIOR_CONFLICT, SPOT_CHECK_LIMIT, Gate
 from calib.experiment import Experiment
 from calib.padding import Recommendation, percent
 from calib.posterior import Posterior, leave_out
@@ -363,8 +363,24 @@ def gates(posterior: Posterior) -> list[Condition]:
             f"at least {GATE.length:g} autocorrelation times",
             bool(lengths >= GATE.length),
         ),
+        *_spot_check(posterior),
         _left_out(posterior),
     ]
+
+
+def _spot_check(posterior: Posterior) -> list[Condition]:
+    """The forward model against the finite elements at draws of the posterior, if that was looked at."""
+    found = posterior.diagnostics.spot_check
+    if found is None:
+        return []
+    sizes = f"force within {found.force_error:.2%}, capacitance change within {found.change_error:.2%}"
+    if not found.stated:
+        return [
+            Condition(f"{posterior.forward_name} against finite elements", sizes, "states no error of its own", False, True)
+        ]
+    scores = f"{found.force_score:.1f} and {found.change_score:.1f} times its own error"
+    name = f"{posterior.forward_name} against finite elements at {found.n_curve} loading curves of the posterior"
+    return [Condition(name, f"{sizes}; {scores}", f"at most {SPOT_CHECK_LIMIT:g} times its own error (rms)", found.passed)]
 
 
 def _left_out(posterior: Posterior) -> Condition:

@@ -24,6 +24,7 @@ def summary_json(posterior: Posterior) -> str:
         "converged": d.converged,
         "reasons": list(d.reasons),
         "warnings": list(d.warnings),
+        "spot_check": {k: _plain(v) for k, v in asdict(d.spot_check).items()} if d.spot_check is not None else None,
         "seed": posterior.seed,
         "versions": {k.removeprefix(_VERSION_OF): v for k, v in posterior.attrs.items() if k.startswith(_VERSION_OF)},
         "inputs": [{"file": name, "sha256": digest} for name, digest in inputs.items()],

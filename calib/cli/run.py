@@ -56,7 +56,8 @@ def calibrate(
     """Calibrate the sensor model on the lab files of an experiment.
 
     Reads and checks everything first; bad input leaves nothing behind. Then samples the posterior with four independent
-    ensembles until they agree (R-hat and effective draws) or the budget is spent. Stop it with Ctrl-C whenever you like:
+    ensembles until they agree (R-hat and effective draws) or the budget is spent, and compares the surrogate with the finite
+    elements at a few draws. Stop it with Ctrl-C whenever you like:
     `--resume` goes on from the last checkpoint, with the same result as if it had never stopped.
 
     Example: `calib calibrate experiment.toml -o run1 --seed 7 --budget 20`
@@ -70,6 +71,7 @@ def calibrate(
         from calib.experiment import read_experiment
         from calib.likelihood import build_problem
         from calib.posterior import sample, save_posterior
+        from calib.spotcheck import with_spot_check
 
         _check_output(output, resume)
         plan = read_experiment(experiment)
@@ -106,6 +108,7 @@ def calibrate(
         except KeyboardInterrupt:
             err().print(f"Stopped. Continue with: calib calibrate {experiment} -o {output} --resume", markup=False)
             raise typer.Exit(INTERRUPTED) from None
+        posterior = with_spot_check(posterior, forward)
         save_posterior(posterior, output / "posterior.nc")
         _write_results(output, posterior, forward)
         _say(output, posterior)
@@ -323,7 +326,12 @@ def _say(run: Path, posterior: Posterior) -> None:
         console.print("NOT converged: the numbers are preliminary.", style="yellow")
         for reason in d.reasons:
             say(f"  {reason}")
-        console.print("Continue with --resume and a larger --budget.")
+        if d.spot_check is None or d.spot_check.passed or len(d.reasons) > 1:
+            console.print("Continue with --resume and a larger --budget.")
+        else:
+            console.print('Train a surrogate (`calib surrogate train`) or calibrate with model = "fem".', markup=False)
+    if d.spot_check is not None and d.spot_check.stated and d.spot_check.passed:
+        say(f"Spot check: {d.spot_check.in_words(posterior.forward_name)}.")
     for warning in d.warnings:
         console.print(f"Warning: {warning}", style="yellow", markup=False, soft_wrap=True)
     say(f"Report: {run / 'report.html'}")
