@@ -18,6 +18,7 @@ from models.fem.equilibrium import Failure, make_model
 from models.fem.path import walk
 from models.layers import LayeredDesign, layered
 from models.sensor import FloatArray, Scalar, design_from
+from models.store import RunStore
 
 #: The dimensionless groups that shape the mechanics, and the range the shipped surrogate is trained on.
 GROUPS = MappingProxyType(
@@ -211,6 +212,17 @@ def run_point(groups: FloatArray, accuracy: float) -> Run:
     return Run(np.array(force), np.array(radius), np.array(capacitance))
 
 
+def store_settings(accuracy: float) -> dict[str, object]:
+    """What the runs of a campaign have in common, for `models.store.open_store`."""
+    return {
+        "groups": list(GROUPS),
+        "accuracy": accuracy,
+        "path": PATH.tolist(),
+        "dielectric": DIELECTRIC_POINTS.tolist(),
+        "electrode": ELECTRODE_POINTS.tolist(),
+    }
+
+
 def run_training(
     points: FloatArray,
     executor: Executor,
@@ -218,17 +230,37 @@ def run_training(
     accuracy: float,
     seed: int,
     progress: Callable[[int, int], None] | None = None,
+    store: RunStore | None = None,
 ) -> TrainingSet:
     """Run every point (n, 4) on `executor`; `progress(done, total)` is called as results come in.
 
-    Points where equilibrium is not found are left out and named in `TrainingSet.failures`.
+    Any `concurrent.futures` executor will do: processes, or a Dask cluster's `Client.get_executor()`. With a `store` every
+    result is kept there as it comes in, and points that it holds already are not run again. Points where equilibrium is not
+    found are left out and named in `TrainingSet.failures`.
     """
-    futures = {executor.submit(run_point, p, accuracy): i for i, p in enumerate(points)}
     runs: dict[int, Run] = {}
-    for future in as_completed(futures):
-        runs[futures[future]] = future.result()
-        if progress is not None:
-            progress(len(runs), len(points))
+    for i, point in enumerate(points if store is not None else ()):
+        found = store.find(point) if store is not None else None
+        if isinstance(found, str):
+            runs[i] = Run(*(np.empty(0),) * 3, failure=found)
+        elif found is not None:
+            runs[i] = Run(found["force"], found["contact_radius"], found["capacitance"])
+    if progress is not None and runs:
+        progress(len(runs), len(points))
+    futures = {executor.submit(run_point, p, accuracy): i for i, p in enumerate(points) if i not in runs}
+    try:
+        for future in as_completed(futures):
+            i, run = futures[future], future.result()
+            runs[i] = run
+            if store is not None:
+                arrays = {"force": run.force, "contact_radius": run.contact_radius, "capacitance": run.capacitance}
+                store.add(points[i], {} if run.failure else arrays, run.failure)
+            if progress is not None:
+                progress(len(runs), len(points))
+    except BaseException:
+        for future in futures:
+            future.cancel()
+        raise
     good = [i for i in range(len(points)) if not runs[i].failure]
     return TrainingSet(
         points[good],

@@ -8,12 +8,24 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
 from enum import StrEnum
+from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from calib.cli.common import NOT_CONVERGED, ModelName, err, load_forward, out, quantity, refusing_bad_input, say, write_whole
+from calib.cli.common import (
+    INTERRUPTED,
+    NOT_CONVERGED,
+    ModelName,
+    err,
+    load_forward,
+    out,
+    quantity,
+    refusing_bad_input,
+    say,
+    write_whole,
+)
 from calib.errors import Fault, InputError
 
 if TYPE_CHECKING:
@@ -285,19 +297,31 @@ def train(
         float, typer.Option(min=1e-5, max=0.1, help="Relative accuracy the finite elements are meshed for.")
     ] = 1e-3,
     processes: Processes = None,
+    store: Annotated[
+        Path | None,
+        typer.Option(help="File that the curves are kept in as they come [default: OUTPUT with the ending .sqlite]."),
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(help='Address of a Dask scheduler to run on, e.g. "tcp://node1:8786" (with the extra `cluster`).'),
+    ] = None,
 ) -> None:
     """Train a surrogate on finite-element loading curves spread over the whole range of designs.
 
-    Takes about a third of a second per curve and process. The file is used with `--surrogate FILE` in the other commands; check
-    it first with `calib surrogate validate --surrogate FILE`.
+    Takes about a third of a second per curve and process. Stop it with Ctrl-C whenever you like: the same command goes on with
+    the curves it has, and one with more --points adds to them. The file is used with `--surrogate FILE` in the other commands;
+    check it first with `calib surrogate validate --surrogate FILE`.
 
     Example: `calib surrogate train -o mine.npz --points 2048 --processes 8`
 
-    Exit codes: 0 done; 2 too few points, or no place to write.
+    Writes: mine.npz, and mine.sqlite with the curves.
+
+    Exit codes: 0 done; 2 too few points, or no place to write; 130 stopped from the keyboard, the curves so far kept.
     """
     with refusing_bad_input():
+        from models.store import StoreError, open_store
         from models.surrogate import fit_surrogate, least_paths
-        from models.training import design_points, run_training
+        from models.training import design_points, run_training, store_settings
 
         # Better said before an hour of finite elements than after.
         if points < least_paths():
@@ -306,14 +330,46 @@ def train(
             raise InputError(Fault("the file exists and is not overwritten", output, advice="Choose another -o"))
         if not output.absolute().parent.is_dir():
             raise InputError(Fault(f"the folder {output.absolute().parent} does not exist", output, advice="Create it first"))
-        with _workers(processes) as executor, _counting("loading curves") as progress:
-            data = run_training(design_points(points, seed), executor, accuracy=accuracy, seed=seed, progress=progress)
+        kept = store if store is not None else output.with_suffix(".sqlite")
+        if not kept.absolute().parent.is_dir():
+            raise InputError(Fault(f"the folder {kept.absolute().parent} does not exist", kept, advice="Create it first"))
+        try:
+            with _executor(processes, scheduler) as executor, open_store(kept, store_settings(accuracy)) as runs:
+                try:
+                    with _counting("loading curves") as progress:
+                        chosen = design_points(points, seed)
+                        data = run_training(chosen, executor, accuracy=accuracy, seed=seed, progress=progress, store=runs)
+                except KeyboardInterrupt:
+                    err().print(f"Stopped with {len(runs)} curves in {kept}. The same command goes on.", markup=False)
+                    raise typer.Exit(INTERRUPTED) from None
+        except StoreError as error:
+            raise InputError(Fault(str(error), kept, advice="Choose another --store")) from None
         try:
             fitted = fit_surrogate(data)
         except ValueError as error:
             raise InputError(Fault(f"--points: {error}")) from None
         fitted.save(output)
         say(f"Written: {output} ({len(data.failures)} of {points} curves found no equilibrium)")
+
+
+@contextmanager
+def _executor(processes: int | None, scheduler: str | None) -> Iterator[Executor]:
+    """Processes of this machine, or the workers of a Dask cluster."""
+    if scheduler is None:
+        with _workers(processes) as executor:
+            yield executor
+        return
+    try:
+        distributed: Any = import_module("distributed")
+    except ImportError:
+        advice = 'Install it with: pip install "dielectric-elastomer-calibration[cluster]"'
+        raise InputError(Fault("--scheduler needs the extra `cluster`, which is not installed", advice=advice)) from None
+    try:
+        client = distributed.Client(scheduler, timeout=10)
+    except (OSError, ValueError) as error:
+        raise InputError(Fault(f"--scheduler: no Dask scheduler answers at {scheduler} ({error})")) from None
+    with client:
+        yield client.get_executor()
 
 
 def _load(file: Path | None) -> Surrogate:

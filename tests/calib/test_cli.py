@@ -469,6 +469,10 @@ def test_surrogate_commands_refuse_a_missing_file_too_few_points_and_an_existing
     result = _run("surrogate", "train", "-o", lab / "force.csv")
     assert result.exit_code == 2
     assert "not overwritten" in _said(result)
+    result = _run("surrogate", "train", "-o", lab / "new.npz", "--store", lab / "force.csv")
+    assert result.exit_code == 2
+    assert "force.csv: is not a store of finite-element runs. Choose another --store" in _said(result)
+    assert not (lab / "new.npz").exists()
 
 
 # --- help ---------------------------------------------------------------------------------------------------------------

@@ -1,0 +1,91 @@
+"""A file that finite-element runs land in one by one, and from which a stopped training campaign goes on."""
+
+from __future__ import annotations
+
+import io
+import json
+import sqlite3
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from models.sensor import FloatArray
+
+_FORMAT = 1
+
+
+class StoreError(ValueError):
+    """A file that cannot serve as the store asked for, and why."""
+
+
+@dataclass(frozen=True, eq=False)
+class RunStore:
+    """Runs by the point they are at. Every `add` is one transaction: what was added survives a kill, and nothing half does.
+
+    One process writes at a time; the workers of a campaign hand their results to it.
+    """
+
+    connection: sqlite3.Connection
+
+    def find(self, point: FloatArray) -> dict[str, FloatArray] | str | None:
+        """Arrays of the run at `point`, the sentence why it failed, or None if it has not been made."""
+        row = self.connection.execute("select arrays, failure from runs where point = ?", (_key(point),)).fetchone()
+        if row is None:
+            return None
+        if row[1]:
+            return str(row[1])
+        with np.load(io.BytesIO(row[0]), allow_pickle=False) as data:
+            return {name: data[name] for name in data.files}
+
+    def add(self, point: FloatArray, arrays: Mapping[str, FloatArray], failure: str = "") -> None:
+        """Keep the run at `point`, or why there is none; what was there before is replaced."""
+        blob = io.BytesIO()
+        np.savez(blob, **dict(arrays))  # type: ignore[arg-type]  # an array by the name of an option is not among them
+        with self.connection:
+            self.connection.execute("insert or replace into runs values (?, ?, ?)", (_key(point), blob.getvalue(), failure))
+
+    def __len__(self) -> int:
+        """Number of runs, failed ones included."""
+        return int(self.connection.execute("select count(*) from runs").fetchone()[0])
+
+
+def _key(point: FloatArray) -> bytes:
+    return np.ascontiguousarray(point, dtype="<f8").tobytes()
+
+
+@contextmanager
+def open_store(path: Path, settings: Mapping[str, object]) -> Iterator[RunStore]:
+    """Open or begin the store at `path` for runs made with `settings` (what tells them from other runs: accuracy, depths, ...).
+
+    Raises
+    ------
+    StoreError
+        If the file is not such a store, was begun with other settings (named), or is being written by another process.
+    """
+    wanted = json.loads(json.dumps({"format": _FORMAT, **settings}))
+    connection = sqlite3.connect(path, timeout=5.0)
+    try:
+        try:
+            with connection:
+                connection.execute("create table if not exists settings (text text not null)")
+                connection.execute(
+                    "create table if not exists runs (point blob primary key, arrays blob not null, failure text not null)"
+                )
+                row = connection.execute("select text from settings").fetchone()
+                if row is None:
+                    connection.execute("insert into settings values (?)", (json.dumps(wanted),))
+        except sqlite3.OperationalError as error:
+            raise StoreError(f"cannot be written: {error}") from None
+        except sqlite3.DatabaseError:
+            raise StoreError("is not a store of finite-element runs") from None
+        begun = json.loads(row[0]) if row is not None else wanted
+        if begun != wanted:
+            differ = [k for k in sorted({*begun, *wanted}) if begun.get(k) != wanted.get(k)]
+            told = ", ".join(f"{k} is {begun.get(k)} there and {wanted.get(k)} here" for k in differ)
+            raise StoreError(f"holds runs of other settings: {told}")
+        yield RunStore(connection)
+    finally:
+        connection.close()
