@@ -228,8 +228,9 @@ def layered(design: Design) -> LayeredDesign:
 def path_end(design: LayeredDesign) -> float:
     """Largest indentation [m] that the finite elements accept: 65 % of the stack, and the indenter short of the disc's rim.
 
-    A plate whose flat face covers the disc has no rim to come near.
+    A sphere goes in no deeper than its radius; a plate whose flat face covers the disc has no rim to come near.
     """
-    covered = design.profile.flat_radius >= design.radius
-    rim = np.inf if covered else design.profile.height_at(0.97 * design.radius)
-    return min(0.65 * design.thickness, rim)
+    p = design.profile
+    rim = np.inf if p.flat_radius >= design.radius else p.height_at(0.97 * design.radius)
+    ball = p.rounding_radius if p == sphere(p.rounding_radius) else np.inf
+    return min(0.65 * design.thickness, rim, ball)

@@ -29,16 +29,6 @@ class Material:
     modulus: FloatArray
 
 
-def jacobian(f: FloatArray) -> FloatArray:
-    """J = det F, shape of one component."""
-    return np.asarray((f[0] * f[3] - f[1] * f[2]) * f[4])
-
-
-def cofactor(f: FloatArray) -> FloatArray:
-    """dJ/df, shape (5, ...)."""
-    return np.stack([f[3] * f[4], -f[2] * f[4], -f[1] * f[4], f[0] * f[4], f[0] * f[3] - f[1] * f[2]])
-
-
 def _arguments(f: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     return f[0] ** 2 + f[1] ** 2 + f[2] ** 2 + f[3] ** 2, f[0] * f[3] - f[1] * f[2], f[4]
 

@@ -205,3 +205,20 @@ def test_an_indenter_wider_than_the_disc_is_refused():
 def test_designs_out_of_range_are_refused(make, words):
     with pytest.raises(ValueError, match=words):
         make()
+
+
+def test_a_sphere_is_covered_to_its_radius_by_design_and_by_layers():
+    deep = design_from(
+        {
+            "indenter_radius": 1e-3,
+            "sensor_thickness": 3e-3,
+            "sensor_radius": 10e-3,
+            "young_modulus": MODULUS,
+            "relative_permittivity": 2.8,
+            "padding_thickness": 6e-3,
+        }
+    )
+    assert path_end(layered(deep)) == pytest.approx(1e-3)
+    assert FiniteElements().max_depth(deep)[0] == pytest.approx(1e-3)
+    with pytest.raises(OutOfRangeError, match="up to 1 mm here"):
+        FiniteElements().solve(deep, np.array([1.1e-3]))
