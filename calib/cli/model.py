@@ -140,7 +140,7 @@ def _check_outputs(design: Path, written: dict[str, Path | None]) -> None:
     kinds = {"--picture": (".png", ".pdf", ".svg"), "--view": (".png",), "--vtk": (".pvd",)}
     for name, endings in kinds.items():
         path = written[name]
-        if path is not None and path.suffix.lower() not in endings:
+        if path is not None and path.suffix not in endings:
             raise InputError(Fault(f"{name} must end in {' or '.join(endings)}", path))
 
 
@@ -169,7 +169,6 @@ def _simulate_fem(
     solution = elements.solve(design, path) if depth is not None else elements.solve_to_force(design, path)
     if not solution.states:
         solution.checked()
-    _write_curve(solution.response, output, f"{len(solution.states)} of {path.size} steps, fem")
     deepest = int(np.argmax([s.depth for s in solution.states]))
     if picture is not None or view is not None or vtk is not None:
         from calib.section import revolved_picture, section_figure, write_figure, write_vtk
@@ -183,6 +182,8 @@ def _simulate_fem(
         if vtk is not None:
             write_vtk(solution, vtk)
             err().print(f"Written: {vtk}", markup=False, soft_wrap=True)
+    # Last, since a picture that cannot be made is refused, and then nothing is to be written.
+    _write_curve(solution.response, output, f"{len(solution.states)} of {path.size} steps, fem")
     if solution.failure is None and check:
         for line in _check_lines(elements, solution):
             err().print(line, markup=False, soft_wrap=True)

@@ -448,9 +448,20 @@ def test_options_of_the_finite_elements_are_refused_without_them(
     assert f"{option[0]} needs the finite elements. Add --model fem" in _said(result)
 
 
+def test_a_picture_that_cannot_be_made_leaves_nothing_written(lab: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pyvista", None)
+    words = ("--displacement", "0.1 mm", "--steps", 2, *FEM, "--view", lab / "v.png", "-o", lab / "curve.csv")
+    result = _run("simulate", lab / "design.toml", *words)
+    assert result.exit_code == 2
+    assert "needs the package pyvista" in _said(result)
+    assert not (lab / "curve.csv").exists()
+    assert not (lab / "v.png").exists()
+
+
 def test_pictures_are_refused_before_the_work_if_they_cannot_be_written(lab: Path) -> None:
     for option, path, message in (
         ("--picture", lab / "p.doc", "--picture must end in .png or .pdf or .svg"),
+        ("--picture", lab / "p.PNG", "--picture must end in .png or .pdf or .svg"),
         ("--vtk", lab / "nowhere" / "p.pvd", "does not exist"),
         ("--picture", lab / "design.toml", "would overwrite the design file"),
     ):
