@@ -19,23 +19,13 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
+from forward_models import PAPER, STEPS
 
 from models.analytic import bonded_layer_factor, hertz_force
 from models.fem import FiniteElements
 from models.fem.check import energy_error
 from models.fem.laplace import laplace_capacitance
 from models.sensor import VACUUM_PERMITTIVITY, Design, FloatArray, design_from
-
-#: R 5, h_s 0.74, h_p 1.10, a 10 mm, mu 0.23 MPa; 14 steps to 0.7 mm.
-PAPER = {
-    "indenter_radius": 5e-3,
-    "sensor_thickness": 0.74e-3,
-    "sensor_radius": 10e-3,
-    "young_modulus": 0.69e6,
-    "relative_permittivity": 2.8,
-    "padding_thickness": 1.1e-3,
-}
-STEPS = np.linspace(0, 0.7e-3, 15)[1:]
 
 
 def convergence() -> None:

@@ -25,6 +25,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
 from calib.errors import Fault, InputError
+from calib.files import open_up, require_folder, whole_file
 from calib.style import GREY, INK, styled_figure
 from models.fem import Solution
 from models.fem.elements import shape_1d
@@ -182,7 +183,7 @@ def revolved_figure(solution: Solution, step: int = -1, field: FieldName = "pres
 
 def revolved_picture(solution: Solution, step: int, field: FieldName, path: Path) -> None:
     """`revolved_figure` written to `path`; errors as there and of `write_figure`."""
-    _check_folder(path)
+    require_folder(path)
     write_figure(revolved_figure(solution, step, field), path)
 
 
@@ -196,7 +197,7 @@ def write_figure(figure: Figure, path: Path) -> None:
     """
     if path.suffix not in (".png", ".pdf", ".svg"):
         raise InputError(Fault("the name of a picture ends in .png, .pdf or .svg", path, advice="Choose another"))
-    with _whole_file(path) as whole:
+    with whole_file(path) as whole:
         figure.savefig(whole, dpi=250)
 
 
@@ -220,7 +221,7 @@ def write_vtk(solution: Solution, path: Path) -> None:
     """
     if path.suffix != ".pvd":
         raise InputError(Fault("the name of a ParaView collection ends in .pvd", path, advice="Choose another"))
-    _check_folder(path)
+    require_folder(path)
     folder = path.with_suffix("")
     if not solution.states:
         raise ValueError("there is nothing to write: the solution has no states")
@@ -241,8 +242,8 @@ def write_vtk(solution: Solution, path: Path) -> None:
                 mesh.write(new / file)
                 place = quoteattr(f"{folder.name}/{file}")
                 entries.append(f'    <DataSet timestep="{time:.9g}" part="{part}" name="{name}" file={place}/>')
-        _open_up(new, 0o777)
-        with _whole_file(path) as whole:
+        open_up(new, 0o777)
+        with whole_file(path) as whole:
             whole.write_text(_COLLECTION.format("\n".join(entries)), encoding="utf-8", newline="\n")
             if folder.is_dir():
                 shutil.rmtree(folder)
@@ -589,30 +590,3 @@ def _drawing_quietly() -> Iterator[None]:
         yield
     finally:
         logger.SetStderrVerbosity(before)
-
-
-def _check_folder(path: Path) -> None:
-    if not path.absolute().parent.is_dir():
-        raise InputError(Fault(f"the folder {path.parent} does not exist", path, advice="Create it, or choose another"))
-
-
-@contextmanager
-def _whole_file(path: Path) -> Iterator[Path]:
-    """A name to write to that becomes `path` when all went well, so that the file is there whole or not at all."""
-    _check_folder(path)
-    descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}.", suffix=path.suffix)
-    os.close(descriptor)
-    try:
-        yield Path(name)
-        _open_up(Path(name), 0o666)
-        os.replace(name, path)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
-
-
-def _open_up(path: Path, mode: int) -> None:
-    """Give a file or folder that was made for its owner alone the permissions that others have."""
-    umask = os.umask(0)
-    os.umask(umask)
-    path.chmod(mode & ~umask)

@@ -17,15 +17,13 @@ from calib.measurement import model_sweep, plan_sweep
 from calib.parameters import specimen_design, sweep_title
 from calib.posterior import Posterior, thin_draws
 from models.fem import ConvergenceError, FiniteElements
-from models.response import Forward, Response
+from models.response import Forward, OutOfRangeError
 from models.sensor import FloatArray
+from models.validation import compare
 
 #: Draws that are looked at, and depths of each, d = deepest * DEPTHS.
 N_DRAW = 6
 DEPTHS = (np.arange(2, 9) / 8) ** 2
-
-#: Changes of capacitance below this share of C0 are compared to it instead of to themselves.
-_CHANGE_FLOOR = 1e-4
 
 
 def with_spot_check(posterior: Posterior, forward: Forward, exact: FiniteElements | None = None) -> Posterior:
@@ -52,8 +50,7 @@ def with_spot_check(posterior: Posterior, forward: Forward, exact: FiniteElement
 def spot_check(posterior: Posterior, forward: Forward, exact: FiniteElements) -> SpotCheck | None:
     """Compare at `N_DRAW` draws, chosen by the posterior's seed; None if the finite elements got to the end for none."""
     values = thin_draws(posterior, N_DRAW, np.random.default_rng(posterior.seed))
-    relative: list[tuple[FloatArray, FloatArray]] = []
-    scores: list[tuple[FloatArray, FloatArray]] = []
+    compared: list[tuple[FloatArray, FloatArray, FloatArray, FloatArray]] = []
     failures: list[str] = []
     for sweep in posterior.sweeps:
         model = model_sweep(posterior, forward, plan_sweep(sweep), values)
@@ -69,32 +66,12 @@ def spot_check(posterior: Posterior, forward: Forward, exact: FiniteElements) ->
             fast = forward.respond(single, depth * DEPTHS)
             try:
                 truth = exact.respond(single, depth * DEPTHS)
-            except ConvergenceError as error:
+            except (ConvergenceError, OutOfRangeError) as error:
                 failures.append(f"{sweep_title(sweep)}: {error}")
                 continue
-            relative.append(_relative(fast, truth))
-            scores.append(_scores(fast, truth))
-    if not relative:
+            compared.append(compare(fast, truth))
+    if not compared:
         return None
-    worst = [float(np.max(np.abs([r[k] for r in relative]))) for k in (0, 1)]
-    rms = [float(np.sqrt(np.mean(np.square([s[k] for s in scores])))) for k in (0, 1)]
-    return SpotCheck(len(relative), worst[0], worst[1], rms[0], rms[1], tuple(failures))
-
-
-def _relative(fast: Response, truth: Response) -> tuple[FloatArray, FloatArray]:
-    """Error of force and of the change of capacitance, relative."""
-    change = truth.capacitance_change
-    size = np.maximum(np.abs(change), _CHANGE_FLOOR)
-    return fast.force / truth.force - 1, (fast.capacitance_change - change) / size
-
-
-def _scores(fast: Response, truth: Response) -> tuple[FloatArray, FloatArray]:
-    """Differences in units of the error stated, inf where none is."""
-    found = []
-    for value, exact, modes in (
-        (fast.force, truth.force, fast.force_error),
-        (fast.capacitance, truth.capacitance, fast.capacitance_error),
-    ):
-        sd = np.sqrt(np.sum(modes**2, axis=-1))
-        found.append(np.divide(exact - value, sd, out=np.full(value.shape, np.inf), where=sd > 0))
-    return found[0], found[1]
+    worst = [float(np.max(np.abs([c[k] for c in compared]))) for k in (0, 1)]
+    rms = [float(np.sqrt(np.mean(np.square([c[k] for c in compared])))) for k in (2, 3)]
+    return SpotCheck(len(compared), worst[0], worst[1], rms[0], rms[1], tuple(failures))

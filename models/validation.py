@@ -82,6 +82,22 @@ def random_designs(n: int, seed: int) -> list[Design]:
     return designs
 
 
+def compare(fast: Response, truth: Response) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Errors of `fast` and the same in units of the sd it states, each of the shape of its arrays.
+
+    Relative error of force; of the change of capacitance, above `CHANGE_FLOOR`; scores of force and capacitance, inf where no
+    error is stated.
+    """
+    floor = np.maximum(np.abs(truth.capacitance_change), CHANGE_FLOOR)
+    force, capacitance = fast.force - truth.force, fast.capacitance - truth.capacitance
+    scores = []
+    for error, modes in ((force, fast.force_error), (capacitance, fast.capacitance_error)):
+        sd = np.linalg.norm(modes, axis=-1)
+        scores.append(np.divide(error, sd, out=np.full(error.shape, np.inf), where=sd > 0))
+    change = (fast.capacitance_change - truth.capacitance_change) / floor
+    return fast.force / truth.force - 1, change, scores[0], scores[1]
+
+
 def _truth(design: Design, depth: FloatArray, accuracy: float) -> Response | str:
     try:
         return FiniteElements(accuracy).respond(design, depth)
@@ -105,16 +121,12 @@ def validate(
         results[futures[future]] = future.result()
         if progress is not None:
             progress(len(results), len(designs))
-    force, change, force_score, change_score, failures = [], [], [], [], []
+    compared, failures = [], []
     for i, design in enumerate(designs):
         truth = results[i]
         if isinstance(truth, str):
             failures.append(truth)
             continue
-        fast = surrogate.respond(design, depths[i])
-        force.append(fast.force / truth.force - 1)
-        floor = np.maximum(np.abs(truth.capacitance_change), CHANGE_FLOOR)
-        change.append((fast.capacitance_change - truth.capacitance_change) / floor)
-        force_score.append((fast.force - truth.force) / np.linalg.norm(fast.force_error, axis=-1))
-        change_score.append((fast.capacitance - truth.capacitance) / np.linalg.norm(fast.capacitance_error, axis=-1))
-    return Validation(np.array(force), np.array(change), np.array(force_score), np.array(change_score), tuple(failures))
+        compared.append(compare(surrogate.respond(design, depths[i]), truth))
+    force, change, force_score, change_score = (np.array([c[k] for c in compared]) for k in range(4))
+    return Validation(force, change, force_score, change_score, tuple(failures))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from enum import StrEnum
@@ -13,6 +11,7 @@ import typer
 from rich.console import Console
 
 from calib.errors import Fault, InputError
+from calib.files import whole_file
 from models.response import Forward, OutOfRangeError
 
 #: Something is wrong with the input; nothing was written.
@@ -78,19 +77,8 @@ def write_whole(path: Path, text: str) -> None:
     InputError
         If the folder does not exist.
     """
-    if not path.parent.is_dir():
-        raise InputError(Fault(f"the folder {path.parent} does not exist", path, advice="Create it, or choose another -o"))
-    descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(descriptor, "w", encoding="utf-8", newline="\n") as file:
-            file.write(text)
-        umask = os.umask(0)
-        os.umask(umask)
-        os.chmod(name, 0o666 & ~umask)
-        os.replace(name, path)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
+    with whole_file(path, advice="Create it, or choose another -o") as whole:
+        whole.write_text(text, encoding="utf-8", newline="\n")
 
 
 def quantity(text: str, si_unit: str, option: str) -> float:

@@ -123,10 +123,8 @@ class FiniteElements:
 
     def max_depth(self, design: Design) -> FloatArray:
         """Largest depth [m] covered, shape (n_draw,)."""
-        p = {k: np.asarray(v) for k, v in design.draws().parameters().items()}
-        radius, rim = p["indenter_radius"], 0.97 * p["sensor_radius"]
-        at_rim = radius - np.sqrt(np.maximum(radius**2 - rim**2, 0.0))
-        return np.asarray(np.minimum(0.65 * (p["sensor_thickness"] + p["padding_thickness"]), at_rim), dtype=float)
+        batch = design.draws()
+        return np.array([path_end(layered(batch.draw(i))) for i in range(np.shape(batch.sensor.thickness)[0])])
 
     def outside(self, design: Design, depth: FloatArray) -> str:
         """Empty, or the violated bound."""

@@ -16,6 +16,7 @@ import numpy as np
 
 from models.fem import Solution, material
 from models.fem.elements import shape_1d
+from models.fem.mesh import with_midpoints
 from models.sensor import FloatArray, IntArray
 
 _GAUSS2 = np.polynomial.legendre.leggauss(2)[0]
@@ -149,7 +150,7 @@ def _recovery(ends: FloatArray, parity: Literal["none", "even", "odd"] = "none")
     takes what has that parity there.
     """
     n = ends.size - 1
-    nodes = np.interp(np.arange(2 * n + 1) / 2, np.arange(n + 1), ends)
+    nodes = with_midpoints(ends)
     points = ((ends[1:] + ends[:-1])[:, None] / 2 + np.diff(ends)[:, None] / 2 * _GAUSS2).ravel()
     matrix, patches = np.zeros((2 * n + 1, 2 * n)), np.zeros(2 * n + 1)
 

@@ -14,7 +14,7 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import spsolve
 
 from models.fem.elements import shape_1d
-from models.fem.mesh import Mesh
+from models.fem.mesh import Mesh, with_midpoints
 from models.sensor import FloatArray
 
 _GAUSS3, _WEIGHT3 = np.polynomial.legendre.leggauss(3)
@@ -41,10 +41,6 @@ def _shapes(ends: FloatArray, x: FloatArray) -> FloatArray:
     return out
 
 
-def _nodes(ends: FloatArray) -> FloatArray:
-    return np.sort(np.concatenate([ends, (ends[1:] + ends[:-1]) / 2]))
-
-
 def positions(mesh: Mesh, u: FloatArray, r: FloatArray, z: FloatArray) -> FloatArray:
     """Deformed positions (2, n_r, n_z) of the material points on the grid of reference coordinates r, z."""
     grid = u.reshape(mesh.r.size, mesh.n_row, 2)
@@ -59,7 +55,7 @@ def laplace_capacitance(mesh: Mesh, u: FloatArray, lower: float, upper: float, e
     units of the mesh; undeformed: pi a_e^2 / (upper - lower).
     """
     columns, rows = _cut(mesh.r[::2], 0.0, electrode, 1), _cut(mesh.z[::2], lower, upper, _ROWS)
-    x = positions(mesh, u, _nodes(columns), _nodes(rows))
+    x = positions(mesh, u, with_midpoints(columns), with_midpoints(rows))
     n_r, n_z = x.shape[1:]
     i, j = np.meshgrid(np.arange(columns.size - 1), np.arange(rows.size - 1), indexing="ij")
     element = (2 * i * n_z + 2 * j).ravel()[:, None] + (np.arange(3)[:, None] * n_z + np.arange(3)).ravel()

@@ -52,7 +52,8 @@ class Mesh:
         return (self.r.size - 1) // 2, (self.z.size - 1) // 2
 
 
-def _with_midpoints(ends: FloatArray) -> FloatArray:
+def with_midpoints(ends: FloatArray) -> FloatArray:
+    """Nodes of the quadratic elements between `ends`."""
     nodes = np.empty(2 * ends.size - 1)
     nodes[::2] = ends
     nodes[1::2] = (ends[1:] + ends[:-1]) / 2
@@ -108,7 +109,7 @@ def make_mesh(design: LayeredDesign, depth: float, accuracy: float = 1e-3) -> Me
         return np.asarray(np.minimum(size, np.maximum(rim, finest)))
 
     columns = _fill(0.0, a, column_size, refinement, 8)
-    r, z = _with_midpoints(columns), _with_midpoints(rows)
+    r, z = with_midpoints(columns), with_midpoints(rows)
     nr, nz = columns.size - 1, rows.size - 1
     i, j = np.meshgrid(np.arange(nr), np.arange(nz), indexing="ij")
     corner = (2 * i * z.size + 2 * j).ravel()

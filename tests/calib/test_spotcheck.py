@@ -14,7 +14,7 @@ from calib.report import gates
 from calib.spotcheck import with_spot_check
 from models.analytic import ClosedForm
 from models.fem import ConvergenceError, FiniteElements
-from models.response import Forward, Response
+from models.response import Forward, OutOfRangeError, Response
 from models.sensor import Design, FloatArray
 from models.surrogate import load_surrogate
 
@@ -83,11 +83,16 @@ def test_finite_elements_are_not_checked_against_themselves(make_posterior: Make
     assert with_spot_check(posterior, EXACT, EXACT) is posterior
 
 
+@pytest.mark.parametrize(
+    "error",
+    [ConvergenceError(1e-4, "contact keeps cycling", None), OutOfRangeError("depths up to 1 mm")],
+    ids=["stuck", "deep"],
+)
 def test_finite_elements_that_never_reach_the_end_leave_a_warning(
-    make_posterior: MakePosterior, monkeypatch: pytest.MonkeyPatch
+    make_posterior: MakePosterior, monkeypatch: pytest.MonkeyPatch, error: Exception
 ) -> None:
     def stuck(self: FiniteElements, design: Design, depth: FloatArray) -> Response:
-        raise ConvergenceError(1e-4, "contact keeps cycling", None)
+        raise error
 
     monkeypatch.setattr(FiniteElements, "respond", stuck)
     posterior = with_spot_check(make_posterior(), load_surrogate(), EXACT)
