@@ -3,7 +3,8 @@
 `python benchmarks/fem_robustness.py --designs 500 --seed 1 --processes 2`
 
 Every design is pressed to the smaller of 60 % local compression of a layer on the axis and d = R/2. A path is right if the
-work of the ball is the stored energy to 0.5 % and the penetration stays below 1e-4 of the indentation at every step.
+work of the ball is the stored energy to 0.5 % and the penetration, along the deformed edges and not at their nodes alone, stays
+below 1e-4 of the indentation at every step.
 """
 
 from __future__ import annotations
@@ -115,7 +116,9 @@ def main() -> None:
     print(f"{len(ended)} of {len(outcomes)} paths reach the end ({len(ended) / len(outcomes):.1%})")
     spread = f"median {np.nanmedian(error):.1e}, 99 % {np.nanquantile(error, 0.99):.1e}, worst {np.nanmax(error):.1e}"
     print(f"work against stored energy: {spread}")
-    print(f"penetration over depth: worst {np.nanmax([o.penetration for o in outcomes]):.1e}")
+    overlap = np.array([o.penetration for o in outcomes])
+    spread = f"median {np.nanmedian(overlap):.1e}, worst {np.nanmax(overlap):.1e}"
+    print(f"penetration over depth, between nodes too: {np.mean(overlap < 1e-4):.1%} of the paths below 1e-4, {spread}")
     print(f"an indefinite tangent on the way: {sum(o.indefinite for o in outcomes)}")
     spread = f"median {np.median(times):.2f}, 95 % {np.quantile(times, 0.95):.2f}, worst {max(times):.2f}"
     print(f"seconds a path of {STEPS.size} steps: {spread}")

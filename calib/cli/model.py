@@ -211,7 +211,7 @@ def _check_lines(elements: FiniteElements, solution: Solution) -> list[str]:
         )
     if not np.isnan(found.energy_error):
         lines.append(f"Work of the indenter against stored energy: {found.energy_error:+.1e}")
-    lines.append(f"Largest penetration of a node: {found.penetration:.1e} of the indentation")
+    lines.append(f"Largest penetration, between the nodes too: {found.penetration:.1e} of the indentation")
     return lines
 
 

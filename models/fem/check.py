@@ -22,7 +22,8 @@ class Check:
     force_error, change_error : of the mesh, relative, signed: force, and change of capacitance.
     energy_error : work of the indenter over stored energy, less one, at the deepest state; nan with friction, which takes its
         share, or on a path of fewer than three states.
-    penetration : largest overlap of a node with the indenter as a share of the indentation.
+    penetration : largest overlap of the deformed surface with the indenter, at 33 points on every edge, as a share of the
+        indentation.
     """
 
     force_error: FloatArray

@@ -1,14 +1,19 @@
 """From surface positions and a rigid indenter to contact pressure and friction, their forces and stiffness.
 
-Pressure lambda and friction tau at the nodes of the surface, with the weights of Simpson's rule, are unknowns of their own with
-lambda = -eps g for gap g < 0, and Newton steps them by their linearisation (perturbed Lagrangian; Wriggers, "Computational
-Contact Mechanics", 2006, section 6.3), so that a compliance 1/eps far below what a penalty method survives costs no
-convergence: penetration of the nodes is below 1e-5 of the indentation (between them a quadratic edge and the indenter part by
-what a finer mesh takes away). Friction is Coulomb's: a point sticks where it touched, tau = -eps (s - s_0) with s its place
-along the indenter's meridian, or slips, tau = -+ f lambda.
+The gap along a quadratic edge is g = sum_i b_i B_i with the Bernstein polynomials B_i >= 0 and, from the gaps at its nodes,
 
-At nodes and not at Gauss points, since a bulge of an edge that vanishes at its two Gauss points is seen by no contact
-pressure there, and folds the surface of a thin layer that is pressed hard.
+    b_0 = g_0,      b_1 = 2 g_1 - (g_0 + g_2)/2,      b_2 = g_2.                                                       (1)
+
+Contact holds b_i >= 0, and so g >= 0 everywhere on the edge and not at its nodes alone: where the rim of the contact lies
+within an edge, an edge held at its middle node would dip into the indenter. (What is left is the cubic part of the gap to a
+round indenter.) Pressure lambda and friction tau at these control points, with the weights of the integrals of 2 pi r B_i,
+are unknowns of their own with lambda = -eps b for b < 0, and Newton steps them by their linearisation (perturbed Lagrangian;
+Wriggers, "Computational Contact Mechanics", 2006, section 6.3), so that a compliance 1/eps far below what a penalty method
+survives costs no convergence. Friction is Coulomb's: a point sticks where it touched, tau = -eps (s - s_0) with s its place
+along the indenter's meridian, by (1) like the gap, or slips, tau = -+ f lambda.
+
+As many control points as nodes: with two Gauss points an edge, a bulge that vanishes at both is seen by no contact pressure
+there, and folds the surface of a thin layer that is pressed hard.
 """
 
 from __future__ import annotations
@@ -17,6 +22,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from models.fem.elements import shape_1d
 from models.fem.mesh import Mesh
 from models.layers import Profile
 from models.sensor import BoolArray, FloatArray, IntArray
@@ -24,15 +30,18 @@ from models.sensor import BoolArray, FloatArray, IntArray
 #: Contact stiffness in units of shear modulus over size of the indenter.
 CONTACT_STIFFNESS = 1e8
 
-#: Simpson's rule on [-1, 1]; each corner node is a point of both its edges.
-_POINTS, _WEIGHTS = np.array([-1.0, 0.0, 1.0]), np.array([1.0, 4.0, 1.0]) / 3
-#: The node on the axis carries as if it lay this share of an edge away from it, or nothing would hold it.
-_AXIS = 0.05
+_POINTS = np.array([-1.0, 0.0, 1.0])
+#: Eq. (1): control values of a quadratic from its values at the nodes.
+_CONTROL = np.array([[1.0, 0.0, 0.0], [-0.5, 2.0, -0.5], [0.0, 0.0, 1.0]])
+#: Integral of B_i B_j over [-1, 1].
+_BERNSTEIN = np.array([[12.0, 6.0, 2.0], [6.0, 8.0, 6.0], [2.0, 6.0, 12.0]]) / 30
+#: Quadratic shape functions where the overlap of an edge is looked for, (3, n_point).
+_SAMPLES = shape_1d(np.linspace(-1, 1, 33))[0]
 
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """The top surface: edges (n_edge, 3) of nodes, weights 2 pi r dr and undeformed radii of their nodes (n_edge, 3)."""
+    """The top surface, arrays (n_edge, 3): nodes of the edges, weights of their control points, undeformed radii of nodes."""
 
     edges: IntArray
     weight: FloatArray
@@ -46,13 +55,13 @@ def make_surface(mesh: Mesh) -> Surface:
     edges = (2 * np.arange(nr)[:, None] + np.arange(3)) * mesh.n_row + top
     half = (mesh.r[2::2] - mesh.r[:-2:2]) / 2
     radius = mesh.r[1::2, None] + half[:, None] * _POINTS
-    weight = 2 * np.pi * np.maximum(radius, 2 * _AXIS * half[0]) * half[:, None] * _WEIGHTS
+    weight = 2 * np.pi * half[:, None] * (radius @ _BERNSTEIN)  # r is linear: its own control values
     return Surface(edges, weight, radius)
 
 
 @dataclass(frozen=True, eq=False)
 class Gap:
-    """Where the surface is relative to the indenter, arrays (n_edge, 3) or (2, n_edge, 3).
+    """Where the nodes of the surface are relative to the indenter, arrays (n_edge, 3) or (2, n_edge, 3).
 
     Attributes
     ----------
@@ -73,6 +82,16 @@ class Gap:
     def tangent(self) -> FloatArray:
         """Direction of growing s."""
         return np.stack([-self.normal[1], self.normal[0]])
+
+    @property
+    def control_gap(self) -> FloatArray:
+        """Control values b of the gap, Eq. (1)."""
+        return np.asarray(self.gap @ _CONTROL.T)
+
+    @property
+    def control_place(self) -> FloatArray:
+        """Control values of the place s, likewise."""
+        return np.asarray(self.place @ _CONTROL.T)
 
 
 def distance(profile: Profile, x: FloatArray, z: FloatArray) -> Gap:
@@ -102,9 +121,16 @@ def gap(surface: Surface, profile: Profile, u: FloatArray, depth: float) -> Gap:
     return distance(profile, surface.radius + ue[..., 0], ue[..., 1] + depth)
 
 
+def overlap(surface: Surface, profile: Profile, u: FloatArray, depth: float) -> float:
+    """Largest overlap of the deformed edges with the indenter, between their nodes too: 33 points on every edge."""
+    ue = u.reshape(-1, 2)[surface.edges]
+    x, z = (surface.radius + ue[..., 0]) @ _SAMPLES, ue[..., 1] @ _SAMPLES + depth
+    return float(max(0.0, -np.min(distance(profile, x, z).gap)))
+
+
 @dataclass(frozen=True, eq=False)
 class Contact:
-    """Contact unknowns at the surface points, all of shape (n_edge, 3).
+    """Contact unknowns at the control points of the edges, all of shape (n_edge, 3).
 
     Attributes
     ----------
@@ -126,15 +152,20 @@ def no_contact(surface: Surface) -> Contact:
     return Contact(zero > 0, zero, zero, zero, zero)
 
 
-def traction(contact: Contact, state: Gap, coefficient: float) -> tuple[FloatArray, FloatArray]:
-    """Pressure and friction the current positions ask for: -eps g, and -eps (s - s_0) or -+ f lambda; 0 where inactive."""
-    pressure = np.where(contact.active, -CONTACT_STIFFNESS * state.gap, 0.0)
+def traction(contact: Contact, gap: FloatArray, place: FloatArray, coefficient: float) -> tuple[FloatArray, FloatArray]:
+    """Pressure and friction that control gaps and places ask for: -eps b, and -eps (s - s_0) or -+ f lambda; 0 if inactive."""
+    pressure = np.where(contact.active, -CONTACT_STIFFNESS * gap, 0.0)
     if coefficient == 0:
         return pressure, np.zeros_like(pressure)
-    stick = -CONTACT_STIFFNESS * (state.place - contact.anchor)
+    stick = -CONTACT_STIFFNESS * (place - contact.anchor)
     # A product of an infinite coefficient with no slip is meant to be nothing.
     limit = coefficient * pressure if np.isfinite(coefficient) else 0.0 * pressure
     return pressure, np.where(contact.active, np.where(contact.slip == 0, stick, -contact.slip * limit), 0.0)
+
+
+def nodal(surface: Surface, values: FloatArray) -> FloatArray:
+    """Forces at the nodes of the edges that do the work of tractions `values` at their control points, (n_edge, 3)."""
+    return np.asarray((surface.weight * values) @ _CONTROL)
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,66 +180,71 @@ class System:
 def contact_system(surface: Surface, state: Gap, contact: Contact, coefficient: float) -> System:
     """Linearisation of the active points with the stepped traction already eliminated.
 
-    The traction on the body is lambda n + tau t. With dn = k t (t.dx), dt = -k n (t.dx), k the curvature, and lambda, tau
-    stepped to -eps (g + n.dx) and their friction law, the residual is eps g n - tau' t and the stiffness
-    eps n n - lambda k t t + tau k n t, plus eps s' t t where sticking and -+ f eps t n where slipping. The indenter moving
-    down is the surface moving up.
+    The control gap b_i moves with sum_j C_ij n_j . dx_j, C the matrix of (1) and j the nodes, so lambda_i presses on node j by
+    C_ij lambda_i n_j; place and friction likewise, with t. With dn = k t (t.dx), dt = -k n (t.dx), k the curvature, and lambda,
+    tau stepped by their laws, the stiffness is eps (C n)(C n) + eps (C t)(C s' t) where sticking, -+ f eps (C t)(C n) where
+    slipping, and at the nodes -lambda k t t + tau k n t. The indenter moving down is the surface moving up.
     """
-    w = np.where(contact.active, surface.weight, 0.0)
-    n, t = state.normal, state.tangent
-    pressure, friction = traction(contact, state, coefficient)
-    eps, k = CONTACT_STIFFNESS, state.curvature
-    block = eps * n[:, None] * n[None] - (contact.pressure * k) * t[:, None] * t[None]
-    force = -pressure * n
+    weight, eps = np.where(contact.active, surface.weight, 0.0), CONTACT_STIFFNESS
+    n, t, k = state.normal, state.tangent, state.curvature
+    pressure, friction = traction(contact, state.control_gap, state.control_place, coefficient)
+    force = -nodal(surface, pressure) * n
+    across = _rows(n)
+    stiffness = np.swapaxes(across, 1, 2) @ (eps * weight[..., None] * across)
+    block = -(nodal(surface, contact.pressure) * k) * t[:, None] * t[None]
     if coefficient > 0:
-        force = force - friction * t
-        block += (contact.friction * k) * n[:, None] * t[None]
-        block += np.where(contact.slip == 0, eps * state.rate, 0.0) * t[:, None] * t[None]
+        force = force - nodal(surface, friction) * t
+        block = block + (nodal(surface, contact.friction) * k) * n[:, None] * t[None]
+        along = np.swapaxes(_rows(t), 1, 2)
+        stiffness += along @ ((weight * np.where(contact.slip == 0, eps, 0.0))[..., None] * _rows(state.rate * t))
         if np.isfinite(coefficient):
-            block -= (contact.slip * coefficient * eps) * t[:, None] * n[None]
-    n_edge = w.shape[0]
-    stiffness = np.zeros((n_edge, 3, 2, 3, 2))
+            stiffness -= along @ ((weight * contact.slip * coefficient * eps)[..., None] * across)
     for node in range(3):
-        stiffness[:, node, :, node, :] = np.moveaxis(w * block, (0, 1), (2, 3))[:, node]
-    return System(
-        np.moveaxis(w * force, 0, 2).reshape(n_edge, 6),
-        stiffness.reshape(n_edge, 6, 6),
-        np.moveaxis(w * block[:, 1], 0, 2).reshape(n_edge, 6),
-    )
+        stiffness[:, 2 * node : 2 * node + 2, 2 * node : 2 * node + 2] += np.moveaxis(block[..., node], 2, 0)
+    return System(_by_edge(force), stiffness, np.sum(stiffness[:, :, 1::2], axis=2))
+
+
+def _by_edge(vectors: FloatArray) -> FloatArray:
+    """Components first (2, n_edge, 3) to dofs last (n_edge, 6)."""
+    return np.moveaxis(vectors, 0, 2).reshape(-1, 6)
+
+
+def _rows(vectors: FloatArray) -> FloatArray:
+    """C_ij v_j as (n_edge, 3, 6): control points, dofs of the nodes."""
+    return np.repeat(_CONTROL, 2, axis=1) * _by_edge(vectors)[:, None, :]
 
 
 def moved_by(surface: Surface, du: FloatArray) -> FloatArray:
-    """Displacement of the surface points, shape (2, n_edge, 3)."""
+    """Displacement of the nodes of the surface, shape (2, n_edge, 3)."""
     return np.moveaxis(du.reshape(-1, 2)[surface.edges], 2, 0)
 
 
 def stepped(state: Gap, contact: Contact, coefficient: float, dx: FloatArray) -> Contact:
-    """Linearised traction after the displacement `dx` (2, n_edge, 3) of the points relative to the indenter."""
+    """Linearised traction after the displacement `dx` (2, n_edge, 3) of the nodes relative to the indenter."""
     along, across = np.sum(state.normal * dx, axis=0), np.sum(state.tangent * dx, axis=0)
     there = replace(state, gap=state.gap + along, place=state.place + state.rate * across)
-    pressure, friction = traction(contact, there, coefficient)
+    pressure, friction = traction(contact, there.control_gap, there.control_place, coefficient)
     return replace(contact, pressure=pressure, friction=friction)
 
 
 def indenter_force(surface: Surface, state: Gap, contact: Contact) -> float:
     """Upward force on the indenter, in units of shear modulus times length^2."""
-    up = contact.pressure * state.normal[1] + contact.friction * state.tangent[1]
-    return float(-np.sum(surface.weight * up))
+    up = nodal(surface, contact.pressure) * state.normal[1] + nodal(surface, contact.friction) * state.tangent[1]
+    return float(-np.sum(up))
 
 
-def contact_radius(state: Gap, pressure: FloatArray) -> float:
-    """Radius at which the contact pressure vanishes, from p^2 linear in r^2 (Hertz) over the last loaded points."""
-    # Every node once: the first two of each edge.
-    p, r = pressure[:, :2].ravel(), state.radius[:, :2].ravel()
-    loaded = np.flatnonzero(p > 0)
-    if loaded.size == 0:
+def contact_radius(surface: Surface, state: Gap, pressure: FloatArray) -> float:
+    """Deformed radius of the rim of the contact: of a pressure as Hertz's that carries what the last two loaded edges carry.
+
+    With p = p_s ((rho^2 - r^2) / (rho^2 - s^2))^(1/2) beyond the undeformed radius s, the load beyond it is
+    Q = (2 pi / 3) p_s (rho^2 - s^2).
+    """
+    if not np.any(pressure > 0):
         return 0.0
-    last = loaded[-1]
-    outer = float(r[min(last + 1, r.size - 1)])
-    if last < 2:
-        return float((r[last] + outer) / 2)
-    x, y = r[last - 2 : last + 1 : 2] ** 2, p[last - 2 : last + 1 : 2] ** 2
-    if y[1] >= y[0]:
-        return float((r[last] + outer) / 2)
-    edge = np.sqrt(x[1] + y[1] * (x[1] - x[0]) / (y[0] - y[1]))
-    return float(np.clip(edge, r[last], outer))
+    r, loaded = surface.radius, np.flatnonzero(pressure[:, 1] > 0)
+    last = int(loaded[-1]) if loaded.size else 0
+    first = max(last - 1, 0)
+    load, start = float(np.sum((surface.weight * pressure)[first:])), float(pressure[first, 0])
+    rim = np.sqrt(r[first, 0] ** 2 + 3 * load / (2 * np.pi * start)) if start > 0 else 0.0
+    rim = np.clip(rim, r[last, 0], r[min(last + 1, r.shape[0] - 1), 2])
+    return float(np.interp(rim, r.ravel(), state.radius.ravel()))

@@ -68,8 +68,8 @@ class State:
     """An equilibrium: displacement (n_dof,), element pressures (n_element, 3) and contact.
 
     `force` and `stiffness` dF/dd, `contact_radius` and `depth` are in the model's units. `penetration` is the largest overlap
-    of a node with the indenter, `newton` lists the sizes of Newton's steps over the depth, `positive_definite` says whether the
-    last tangent was (symmetric ones).
+    of the deformed surface with the indenter, at 33 points on every edge. `newton` lists the sizes of Newton's steps over the
+    depth, `positive_definite` says whether the last tangent was (symmetric ones).
     """
 
     depth: float
@@ -96,7 +96,7 @@ def rest(model: Model) -> State:
     """The undeformed stack, indenter at first touch; with the energies used the stress-free state has no pressure."""
     touching = contact.no_contact(model.surface)
     u = np.zeros(2 * model.mesh.n_node)
-    place = contact.gap(model.surface, model.design.profile, u, 0.0).place
+    place = contact.gap(model.surface, model.design.profile, u, 0.0).control_place
     return State(0.0, u, np.zeros((model.elements.weight.shape[0], 3)), replace(touching, anchor=place))
 
 
@@ -151,7 +151,7 @@ def equilibrium(model: Model, guess: State, depth: float) -> State | Failure:
     friction = model.design.friction_coefficient
     u, pressure, touching = guess.u, guess.pressure, guess.contact
     gap = contact.gap(surface, profile, u, depth)
-    touching = replace(touching, active=touching.active | (gap.gap < 0))
+    touching = replace(touching, active=touching.active | (gap.control_gap < 0))
     f = elements.deformation(parts, u)
     if not np.all(material.admissible(parts.material, f, 0.0)):
         return Failure(depth, "an element of the predicted state is inverted")
@@ -209,7 +209,7 @@ def _resort(touching: Contact, gap: Gap, friction: float, slack: float, depth: f
     # thousandth of the peak pressure, or overlap by 1e-5 of the depth, rather than flip for ever.
     active, pressure = touching.active, touching.pressure
     release = -slack * 1e-3 * float(np.max(pressure))
-    new = np.where(active, pressure > release, gap.gap < -max(1e-12, slack * 1e-5 * depth))
+    new = np.where(active, pressure > release, gap.control_gap < -max(1e-12, slack * 1e-5 * depth))
     # A round indenter touches a disc: inside its rim no point is let go, where the discrete pressure of a strongly compressed
     # layer may swing below zero at single points next to the axis.
     rim = int(np.max(np.flatnonzero(new), initial=-1))
@@ -218,7 +218,7 @@ def _resort(touching: Contact, gap: Gap, friction: float, slack: float, depth: f
     if 0 < friction < np.inf:
         limit = friction * np.maximum(pressure, 0.0)
         starts = (slip == 0) & active & new & (np.abs(touching.friction) > limit * (1 + 1e-9))
-        turns = (slip != 0) & (slip * (gap.place - touching.anchor) < -1e-13)
+        turns = (slip != 0) & (slip * (gap.control_place - touching.anchor) < -1e-13)
         slip = np.where(starts, -np.sign(touching.friction), np.where(turns, 0.0, slip))
     return replace(
         touching,
@@ -237,20 +237,23 @@ def _finish(model: Model, state: State, gap: Gap, at: Linearised, sizes: list[fl
     # Force of the traction that goes with a small step of the depth, by the derivative of n and t along it. All at the place of
     # the last linearisation: as the contact is stiff, the rate fits its normals and no others.
     n, t = at.gap.normal, at.gap.tangent
-    zero = replace(at.gap, gap=np.zeros_like(gap.gap), place=touching.anchor)
-    change = contact.stepped(zero, touching, friction, dx)
+    zero = replace(at.gap, gap=np.zeros_like(gap.gap), place=np.zeros_like(gap.place))
+    change = contact.stepped(zero, replace(touching, anchor=np.zeros_like(gap.place)), friction, dx)
     turned = at.gap.curvature * np.sum(t * dx, axis=0)
-    up = change.pressure * n[1] + change.friction * t[1] + touching.pressure * turned * t[1] - touching.friction * turned * n[1]
+    along_n, along_t = (contact.nodal(surface, x) for x in (change.pressure, change.friction))
+    pushed, rubbed = (contact.nodal(surface, x) for x in (touching.pressure, touching.friction))
+    up = along_n * n[1] + along_t * t[1] + pushed * turned * t[1] - rubbed * turned * n[1]
     # A point that slips carries its friction on from where it is; one that does not touch will touch where it is.
-    anchor = np.where(touching.slip != 0, gap.place + touching.friction / contact.CONTACT_STIFFNESS, touching.anchor)
-    touching = replace(touching, anchor=np.where(touching.active, anchor, gap.place))
+    place = gap.control_place
+    anchor = np.where(touching.slip != 0, place + touching.friction / contact.CONTACT_STIFFNESS, touching.anchor)
+    touching = replace(touching, anchor=np.where(touching.active, anchor, place))
     return replace(
         state,
         contact=touching,
         force=contact.indenter_force(surface, gap, touching),
-        stiffness=-float(np.sum(surface.weight * up)),
-        contact_radius=contact.contact_radius(gap, touching.pressure),
-        penetration=float(max(0.0, -np.min(gap.gap))),
+        stiffness=-float(np.sum(up)),
+        contact_radius=contact.contact_radius(surface, gap, touching.pressure),
+        penetration=contact.overlap(surface, model.design.profile, state.u, state.depth),
         newton=tuple(sizes),
         positive_definite=at.factor.positive_definite or not model.frictionless,
     )

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from models.fem import FiniteElements, dimensionless
-from models.fem.contact import distance
+from models.fem.contact import distance, make_surface, nodal
+from models.fem.elements import shape_1d
 from models.fem.equilibrium import Failure, make_model
+from models.fem.mesh import make_mesh
 from models.fem.path import walk
 from models.laws import Gent, MooneyRivlin
 from models.layers import Dielectric, Layer, LayeredDesign, Profile, cone, flat_punch, layered, path_end, sphere
@@ -69,6 +71,24 @@ def test_a_disc_pressed_evenly_on_a_slippery_base_is_in_uniaxial_compression(law
     np.testing.assert_allclose(response.force, -np.pi * 5e-3**2 * MODULUS / 3 * pull, rtol=3e-4)
 
 
+def test_an_even_pressure_pushes_on_the_nodes_as_its_integral_does():
+    # Integrals of 2 pi r N_i over the edges of the mesh, whose radii are not evenly spaced, by Gauss points.
+    mesh = make_mesh(dimensionless(stack(sphere(5e-3)))[0], 0.1)
+    surface = make_surface(mesh)
+    x, w = np.polynomial.legendre.leggauss(3)
+    half, middle = (surface.radius[:, 2:] - surface.radius[:, :1]) / 2, surface.radius[:, 1:2]
+    exact = 2 * np.pi * (half * (middle + half * x) * w) @ shape_1d(x)[0].T
+    np.testing.assert_allclose(nodal(surface, np.ones(surface.weight.shape)), exact, atol=1e-15)
+    assert np.all(surface.weight > 0)
+
+
+@pytest.mark.parametrize("profile", [flat_punch(2e-3, 0.5e-3), cone(np.radians(60), 1e-3)], ids=["punch", "cone"])
+def test_punch_and_cone_are_hard_between_the_nodes_too(profile):
+    for friction in (0.0, 0.3):
+        solution = FiniteElements(1e-3).solve(stack(profile, friction=friction), np.array([0.2e-3, 0.4e-3]))
+        assert max(s.penetration / s.depth for s in solution.checked().states) < 3e-4
+
+
 def test_flat_punch_matches_the_exact_layer_at_small_depth():
     # F = (8/3) E b d of the half space (Boussinesq), stiffened by a bonded base as for every contact: a uniform lift in
     # proportion to F/(E h), 1 + 1.127 b/h + (1.127 b/h)^2. The contact ends on the rounded edge.
@@ -97,7 +117,7 @@ def test_friction_stiffens_between_none_and_stick():
     ]
     none, hardly, some, more, much, stick = by_friction
     np.testing.assert_allclose(hardly, none, rtol=1e-5)
-    np.testing.assert_allclose(much, stick, rtol=5e-4)  # at the rim of the contact anything slips
+    np.testing.assert_allclose(much, stick, rtol=2e-3)  # at the rim of the contact anything slips
     assert np.all(some > none)
     assert np.all(more > some)
     assert np.all(stick >= more * (1 - 1e-6))

@@ -13,7 +13,7 @@ from models.fem.capacitance import ring_capacitance
 from models.fem.check import check
 from models.fem.elements import condense, deformation, displacement_step, make_elements, pressure_step
 from models.fem.equilibrium import Failure, compression, equilibrium, make_model, stored_energy
-from models.fem.laplace import laplace_capacitance
+from models.fem.laplace import laplace_capacitance, positions
 from models.fem.mesh import make_mesh
 from models.fem.path import walk
 from models.layers import layered
@@ -136,7 +136,7 @@ def test_the_check_on_a_finer_mesh_knows_the_error_of_the_mesh_and_of_the_energy
         size, true_size = (np.sqrt(np.mean(e**2)) for e in (estimate, value / truth - 1))
         assert 0.5 < size / true_size < 2
     assert abs(found.energy_error) < 1e-3
-    assert found.penetration < 1e-5
+    assert found.penetration < 1e-4
     assert np.isnan(check(coarse, coarse.solve(design_from(PAPER, friction_coefficient=0.2), depth[:3])).energy_error)
 
 
@@ -209,13 +209,28 @@ def test_work_of_the_sphere_is_the_stored_energy():
             assert work == pytest.approx(stored_energy(model, b), rel=1e-3)
 
 
-def test_contact_is_hard_and_never_pulls():
-    model = make_model(stack_of(0.148, 0.22, 2.0), 0.14)
-    for state in walk(model, np.linspace(0.01, 0.14, 8)):
+@pytest.mark.parametrize("accuracy", [1e-3, 8e-3])
+def test_contact_is_hard_between_the_nodes_too_and_never_pulls(accuracy):
+    model = make_model(stack_of(0.148, 0.22, 2.0), 0.14, accuracy)
+    between = np.linspace(0, 0.9, 4001)
+    for state in walk(model, np.linspace(0.01, 0.14, 14)):
         assert not isinstance(state, Failure)
-        assert state.penetration < 1e-5 * state.depth
-        # Edges from their second node on: the share of the node on the axis is next to nothing, and so is what its value means.
-        assert np.min(state.contact.pressure[:, 1:]) >= -2e-3 * np.max(state.contact.pressure)
+        r, z = positions(model.mesh, state.u, between, np.array([0.368]))[:, :, 0]
+        overlap = 1 - np.hypot(r, z - (0.368 - state.depth + 1))
+        assert np.max(overlap) < 1e-4 * state.depth
+        assert state.penetration == pytest.approx(np.max(overlap), rel=0.1)
+        assert np.min(state.contact.pressure) >= -2e-3 * np.max(state.contact.pressure)
+
+
+def test_force_and_contact_radius_are_smooth_as_the_rim_runs_through_the_elements():
+    # A cubic in the logarithms leaves out what moves in step with the elements; the rim passes six of them.
+    depth = np.linspace(0.3e-3, 0.5e-3, 41)
+    found = FiniteElements().respond(design_from(PAPER), depth)
+    x = np.log(depth / 0.4e-3)
+    for values, noise in ((found.force, 6e-4), (found.capacitance_change, 6e-4), (found.contact_radius, 5e-3)):
+        y = np.log(values)
+        assert np.sqrt(np.mean((y - np.polyval(np.polyfit(x, y, 3), x)) ** 2)) < noise
+    assert np.all(np.diff(found.contact_radius) > 0)
 
 
 def test_newton_converges_quadratically():
@@ -316,7 +331,7 @@ def test_local_compression_of_60_percent_is_reached(h_s, h_p, a, modulus):
         assert not isinstance(state, Failure), state
         if np.max(compression(model, state)) >= 0.6:
             break
-    assert np.max(compression(model, state)) >= 0.6 or end == 0.5
+    assert np.max(compression(model, state)) >= 0.6 * (1 - 1e-4) or end == 0.5
 
 
 def test_depths_beyond_the_stack_are_refused():

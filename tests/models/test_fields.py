@@ -90,7 +90,7 @@ def test_fields_settle_as_the_grid_is_refined():
     coarse, fine = fields_of(pressed()), fields_of(pressed(accuracy=5e-4))
     for name in ("pressure", "thickness_stretch", "largest_stretch"):
         for row in (0, -1):  # both faces of the sensor, out to where the contact ends and the pressure has an edge
-            r = np.linspace(0, 2e-3, 30)
+            r = np.linspace(0, 1.8e-3, 30)
             one, two = (
                 np.interp(r, sheet(f, f.rest_r, 1)[:, row], sheet(f, getattr(f, name), 1)[:, row]) for f in (coarse, fine)
             )
