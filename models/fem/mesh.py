@@ -14,9 +14,9 @@ import numpy as np
 from models.layers import LayeredDesign
 from models.sensor import FloatArray, IntArray
 
-#: Least width of an element at the surface as a share of its height; at 0.25 the first steps of a deep path, with one or two
-#: edges in contact, overlap by 2e-4 of the indentation between the nodes.
-_LEAST_WIDTH = 0.15
+#: Least width of an element at the surface as a share of its height. At 0.25 the first step of a deep path, with one or two
+#: edges in contact, overlaps by 2e-4 of the indentation between the nodes.
+_LEAST_WIDTH = 0.12
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +109,7 @@ def make_mesh(design: LayeredDesign, depth: float, accuracy: float = 1e-3) -> Me
         size = np.where(r > fine, np.minimum(outside, 0.5 * h), inside)
         return np.asarray(np.minimum(size, np.maximum(rim, finest)))
 
-    columns = _fill(0.0, a, column_size, refinement, 8)
+    columns = _fill(0.0, a, column_size, refinement, 12)
     r, z = with_midpoints(columns), with_midpoints(rows)
     nr, nz = columns.size - 1, rows.size - 1
     i, j = np.meshgrid(np.arange(nr), np.arange(nz), indexing="ij")
