@@ -61,7 +61,7 @@ def layer_weight(ratio: FloatArray) -> FloatArray:
 
     I0(x) = (2/pi) arctan x - (1/pi) x / (1 + x^2): 0 for a very thin layer, 1 for a thick one.
     """
-    return np.asarray(2 / np.pi * np.arctan(ratio) - ratio / (np.pi * (1 + ratio**2)), dtype=float)
+    return np.asarray(2 / np.pi * np.arctan(ratio) - ratio / (np.pi * (1 + ratio**2)))
 
 
 def effective_modulus(design: Design, depth: FloatArray) -> FloatArray:

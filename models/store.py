@@ -14,7 +14,7 @@ import numpy as np
 
 from models.sensor import FloatArray
 
-_FORMAT = 1
+_FORMAT = 2
 
 
 class StoreError(ValueError):
@@ -30,18 +30,18 @@ class RunStore:
 
     connection: sqlite3.Connection
 
-    def find(self, point: FloatArray) -> dict[str, FloatArray] | str | None:
-        """Arrays of the run at `point`, the sentence why it failed, or None if it has not been made."""
+    def find(self, point: FloatArray) -> tuple[dict[str, FloatArray], str] | None:
+        """Arrays of the run at `point` and why it ended early (empty if it did not), or None if it has not been made."""
         row = self.connection.execute("select arrays, failure from runs where point = ?", (_key(point),)).fetchone()
-        if row is None:
-            return None
-        if row[1]:
-            return str(row[1])
-        with np.load(io.BytesIO(row[0]), allow_pickle=False) as data:
-            return {name: data[name] for name in data.files}
+        return None if row is None else (_arrays(row[0]), str(row[1]))
+
+    def runs(self) -> Iterator[tuple[FloatArray, dict[str, FloatArray], str]]:
+        """Every run: its point, its arrays, and why it ended early."""
+        for point, arrays, failure in self.connection.execute("select point, arrays, failure from runs"):
+            yield np.frombuffer(point, dtype="<f8"), _arrays(arrays), str(failure)
 
     def add(self, point: FloatArray, arrays: Mapping[str, FloatArray], failure: str = "") -> None:
-        """Keep the run at `point`, or why there is none; what was there before is replaced."""
+        """Keep the run at `point`, and why it ended early if it did; what was there before is replaced."""
         blob = io.BytesIO()
         np.savez(blob, **dict(arrays))  # type: ignore[arg-type]  # an array by the name of an option is not among them
         with self.connection:
@@ -50,6 +50,11 @@ class RunStore:
     def __len__(self) -> int:
         """Number of runs, failed ones included."""
         return int(self.connection.execute("select count(*) from runs").fetchone()[0])
+
+
+def _arrays(blob: bytes) -> dict[str, FloatArray]:
+    with np.load(io.BytesIO(blob), allow_pickle=False) as data:
+        return {name: data[name] for name in data.files}
 
 
 def _key(point: FloatArray) -> bytes:

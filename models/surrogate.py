@@ -1,14 +1,15 @@
-"""From a `TrainingSet` to the fast `Forward`: polynomials in the dimensionless groups and in the depth, with their own error.
+"""From a design and depths to curves at once: small networks over the dimensionless groups, polynomials in depth, own error.
 
 With one material law F/(mu R^2) and C/C0 depend only on h_s/R, h_p/R, a/R, E_p/E (and t_d/h_s, a_e/a for C) and d/R; the moduli
-and the permittivity scale exactly. What is fitted is the ratio to a closed form, which is smooth and of order one:
+and the permittivity scale exactly. Along a path the variable is s = sqrt(d / reach), reach(design) a smooth minimum of R/2 and
+of the depth at which a layer is thinned to 40 %. Then
 
-    log F - log F_closed,   log a_c - log sqrt(R d),   log(C/C0 - 1 + delta) - log(plate form + delta)
+    log F = log F_closed + s p_F(s),     log(C/C0 - 1 + delta) = log((d/a_e)^2 + delta) + s^2 p_C(s),
 
-(delta = 1e-5 stops the last from chasing changes that no instrument sees), each a polynomial in s = sqrt(d / reach) whose
-coefficients are polynomials of weighted total degree in four coordinates (a polynomial chaos; Xiu & Karniadakis, SIAM J. Sci.
-Comput. 24 (2002) 619). Their error is measured by leaving each training path out (exact for least squares; Blatman & Sudret,
-J. Comput. Phys. 230 (2011) 2345) and handed on as modes of the error's covariance along the sweep.
+and log a_c = log sqrt(R d) + s p_a(s), with polynomials p whose coefficients are networks of the groups. So C = C0 and F = 0 at
+no indentation, F goes over into Hertz' limit there, and everything is smooth in depth. delta = 5e-5 stops the second from
+chasing changes that no instrument sees. The error is a covariance along the path, F(s) sigma(s) rho(s, s') sigma(s') F(s'),
+with sigma a network, too, and rho the correlation of what the fit missed on paths kept out of it (`models.fitting`).
 """
 
 from __future__ import annotations
@@ -16,109 +17,58 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from datetime import UTC, datetime
-from functools import cached_property
-from importlib.metadata import version
 from importlib.resources import as_file, files
-from itertools import product
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-from numpy.polynomial import chebyshev
 
-from models import training
+from models import domain
 from models.analytic import layer_weight
+from models.domain import DEPTH, DISC, PADDING, PATH, SENSOR, STIFFNESS, WIDTH, Values, electric_features, mechanical_features
+from models.network import Network, network_from
 from models.response import OutOfRangeError, Response
-from models.sensor import Design, FloatArray, IntArray
-from models.training import DIELECTRIC, DIELECTRIC_POINTS, ELECTRODE, ELECTRODE_POINTS, GROUPS, PATH, TrainingSet
+from models.sensor import VACUUM_PERMITTIVITY, Design, FloatArray
 
-#: Polynomial terms in s, weighted total degree in the groups, and modes kept of the capacitance and of the errors.
-N_DEPTH_TERMS = 9
-DEGREE = 10
-N_CAPACITANCE_MODES = 30
-N_ERROR_MODES = 5
-
-_FORMAT = 1
-
-
-#: Weight of each coordinate in the total degree; a light one may take high powers. Chosen by leave-one-out error.
-_DEGREE_WEIGHTS = np.array([1.4, 0.8, 0.9, 1.5])
+#: Terms of the polynomials in s, and modes kept of the error along a path.
+N_DEPTH_TERMS = 12
+N_ERROR_MODES = 6
 
 #: Change of capacitance that counts as nothing.
-_CHANGE_SCALE = 1e-5
+CHANGE_SCALE = 5e-5
 
+#: The polynomials are Chebyshev's on 0 <= s <= 1.05: paths end where a step lands, a little beyond the reach.
+_S_END = 1.05
+
+#: Points in s between which the logarithm of the error's standard deviation is interpolated.
+ERROR_POINTS = np.array([0.19, 0.37, 0.55, 0.73, 0.91])
+
+#: Designs evaluated together: their arrays stay in the processor's cache.
+_CHUNK = 256
+
+_FORMAT = 2
 
 # Relative rounding that a bound forgives.
 _SLACK = 1e-9
 
 
-def _groups(batch: Design) -> FloatArray:
-    """The six dimensionless groups (n_draw, 6) of a batch: those of `GROUPS`, then t_d/h_s and a_e/a."""
-    sensor, padding = batch.sensor, batch.padding
-    r = np.asarray(batch.indenter.radius)
-    # Without padding its modulus means nothing.
-    modulus = np.where(np.asarray(padding.thickness) > 0, batch.padding_young_modulus / np.asarray(sensor.young_modulus), 1.0)
-    return np.stack(
-        [
-            sensor.thickness / r,
-            padding.thickness / r,
-            sensor.radius / r,
-            modulus,
-            sensor.dielectric_thickness / np.asarray(sensor.thickness),
-            sensor.electrode_radius / np.asarray(sensor.radius),
-        ],
-        axis=1,
-    )
+def _chebyshev(x: Values, n: int) -> Values:
+    """T_0..T_(n-1) at x, shape (..., n)."""
+    terms = np.empty((*x.shape, n), dtype=x.dtype)
+    terms[..., 0] = 1
+    terms[..., 1] = x
+    for k in range(2, n):
+        terms[..., k] = 2 * x * terms[..., k - 1] - terms[..., k - 2]
+    return terms
 
 
-def _multi_index(degree: int) -> IntArray:
-    """Exponents (n_term, 4) of weighted total degree at most `degree`."""
-    every = np.array(list(product(range(int(degree / _DEGREE_WEIGHTS.min()) + 1), repeat=len(GROUPS))))
-    return np.asarray(every[every @ _DEGREE_WEIGHTS <= degree], dtype=np.int64)
+def depth_terms(s: Values) -> Values:
+    """The terms (..., N_DEPTH_TERMS) of the polynomials in s."""
+    return _chebyshev(2 / _S_END * s - 1, N_DEPTH_TERMS)
 
 
-def _coordinates(groups: FloatArray) -> FloatArray:
-    """Coordinates (n, 4) in [-1, 1]: those of `training.to_unit`, but log(1 + a/h) in place of the disc radius.
-
-    What happens at the rim falls off over the thickness h = h_s + h_p: a disc is wide or narrow in thicknesses.
-    """
-    x = training.to_unit(groups)
-    (h_low, h_high), (p_low, p_high), (a_low, a_high), _ = GROUPS.values()
-    low, high = np.log1p(a_low / (h_high + p_high)), np.log1p(a_high / (h_low + p_low))
-    x[:, 2] = 2 * (np.log1p(groups[:, 2] / (groups[:, 0] + groups[:, 1])) - low) / (high - low) - 1
-    return x
-
-
-def _group_basis(x: FloatArray, exponents: IntArray) -> FloatArray:
-    """Products of Chebyshev polynomials of the coordinates, shape (n, n_term)."""
-    powers = chebyshev.chebvander(x, int(exponents.max()))
-    basis = powers[:, 0, exponents[:, 0]]
-    for axis in range(1, x.shape[1]):
-        basis = basis * powers[:, axis, exponents[:, axis]]
-    return np.asarray(basis)
-
-
-def _interpolation(points: FloatArray) -> FloatArray:
-    """Matrix (n_point, n_point) from Chebyshev polynomials at x to the weights of the interpolation through `points`."""
-    vander = chebyshev.chebvander(2 * (points - points[0]) / (points[-1] - points[0]) - 1, points.size - 1)
-    return np.asarray(np.linalg.inv(vander))
-
-
-_DIELECTRIC_WEIGHTS, _ELECTRODE_WEIGHTS = _interpolation(DIELECTRIC_POINTS), _interpolation(ELECTRODE_POINTS)
-
-
-def _electric_weights(electric: FloatArray) -> FloatArray:
-    """Weights (n_draw, n_dielectric * n_electrode) of the tabulated t_d/h_s and a_e/a at `electric` (n_draw, 2)."""
-    per_axis = []
-    for x, (low, high), matrix in zip(
-        electric.T, (DIELECTRIC, ELECTRODE), (_DIELECTRIC_WEIGHTS, _ELECTRODE_WEIGHTS), strict=True
-    ):
-        per_axis.append(chebyshev.chebvander(2 * (x - low) / (high - low) - 1, matrix.shape[0] - 1) @ matrix)
-    return np.asarray((per_axis[0][:, :, None] * per_axis[1][:, None, :]).reshape(electric.shape[0], -1))
-
-
-def closed_force(groups: FloatArray, depth: FloatArray) -> FloatArray:
-    """Closed-form F / (mu R^2) that the surrogate corrects; groups (n, 4), depth (n, n_depth) in units of R.
+def closed_force(groups: Values, depth: Values) -> Values:
+    """Closed-form F / (mu R^2) that the surrogate corrects; groups (n, >= 4), depth (n, n_depth) in units of R.
 
     Hertz times the thin-layer series 1 + 1.133 chi + 1.497 chi^2 + 1.469 chi^3 (Garcia & Garcia, Biophys. J. 114 (2018) 2923,
     without its quartic term, so that it keeps the chi^3 growth of a thin incompressible layer). Its first three terms carry a
@@ -126,21 +76,31 @@ def closed_force(groups: FloatArray, depth: FloatArray) -> FloatArray:
     a thin bonded film, where the lubrication flow under the sphere weights each height with the square of its depth below the
     surface: shares (h_s/h)^3 and 1 - (h_s/h)^3.
     """
-    h_s, h_p, _, modulus = (g[:, None] for g in groups.T)
+    h_s, h_p, modulus = (groups[:, k, None] for k in (SENSOR, PADDING, STIFFNESS))
     contact = np.sqrt(depth)
     sensor = layer_weight(h_s / contact)
     both = layer_weight((h_s + h_p) / contact)
     deep, thin = 1 - sensor / both, 1 - (h_s / (h_s + h_p)) ** 3
     young_deep, young_thin = (3 / (1 - share + share / modulus) for share in (deep, thin))
     chi = contact / (h_s + h_p)
-    series = young_deep * (1 + 1.133 * chi + 1.497 * chi**2) + young_thin * 1.469 * chi**3
-    return np.asarray(16 / 9 * depth**1.5 * series)
+    series = young_deep * (1 + chi * (1.133 + chi * 1.497)) + young_thin * 1.469 * chi * chi * chi
+    return np.asarray(16 / 9 * depth * contact * series)
 
 
-def plate_form(groups: FloatArray, depth: FloatArray) -> FloatArray:
-    """The Winkler form of `analytic.plate_capacitance_change` times (a_e/R)^2; groups (n, 4), depth (n, n_depth) over R."""
-    h = (groups[:, 0] + groups[:, 1])[:, None]
-    return np.asarray(2 * (-h * np.log1p(-depth / h) - depth))
+def smooth_end(thinned: Values) -> Values:
+    """Scale of depth over R: the smooth minimum of R/2 and the depth at which a layer is `thinned` to 40 %."""
+    return np.asarray((DEPTH**-8.0 + thinned**-8.0) ** (-1 / 8))
+
+
+@dataclass(frozen=True, eq=False)
+class _Paths:
+    """Dimensionless curves of a batch of designs and depths (n_draw, n_depth): what the networks say."""
+
+    force: Values
+    contact_radius: Values
+    change: Values
+    s: Values
+    change_scale: Values
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,21 +109,21 @@ class Surrogate:
 
     Attributes
     ----------
-    exponents : (n_term, 4).
-    force, contact : (n_term, n_depth_term).
-    capacitance : (n_term, n_mode), and `capacitance_modes` (n_mode, n_depth_term, n_dielectric, n_electrode).
-    force_error_modes : (n_error_mode, n_depth_term) of log F.
-    capacitance_error_modes : (n_error_mode, n_depth_term, n_dielectric, n_electrode).
+    end : network from mechanical features to log(d / h) where a layer is thinned to 40 %, or the finite elements end.
+    mechanics : from mechanical features to the coefficients of p_F and p_a, (n, 2 * N_DEPTH_TERMS) side by side.
+    capacitance : from electric features to those of p_C.
+    force_sd, capacitance_sd : from features to the logarithm of the error's standard deviation at `ERROR_POINTS`.
+    force_modes, capacitance_modes : (n_mode, N_DEPTH_TERMS), modes of the error's correlation along s.
     provenance : where it comes from: finite-element settings, training set and its hash, versions, date, own error.
     """
 
-    exponents: IntArray
-    force: FloatArray
-    contact: FloatArray
-    capacitance: FloatArray
+    end: Network
+    mechanics: Network
+    capacitance: Network
+    force_sd: Network
+    capacitance_sd: Network
+    force_modes: FloatArray
     capacitance_modes: FloatArray
-    force_error_modes: FloatArray
-    capacitance_error_modes: FloatArray
     provenance: Mapping[str, str]
 
     @property
@@ -173,26 +133,27 @@ class Surrogate:
 
     def info(self) -> dict[str, str]:
         """Provenance, error and range as words."""
-        ranges = {f"range of {k}": f"{low:g} to {high:g}" for k, (low, high) in self._ranges.items()}
-        depth = "the smooth minimum of 57 % of the stack, 0.9 R and 0.36 a^2/R"
+        ranges = {f"range of {b.name}": f"{b.low:.4g} to {b.high:.4g}" for b in domain.BOUNDS}
+        depth = "R/2, or where a layer is thinned to 40 % on the axis if that is first"
         return {**self.provenance, **ranges, "range of d": f"up to {depth}"}
-
-    @cached_property
-    def _ranges(self) -> dict[str, tuple[float, float]]:
-        return {**GROUPS, "t_d/h_s": DIELECTRIC, "a_e/a": ELECTRODE}
 
     def _limit(self, groups: FloatArray, design: Design) -> FloatArray:
         """Largest depth [m] (n_draw,) of the batch `design` with its `groups` (n_draw, 6); 0 outside the training range."""
-        bounds = np.array(list(self._ranges.values()))
-        inside = np.all((groups >= bounds[:, 0] - _SLACK) & (groups <= bounds[:, 1] + _SLACK), axis=1)
+        inside = domain.inside(groups)
         if design.indenter.friction_coefficient:
             inside[:] = False
-        return np.where(inside, training.reach(*groups[:, :3].T) * np.asarray(design.indenter.radius), 0.0)
+        # What is outside may be anything, also nothing the networks' features are defined for.
+        thinned = self._thinned(np.where(inside[:, None], groups, 1.0))
+        return np.where(inside, np.minimum(DEPTH, thinned) * np.asarray(design.indenter.radius), 0.0)
+
+    def _thinned(self, groups: Values) -> Values:
+        """Depth over R (n_draw,) at which a layer is thinned to 40 %."""
+        return np.asarray((groups[:, SENSOR] + groups[:, PADDING]) * np.exp(self.end(mechanical_features(groups))[:, 0]))
 
     def max_depth(self, design: Design) -> FloatArray:
         """Largest depth [m] covered, shape (n_draw,); 0 where the design is outside the training range."""
         batch = design.draws()
-        return self._limit(_groups(batch), batch)
+        return self._limit(domain.groups_of(batch), batch)
 
     def outside(self, design: Design, depth: FloatArray) -> str:
         """Empty, or one sentence that names the violated bound, the value, and how it comes about."""
@@ -202,83 +163,166 @@ class Surrogate:
                 f"{design.indenter.friction_coefficient:g}"
             )
         batch = design.draws()
-        groups = _groups(batch)
-        for column, (group, (low, high)) in zip(groups.T, self._ranges.items(), strict=True):
-            for value in (np.min(column), np.max(column)):
-                if not low - _SLACK <= value <= high + _SLACK:
-                    return f"the surrogate covers {group} from {low:g} to {high:g}, got {value:.4g}"
+        groups = domain.groups_of(batch)
+        bound = domain.violated(groups)
+        if bound:
+            return f"the surrogate covers {bound}"
         limit = self._limit(groups, batch)
         deepest = np.max(np.broadcast_to(depth, (limit.size, np.shape(depth)[-1])), axis=-1)
         worst = int(np.argmax(deepest - limit))
         if deepest[worst] > limit[worst] * (1 + _SLACK):
+            why = "half the radius" if limit[worst] >= DEPTH * np.asarray(batch.indenter.radius)[worst] else "60 % compression"
             return (
-                f"the surrogate covers depths up to {limit[worst] * 1e3:.4g} mm for this design (57 % of the stack, 0.9 R, "
-                f"0.36 a^2/R), got {deepest[worst] * 1e3:.4g} mm"
+                f"the surrogate covers depths up to {limit[worst] * 1e3:.4g} mm for this design ({why}), "
+                f"got {deepest[worst] * 1e3:.4g} mm"
             )
         return ""
 
     def respond(self, design: Design, depth: FloatArray) -> Response:
         """See `models.response.Forward.respond`."""
         batch = design.draws()
-        every = _groups(batch)
-        if np.any(np.max(depth, axis=-1) > self._limit(every, batch) * (1 + _SLACK)):
+        groups = domain.groups_of(batch)
+        if np.any(np.max(depth, axis=-1) > self._limit(groups, batch) * (1 + _SLACK)):
             raise OutOfRangeError(self.outside(design, depth))
-        p = {k: np.asarray(v) for k, v in batch.parameters().items()}
-        radius, mu = p["indenter_radius"][:, None], p["young_modulus"][:, None] / 3
-        groups, electric = every[:, :4], every[:, 4:]
-        depths = np.broadcast_to(np.asarray(depth, dtype=float), (groups.shape[0], np.shape(depth)[-1]))
-        touching = depths > 0
-        d = np.where(touching, depths, 1e-9 * radius) / radius
-        s = np.sqrt(d / training.reach(*groups[:, :3].T)[:, None])
-        terms = chebyshev.chebvander(2 * np.minimum(s, 1.0) - 1, N_DEPTH_TERMS - 1)
-        basis = _group_basis(_coordinates(groups), self.exponents)
-
-        force = closed_force(groups, d) * np.exp(_along(terms, basis @ self.force)) * (mu * radius**2)
-        contact = np.sqrt(d) * np.exp(_along(terms, basis @ self.contact)) * radius
-
-        flat = _electric_weights(electric)
-        modes = self.capacitance_modes.reshape(-1, flat.shape[1])
-        here = (flat @ modes.T).reshape(flat.shape[0], -1, N_DEPTH_TERMS)
-        coefficients = np.einsum("nm,nmk->nk", basis @ self.capacitance, here)
+        radius = np.asarray(batch.indenter.radius)[:, None]
+        mu = np.asarray(batch.sensor.young_modulus)[:, None] / 3
         c0 = np.asarray(batch.rest_capacitance, dtype=float)
-        plate = plate_form(groups, d) / (p["electrode_radius"][:, None] / radius) ** 2
-        scale = (plate + _CHANGE_SCALE) * np.exp(_along(terms, coefficients))
-
-        error_modes = self.capacitance_error_modes.reshape(-1, flat.shape[1])
-        error_here = (flat @ error_modes.T).reshape(flat.shape[0], -1, N_DEPTH_TERMS)
-        force = np.where(touching, force, 0.0)
-        scale = np.where(touching, scale, _CHANGE_SCALE)
-        error_scale = np.where(touching, scale, 0.0) * c0[:, None]
+        depths = np.broadcast_to(np.asarray(depth, dtype=float), (groups.shape[0], np.shape(depth)[-1]))
+        n_draw, n_depth = depths.shape
+        force, contact, change = (np.empty((n_draw, n_depth)) for _ in range(3))
+        force_error, change_error = (np.empty((n_draw, n_depth, N_ERROR_MODES)) for _ in range(2))
+        for first in range(0, n_draw, _CHUNK):
+            part = slice(first, first + _CHUNK)
+            touching = depths[part] > 0
+            paths = self._paths(groups[part], np.where(touching, depths[part] / radius[part], 1e-12))
+            force[part] = np.where(touching, paths.force, 0.0)
+            contact[part] = np.where(touching, paths.contact_radius, 0.0)
+            change[part] = np.where(touching, paths.change, 0.0)
+            sd_f, sd_c = self._error(groups[part], paths)
+            terms = depth_terms(np.maximum(paths.s, PATH[0]))
+            force_error[part] = (force[part] * sd_f)[..., None] * (terms @ self.force_modes.T)
+            change_error[part] = np.where(touching, paths.change_scale * sd_c, 0.0)[..., None] * (
+                terms @ self.capacitance_modes.T
+            )
+        scale = mu * radius**2
         response = Response(
             depth=depths,
-            force=force,
-            contact_radius=np.where(touching, contact, 0.0),
-            capacitance=c0[:, None] * (1 + (scale - _CHANGE_SCALE)),
+            force=scale * force,
+            contact_radius=radius * contact,
+            capacitance=c0[:, None] * (1 + change),
             rest_capacitance=c0,
-            force_error=force[..., None] * (terms @ self.force_error_modes.T),
-            capacitance_error=error_scale[..., None] * np.einsum("ndk,nmk->ndm", terms, error_here),
+            force_error=scale[..., None] * force_error,
+            capacitance_error=c0[:, None, None] * change_error,
         )
         return response if design.is_batch else response.draw(0)
 
+    def _paths(self, groups: Values, depth: Values) -> _Paths:
+        """Curves at depths over R (n_draw, n_depth), for groups (n_draw, 6); complex where either is."""
+        s = np.sqrt(depth / smooth_end(self._thinned(groups))[:, None])
+        terms = depth_terms(s)
+        mechanics = self.mechanics(mechanical_features(groups))
+        coefficients = np.concatenate([mechanics, self.capacitance(electric_features(groups))], axis=1)
+        logs = terms @ coefficients.reshape(-1, 3, N_DEPTH_TERMS).swapaxes(1, 2)
+        plain = (depth / (groups[:, WIDTH] * groups[:, DISC])[:, None]) ** 2 + CHANGE_SCALE
+        change_scale = plain * np.exp(s * s * logs[..., 2])
+        return _Paths(
+            force=closed_force(groups, depth) * np.exp(s * logs[..., 0]),
+            contact_radius=np.sqrt(depth) * np.exp(s * logs[..., 1]),
+            change=change_scale - CHANGE_SCALE,
+            s=s,
+            change_scale=change_scale,
+        )
+
+    def _error(self, groups: FloatArray, paths: _Paths) -> tuple[FloatArray, FloatArray]:
+        """Standard deviations (n_draw, n_depth) of log F and of log(C/C0 - 1 + delta)."""
+        weights = error_weights(paths.s)
+        out = []
+        for network, features in ((self.force_sd, mechanical_features), (self.capacitance_sd, electric_features)):
+            out.append(np.exp((weights @ network(features(groups))[..., None])[..., 0]))
+        # The error is known from `PATH` on; nearer to first touch there is less and less to be wrong about.
+        return out[0], out[1] * np.minimum(paths.s / PATH[0], 1.0)
+
+    def own_error(self, groups: FloatArray) -> FloatArray:
+        """Rms along the path of the sd it states of log F and of log(C/C0 - 1 + delta), (n, 2), for groups (n, 6)."""
+        logs = (self.force_sd(mechanical_features(groups)), self.capacitance_sd(electric_features(groups)))
+        return np.stack([np.sqrt(np.mean(np.exp(2 * x), axis=1)) for x in logs], axis=1)
+
+    def gradients(self, design: Design, depth: FloatArray) -> Gradients:
+        """Derivatives of force and capacitance with respect to every parameter and to the indentation, to rounding.
+
+        By complex steps (Squire & Trapp, SIAM Rev. 40 (1998) 110) through closed forms, networks and polynomials.
+
+        Raises
+        ------
+        OutOfRangeError
+            If the surrogate does not cover the design or a depth.
+        """
+        if why := self.outside(design, depth):
+            raise OutOfRangeError(why)
+        values = {k: np.asarray(v, dtype=float) for k, v in design.draws().parameters().items()}
+        n_draw = values["indenter_radius"].size
+        depths = np.broadcast_to(np.asarray(depth, dtype=float), (n_draw, np.shape(depth)[-1]))
+        force: dict[str, FloatArray] = {}
+        capacitance: dict[str, FloatArray] = {}
+        for name in (*values, "indentation"):
+            # Relative to the parameter, or to the depth: a padding of nothing has no modulus to change.
+            step = 1e-30 * np.where(values.get(name, np.ones(1)) > 0, 1.0, 0.0)
+            moved = values | ({name: values[name] * (1 + 1j * step)} if name != "indentation" else {})
+            at = depths * (1 + (1j * 1e-30 if name == "indentation" else 0j))
+            f, c = self._dimensional(moved, at)
+            size = depths if name == "indentation" else values[name][:, None]
+            good = (size > 0) & (depths > 0)
+            for found, into in ((f, force), (c, capacitance)):
+                into[name] = np.divide(np.imag(found) / 1e-30, size, out=np.zeros(depths.shape), where=good)
+        if not design.is_batch:
+            force, capacitance = ({k: v[0] for k, v in d.items()} for d in (force, capacitance))
+        return Gradients(force, capacitance)
+
+    def _dimensional(self, values: Mapping[str, Values], depth: Values) -> tuple[Values, Values]:
+        """Force [N] and capacitance [F] (n_draw, n_depth) in complex arithmetic."""
+        radius = values["indenter_radius"][:, None]
+        groups = domain.groups_from(values).astype(complex)
+        touching = np.real(depth) > 0
+        paths = self._paths(groups, np.where(touching, depth / radius, 1e-12))
+        area = np.pi * values["electrode_radius"] ** 2
+        c0 = 2 * VACUUM_PERMITTIVITY * values["relative_permittivity"] * area / values["dielectric_thickness"]
+        force = values["young_modulus"][:, None] / 3 * radius**2 * np.where(touching, paths.force, 0.0)
+        return force, c0[:, None] * (1 + np.where(touching, paths.change, 0.0))
+
     def save(self, path: Path) -> None:
         """Write as npz; nothing in it is executed on reading."""
+        arrays: dict[str, Any] = {}
+        for name in _NETWORKS:
+            arrays |= getattr(self, name).arrays(name)
         np.savez_compressed(
             path,
             format=_FORMAT,
-            exponents=self.exponents.astype(np.int16),
-            force=self.force,
-            contact=self.contact,
-            capacitance=self.capacitance,
+            force_modes=self.force_modes,
             capacitance_modes=self.capacitance_modes,
-            force_error_modes=self.force_error_modes,
-            capacitance_error_modes=self.capacitance_error_modes,
             provenance=np.array(json.dumps(dict(self.provenance))),
+            **arrays,
         )
 
 
-def _along(terms: FloatArray, coefficients: FloatArray) -> FloatArray:
-    """Polynomial values (n, n_depth) from terms (n, n_depth, n_term) and coefficients (n, n_term)."""
-    return np.asarray((terms @ coefficients[..., None])[..., 0])
+_NETWORKS = ("end", "mechanics", "capacitance", "force_sd", "capacitance_sd")
+
+
+@dataclass(frozen=True, eq=False)
+class Gradients:
+    """Derivatives by parameter name, in SI: [N] and [F] per unit of the parameter, of the shape of the response's arrays.
+
+    `indentation` is among the names. A parameter that is zero (no padding) has the derivative zero here.
+    """
+
+    force: dict[str, FloatArray]
+    capacitance: dict[str, FloatArray]
+
+
+def error_weights(s: FloatArray) -> FloatArray:
+    """Weights (..., n_point) of a linear interpolation between `ERROR_POINTS`, constant beyond them."""
+    step = ERROR_POINTS[1] - ERROR_POINTS[0]
+    at = np.clip((s - ERROR_POINTS[0]) / step, 0, ERROR_POINTS.size - 1)
+    return np.asarray(np.maximum(0.0, 1 - np.abs(at[..., None] - np.arange(ERROR_POINTS.size))), dtype=float)
 
 
 def load_surrogate(path: Path | None = None) -> Surrogate:
@@ -300,111 +344,10 @@ def load_surrogate(path: Path | None = None) -> Surrogate:
         raise ValueError(f"{path} is not a surrogate file; give one that `calib surrogate train` wrote") from None
     if written != _FORMAT:
         raise ValueError(f"{path} has surrogate format {written}, this version reads {_FORMAT}; train it anew")
+    networks = {name: network_from(data, name) for name in _NETWORKS}
     return Surrogate(
-        data["exponents"].astype(np.int64),
-        data["force"],
-        data["contact"],
-        data["capacitance"],
-        data["capacitance_modes"],
-        data["force_error_modes"],
-        data["capacitance_error_modes"],
-        json.loads(str(data["provenance"])),
+        **networks,
+        force_modes=data["force_modes"],
+        capacitance_modes=data["capacitance_modes"],
+        provenance=json.loads(str(data["provenance"])),
     )
-
-
-def least_paths(degree: int = DEGREE) -> int:
-    """Fewest training paths that `fit_surrogate` takes: 1.5 for each polynomial term."""
-    return int(np.ceil(1.5 * len(_multi_index(degree))))
-
-
-def fit_surrogate(data: TrainingSet, degree: int = DEGREE) -> Surrogate:
-    """Least-squares fit of everything, and the leave-one-out error.
-
-    Raises
-    ------
-    ValueError
-        If there are fewer than 1.5 training paths per polynomial term.
-    """
-    exponents = _multi_index(degree)
-    n_run, n_term = data.groups.shape[0], exponents.shape[0]
-    if n_run < least_paths(degree):
-        raise ValueError(f"{n_run} training paths are too few for {n_term} terms; give at least {least_paths(degree)}")
-    depth = training.reach(*data.groups[:, :3].T)[:, None] * PATH**2
-    basis = _group_basis(_coordinates(data.groups), exponents)
-    q, r = np.linalg.qr(basis)
-    leverage = np.sum(q**2, axis=1)
-
-    def regress(values: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Coefficients (n_term, n_out) and leave-one-out residuals (n_run, n_out)."""
-        coefficients = np.linalg.solve(r, q.T @ values)
-        residual = values - basis @ coefficients
-        return coefficients, residual / (1 - leverage)[:, None]
-
-    force_curves = _depth_fit(np.log(data.force / closed_force(data.groups, depth)))
-    contact_curves = _depth_fit(np.log(data.contact_radius / np.sqrt(depth)))
-    electrode = (ELECTRODE_POINTS * data.groups[:, 2:3]) ** 2
-    plate = plate_form(data.groups, depth)[:, :, None, None] / electrode[:, None, None, :]
-    scaled = np.log((data.capacitance + _CHANGE_SCALE) / (plate + _CHANGE_SCALE))
-    n_out = scaled.shape[2] * scaled.shape[3]
-    columns = np.moveaxis(scaled.reshape(n_run, PATH.size, n_out), 1, 2).reshape(-1, PATH.size)
-    capacitance_curves = np.moveaxis(_depth_fit(columns).reshape(n_run, n_out, N_DEPTH_TERMS), 1, 2)
-    flat = capacitance_curves.reshape(n_run, -1)
-    _, _, vt = np.linalg.svd(flat, full_matrices=False)
-    modes = vt[:N_CAPACITANCE_MODES]
-
-    force, force_loo = regress(force_curves)
-    contact, _ = regress(contact_curves)
-    capacitance, _ = regress(flat @ modes.T)
-    _, capacitance_loo = regress(flat)
-    # What the polynomial in s leaves of a path belongs to the error, too.
-    force_left = np.log(data.force / closed_force(data.groups, depth)) - force_curves @ _terms(PATH).T
-    loo_at_path = force_loo @ _terms(PATH).T + force_left
-    shape = (N_DEPTH_TERMS, scaled.shape[2], scaled.shape[3])
-    return Surrogate(
-        exponents,
-        force,
-        contact,
-        capacitance,
-        modes.reshape(-1, *shape),
-        _error_modes(force_loo),
-        _error_modes(capacitance_loo).reshape(-1, *shape),
-        {
-            "model": "neo-Hookean sensor on padding, bonded base, frictionless sphere",
-            "finite elements": f"Q2/P1, accuracy {data.accuracy:g}, K/mu 1e4",
-            "training paths": f"{n_run} of {n_run + len(data.failures)} (Sobol sequence, seed {data.seed})",
-            "training hash (SHA-256)": data.digest,
-            "fit": f"weighted total degree {degree} ({n_term} terms), {N_DEPTH_TERMS} terms in depth",
-            "leave-one-out error of force": _in_words(loo_at_path),
-            "leave-one-out error of capacitance change": _in_words(
-                capacitance_loo.reshape(n_run, N_DEPTH_TERMS, n_out).swapaxes(1, 2) @ _terms(PATH).T
-            ),
-            "numpy": version("numpy"),
-            "scipy": version("scipy"),
-            "date": datetime.now(UTC).date().isoformat(),
-        },
-    )
-
-
-def _in_words(error: FloatArray) -> str:
-    return f"rms {np.sqrt(np.mean(error**2)):.2%}, 95 % below {np.quantile(np.abs(error), 0.95):.2%}"
-
-
-def _terms(s: FloatArray) -> FloatArray:
-    return np.asarray(chebyshev.chebvander(2 * s - 1, N_DEPTH_TERMS - 1))
-
-
-def _depth_fit(values: FloatArray) -> FloatArray:
-    """Coefficients (n, n_depth_term) of curves (n, n_path) in s, through zero at s = 0: Hertz' limit, and no change of C.
-
-    Small depths, where few elements touch, weigh less; they hold what discretisation noise there is.
-    """
-    weight = np.clip(PATH / 0.4, 0.3, 1.0)
-    terms = np.vstack([_terms(PATH) * weight[:, None], 10 * _terms(np.zeros(1))])
-    right = np.hstack([values * weight, np.zeros((values.shape[0], 1))])
-    return np.asarray(np.linalg.lstsq(terms, right.T, rcond=None)[0].T)
-
-
-def _error_modes(residual: FloatArray) -> FloatArray:
-    """Principal modes V with V^T V = covariance of the residuals about zero, largest first."""
-    _, size, vt = np.linalg.svd(residual / np.sqrt(residual.shape[0]), full_matrices=False)
-    return np.asarray(size[:N_ERROR_MODES, None] * vt[:N_ERROR_MODES])

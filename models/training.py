@@ -1,175 +1,123 @@
-"""From a box of dimensionless groups to a `TrainingSet`: one finite-element loading path per point, run on any executor."""
+"""From points in the dimensionless groups to a `TrainingSet`: one finite-element path for each, run on any executor."""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from concurrent.futures import Executor, as_completed
-from dataclasses import dataclass
-from pathlib import Path
-from types import MappingProxyType
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import qmc
 
+from models.domain import COMPRESSION, DEPTH, GROUPS, LENGTHS, MODULUS, PATH
 from models.fem import dimensionless
 from models.fem.capacitance import ring_capacitance
-from models.fem.equilibrium import Failure, make_model
+from models.fem.equilibrium import Failure, compression, make_model
 from models.fem.path import walk
 from models.layers import LayeredDesign, layered
-from models.sensor import FloatArray, Scalar, design_from
+from models.sensor import BoolArray, FloatArray, IntArray, design_from
 from models.store import RunStore
 
-#: The dimensionless groups that shape the mechanics, and the range the shipped surrogate is trained on.
-GROUPS = MappingProxyType(
-    {
-        "h_s/R": (0.06, 0.5),
-        "h_p/R": (0.0, 3.6),
-        "a/R": (1.25, 4.0),
-        "E_p/E": (0.25, 4.0),
-    }
-)
-#: Ranges of the groups that only the capacitance knows.
-DIELECTRIC = (0.1, 0.5)  # t_d / h_s
-ELECTRODE = (0.5, 1.0)  # a_e / a
 
-#: Offset c of the padding coordinate log(h_p/h_s + c), which is linear for thin padding and logarithmic for thick.
-_PADDING_OFFSET = 0.3
-
-#: Depths of a path: d = reach * s^2 at equal steps of s (contact radius grows about linearly in s).
-PATH = np.arange(2, 17) / 16
-
-
-def chebyshev_points(n: int, low: float, high: float) -> FloatArray:
-    """Chebyshev-Lobatto points on [low, high], increasing, shape (n,)."""
+def _lobatto(n: int, low: float, high: float) -> FloatArray:
     return np.asarray(low + (high - low) * (1 - np.cos(np.pi * np.arange(n) / (n - 1))) / 2)
 
 
-DIELECTRIC_POINTS = chebyshev_points(4, *DIELECTRIC)
-ELECTRODE_POINTS = chebyshev_points(7, *ELECTRODE)
+#: t_d/h_s and a_e/a at which the capacitance of a path is taken: Chebyshev points, of those of [0.25, 1] the ones above 0.48.
+DIELECTRIC_POINTS = _lobatto(4, 0.1, 0.5)
+ELECTRODE_POINTS = _lobatto(9, 0.25, 1.0)[3:]
 
 
-def reach(sensor_thickness: Scalar, padding_thickness: Scalar, radius: Scalar) -> FloatArray:
-    """Depth to which a path goes, all in units of R: a smooth minimum of three limits.
+#: By how much the points go beyond the range: a fit is worst where its points end.
+_MARGIN = 1.1
 
-    57 % of the stack, 0.9 R, and 0.36 a^2 / R (contact at about 85 % of the disc). Any shape that broadcasts.
-    """
-    h = np.asarray(sensor_thickness) + np.asarray(padding_thickness)
-    rim = 0.36 * np.asarray(radius) ** 2
-    return np.asarray(((0.57 * h) ** -6.0 + 0.9**-6.0 + rim**-6.0) ** (-1 / 6), dtype=float)
-
-
-def to_unit(groups: FloatArray) -> FloatArray:
-    """Groups (n, 4) in the order of `GROUPS` to coordinates in [-1, 1].
-
-    Logarithms, but for the padding log(h_p/h_s + 0.3) between its ends at the given h_s: what thin padding does depends on how
-    thin it is against the sensor.
-    """
-    h_s, h_p, a, modulus = groups.T
-    low, high = _padding_ends(h_s)
-    padding = 2 * (np.log(h_p / h_s + _PADDING_OFFSET) - low) / (high - low) - 1
-    return np.stack([_log_unit(h_s, "h_s/R"), padding, _log_unit(a, "a/R"), _log_unit(modulus, "E_p/E")], axis=1)
-
-
-def from_unit(x: FloatArray) -> FloatArray:
-    """Inverse of `to_unit`, (n, 4) to (n, 4)."""
-    h_s, a, modulus = (_log_ununit(x[:, k], name) for k, name in ((0, "h_s/R"), (2, "a/R"), (3, "E_p/E")))
-    low, high = _padding_ends(h_s)
-    ratio = np.exp(low + (high - low) * (x[:, 1] + 1) / 2) - _PADDING_OFFSET
-    h_p = np.where(ratio > 1e-12, ratio, 0.0) * h_s
-    return np.stack([h_s, h_p, a, modulus], axis=1)
-
-
-def _padding_ends(h_s: FloatArray) -> tuple[FloatArray, FloatArray]:
-    low, high = GROUPS["h_p/R"]
-    return np.log(low / h_s + _PADDING_OFFSET), np.log(high / h_s + _PADDING_OFFSET)
-
-
-def _log_unit(value: FloatArray, name: str) -> FloatArray:
-    low, high = np.log(GROUPS[name])
-    return np.asarray(2 * (np.log(value) - low) / (high - low) - 1)
-
-
-def _log_ununit(x: FloatArray, name: str) -> FloatArray:
-    low, high = np.log(GROUPS[name])
-    return np.asarray(np.exp(low + (high - low) * (x + 1) / 2))
+#: Padding coordinate log(h_p + c), c = 0.15 mm: linear for thin padding, logarithmic for thick.
+_PADDING_OFFSET = 0.15
 
 
 def design_points(n: int, seed: int) -> FloatArray:
-    """Space-filling points (n, 4) in the groups: a scrambled Sobol sequence, denser towards the borders of the box.
+    """Space-filling points (n, 4) in the groups, a little beyond the range of `models.domain`: a scrambled Sobol sequence.
 
-    The cosine map gives the density that polynomial least squares wants (Cohen & Migliorati, SMAI J. Comput. Math. 3 (2017)
-    181).
+    Even in the logarithms of R, h_s, a and E_p/E and in the padding's own coordinate, but half of the weight follows the
+    Chebyshev density, which is denser towards the borders.
     """
     with np.errstate(all="ignore"):
-        u = qmc.Sobol(4, rng=np.random.default_rng(seed)).random_base2(max(0, int(np.ceil(np.log2(n)))))[:n]
-    return from_unit(-np.cos(np.pi * u))
+        u = qmc.Sobol(5, rng=np.random.default_rng(seed)).random_base2(max(0, int(np.ceil(np.log2(n)))))[:n]
+    return _points_at((1 - np.cos(np.pi * u)) / 4 + u / 2, _MARGIN)
+
+
+def random_groups(n: int, rng: np.random.Generator) -> FloatArray:
+    """Random points (n, 4) in the groups inside the range, even in the same coordinates."""
+    return _points_at(rng.uniform(size=(n, 5)), 1.0)
+
+
+def _points_at(u: FloatArray, margin: float) -> FloatArray:
+    """Groups (n, 4) at u (n, 5) in [0, 1]: R, h_s, h_p, a and E_p/E over their ranges, widened by the factor `margin`."""
+    low, high = np.array(list(LENGTHS.values())).T
+    low, high = low / margin, high * margin
+    radius, h_s = (low[k] * (high[k] / low[k]) ** u[:, k] for k in (0, 1))
+    h_p = _PADDING_OFFSET * ((high[2] / _PADDING_OFFSET + 1) ** u[:, 2] - 1)
+    narrow = np.maximum(low[3], radius / margin**0.3)
+    a = narrow * (high[3] / narrow) ** u[:, 3]
+    modulus = MODULUS[0] / margin * (MODULUS[1] / MODULUS[0] * margin**2) ** u[:, 4]
+    return np.stack([h_s / radius, h_p / radius, a / radius, modulus], axis=1)
+
+
+# What is kept of a run, by name.
+_ARRAYS = ("depth", "force", "contact_radius", "compression", "capacitance")
 
 
 @dataclass(frozen=True, eq=False)
 class TrainingSet:
-    """Dimensionless loading paths.
+    """Dimensionless loading paths; what lies beyond the end of a path is nan.
 
     Attributes
     ----------
-    groups : (n_run, 4) in the order of `GROUPS`.
-    force : (n_run, n_depth), F / (mu R^2).
-    contact_radius : (n_run, n_depth), over R.
+    groups : (n_run, 4) in the order of `models.domain.GROUPS`.
+    depth, force, contact_radius : (n_run, n_depth), d/R, F/(mu R^2) and over R.
+    compression : (n_run, n_depth), largest thinning of a layer on the axis as a share of its thickness.
     capacitance : (n_run, n_depth, n_dielectric, n_electrode), C / C0 - 1 at `DIELECTRIC_POINTS` and `ELECTRODE_POINTS`.
-    failures : one sentence per point that did not reach the end; such points are not in the arrays.
-    accuracy, seed : of the finite elements and of the points.
+    failures : (n_run,) sentences, empty for a path that came to its end.
+    accuracy : of the finite elements.
     """
 
     groups: FloatArray
+    depth: FloatArray
     force: FloatArray
     contact_radius: FloatArray
+    compression: FloatArray
     capacitance: FloatArray
     failures: tuple[str, ...]
     accuracy: float
-    seed: int
+
+    @property
+    def n_step(self) -> IntArray:
+        """Steps of each path (n_run,)."""
+        return np.asarray(np.sum(np.isfinite(self.depth), axis=1))
 
     @property
     def digest(self) -> str:
-        """SHA-256 over the numbers."""
+        """SHA-256 over the numbers, in the order of the runs."""
         h = hashlib.sha256()
-        for a in (self.groups, self.force, self.contact_radius, self.capacitance):
+        for a in (self.groups, self.depth, self.force, self.contact_radius, self.compression, self.capacitance):
             h.update(np.ascontiguousarray(a).tobytes())
         return h.hexdigest()
 
-    def save(self, path: Path) -> None:
-        """Write as npz."""
-        np.savez_compressed(
-            path,
-            groups=self.groups,
-            force=self.force,
-            contact_radius=self.contact_radius,
-            capacitance=self.capacitance,
-            failures=np.array(self.failures, dtype=str),
-            accuracy=self.accuracy,
-            seed=self.seed,
-        )
-
-
-def load_training_set(path: Path) -> TrainingSet:
-    """Read what `TrainingSet.save` wrote; nothing in the file is executed."""
-    with np.load(path, allow_pickle=False) as data:
-        return TrainingSet(
-            data["groups"],
-            data["force"],
-            data["contact_radius"],
-            data["capacitance"],
-            tuple(str(f) for f in data["failures"]),
-            float(data["accuracy"]),
-            int(data["seed"]),
-        )
+    def only(self, chosen: BoolArray) -> TrainingSet:
+        """The runs that are `chosen` (n_run,)."""
+        arrays = {name: getattr(self, name)[chosen] for name in ("groups", *_ARRAYS)}
+        return replace(self, failures=tuple(np.array(self.failures)[chosen].tolist()), **arrays)
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One path of a `TrainingSet`, or why there is none (`failure`)."""
+    """One path as far as it came, arrays over its steps as in a `TrainingSet`, and why it ended early (`failure`) if it did."""
 
+    depth: FloatArray
     force: FloatArray
     contact_radius: FloatArray
+    compression: FloatArray
     capacitance: FloatArray
     failure: str = ""
 
@@ -192,24 +140,28 @@ def design_of(groups: FloatArray) -> LayeredDesign:
 
 
 def run_point(groups: FloatArray, accuracy: float) -> Run:
-    """Finite-element path for one point (4,) of the groups, to `reach`, at `PATH`."""
+    """Finite-element path for one point (4,) of the groups, at `PATH` until a layer is thinned by `COMPRESSION`."""
     h_s, h_p, a, _ = (float(g) for g in groups)
-    end = float(reach(h_s, h_p, a))
+    end = min(DEPTH, COMPRESSION * (h_s + h_p))
     model = make_model(design_of(groups), end, accuracy)
     dielectric, electrode = DIELECTRIC_POINTS * h_s, ELECTRODE_POINTS * a
     middle = np.full_like(dielectric, h_p + h_s / 2)
     lower, upper = np.concatenate([middle - dielectric, middle]), np.concatenate([middle, middle + dielectric])
     at_rest = 2 * np.pi * electrode**2 / dielectric[:, None]
-    force, radius, capacitance = [], [], []
+    rows, capacitance, failure = [], [], ""
     for state in walk(model, end * PATH**2):
         if isinstance(state, Failure):
             names = ", ".join(f"{k} = {g:.4g}" for k, g in zip(GROUPS, groups, strict=True))
-            return Run(*(np.empty(0),) * 3, failure=f"{names}: {state.reason} at d/R = {state.depth:.4g} of {end:.4g}")
-        force.append(state.force)
-        radius.append(state.contact_radius)
+            failure = f"{names}: {state.reason} at d/R = {state.depth:.4g} of {end:.4g}"
+            break
+        thinned = float(np.max(compression(model, state)))
+        rows.append((state.depth, state.force, state.contact_radius, thinned))
         rings = ring_capacitance(model.mesh, state.u, lower, upper, electrode).reshape(2, dielectric.size, electrode.size)
         capacitance.append(np.sum(rings, axis=0) / at_rest - 1)
-    return Run(np.array(force), np.array(radius), np.array(capacitance))
+        if thinned >= COMPRESSION:
+            break
+    depth, force, radius, thinning = np.array(rows).reshape(-1, 4).T
+    return Run(depth, force, radius, thinning, np.array(capacitance).reshape(-1, *at_rest.shape), failure)
 
 
 def store_settings(accuracy: float) -> dict[str, object]:
@@ -218,6 +170,7 @@ def store_settings(accuracy: float) -> dict[str, object]:
         "groups": list(GROUPS),
         "accuracy": accuracy,
         "path": PATH.tolist(),
+        "ends": [DEPTH, COMPRESSION],
         "dielectric": DIELECTRIC_POINTS.tolist(),
         "electrode": ELECTRODE_POINTS.tolist(),
     }
@@ -226,48 +179,65 @@ def store_settings(accuracy: float) -> dict[str, object]:
 def run_training(
     points: FloatArray,
     executor: Executor,
+    store: RunStore,
     *,
     accuracy: float,
-    seed: int,
     progress: Callable[[int, int], None] | None = None,
-    store: RunStore | None = None,
-) -> TrainingSet:
-    """Run every point (n, 4) on `executor`; `progress(done, total)` is called as results come in.
+) -> None:
+    """Run every point (n, 4) that is not in the `store` yet on `executor`; every result is kept there as it comes in.
 
-    Any `concurrent.futures` executor will do: processes, or a Dask cluster's `Client.get_executor()`. With a `store` every
-    result is kept there as it comes in, and points that it holds already are not run again. Points where equilibrium is not
-    found are left out and named in `TrainingSet.failures`.
+    Any `concurrent.futures` executor will do: processes, or a Dask cluster's `Client.get_executor()`. `progress(done, total)`
+    is called as results come in. A path that ends early is kept as far as it came, with the reason.
     """
-    runs: dict[int, Run] = {}
-    for i, point in enumerate(points if store is not None else ()):
-        found = store.find(point) if store is not None else None
-        if isinstance(found, str):
-            runs[i] = Run(*(np.empty(0),) * 3, failure=found)
-        elif found is not None:
-            runs[i] = Run(found["force"], found["contact_radius"], found["capacitance"])
-    if progress is not None and runs:
-        progress(len(runs), len(points))
-    futures = {executor.submit(run_point, p, accuracy): i for i, p in enumerate(points) if i not in runs}
+    missing = [p for p in points if store.find(p) is None]
+    done = len(points) - len(missing)
+    if progress is not None and done:
+        progress(done, len(points))
+    futures = {executor.submit(run_point, p, accuracy): p for p in missing}
     try:
-        for future in as_completed(futures):
-            i, run = futures[future], future.result()
-            runs[i] = run
-            if store is not None:
-                arrays = {"force": run.force, "contact_radius": run.contact_radius, "capacitance": run.capacitance}
-                store.add(points[i], {} if run.failure else arrays, run.failure)
+        for count, future in enumerate(as_completed(futures), start=done + 1):
+            run = future.result()
+            store.add(futures[future], {name: getattr(run, name) for name in _ARRAYS}, run.failure)
             if progress is not None:
-                progress(len(runs), len(points))
+                progress(count, len(points))
     except BaseException:
         for future in futures:
             future.cancel()
         raise
-    good = [i for i in range(len(points)) if not runs[i].failure]
+
+
+def points_wanted(store: RunStore, sequence: Iterable[FloatArray], n: int) -> FloatArray:
+    """The first points of `sequence` that bring the runs in the store to `n`; none if it holds as many."""
+    wanted: list[FloatArray] = []
+    for point in sequence:
+        if len(store) + len(wanted) >= n:
+            break
+        if store.find(point) is None:
+            wanted.append(point)
+    return np.array(wanted).reshape(-1, len(GROUPS))
+
+
+def training_set(store: RunStore, accuracy: float) -> TrainingSet:
+    """Every run in the store, in the order of the points.
+
+    Raises
+    ------
+    ValueError
+        If the store is empty.
+    """
+    runs = sorted(store.runs(), key=lambda run: tuple(run[0]))
+    if not runs:
+        raise ValueError("the store holds no runs")
     return TrainingSet(
-        points[good],
-        np.stack([runs[i].force for i in good]),
-        np.stack([runs[i].contact_radius for i in good]),
-        np.stack([runs[i].capacitance for i in good]),
-        tuple(runs[i].failure for i in range(len(points)) if runs[i].failure),
-        accuracy,
-        seed,
+        groups=np.array([point for point, _, _ in runs]),
+        failures=tuple(failure for _, _, failure in runs),
+        accuracy=accuracy,
+        **{name: np.array([_padded(arrays[name]) for _, arrays, _ in runs]) for name in _ARRAYS},
     )
+
+
+def _padded(steps: FloatArray) -> FloatArray:
+    """Steps of one path, filled up with nan to the length of `PATH`."""
+    out = np.full((PATH.size, *steps.shape[1:]), np.nan)
+    out[: len(steps)] = steps
+    return out

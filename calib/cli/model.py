@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
 from enum import StrEnum
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -278,8 +279,8 @@ def validate(
         from models.validation import validate as compare
 
         fast = _load(file)
-        with _workers(processes) as executor, _counting("designs") as progress:
-            found = compare(fast, random_designs(designs, seed), executor, progress=progress)
+        with _workers(processes) as executor, _counting() as told:
+            found = compare(fast, random_designs(designs, seed), executor, progress=partial(told, "designs"))
         columns = ("quantity", "points", "error, median", "95 %", "worst", "share", "inside own 90 % band")
         shown = Table(*columns)
         for row in found.table():
@@ -292,11 +293,18 @@ def validate(
 @surrogate.command()
 def train(
     output: Annotated[Path, typer.Option("-o", "--output", help="Surrogate file to write (npz).")],
-    points: Annotated[int, typer.Option(min=1, help="Finite-element loading curves to train on.")] = 2048,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the choice of designs.")] = 1,
+    points: Annotated[
+        int, typer.Option(min=1, help="Finite-element loading curves to train on, with those that the store holds already.")
+    ] = 12288,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the choice of designs and of the training.")] = 1,
     accuracy: Annotated[
         float, typer.Option(min=1e-5, max=0.1, help="Relative accuracy the finite elements are meshed for.")
     ] = 1e-3,
+    steps: Annotated[int | None, typer.Option(min=1, help="Steps of the training of each network [default: 60000].")] = None,
+    improve: Annotated[
+        Path | None,
+        typer.Option(help="Surrogate file: new curves are run where it states the largest errors, not all over the range."),
+    ] = None,
     processes: Processes = None,
     store: Annotated[
         Path | None,
@@ -309,24 +317,24 @@ def train(
 ) -> None:
     """Train a surrogate on finite-element loading curves spread over the whole range of designs.
 
-    Takes about a third of a second per curve and process. Stop it with Ctrl-C whenever you like: the same command goes on with
-    the curves it has, and one with more --points adds to them. The file is used with `--surrogate FILE` in the other commands;
-    check it first with `calib surrogate validate --surrogate FILE`.
+    Takes about half a second per curve and process, then about half an hour for the networks. Stop it with Ctrl-C whenever you
+    like: the same command goes on with the curves it has, and one with more --points adds to them. The file is used with
+    `--surrogate FILE` in the other commands; check it first with `calib surrogate validate --surrogate FILE`.
 
-    Example: `calib surrogate train -o mine.npz --points 2048 --processes 8`
+    Example: `calib surrogate train -o mine.npz --points 4096 --processes 8`
 
     Writes: mine.npz, and mine.sqlite with the curves.
 
     Exit codes: 0 done; 2 too few points, or no place to write; 130 stopped from the keyboard, the curves so far kept.
     """
     with refusing_bad_input():
+        from models.fitting import LEAST_PATHS, STEPS, fit_surrogate, worst_points
         from models.store import StoreError, open_store
-        from models.surrogate import fit_surrogate, least_paths
-        from models.training import design_points, run_training, store_settings
+        from models.training import design_points, points_wanted, run_training, store_settings, training_set
 
         # Better said before an hour of finite elements than after.
-        if points < least_paths():
-            raise InputError(Fault(f"--points {points} are too few to train on", advice=f"Give at least {least_paths()}"))
+        if points < LEAST_PATHS:
+            raise InputError(Fault(f"--points {points} are too few to train on", advice=f"Give at least {LEAST_PATHS}"))
         if output.exists():
             raise InputError(Fault("the file exists and is not overwritten", output, advice="Choose another -o"))
         if not output.absolute().parent.is_dir():
@@ -334,23 +342,27 @@ def train(
         kept = store if store is not None else output.with_suffix(".sqlite")
         if not kept.absolute().parent.is_dir():
             raise InputError(Fault(f"the folder {kept.absolute().parent} does not exist", kept, advice="Create it first"))
+        sequence = design_points(points, seed) if improve is None else worst_points(_load(improve), points, seed)
         try:
             with _executor(processes, scheduler) as executor, open_store(kept, store_settings(accuracy)) as runs:
                 try:
-                    with _counting("loading curves") as progress:
-                        chosen = design_points(points, seed)
-                        data = run_training(chosen, executor, accuracy=accuracy, seed=seed, progress=progress, store=runs)
+                    with _counting() as told:
+                        wanted, counted = points_wanted(runs, sequence, points), partial(told, "loading curves")
+                        run_training(wanted, executor, runs, accuracy=accuracy, progress=counted)
                 except KeyboardInterrupt:
                     err().print(f"Stopped with {len(runs)} curves in {kept}. The same command goes on.", markup=False)
                     raise typer.Exit(INTERRUPTED) from None
+                data = training_set(runs, accuracy)
         except StoreError as error:
             raise InputError(Fault(str(error), kept, advice="Choose another --store")) from None
         try:
-            fitted = fit_surrogate(data)
+            with _counting() as told:
+                fitted = fit_surrogate(data, steps=STEPS if steps is None else steps, seed=seed, progress=told)
         except ValueError as error:
             raise InputError(Fault(f"--points: {error}")) from None
         fitted.save(output)
-        say(f"Written: {output} ({len(data.failures)} of {points} curves found no equilibrium)")
+        stuck = sum(map(bool, data.failures))
+        say(f"Written: {output} ({len(data.failures)} curves, {stuck} of them without equilibrium to their end)")
 
 
 @contextmanager
@@ -392,11 +404,17 @@ def _workers(processes: int | None) -> Iterator[Executor]:
 
 
 @contextmanager
-def _counting(what: str) -> Iterator[Callable[[int, int], None]]:
-    """Progress on stderr, if that is a terminal."""
-    from rich.progress import Progress
+def _counting() -> Iterator[Callable[[str, int, int], None]]:
+    """Progress on stderr, if that is a terminal: a function of what is counted, how many are done, and of how many."""
+    from rich.progress import Progress, TaskID
 
     console = err()
+    tasks: dict[str, TaskID] = {}
     with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task(what, total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)
+
+        def told(what: str, done: int, total: int) -> None:
+            if what not in tasks:
+                tasks[what] = bar.add_task(what)
+            bar.update(tasks[what], completed=done, total=total)
+
+        yield told

@@ -1,15 +1,22 @@
 """The surrogate against the finite elements it stands in for, its range, and its file."""
 
+import subprocess
+import sys
+import textwrap
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
 
-from models import training
+from models.analytic import hertz_force
+from models.domain import PATH, mechanical_features
+from models.fem import FiniteElements
+from models.fem.equilibrium import compression
+from models.fitting import fit_surrogate, worst_points
 from models.response import OutOfRangeError
 from models.sensor import design_from
-from models.surrogate import closed_force, fit_surrogate, load_surrogate, plate_form
-from models.training import DIELECTRIC_POINTS, ELECTRODE_POINTS, PATH, TrainingSet, design_points
+from models.surrogate import closed_force, load_surrogate
+from models.training import DIELECTRIC_POINTS, ELECTRODE_POINTS, TrainingSet, design_points
 from models.validation import random_designs, validate
 
 PAPER = {
@@ -29,9 +36,11 @@ def shipped():
 
 def test_shipped_surrogate_agrees_with_fresh_finite_elements(shipped):
     with ThreadPoolExecutor(2) as executor:
-        result = validate(shipped, random_designs(8, seed=20261121), executor, accuracy=1e-3)
+        result = validate(shipped, random_designs(12, seed=20261121), executor)
     assert not result.failures
+    assert np.median(np.abs(result.force_error)) < 2e-3
     assert np.quantile(np.abs(result.force_error), 0.95) < 0.01
+    assert np.median(np.abs(result.change_error)) < 5e-3
     assert np.quantile(np.abs(result.change_error), 0.95) < 0.02
     assert [row[0] for row in result.table()] == ["force", "capacitance change"]
 
@@ -39,35 +48,37 @@ def test_shipped_surrogate_agrees_with_fresh_finite_elements(shipped):
 def test_shipped_surrogate_says_where_it_comes_from(shipped):
     info = shipped.info()
     assert len(info["training hash (SHA-256)"]) == 64
-    assert info["range of h_p/R"] == "0 to 3.6"
+    assert info["range of h_p/R"] == "0 to 10"
     assert {"finite elements", "training paths", "date", "numpy"} <= set(info)
 
 
-def test_shipped_surrogate_covers_what_a_gripper_lab_asks_for(shipped):
-    # R 5 mm, a 10 mm, h_s 0.5-1.2 mm, h_p 0-9 mm, E_p/E 0.5-2: 10 N at E = 0.5 MPa, or 55 % of the stack where that is first.
-    h_s, h_p, ratio = (
-        g.ravel()
-        for g in np.meshgrid(
-            np.linspace(0.5e-3, 1.2e-3, 6), np.array([0, 0.5, 1, 2, 4, 6.5, 9]) * 1e-3, [0.5, 1, 2], indexing="ij"
-        )
-    )
-    design = design_from(
-        PAPER
-        | {"sensor_thickness": h_s, "padding_thickness": h_p, "young_modulus": 0.5e6, "padding_young_modulus": ratio * 0.5e6}
-    )
-    limit = shipped.max_depth(design)
+def test_shipped_surrogate_covers_every_lab_to_half_the_radius_or_60_percent_compression(shipped):
+    limit = np.array([shipped.max_depth(d)[0] for d in random_designs(300, seed=5)]) / 5e-3
     assert np.all(limit > 0)
-    force = shipped.respond(design, limit[:, None] * (1 - 1e-9)).force[:, 0]
-    assert np.all((force > 10) | (limit > 0.55 * (h_s + h_p)))
+    assert np.all(limit <= 0.5)
+    assert 0.1 < np.mean(limit == 0.5) < 0.9
+
+
+def test_the_end_of_the_range_is_60_percent_compression(shipped):
+    checked = 0
+    for design in random_designs(12, seed=6):
+        limit = shipped.max_depth(design)[0]
+        if limit == 0.5 * design.indenter.radius:
+            continue
+        state = FiniteElements(4e-3).solve(design, np.array([limit])).checked()
+        assert np.max(compression(state.model, state.states[-1])) == pytest.approx(0.6, abs=0.02)
+        checked += 1
+    assert checked > 3
 
 
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"sensor_thickness": 3e-3}, r"h_s/R from 0\.06 to 0\.5, got 0\.6"),
-        ({"padding_thickness": 19e-3}, r"h_p/R from 0 to 3\.6, got 3\.8"),
-        ({"indenter_radius": 9e-3}, r"a/R from 1\.25 to 4, got 1\.111"),
-        ({"padding_young_modulus": 0.062e6}, r"E_p/E from 0\.25 to 4, got 0\.1"),
+        ({"sensor_thickness": 20e-3}, r"h_s/R from 0\.01 to 3, got 4"),
+        ({"padding_thickness": 51e-3}, r"h_p/R from 0 to 10, got 10\.2"),
+        ({"indenter_radius": 11e-3}, r"a/R from 1 to 25, got 0\.9091"),
+        ({"padding_young_modulus": 0.0062e6}, r"E_p/E from 0\.05 to 20, got 0\.01"),
+        ({"padding_thickness": 38e-3}, r"h_p/h_s from 0 to 50, got 51"),
         ({"dielectric_thickness": 0.05e-3}, r"t_d/h_s from 0\.1 to 0\.5, got 0\.06757"),
         ({"electrode_radius": 4e-3}, r"a_e/a from 0\.5 to 1, got 0\.4"),
     ],
@@ -79,12 +90,80 @@ def test_designs_outside_the_training_range_are_refused_with_the_bound(shipped, 
         shipped.respond(design, np.array([0.1e-3]))
 
 
+def test_a_thousand_requests_outside_the_range_are_all_refused_with_the_bound(shipped):
+    rng = np.random.default_rng(9)
+    refused = 0
+    while refused < 1000:
+        values = {k: v * np.exp(rng.normal()) for k, v in PAPER.items()} | {
+            "padding_young_modulus": 0.62e6 * np.exp(2 * rng.normal())
+        }
+        values["electrode_radius"] = values["sensor_radius"] * rng.uniform(0.3, 1)
+        values["dielectric_thickness"] = values["sensor_thickness"] * rng.uniform(0.05, 0.5)
+        design = design_from(values)
+        limit = shipped.max_depth(design)[0]
+        deepest = limit * (1 + rng.exponential()) if limit > 0 else 0.1 * values["sensor_thickness"]
+        with pytest.raises(OutOfRangeError, match=r"^the surrogate covers .*, got [-+.e\d]+( mm)?$"):
+            shipped.respond(design, np.array([0.5, 1.0]) * deepest)
+        refused += 1
+
+
 def test_curves_are_smooth_and_rising_over_the_whole_range(shipped):
-    for design in random_designs(60, seed=3):
-        depth = float(shipped.max_depth(design)[0]) * np.linspace(0.001, 0.999, 300)
-        slope = np.gradient(np.log(shipped.respond(design, depth).force), np.log(depth))[1:-1]
+    for design in random_designs(150, seed=3):
+        depth = float(shipped.max_depth(design)[0]) * np.linspace(0.001, 0.9999, 300)
+        response = shipped.respond(design, depth)
+        slope = np.gradient(np.log(response.force), np.log(depth))[1:-1]
         assert np.all(slope > 1.2)
         assert np.all(slope < 8)
+        # No wiggles: what a fifth of the path does is told by a cubic.
+        for values in (response.force, response.capacitance_change + 1e-4):
+            y, x = np.log(values[60:]), np.sqrt(depth[60:])
+            for part in np.array_split(np.arange(y.size), 6):
+                t = x[part] - x[part].mean()
+                assert np.std(y[part] - np.polyval(np.polyfit(t, y[part], 3), t)) < 5e-3
+
+
+def test_the_force_goes_over_into_hertz_limit(shipped):
+    design = design_from(PAPER | {"sensor_thickness": 3e-3, "padding_thickness": 0.0})
+    depth = np.array([1e-6, 1e-5]) * 5e-3
+    np.testing.assert_allclose(shipped.respond(design, depth).force, hertz_force(0.62e6, 5e-3, depth), rtol=0.02)
+
+
+def test_gradients_are_the_differences(shipped):
+    values = dict(
+        design_from(
+            PAPER | {"padding_young_modulus": 0.5e6, "electrode_radius": 9e-3, "dielectric_thickness": 0.2e-3}
+        ).parameters()
+    )
+    depth = np.array([0.0, 0.1e-3, 0.6e-3])
+    found = shipped.gradients(design_from(values), depth)
+    assert set(found.force) == {*values, "indentation"}
+    for name, value in (*values.items(), ("indentation", 0.0)):
+        h = 2e-3  # the networks are single precision
+        if name == "indentation":
+            up, down = (shipped.respond(design_from(values), depth * (1 + e)) for e in (h, -h))
+            span = 2 * h * np.where(depth > 0, depth, 1.0)
+        else:
+            up, down = (shipped.respond(design_from(values | {name: value * (1 + e)}), depth) for e in (h, -h))
+            span = 2 * h * value
+        for gradient, a, b in ((found.force, up.force, down.force), (found.capacitance, up.capacitance, down.capacitance)):
+            least = 1e-4 * np.max(np.abs(a - a[0])) / (value or depth[-1])
+                np.testing.assert_allclose(gradient[name], (a - b) / span, rtol=5e-3, atol=least)
+
+
+def test_the_first_call_is_there_within_a_tenth_of_a_second_of_processor_time():
+    code = """
+        import time
+        from models.sensor import design_from
+        from models.surrogate import load_surrogate
+        import numpy as np
+        start = time.process_time()
+        load_surrogate().respond(design_from(%r), np.linspace(0, 0.7e-3, 40))
+        print(time.process_time() - start)
+        import sys
+        assert "scipy" not in sys.modules
+    """
+    found = subprocess.run([sys.executable, "-c", textwrap.dedent(code % PAPER)], capture_output=True, text=True, check=True)
+    assert float(found.stdout) < 0.1
 
 
 def test_padding_without_thickness_has_no_modulus(shipped):
@@ -95,45 +174,63 @@ def test_padding_without_thickness_has_no_modulus(shipped):
 
 
 def synthetic_training(n, noise, seed=0):
-    """Paths whose three ratios to the closed forms are known smooth functions, plus noise: fast, with a known answer."""
+    """Paths whose ratios to the closed forms are known smooth functions, plus noise: fast, with a known answer."""
     rng = np.random.default_rng(seed)
     groups = design_points(n, seed)
-    x = training.to_unit(groups)
-    depth = training.reach(*groups[:, :3].T)[:, None] * PATH**2
-    wave = np.cos(x @ [0.4, -0.6, 0.0, 0.5])[:, None]
-    force = closed_force(groups, depth) * np.exp(0.3 * wave * PATH + noise * rng.normal(size=(n, 1)) * PATH)
-    change = (0.9 + 0.2 * wave * PATH)[:, :, None, None] * (1 + DIELECTRIC_POINTS[:, None]) * ELECTRODE_POINTS**-1.0
-    change = change * (1 + noise * rng.normal(size=(n, 1, 1, 1)))
-    change = change * plate_form(groups, depth)[:, :, None, None] / ((ELECTRODE_POINTS * groups[:, 2:3]) ** 2)[:, None, None]
-    return TrainingSet(groups, force, np.sqrt(depth) * np.exp(0.1 * PATH), change, (), 1.0, seed)
+    x = mechanical_features(groups)[:, [0, 2, 4]]
+    h = groups[:, 0] + groups[:, 1]
+    s = PATH
+    depth = np.minimum(0.5, 0.55 * h)[:, None] * s**2
+    wave = np.cos(x @ [0.3, -0.2, 0.25])[:, None]
+    force = closed_force(groups, depth) * np.exp((0.3 * wave + noise * rng.normal(size=(n, 1))) * s)
+    width = (ELECTRODE_POINTS * groups[:, 2:3])[:, None, None, :]
+    factor = (1.5 + 0.3 * wave)[:, :, None, None] * (1 + DIELECTRIC_POINTS[:, None])
+    change = factor * (depth[:, :, None, None] / width) ** 2 * np.exp(noise * rng.normal(size=(n, 1, 1, 1)))
+    compression = depth / (h[:, None] * 0.55) * 0.6
+    return TrainingSet(groups, depth, force, np.sqrt(depth) * np.exp(0.1 * s), compression, change, ("",) * n, 1.0)
 
 
-def test_fit_recovers_smooth_functions_and_knows_its_error():
-    exact = fit_surrogate(synthetic_training(1200, 0.0), degree=7)
-    noisy = fit_surrogate(synthetic_training(1200, 0.01), degree=7)
+def fit_small(data, steps=1500):
+    return fit_surrogate(data, hidden=(24, 24), steps=steps)
+
+
+@pytest.fixture(scope="module")
+def noisy():
+    return fit_small(synthetic_training(600, 0.01))
+
+
+def test_a_fit_recovers_smooth_functions_and_knows_its_error(noisy):
+    exact = fit_small(synthetic_training(600, 0.0))
     design = design_from(PAPER | {"padding_young_modulus": 0.9e6})
     depth = exact.max_depth(design) * np.array([0.3, 0.999])
     truth, guess = exact.respond(design, depth), noisy.respond(design, depth)
-    assert np.all(np.linalg.norm(truth.force_error, axis=-1) < 2e-3 * truth.force)
-    # 1 % of noise in the paths: the fit averages it away, the leave-one-out error still sees it.
+    assert np.all(np.linalg.norm(truth.force_error, axis=-1) < 3e-3 * truth.force)
+    # 1 % of noise in the paths: the fit averages it away, the error on the paths kept out still sees it.
     np.testing.assert_allclose(guess.force, truth.force, rtol=1.5e-2)
     sd = np.linalg.norm(guess.force_error, axis=-1) / guess.force
-    np.testing.assert_allclose(sd, 0.01 * np.sqrt([0.3, 0.999]), rtol=0.35)
+    assert np.all((sd > 0.003) & (sd < 0.02))
 
 
-def test_surrogate_file_round_trip_is_exact_and_foreign_files_are_refused(tmp_path):
-    surrogate = fit_surrogate(synthetic_training(300, 0.01), degree=4)
-    surrogate.save(tmp_path / "s.npz")
+def test_new_points_go_where_the_error_is_largest(noisy):
+    chosen = worst_points(noisy, 200, seed=1)
+    assert chosen.shape == (200, 4)
+    electric = np.tile([0.3, 0.8], (200, 1))
+    worst, any_ = (noisy.own_error(np.hstack([p, electric])).mean(axis=0) for p in (chosen, design_points(200, seed=1)))
+    assert np.all(worst > any_)
+
+
+def test_surrogate_file_round_trip_is_exact_and_foreign_files_are_refused(tmp_path, noisy):
+    noisy.save(tmp_path / "s.npz")
     again = load_surrogate(tmp_path / "s.npz")
     design, depth = design_from(PAPER), np.array([0.1e-3, 0.5e-3])
-    np.testing.assert_array_equal(again.respond(design, depth).capacitance, surrogate.respond(design, depth).capacitance)
-    assert again.info() == surrogate.info()
+    np.testing.assert_array_equal(again.respond(design, depth).capacitance, noisy.respond(design, depth).capacitance)
+    assert again.info() == noisy.info()
     (tmp_path / "foreign.npz").write_bytes(b"not a surrogate")
     for path in (tmp_path / "foreign.npz", tmp_path / "missing.npz"):
         with pytest.raises(ValueError, match="is not a surrogate file"):
             load_surrogate(path)
 
 
-def test_too_few_paths_for_the_polynomials_are_refused():
-    with pytest.raises(ValueError, match="50 training paths are too few for 42 terms; give at least 63"):
-        fit_surrogate(synthetic_training(50, 0.0), degree=4)
+def test_too_few_paths_are_refused():
+    with pytest.raises(ValueError, match="50 training paths are too few; give at least 64"):
+        fit_small(synthetic_training(50, 0.0))

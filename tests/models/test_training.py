@@ -8,84 +8,74 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
+from models.domain import COMPRESSION, DEPTH, PATH, inside
 from models.fem.equilibrium import Failure
 from models.fem.path import walk
 from models.store import StoreError, open_store
 from models.training import (
-    GROUPS,
-    PATH,
     design_points,
-    from_unit,
-    load_training_set,
-    reach,
+    points_wanted,
+    random_groups,
     run_point,
     run_training,
     store_settings,
-    to_unit,
+    training_set,
 )
 
-
-def test_points_fill_the_box_and_nothing_else():
-    points = design_points(256, seed=1)
-    low, high = np.array(list(GROUPS.values())).T
-    assert points.shape == (256, 4)
-    assert np.all(points >= low - 1e-12)
-    assert np.all(points <= high + 1e-12)
-    assert np.all(np.ptp(to_unit(points), axis=0) > 1.99)
+COARSE = 2e-2
 
 
-def test_unit_coordinates_are_inverted():
-    x = np.random.default_rng(0).uniform(-1, 1, (50, 4))
-    np.testing.assert_allclose(to_unit(from_unit(x)), x, atol=1e-12)
+def electric(groups):
+    return np.concatenate([groups, np.tile([0.3, 0.8], (len(groups), 1))], axis=1)
 
 
-def test_reach_is_the_smallest_limit_smoothly():
-    np.testing.assert_allclose(reach(0.1, 0.1, 4.0), 0.57 * 0.2, rtol=1e-3)
-    np.testing.assert_allclose(reach(0.5, 3.6, 4.0), 0.9, rtol=2e-2)
-    np.testing.assert_allclose(reach(0.5, 3.6, 1.25), 0.36 * 1.25**2, rtol=2e-2)
+def test_points_fill_the_range_and_a_little_more():
+    points = design_points(512, seed=1)
+    assert points.shape == (512, 4)
+    share = np.mean(inside(electric(points)))
+    assert 0.6 < share < 0.99
+    assert np.all(inside(electric(random_groups(500, np.random.default_rng(0)))))
+    np.testing.assert_array_equal(design_points(100, seed=1), points[:100])
 
 
-def test_paths_run_on_an_executor_and_round_trip(tmp_path):
-    points = np.array([[0.15, 0.2, 2.0, 1.0], [0.2, 0.0, 1.5, 1.0]])
-    seen = []
-    with ThreadPoolExecutor(2) as executor:
-        data = run_training(points, executor, accuracy=5e-3, seed=7, progress=lambda done, total: seen.append((done, total)))
-    assert seen == [(1, 2), (2, 2)]
-    assert data.failures == ()
-    assert data.force.shape == (2, PATH.size)
-    assert np.all(np.diff(data.force, axis=1) > 0)
-    assert np.all(data.capacitance[:, -1] > 0)
-    data.save(tmp_path / "t.npz")
-    again = load_training_set(tmp_path / "t.npz")
-    assert again.digest == data.digest
-    assert (again.seed, again.accuracy, again.failures) == (7, 5e-3, ())
+def test_a_path_ends_at_half_the_radius_or_at_60_percent_compression():
+    deep = run_point(np.array([0.5, 2.0, 3.0, 1.0]), COARSE)
+    np.testing.assert_allclose(deep.depth, DEPTH * PATH**2)
+    assert np.all(deep.compression < COMPRESSION)
+    thin = run_point(np.array([0.05, 0.1, 3.0, 0.1]), COARSE)
+    assert thin.compression[-1] >= COMPRESSION > thin.compression[-2]
+    for run in (deep, thin):
+        assert not run.failure
+        assert np.all(np.diff(run.force) > 0)
+        assert np.all(run.capacitance[-1] > 0)
 
 
-def test_a_path_without_an_end_is_named_not_hidden(monkeypatch):
+def test_a_path_without_an_end_is_kept_as_far_as_it_came_and_says_why(monkeypatch):
     def stuck(model, depths):
-        if len(model.design.layers) > 1:
-            yield Failure(0.07, "an element would be inverted (J <= 0)")
-        else:
-            yield from walk(model, depths)
+        yield from walk(model, depths[:5])
+        yield Failure(0.07, "an element would be inverted (J <= 0)")
 
     monkeypatch.setattr("models.training.walk", stuck)
-    points = np.array([[0.15, 0.2, 2.0, 1.0], [0.2, 0.0, 1.5, 1.0]])
-    with ThreadPoolExecutor(2) as executor:
-        data = run_training(points, executor, accuracy=5e-3, seed=0)
-    np.testing.assert_array_equal(data.groups, points[1:])
-    assert data.failures == (
-        "h_s/R = 0.15, h_p/R = 0.2, a/R = 2, E_p/E = 1: an element would be inverted (J <= 0) at d/R = 0.07 of 0.1995",
+    run = run_point(np.array([0.15, 0.2, 2.0, 1.0]), COARSE)
+    assert run.depth.size == 5
+    assert run.failure == (
+        "h_s/R = 0.15, h_p/R = 0.2, a/R = 2, E_p/E = 1: an element would be inverted (J <= 0) at d/R = 0.07 of 0.21"
     )
 
 
 POINTS = np.array([[0.15, 0.2, 2.0, 1.0], [0.2, 0.0, 1.5, 1.0], [0.1, 0.3, 1.8, 2.0]])
-COARSE = 2e-2
 
 
 def test_a_campaign_that_was_stopped_goes_on_where_it_was(tmp_path, monkeypatch):
     settings = store_settings(COARSE)
+    seen = []
     with ThreadPoolExecutor(1) as executor:
-        whole = run_training(POINTS, executor, accuracy=COARSE, seed=0)
+        with open_store(tmp_path / "whole.sqlite", settings) as store:
+            run_training(POINTS, executor, store, accuracy=COARSE, progress=lambda done, total: seen.append((done, total)))
+            whole = training_set(store, COARSE)
+        assert seen == [(1, 3), (2, 3), (3, 3)]
+        assert whole.depth.shape == (3, PATH.size)
+        assert whole.failures == ("", "", "")
 
         def interrupted(done, total):
             if done == 2:
@@ -93,13 +83,14 @@ def test_a_campaign_that_was_stopped_goes_on_where_it_was(tmp_path, monkeypatch)
 
         with open_store(tmp_path / "s.sqlite", settings) as store:
             with pytest.raises(KeyboardInterrupt):
-                run_training(POINTS, executor, accuracy=COARSE, seed=0, store=store, progress=interrupted)
+                run_training(POINTS, executor, store, accuracy=COARSE, progress=interrupted)
             assert len(store) == 2
         asked = []
         monkeypatch.setattr("models.training.run_point", lambda p, a: asked.append(p) or run_point(p, a))
         with open_store(tmp_path / "s.sqlite", settings) as store:
-            again = run_training(POINTS, executor, accuracy=COARSE, seed=0, store=store)
+            run_training(POINTS, executor, store, accuracy=COARSE)
             assert len(store) == 3
+            again = training_set(store, COARSE)
     assert len(asked) == 1
     assert again.digest == whole.digest
 
@@ -107,9 +98,21 @@ def test_a_campaign_that_was_stopped_goes_on_where_it_was(tmp_path, monkeypatch)
 def test_failed_runs_are_kept_and_not_made_again(tmp_path, monkeypatch):
     monkeypatch.setattr("models.training.walk", lambda model, depths: iter([Failure(0.07, "stuck")]))
     with ThreadPoolExecutor(1) as executor, open_store(tmp_path / "s.sqlite", store_settings(COARSE)) as store:
-        with pytest.raises(ValueError, match="need at least one array"):
-            run_training(POINTS[:1], executor, accuracy=COARSE, seed=0, store=store)
-        assert "stuck" in store.find(POINTS[0])
+        run_training(POINTS[:1], executor, store, accuracy=COARSE)
+        assert "stuck" in store.find(POINTS[0])[1]
+        assert points_wanted(store, POINTS, 1).shape == (0, 4)
+        data = training_set(store, COARSE)
+    assert "stuck" in data.failures[0]
+    np.testing.assert_array_equal(data.n_step, [0])
+
+
+def test_a_campaign_is_extended_by_points_it_does_not_hold(tmp_path):
+    with open_store(tmp_path / "s.sqlite", store_settings(COARSE)) as store:
+        with pytest.raises(ValueError, match="holds no runs"):
+            training_set(store, COARSE)
+        store.add(POINTS[1], {})
+        np.testing.assert_array_equal(points_wanted(store, POINTS, 2), POINTS[:1])
+        np.testing.assert_array_equal(points_wanted(store, POINTS, 3), POINTS[[0, 2]])
 
 
 def test_a_store_of_other_runs_is_refused(tmp_path):
@@ -142,7 +145,7 @@ def test_a_kill_in_the_middle_of_a_campaign_leaves_whole_runs(tmp_path):
     with open_store(path, {"a": 1}) as store:
         assert len(store) >= len(said)
         for i in said:
-            np.testing.assert_array_equal(store.find(np.full(4, float(i)))["force"], np.full(4000, float(i)))
+            np.testing.assert_array_equal(store.find(np.full(4, float(i)))[0]["force"], np.full(4000, float(i)))
 
 
 @pytest.mark.filterwarnings("default")
@@ -153,8 +156,6 @@ def test_paths_run_on_a_dask_cluster(tmp_path):
         distributed.Client(cluster) as client,
         open_store(tmp_path / "s.sqlite", store_settings(COARSE)) as store,
     ):
-        data = run_training(POINTS[:2], client.get_executor(), accuracy=COARSE, seed=0, store=store)
-        assert len(store) == 2
-    with ThreadPoolExecutor(1) as executor:
-        here = run_training(POINTS[:2], executor, accuracy=COARSE, seed=0)
-    np.testing.assert_allclose(data.force, here.force, rtol=1e-9)
+        run_training(POINTS[:2], client.get_executor(), store, accuracy=COARSE)
+        for point in POINTS[:2]:
+            np.testing.assert_allclose(store.find(point)[0]["force"], run_point(point, COARSE).force, rtol=1e-9)

@@ -1,0 +1,146 @@
+"""From a design to its dimensionless groups, and the bounds on them within which the shipped surrogate is trained.
+
+The range is what these quantities can make together (all lengths may be scaled by one factor, so only their ratios matter):
+
+    R 1-20 mm,  h_s 0.2-3 mm,  h_p 0-10 mm,  a 3-25 mm but not below R,  E_p/E 0.05-20,  t_d/h_s 0.1-0.5,  a_e/a 0.5-1.
+
+A design is inside if there is a scale that brings its four lengths inside together, which is a bound on each ratio of two of
+them (two intervals on a line meet if neither ends before the other begins, and intervals that meet two by two meet all).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from models.sensor import Design, FloatArray
+
+#: Real, or complex where a derivative is taken by a complex step.
+Values = npt.NDArray[Any]
+
+#: Lengths [mm] whose ratios make the range, and the ranges of the plain ratios.
+LENGTHS = MappingProxyType({"R": (1.0, 20.0), "h_s": (0.2, 3.0), "h_p": (0.0, 10.0), "a": (3.0, 25.0)})
+MODULUS = (0.05, 20.0)  # E_p / E
+DIELECTRIC = (0.1, 0.5)  # t_d / h_s
+ELECTRODE = (0.5, 1.0)  # a_e / a
+
+#: A path goes to the depth at which a layer is thinned to 40 % on the axis, and no deeper than half the radius.
+COMPRESSION = 0.6
+DEPTH = 0.5  # over R
+#: Depths of a path: d = end * s^2 at equal steps of s (contact radius grows about linearly in s), as far as it goes.
+PATH = np.linspace(0.1, 1.0, 20)
+
+#: The groups that shape the mechanics, in the order of the columns of an array of groups; t_d/h_s and a_e/a follow them.
+GROUPS = ("h_s/R", "h_p/R", "a/R", "E_p/E")
+#: Columns of an array of groups (n, 6).
+SENSOR, PADDING, DISC, STIFFNESS, GAP, WIDTH = range(6)
+
+# Relative rounding that a bound forgives.
+_SLACK = 1e-9
+
+
+@dataclass(frozen=True)
+class Bound:
+    """A ratio of two quantities of the design that must lie between `low` and `high`."""
+
+    name: str
+    low: float
+    high: float
+
+    def of(self, groups: FloatArray) -> FloatArray:
+        """The ratio (n,) for groups (n, 6)."""
+        lengths = {"R": np.ones(len(groups)), "h_s": groups[:, SENSOR], "h_p": groups[:, PADDING], "a": groups[:, DISC]}
+        plain = {"E_p/E": groups[:, STIFFNESS], "t_d/h_s": groups[:, GAP], "a_e/a": groups[:, WIDTH]}
+        if self.name in plain:
+            return plain[self.name]
+        over, under = self.name.split("/")
+        return np.asarray(lengths[over] / lengths[under])
+
+    def holds(self, groups: FloatArray) -> npt.NDArray[np.bool_]:
+        """Where it holds, (n,)."""
+        value = self.of(groups)
+        return np.asarray((value >= self.low - _SLACK * abs(self.low)) & (value <= self.high * (1 + _SLACK)))
+
+
+def _ratio(over: str, under: str, low: float = 0.0) -> Bound:
+    (over_low, over_high), (under_low, under_high) = LENGTHS[over], LENGTHS[under]
+    return Bound(f"{over}/{under}", max(low, over_low / under_high), over_high / under_low)
+
+
+#: What a design must keep; the depth it may go to is up to each surrogate.
+BOUNDS = (
+    _ratio("h_s", "R"),
+    _ratio("h_p", "R"),
+    _ratio("a", "R", low=1.0),
+    Bound("E_p/E", *MODULUS),
+    _ratio("h_p", "h_s"),
+    _ratio("a", "h_s"),
+    _ratio("h_p", "a"),
+    Bound("t_d/h_s", *DIELECTRIC),
+    Bound("a_e/a", *ELECTRODE),
+)
+
+
+def groups_from(values: Mapping[str, Values]) -> Values:
+    """The six groups (n_draw, 6) from the values (n_draw,) of a design by the names of `models.sensor.PARAMETERS`."""
+    radius, thickness = values["indenter_radius"], values["sensor_thickness"]
+    padding = values["padding_thickness"]
+    # Without padding its modulus means nothing.
+    modulus = np.where(np.real(padding) > 0, values["padding_young_modulus"] / values["young_modulus"], 1.0)
+    return np.stack(
+        [
+            thickness / radius,
+            padding / radius,
+            values["sensor_radius"] / radius,
+            modulus,
+            values["dielectric_thickness"] / thickness,
+            values["electrode_radius"] / values["sensor_radius"],
+        ],
+        axis=-1,
+    )
+
+
+def groups_of(batch: Design) -> FloatArray:
+    """The six groups (n_draw, 6) of a batch of designs."""
+    return np.asarray(groups_from({k: np.asarray(v, dtype=float) for k, v in batch.parameters().items()}), dtype=float)
+
+
+def inside(groups: FloatArray) -> npt.NDArray[np.bool_]:
+    """Which designs with `groups` (n, 6) keep every bound, (n,)."""
+    return np.asarray(np.all([bound.holds(groups) for bound in BOUNDS], axis=0), dtype=bool)
+
+
+def violated(groups: FloatArray) -> str:
+    """Empty if all of `groups` (n, 6) keep every bound, else the first that does not: its name, range and value."""
+    for bound in BOUNDS:
+        holds = bound.holds(groups)
+        if not np.all(holds):
+            worst = float(bound.of(groups)[~holds][0])
+            return f"{bound.name} from {bound.low:.4g} to {bound.high:.4g}, got {worst:.4g}"
+    return ""
+
+
+def mechanical_features(groups: Values) -> Values:
+    """Coordinates (n, 8) in which the mechanics is smooth, from groups (n, >= 4).
+
+    Logarithms of the groups and of what the design is in thicknesses of the stack h = h_s + h_p; of thin padding log(h_p/h_s +
+    0.3) and log(h_p/R + 0.03), which are linear where it vanishes.
+    """
+    h_s, h_p, a, modulus = (groups[:, k] for k in (SENSOR, PADDING, DISC, STIFFNESS))
+    h = h_s + h_p
+    logs = [h_s, h_p / h_s + 0.3, h_p + 0.03, a, modulus, h, a / h]
+    return np.stack([*(np.log(x) for x in logs), 1 / a**2], axis=1)
+
+
+def electric_features(groups: Values) -> Values:
+    """Coordinates (n, 13) of the capacitance, from groups (n, 6): those of the mechanics, of the electrode and of the gap."""
+    a, share = groups[:, DISC], groups[:, WIDTH]
+    width = share * a
+    h = groups[:, SENSOR] + groups[:, PADDING]
+    own = [np.log(width), np.log(width / h), np.log(share), share**4, groups[:, GAP]]
+    return np.concatenate([mechanical_features(groups), np.stack(own, axis=1)], axis=1)
