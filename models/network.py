@@ -82,7 +82,7 @@ def train_network(
     steps: int,
     rng: np.random.Generator,
     weight: FloatArray | None = None,
-    batch: int = 2048,
+    batch: int = 1024,
     progress: Callable[[int, int], None] | None = None,
 ) -> Network:
     """Least squares of a network with `hidden` layers on points x (n, n_in) with values y (n, n_out).

@@ -4,12 +4,12 @@ With one material law F/(mu R^2) and C/C0 depend only on h_s/R, h_p/R, a/R, E_p/
 and the permittivity scale exactly. Along a path the variable is s = sqrt(d / reach), reach(design) a smooth minimum of R/2 and
 of the depth at which a layer is thinned to 40 %. Then
 
-    log F = log F_closed + s p_F(s),     log(C/C0 - 1 + delta) = log((d/a_e)^2 + delta) + s^2 p_C(s),
+    log F = log F_closed + s p_F(s),     log(C/C0 - 1) = log c_closed + p_C(s),     log a_c = log sqrt(R d) + s p_a(s)
 
-and log a_c = log sqrt(R d) + s p_a(s), with polynomials p whose coefficients are networks of the groups. So C = C0 and F = 0 at
-no indentation, F goes over into Hertz' limit there, and everything is smooth in depth. delta = 5e-5 stops the second from
-chasing changes that no instrument sees. The error is a covariance along the path, F(s) sigma(s) rho(s, s') sigma(s') F(s'),
-with sigma a network, too, and rho the correlation of what the fit missed on paths kept out of it (`models.fitting`).
+with polynomials p whose coefficients are networks of the groups. So C = C0 and F = 0 at no indentation, F goes over into Hertz'
+limit there, and everything is smooth in depth. The error of log F and that of C/C0 - 1 over C/C0 - 1 + delta are stated, with
+delta = 5e-5 a change that no instrument sees: covariances sigma(s) rho(s, s') sigma(s') along the path, with sigma a network,
+too, and rho the correlation of what the fit missed on paths kept out of it (`models.fitting`).
 """
 
 from __future__ import annotations
@@ -30,18 +30,20 @@ from models.network import Network, network_from
 from models.response import OutOfRangeError, Response
 from models.sensor import VACUUM_PERMITTIVITY, Design, FloatArray
 
-#: Terms of the polynomials in s, and modes kept of the error along a path.
+#: Terms of the polynomials in s: of the curves, of the logarithm of their error's standard deviation, and of its modes.
 N_DEPTH_TERMS = 12
-N_ERROR_MODES = 6
+N_ERROR_TERMS = 3
+N_MODE_TERMS = 6
 
-#: Change of capacitance that counts as nothing.
+#: Modes kept of the error along a path.
+N_ERROR_MODES = 5
+
+#: Change of capacitance, delta, that counts as nothing.
 CHANGE_SCALE = 5e-5
 
-#: The polynomials are Chebyshev's on 0 <= s <= 1.05: paths end where a step lands, a little beyond the reach.
-_S_END = 1.05
-
-#: Points in s between which the logarithm of the error's standard deviation is interpolated.
-ERROR_POINTS = np.array([0.19, 0.37, 0.55, 0.73, 0.91])
+#: Largest s: R/2 and the depth of 60 % compression are up to 9 % beyond their smooth minimum. The polynomials are Chebyshev's
+#: on 0 <= s <= S_END.
+S_END = 1.045
 
 #: Designs evaluated together: their arrays stay in the processor's cache.
 _CHUNK = 256
@@ -52,19 +54,16 @@ _FORMAT = 2
 _SLACK = 1e-9
 
 
-def _chebyshev(x: Values, n: int) -> Values:
-    """T_0..T_(n-1) at x, shape (..., n)."""
-    terms = np.empty((*x.shape, n), dtype=x.dtype)
-    terms[..., 0] = 1
-    terms[..., 1] = x
+def depth_terms(s: Values, n: int = N_DEPTH_TERMS) -> Values:
+    """The first `n` terms (..., n, n_depth) of the polynomials in s (..., n_depth), Chebyshev's T_0, T_1, ..."""
+    x = 2 / S_END * s - 1
+    terms = np.empty((*x.shape[:-1], n, x.shape[-1]), dtype=x.dtype)
+    terms[..., 0, :] = 1
+    terms[..., 1, :] = x
+    double = 2 * x
     for k in range(2, n):
-        terms[..., k] = 2 * x * terms[..., k - 1] - terms[..., k - 2]
+        terms[..., k, :] = double * terms[..., k - 1, :] - terms[..., k - 2, :]
     return terms
-
-
-def depth_terms(s: Values) -> Values:
-    """The terms (..., N_DEPTH_TERMS) of the polynomials in s."""
-    return _chebyshev(2 / _S_END * s - 1, N_DEPTH_TERMS)
 
 
 def closed_force(groups: Values, depth: Values) -> Values:
@@ -87,6 +86,20 @@ def closed_force(groups: Values, depth: Values) -> Values:
     return np.asarray(16 / 9 * depth * contact * series)
 
 
+def closed_change(groups: Values, depth: Values, force: Values) -> Values:
+    """Rough C/C0 - 1 that the surrogate corrects; groups (n, 6), depth and force over R and mu R^2 (n, n_depth).
+
+    Two parts over the electrode's area: d^2 for the quadratic effect of the strain under the sphere, and, in proportion to the
+    force, the net outflow of material through the electrode's rim, which falls off within a few thicknesses of the stack and is
+    the larger the softer the padding. Constants by eye, within a factor of about three.
+    """
+    h_s, h_p, modulus, width = (groups[:, k, None] for k in (SENSOR, PADDING, STIFFNESS, WIDTH))
+    electrode, h = width * groups[:, DISC, None], h_s + h_p
+    reach = electrode / (2.5 * h)
+    outflow = 0.15 * force * modulus ** (-0.55 * h_p / h) / (1 + reach * reach * reach)
+    return np.asarray((depth * depth + outflow) / (electrode * electrode))
+
+
 def smooth_end(thinned: Values) -> Values:
     """Scale of depth over R: the smooth minimum of R/2 and the depth at which a layer is `thinned` to 40 %."""
     return np.asarray((DEPTH**-8.0 + thinned**-8.0) ** (-1 / 8))
@@ -100,7 +113,7 @@ class _Paths:
     contact_radius: Values
     change: Values
     s: Values
-    change_scale: Values
+    terms: Values
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,8 +125,8 @@ class Surrogate:
     end : network from mechanical features to log(d / h) where a layer is thinned to 40 %, or the finite elements end.
     mechanics : from mechanical features to the coefficients of p_F and p_a, (n, 2 * N_DEPTH_TERMS) side by side.
     capacitance : from electric features to those of p_C.
-    force_sd, capacitance_sd : from features to the logarithm of the error's standard deviation at `ERROR_POINTS`.
-    force_modes, capacitance_modes : (n_mode, N_DEPTH_TERMS), modes of the error's correlation along s.
+    force_sd, capacitance_sd : from features to the N_ERROR_TERMS of the logarithm of the error's standard deviation.
+    force_modes, capacitance_modes : (n_mode, N_MODE_TERMS), modes of the error's correlation along s.
     provenance : where it comes from: finite-element settings, training set and its hash, versions, date, own error.
     """
 
@@ -189,30 +202,29 @@ class Surrogate:
         c0 = np.asarray(batch.rest_capacitance, dtype=float)
         depths = np.broadcast_to(np.asarray(depth, dtype=float), (groups.shape[0], np.shape(depth)[-1]))
         n_draw, n_depth = depths.shape
-        force, contact, change = (np.empty((n_draw, n_depth)) for _ in range(3))
-        force_error, change_error = (np.empty((n_draw, n_depth, N_ERROR_MODES)) for _ in range(2))
+        scale = mu * radius**2
+        force, contact, capacitance = (np.empty((n_draw, n_depth)) for _ in range(3))
+        force_error, capacitance_error = (np.empty((n_draw, N_ERROR_MODES, n_depth)) for _ in range(2))
         for first in range(0, n_draw, _CHUNK):
             part = slice(first, first + _CHUNK)
             touching = depths[part] > 0
             paths = self._paths(groups[part], np.where(touching, depths[part] / radius[part], 1e-12))
-            force[part] = np.where(touching, paths.force, 0.0)
-            contact[part] = np.where(touching, paths.contact_radius, 0.0)
-            change[part] = np.where(touching, paths.change, 0.0)
-            sd_f, sd_c = self._error(groups[part], paths)
-            terms = depth_terms(np.maximum(paths.s, PATH[0]))
-            force_error[part] = (force[part] * sd_f)[..., None] * (terms @ self.force_modes.T)
-            change_error[part] = np.where(touching, paths.change_scale * sd_c, 0.0)[..., None] * (
-                terms @ self.capacitance_modes.T
-            )
-        scale = mu * radius**2
+            force_sd, change_sd = self._error(groups[part], paths)
+            force[part] = np.where(touching, paths.force, 0.0) * scale[part]
+            contact[part] = np.where(touching, paths.contact_radius, 0.0) * radius[part]
+            capacitance[part] = (1 + np.where(touching, paths.change, 0.0)) * c0[part, None]
+            change_sd = np.where(touching, change_sd, 0.0) * c0[part, None]
+            terms = paths.terms[:, :N_MODE_TERMS]
+            np.multiply((force[part] * force_sd)[:, None], self.force_modes @ terms, out=force_error[part])
+            np.multiply(change_sd[:, None], self.capacitance_modes @ terms, out=capacitance_error[part])
         response = Response(
             depth=depths,
-            force=scale * force,
-            contact_radius=radius * contact,
-            capacitance=c0[:, None] * (1 + change),
+            force=force,
+            contact_radius=contact,
+            capacitance=capacitance,
             rest_capacitance=c0,
-            force_error=scale[..., None] * force_error,
-            capacitance_error=c0[:, None, None] * change_error,
+            force_error=np.swapaxes(force_error, 1, 2),
+            capacitance_error=np.swapaxes(capacitance_error, 1, 2),
         )
         return response if design.is_batch else response.draw(0)
 
@@ -222,30 +234,29 @@ class Surrogate:
         terms = depth_terms(s)
         mechanics = self.mechanics(mechanical_features(groups))
         coefficients = np.concatenate([mechanics, self.capacitance(electric_features(groups))], axis=1)
-        logs = terms @ coefficients.reshape(-1, 3, N_DEPTH_TERMS).swapaxes(1, 2)
-        plain = (depth / (groups[:, WIDTH] * groups[:, DISC])[:, None]) ** 2 + CHANGE_SCALE
-        change_scale = plain * np.exp(s * s * logs[..., 2])
+        logs = coefficients.reshape(-1, 3, N_DEPTH_TERMS) @ terms
+        closed = closed_force(groups, depth)
         return _Paths(
-            force=closed_force(groups, depth) * np.exp(s * logs[..., 0]),
-            contact_radius=np.sqrt(depth) * np.exp(s * logs[..., 1]),
-            change=change_scale - CHANGE_SCALE,
+            force=closed * np.exp(s * logs[:, 0]),
+            contact_radius=np.sqrt(depth) * np.exp(s * logs[:, 1]),
+            change=closed_change(groups, depth, closed) * np.exp(logs[:, 2]),
             s=s,
-            change_scale=change_scale,
+            terms=terms,
         )
 
     def _error(self, groups: FloatArray, paths: _Paths) -> tuple[FloatArray, FloatArray]:
-        """Standard deviations (n_draw, n_depth) of log F and of log(C/C0 - 1 + delta)."""
-        weights = error_weights(paths.s)
-        out = []
-        for network, features in ((self.force_sd, mechanical_features), (self.capacitance_sd, electric_features)):
-            out.append(np.exp((weights @ network(features(groups))[..., None])[..., 0]))
+        """Standard deviations (n_draw, n_depth) of log F and of C/C0."""
+        networks = (self.force_sd(mechanical_features(groups)), self.capacitance_sd(electric_features(groups)))
+        sd = np.exp(np.stack(networks, axis=1) @ paths.terms[:, :N_ERROR_TERMS])
         # The error is known from `PATH` on; nearer to first touch there is less and less to be wrong about.
-        return out[0], out[1] * np.minimum(paths.s / PATH[0], 1.0)
+        change_sd = (paths.change + CHANGE_SCALE) * sd[:, 1]
+        return sd[:, 0], change_sd * np.minimum(paths.s / PATH[0], 1.0)
 
     def own_error(self, groups: FloatArray) -> FloatArray:
-        """Rms along the path of the sd it states of log F and of log(C/C0 - 1 + delta), (n, 2), for groups (n, 6)."""
+        """Rms along the path of the errors' sd, of log F and of C/C0 - 1 over itself + delta: (n, 2), for groups (n, 6)."""
         logs = (self.force_sd(mechanical_features(groups)), self.capacitance_sd(electric_features(groups)))
-        return np.stack([np.sqrt(np.mean(np.exp(2 * x), axis=1)) for x in logs], axis=1)
+        terms = depth_terms(PATH, N_ERROR_TERMS)
+        return np.stack([np.sqrt(np.mean(np.exp(2 * x @ terms), axis=1)) for x in logs], axis=1)
 
     def gradients(self, design: Design, depth: FloatArray) -> Gradients:
         """Derivatives of force and capacitance with respect to every parameter and to the indentation, to rounding.
@@ -316,13 +327,6 @@ class Gradients:
 
     force: dict[str, FloatArray]
     capacitance: dict[str, FloatArray]
-
-
-def error_weights(s: FloatArray) -> FloatArray:
-    """Weights (..., n_point) of a linear interpolation between `ERROR_POINTS`, constant beyond them."""
-    step = ERROR_POINTS[1] - ERROR_POINTS[0]
-    at = np.clip((s - ERROR_POINTS[0]) / step, 0, ERROR_POINTS.size - 1)
-    return np.asarray(np.maximum(0.0, 1 - np.abs(at[..., None] - np.arange(ERROR_POINTS.size))), dtype=float)
 
 
 def load_surrogate(path: Path | None = None) -> Surrogate:

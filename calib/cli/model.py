@@ -300,7 +300,7 @@ def train(
     accuracy: Annotated[
         float, typer.Option(min=1e-5, max=0.1, help="Relative accuracy the finite elements are meshed for.")
     ] = 1e-3,
-    steps: Annotated[int | None, typer.Option(min=1, help="Steps of the training of each network [default: 60000].")] = None,
+    steps: Annotated[int | None, typer.Option(min=1, help="Steps of the training of each network [default: 150000].")] = None,
     improve: Annotated[
         Path | None,
         typer.Option(help="Surrogate file: new curves are run where it states the largest errors, not all over the range."),

@@ -486,6 +486,25 @@ def test_surrogate_commands_refuse_a_missing_file_too_few_points_and_an_existing
     assert not (lab / "new.npz").exists()
 
 
+def test_a_surrogate_is_trained_extended_and_used(lab: Path) -> None:
+    quick = ("--steps", 60, "--accuracy", 0.1, "--processes", 2, "--store", lab / "runs.sqlite")
+    result = _run("surrogate", "train", "-o", lab / "one.npz", "--points", 64, *quick)
+    assert result.exit_code == 0, result.output
+    assert "(64 curves, " in " ".join(result.stdout.split())
+    # Those that are there are not run again; four more go where the first one states the largest errors.
+    words = ("-o", lab / "two.npz", "--points", 68, "--improve", lab / "one.npz", *quick)
+    result = _run("surrogate", "train", *words)
+    assert result.exit_code == 0, result.output
+    assert "(68 curves, " in " ".join(result.stdout.split())
+    result = _run("surrogate", "info", "--surrogate", lab / "two.npz")
+    assert "range of h_p/h_s" in result.stdout
+    assert "of them without equilibrium to their end" in " ".join(result.stdout.split())
+    words = ("--displacement", "0.5 mm", "--steps", 2, "--surrogate", lab / "two.npz")
+    result = _run("simulate", lab / "design.toml", *words)
+    assert result.exit_code == 0, result.output
+    assert len(result.stdout.splitlines()) == 3
+
+
 # --- help ---------------------------------------------------------------------------------------------------------------
 
 

@@ -112,8 +112,8 @@ def test_curves_are_smooth_and_rising_over_the_whole_range(shipped):
         depth = float(shipped.max_depth(design)[0]) * np.linspace(0.001, 0.9999, 300)
         response = shipped.respond(design, depth)
         slope = np.gradient(np.log(response.force), np.log(depth))[1:-1]
-        assert np.all(slope > 1.2)
-        assert np.all(slope < 8)
+        assert np.all(slope > 1.05)  # a stiff plate on a soft foundation comes near to 1
+        assert np.all(slope < 4)
         # No wiggles: what a fifth of the path does is told by a cubic.
         for values in (response.force, response.capacitance_change + 1e-4):
             y, x = np.log(values[60:]), np.sqrt(depth[60:])
@@ -138,7 +138,7 @@ def test_gradients_are_the_differences(shipped):
     found = shipped.gradients(design_from(values), depth)
     assert set(found.force) == {*values, "indentation"}
     for name, value in (*values.items(), ("indentation", 0.0)):
-        h = 2e-3  # the networks are single precision
+        h = 1e-2  # the networks are single precision
         if name == "indentation":
             up, down = (shipped.respond(design_from(values), depth * (1 + e)) for e in (h, -h))
             span = 2 * h * np.where(depth > 0, depth, 1.0)
@@ -146,8 +146,8 @@ def test_gradients_are_the_differences(shipped):
             up, down = (shipped.respond(design_from(values | {name: value * (1 + e)}), depth) for e in (h, -h))
             span = 2 * h * value
         for gradient, a, b in ((found.force, up.force, down.force), (found.capacitance, up.capacitance, down.capacitance)):
-            least = 1e-4 * np.max(np.abs(a - a[0])) / (value or depth[-1])
-                np.testing.assert_allclose(gradient[name], (a - b) / span, rtol=5e-3, atol=least)
+            least = 3e-4 * np.max(np.abs(a - a[0])) / (value or depth[-1])
+            np.testing.assert_allclose(gradient[name], (a - b) / span, rtol=1e-2, atol=least)
 
 
 def test_the_first_call_is_there_within_a_tenth_of_a_second_of_processor_time():
