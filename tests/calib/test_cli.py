@@ -489,7 +489,9 @@ def test_surrogate_commands_refuse_a_missing_file_too_few_points_and_an_existing
 # --- help ---------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("command", ["init", "read", "calibrate", "recommend", "report", "simulate", "surrogate train"])
+@pytest.mark.parametrize(
+    "command", ["init", "read", "calibrate", "recommend", "report", "simulate", "surrogate train", "surrogate refine"]
+)
 def test_help_teaches_with_an_example_and_the_exit_codes(command: str) -> None:
     result = _run(*command.split(), "--help")
     assert result.exit_code == 0
