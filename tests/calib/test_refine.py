@@ -35,7 +35,7 @@ FAST = load_surrogate()
 
 
 def _of_surrogate(posterior: Posterior) -> Posterior:
-    """The posterior as if the surrogate were its model: its readings and the densities of its draws are those of the surrogate."""
+    """The posterior as if the surrogate were its model: readings and densities of the draws are those of the surrogate."""
     p = replace(posterior, forward_name="surrogate", experiment=replace(posterior.experiment, model="surrogate"))
     truth = {q.name: np.array([np.mean(p.draws[..., k])]) for k, q in enumerate(p.parameters)}
     rng, sweeps = np.random.default_rng(8), []
