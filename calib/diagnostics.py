@@ -219,7 +219,9 @@ class Reweighting:
         shifts = ", ".join(f"{n} by {self.shifts[n].shift:+.2f} ± {self.shifts[n].error:.2f}" for n in names)
         if self.shifted:
             return f"{told} means shift by more than {SHIFT_LIMIT:g} posterior standard deviations: {shifts}"
-        return f"{told} no mean shifts by more than {SHIFT_LIMIT:g} posterior standard deviations (the largest, {shifts})"
+        beyond = f"{SHIFT_LIMIT:g} posterior standard deviations beyond twice its Monte Carlo error"
+        more = "; more draws would tell it better" if abs(self.shifts[names[0]].shift) > SHIFT_LIMIT else ""
+        return f"{told} no mean shifts by more than {beyond} (the largest, {shifts}{more})"
 
 
 @dataclass(frozen=True)
