@@ -100,6 +100,30 @@ def leave_blocks_out(log_likelihood: FloatArray, *, relative_efficiency: float =
     return LeaveOut(float(found.elpd_loo), float(found.se), float(found.p_loo), pointwise, k_hat)
 
 
+def smooth_weights(log_ratio: FloatArray, *, relative_efficiency: float = 1.0) -> tuple[FloatArray, float]:
+    """Pareto-smoothed importance weights (n,) with sum 1, and k-hat (Vehtari et al., J. Mach. Learn. Res. 25 (2024) 72).
+
+    Parameters
+    ----------
+    log_ratio : (n,), log of target over proposal density at each draw, up to a constant; -inf for a weight of zero.
+    relative_efficiency : effective over nominal number of draws.
+
+    Returns
+    -------
+    k-hat is 0 where all ratios are alike, which leaves no tail to fit; inf where fewer than five draws make the tail (n <= 20).
+    Weights are nan if every ratio is -inf.
+    """
+    likely = np.isfinite(log_ratio)
+    if not np.any(likely):
+        return np.full(log_ratio.shape, np.nan), float("inf")
+    if np.ptp(log_ratio[likely]) < 1e-9:
+        return likely / np.count_nonzero(likely), 0.0
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # as in `leave_blocks_out`
+        smoothed, k_hat = az.psislw(log_ratio - np.max(log_ratio), reff=relative_efficiency)
+    return np.exp(_array(smoothed)), float(k_hat)
+
+
 def write_archive(archive: Archive, path: Path) -> None:
     """Write NetCDF 4 atomically, with ArviZ's groups posterior, sample_stats, log_likelihood and observed_data."""
     data = az.from_dict(

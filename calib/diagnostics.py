@@ -11,6 +11,7 @@ The walkers of one ensemble depend on each other, so an ensemble is one chain, a
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 
@@ -136,6 +137,93 @@ class SpotCheck:
         return f"{said}, {scores} (root mean square)"
 
 
+#: Shift of a parameter's mean, in posterior standard deviations, that matters.
+SHIFT_LIMIT = 0.1
+
+#: Standard errors that a shift may exceed `SHIFT_LIMIT` by before it is taken for real.
+_SHIFT_ERRORS = 2.0
+
+
+@dataclass(frozen=True)
+class Shift:
+    """What re-weighting does to one parameter, SI.
+
+    Attributes
+    ----------
+    mean, sd : of the draws as they are; `weighted_mean`, `weighted_sd` : re-weighted.
+    shift : of the mean, in standard deviations of the whole posterior. error : its Monte Carlo standard error, in the same.
+    """
+
+    mean: float
+    sd: float
+    weighted_mean: float
+    weighted_sd: float
+    shift: float
+    error: float
+
+    @property
+    def matters(self) -> bool:
+        """Whether the mean shifts by more than `SHIFT_LIMIT` beyond twice its Monte Carlo error."""
+        return abs(self.shift) > SHIFT_LIMIT + _SHIFT_ERRORS * self.error
+
+
+@dataclass(frozen=True)
+class Reweighting:
+    """Draws of the posterior re-weighted to the likelihood with finite elements (Pareto-smoothed importance sampling).
+
+    Attributes
+    ----------
+    n_draw : draws asked, those without weight included.
+    k_hat : shape of the tail of the weights. ess : effective number of draws, 1 / sum of squared weights.
+    shifts : of each parameter; nan if no draw has a weight.
+    failures : draws of weight zero, because the finite elements found no equilibrium or do not cover them, and why.
+    """
+
+    n_draw: int
+    k_hat: float
+    ess: float
+    shifts: Mapping[str, Shift]
+    failures: tuple[str, ...]
+
+    @property
+    def k_limit(self) -> float:
+        """Largest k-hat at which that many draws can be trusted, min(1 - 1/log10(n), 0.7) (Vehtari et al. 2024)."""
+        return min(1 - 1 / math.log10(self.n_draw), 0.7)
+
+    @property
+    def trusted(self) -> bool:
+        """Whether the weights can be trusted."""
+        return self.k_hat <= self.k_limit
+
+    @property
+    def shifted(self) -> tuple[str, ...]:
+        """Parameters whose mean shifts by what matters, the largest shift first."""
+        found = [name for name, s in self.shifts.items() if s.matters]
+        return tuple(sorted(found, key=lambda name: -abs(self.shifts[name].shift)))
+
+    @property
+    def passed(self) -> bool:
+        """Whether the posterior stands: the weights can be trusted, and no parameter shifts by what matters."""
+        return self.trusted and not self.shifted
+
+    def in_words(self) -> str:
+        """One sentence with the numbers."""
+        told = f"re-weighted to the finite elements at {self.n_draw} draws (k-hat {self.k_hat:.2f}, {self.ess:.0f} effective)"
+        if self.failures:
+            told += f", {len(self.failures)} of them without weight as the finite elements found no equilibrium there,"
+        if not self.trusted:
+            return (
+                f"{told} the weights cannot be trusted (k-hat above {self.k_limit:.2f}): the two posteriors differ by too much"
+            )
+        names = self.shifted or (max(self.shifts, key=lambda name: abs(self.shifts[name].shift)),)
+        shifts = ", ".join(f"{n} by {self.shifts[n].shift:+.2f} ± {self.shifts[n].error:.2f}" for n in names)
+        if self.shifted:
+            return f"{told} means shift by more than {SHIFT_LIMIT:g} posterior standard deviations: {shifts}"
+        beyond = f"{SHIFT_LIMIT:g} posterior standard deviations beyond twice its Monte Carlo error"
+        more = "; more draws would tell it better" if abs(self.shifts[names[0]].shift) > SHIFT_LIMIT else ""
+        return f"{told} no mean shifts by more than {beyond} (the largest, {shifts}{more})"
+
+
 @dataclass(frozen=True)
 class Diagnostics:
     """What is to be known about a sampled posterior.
@@ -149,6 +237,7 @@ class Diagnostics:
     acceptance_fraction : share of accepted steps after the burn-in, per ensemble.
     tau : integrated autocorrelation time in steps, by parameter.
     spot_check : of the forward model against the finite elements; None if it was not made.
+    reweighting : of draws to the likelihood with finite elements; None if it was not made.
     """
 
     converged: bool
@@ -162,6 +251,7 @@ class Diagnostics:
     acceptance_fraction: tuple[float, ...]
     tau: Mapping[str, float]
     spot_check: SpotCheck | None = None
+    reweighting: Reweighting | None = None
 
 
 def convergence(chains: FloatArray, tau: FloatArray, steps: int) -> Convergence:
@@ -248,4 +338,9 @@ def diagnostics_from_json(text: str) -> Diagnostics:
     tuples = {key: tuple(data[key]) for key in ("reasons", "warnings", "acceptance_fraction")}
     checked = data.get("spot_check")
     spot_check = SpotCheck(**{**checked, "failures": tuple(checked["failures"])}) if checked else None
-    return Diagnostics(**{**data, **tuples, "parameters": parameters, "spot_check": spot_check})
+    weighed = data.get("reweighting")
+    reweighting = None
+    if weighed:
+        shifts = {name: Shift(**shift) for name, shift in weighed["shifts"].items()}
+        reweighting = Reweighting(**{**weighed, "shifts": shifts, "failures": tuple(weighed["failures"])})
+    return Diagnostics(**{**data, **tuples, "parameters": parameters, "spot_check": spot_check, "reweighting": reweighting})

@@ -14,7 +14,7 @@ from calib.errors import Fault, InputError
 from calib.experiment import Experiment
 from calib.measurement import Channel, SweepModel, SweepPlan, model_sweep, plan_sweep, why_outside
 from calib.observations import Sweep
-from calib.parameters import ParameterInfo, list_parameters, sweep_title, tied_by
+from calib.parameters import Calibrated, ParameterInfo, list_parameters, sweep_title, tied_by
 from models.response import Forward
 from models.sensor import FloatArray
 
@@ -26,6 +26,7 @@ __all__ = [
     "block_names",
     "build_problem",
     "log_likelihood",
+    "log_likelihood_at",
     "log_likelihood_blocks",
     "log_posterior",
     "named_values",
@@ -93,10 +94,26 @@ def log_likelihood(problem: Problem, theta: FloatArray) -> FloatArray:
     -inf for a draw whose design is invalid (a dielectric thicker than half the sensor, an electrode wider than the disc) or
     whose largest depth or force the forward model does not cover.
     """
-    values = named_values(problem, theta)
-    total = np.zeros(theta.shape[0])
-    for plan in problem.plans:
-        model = model_sweep(problem, problem.forward, plan, values)
+    return log_likelihood_at(problem, problem.forward, problem.plans, named_values(problem, theta))
+
+
+def log_likelihood_at(
+    known: Calibrated,
+    forward: Forward,
+    plans: Sequence[SweepPlan],
+    values: Mapping[str, FloatArray],
+    tables: Sequence[FloatArray | None] | None = None,
+) -> FloatArray:
+    """Log likelihood (n_draw,) of the sweeps `plans` under any forward model; -inf as in `log_likelihood`.
+
+    Parameters
+    ----------
+    values : parameter name -> SI values (n_draw,), fixed ones included.
+    tables : one for each plan, see `model_sweep`.
+    """
+    total = np.zeros(next(iter(values.values())).size)
+    for plan, table in zip(plans, tables or [None] * len(plans), strict=True):
+        model = model_sweep(known, forward, plan, values, table)
         total[~model.covered] = -np.inf
         for channel in model.channels:
             total[model.covered] += _log_normal(channel)

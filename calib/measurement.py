@@ -98,6 +98,11 @@ class SweepModel:
         """The channels that the sweep has, force first."""
         return tuple(c for c in (self.force, self.capacitance) if c is not None)
 
+    @property
+    def deepest(self) -> FloatArray:
+        """Largest true indentation [m] at a reading, (n_covered,)."""
+        return np.asarray(np.max([np.max(c.depth, axis=1) for c in self.channels], axis=0), dtype=float)
+
 
 # --- before any draw is known -------------------------------------------------------------------------------------------
 
@@ -142,7 +147,13 @@ def _correlation(along: FloatArray) -> Correlation:
 # --- the measurement model ----------------------------------------------------------------------------------------------
 
 
-def model_sweep(known: Calibrated, forward: Forward, plan: SweepPlan, values: Mapping[str, FloatArray]) -> SweepModel:
+def model_sweep(
+    known: Calibrated,
+    forward: Forward,
+    plan: SweepPlan,
+    values: Mapping[str, FloatArray],
+    table: FloatArray | None = None,
+) -> SweepModel:
     """Equations (1) to (4) for one sweep and a batch of draws, with a single call of the forward model.
 
     Parameters
@@ -150,6 +161,9 @@ def model_sweep(known: Calibrated, forward: Forward, plan: SweepPlan, values: Ma
     known : the experiment and all its sweeps.
     plan : the sweep, from `plan_sweep`.
     values : parameter name -> SI values (n_draw,), fixed ones included.
+    table : depths [m] (n_draw, n_node) of the loading curve along which a capacitance that is not tied to depth directly is
+        looked up, from zero upwards; default `table_depths` to the end of what the forward model covers. A draw whose
+        readings lie beyond its last node is not covered.
 
     Raises
     ------
@@ -180,7 +194,7 @@ def model_sweep(known: Calibrated, forward: Forward, plan: SweepPlan, values: Ma
     depths = [d[covered] for d in depths]
     tabled = sweep.capacitance is not None and direct_depth is None
     if tabled:
-        depths.append(table_depths(limit[covered]))
+        depths.append(table_depths(limit[covered]) if table is None else table[covered])
     response = forward.respond(batch, np.concatenate(depths, axis=1))
     _require_finite(forward, response)
 

@@ -17,7 +17,7 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 from calib import figures
-from calib.diagnostics import PRIOR_CONFLICT, SPOT_CHECK_LIMIT, Gate
+from calib.diagnostics import PRIOR_CONFLICT, SHIFT_LIMIT, SPOT_CHECK_LIMIT, Gate
 from calib.experiment import Experiment
 from calib.padding import Recommendation, percent
 from calib.posterior import Posterior, leave_out
@@ -364,6 +364,7 @@ def gates(posterior: Posterior) -> list[Condition]:
             bool(lengths >= GATE.length),
         ),
         *_spot_check(posterior),
+        *_reweighting(posterior),
         _left_out(posterior),
     ]
 
@@ -381,6 +382,17 @@ def _spot_check(posterior: Posterior) -> list[Condition]:
     scores = f"{found.force_score:.1f} and {found.change_score:.1f} times its own error"
     name = f"{posterior.forward_name} against finite elements at {found.n_curve} loading curves of the posterior"
     return [Condition(name, f"{sizes}; {scores}", f"at most {SPOT_CHECK_LIMIT:g} times its own error (rms)", found.passed)]
+
+
+def _reweighting(posterior: Posterior) -> list[Condition]:
+    """Advice rather than a gate: what the finite elements' likelihood makes of the draws, if that was looked at."""
+    found = posterior.diagnostics.reweighting
+    if found is None:
+        return []
+    asked = f"k-hat at most {found.k_limit:.2f}, no shift beyond {SHIFT_LIMIT:g} and twice its Monte Carlo error (advice)"
+    return [
+        Condition(f"{posterior.forward_name} posterior against finite elements", found.in_words(), asked, found.passed, True)
+    ]
 
 
 def _left_out(posterior: Posterior) -> Condition:

@@ -8,7 +8,9 @@ in units of the error stated, z = (finite elements - surrogate) / sd. If the err
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Mapping
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,13 +19,32 @@ from calib.measurement import model_sweep, plan_sweep
 from calib.parameters import specimen_design, sweep_title
 from calib.posterior import Posterior, thin_draws
 from models.fem import ConvergenceError, FiniteElements
-from models.response import Forward, OutOfRangeError
-from models.sensor import FloatArray
+from models.response import Forward, OutOfRangeError, Response
+from models.sensor import Design, FloatArray
 from models.validation import compare
 
-#: Draws that are looked at, and depths of each, d = deepest * DEPTHS.
+#: Draws that are looked at after a calibration, and depths of each, d = deepest * DEPTHS.
 N_DRAW = 6
 DEPTHS = (np.arange(2, 9) / 8) ** 2
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Forward model against finite elements for one sweep, arrays (n_curve, n_depth) as `models.validation.compare` has them.
+
+    Attributes
+    ----------
+    sweep : its title.
+    force_error, change_error : relative. force_score, change_score : in units of the sd stated.
+    failures : of the curves that the finite elements could not follow to the deepest reading.
+    """
+
+    sweep: str
+    force_error: FloatArray
+    change_error: FloatArray
+    force_score: FloatArray
+    change_score: FloatArray
+    failures: tuple[str, ...]
 
 
 def with_spot_check(posterior: Posterior, forward: Forward, exact: FiniteElements | None = None) -> Posterior:
@@ -50,28 +71,61 @@ def with_spot_check(posterior: Posterior, forward: Forward, exact: FiniteElement
 def spot_check(posterior: Posterior, forward: Forward, exact: FiniteElements) -> SpotCheck | None:
     """Compare at `N_DRAW` draws, chosen by the posterior's seed; None if the finite elements got to the end for none."""
     values = thin_draws(posterior, N_DRAW, np.random.default_rng(posterior.seed))
-    compared: list[tuple[FloatArray, FloatArray, FloatArray, FloatArray]] = []
-    failures: list[str] = []
+    found = compare_draws(posterior, forward, exact, values)
+    n_curve = sum(len(c.force_error) for c in found)
+    if n_curve == 0:
+        return None
+
+    def joined(name: str) -> FloatArray:
+        return np.concatenate([getattr(c, name) for c in found])
+
+    force, change = (float(np.max(np.abs(joined(name)))) for name in ("force_error", "change_error"))
+    force_score, change_score = (rms(joined(name)) for name in ("force_score", "change_score"))
+    failures = tuple(f"{c.sweep}: {why}" for c in found for why in c.failures)
+    return SpotCheck(n_curve, force, change, force_score, change_score, failures)
+
+
+def compare_draws(
+    posterior: Posterior,
+    forward: Forward,
+    exact: FiniteElements,
+    values: Mapping[str, FloatArray],
+    executor: Executor | None = None,
+) -> list[Comparison]:
+    """Compare at the draws `values` (name -> SI (n_draw,), fixed included) sweep by sweep, down to the deepest reading.
+
+    Draws that the forward model does not cover and those before contact are left out.
+    """
+    found = []
     for sweep in posterior.sweeps:
         model = model_sweep(posterior, forward, plan_sweep(sweep), values)
-        rows = np.flatnonzero(model.covered)
-        if rows.size == 0:
-            continue
-        deepest = np.max([np.max(channel.depth, axis=1) for channel in model.channels], axis=0)
-        design = specimen_design(posterior, values, sweep.specimen, sweep.name)
-        for row, depth in zip(rows, deepest, strict=True):
-            if depth <= 0:
-                continue
-            single = design.draw(int(row))
-            fast = forward.respond(single, depth * DEPTHS)
-            try:
-                truth = exact.respond(single, depth * DEPTHS)
-            except (ConvergenceError, OutOfRangeError) as error:
-                failures.append(f"{sweep_title(sweep)}: {error}")
-                continue
-            compared.append(compare(fast, truth))
-    if not compared:
-        return None
-    worst = [float(np.max(np.abs([c[k] for c in compared]))) for k in (0, 1)]
-    rms = [float(np.sqrt(np.mean(np.square([c[k] for c in compared])))) for k in (2, 3)]
-    return SpotCheck(len(compared), worst[0], worst[1], rms[0], rms[1], tuple(failures))
+        designs, depths = [], []
+        if np.any(model.covered):
+            batch = specimen_design(posterior, values, sweep.specimen, sweep.name)
+            pressed = model.deepest > 0
+            designs = [batch.draw(int(row)) for row in np.flatnonzero(model.covered)[pressed]]
+            depths = [depth * DEPTHS for depth in model.deepest[pressed]]
+        solve = executor.map if executor is not None else map
+        compared, failures = [], []
+        for design, depth, truth in zip(designs, depths, solve(_truth, [exact] * len(designs), designs, depths), strict=True):
+            if isinstance(truth, str):
+                failures.append(truth)
+            else:
+                compared.append(compare(forward.respond(design, depth), truth))
+        force, change, force_score, change_score = (
+            np.reshape([c[k] for c in compared], (-1, DEPTHS.size)).astype(float) for k in range(4)
+        )
+        found.append(Comparison(sweep_title(sweep), force, change, force_score, change_score, tuple(failures)))
+    return found
+
+
+def rms(score: FloatArray) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(np.square(score))))
+
+
+def _truth(exact: FiniteElements, design: Design, depth: FloatArray) -> Response | str:
+    try:
+        return exact.respond(design, depth)
+    except (ConvergenceError, OutOfRangeError) as error:
+        return str(error)

@@ -24,11 +24,12 @@ def summary_json(posterior: Posterior) -> str:
         "converged": d.converged,
         "reasons": list(d.reasons),
         "warnings": list(d.warnings),
-        "spot_check": {k: _plain(v) for k, v in asdict(d.spot_check).items()} if d.spot_check is not None else None,
+        "spot_check": _plain(asdict(d.spot_check)) if d.spot_check is not None else None,
+        "reweighting": _plain(asdict(d.reweighting)) if d.reweighting is not None else None,
         "seed": posterior.seed,
         "versions": {k.removeprefix(_VERSION_OF): v for k, v in posterior.attrs.items() if k.startswith(_VERSION_OF)},
         "inputs": [{"file": name, "sha256": digest} for name, digest in inputs.items()],
-        "parameters": {name: {k: _plain(v) for k, v in asdict(s).items()} for name, s in d.parameters.items()},
+        "parameters": {name: _plain(asdict(s)) for name, s in d.parameters.items()},
     }
     return json.dumps(record, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
@@ -48,4 +49,6 @@ def summary_csv(posterior: Posterior) -> str:
 def _plain(value: Any) -> Any:
     if isinstance(value, float):
         return value if math.isfinite(value) else None
+    if isinstance(value, dict):
+        return {k: _plain(v) for k, v in value.items()}
     return [_plain(v) for v in value] if isinstance(value, tuple | list) else value

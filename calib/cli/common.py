@@ -1,11 +1,15 @@
-"""What the commands share: exit codes, refusal of bad input without a traceback, whole files or none, quantities, models."""
+"""What the commands share: exit codes, refusals without a traceback, whole files, quantities, models, runs, workers."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import multiprocessing
+import os
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
@@ -14,12 +18,21 @@ from calib.errors import Fault, InputError
 from calib.files import whole_file
 from models.response import Forward, OutOfRangeError
 
+if TYPE_CHECKING:
+    from calib.posterior import Posterior
+
 #: Something is wrong with the input; nothing was written.
 BAD_INPUT = 2
 #: Everything was written, but the calibration has not converged.
 NOT_CONVERGED = 3
 #: Stopped from the keyboard (128 + SIGINT).
 INTERRUPTED = 130
+
+#: Among the texts kept with a posterior: the surrogate file it was made with, if not the shipped one.
+SURROGATE_FILE = "surrogate file"
+
+RunFolder = Annotated[Path, typer.Argument(metavar="RUN", help="Folder written by `calib calibrate`.")]
+Processes = Annotated[int | None, typer.Option(min=1, help="Worker processes [default: number of CPUs].")]
 
 
 class ModelName(StrEnum):
@@ -117,3 +130,60 @@ def load_forward(model: str, surrogate: Path | None = None) -> Forward:
         return load_surrogate(surrogate)
     except (OSError, ValueError, KeyError) as error:
         raise InputError(Fault(f"not a surrogate that can be read ({error})", surrogate)) from None
+
+
+def load_run(run: Path) -> tuple[Posterior, Forward]:
+    """The posterior of a finished run and the forward model that it was sampled with.
+
+    Raises
+    ------
+    InputError
+        If there is no finished run, or the surrogate file it was made with is gone.
+    """
+    from calib.posterior import load_posterior
+
+    path = run / "posterior.nc"
+    if not path.is_file():
+        advice = (
+            "It was stopped before its end: continue it with --resume"
+            if (run / "run.json").exists()
+            else "Run `calib calibrate` first"
+        )
+        raise InputError(Fault("there is no finished calibration in this folder (no posterior.nc)", run, advice=advice))
+    posterior = load_posterior(path)
+    file = posterior.attrs.get(SURROGATE_FILE)
+    forward = load_forward(posterior.experiment.model, Path(file) if file else None)
+    if forward.name != posterior.forward_name:
+        err().print(f"Note: calibrated with the {posterior.forward_name}, predicting with the {forward.name}.", markup=False)
+    return posterior, forward
+
+
+@contextmanager
+def workers(processes: int | None) -> Iterator[Executor]:
+    """Processes with one BLAS thread each; 0 for none but this."""
+    if processes == 0:
+        with ThreadPoolExecutor(1) as executor:
+            yield executor
+        return
+    # Workers read these when they import NumPy.
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"):
+        os.environ.setdefault(name, "1")
+    with ProcessPoolExecutor(processes, mp_context=multiprocessing.get_context("spawn")) as pool:
+        yield pool
+
+
+@contextmanager
+def counting() -> Iterator[Callable[[str, int, int], None]]:
+    """Progress on stderr, if that is a terminal: a function of what is counted, how many are done, and of how many."""
+    from rich.progress import Progress, TaskID
+
+    console = err()
+    tasks: dict[str, TaskID] = {}
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
+
+        def told(what: str, done: int, total: int) -> None:
+            if what not in tasks:
+                tasks[what] = bar.add_task(what)
+            bar.update(tasks[what], completed=done, total=total)
+
+        yield told

@@ -1,11 +1,9 @@
-"""Commands on the model of the sensor: `simulate` one loading curve; describe, check and train the fast `surrogate`."""
+"""Commands on the model of the sensor: `simulate` one loading curve; describe, check, train and refine the fast `surrogate`."""
 
 from __future__ import annotations
 
-import multiprocessing
-import os
-from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, ProcessPoolExecutor
+from collections.abc import Iterator
+from concurrent.futures import Executor
 from contextlib import contextmanager
 from enum import StrEnum
 from functools import partial
@@ -19,12 +17,17 @@ from calib.cli.common import (
     INTERRUPTED,
     NOT_CONVERGED,
     ModelName,
+    Processes,
+    RunFolder,
+    counting,
     err,
     load_forward,
+    load_run,
     out,
     quantity,
     refusing_bad_input,
     say,
+    workers,
     write_whole,
 )
 from calib.errors import Fault, InputError
@@ -34,12 +37,13 @@ if TYPE_CHECKING:
     from models.layers import LayeredDesign
     from models.response import Response
     from models.sensor import Design
+    from models.store import RunStore
     from models.surrogate import Surrogate
 
 surrogate = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode="markdown",
-    help="The fast stand-in for the finite elements: describe it, check it, train another.",
+    help="The fast stand-in for the finite elements: describe it, check it, train another, refine it.",
 )
 
 
@@ -234,7 +238,6 @@ def curve_csv(curve: Response) -> str:
     return "\n".join([",".join(CURVE_COLUMNS), *(",".join(f"{v:.10g}" for v in row) for row in rows)]) + "\n"
 
 
-Processes = Annotated[int | None, typer.Option(min=1, help="Worker processes [default: number of CPUs].")]
 SurrogateFile = Annotated[Path | None, typer.Option("--surrogate", help="Surrogate file [default: the shipped one].")]
 
 
@@ -279,7 +282,7 @@ def validate(
         from models.validation import validate as compare
 
         fast = _load(file)
-        with _workers(processes) as executor, _counting() as told:
+        with workers(processes) as executor, counting() as told:
             found = compare(fast, random_designs(designs, seed), executor, progress=partial(told, "designs"))
         columns = ("quantity", "points", "error, median", "95 %", "worst", "share", "inside own 90 % band")
         shown = Table(*columns)
@@ -346,7 +349,7 @@ def train(
         try:
             with _executor(processes, scheduler) as executor, open_store(kept, store_settings(accuracy)) as runs:
                 try:
-                    with _counting() as told:
+                    with counting() as told:
                         wanted, counted = points_wanted(runs, sequence, points), partial(told, "loading curves")
                         run_training(wanted, executor, runs, accuracy=accuracy, progress=counted)
                 except KeyboardInterrupt:
@@ -356,7 +359,7 @@ def train(
         except StoreError as error:
             raise InputError(Fault(str(error), kept, advice="Choose another --store")) from None
         try:
-            with _counting() as told:
+            with counting() as told:
                 fitted = fit_surrogate(data, steps=STEPS if steps is None else steps, seed=seed, progress=told)
         except ValueError as error:
             raise InputError(Fault(f"--points: {error}")) from None
@@ -365,11 +368,135 @@ def train(
         say(f"Written: {output} ({len(data.failures)} curves, {stuck} of them without equilibrium to their end)")
 
 
+@surrogate.command()
+def refine(
+    run: RunFolder,
+    draws: Annotated[int, typer.Option(min=1, help="Draws to run and to compare at.")] = 32,
+    reweight: Annotated[
+        int, typer.Option(min=25, help="Draws to re-weight for the verdict; with fewer than 100 k-hat is a coarse judge.")
+    ] = 100,
+    store: Annotated[
+        Path | None, typer.Option(help="File of loading curves that the new ones are added to [default: RUN/refine.sqlite].")
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="NEW.npz", help="Surrogate file to write, trained on all curves of the store."),
+    ] = None,
+    steps: Annotated[int | None, typer.Option(min=1, help="Steps of that training [default: 60000].")] = None,
+    accuracy: Annotated[
+        float, typer.Option(min=1e-5, max=0.1, help="Relative accuracy the finite elements are meshed for.")
+    ] = 1e-3,
+    processes: Processes = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the choice of draws, and of the training.")] = 1,
+) -> None:
+    """Run the finite elements at draws of a posterior, say how far off the surrogate is there and whether the posterior stands.
+
+    The posterior is re-weighted to the likelihood with finite elements (Pareto-smoothed importance sampling). It stands if the
+    weights can be trusted (k-hat) and no parameter's mean shifts by more than 0.1 posterior standard deviations beyond twice
+    its Monte Carlo error. The loading curves run at the draws are kept in the store and serve to train a better surrogate: give
+    the store of a whole campaign (`calib surrogate train --store`), since one trained at these draws alone claims to cover the
+    whole range and does not. Takes one to two seconds per draw, sweep and process.
+
+    Example: `calib surrogate refine run1 --store mine.sqlite -o better.npz`
+
+    Then: `calib calibrate experiment.toml -o run2 --surrogate better.npz`
+
+    Writes: run1/refine.sqlite (or the store), and better.npz if asked for. The run stays as it is.
+
+    Exit codes: 0 the posterior stands; 2 bad input, nothing written; 3 it should be run again, for the reason said; 130 stopped
+    from the keyboard, the curves so far kept.
+    """
+    with refusing_bad_input():
+        import numpy as np
+        from rich.markup import escape
+        from rich.table import Table
+
+        from calib.posterior import thin_draws
+        from calib.refine import error_rows, require_own_surrogate, shift_rows, stands, training_points, verdict
+        from calib.reweight import reweight as weigh
+        from calib.spotcheck import compare_draws
+        from models.fem import FiniteElements
+        from models.store import StoreError, open_store
+        from models.training import run_training, store_settings
+
+        posterior, fast = load_run(run)
+        require_own_surrogate(posterior, fast)
+        kept = store if store is not None else run / "refine.sqlite"
+        if not kept.absolute().parent.is_dir():
+            raise InputError(Fault(f"the folder {kept.absolute().parent} does not exist", kept, advice="Create it first"))
+        exact, settings, rng = FiniteElements(accuracy), store_settings(accuracy), np.random.default_rng(seed)
+        values = thin_draws(posterior, draws, rng)
+        points = training_points(posterior, values)
+        try:
+            if output is not None:
+                _check_retraining(output, kept, settings)
+            with workers(processes) as executor, open_store(kept, settings) as runs:
+                try:
+                    with counting() as told:
+                        before = len(runs)
+                        run_training(points, executor, runs, accuracy=accuracy, progress=partial(told, "loading curves"))
+                        say(f"Added to {kept}: {len(runs) - before} loading curves, now {len(runs)}")
+                        compared = compare_draws(posterior, fast, exact, values, executor)
+                        weighed = thin_draws(posterior, reweight, rng)
+                        found = weigh(posterior, fast, exact, weighed, executor, progress=partial(told, "draws re-weighted"))
+                    errors = Table("sweep", "quantity", "error, median", "95 %", "worst", "rms of error / stated sd")
+                    shifts = Table("parameter", "posterior", "re-weighted", "unit", "shift of the mean in sd")
+                    for table, rows in ((errors, error_rows(compared)), (shifts, shift_rows(posterior, found))):
+                        for row in rows:
+                            table.add_row(*map(escape, row))
+                        out().print(table)
+                    for failure in (*(f"{c.sweep}: {why}" for c in compared for why in c.failures), *found.failures):
+                        say(f"no equilibrium: {failure}")
+                    say(verdict(posterior, found))
+                    if output is not None:
+                        _retrain(output, runs, accuracy, steps, seed)
+                except KeyboardInterrupt:
+                    err().print(f"Stopped with {len(runs)} curves in {kept}. The same command goes on.", markup=False)
+                    raise typer.Exit(INTERRUPTED) from None
+        except StoreError as error:
+            raise InputError(Fault(str(error), kept, advice="Choose another --store")) from None
+    if not stands(posterior, found):
+        raise typer.Exit(NOT_CONVERGED)
+
+
+def _check_retraining(output: Path, kept: Path, settings: dict[str, object]) -> None:
+    """Better said before the finite elements than after."""
+    from models.fitting import LEAST_PATHS
+    from models.store import open_store
+
+    if output.exists():
+        raise InputError(Fault("the file exists and is not overwritten", output, advice="Choose another -o"))
+    if not output.absolute().parent.is_dir():
+        raise InputError(Fault(f"the folder {output.absolute().parent} does not exist", output, advice="Create it first"))
+    held = 0
+    if kept.exists():
+        with open_store(kept, settings) as runs:
+            held = len(runs)
+    if held < LEAST_PATHS:
+        advice = "Give the --store of `calib surrogate train`, or leave -o out"
+        message = f"the store holds {held} loading curves, too few to train a surrogate (at least {LEAST_PATHS})"
+        raise InputError(Fault(message, kept, advice=advice))
+
+
+def _retrain(output: Path, runs: RunStore, accuracy: float, steps: int | None, seed: int) -> None:
+    from models.fitting import STEPS, fit_surrogate
+    from models.training import training_set
+
+    data = training_set(runs, accuracy)
+    try:
+        with counting() as told:
+            fitted = fit_surrogate(data, steps=STEPS if steps is None else steps, seed=seed, progress=told)
+    except ValueError as error:
+        raise InputError(Fault(str(error), output, advice="Leave -o out, or give a --store with more curves")) from None
+    fitted.save(output)
+    say(f"Written: {output} ({len(data.failures)} curves)")
+
+
 @contextmanager
 def _executor(processes: int | None, scheduler: str | None) -> Iterator[Executor]:
     """Processes of this machine, or the workers of a Dask cluster."""
     if scheduler is None:
-        with _workers(processes) as executor:
+        with workers(processes) as executor:
             yield executor
         return
     try:
@@ -391,30 +518,3 @@ def _load(file: Path | None) -> Surrogate:
     found = load_forward("surrogate", file)
     assert isinstance(found, Surrogate)
     return found
-
-
-@contextmanager
-def _workers(processes: int | None) -> Iterator[Executor]:
-    """Processes with one BLAS thread each."""
-    # Workers read these when they import NumPy.
-    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"):
-        os.environ.setdefault(name, "1")
-    with ProcessPoolExecutor(processes or os.cpu_count(), mp_context=multiprocessing.get_context("spawn")) as executor:
-        yield executor
-
-
-@contextmanager
-def _counting() -> Iterator[Callable[[str, int, int], None]]:
-    """Progress on stderr, if that is a terminal: a function of what is counted, how many are done, and of how many."""
-    from rich.progress import Progress, TaskID
-
-    console = err()
-    tasks: dict[str, TaskID] = {}
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
-
-        def told(what: str, done: int, total: int) -> None:
-            if what not in tasks:
-                tasks[what] = bar.add_task(what)
-            bar.update(tasks[what], completed=done, total=total)
-
-        yield told

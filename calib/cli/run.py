@@ -7,6 +7,7 @@ import json
 import shlex
 import shutil
 import sys
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -15,12 +16,17 @@ import typer
 from calib.cli.common import (
     INTERRUPTED,
     NOT_CONVERGED,
+    SURROGATE_FILE,
+    RunFolder,
+    counting,
     err,
     load_forward,
+    load_run,
     out,
     quantity,
     refusing_bad_input,
     say,
+    workers,
     write_whole,
 )
 from calib.errors import Fault, InputError
@@ -34,10 +40,7 @@ if TYPE_CHECKING:
     from calib.posterior import Posterior, Progress
     from models.response import Forward
 
-_SURROGATE_FILE = "surrogate file"
 _DEFAULT_SEED = 1
-
-RunFolder = Annotated[Path, typer.Argument(metavar="RUN", help="Folder written by `calib calibrate`.")]
 
 
 def calibrate(
@@ -52,6 +55,10 @@ def calibrate(
         int | None, typer.Option(min=0, help="Worker processes; 0 for none [default: number of CPUs, at most 4].")
     ] = None,
     surrogate: Annotated[Path | None, typer.Option(help="Surrogate file to use instead of the shipped one.")] = None,
+    reweight: Annotated[
+        int,
+        typer.Option(min=0, metavar="N", help="Draws to re-weight to the finite elements in the end, say 200; 0 for none."),
+    ] = 0,
 ) -> None:
     """Calibrate the sensor model on the lab files of an experiment.
 
@@ -59,6 +66,10 @@ def calibrate(
     ensembles until they agree (R-hat and effective draws) or the budget is spent, and compares the surrogate with the finite
     elements at a few draws. Stop it with Ctrl-C whenever you like:
     `--resume` goes on from the last checkpoint, with the same result as if it had never stopped.
+
+    With --reweight it also says what the finite elements themselves would make of the posterior: each of N draws is weighted by
+    the ratio of the two likelihoods, and a warning tells if a parameter's mean shifts by what matters or the weights cannot be
+    trusted. The draws stay those of the surrogate. Takes about a second per draw, sweep and process, not counted in --budget.
 
     Example: `calib calibrate experiment.toml -o run1 --seed 7 --budget 20`
 
@@ -71,12 +82,15 @@ def calibrate(
         from calib.experiment import read_experiment
         from calib.likelihood import build_problem
         from calib.posterior import sample, save_posterior
+        from calib.reweight import with_reweighting
         from calib.spotcheck import with_spot_check
 
         _check_output(output, resume)
         plan = read_experiment(experiment)
         sweeps = _read_sweeps(plan)
         forward = load_forward(plan.model, surrogate)
+        if reweight:
+            _check_reweight(reweight, plan)
         problem = build_problem(plan, sweeps, forward)
         if not problem.parameters:
             raise InputError(Fault("every parameter is fixed: there is nothing to calibrate", plan.path))
@@ -87,7 +101,7 @@ def calibrate(
         try:
             attrs = {"command": _command_line()}
             if surrogate is not None:
-                attrs[_SURROGATE_FILE] = str(surrogate.absolute())
+                attrs[SURROGATE_FILE] = str(surrogate.absolute())
             if new:  # a run says what it is from its first second on, so that --resume needs no seed
                 write_whole(output / "run.json", json.dumps({"seed": chosen, **attrs}, indent=1) + "\n")
             with _shown_progress(budget) as progress:
@@ -109,9 +123,22 @@ def calibrate(
             err().print(f"Stopped. Continue with: calib calibrate {experiment} -o {output} --resume", markup=False)
             raise typer.Exit(INTERRUPTED) from None
         posterior = with_spot_check(posterior, forward)
+        stopped = False
+        if reweight:
+            try:
+                with workers(processes) as executor, counting() as told:
+                    posterior = with_reweighting(
+                        posterior, forward, reweight, executor, progress=partial(told, "draws re-weighted")
+                    )
+            except KeyboardInterrupt:
+                stopped = True
         save_posterior(posterior, output / "posterior.nc")
         _write_results(output, posterior, forward)
         _say(output, posterior)
+        if stopped:
+            again = f"calib calibrate {experiment} -o {output} --resume --reweight {reweight}"
+            err().print(f"Re-weighting was stopped; the rest is written. Do it with: {again}", markup=False)
+            raise typer.Exit(INTERRUPTED)
     if not posterior.diagnostics.converged:
         raise typer.Exit(NOT_CONVERGED)
 
@@ -155,7 +182,7 @@ def recommend(
             indenter_radius=quantity(ball, "m", "--ball") if ball is not None else None,
             n_draw=draws,
         )
-        posterior, forward = _load(run)
+        posterior, forward = load_run(run)
         recommendation = recommend_padding(
             posterior, forward, requirement, seed=seed, posterior_sha256=_sha256(run / "posterior.nc")
         )
@@ -180,7 +207,7 @@ def report(run: RunFolder) -> None:
     Exit codes: 0 done; 2 no usable run there, nothing written; 3 done, but the calibration has not converged.
     """
     with refusing_bad_input():
-        posterior, forward = _load(run)
+        posterior, forward = load_run(run)
         write_whole(run / "report.html", _page(run, posterior, forward, _recommendation(run)))
         say(f"Written: {run / 'report.html'}")
     if not posterior.diagnostics.converged:
@@ -196,6 +223,16 @@ def _check_output(output: Path, resume: bool) -> None:
         raise InputError(Fault("the output folder exists and is not overwritten", output, advice=advice))
     elif not output.absolute().parent.is_dir():
         raise InputError(Fault(f"the folder {output.absolute().parent} does not exist", output, advice="Create it first"))
+
+
+def _check_reweight(n_draw: int, plan: Experiment) -> None:
+    from calib.reweight import LEAST_DRAWS
+
+    if plan.model == "fem":
+        advice = "Leave --reweight out"
+        raise InputError(Fault('model = "fem": there is nothing to re-weight to the finite elements', plan.path, advice=advice))
+    if n_draw < LEAST_DRAWS:
+        raise InputError(Fault(f"--reweight {n_draw} are too few draws to judge", advice=f"Give at least {LEAST_DRAWS}"))
 
 
 def _begun(output: Path) -> dict[str, str]:
@@ -259,25 +296,6 @@ class _shown_progress:
         self._bar.update(self._task, completed=p.elapsed, description=words)
 
 
-def _load(run: Path) -> tuple[Posterior, Forward]:
-    from calib.posterior import load_posterior
-
-    path = run / "posterior.nc"
-    if not path.is_file():
-        advice = (
-            "It was stopped before its end: continue it with --resume"
-            if (run / "run.json").exists()
-            else "Run `calib calibrate` first"
-        )
-        raise InputError(Fault("there is no finished calibration in this folder (no posterior.nc)", run, advice=advice))
-    posterior = load_posterior(path)
-    file = posterior.attrs.get(_SURROGATE_FILE)
-    forward = load_forward(posterior.experiment.model, Path(file) if file else None)
-    if forward.name != posterior.forward_name:
-        err().print(f"Note: calibrated with the {posterior.forward_name}, predicting with the {forward.name}.", markup=False)
-    return posterior, forward
-
-
 def _recommendation(run: Path) -> Recommendation | None:
     from calib.padding import recommendation_from_json
 
@@ -332,6 +350,8 @@ def _say(run: Path, posterior: Posterior) -> None:
             console.print('Train a surrogate (`calib surrogate train`) or calibrate with model = "fem".', markup=False)
     if d.spot_check is not None and d.spot_check.stated and d.spot_check.passed:
         say(f"Spot check: {d.spot_check.in_words(posterior.forward_name)}.")
+    if d.reweighting is not None and d.reweighting.passed:
+        say(f"Re-weighting: {d.reweighting.in_words()}.")
     for warning in d.warnings:
         console.print(f"Warning: {warning}", style="yellow", markup=False, soft_wrap=True)
     say(f"Report: {run / 'report.html'}")

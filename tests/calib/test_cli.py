@@ -508,7 +508,9 @@ def test_a_surrogate_is_trained_extended_and_used(lab: Path) -> None:
 # --- help ---------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("command", ["init", "read", "calibrate", "recommend", "report", "simulate", "surrogate train"])
+@pytest.mark.parametrize(
+    "command", ["init", "read", "calibrate", "recommend", "report", "simulate", "surrogate train", "surrogate refine"]
+)
 def test_help_teaches_with_an_example_and_the_exit_codes(command: str) -> None:
     result = _run(*command.split(), "--help")
     assert result.exit_code == 0
