@@ -13,14 +13,14 @@ hundred draws tell a small shift. Its Monte Carlo variance, by the delta method,
 
 The finite elements are exact only to their accuracy: from depth to depth their force scatters by half of it (measured at 1e-3
 against 1.5e-4: 4.5e-4, without correlation), which in a sweep reduced from a thousand readings is more than the noise. p_exact
-carries that as an error of its own (`Toleranced`), so that the weights do not follow the grid.
+carries that as an error of its own (`models.validation.toleranced`), so that the weights do not follow the grid.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor, as_completed
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -31,50 +31,15 @@ from calib.measurement import SweepPlan, model_sweep, plan_sweep
 from calib.parameters import specimen_design, tied_by
 from calib.posterior import Posterior, thin_draws
 from models.fem import ConvergenceError, FiniteElements
-from models.response import Forward, OutOfRangeError, Response, table_depths
-from models.sensor import Design, FloatArray
+from models.response import Forward, OutOfRangeError, table_depths
+from models.sensor import FloatArray
+from models.validation import toleranced
 
 #: Fewest draws whose weights have a tail to judge.
 LEAST_DRAWS = 25
 
 #: How much further than the deepest reading a table for the finite elements goes: they may be softer than the fast model.
 _BEYOND = 1.1
-
-
-#: Standard deviation of the finite elements' numerical error as a share of their accuracy.
-_NUMERICAL = 0.5
-
-
-@dataclass(frozen=True)
-class Toleranced:
-    """The model `inner` with an independent error at every depth, of sd `share` times force and change of capacitance."""
-
-    inner: Forward
-    share: float
-
-    @property
-    def name(self) -> str:
-        """That of the model inside."""
-        return self.inner.name
-
-    def max_depth(self, design: Design) -> FloatArray:
-        """That of the model inside."""
-        return self.inner.max_depth(design)
-
-    def outside(self, design: Design, depth: FloatArray) -> str:
-        """That of the model inside."""
-        return self.inner.outside(design, depth)
-
-    def respond(self, design: Design, depth: FloatArray) -> Response:
-        """See `models.response.Forward.respond`."""
-        found = self.inner.respond(design, depth)
-        each = self.share * np.eye(found.depth.shape[-1])
-        change = found.capacitance - found.rest_capacitance[..., None]
-        return replace(
-            found,
-            force_error=np.concatenate([found.force_error, found.force[..., None] * each], axis=-1),
-            capacitance_error=np.concatenate([found.capacitance_error, change[..., None] * each], axis=-1),
-        )
 
 
 def with_reweighting(
@@ -128,7 +93,7 @@ def reweight(
         raise ValueError(f"{n} draws are too few to re-weight; give at least {LEAST_DRAWS}")
     problem = problem_of(posterior, forward)
     if isinstance(exact, FiniteElements):
-        exact = Toleranced(exact, _NUMERICAL * exact.accuracy)
+        exact = toleranced(exact)
     single = ({name: value[i : i + 1] for name, value in values.items()} for i in range(n))
     futures = {executor.submit(log_ratio, problem, exact, draw): i for i, draw in enumerate(single)}
     ratios, reasons = np.empty(n), [""] * n

@@ -2,8 +2,8 @@
 
 A surrogate states its own error, which the likelihood carries. Whether it is right where the posterior lies is looked at here:
 at a few draws, for every sweep, the finite elements are solved at depths down to the deepest reading, and the difference is put
-in units of the error stated, z = (finite elements - surrogate) / sd. If the error is honest, the root mean square of z is about
-1 or, with so few draws, below 2.
+in units of the error stated, z = (finite elements - surrogate) / sd, with the numerical error of the finite elements in sd. If
+the error is honest, the root mean square of z is about 1 or, with so few draws, below 2.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from calib.posterior import Posterior, thin_draws
 from models.fem import ConvergenceError, FiniteElements
 from models.response import Forward, OutOfRangeError, Response
 from models.sensor import Design, FloatArray
-from models.validation import compare
+from models.validation import compare, toleranced
 
 #: Draws that are looked at after a calibration, and depths of each, d = deepest * DEPTHS.
 N_DRAW = 6
@@ -126,6 +126,6 @@ def rms(score: FloatArray) -> float:
 
 def _truth(exact: FiniteElements, design: Design, depth: FloatArray) -> Response | str:
     try:
-        return exact.respond(design, depth)
+        return toleranced(exact).respond(design, depth)
     except (ConvergenceError, OutOfRangeError) as error:
         return str(error)

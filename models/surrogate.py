@@ -282,7 +282,7 @@ class Surrogate:
             at = depths * (1 + (1j * 1e-30 if name == "indentation" else 0j))
             f, c = self._dimensional(moved, at)
             size = depths if name == "indentation" else values[name][:, None]
-            good = (size > 0) & (depths > 0)
+            good = np.broadcast_to(size > 0, depths.shape)
             for found, into in ((f, force), (c, capacitance)):
                 into[name] = np.divide(np.imag(found) / 1e-30, size, out=np.zeros(depths.shape), where=good)
         if not design.is_batch:

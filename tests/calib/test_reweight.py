@@ -19,13 +19,14 @@ from calib.likelihood import log_likelihood_at
 from calib.measurement import model_sweep
 from calib.posterior import Posterior, load_posterior, save_posterior, thin_draws
 from calib.report import gates
-from calib.reweight import Toleranced, log_ratio, problem_of, reweight, shift_of, with_reweighting
+from calib.reweight import log_ratio, problem_of, reweight, shift_of, with_reweighting
 from calib.summary import summary_json
 from models.analytic import ClosedForm
 from models.fem import ConvergenceError, FiniteElements
 from models.response import Forward, Response
 from models.sensor import Design, FloatArray
 from models.surrogate import load_surrogate
+from models.validation import Toleranced
 
 MakePosterior = Callable[..., Posterior]
 FAST = ClosedForm(force_error=0.01, capacitance_error=0.01)

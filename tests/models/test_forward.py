@@ -49,13 +49,14 @@ def test_forward_keeps_the_protocol(forward: Forward):
     modulus = np.array([0.62e6, 1.24e6])
     batch = forward.respond(design_from(PAPER | {"young_modulus": modulus}), depth)
     assert batch.force.shape == (2, n)
-    np.testing.assert_allclose(batch.draw(0).force, single.force, rtol=1e-10)
+    # (Networks in single precision round differently with the place in a batch.)
+    np.testing.assert_allclose(batch.draw(0).force, single.force, rtol=1e-6)
     # Force scales with the modulus, and nothing else does.
-    np.testing.assert_allclose(batch.force[1], 2 * batch.force[0], rtol=1e-12)
-    np.testing.assert_allclose(batch.capacitance[1], batch.capacitance[0], rtol=1e-12)
+    np.testing.assert_allclose(batch.force[1], 2 * batch.force[0], rtol=1e-6)
+    np.testing.assert_allclose(batch.capacitance[1], batch.capacitance[0], rtol=1e-6)
     # One depth row for each draw.
     rows = forward.respond(design_from(PAPER | {"young_modulus": modulus}), np.stack([depth, depth / 2]))
-    np.testing.assert_allclose(rows.force[0], single.force, rtol=1e-10)
+    np.testing.assert_allclose(rows.force[0], single.force, rtol=1e-6)
 
 
 @pytest.mark.parametrize("forward", FORWARDS, ids=lambda f: f.name)

@@ -208,7 +208,7 @@ def test_a_fit_recovers_smooth_functions_and_knows_its_error(noisy):
     # 1 % of noise in the paths: the fit averages it away, the error on the paths kept out still sees it.
     np.testing.assert_allclose(guess.force, truth.force, rtol=1.5e-2)
     sd = np.linalg.norm(guess.force_error, axis=-1) / guess.force
-    assert np.all((sd > 0.003) & (sd < 0.02))
+    assert np.all((sd > 0.003) & (sd < 0.03))
 
 
 def test_new_points_go_where_the_error_is_largest(noisy):
