@@ -95,7 +95,7 @@ class ParameterSummary:
 
 
 #: Largest root mean square of differences from the finite elements, in units of the error that a surrogate states.
-SPOT_CHECK_LIMIT = 2.0
+SPOT_CHECK_LIMIT = 3.0
 
 
 @dataclass(frozen=True)
