@@ -25,6 +25,7 @@ PAPER = {
     "padding_thickness": 1.1e-3,
 }
 STEPS = np.linspace(0, 0.7e-3, 15)[1:]
+N_DRAW = 2048
 
 
 def median_ms(job: Callable[[], object], repeats: int) -> float:
@@ -43,18 +44,21 @@ def main() -> None:
     single = design_from(PAPER)
     rng = np.random.default_rng(0)
     batch = design_from(
-        PAPER | {"sensor_thickness": rng.normal(0.74e-3, 0.02e-3, 256), "young_modulus": rng.normal(0.7e6, 5e4, 256)}
+        PAPER | {"sensor_thickness": rng.normal(0.74e-3, 0.02e-3, N_DRAW), "young_modulus": rng.normal(0.7e6, 5e4, N_DRAW)}
     )
-    depth = np.linspace(0, 0.65e-3, 80)
+    depth = np.linspace(0, 0.65e-3, 40)
     surrogate = load_surrogate()
     fem = median_ms(lambda: FiniteElements().respond(single, STEPS), 7)
     one = median_ms(lambda: surrogate.respond(single, STEPS), 50)
-    many = median_ms(lambda: surrogate.respond(batch, depth), 20) / 256
-    closed = median_ms(lambda: ClosedForm().respond(batch, depth), 20) / 256
+    many = median_ms(lambda: surrogate.respond(batch, depth), 20) / N_DRAW
+    gradients = median_ms(lambda: surrogate.gradients(batch, depth), 3) / N_DRAW
+    closed = median_ms(lambda: ClosedForm().respond(batch, depth), 20) / N_DRAW
     print(f"finite elements, 14 steps to 0.7 mm      {fem:10.2f} ms a curve")
     print(f"surrogate, one design                    {one:10.3f} ms a curve   {fem / one:8.0f} times faster")
-    print(f"surrogate, 256 designs x 80 depths       {many:10.4f} ms a curve   {fem / many:8.0f} times faster")
-    print(f"closed form, 256 designs x 80 depths     {closed:10.4f} ms a curve   {fem / closed:8.0f} times faster")
+    shape = f"{N_DRAW} designs x {depth.size} depths"
+    print(f"surrogate, {shape}      {many:10.4f} ms a curve   {fem / many:8.0f} times faster, {1e3 / many:.0f} curves a second")
+    print(f"the same with all ten gradients          {gradients:10.4f} ms a curve")
+    print(f"closed form, {shape}    {closed:10.4f} ms a curve   {fem / closed:8.0f} times faster")
 
 
 if __name__ == "__main__":

@@ -46,7 +46,7 @@ from models.training import DIELECTRIC_POINTS, ELECTRODE_POINTS, TrainingSet, de
 
 #: Hidden layers of the networks, and steps of their training.
 HIDDEN = (96, 96, 96)
-STEPS = 150_000
+STEPS = 240_000
 
 #: Windows in s over which what a fit missed is averaged: their middles.
 _WINDOWS = np.array([0.19, 0.37, 0.55, 0.73, 0.91])

@@ -303,7 +303,7 @@ def train(
     accuracy: Annotated[
         float, typer.Option(min=1e-5, max=0.1, help="Relative accuracy the finite elements are meshed for.")
     ] = 1e-3,
-    steps: Annotated[int | None, typer.Option(min=1, help="Steps of the training of each network [default: 150000].")] = None,
+    steps: Annotated[int | None, typer.Option(min=1, help="Steps of the training of each network [default: 240000].")] = None,
     improve: Annotated[
         Path | None,
         typer.Option(help="Surrogate file: new curves are run where it states the largest errors, not all over the range."),
@@ -320,9 +320,9 @@ def train(
 ) -> None:
     """Train a surrogate on finite-element loading curves spread over the whole range of designs.
 
-    Takes about half a second per curve and process, then about half an hour for the networks. Stop it with Ctrl-C whenever you
-    like: the same command goes on with the curves it has, and one with more --points adds to them. The file is used with
-    `--surrogate FILE` in the other commands; check it first with `calib surrogate validate --surrogate FILE`.
+    Takes about half a second per curve and process, then about a quarter of an hour for the networks. Stop it with Ctrl-C
+    whenever you like: the same command goes on with the curves it has, and one with more --points adds to them. The file is used
+    with `--surrogate FILE` in the other commands; check it first with `calib surrogate validate --surrogate FILE`.
 
     Example: `calib surrogate train -o mine.npz --points 4096 --processes 8`
 
@@ -382,7 +382,7 @@ def refine(
         Path | None,
         typer.Option("-o", "--output", metavar="NEW.npz", help="Surrogate file to write, trained on all curves of the store."),
     ] = None,
-    steps: Annotated[int | None, typer.Option(min=1, help="Steps of that training [default: 60000].")] = None,
+    steps: Annotated[int | None, typer.Option(min=1, help="Steps of that training [default: 240000].")] = None,
     accuracy: Annotated[
         float, typer.Option(min=1e-5, max=0.1, help="Relative accuracy the finite elements are meshed for.")
     ] = 1e-3,
