@@ -321,8 +321,8 @@ def train(
     """Train a surrogate on finite-element loading curves spread over the whole range of designs.
 
     Takes about half a second per curve and process, then about a quarter of an hour for the networks. Stop it with Ctrl-C
-    whenever you like: the same command goes on with the curves it has, and one with more --points adds to them. The file is used
-    with `--surrogate FILE` in the other commands; check it first with `calib surrogate validate --surrogate FILE`.
+    whenever you like: the same command goes on with the curves it has, and one with more --points adds to them. The file is
+    used with `--surrogate FILE` in the other commands; check it first with `calib surrogate validate --surrogate FILE`.
 
     Example: `calib surrogate train -o mine.npz --points 4096 --processes 8`
 
