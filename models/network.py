@@ -2,7 +2,7 @@
 
 A network is layers of tanh with linear ends. It is trained by SOAP (Vyas et al., arXiv 2409.11321): Adam in the slowly turning
 eigenbasis of Shampoo's preconditioner, which on the smooth functions met here reaches in a minute what limited-memory BFGS and
-Levenberg-Marquardt do not reach in an hour. Single precision throughout: rounding is four orders below the errors of a fit.
+Levenberg-Marquardt do not reach in an hour. Single precision throughout: rounding, 1e-6 of a result, is far below the errors of a fit.
 """
 
 from __future__ import annotations
