@@ -57,6 +57,12 @@ class SweepPlan:
     capacitance: Correlation
     tied_force: FloatArray | None  # load at the readings of a capacitance file that has its own displacement column
 
+    @property
+    def tabled(self) -> bool:
+        """Whether it takes the forward model to know how deep the capacitance readings are: they are looked up on its curve."""
+        direct = self.tie == "clock" or (self.tie == "displacement" and self.tied_force is not None)
+        return self.sweep.capacitance is not None and not direct
+
 
 @dataclass(frozen=True, eq=False)
 class Channel:
@@ -192,8 +198,7 @@ def model_sweep(
     batch = batch if np.array_equal(covered, valid) else _batch(design, covered)
     own = own.of(covered)
     depths = [d[covered] for d in depths]
-    tabled = sweep.capacitance is not None and direct_depth is None
-    if tabled:
+    if plan.tabled:
         depths.append(table_depths(limit[covered]) if table is None else table[covered])
     response = forward.respond(batch, np.concatenate(depths, axis=1))
     _require_finite(forward, response)
@@ -203,7 +208,7 @@ def model_sweep(
     if sweep.capacitance is None:
         return SweepModel(covered, use, force, None)
     rest = _points(response, slice(n_force, None))
-    if not tabled:
+    if not plan.tabled:
         return SweepModel(covered, use, force, _capacitance_channel(own, plan, rest, None))
     place = _look_up_tied(own, plan, rest)
     reached = ~np.any(np.isnan(place.weight), axis=1)

@@ -28,7 +28,7 @@ from calib.archive import smooth_weights
 from calib.diagnostics import Reweighting, Shift
 from calib.likelihood import Problem, log_likelihood_at
 from calib.measurement import SweepPlan, model_sweep, plan_sweep
-from calib.parameters import specimen_design, tied_by
+from calib.parameters import specimen_design
 from calib.posterior import Posterior, thin_draws
 from models.fem import ConvergenceError, FiniteElements
 from models.response import Forward, OutOfRangeError, table_depths
@@ -161,13 +161,9 @@ def _table(problem: Problem, plan: SweepPlan, values: Mapping[str, FloatArray]) 
     end soon after the deepest reading: the whole range of the fast model would take the finite elements several times as long
     and may have no equilibrium at its end.
     """
-    sweep = plan.sweep
-    if (
-        sweep.capacitance is None
-        or tied_by(sweep) == "clock"
-        or (tied_by(sweep) == "displacement" and plan.tied_force is not None)
-    ):
+    if not plan.tabled:
         return None
+    sweep = plan.sweep
     deepest = model_sweep(problem, problem.forward, plan, values).deepest[0]
     nodes = table_depths(problem.forward.max_depth(specimen_design(problem, values, sweep.specimen, sweep.name)))
     # The slope at the node after the last reading takes one more node.

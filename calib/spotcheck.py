@@ -19,10 +19,10 @@ from calib.diagnostics import SpotCheck
 from calib.measurement import model_sweep, plan_sweep
 from calib.parameters import specimen_design, sweep_title
 from calib.posterior import Posterior, thin_draws
-from models.fem import ConvergenceError, FiniteElements
-from models.response import Forward, OutOfRangeError, Response
-from models.sensor import Design, FloatArray
-from models.validation import compare, toleranced
+from models.fem import FiniteElements
+from models.response import Forward
+from models.sensor import FloatArray
+from models.validation import compare, response_or_why, toleranced
 
 #: Draws that are looked at after a calibration, and depths of each, d = deepest * DEPTHS.
 N_DRAW = 6
@@ -108,7 +108,9 @@ def compare_draws(
             depths = [depth * DEPTHS for depth in model.deepest[pressed]]
         solve = executor.map if executor is not None else map
         compared, failures = [], []
-        for design, depth, truth in zip(designs, depths, solve(_truth, [exact] * len(designs), designs, depths), strict=True):
+        for design, depth, truth in zip(
+            designs, depths, solve(response_or_why, [toleranced(exact)] * len(designs), designs, depths), strict=True
+        ):
             if isinstance(truth, str):
                 failures.append(truth)
             else:
@@ -123,10 +125,3 @@ def compare_draws(
 def rms(score: FloatArray) -> float:
     """Root mean square."""
     return float(np.sqrt(np.mean(np.square(score))))
-
-
-def _truth(exact: FiniteElements, design: Design, depth: FloatArray) -> Response | str:
-    try:
-        return toleranced(exact).respond(design, depth)
-    except (ConvergenceError, OutOfRangeError) as error:
-        return str(error)

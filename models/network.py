@@ -51,7 +51,7 @@ class Network:
         for layer in self.layers[:-1]:
             a = a @ layer[:-1]
             a += layer[-1]
-            a = np.tanh(a) if complex_step else np.tanh(a, out=a)
+            np.tanh(a, out=a)
         out = a @ self.layers[-1][:-1] + self.layers[-1][-1]
         return np.asarray(out if complex_step else out.astype(float))
 

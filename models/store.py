@@ -30,6 +30,10 @@ class RunStore:
 
     connection: sqlite3.Connection
 
+    def __contains__(self, point: FloatArray) -> bool:
+        """Whether the run at `point` has been made."""
+        return self.connection.execute("select 1 from runs where point = ?", (_key(point),)).fetchone() is not None
+
     def find(self, point: FloatArray) -> tuple[dict[str, FloatArray], str] | None:
         """Arrays of the run at `point` and why it ended early (empty if it did not), or None if it has not been made."""
         row = self.connection.execute("select arrays, failure from runs where point = ?", (_key(point),)).fetchone()

@@ -6,6 +6,7 @@ import hashlib
 from collections.abc import Callable, Iterable
 from concurrent.futures import Executor, as_completed
 from dataclasses import dataclass, replace
+from itertools import islice
 
 import numpy as np
 from scipy.stats import qmc
@@ -189,7 +190,7 @@ def run_training(
     Any `concurrent.futures` executor will do: processes, or a Dask cluster's `Client.get_executor()`. `progress(done, total)`
     is called as results come in. A path that ends early is kept as far as it came, with the reason.
     """
-    missing = [p for p in points if store.find(p) is None]
+    missing = [p for p in points if p not in store]
     done = len(points) - len(missing)
     if progress is not None and done:
         progress(done, len(points))
@@ -208,13 +209,8 @@ def run_training(
 
 def points_wanted(store: RunStore, sequence: Iterable[FloatArray], n: int) -> FloatArray:
     """The first points of `sequence` that bring the runs in the store to `n`; none if it holds as many."""
-    wanted: list[FloatArray] = []
-    for point in sequence:
-        if len(store) + len(wanted) >= n:
-            break
-        if store.find(point) is None:
-            wanted.append(point)
-    return np.array(wanted).reshape(-1, len(GROUPS))
+    new = (point for point in sequence if point not in store)
+    return np.array(list(islice(new, max(0, n - len(store))))).reshape(-1, len(GROUPS))
 
 
 def training_set(store: RunStore, accuracy: float) -> TrainingSet:

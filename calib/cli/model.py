@@ -338,13 +338,9 @@ def train(
         # Better said before an hour of finite elements than after.
         if points < LEAST_PATHS:
             raise InputError(Fault(f"--points {points} are too few to train on", advice=f"Give at least {LEAST_PATHS}"))
-        if output.exists():
-            raise InputError(Fault("the file exists and is not overwritten", output, advice="Choose another -o"))
-        if not output.absolute().parent.is_dir():
-            raise InputError(Fault(f"the folder {output.absolute().parent} does not exist", output, advice="Create it first"))
+        _require_new(output)
         kept = store if store is not None else output.with_suffix(".sqlite")
-        if not kept.absolute().parent.is_dir():
-            raise InputError(Fault(f"the folder {kept.absolute().parent} does not exist", kept, advice="Create it first"))
+        _require_folder(kept)
         sequence = design_points(points, seed) if improve is None else worst_points(_load(improve), points, seed)
         try:
             with _executor(processes, scheduler) as executor, open_store(kept, store_settings(accuracy)) as runs:
@@ -422,8 +418,7 @@ def refine(
         posterior, fast = load_run(run)
         require_own_surrogate(posterior, fast)
         kept = store if store is not None else run / "refine.sqlite"
-        if not kept.absolute().parent.is_dir():
-            raise InputError(Fault(f"the folder {kept.absolute().parent} does not exist", kept, advice="Create it first"))
+        _require_folder(kept)
         exact, settings, rng = FiniteElements(accuracy), store_settings(accuracy), np.random.default_rng(seed)
         values = thin_draws(posterior, draws, rng)
         points = training_points(posterior, values)
@@ -459,15 +454,24 @@ def refine(
         raise typer.Exit(NOT_CONVERGED)
 
 
+def _require_new(output: Path) -> None:
+    """Refuse an output file that exists, or that has no folder to be in."""
+    if output.exists():
+        raise InputError(Fault("the file exists and is not overwritten", output, advice="Choose another -o"))
+    _require_folder(output)
+
+
+def _require_folder(path: Path) -> None:
+    if not path.absolute().parent.is_dir():
+        raise InputError(Fault(f"the folder {path.absolute().parent} does not exist", path, advice="Create it first"))
+
+
 def _check_retraining(output: Path, kept: Path, settings: dict[str, object]) -> None:
     """Better said before the finite elements than after."""
     from models.fitting import LEAST_PATHS
     from models.store import open_store
 
-    if output.exists():
-        raise InputError(Fault("the file exists and is not overwritten", output, advice="Choose another -o"))
-    if not output.absolute().parent.is_dir():
-        raise InputError(Fault(f"the folder {output.absolute().parent} does not exist", output, advice="Create it first"))
+    _require_new(output)
     held = 0
     if kept.exists():
         with open_store(kept, settings) as runs:
