@@ -23,11 +23,11 @@ from models.domain import inside
 from models.fitting import fit_surrogate
 from models.sensor import FloatArray, design_from
 from models.store import open_store
-from models.training import ELECTRODE_POINTS, TrainingSet, store_settings, training_set
+from models.training import DIELECTRIC_POINTS, ELECTRODE_POINTS, TrainingSet, store_settings, training_set
 
 #: Step of the path that is compared, and the electrodes: thickest dielectrics, full disc.
 STEP = 7
-GAP, WIDTH = 3, ELECTRODE_POINTS.size - 1
+GAP, WIDTH = DIELECTRIC_POINTS.size - 1, ELECTRODE_POINTS.size - 1
 #: Runs kept for the comparison, and the largest number that a Gaussian process is trained on.
 N_TEST, MOST_GP = 500, 2048
 
@@ -44,7 +44,7 @@ def ours(steps: int) -> Fit:
 
     def fit(train: TrainingSet, test: TrainingSet) -> tuple[FloatArray, FloatArray]:
         surrogate = fit_surrogate(train, steps=steps)
-        h_s, h_p, a, modulus = test.groups.T
+        h_s, h_p, a, modulus, _ = test.groups.T
         design = design_from(
             {
                 "indenter_radius": np.ones(len(h_s)),
@@ -69,7 +69,7 @@ def by_output(one: Callable[[FloatArray, FloatArray, FloatArray], FloatArray], *
 
     def fit(train: TrainingSet, test: TrainingSet) -> tuple[FloatArray, FloatArray]:
         thin = np.array([0, 0.01, 0, 0])
-        points = [np.log(data.groups + thin) for data in (train, test)]
+        points = [np.log(data.groups[:, :4] + thin) for data in (train, test)]
         low, high = np.min(points[0], axis=0), np.max(points[0], axis=0)
         x, at = (2 * (p - low) / (high - low) - 1 for p in points)
         force, change = (one(x, np.log(y) if log else y, at) for y in outputs(train))

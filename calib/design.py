@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
+
+import numpy as np
 
 from calib.prior import display
 from calib.quantity import parse_quantity
@@ -144,8 +147,9 @@ def read_design(path: Path) -> Design | LayeredDesign:
         Sensor(**{key: values["sensor", key] for key in _TABLES["sensor"] if ("sensor", key) in values}),
         Padding(**{key: values["padding", key] for key in _TABLES["padding"] if ("padding", key) in values}),
     )
-    if shape == "sphere" and base == "bonded" and all(law == NeoHookean() for law in laws.values()):
-        return design
+    stiffening = _one_stiffening(laws["sensor"], laws["padding"], bare=np.max(design.padding.thickness) == 0)
+    if shape == "sphere" and base == "bonded" and stiffening is not None:
+        return replace(design, sensor=replace(design.sensor, stiffening=stiffening))
     plain = layered(design)
     by_name = {"sensor": laws["sensor"], "padding": laws["padding"]}
     return _checked(
@@ -160,6 +164,15 @@ def read_design(path: Path) -> Design | LayeredDesign:
             base,
         ),
     )
+
+
+def _one_stiffening(sensor: Law, padding: Law, *, bare: bool) -> float | None:
+    """1/J_m of sensor and padding, 0 for neo-Hookean ones; None if they are of two laws or of another."""
+    if not bare and padding != sensor:
+        return None
+    if isinstance(sensor, Gent):
+        return 1 / sensor.locking
+    return 0.0 if sensor == NeoHookean() else None
 
 
 def _checked(toml: Toml, make: Callable[[], LayeredDesign]) -> LayeredDesign:

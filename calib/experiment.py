@@ -27,15 +27,18 @@ from calib.toml_file import (
     tables_at,
     text_at,
 )
+from models.domain import Family, family_of
 
 Model = Literal["surrogate", "fem", "closed form"]
 Discrepancy = Literal["off", "on"]
 PaddingMaterial = Literal["sensor", "own"]
+MaterialLaw = Literal["neo-hookean", "gent"]
 
 #: Parameters of material and rig, shared by all specimens: [priors].
 SHARED_PARAMETERS = (
     "young_modulus",
     "padding_young_modulus",
+    "stiffening",
     "relative_permittivity",
     "machine_compliance",
     "parasitic_capacitance",
@@ -90,6 +93,8 @@ class Experiment:
     priors : shared by all specimens, by parameter (see `SHARED_PARAMETERS`).
     model : the forward model to calibrate with.
     discrepancy : whether the residuals of a sweep are modelled as correlated.
+    law : of sensor and padding; Gent's has an unknown of its own, `stiffening`.
+    stick : whether the sensor sticks to the ball, or slides on it without friction.
     """
 
     name: str
@@ -102,6 +107,18 @@ class Experiment:
     specimens: tuple[Specimen, ...]
     model: Model = "surrogate"
     discrepancy: Discrepancy = "on"
+    law: MaterialLaw = "neo-hookean"
+    stick: bool = False
+
+    @property
+    def family(self) -> Family | None:
+        """Whose surrogate serves the specimens; None if there is none."""
+        return family_of(stiffening=self.law == "gent", stick=self.stick)
+
+    @property
+    def friction_coefficient(self) -> float:
+        """As in `models.sensor.Indenter`."""
+        return math.inf if self.stick else 0.0
 
 
 # --- experiment.toml ----------------------------------------------------------------------------------------------------
@@ -116,6 +133,8 @@ _PLACES: Mapping[str, str] = {
     **dict.fromkeys((*SPECIMEN_PARAMETERS, *SWEEP_PARAMETERS), "in [specimens.priors], below its [[specimens]]"),
     **dict.fromkeys(("force", "capacitance", "sweeps"), "in [[specimens]]"),
     "material": "in [padding]",
+    "law": 'in [sensor], as law = "gent"',
+    "friction_coefficient": 'in [indenter], as friction_coefficient = "stick"',
     "sensor_radius": 'in [sensor], as radius = "10 mm"',
     "indenter_radius": 'in [indenter], as radius = "5 mm"',
     "radius": "in [indenter] (of the ball) or [sensor] (of the disc)",
@@ -123,7 +142,6 @@ _PLACES: Mapping[str, str] = {
 
 # Keys that are right elsewhere or under another name, by table.
 _HINTS: Mapping[tuple[str, str], str] = {
-    ("[indenter]", "friction_coefficient"): "A calibration is frictionless; only a design file takes a friction_coefficient",
     ("[indenter]", "diameter"): "Give the radius",
     ("[sensor]", "diameter"): "Give the radius",
     ("[sensor]", "thickness"): f"Give sensor_thickness = {EXAMPLES['sensor_thickness']} in [specimens.priors] of each specimen",
@@ -149,8 +167,10 @@ def read_experiment(path: Path) -> Experiment:
         discrepancy = "on"               # optional: on, off
         [indenter]
         radius = "5 mm"
+        friction_coefficient = 0         # optional: 0, or "stick" for a ball that the sensor sticks to
         [sensor]
         radius = "10 mm"
+        law = "neo-hookean"              # optional: neo-hookean, or gent with the unknown stiffening; of the padding, too
         electrode_radius = "9 mm"        # optional, known; or a prior in [priors]; default the disc radius
         dielectric_thickness = "0.16 mm" # optional, known for all specimens; or a prior in [specimens.priors]
         [padding]
@@ -172,8 +192,8 @@ def read_experiment(path: Path) -> Experiment:
     """
     toml = read_toml(path)
     meant = check_keys(toml, (), _TOP, _SIGNPOSTS)
-    indenter_radius = _radius(toml, "indenter", ("radius",), "5 mm", quiet="indenter" in meant)
-    known_sensor = ("radius", "electrode_radius", "dielectric_thickness")
+    indenter_radius = _radius(toml, "indenter", ("radius", "friction_coefficient"), "5 mm", quiet="indenter" in meant)
+    known_sensor = ("radius", "law", "electrode_radius", "dielectric_thickness")
     sensor_radius = _radius(toml, "sensor", known_sensor, "10 mm", quiet="sensor" in meant)
 
     padding = table_at(toml, ("padding",))
@@ -184,6 +204,16 @@ def read_experiment(path: Path) -> Experiment:
     if material == "sensor" and "padding_young_modulus" in priors:
         message = 'padding_young_modulus has no meaning for padding of the material "sensor"'
         toml.fault(("priors", "padding_young_modulus"), message, 'Write material = "own" in [padding] or leave the prior out')
+    model = choice_at(toml, ("model",), toml.data.get("model", "surrogate"), ("surrogate", "fem", "closed form"))
+    law = choice_at(toml, ("sensor", "law"), table_at(toml, ("sensor",)).get("law", "neo-hookean"), ("neo-hookean", "gent"))
+    stick = _sticks(toml)
+    if "stiffening" in priors and law != "gent":
+        toml.fault(
+            ("priors", "stiffening"),
+            f"stiffening has no meaning for the law {law}",
+            'Write law = "gent" in [sensor] or leave it out',
+        )
+    _check_model(toml, model, law, stick)
     known = _known_geometry(toml)
     for parameter in priors.keys() & known.keys():
         toml.fault(("priors", parameter), f"{parameter} is given twice, here and in [sensor]", "Keep one of the two")
@@ -203,13 +233,34 @@ def read_experiment(path: Path) -> Experiment:
         padding_material=cast(PaddingMaterial, material),
         priors=priors,
         specimens=_specimens(toml, indenter_radius, known.get("dielectric_thickness"), quiet="specimens" in meant),
-        model=cast(
-            Model, choice_at(toml, ("model",), toml.data.get("model", "surrogate"), ("surrogate", "fem", "closed form"))
-        ),
+        model=cast(Model, model),
         discrepancy=cast(Discrepancy, choice_at(toml, ("discrepancy",), toml.data.get("discrepancy", "on"), ("off", "on"))),
+        law=cast(MaterialLaw, law),
+        stick=stick,
     )
     raise_faults(toml)
     return experiment
+
+
+def _sticks(toml: Toml) -> bool:
+    """Whether the ball is one that the sensor sticks to."""
+    at = ("indenter", "friction_coefficient")
+    value = table_at(toml, at[:1]).get(at[1], 0)
+    if value == "stick" or (not isinstance(value, bool) and value == 0):
+        return bool(value == "stick")
+    advice = "Calibrate with both and compare them: the truth lies between (`calib compare`)"
+    toml.fault(at, f'friction_coefficient of a calibration must be 0 or "stick", got {quoted(value)}', advice)
+    return False
+
+
+def _check_model(toml: Toml, model: str, law: str, stick: bool) -> None:
+    """Laws and contacts that the forward model does not know."""
+    place = ("indenter", "friction_coefficient") if stick else ("sensor", "law")
+    if model == "closed form" and (stick or law != "neo-hookean"):
+        toml.fault(place, "the closed form knows neo-Hookean layers and a ball without friction", 'Write model = "surrogate"')
+    elif model == "surrogate" and family_of(stiffening=law == "gent", stick=stick) is None:
+        message = f'there is no surrogate for the law "{law}" with a ball that sticks'
+        toml.fault(place, message, 'Leave one of the two out, or write model = "fem" and have patience')
 
 
 def _radius(toml: Toml, name: str, known: Sequence[str], example: str, *, quiet: bool) -> float:
@@ -382,7 +433,7 @@ def _median(prior: Prior) -> float:
 
 # --- JSON ---------------------------------------------------------------------------------------------------------------
 
-_JSON_VERSION = 1
+_JSON_VERSION = 2
 
 
 def experiment_to_json(experiment: Experiment) -> str:
@@ -420,6 +471,8 @@ def experiment_to_json(experiment: Experiment) -> str:
         "padding_material": experiment.padding_material,
         "model": experiment.model,
         "discrepancy": experiment.discrepancy,
+        "law": experiment.law,
+        "stick": experiment.stick,
         "priors": priors(experiment.priors),
         "specimens": specimens,
     }
@@ -466,4 +519,6 @@ def experiment_from_json(text: str) -> Experiment:
         specimens=specimens,
         model=document["model"],
         discrepancy=document["discrepancy"],
+        law=document["law"],
+        stick=document["stick"],
     )

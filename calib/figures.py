@@ -70,7 +70,14 @@ def corner_figure(posterior: Posterior) -> Figure:
     """Corner plot of the shared material parameters and the thicknesses of the first specimen."""
     import corner
 
-    wanted = ("young_modulus", "padding_young_modulus", "relative_permittivity", "electrode_radius", "machine_compliance")
+    wanted = (
+        "young_modulus",
+        "padding_young_modulus",
+        "stiffening",
+        "relative_permittivity",
+        "electrode_radius",
+        "machine_compliance",
+    )
     first = posterior.experiment.specimens[0].name
     thickness = ("sensor_thickness", "padding_thickness", "dielectric_thickness")
     flat = posterior.draws.reshape(-1, len(posterior.parameters))

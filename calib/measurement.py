@@ -186,7 +186,8 @@ def model_sweep(
     direct_depth = _direct_depth(own, plan)
     depths = [d for d in (force_depth, direct_depth) if d is not None]
     limit = np.zeros(n_draw)
-    batch = _batch(design, valid) if np.any(valid) else None
+    friction = known.experiment.friction_coefficient
+    batch = _batch(design, valid, friction) if np.any(valid) else None
     if batch is not None:
         limit[valid] = forward.max_depth(batch)
     inside = limit > 0
@@ -195,7 +196,7 @@ def model_sweep(
     covered = inside & (deepest <= limit)
     if batch is None or not np.any(covered):
         return SweepModel(covered, use, None, None)
-    batch = batch if np.array_equal(covered, valid) else _batch(design, covered)
+    batch = batch if np.array_equal(covered, valid) else _batch(design, covered, friction)
     own = own.of(covered)
     depths = [d[covered] for d in depths]
     if plan.tabled:
@@ -225,7 +226,8 @@ def why_outside(known: Calibrated, forward: Forward, plan: SweepPlan, values: Ma
     """One sentence on why one draw, values (1,), is not covered at a sweep's readings: a broken rule or a violated bound."""
     sweep = plan.sweep
     try:
-        design = design_from(design_values(known, values, sweep.specimen, sweep.name))
+        given = design_values(known, values, sweep.specimen, sweep.name)
+        design = design_from(given, friction_coefficient=known.experiment.friction_coefficient)
     except ValueError as error:
         return str(error)
     own = _SweepValues(values, sweep)
@@ -350,11 +352,14 @@ def _require_finite(forward: Forward, response: Response) -> None:
             raise ValueError(f"the {forward.name} gave a {name} that is not finite inside the range it says it covers")
 
 
+_MAY_BE_ZERO = ("padding_thickness", "stiffening")
+
+
 def _valid(design: Mapping[str, FloatArray]) -> BoolArray:
     """Draws whose design breaks no rule of `models.sensor`, (n_draw,)."""
     good = np.ones(next(iter(design.values())).shape, dtype=bool)
     for name, value in design.items():
-        good &= np.isfinite(value) & ((value >= 0) if name == "padding_thickness" else (value > 0))
+        good &= np.isfinite(value) & ((value >= 0) if name in _MAY_BE_ZERO else (value > 0))
     slack = 1 + 1e-9
     if "dielectric_thickness" in design:
         good &= design["dielectric_thickness"] <= design["sensor_thickness"] / 2 * slack
@@ -363,5 +368,5 @@ def _valid(design: Mapping[str, FloatArray]) -> BoolArray:
     return good
 
 
-def _batch(design: Mapping[str, FloatArray], rows: BoolArray) -> Design:
-    return design_from({name: value[rows] for name, value in design.items()})
+def _batch(design: Mapping[str, FloatArray], rows: BoolArray, friction: float) -> Design:
+    return design_from({name: value[rows] for name, value in design.items()}, friction_coefficient=friction)

@@ -363,7 +363,7 @@ def _sensors_like_those_measured(
         np.nan_to_num(carried["force_discrepancy"]),
         np.nan_to_num(carried["capacitance_discrepancy"]),
     )
-    return design_from(picked), own
+    return design_from(picked, friction_coefficient=posterior.experiment.friction_coefficient), own
 
 
 def _with_padding(design: Design, thickness: FloatArray | float) -> Design:
@@ -467,10 +467,11 @@ def _conditions(posterior: Posterior, base: Design) -> tuple[str, ...]:
         if posterior.experiment.padding_material == "sensor"
         else "padding of its own material, with the modulus found for it"
     )
+    contact = "sticking to the sensor" if posterior.experiment.stick else "pressed without friction"
     return (
         "padding bonded to the rigid base: on a slippery base the sensor is softer and the optimum moves",
         f"electrode radius {spread}: another electrode needs its own recommendation",
-        f"ball radius {float(np.asarray(base.indenter.radius)[0]) * 1e3:.3g} mm, pressed without friction",
+        f"ball radius {float(np.asarray(base.indenter.radius)[0]) * 1e3:.3g} mm, {contact}",
         padding,
     )
 

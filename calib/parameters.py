@@ -180,6 +180,8 @@ def list_parameters(experiment: Experiment, sweeps: Sequence[Sweep]) -> tuple[tu
     shared = ["young_modulus"]
     if experiment.padding_material == "own":
         shared.append("padding_young_modulus")
+    if experiment.law == "gent":
+        shared.append("stiffening")
     if electrical or isinstance(experiment.priors.get("relative_permittivity"), Fixed):
         shared.append("relative_permittivity")
     if _worth_naming(experiment.priors.get("electrode_radius"), electrical):
@@ -276,6 +278,8 @@ def design_values(known: Calibrated, values: Mapping[str, FloatArray], specimen:
     optional = ["electrode_radius", "dielectric_thickness"]
     if experiment.padding_material == "own":
         wanted.append("padding_young_modulus")
+    if experiment.law == "gent":
+        wanted.append("stiffening")
     found = {p: lookup(values, p, specimen, sweep) for p in wanted + optional}
     shape = np.broadcast_shapes(*(np.shape(v) for v in found.values() if v is not None))
     design: dict[str, FloatArray] = {
@@ -312,4 +316,4 @@ def specimen_design(known: Calibrated, values: Mapping[str, FloatArray], specime
     if not names or (sweep and sweep not in names):
         raise KeyError(f"there is no sweep {sweep!r} of a specimen {specimen!r}")
     design: Mapping[str, Scalar] = design_values(known, values, specimen, sweep or names[0])
-    return design_from(design)
+    return design_from(design, friction_coefficient=known.experiment.friction_coefficient)

@@ -407,6 +407,7 @@ EXAMPLES: Mapping[str, str] = MappingProxyType(
     {
         "young_modulus": '{ lognormal = ["0.7 MPa", 1.6] }',
         "padding_young_modulus": '{ lognormal = ["0.7 MPa", 1.6] }',
+        "stiffening": "{ uniform = [0, 0.1] }",
         "relative_permittivity": "{ normal = [2.8, 0.2] }",
         "sensor_thickness": '{ normal = ["0.74 mm", "0.02 mm"] }',
         "padding_thickness": '{ normal = ["1.10 mm", "0.03 mm"] }',
@@ -700,6 +701,7 @@ DEFAULT_PRIORS: Mapping[str, Prior] = MappingProxyType(
     {
         "young_modulus": LogNormal(0.8e6, 1.8),
         "padding_young_modulus": LogNormal(0.8e6, 1.8),
+        "stiffening": Uniform(0.0, 0.1),
         "relative_permittivity": TruncatedNormal(2.85, 0.25, 2.0, 12.0),
         "machine_compliance": HalfNormal(2e-6),
         "load_zero": TruncatedNormal(0.0, 1.0, -5.0, 5.0),
@@ -723,6 +725,7 @@ DEFAULT_REASONS: Mapping[str, str] = MappingProxyType(
     {
         "young_modulus": _MODULUS_REASON,
         "padding_young_modulus": _MODULUS_REASON,
+        "stiffening": "judgement: casting silicones lock at J_m of 10 to 80, or not within reach (0: neo-Hookean)",
         "relative_permittivity": (
             "judgement: values around 2.5-3.2 are usual for unfilled silicones at 1 kHz (silicone fluid PMX-200: 2.7); give "
             "your own prior for a filled silicone or an acrylic (VHB: 4.7)"

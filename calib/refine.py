@@ -25,8 +25,8 @@ _SAME = 0.05
 _N_SAME = 16
 
 
-def require_own_surrogate(posterior: Posterior, forward: Forward) -> None:
-    """Refuse a posterior that `forward`, a surrogate, was not the model of: weights against it would mean nothing.
+def require_own_surrogate(posterior: Posterior, forward: Forward) -> Surrogate:
+    """`forward`, if it is the surrogate that the posterior was sampled with: weights against another would mean nothing.
 
     Raises
     ------
@@ -46,10 +46,11 @@ def require_own_surrogate(posterior: Posterior, forward: Forward) -> None:
         advice = "Calibrate again with this surrogate, or put the earlier file back"
         message = f"the surrogate has changed since the run was calibrated with it ({told})"
         raise InputError(Fault(message, path, advice=advice))
+    return forward
 
 
 def training_points(posterior: Posterior, values: Mapping[str, FloatArray]) -> FloatArray:
-    """Points (n, 4) of `models.training` at the draws `values`, of every specimen under every ball, each once."""
+    """Points (n, 5) of `models.training` at the draws `values`, of every specimen under every ball, each once."""
     pressed = {(s.specimen, s.indenter_radius): s for s in posterior.sweeps}.values()
     groups = [groups_of(specimen_design(posterior, values, s.specimen, s.name).draws())[:, : len(GROUPS)] for s in pressed]
     return np.unique(np.concatenate(groups), axis=0)

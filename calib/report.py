@@ -42,6 +42,7 @@ K_HAT = 0.7
 _HEADLINE = (
     "young_modulus",
     "padding_young_modulus",
+    "stiffening",
     "relative_permittivity",
     "sensor_thickness",
     "padding_thickness",
@@ -288,7 +289,14 @@ def limits(posterior: Posterior) -> list[tuple[str, str]]:
             "Sensor and padding are modelled as stuck to each other and to the rigid finger. This choice outweighs all noise: "
             "on a slippery base the same curve would mean about 1.9 times the Young's modulus.",
         ),
-        ("Friction is left out", "The ball slides freely on the sensor; friction would make it a little stiffer."),
+        (
+            (
+                "The ball is taken as sticking",
+                "The sensor does not slip on the ball at all; less friction would make it softer.",
+            )
+            if e.stick
+            else ("Friction is left out", "The ball slides freely on the sensor; friction would make it a little stiffer.")
+        ),
         (
             "Only the loading branch is used",
             "The material is elastic in the model: no hysteresis, no rate, no creep. Unloading and holds are not fitted.",
@@ -424,6 +432,8 @@ def run_facts(posterior: Posterior, posterior_sha256: str = "") -> list[tuple[st
     d = posterior.diagnostics
     facts = [
         ("forward model", posterior.forward_name),
+        ("sensor and padding", f"law: {posterior.experiment.law}"),
+        ("ball", "sticking" if posterior.experiment.stick else "without friction"),
         ("sampling", f"{n_ensemble} independent ensembles of {posterior.n_walkers} walkers, {n_ensemble * n_draw} draws kept"),
         (
             "chains",

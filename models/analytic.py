@@ -113,6 +113,8 @@ class ClosedForm:
         """Empty, or the violated bound."""
         if design.indenter.friction_coefficient:
             return "the closed form is frictionless; friction_coefficient must be 0"
+        if np.any(np.asarray(design.sensor.stiffening) > 0):
+            return "the closed form knows neo-Hookean layers alone; stiffening must be 0"
         limit = self.max_depth(design)
         deepest = np.max(np.broadcast_to(depth, (limit.size, np.shape(depth)[-1])), axis=-1)
         worst = int(np.argmax(deepest - limit))

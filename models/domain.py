@@ -1,4 +1,4 @@
-"""From a design to its dimensionless groups, and the bounds on them within which the shipped surrogate is trained.
+"""From a design to its dimensionless groups, and the bounds on them within which the shipped surrogates are trained.
 
 The range is what these quantities can make together (all lengths may be scaled by one factor, so only their ratios matter):
 
@@ -36,12 +36,53 @@ DEPTH = 0.5  # over R
 PATH = np.linspace(0.1, 1.0, 20)
 
 #: The groups that shape the mechanics, in the order of the columns of an array of groups; t_d/h_s and a_e/a follow them.
-GROUPS = ("h_s/R", "h_p/R", "a/R", "E_p/E")
-#: Columns of an array of groups (n, 6).
-SENSOR, PADDING, DISC, STIFFNESS, GAP, WIDTH = range(6)
+GROUPS = ("h_s/R", "h_p/R", "a/R", "E_p/E", "1/J_m")
+#: Columns of an array of groups (n, 7).
+SENSOR, PADDING, DISC, STIFFNESS, STIFFENING, GAP, WIDTH = range(7)
+
+
+@dataclass(frozen=True)
+class Family:
+    """Designs of one material law and one kind of contact, which one surrogate serves.
+
+    Attributes
+    ----------
+    stiffening : largest 1/J_m of Gent's law in sensor and padding; 0 for neo-Hookean layers alone.
+    stick : whether the sensor sticks to the ball, or slides on it without friction.
+    """
+
+    name: str
+    words: str
+    stiffening: float = 0.0
+    stick: bool = False
+
+    @property
+    def friction_coefficient(self) -> float:
+        """As in `models.sensor.Indenter`."""
+        return float("inf") if self.stick else 0.0
+
+
+NEO_HOOKEAN = Family("neo-hookean", "neo-Hookean sensor on padding, bonded base, frictionless sphere")
+#: Families with surrogates of their own, by name. Silicones have a J_m of 10 and more.
+FAMILIES = MappingProxyType(
+    {
+        family.name: family
+        for family in (
+            NEO_HOOKEAN,
+            Family("gent", "Gent sensor on padding of the same J_m, bonded base, frictionless sphere", stiffening=0.1),
+            Family("stick", "neo-Hookean sensor on padding, bonded base, sphere that sticks", stick=True),
+        )
+    }
+)
 
 # Relative rounding that a bound forgives.
 _SLACK = 1e-9
+
+
+def family_of(*, stiffening: bool, stick: bool) -> Family | None:
+    """The family of designs whose layers stiffen or not and whose ball sticks or slides; None if no surrogate serves them."""
+    found = [f for f in FAMILIES.values() if (f.stiffening > 0) == stiffening and f.stick == stick]
+    return found[0] if found else None
 
 
 @dataclass(frozen=True)
@@ -53,11 +94,11 @@ class Bound:
     high: float
 
     def of(self, groups: FloatArray) -> FloatArray:
-        """The ratio (n,) for groups (n, 6)."""
+        """The ratio (n,) for groups (n, 7)."""
         lengths = {"R": np.ones(len(groups)), "h_s": groups[:, SENSOR], "h_p": groups[:, PADDING], "a": groups[:, DISC]}
-        plain = {"E_p/E": groups[:, STIFFNESS], "t_d/h_s": groups[:, GAP], "a_e/a": groups[:, WIDTH]}
+        plain = {"E_p/E": STIFFNESS, "1/J_m": STIFFENING, "t_d/h_s": GAP, "a_e/a": WIDTH}
         if self.name in plain:
-            return plain[self.name]
+            return groups[:, plain[self.name]]
         over, under = self.name.split("/")
         return np.asarray(lengths[over] / lengths[under])
 
@@ -72,7 +113,7 @@ def _ratio(over: str, under: str, low: float = 0.0) -> Bound:
     return Bound(f"{over}/{under}", max(low, over_low / under_high), over_high / under_low)
 
 
-#: What a design must keep; the depth it may go to is up to each surrogate.
+#: What a design of any family must keep; the depth it may go to is up to each surrogate.
 BOUNDS = (
     _ratio("h_s", "R"),
     _ratio("h_p", "R"),
@@ -86,8 +127,13 @@ BOUNDS = (
 )
 
 
+def bounds(family: Family) -> tuple[Bound, ...]:
+    """What a design of `family` must keep."""
+    return (*BOUNDS, Bound("1/J_m", 0.0, family.stiffening))
+
+
 def groups_from(values: Mapping[str, Values]) -> Values:
-    """The six groups (n_draw, 6) from the values (n_draw,) of a design by the names of `models.sensor.PARAMETERS`."""
+    """The seven groups (n_draw, 7) from the values (n_draw,) of a design by the names of `models.sensor.PARAMETERS`."""
     radius, thickness = values["indenter_radius"], values["sensor_thickness"]
     padding = values["padding_thickness"]
     # Without padding its modulus means nothing.
@@ -98,6 +144,7 @@ def groups_from(values: Mapping[str, Values]) -> Values:
             padding / radius,
             values["sensor_radius"] / radius,
             modulus,
+            values["stiffening"],
             values["dielectric_thickness"] / thickness,
             values["electrode_radius"] / values["sensor_radius"],
         ],
@@ -106,18 +153,18 @@ def groups_from(values: Mapping[str, Values]) -> Values:
 
 
 def groups_of(batch: Design) -> FloatArray:
-    """The six groups (n_draw, 6) of a batch of designs."""
+    """The seven groups (n_draw, 7) of a batch of designs."""
     return np.asarray(groups_from({k: np.asarray(v, dtype=float) for k, v in batch.parameters().items()}), dtype=float)
 
 
-def inside(groups: FloatArray) -> npt.NDArray[np.bool_]:
-    """Which designs with `groups` (n, 6) keep every bound, (n,)."""
-    return np.asarray(np.all([bound.holds(groups) for bound in BOUNDS], axis=0), dtype=bool)
+def inside(groups: FloatArray, family: Family = NEO_HOOKEAN) -> npt.NDArray[np.bool_]:
+    """Which designs with `groups` (n, 7) keep every bound of the `family`, (n,)."""
+    return np.asarray(np.all([bound.holds(groups) for bound in bounds(family)], axis=0), dtype=bool)
 
 
-def violated(groups: FloatArray) -> str:
-    """Empty if all of `groups` (n, 6) keep every bound, else the first that does not: its name, range and value."""
-    for bound in BOUNDS:
+def violated(groups: FloatArray, family: Family = NEO_HOOKEAN) -> str:
+    """Empty if all of `groups` (n, 7) keep every bound, else the first that does not: its name, range and value."""
+    for bound in bounds(family):
         holds = bound.holds(groups)
         if not np.all(holds):
             worst = float(bound.of(groups)[~holds][0])
@@ -133,14 +180,23 @@ def mechanical_features(groups: Values) -> Values:
     """
     h_s, h_p, a, modulus = (groups[:, k] for k in (SENSOR, PADDING, DISC, STIFFNESS))
     h = h_s + h_p
-    logs = [h_s, h_p / h_s + 0.3, h_p + 0.03, a, modulus, h, a / h]
-    return np.stack([*(np.log(x) for x in logs), 1 / a**2], axis=1)
+    logs = np.log(np.stack([h_s, h_p / h_s + 0.3, h_p + 0.03, a, modulus, h, a / h], axis=1))
+    return np.concatenate([logs, 1 / a[:, None] ** 2], axis=1)
+
+
+#: Number of the features of the mechanics, which come first among those of the capacitance.
+N_MECHANICAL = 8
 
 
 def electric_features(groups: Values) -> Values:
-    """Coordinates (n, 13) of the capacitance, from groups (n, 6): those of the mechanics, of the electrode and of the gap."""
+    """Coordinates (n, 13) of the capacitance, from groups (n, 7): those of the mechanics, of the electrode and of the gap."""
     a, share = groups[:, DISC], groups[:, WIDTH]
     width = share * a
     h = groups[:, SENSOR] + groups[:, PADDING]
     own = [np.log(width), np.log(width / h), np.log(share), share**4, groups[:, GAP]]
     return np.concatenate([mechanical_features(groups), np.stack(own, axis=1)], axis=1)
+
+
+def with_stiffening(features: Values, groups: Values, family: Family) -> Values:
+    """Features and, in a `family` that stiffens, 1/J_m beside them."""
+    return np.concatenate([features, groups[:, STIFFENING, None]], axis=1) if family.stiffening else features

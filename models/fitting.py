@@ -1,34 +1,40 @@
 """From a `TrainingSet` to a `Surrogate`: its networks, and from the paths kept out of the fit its error.
 
-One path in eight is kept out. Of what the fit misses there, networks learn the standard deviation along the path, and its
-correlation along the path gives modes of the error's covariance, scaled so that 90 % of what was kept out lies inside the 90 %
-band.
+The networks say the coefficients of polynomials along a path, and what their training makes small is what these polynomials
+miss of the path's own points, not of other coefficients: fitting coefficients, which trade off against each other, costs twice
+the error. One path in eight is kept out. Of what the fit misses there, networks learn the standard deviation along the path,
+and its correlation along the path gives modes of the error's covariance, scaled so that 90 % of what was kept out lies inside
+the 90 % band.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from models.domain import (
     COMPRESSION,
     DEPTH,
     DIELECTRIC,
     ELECTRODE,
+    N_MECHANICAL,
     PADDING,
     PATH,
     SENSOR,
     electric_features,
     inside,
-    mechanical_features,
+    with_stiffening,
 )
 from models.fem import one_thread
-from models.network import Network, train_network
-from models.sensor import BoolArray, FloatArray
+from models.network import Network, least_squares, train_network
+from models.sensor import BoolArray, FloatArray, IntArray
 from models.surrogate import (
     CHANGE_SCALE,
     N_DEPTH_TERMS,
@@ -40,13 +46,16 @@ from models.surrogate import (
     closed_change,
     closed_force,
     depth_terms,
+    share_of_family,
     smooth_end,
 )
 from models.training import DIELECTRIC_POINTS, ELECTRODE_POINTS, TrainingSet, design_points
 
-#: Hidden layers of the networks, and steps of their training.
-HIDDEN = (96, 96, 96)
-STEPS = 240_000
+#: Hidden layers of the networks of mechanics and of capacitance, of those that add to them for another family, and steps of
+#: their training.
+HIDDEN = ((128, 128, 128), (160, 160, 160))
+HIDDEN_OF_FAMILY = ((64, 64, 64), (64, 64, 64))
+STEPS = 120_000
 
 #: Windows in s over which what a fit missed is averaged: their middles.
 _WINDOWS = np.array([0.19, 0.37, 0.55, 0.73, 0.91])
@@ -56,13 +65,13 @@ _Z90 = 1.645
 
 
 def worst_points(surrogate: Surrogate, n: int, seed: int) -> FloatArray:
-    """Points (n, 4) for new training paths where `surrogate` states the largest errors, of force or of capacitance.
+    """Points (n, 5) for new training paths where `surrogate` states the largest errors, of force or of capacitance.
 
     Drawn without repetition from eight times as many points all over the range, each with a chance in proportion to its squared
     error (Efraimidis & Spirakis, Inf. Process. Lett. 97 (2006) 181).
     """
     rng = np.random.default_rng(seed)
-    points = design_points(8 * n, seed)
+    points = design_points(8 * n, seed, surrogate.family)
     electric = np.stack([rng.uniform(*DIELECTRIC, len(points)), rng.uniform(*ELECTRODE, len(points))], axis=1)
     error = surrogate.own_error(np.concatenate([points, electric], axis=1))
     weight = np.sum((error / np.mean(error, axis=0)) ** 2, axis=1)
@@ -73,14 +82,18 @@ def worst_points(surrogate: Surrogate, n: int, seed: int) -> FloatArray:
 LEAST_PATHS = 64
 _LEAST_STEPS = 8
 
-# Steps that a path's curves are continued from beyond its end.
+# From the end of a path to `S_END`, where it has no steps, its curves go on as a quadratic through so many of its last steps,
+# at these shares of the way, with little weight: a polynomial left to itself would be wild.
 _LAST_STEPS = 6
+_ONWARD = np.array([0.5, 1.0])
+_ONWARD_WEIGHT = 0.1
 
 
 def fit_surrogate(
     data: TrainingSet,
     *,
-    hidden: tuple[int, ...] = HIDDEN,
+    base: Surrogate | None = None,
+    hidden: tuple[tuple[int, ...], tuple[int, ...]] | None = None,
     steps: int = STEPS,
     seed: int = 0,
     progress: Callable[[str, int, int], None] | None = None,
@@ -89,7 +102,9 @@ def fit_surrogate(
 
     Parameters
     ----------
-    hidden, steps : of the networks of mechanics and capacitance; the others are small.
+    base : surrogate of neo-Hookean layers without friction, which that of another family adds to.
+    hidden, steps : of the networks of mechanics and of capacitance; the others are small. Default `HIDDEN`, above a base
+        `HIDDEN_OF_FAMILY`.
     progress : called with the name of the network, the steps done and their number.
 
     Raises
@@ -97,6 +112,7 @@ def fit_surrogate(
     ValueError
         If fewer than `LEAST_PATHS` paths are of use.
     """
+    hidden = hidden if hidden is not None else HIDDEN if base is None else HIDDEN_OF_FAMILY
     data = data.only(data.n_step >= _LEAST_STEPS)
     n_run = len(data.groups)
     if n_run < LEAST_PATHS:
@@ -109,49 +125,66 @@ def fit_surrogate(
     def told(name: str) -> Callable[[int, int], None] | None:
         return None if progress is None else lambda done, total: progress(name, done, total)
 
-    features = mechanical_features(data.groups)
+    # Runs first, then every electrode of every run.
+    groups, log_change, share_of_change = _electric_curves(data)
+    plain = electric_features(groups)
+    electric = with_stiffening(plain, groups, data.family)
+    features = with_stiffening(plain[::_N_ELECTRIC, :N_MECHANICAL], data.groups, data.family)
+    rows_of = np.arange(len(groups)) // _N_ELECTRIC
     log_end, certain = _ends(data)
     end = train_network(
         features[fitted],
-        log_end[fitted, None],
-        (24, 24),
+        least_squares(log_end[fitted, None], np.where(certain, 1.0, 0.1)[fitted]),
+        (24, 24, 1),
         steps=max(steps // 4, 1),
         rng=rng,
-        weight=np.where(certain, 1.0, 0.1)[fitted],
         batch=512,
         progress=told("end of the paths"),
     )
     thinned = (data.groups[:, SENSOR] + data.groups[:, PADDING]) * np.exp(end(features)[:, 0])
-    s = np.sqrt(data.depth / smooth_end(thinned)[:, None])
+    reach = smooth_end(thinned) if base is None else base.ends(groups[::_N_ELECTRIC], plain[::_N_ELECTRIC])[1]
+    s = np.sqrt(data.depth / reach[:, None])
+    s[s > S_END * (1 + 1e-9)] = np.nan
 
-    # Curves by run and quantity, then by run and electrode: (n, n_depth).
-    log_force = np.log(data.force / closed_force(data.groups, data.depth))
-    log_contact = np.log(data.contact_radius / np.sqrt(data.depth))
-    electric, log_change, weight = _electric_curves(data)
-    by_run = (n_run, _N_ELECTRIC, PATH.size)
-    change = _coefficients(s, log_change.reshape(by_run), weight.reshape(by_run), 0).reshape(-1, N_DEPTH_TERMS)
-    both = _coefficients(s, np.stack([log_force, log_contact], axis=1), np.ones((n_run, 2, PATH.size)), 1).reshape(n_run, -1)
-    in_fit = np.repeat(fitted, _N_ELECTRIC)
+    # Curves (n, n_curve, n_depth). The contact radius steps from node to node and counts less.
+    share = share_of_family(data.groups, data.family)
+    mechanical = np.stack(
+        [np.log(data.force / closed_force(data.groups, data.depth)), np.log(data.contact_radius / np.sqrt(data.depth))], axis=1
+    )
+    if base is not None:
+        below = base.coefficients(groups, plain).reshape(-1, 3, N_DEPTH_TERMS)
+        mechanical = mechanical - np.stack([_curve(below[::_N_ELECTRIC, k], s, 1) for k in range(2)], axis=1)
+        log_change = log_change - _curve(below[:, 2], s[rows_of], 0)
+    weight = np.broadcast_to(share[:, None, None] * np.array([[1.0], [0.3]]), mechanical.shape)
     first, second = rng.spawn(2)
+    jobs = (
+        (features, _curves(s, mechanical, weight, 1), fitted, share, hidden[0], steps, first, told("mechanics")),
+        (
+            electric,
+            _curves(s, log_change[:, None], (share[rows_of, None] * share_of_change)[:, None], 0),
+            fitted[rows_of],
+            share[rows_of],
+            hidden[1],
+            steps,
+            second,
+            told("capacitance"),
+        ),
+    )
     with one_thread(), ThreadPoolExecutor(2) as pool:
-        mechanics, capacitance = (
-            task.result()
-            for task in (
-                pool.submit(_train_curves, features, both, fitted, _MECHANICS, hidden, steps, first, told("mechanics")),
-                pool.submit(_train_curves, electric, change, in_fit, _CAPACITANCE, hidden, steps, second, told("capacitance")),
-            )
-        )
+        mechanics, capacitance = pool.map(lambda job: _train_curves(*job), jobs)
 
     # What the fit misses where the surrogate answers: on paths kept out, inside the range, to the depth it goes to.
-    middle = np.tile([np.mean(DIELECTRIC), np.mean(ELECTRODE)], (n_run, 1))
-    out = np.flatnonzero(~fitted & inside(np.concatenate([data.groups, middle], axis=1)))
+    out = np.flatnonzero(~fitted & inside(groups[::_N_ELECTRIC], data.family))
     rows = (out[:, None] * _N_ELECTRIC + np.arange(_N_ELECTRIC)).ravel()
     s_out = np.where(data.depth <= np.minimum(DEPTH, thinned)[:, None], s, np.nan)[out]
     s_rows = np.repeat(s_out, _N_ELECTRIC, axis=0)
-    missed_force = log_force[out] - _curve(mechanics(features[out])[:, :N_DEPTH_TERMS], s_out, 1)
-    missed_change = weight[rows] * (log_change[rows] - _curve(capacitance(electric[rows]), s_rows, 0))
+    force = share[out, None] * mechanics(features[out])[:, :N_DEPTH_TERMS]
+    change = share[rows_of[rows], None] * capacitance(electric[rows])
+    missed_force = mechanical[out, 0] - _curve(force, s_out, 1)
+    missed_change = share_of_change[rows] * (log_change[rows] - _curve(change, s_rows, 0))
     force_sd, force_modes = _learn_error(features[out], s_out, missed_force, max(steps // 8, 1), rng)
     capacitance_sd, capacitance_modes = _learn_error(electric[rows], s_rows, missed_change, max(steps // 8, 1), rng)
+    sizes = ", ".join(" x ".join(map(str, layers)) for layers in hidden)
     return Surrogate(
         end,
         mechanics,
@@ -161,29 +194,27 @@ def fit_surrogate(
         force_modes,
         capacitance_modes,
         {
-            "model": "neo-Hookean sensor on padding, bonded base, frictionless sphere",
+            "model": data.family.words,
             "finite elements": f"Q2/P1, accuracy {data.accuracy:g}, K/mu 1e4",
             "training paths": f"{n_run}, {sum(map(bool, data.failures))} of them without equilibrium to their end",
             "training hash (SHA-256)": data.digest,
-            "networks": f"{' x '.join(map(str, hidden))}, {N_DEPTH_TERMS} terms in depth, {steps} steps of SOAP, seed {seed}",
+            "networks": f"{sizes}, {N_DEPTH_TERMS} terms in depth, {steps} steps of SOAP, seed {seed}",
             "error of force": f"{_in_words(missed_force)} ({out.size} paths kept out of the fit)",
             "error of capacitance change": f"{_in_words(missed_change)} (likewise)",
             "numpy": version("numpy"),
             "scipy": version("scipy"),
             "date": datetime.now(UTC).date().isoformat(),
         },
+        data.family,
+        base,
     )
 
-
-# Power of s that leads a curve, and its weight in the fit: the contact radius steps from node to node and counts less.
-_MECHANICS = ((1, 1.0), (1, 0.3))
-_CAPACITANCE = ((0, 1.0),)
 
 _N_ELECTRIC = DIELECTRIC_POINTS.size * ELECTRODE_POINTS.size
 
 
 def _electric_curves(data: TrainingSet) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Every t_d/h_s and a_e/a of every run: features (n, 13), log of C/C0 - 1 over its closed form, and weights, (n, n_depth).
+    """Every t_d/h_s and a_e/a of every run: groups (n, 7), log of C/C0 - 1 over its closed form, and weights, (n, n_depth).
 
     The weight is the share of C/C0 - 1 in itself + delta: changes that count as nothing are not chased.
     """
@@ -196,7 +227,7 @@ def _electric_curves(data: TrainingSet) -> tuple[FloatArray, FloatArray, FloatAr
     # No change of these designs is negative but by rounding.
     change = np.maximum(change, 1e-12)
     closed = closed_change(groups, depth, closed_force(groups, depth))
-    return electric_features(groups), np.log(change / closed), change / (change + CHANGE_SCALE)
+    return groups, np.log(change / closed), change / (change + CHANGE_SCALE)
 
 
 def _curve(coefficients: FloatArray, s: FloatArray, power: int) -> FloatArray:
@@ -221,60 +252,94 @@ def _ends(data: TrainingSet) -> tuple[FloatArray, BoolArray]:
     return logs - np.log(thickness), certain
 
 
-def _coefficients(s: FloatArray, curves: FloatArray, weight: FloatArray, power: int) -> FloatArray:
-    """Coefficients (n, m, N_DEPTH_TERMS) of curves (n, m, n_depth) = s^power p(s) by weighted least squares; nan is not fitted.
+@dataclass(frozen=True, eq=False)
+class _Curves:
+    """Curves along paths that a network is to follow, in single precision.
 
-    High terms are held down just enough for paths with fewer steps than terms, and from the end of a path to `S_END`, where it
-    has no steps, its curves go on as a quadratic through the last of them: a polynomial left to itself there would be wild. The
-    first steps, where few elements touch, hold what noise there is and weigh less.
+    Attributes
+    ----------
+    terms : (n_path, N_DEPTH_TERMS, n_point), s^power times the polynomials' terms, turned so that they are orthonormal.
+    turn : (N_DEPTH_TERMS, N_DEPTH_TERMS), from coefficients of the turned terms to those of the terms.
+    values, weight : (n, n_curve, n_point), what to follow, and the factor of what is missed of it; n a multiple of n_path.
     """
-    n_run, n_curve = curves.shape[:2]
-    hold = np.broadcast_to(np.diag(1e-4 * 1.6 ** np.arange(N_DEPTH_TERMS)), (n_curve, N_DEPTH_TERMS, N_DEPTH_TERMS))
-    out = np.empty((n_run, n_curve, N_DEPTH_TERMS))
+
+    terms: npt.NDArray[np.float32]
+    turn: FloatArray
+    values: npt.NDArray[np.float32]
+    weight: npt.NDArray[np.float32]
+
+
+def _curves(s: FloatArray, values: FloatArray, weight: FloatArray, power: int) -> _Curves:
+    """Curves (n, n_curve, n_depth) over s (n_path, n_depth), nan where they are not known, and on from there to `S_END`.
+
+    The first steps, where few elements touch, hold what noise there is and weigh less.
+    """
+    per_path = len(values) // len(s)
+    n_point = s.shape[1] + _ONWARD.size
+    points = np.zeros((len(s), n_point))
+    at, sizes = (np.zeros((len(values), values.shape[1], n_point), np.float32) for _ in range(2))
     for i, along in enumerate(s):
         seen = np.flatnonzero(np.isfinite(along))
         last = seen[-_LAST_STEPS:]
-        beyond = along[last[-1]] + (S_END - along[last[-1]]) * np.array([0.5, 1.0])
-        beyond = beyond[beyond > along[last[-1]]]
-        onward = curves[i][:, last] @ (np.vander(beyond, 3) @ np.linalg.pinv(np.vander(along[last], 3))).T
-        at = np.concatenate([along[seen], beyond])
-        weights = np.concatenate(
-            [weight[i][:, seen] * np.clip(along[seen] / 0.3, 0.3, 1.0), np.full(onward.shape, 0.3)], axis=1
-        )
-        right = weights * np.concatenate([curves[i][:, seen], onward], axis=1)
-        left = np.concatenate([weights[..., None] * (depth_terms(at) * at**power).T, hold], axis=1)
-        q, r = np.linalg.qr(left)
-        out[i] = np.linalg.solve(r, np.swapaxes(q[:, : at.size], 1, 2) @ right[..., None])[..., 0]
-    return out
+        onward = along[last[-1]] + (S_END - along[last[-1]]) * _ONWARD
+        go_on = (np.vander(onward, 3) @ np.linalg.pinv(np.vander(along[last], 3))).T
+        own = slice(i * per_path, (i + 1) * per_path)
+        points[i] = np.concatenate([np.nan_to_num(along), onward])
+        at[own, :, seen] = values[own][:, :, seen]
+        at[own, :, s.shape[1] :] = values[own][:, :, last] @ go_on
+        sizes[own, :, seen] = weight[own][:, :, seen] * np.clip(along[seen] / 0.3, 0.3, 1.0)
+        sizes[own, :, s.shape[1] :] = _ONWARD_WEIGHT * weight[own][:, :, last[-1:]]
+    grid = np.linspace(PATH[0], S_END, 2 * N_DEPTH_TERMS)
+    turn = np.linalg.inv(np.linalg.qr(depth_terms(grid).T / np.sqrt(grid.size))[1])
+    terms = turn.T @ depth_terms(points) * points[:, None] ** power
+    return _Curves(terms.astype(np.float32), turn, at, sizes)
 
 
 def _train_curves(
     features: FloatArray,
-    coefficients: FloatArray,
+    curves: _Curves,
     fitted: BoolArray,
-    curves: tuple[tuple[int, float], ...],
+    share: FloatArray,
     hidden: tuple[int, ...],
     steps: int,
     rng: np.random.Generator,
     progress: Callable[[int, int], None] | None,
 ) -> Network:
-    """A network to the coefficients (n, n_curve * N_DEPTH_TERMS), by least squares of the curves they stand for.
+    """A network to the coefficients (n, n_curve * N_DEPTH_TERMS) of `curves`, each `share` (n,) times what the network says.
 
-    With the terms on an even grid of s as A = Q R, the curves' sum of squares is that of R times the coefficients; the network
-    is trained on these and its last layer then turned to the coefficients themselves. `curves` tells the power of s that leads
-    each curve, and its weight.
+    It learns what is left of the mean curve, as coefficients of the turned terms; its last layer is then turned to those of the
+    terms themselves.
     """
-    grid = np.linspace(PATH[0], S_END, 2 * N_DEPTH_TERMS)
-    triangle = np.zeros((coefficients.shape[1],) * 2)
-    for k, (power, weight) in enumerate(curves):
-        own = slice(k * N_DEPTH_TERMS, (k + 1) * N_DEPTH_TERMS)
-        terms = depth_terms(grid).T * (weight * grid[:, None] ** power / np.sqrt(grid.size))
-        triangle[own, own] = np.linalg.qr(terms)[1]
-    mean = coefficients[fitted].mean(axis=0)
-    scores = (coefficients[fitted] - mean) @ triangle.T
-    network = train_network(features[fitted], scores, hidden, steps=steps, rng=rng, progress=progress)
-    last = network.layers[-1].astype(float) @ np.linalg.inv(triangle.T)
-    last[-1] += mean
+    rows_fitted = np.flatnonzero(fitted)
+    n_curve, n_point = curves.values.shape[1:]
+    per_path = len(curves.values) // len(curves.terms)
+    scale = share.astype(np.float32)[:, None, None]
+
+    def parts(rows: IntArray) -> tuple[Any, Any, Any]:
+        return curves.terms[rows // per_path], curves.values[rows], curves.weight[rows]
+
+    normal, right = np.zeros((n_curve, N_DEPTH_TERMS, N_DEPTH_TERMS)), np.zeros((n_curve, N_DEPTH_TERMS, 1))
+    for rows in np.array_split(rows_fitted, 1 + len(rows_fitted) // 4096):
+        terms, values, weight = parts(rows)
+        leads = weight[:, :, None] * scale[rows, None] * terms[:, None]
+        normal += np.sum(leads @ np.swapaxes(leads, 2, 3), axis=0, dtype=float)
+        right += np.sum(leads @ (weight * values)[..., None], axis=0, dtype=float)
+    mean = np.linalg.solve(normal + 1e-9 * np.trace(normal, axis1=1, axis2=2)[:, None, None] * np.eye(N_DEPTH_TERMS), right)
+    mean = mean[..., 0].astype(np.float32)
+
+    def slope(out: npt.NDArray[Any], points: IntArray) -> npt.NDArray[Any]:
+        rows = rows_fitted[points]
+        terms, values, weight = parts(rows)
+        coefficients = scale[rows] * (out.reshape(-1, n_curve, N_DEPTH_TERMS) + mean)
+        missed = weight * weight * (coefficients @ terms - values)
+        slopes = scale[rows] * (missed @ np.swapaxes(terms, 1, 2))
+        return np.asarray(slopes.reshape(len(rows), -1) * np.float32(2 / len(rows) / n_point))
+
+    sizes = (*hidden, n_curve * N_DEPTH_TERMS)
+    network = train_network(features[rows_fitted], slope, sizes, steps=steps, rng=rng, progress=progress)
+    last = network.layers[-1].astype(float)
+    last[-1] += mean.ravel()
+    last = np.concatenate([part @ curves.turn.T for part in np.split(last, n_curve, axis=1)], axis=1)
     return Network(network.centre, network.width, (*network.layers[:-1], last.astype(np.float32)))
 
 
@@ -291,7 +356,9 @@ def _learn_error(
     logs = np.where(np.isfinite(logs), logs, np.nanmean(logs, axis=1, keepdims=True))
     # Three terms through five windows: no wild ends.
     to_terms = np.linalg.pinv(depth_terms(_WINDOWS, N_ERROR_TERMS).T)
-    network = train_network(features, logs @ to_terms.T, (16, 16), steps=steps, rng=rng, batch=512)
+    network = train_network(
+        features, least_squares(logs @ to_terms.T), (16, 16, N_ERROR_TERMS), steps=steps, rng=rng, batch=512
+    )
 
     sd = np.exp((network(features)[:, None] @ depth_terms(np.nan_to_num(s, nan=1.0), N_ERROR_TERMS))[:, 0])
     score = missed / sd

@@ -10,7 +10,7 @@ from typing import Literal
 
 import numpy as np
 
-from models.laws import Law, NeoHookean
+from models.laws import Gent, Law, NeoHookean
 from models.sensor import VACUUM_PERMITTIVITY, Design
 
 #: What the stack rests on: glued to a rigid base, or free to slide on it without friction (but not to lift off).
@@ -208,11 +208,12 @@ class LayeredDesign:
 
 
 def layered(design: Design) -> LayeredDesign:
-    """One (not batch) `Design` as layers: padding, if any, below the sensor, both neo-Hookean, on a bonded base."""
+    """One (not batch) `Design` as layers: padding, if any, below the sensor, both of one law, on a bonded base."""
     p = {k: float(np.asarray(v)) for k, v in design.parameters().items()}
-    sensor = Layer(p["sensor_thickness"], p["young_modulus"], name="sensor")
+    law: Law = Gent(1 / p["stiffening"]) if p["stiffening"] > 0 else NeoHookean()
+    sensor = Layer(p["sensor_thickness"], p["young_modulus"], law, "sensor")
     padding = p["padding_thickness"]
-    below = (Layer(padding, p["padding_young_modulus"], name="padding"),) if padding > 0 else ()
+    below = (Layer(padding, p["padding_young_modulus"], law, "padding"),) if padding > 0 else ()
     middle, t_d, eps = padding + p["sensor_thickness"] / 2, p["dielectric_thickness"], p["relative_permittivity"]
     t_d = min(t_d, p["sensor_thickness"] / 2)
     return LayeredDesign(

@@ -1,4 +1,4 @@
-"""From points and the values there to a small smooth network, and from a network to its values anywhere.
+"""From points and a loss there to a small smooth network, and from a network to its values anywhere.
 
 A network is layers of tanh with linear ends. It is trained by SOAP (Vyas et al., arXiv 2409.11321): Adam in the slowly turning
 eigenbasis of Shampoo's preconditioner, which on the smooth functions met here is ahead, after half a minute, of what
@@ -16,10 +16,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from models.sensor import FloatArray
+from models.sensor import FloatArray, IntArray
 
 #: Single precision, or complex where a derivative is taken by a complex step.
 _Array = npt.NDArray[Any]
+#: Derivatives of a loss by what a network says: from outputs (n, n_out) at some points, and these points' numbers, (n, n_out).
+Slope = Callable[[_Array, IntArray], _Array]
 
 # SOAP: learning rate at its top, share of the steps that warm up, memory of the averages, steps between turns of the basis.
 _RATE = 6e-3
@@ -75,30 +77,39 @@ def network_from(arrays: Mapping[str, _Array], name: str) -> Network:
     return Network(arrays[f"{name}_centre"], arrays[f"{name}_width"], tuple(arrays[f"{name}_layer_{i}"] for i in range(n)))
 
 
+def least_squares(y: FloatArray, weight: FloatArray | None = None) -> Slope:
+    """Slope of the mean over the points of the squared error from y (n, n_out), each point times its `weight` (n,)."""
+    values = y.astype(np.float32)
+    weights = np.ones((len(y), 1), np.float32) if weight is None else (weight / np.mean(weight)).astype(np.float32)[:, None]
+
+    def slope(out: _Array, rows: IntArray) -> _Array:
+        return (out - values[rows]) * weights[rows] * np.float32(2 / len(rows))
+
+    return slope
+
+
 def train_network(
     x: FloatArray,
-    y: FloatArray,
-    hidden: tuple[int, ...],
+    slope: Slope,
+    sizes: tuple[int, ...],
     *,
     steps: int,
     rng: np.random.Generator,
-    weight: FloatArray | None = None,
     batch: int = 1024,
     progress: Callable[[int, int], None] | None = None,
 ) -> Network:
-    """Least squares of a network with `hidden` layers on points x (n, n_in) with values y (n, n_out).
+    """A network of layers of `sizes`, the last its outputs, that makes a loss small over the points x (n, n_in).
 
     Parameters
     ----------
-    weight : (n,), of each point in the sum of squares; one if left out.
+    slope : of the loss, see `Slope`.
     batch : points a step, drawn without repetition until all have been seen.
     progress : called now and then with the steps done and `steps`.
     """
     centre, width = x.mean(axis=0), x.std(axis=0)
     width = np.where(width > 0, width, 1.0)
-    points, values = ((x - centre) / width).astype(np.float32), y.astype(np.float32)
-    weights = None if weight is None else (weight / np.mean(weight)).astype(np.float32)[:, None]
-    layers = _initial((x.shape[1], *hidden, y.shape[1]), rng)
+    points = ((x - centre) / width).astype(np.float32)
+    layers = _initial((x.shape[1], *sizes), rng)
     states = [_nothing_yet((layer.shape[0], layer.shape[1])) for layer in layers]
     batch = min(batch, len(x))
     order, at = rng.permutation(len(x)), 0
@@ -107,7 +118,7 @@ def train_network(
             order, at = rng.permutation(len(x)), 0
         rows = order[at : at + batch]
         at += batch
-        gradients = _gradients(layers, points[rows], values[rows], None if weights is None else weights[rows])
+        gradients = _gradients(layers, points[rows], slope, rows)
         rate = _RATE * _schedule(step / steps)
         moves = [state.after(g, step) for state, g in zip(states, gradients, strict=True)]
         layers = [layer - rate * direction for layer, (direction, _) in zip(layers, moves, strict=True)]
@@ -131,14 +142,12 @@ def _initial(sizes: tuple[int, ...], rng: np.random.Generator) -> list[_Array]:
     return layers
 
 
-def _gradients(layers: list[_Array], x: _Array, y: _Array, weight: _Array | None) -> list[_Array]:
-    """Derivatives of the mean over the points of the squared error, by layer."""
+def _gradients(layers: list[_Array], x: _Array, slope: Slope, rows: IntArray) -> list[_Array]:
+    """Derivatives by layer of the loss with this `slope` over the points x (n, n_in), number `rows` of all points."""
     values = [x]
     for layer in layers[:-1]:
         values.append(np.tanh(values[-1] @ layer[:-1] + layer[-1]))
-    back = (values[-1] @ layers[-1][:-1] + layers[-1][-1] - y) * np.float32(2 / len(x))
-    if weight is not None:
-        back = back * weight
+    back = slope(values[-1] @ layers[-1][:-1] + layers[-1][-1], rows)
     out = []
     for value, layer in zip(reversed(values), reversed(layers), strict=True):
         out.append(np.vstack([value.T @ back, back.sum(axis=0)]))

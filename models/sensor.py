@@ -43,6 +43,7 @@ def _table(*rows: Parameter) -> Mapping[str, Parameter]:
 PARAMETERS: Mapping[str, Parameter] = _table(
     Parameter("young_modulus", "E", "Pa", "MPa", 1e-6, "Young's modulus of the sensor"),
     Parameter("padding_young_modulus", "E_p", "Pa", "MPa", 1e-6, "Young's modulus of the padding"),
+    Parameter("stiffening", "1/J_m", "", "", 1.0, "stiffening of sensor and padding (inverse of Gent's limit)"),
     Parameter("relative_permittivity", "ε_r", "", "", 1.0, "relative permittivity"),
     Parameter("sensor_thickness", "h_s", "m", "mm", 1e3, "sensor thickness"),
     Parameter("padding_thickness", "h_p", "m", "mm", 1e3, "padding thickness"),
@@ -105,12 +106,14 @@ class Sensor:
     """A disc of two dielectric layers between three compliant electrodes, all lengths in [m], modulus in [Pa].
 
     The signal electrode lies at mid-plane, the grounds at +- `dielectric_thickness` from it. `electrode_radius` defaults
-    to the disc `radius`, `dielectric_thickness` to half the sensor `thickness`.
+    to the disc `radius`, `dielectric_thickness` to half the sensor `thickness`. `stiffening` [1] is 1/J_m of Gent's law
+    (`models.laws.Gent`) in sensor and padding; 0, the default, is neo-Hookean.
 
     Raises
     ------
     ValueError
-        If a quantity is not positive, an electrode is wider than the disc, or a dielectric thicker than half the sensor.
+        If a quantity is not positive (the stiffening: negative), an electrode is wider than the disc, or a dielectric thicker
+        than half the sensor.
     """
 
     thickness: Scalar
@@ -119,12 +122,14 @@ class Sensor:
     relative_permittivity: Scalar
     electrode_radius: Scalar = field(default=np.nan)
     dielectric_thickness: Scalar = field(default=np.nan)
+    stiffening: Scalar = 0.0
 
     def __post_init__(self) -> None:
         _require_positive("sensor_thickness", self.thickness)
         _require_positive("sensor_radius", self.radius)
         _require_positive("young_modulus", self.young_modulus)
         _require_positive("relative_permittivity", self.relative_permittivity)
+        _require_positive("stiffening", self.stiffening, zero_allowed=True)
         if isinstance(self.electrode_radius, float) and np.isnan(self.electrode_radius):
             object.__setattr__(self, "electrode_radius", self.radius)
         if isinstance(self.dielectric_thickness, float) and np.isnan(self.dielectric_thickness):
@@ -207,6 +212,7 @@ class Design:
             "dielectric_thickness": self.sensor.dielectric_thickness,
             "padding_thickness": self.padding.thickness,
             "padding_young_modulus": self.padding_young_modulus,
+            "stiffening": self.sensor.stiffening,
         }
 
     def draws(self) -> Design:
@@ -234,7 +240,8 @@ class Design:
 def design_from(values: Mapping[str, Scalar], *, friction_coefficient: float = 0.0) -> Design:
     """A `Design` from parameter names (see `PARAMETERS`) and SI values, each a number or of shape (n_draw,).
 
-    `electrode_radius`, `dielectric_thickness` and `padding_young_modulus` may be left out and get their defaults.
+    `electrode_radius`, `dielectric_thickness`, `padding_young_modulus` and `stiffening` may be left out and get their
+    defaults.
 
     Raises
     ------
@@ -252,6 +259,7 @@ def design_from(values: Mapping[str, Scalar], *, friction_coefficient: float = 0
             relative_permittivity=values["relative_permittivity"],
             electrode_radius=values.get("electrode_radius", np.nan),
             dielectric_thickness=values.get("dielectric_thickness", np.nan),
+            stiffening=values.get("stiffening", 0.0),
         ),
         Padding(values["padding_thickness"], values.get("padding_young_modulus", np.nan)),
     )

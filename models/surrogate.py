@@ -25,10 +25,26 @@ import numpy as np
 
 from models import domain
 from models.analytic import layer_weight
-from models.domain import DEPTH, DISC, PADDING, PATH, SENSOR, STIFFNESS, WIDTH, Values, electric_features, mechanical_features
+from models.domain import (
+    DEPTH,
+    DISC,
+    FAMILIES,
+    N_MECHANICAL,
+    NEO_HOOKEAN,
+    PADDING,
+    PATH,
+    SENSOR,
+    STIFFENING,
+    STIFFNESS,
+    WIDTH,
+    Family,
+    Values,
+    electric_features,
+    with_stiffening,
+)
 from models.network import Network, network_from
 from models.response import OutOfRangeError, Response
-from models.sensor import VACUUM_PERMITTIVITY, Design, FloatArray
+from models.sensor import VACUUM_PERMITTIVITY, BoolArray, Design, FloatArray
 
 #: Terms of the polynomials in s: of the curves, of the logarithm of their error's standard deviation, and of its modes.
 N_DEPTH_TERMS = 12
@@ -46,9 +62,9 @@ CHANGE_SCALE = 5e-5
 S_END = 1.045
 
 #: Designs evaluated together: their arrays stay in the processor's cache.
-_CHUNK = 256
+_CHUNK = 128
 
-_FORMAT = 2
+_FORMAT = 3
 
 # Relative rounding that a bound forgives.
 _SLACK = 1e-9
@@ -87,7 +103,7 @@ def closed_force(groups: Values, depth: Values) -> Values:
 
 
 def closed_change(groups: Values, depth: Values, force: Values) -> Values:
-    """Rough C/C0 - 1 that the surrogate corrects; groups (n, 6), depth and force over R and mu R^2 (n, n_depth).
+    """Rough C/C0 - 1 that the surrogate corrects; groups (n, 7), depth and force over R and mu R^2 (n, n_depth).
 
     Two parts over the electrode's area: d^2 for the quadratic effect of the strain under the sphere, and, in proportion to the
     force, the net outflow of material through the electrode's rim, which falls off within a few thicknesses of the stack and is
@@ -116,9 +132,17 @@ class _Paths:
     terms: Values
 
 
+def share_of_family(groups: Values, family: Family) -> Values:
+    """How much of the difference between its `family` and the neo-Hookean, frictionless one a design has, (n,)."""
+    return groups[:, STIFFENING] / family.stiffening if family.stiffening else np.ones(len(groups))
+
+
 @dataclass(frozen=True, eq=False)
 class Surrogate:
     """The fast `Forward`. Refuses what lies outside its training range.
+
+    The surrogate of a family has networks of its own that add to the coefficients of the neo-Hookean, frictionless one, its
+    `base`, on the same scale of depth: of Gent's in proportion to 1/J_m, so that it goes over into the base where that is 0.
 
     Attributes
     ----------
@@ -128,6 +152,7 @@ class Surrogate:
     force_sd, capacitance_sd : from features to the N_ERROR_TERMS of the logarithm of the error's standard deviation.
     force_modes, capacitance_modes : (n_mode, N_MODE_TERMS), modes of the error's correlation along s.
     provenance : where it comes from: finite-element settings, training set and its hash, versions, date, own error.
+    family : what it stands for; `base` : the surrogate that it adds to, None for the neo-Hookean, frictionless one.
     """
 
     end: Network
@@ -138,30 +163,51 @@ class Surrogate:
     force_modes: FloatArray
     capacitance_modes: FloatArray
     provenance: Mapping[str, str]
+    family: Family = NEO_HOOKEAN
+    base: Surrogate | None = None
 
     @property
     def name(self) -> str:
         """Short name for tables and reports."""
-        return "surrogate"
+        return "surrogate" if self.base is None else f"{self.family.name} surrogate"
 
     def info(self) -> dict[str, str]:
         """Provenance, error and range as words."""
-        ranges = {f"range of {b.name}": f"{b.low:.4g} to {b.high:.4g}" for b in domain.BOUNDS}
+        ranges = {f"range of {b.name}": f"{b.low:.4g} to {b.high:.4g}" for b in domain.bounds(self.family) if b.high > 0}
         depth = "R/2, or where a layer is thinned to 40 % on the axis if that is first"
         return {**self.provenance, **ranges, "range of d": f"up to {depth}"}
 
-    def _limit(self, groups: FloatArray, design: Design) -> FloatArray:
-        """Largest depth [m] (n_draw,) of the batch `design` with its `groups` (n_draw, 6); 0 outside the training range."""
-        inside = domain.inside(groups)
-        if design.indenter.friction_coefficient:
-            inside[:] = False
-        # What is outside may be anything, also nothing the networks' features are defined for.
-        thinned = self._thinned(np.where(inside[:, None], groups, 1.0))
-        return np.where(inside, np.minimum(DEPTH, thinned) * np.asarray(design.indenter.radius), 0.0)
+    def ends(self, groups: Values, features: Values) -> tuple[Values, Values]:
+        """Largest depth covered and the scale of depth, over R, each (n,).
 
-    def _thinned(self, groups: Values) -> Values:
-        """Depth over R (n_draw,) at which a layer is thinned to 40 %."""
-        return np.asarray((groups[:, SENSOR] + groups[:, PADDING]) * np.exp(self.end(mechanical_features(groups))[:, 0]))
+        For groups (n, 7) inside the range and their features (n, >= N_MECHANICAL), see `domain.electric_features`.
+        """
+        own = with_stiffening(features[:, :N_MECHANICAL], groups, self.family)
+        thinned = (groups[:, SENSOR] + groups[:, PADDING]) * np.exp(self.end(own)[:, 0])
+        if self.base is None:
+            return np.minimum(DEPTH, thinned), smooth_end(thinned)
+        limit, reach = self.base.ends(groups, features)
+        return np.minimum(limit, thinned), reach
+
+    def coefficients(self, groups: Values, features: Values) -> Values:
+        """Of p_F, p_a and p_C side by side, (n, 3 * N_DEPTH_TERMS), for groups (n, 7) and their features (n, 13)."""
+        mechanics = self.mechanics(with_stiffening(features[:, :N_MECHANICAL], groups, self.family))
+        capacitance = self.capacitance(with_stiffening(features, groups, self.family))
+        own = np.concatenate([mechanics, capacitance], axis=1)
+        if self.base is None:
+            return own
+        return np.asarray(self.base.coefficients(groups, features) + share_of_family(groups, self.family)[:, None] * own)
+
+    def _limit(self, groups: FloatArray, design: Design) -> FloatArray:
+        """Largest depth [m] (n_draw,) of the batch `design` with its `groups` (n_draw, 7); 0 outside the training range."""
+        inside = self._inside(groups, design)
+        safe = _safe(groups, inside)
+        return np.where(inside, self.ends(safe, electric_features(safe))[0] * np.asarray(design.indenter.radius), 0.0)
+
+    def _inside(self, groups: FloatArray, design: Design) -> BoolArray:
+        """Which of the batch `design` with its `groups` are of the family and in its range, (n_draw,)."""
+        of_family = design.indenter.friction_coefficient == self.family.friction_coefficient
+        return domain.inside(groups, self.family) & of_family
 
     def max_depth(self, design: Design) -> FloatArray:
         """Largest depth [m] covered, shape (n_draw,); 0 where the design is outside the training range."""
@@ -170,23 +216,22 @@ class Surrogate:
 
     def outside(self, design: Design, depth: FloatArray) -> str:
         """Empty, or one sentence that names the violated bound, the value, and how it comes about."""
-        if design.indenter.friction_coefficient:
-            return (
-                "the surrogate is trained for frictionless contact; friction_coefficient must be 0, got "
-                f"{design.indenter.friction_coefficient:g}"
-            )
+        friction, covered = design.indenter.friction_coefficient, self.family.friction_coefficient
+        if friction != covered:
+            kind = "a ball that sticks" if self.family.stick else "frictionless contact"
+            return f"the {self.name} is trained for {kind}; friction_coefficient must be {covered:g}, got {friction:g}"
         batch = design.draws()
         groups = domain.groups_of(batch)
-        bound = domain.violated(groups)
+        bound = domain.violated(groups, self.family)
         if bound:
-            return f"the surrogate covers {bound}"
+            return f"the {self.name} covers {bound}"
         limit = self._limit(groups, batch)
         deepest = np.max(np.broadcast_to(depth, (limit.size, np.shape(depth)[-1])), axis=-1)
         worst = int(np.argmax(deepest - limit))
         if deepest[worst] > limit[worst] * (1 + _SLACK):
             why = "half the radius" if limit[worst] >= DEPTH * np.asarray(batch.indenter.radius)[worst] else "60 % compression"
             return (
-                f"the surrogate covers depths up to {limit[worst] * 1e3:.4g} mm for this design ({why}), "
+                f"the {self.name} covers depths up to {limit[worst] * 1e3:.4g} mm for this design ({why}), "
                 f"got {deepest[worst] * 1e3:.4g} mm"
             )
         return ""
@@ -195,9 +240,13 @@ class Surrogate:
         """See `models.response.Forward.respond`."""
         batch = design.draws()
         groups = domain.groups_of(batch)
-        if np.any(np.max(depth, axis=-1) > self._limit(groups, batch) * (1 + _SLACK)):
-            raise OutOfRangeError(self.outside(design, depth))
+        inside = self._inside(groups, batch)
+        groups = _safe(groups, inside)
+        features = electric_features(groups)
+        limit, reach = self.ends(groups, features)
         radius = np.asarray(batch.indenter.radius)[:, None]
+        if np.any(np.max(depth, axis=-1) > np.where(inside, limit * radius[:, 0], 0.0) * (1 + _SLACK)):
+            raise OutOfRangeError(self.outside(design, depth))
         mu = np.asarray(batch.sensor.young_modulus)[:, None] / 3
         c0 = np.asarray(batch.rest_capacitance, dtype=float)
         depths = np.broadcast_to(np.asarray(depth, dtype=float), (groups.shape[0], np.shape(depth)[-1]))
@@ -208,8 +257,9 @@ class Surrogate:
         for first in range(0, n_draw, _CHUNK):
             part = slice(first, first + _CHUNK)
             touching = depths[part] > 0
-            paths = self._paths(groups[part], np.where(touching, depths[part] / radius[part], 1e-12))
-            force_sd, change_sd = self._error(groups[part], paths)
+            over_radius = np.where(touching, depths[part] / radius[part], 1e-12)
+            paths = self._paths(groups[part], features[part], over_radius, reach[part])
+            force_sd, change_sd = self._error(groups[part], features[part], paths)
             force[part] = np.where(touching, paths.force, 0.0) * scale[part]
             contact[part] = np.where(touching, paths.contact_radius, 0.0) * radius[part]
             capacitance[part] = (1 + np.where(touching, paths.change, 0.0)) * c0[part, None]
@@ -228,13 +278,11 @@ class Surrogate:
         )
         return response if design.is_batch else response.draw(0)
 
-    def _paths(self, groups: Values, depth: Values) -> _Paths:
-        """Curves at depths over R (n_draw, n_depth), for groups (n_draw, 6); complex where either is."""
-        s = np.sqrt(depth / smooth_end(self._thinned(groups))[:, None])
+    def _paths(self, groups: Values, features: Values, depth: Values, reach: Values) -> _Paths:
+        """Curves at depths over R (n_draw, n_depth), for groups (n_draw, 7) and what follows from them; complex if any is."""
+        s = np.sqrt(depth / reach[:, None])
         terms = depth_terms(s)
-        mechanics = self.mechanics(mechanical_features(groups))
-        coefficients = np.concatenate([mechanics, self.capacitance(electric_features(groups))], axis=1)
-        logs = coefficients.reshape(-1, 3, N_DEPTH_TERMS) @ terms
+        logs = self.coefficients(groups, features).reshape(-1, 3, N_DEPTH_TERMS) @ terms
         closed = closed_force(groups, depth)
         return _Paths(
             force=closed * np.exp(s * logs[:, 0]),
@@ -244,19 +292,22 @@ class Surrogate:
             terms=terms,
         )
 
-    def _error(self, groups: FloatArray, paths: _Paths) -> tuple[FloatArray, FloatArray]:
+    def _error_terms(self, groups: FloatArray, features: FloatArray) -> FloatArray:
+        """Terms of the logarithms of the sd of log F and of C/C0 - 1 over itself + delta, (n_draw, 2, N_ERROR_TERMS)."""
+        force = self.force_sd(with_stiffening(features[:, :N_MECHANICAL], groups, self.family))
+        return np.stack([force, self.capacitance_sd(with_stiffening(features, groups, self.family))], axis=1)
+
+    def _error(self, groups: FloatArray, features: FloatArray, paths: _Paths) -> tuple[FloatArray, FloatArray]:
         """Standard deviations (n_draw, n_depth) of log F and of C/C0."""
-        networks = (self.force_sd(mechanical_features(groups)), self.capacitance_sd(electric_features(groups)))
-        sd = np.exp(np.stack(networks, axis=1) @ paths.terms[:, :N_ERROR_TERMS])
+        sd = np.exp(self._error_terms(groups, features) @ paths.terms[:, :N_ERROR_TERMS])
         # The error is known from `PATH` on; nearer to first touch there is less and less to be wrong about.
         change_sd = (paths.change + CHANGE_SCALE) * sd[:, 1]
         return sd[:, 0], change_sd * np.minimum(paths.s / PATH[0], 1.0)
 
     def own_error(self, groups: FloatArray) -> FloatArray:
-        """Rms along the path of the errors' sd, of log F and of C/C0 - 1 over itself + delta: (n, 2), for groups (n, 6)."""
-        logs = (self.force_sd(mechanical_features(groups)), self.capacitance_sd(electric_features(groups)))
-        terms = depth_terms(PATH, N_ERROR_TERMS)
-        return np.stack([np.sqrt(np.mean(np.exp(2 * x @ terms), axis=1)) for x in logs], axis=1)
+        """Rms along the path of the errors' sd, of log F and of C/C0 - 1 over itself + delta: (n, 2), for groups (n, 7)."""
+        logs = self._error_terms(groups, electric_features(groups)) @ depth_terms(PATH, N_ERROR_TERMS)
+        return np.asarray(np.sqrt(np.mean(np.exp(2 * logs), axis=2)))
 
     def gradients(self, design: Design, depth: FloatArray) -> Gradients:
         """Derivatives of force and capacitance with respect to every parameter and to the indentation, to rounding.
@@ -275,16 +326,14 @@ class Surrogate:
         depths = np.broadcast_to(np.asarray(depth, dtype=float), (n_draw, np.shape(depth)[-1]))
         force: dict[str, FloatArray] = {}
         capacitance: dict[str, FloatArray] = {}
+        # Each step in units of what it changes: a padding of nothing has no modulus to change.
+        sizes = values | {"stiffening": np.full(n_draw, self.family.stiffening)}
         for name in (*values, "indentation"):
-            # Relative to the parameter, or to the depth: a padding of nothing has no modulus to change.
-            step = 1e-30 * np.where(values.get(name, np.ones(1)) > 0, 1.0, 0.0)
-            moved = values | ({name: values[name] * (1 + 1j * step)} if name != "indentation" else {})
-            at = depths * (1 + (1j * 1e-30 if name == "indentation" else 0j))
-            f, c = self._dimensional(moved, at)
-            size = depths if name == "indentation" else values[name][:, None]
-            good = np.broadcast_to(size > 0, depths.shape)
+            size = depths if name == "indentation" else np.broadcast_to(sizes[name][:, None], depths.shape)
+            moved = values if name == "indentation" else values | {name: values[name] + 1e-30j * sizes[name]}
+            f, c = self._dimensional(moved, depths + (1e-30j * depths if name == "indentation" else 0j))
             for found, into in ((f, force), (c, capacitance)):
-                into[name] = np.divide(np.imag(found) / 1e-30, size, out=np.zeros(depths.shape), where=good)
+                into[name] = np.divide(np.imag(found) / 1e-30, size, out=np.zeros(depths.shape), where=size > 0)
         if not design.is_batch:
             force, capacitance = ({k: v[0] for k, v in d.items()} for d in (force, capacitance))
         return Gradients(force, capacitance)
@@ -294,25 +343,37 @@ class Surrogate:
         radius = values["indenter_radius"][:, None]
         groups = domain.groups_from(values).astype(complex)
         touching = np.real(depth) > 0
-        paths = self._paths(groups, np.where(touching, depth / radius, 1e-12))
+        features = electric_features(groups)
+        paths = self._paths(groups, features, np.where(touching, depth / radius, 1e-12), self.ends(groups, features)[1])
         area = np.pi * values["electrode_radius"] ** 2
         c0 = 2 * VACUUM_PERMITTIVITY * values["relative_permittivity"] * area / values["dielectric_thickness"]
         force = values["young_modulus"][:, None] / 3 * radius**2 * np.where(touching, paths.force, 0.0)
         return force, c0[:, None] * (1 + np.where(touching, paths.change, 0.0))
 
     def save(self, path: Path) -> None:
-        """Write as npz; nothing in it is executed on reading."""
-        arrays: dict[str, Any] = {}
+        """Write as npz, with what it adds to; nothing in it is executed on reading."""
+        np.savez_compressed(path, **self._arrays())
+
+    def _arrays(self, prefix: str = "") -> dict[str, Any]:
+        arrays: dict[str, Any] = {
+            "format": _FORMAT,
+            "family": self.family.name,
+            "force_modes": self.force_modes,
+            "capacitance_modes": self.capacitance_modes,
+            "provenance": np.array(json.dumps(dict(self.provenance))),
+        }
         for name in _NETWORKS:
             arrays |= getattr(self, name).arrays(name)
-        np.savez_compressed(
-            path,
-            format=_FORMAT,
-            force_modes=self.force_modes,
-            capacitance_modes=self.capacitance_modes,
-            provenance=np.array(json.dumps(dict(self.provenance))),
-            **arrays,
-        )
+        below = {} if self.base is None else self.base._arrays(_BASE)
+        return {prefix + name: array for name, array in arrays.items()} | below
+
+
+_BASE = "base_"
+
+
+def _safe(groups: FloatArray, inside: BoolArray) -> FloatArray:
+    """Groups with harmless ones where a design is not `inside`: there they may be anything, also nothing features exist for."""
+    return np.where(inside[:, None], groups, 1.0)
 
 
 _NETWORKS = ("end", "mechanics", "capacitance", "force_sd", "capacitance_sd")
@@ -322,15 +383,16 @@ _NETWORKS = ("end", "mechanics", "capacitance", "force_sd", "capacitance_sd")
 class Gradients:
     """Derivatives by parameter name, in SI: [N] and [F] per unit of the parameter, of the shape of the response's arrays.
 
-    `indentation` is among the names. A parameter that is zero (no padding) has the derivative zero here.
+    `indentation` is among the names. A parameter that is zero (no padding) has the derivative zero here, and so has the
+    stiffening in a family without.
     """
 
     force: dict[str, FloatArray]
     capacitance: dict[str, FloatArray]
 
 
-def load_surrogate(path: Path | None = None) -> Surrogate:
-    """Read a surrogate that `Surrogate.save` wrote; without a path the one shipped with the package.
+def load_surrogate(path: Path | None = None, family: Family = NEO_HOOKEAN) -> Surrogate:
+    """Read a surrogate that `Surrogate.save` wrote; without a path the one of the `family` shipped with the package.
 
     Raises
     ------
@@ -338,7 +400,7 @@ def load_surrogate(path: Path | None = None) -> Surrogate:
         If the file is not a surrogate of this format.
     """
     if path is None:
-        with as_file(files("models") / "data" / "surrogate.npz") as shipped:
+        with as_file(files("models") / "data" / f"{family.name}.npz") as shipped:
             return load_surrogate(shipped)
     try:
         with np.load(path, allow_pickle=False) as file:
@@ -348,10 +410,16 @@ def load_surrogate(path: Path | None = None) -> Surrogate:
         raise ValueError(f"{path} is not a surrogate file; give one that `calib surrogate train` wrote") from None
     if written != _FORMAT:
         raise ValueError(f"{path} has surrogate format {written}, this version reads {_FORMAT}; train it anew")
-    networks = {name: network_from(data, name) for name in _NETWORKS}
+    below = {name.removeprefix(_BASE): array for name, array in data.items() if name.startswith(_BASE)}
+    return _from_arrays(data, _from_arrays(below, None) if below else None)
+
+
+def _from_arrays(data: Mapping[str, Any], base: Surrogate | None) -> Surrogate:
     return Surrogate(
-        **networks,
+        **{name: network_from(data, name) for name in _NETWORKS},
         force_modes=data["force_modes"],
         capacitance_modes=data["capacitance_modes"],
         provenance=json.loads(str(data["provenance"])),
+        family=FAMILIES[str(data["family"])],
+        base=base,
     )

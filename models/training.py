@@ -11,7 +11,18 @@ from itertools import islice
 import numpy as np
 from scipy.stats import qmc
 
-from models.domain import COMPRESSION, DEPTH, GROUPS, LENGTHS, MODULUS, PATH
+from models.domain import (
+    COMPRESSION,
+    DEPTH,
+    DIELECTRIC,
+    ELECTRODE,
+    GROUPS,
+    LENGTHS,
+    MODULUS,
+    NEO_HOOKEAN,
+    PATH,
+    Family,
+)
 from models.fem import dimensionless
 from models.fem.capacitance import ring_capacitance
 from models.fem.equilibrium import Failure, compression, make_model
@@ -25,9 +36,9 @@ def _lobatto(n: int, low: float, high: float) -> FloatArray:
     return np.asarray(low + (high - low) * (1 - np.cos(np.pi * np.arange(n) / (n - 1))) / 2)
 
 
-#: t_d/h_s and a_e/a at which the capacitance of a path is taken: Chebyshev points, of those of [0.25, 1] the ones above 0.48.
-DIELECTRIC_POINTS = _lobatto(4, 0.1, 0.5)
-ELECTRODE_POINTS = _lobatto(9, 0.25, 1.0)[3:]
+#: t_d/h_s and a_e/a at which the capacitance of a path is taken: Chebyshev points of t_d/h_s and of (a_e/a)^2.
+DIELECTRIC_POINTS = _lobatto(6, *DIELECTRIC)
+ELECTRODE_POINTS = np.sqrt(_lobatto(7, ELECTRODE[0] ** 2, ELECTRODE[1] ** 2))
 
 
 #: By how much the points go beyond the range: a fit is worst where its points end.
@@ -37,24 +48,29 @@ _MARGIN = 1.1
 _PADDING_OFFSET = 0.15
 
 
-def design_points(n: int, seed: int) -> FloatArray:
-    """Space-filling points (n, 4) in the groups, a little beyond the range of `models.domain`: a scrambled Sobol sequence.
+def design_points(n: int, seed: int, family: Family = NEO_HOOKEAN) -> FloatArray:
+    """Space-filling points (n, 5) in the groups, a little beyond the range of `models.domain`: a scrambled Sobol sequence.
 
-    Even in the logarithms of R, h_s, a and E_p/E and in the padding's own coordinate, but half of the weight follows the
-    Chebyshev density, which is denser towards the borders.
+    Even in the logarithms of R, h_s, a and E_p/E, in the padding's own coordinate and in 1/J_m, but half of the weight follows
+    the Chebyshev density, which is denser towards the borders.
     """
     with np.errstate(all="ignore"):
-        u = qmc.Sobol(5, rng=np.random.default_rng(seed)).random_base2(max(0, int(np.ceil(np.log2(n)))))[:n]
-    return _points_at((1 - np.cos(np.pi * u)) / 4 + u / 2, _MARGIN)
+        sobol = qmc.Sobol(_n_coordinate(family), rng=np.random.default_rng(seed))
+        u = sobol.random_base2(max(0, int(np.ceil(np.log2(n)))))[:n]
+    return _points_at((1 - np.cos(np.pi * u)) / 4 + u / 2, _MARGIN, family)
 
 
-def random_groups(n: int, rng: np.random.Generator) -> FloatArray:
-    """Random points (n, 4) in the groups inside the range, even in the same coordinates."""
-    return _points_at(rng.uniform(size=(n, 5)), 1.0)
+def random_groups(n: int, rng: np.random.Generator, family: Family = NEO_HOOKEAN) -> FloatArray:
+    """Random points (n, 5) in the groups inside the range, even in the same coordinates."""
+    return _points_at(rng.uniform(size=(n, _n_coordinate(family))), 1.0, family)
 
 
-def _points_at(u: FloatArray, margin: float) -> FloatArray:
-    """Groups (n, 4) at u (n, 5) in [0, 1]: R, h_s, h_p, a and E_p/E over their ranges, widened by the factor `margin`."""
+def _n_coordinate(family: Family) -> int:
+    return 6 if family.stiffening else 5
+
+
+def _points_at(u: FloatArray, margin: float, family: Family) -> FloatArray:
+    """Groups (n, 5) at u in [0, 1]: R, h_s, h_p, a, E_p/E and 1/J_m over their ranges, widened by the factor `margin`."""
     low, high = np.array(list(LENGTHS.values())).T
     low, high = low / margin, high * margin
     radius, h_s = (low[k] * (high[k] / low[k]) ** u[:, k] for k in (0, 1))
@@ -62,7 +78,8 @@ def _points_at(u: FloatArray, margin: float) -> FloatArray:
     narrow = np.maximum(low[3], radius / margin**0.3)
     a = narrow * (high[3] / narrow) ** u[:, 3]
     modulus = MODULUS[0] / margin * (MODULUS[1] / MODULUS[0] * margin**2) ** u[:, 4]
-    return np.stack([h_s / radius, h_p / radius, a / radius, modulus], axis=1)
+    stiffening = margin * family.stiffening * u[:, 5] if family.stiffening else np.zeros(len(u))
+    return np.stack([h_s / radius, h_p / radius, a / radius, modulus, stiffening], axis=1)
 
 
 # What is kept of a run, by name.
@@ -75,12 +92,13 @@ class TrainingSet:
 
     Attributes
     ----------
-    groups : (n_run, 4) in the order of `models.domain.GROUPS`.
+    groups : (n_run, 5) in the order of `models.domain.GROUPS`.
     depth, force, contact_radius : (n_run, n_depth), d/R, F/(mu R^2) and over R.
     compression : (n_run, n_depth), largest thinning of a layer on the axis as a share of its thickness.
     capacitance : (n_run, n_depth, n_dielectric, n_electrode), C / C0 - 1 at `DIELECTRIC_POINTS` and `ELECTRODE_POINTS`.
     failures : (n_run,) sentences, empty for a path that came to its end.
     accuracy : of the finite elements.
+    family : whose designs they are.
     """
 
     groups: FloatArray
@@ -91,6 +109,7 @@ class TrainingSet:
     capacitance: FloatArray
     failures: tuple[str, ...]
     accuracy: float
+    family: Family = NEO_HOOKEAN
 
     @property
     def n_step(self) -> IntArray:
@@ -123,9 +142,9 @@ class Run:
     failure: str = ""
 
 
-def design_of(groups: FloatArray) -> LayeredDesign:
-    """The design with groups (4,) in the units of the finite elements: R = 1 and shear modulus 1 in the sensor."""
-    h_s, h_p, a, modulus = (float(g) for g in groups)
+def design_of(groups: FloatArray, family: Family = NEO_HOOKEAN) -> LayeredDesign:
+    """The design with groups (5,) in the units of the finite elements: R = 1 and shear modulus 1 in the sensor."""
+    h_s, h_p, a, modulus, stiffening = (float(g) for g in groups)
     design = design_from(
         {
             "indenter_radius": 1.0,
@@ -135,16 +154,18 @@ def design_of(groups: FloatArray) -> LayeredDesign:
             "relative_permittivity": 1.0,
             "padding_thickness": h_p,
             "padding_young_modulus": 3.0 * modulus,
-        }
+            "stiffening": stiffening,
+        },
+        friction_coefficient=family.friction_coefficient,
     )
     return dimensionless(layered(design))[0]
 
 
-def run_point(groups: FloatArray, accuracy: float) -> Run:
-    """Finite-element path for one point (4,) of the groups, at `PATH` until a layer is thinned by `COMPRESSION`."""
-    h_s, h_p, a, _ = (float(g) for g in groups)
+def run_point(groups: FloatArray, accuracy: float, family: Family = NEO_HOOKEAN) -> Run:
+    """Finite-element path for one point (5,) of the groups, at `PATH` until a layer is thinned by `COMPRESSION`."""
+    h_s, h_p, a = (float(g) for g in groups[:3])
     end = min(DEPTH, COMPRESSION * (h_s + h_p))
-    model = make_model(design_of(groups), end, accuracy)
+    model = make_model(design_of(groups, family), end, accuracy)
     dielectric, electrode = DIELECTRIC_POINTS * h_s, ELECTRODE_POINTS * a
     middle = np.full_like(dielectric, h_p + h_s / 2)
     lower, upper = np.concatenate([middle - dielectric, middle]), np.concatenate([middle, middle + dielectric])
@@ -165,9 +186,10 @@ def run_point(groups: FloatArray, accuracy: float) -> Run:
     return Run(depth, force, radius, thinning, np.array(capacitance).reshape(-1, *at_rest.shape), failure)
 
 
-def store_settings(accuracy: float) -> dict[str, object]:
+def store_settings(accuracy: float, family: Family = NEO_HOOKEAN) -> dict[str, object]:
     """What the runs of a campaign have in common, for `models.store.open_store`."""
     return {
+        "family": family.name,
         "groups": list(GROUPS),
         "accuracy": accuracy,
         "path": PATH.tolist(),
@@ -183,9 +205,10 @@ def run_training(
     store: RunStore,
     *,
     accuracy: float,
+    family: Family = NEO_HOOKEAN,
     progress: Callable[[int, int], None] | None = None,
 ) -> None:
-    """Run every point (n, 4) that is not in the `store` yet on `executor`; every result is kept there as it comes in.
+    """Run every point (n, 5) that is not in the `store` yet on `executor`; every result is kept there as it comes in.
 
     Any `concurrent.futures` executor will do: processes, or a Dask cluster's `Client.get_executor()`. `progress(done, total)`
     is called as results come in. A path that ends early is kept as far as it came, with the reason.
@@ -194,7 +217,7 @@ def run_training(
     done = len(points) - len(missing)
     if progress is not None and done:
         progress(done, len(points))
-    futures = {executor.submit(run_point, p, accuracy): p for p in missing}
+    futures = {executor.submit(run_point, p, accuracy, family): p for p in missing}
     try:
         for count, future in enumerate(as_completed(futures), start=done + 1):
             run = future.result()
@@ -213,7 +236,7 @@ def points_wanted(store: RunStore, sequence: Iterable[FloatArray], n: int) -> Fl
     return np.array(list(islice(new, max(0, n - len(store))))).reshape(-1, len(GROUPS))
 
 
-def training_set(store: RunStore, accuracy: float) -> TrainingSet:
+def training_set(store: RunStore, accuracy: float, family: Family = NEO_HOOKEAN) -> TrainingSet:
     """Every run in the store, in the order of the points.
 
     Raises
@@ -228,6 +251,7 @@ def training_set(store: RunStore, accuracy: float) -> TrainingSet:
         groups=np.array([point for point, _, _ in runs]),
         failures=tuple(failure for _, _, failure in runs),
         accuracy=accuracy,
+        family=family,
         **{name: np.array([_padded(arrays[name]) for _, arrays, _ in runs]) for name in _ARRAYS},
     )
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.domain import DIELECTRIC, ELECTRODE, PATH
+from models.domain import DIELECTRIC, ELECTRODE, NEO_HOOKEAN, PATH, Family
 from models.fem import ConvergenceError, FiniteElements
 from models.response import Forward, OutOfRangeError, Response
 from models.sensor import Design, FloatArray, design_from
@@ -61,12 +61,12 @@ class Validation:
         return rows
 
 
-def random_designs(n: int, seed: int) -> list[Design]:
-    """Designs spread over the whole range of the surrogate (see `training.random_groups`), R 5 mm, E 0.6 MPa, eps_r 2.8."""
+def random_designs(n: int, seed: int, family: Family = NEO_HOOKEAN) -> list[Design]:
+    """Designs spread over the whole range of a surrogate (see `training.random_groups`), R 5 mm, E 0.6 MPa, eps_r 2.8."""
     rng = np.random.default_rng(seed)
     radius, modulus = 5e-3, 0.6e6
     designs = []
-    for h_s, h_p, a, ratio in random_groups(n, rng):
+    for h_s, h_p, a, ratio, stiffening in random_groups(n, rng, family):
         designs.append(
             design_from(
                 {
@@ -79,7 +79,9 @@ def random_designs(n: int, seed: int) -> list[Design]:
                     "relative_permittivity": 2.8,
                     "dielectric_thickness": rng.uniform(*DIELECTRIC) * h_s * radius,
                     "electrode_radius": rng.uniform(*ELECTRODE) * a * radius,
-                }
+                    "stiffening": stiffening,
+                },
+                friction_coefficient=family.friction_coefficient,
             )
         )
     return designs

@@ -16,6 +16,7 @@ from rich.console import Console
 
 from calib.errors import Fault, InputError
 from calib.files import whole_file
+from models.domain import NEO_HOOKEAN, Family
 from models.response import Forward, OutOfRangeError
 
 if TYPE_CHECKING:
@@ -33,6 +34,14 @@ SURROGATE_FILE = "surrogate file"
 
 RunFolder = Annotated[Path, typer.Argument(metavar="RUN", help="Folder written by `calib calibrate`.")]
 Processes = Annotated[int | None, typer.Option(min=1, help="Worker processes [default: number of CPUs].")]
+
+
+class FamilyName(StrEnum):
+    """Which of the shipped surrogates."""
+
+    neo_hookean = "neo-hookean"
+    gent = "gent"
+    stick = "stick"
 
 
 class ModelName(StrEnum):
@@ -110,8 +119,11 @@ def quantity(text: str, si_unit: str, option: str) -> float:
         raise InputError(Fault(f"{option}: {error}")) from None
 
 
-def load_forward(model: str, surrogate: Path | None = None) -> Forward:
-    """The forward model of that name ("closed-form" or "closed form"); `surrogate`: a file instead of the shipped one."""
+def load_forward(model: str, surrogate: Path | None = None, family: Family | None = NEO_HOOKEAN) -> Forward:
+    """The forward model of that name ("closed-form" or "closed form") for designs of a `family`.
+
+    `surrogate` : a file instead of the shipped one.
+    """
     if model == "fem":
         from models.fem import FiniteElements
 
@@ -126,10 +138,13 @@ def load_forward(model: str, surrogate: Path | None = None) -> Forward:
         raise InputError(
             Fault("there is no such surrogate file", surrogate, advice="Leave --surrogate out to use the shipped one")
         )
+    if family is None:
+        raise InputError(Fault("there is no surrogate for Gent's law with a ball that sticks", advice="Use the model fem"))
     try:
-        return load_surrogate(surrogate)
+        found = load_surrogate(surrogate, family)
     except (OSError, ValueError, KeyError) as error:
         raise InputError(Fault(f"not a surrogate that can be read ({error})", surrogate)) from None
+    return found
 
 
 def load_run(run: Path) -> tuple[Posterior, Forward]:
@@ -152,7 +167,7 @@ def load_run(run: Path) -> tuple[Posterior, Forward]:
         raise InputError(Fault("there is no finished calibration in this folder (no posterior.nc)", run, advice=advice))
     posterior = load_posterior(path)
     file = posterior.attrs.get(SURROGATE_FILE)
-    forward = load_forward(posterior.experiment.model, Path(file) if file else None)
+    forward = load_forward(posterior.experiment.model, Path(file) if file else None, posterior.experiment.family)
     if forward.name != posterior.forward_name:
         err().print(f"Note: calibrated with the {posterior.forward_name}, predicting with the {forward.name}.", markup=False)
     return posterior, forward

@@ -178,9 +178,11 @@ name = "Padded sensor"        # EDIT: heading of the report
 
 [indenter]
 radius = "5 mm"               # EDIT: radius of the ball, half its diameter
+# friction_coefficient = "stick"     # 0 (default): the ball slides freely; "stick": the sensor sticks to it
 
 [sensor]
 radius = "10 mm"              # EDIT: radius of the disc
+# law = "gent"                # "neo-hookean" (default); "gent": stiffens when stretched far, by an unknown of its own
 # electrode_radius = "9 mm"   # if the electrodes are smaller than the disc; the capacitance change depends on it
 # dielectric_thickness = "0.16 mm"   # of each of the two, if it is not half the sensor
 

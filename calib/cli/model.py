@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
@@ -16,6 +17,7 @@ import typer
 from calib.cli.common import (
     INTERRUPTED,
     NOT_CONVERGED,
+    FamilyName,
     ModelName,
     Processes,
     RunFolder,
@@ -31,6 +33,7 @@ from calib.cli.common import (
     write_whole,
 )
 from calib.errors import Fault, InputError
+from models.domain import NEO_HOOKEAN
 
 if TYPE_CHECKING:
     from models.fem import FiniteElements, Solution
@@ -102,6 +105,7 @@ def simulate(
     with refusing_bad_input():
         from calib.design import read_design
         from calib.predictive import loading_curve
+        from models.domain import family_of
         from models.sensor import Design
 
         if (displacement is None) == (force is None):
@@ -127,9 +131,12 @@ def simulate(
             _simulate_fem(pressed, depth, load, steps, output, unload, accuracy, check, picture, view, field, vtk)
             return
         if not isinstance(pressed, Design):
-            message = f"the {model} covers a ball on neo-Hookean sensor and padding on a bonded base, the design is another"
+            covered = "a ball on a sensor and padding of one law, neo-Hookean or Gent, on a bonded base"
+            message = f"the {model} covers {covered}; the design is another"
             raise InputError(Fault(message, design, advice="Add --model fem"))
-        curve = loading_curve(load_forward(model, surrogate_file), pressed, displacement=depth, force=load, steps=steps)
+        family = family_of(stiffening=bool(pressed.sensor.stiffening), stick=math.isinf(pressed.indenter.friction_coefficient))
+        forward = load_forward(model, surrogate_file, family)
+        curve = loading_curve(forward, pressed, displacement=depth, force=load, steps=steps)
         _write_curve(curve, output, f"{steps} steps, {model}")
 
 
@@ -239,10 +246,11 @@ def curve_csv(curve: Response) -> str:
 
 
 SurrogateFile = Annotated[Path | None, typer.Option("--surrogate", help="Surrogate file [default: the shipped one].")]
+WhichFamily = Annotated[FamilyName, typer.Option("--family", help="Law of the layers, or contact, that it is for.")]
 
 
 @surrogate.command()
-def info(file: SurrogateFile = None) -> None:
+def info(file: SurrogateFile = None, family: WhichFamily = FamilyName.neo_hookean) -> None:
     """Say where the surrogate comes from, how far off it is, and what it covers.
 
     Example: `calib surrogate info`
@@ -254,7 +262,7 @@ def info(file: SurrogateFile = None) -> None:
         from rich.table import Table
 
         shown = Table.grid(padding=(0, 2))
-        for key, value in _load(file).info().items():
+        for key, value in _load(file, family).info().items():
             shown.add_row(escape(key), escape(value))
         out().print(shown)
 
@@ -262,6 +270,7 @@ def info(file: SurrogateFile = None) -> None:
 @surrogate.command()
 def validate(
     file: SurrogateFile = None,
+    family: WhichFamily = FamilyName.neo_hookean,
     designs: Annotated[int, typer.Option(min=1, help="Fresh random designs to compare on.")] = 50,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the designs.")] = 1,
     processes: Processes = None,
@@ -281,9 +290,10 @@ def validate(
         from models.validation import random_designs
         from models.validation import validate as compare
 
-        fast = _load(file)
+        fast = _load(file, family)
+        chosen = random_designs(designs, seed, fast.family)
         with workers(processes) as executor, counting() as told:
-            found = compare(fast, random_designs(designs, seed), executor, progress=partial(told, "designs"))
+            found = compare(fast, chosen, executor, progress=partial(told, "designs"))
         columns = ("quantity", "points", "error, median", "95 %", "worst", "share", "inside own 90 % band")
         shown = Table(*columns)
         for row in found.table():
@@ -296,14 +306,15 @@ def validate(
 @surrogate.command()
 def train(
     output: Annotated[Path, typer.Option("-o", "--output", help="Surrogate file to write (npz).")],
+    family: WhichFamily = FamilyName.neo_hookean,
     points: Annotated[
         int, typer.Option(min=1, help="Finite-element loading curves to train on, with those that the store holds already.")
-    ] = 12288,
+    ] = 8192,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the choice of designs and of the training.")] = 1,
     accuracy: Annotated[
         float, typer.Option(min=1e-5, max=0.1, help="Relative accuracy the finite elements are meshed for.")
     ] = 1e-3,
-    steps: Annotated[int | None, typer.Option(min=1, help="Steps of the training of each network [default: 240000].")] = None,
+    steps: Annotated[int | None, typer.Option(min=1, help="Steps of the training of each network [default: 120000].")] = None,
     improve: Annotated[
         Path | None,
         typer.Option(help="Surrogate file: new curves are run where it states the largest errors, not all over the range."),
@@ -320,9 +331,11 @@ def train(
 ) -> None:
     """Train a surrogate on finite-element loading curves spread over the whole range of designs.
 
-    Takes about half a second per curve and process, then about a quarter of an hour for the networks. Stop it with Ctrl-C
-    whenever you like: the same command goes on with the curves it has, and one with more --points adds to them. The file is
-    used with `--surrogate FILE` in the other commands; check it first with `calib surrogate validate --surrogate FILE`.
+    Takes about half a second per curve and process (with a ball that sticks two), then about half an hour for the networks. A
+    family other than neo-Hookean is learned as what it adds to the shipped neo-Hookean surrogate, and needs fewer curves.
+    Stop it with Ctrl-C whenever you like: the same command goes on with the curves it has, and one with more --points adds to
+    them. The file is used with `--surrogate FILE` in the other commands; check it first with `calib surrogate validate
+    --surrogate FILE`.
 
     Example: `calib surrogate train -o mine.npz --points 4096 --processes 8`
 
@@ -331,6 +344,7 @@ def train(
     Exit codes: 0 done; 2 too few points, or no place to write; 130 stopped from the keyboard, the curves so far kept.
     """
     with refusing_bad_input():
+        from models.domain import FAMILIES
         from models.fitting import LEAST_PATHS, STEPS, fit_surrogate, worst_points
         from models.store import StoreError, open_store
         from models.training import design_points, points_wanted, run_training, store_settings, training_set
@@ -341,22 +355,24 @@ def train(
         _require_new(output)
         kept = store if store is not None else output.with_suffix(".sqlite")
         _require_folder(kept)
-        sequence = design_points(points, seed) if improve is None else worst_points(_load(improve), points, seed)
+        of = FAMILIES[family]
+        base = _load(None, FamilyName.neo_hookean) if of is not NEO_HOOKEAN else None
+        sequence = design_points(points, seed, of) if improve is None else worst_points(_of(improve, family), points, seed)
         try:
-            with _executor(processes, scheduler) as executor, open_store(kept, store_settings(accuracy)) as runs:
+            with _executor(processes, scheduler) as executor, open_store(kept, store_settings(accuracy, of)) as runs:
                 try:
                     with counting() as told:
                         wanted, counted = points_wanted(runs, sequence, points), partial(told, "loading curves")
-                        run_training(wanted, executor, runs, accuracy=accuracy, progress=counted)
+                        run_training(wanted, executor, runs, accuracy=accuracy, family=of, progress=counted)
                 except KeyboardInterrupt:
                     err().print(f"Stopped with {len(runs)} curves in {kept}. The same command goes on.", markup=False)
                     raise typer.Exit(INTERRUPTED) from None
-                data = training_set(runs, accuracy)
+                data = training_set(runs, accuracy, of)
         except StoreError as error:
             raise InputError(Fault(str(error), kept, advice="Choose another --store")) from None
         try:
             with counting() as told:
-                fitted = fit_surrogate(data, steps=STEPS if steps is None else steps, seed=seed, progress=told)
+                fitted = fit_surrogate(data, base=base, steps=STEPS if steps is None else steps, seed=seed, progress=told)
         except ValueError as error:
             raise InputError(Fault(f"--points: {error}")) from None
         fitted.save(output)
@@ -378,7 +394,7 @@ def refine(
         Path | None,
         typer.Option("-o", "--output", metavar="NEW.npz", help="Surrogate file to write, trained on all curves of the store."),
     ] = None,
-    steps: Annotated[int | None, typer.Option(min=1, help="Steps of that training [default: 240000].")] = None,
+    steps: Annotated[int | None, typer.Option(min=1, help="Steps of that training [default: 120000].")] = None,
     accuracy: Annotated[
         float, typer.Option(min=1e-5, max=0.1, help="Relative accuracy the finite elements are meshed for.")
     ] = 1e-3,
@@ -415,11 +431,12 @@ def refine(
         from models.store import StoreError, open_store
         from models.training import run_training, store_settings
 
-        posterior, fast = load_run(run)
-        require_own_surrogate(posterior, fast)
+        posterior, forward = load_run(run)
+        fast = require_own_surrogate(posterior, forward)
         kept = store if store is not None else run / "refine.sqlite"
         _require_folder(kept)
-        exact, settings, rng = FiniteElements(accuracy), store_settings(accuracy), np.random.default_rng(seed)
+        of = fast.family
+        exact, settings, rng = FiniteElements(accuracy), store_settings(accuracy, of), np.random.default_rng(seed)
         values = thin_draws(posterior, draws, rng)
         points = training_points(posterior, values)
         try:
@@ -429,7 +446,8 @@ def refine(
                 try:
                     with counting() as told:
                         before = len(runs)
-                        run_training(points, executor, runs, accuracy=accuracy, progress=partial(told, "loading curves"))
+                        counted = partial(told, "loading curves")
+                        run_training(points, executor, runs, accuracy=accuracy, family=of, progress=counted)
                         say(f"Added to {kept}: {len(runs) - before} loading curves, now {len(runs)}")
                         compared = compare_draws(posterior, fast, exact, values, executor)
                         weighed = thin_draws(posterior, reweight, rng)
@@ -444,7 +462,7 @@ def refine(
                         say(f"no equilibrium: {failure}")
                     say(verdict(posterior, found))
                     if output is not None:
-                        _retrain(output, runs, accuracy, steps, seed)
+                        _retrain(output, runs, accuracy, fast, steps, seed)
                 except KeyboardInterrupt:
                     err().print(f"Stopped with {len(runs)} curves in {kept}. The same command goes on.", markup=False)
                     raise typer.Exit(INTERRUPTED) from None
@@ -482,14 +500,14 @@ def _check_retraining(output: Path, kept: Path, settings: dict[str, object]) -> 
         raise InputError(Fault(message, kept, advice=advice))
 
 
-def _retrain(output: Path, runs: RunStore, accuracy: float, steps: int | None, seed: int) -> None:
+def _retrain(output: Path, runs: RunStore, accuracy: float, fast: Surrogate, steps: int | None, seed: int) -> None:
     from models.fitting import STEPS, fit_surrogate
     from models.training import training_set
 
-    data = training_set(runs, accuracy)
+    data = training_set(runs, accuracy, fast.family)
     try:
         with counting() as told:
-            fitted = fit_surrogate(data, steps=STEPS if steps is None else steps, seed=seed, progress=told)
+            fitted = fit_surrogate(data, base=fast.base, steps=STEPS if steps is None else steps, seed=seed, progress=told)
     except ValueError as error:
         raise InputError(Fault(str(error), output, advice="Leave -o out, or give a --store with more curves")) from None
     fitted.save(output)
@@ -516,9 +534,18 @@ def _executor(processes: int | None, scheduler: str | None) -> Iterator[Executor
         yield client.get_executor()
 
 
-def _load(file: Path | None) -> Surrogate:
+def _load(file: Path | None, family: FamilyName) -> Surrogate:
+    from models.domain import FAMILIES
     from models.surrogate import Surrogate
 
-    found = load_forward("surrogate", file)
+    found = load_forward("surrogate", file, FAMILIES[family])
     assert isinstance(found, Surrogate)
+    return found
+
+
+def _of(file: Path, family: FamilyName) -> Surrogate:
+    """The surrogate in `file`, which must be of the `family`."""
+    found = _load(file, family)
+    if found.family.name != family:
+        raise InputError(Fault(f"it is a surrogate of the family {found.family.name}", file, advice=f"Give one of {family}"))
     return found

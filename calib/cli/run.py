@@ -88,7 +88,7 @@ def calibrate(
         _check_output(output, resume)
         plan = read_experiment(experiment)
         sweeps = _read_sweeps(plan)
-        forward = load_forward(plan.model, surrogate)
+        forward = load_forward(plan.model, surrogate, plan.family)
         if reweight:
             _check_reweight(reweight, plan)
         problem = build_problem(plan, sweeps, forward)
@@ -194,6 +194,39 @@ def recommend(
             say(f"  holds for: {condition}")
         say(f"Written: {run / 'recommendation.json'}, {run / 'report.html'}")
     if not recommendation.converged:
+        raise typer.Exit(NOT_CONVERGED)
+
+
+def compare(runs: Annotated[list[Path], typer.Argument(help="Folders of two or more calibrations of the same data.")]) -> None:
+    """Say which model of the same data predicts them better: neo-Hookean or Gent, frictionless or sticking.
+
+    Leaves out one block of a sweep after the other and asks how well each model predicts it from the rest (PSIS-LOO). A
+    difference counts if it is above 4 and above twice its standard error.
+
+    Example: `calib compare run_neo run_gent run_stick`
+
+    Exit codes: 0 done; 2 no usable runs there, or of different data; 3 done, but a run has not converged or a block cannot be
+    left out (k-hat), and saying so.
+    """
+    with refusing_bad_input():
+        from rich.box import SIMPLE_HEAD
+        from rich.markup import escape
+        from rich.table import Table
+
+        from calib.comparison import compare_runs, doubts, verdict
+
+        if len(runs) < 2:
+            raise InputError(Fault("give at least two runs to compare"))
+        candidates = compare_runs([(str(run), load_run(run)[0]) for run in runs])
+        table = Table("run", "model", "elpd behind", "largest k-hat", "Young's modulus", "stiffening", box=SIMPLE_HEAD)
+        for candidate in candidates:
+            table.add_row(*map(escape, candidate.row))
+        out().print(table)
+        say(verdict(candidates))
+        why = doubts(candidates)
+        for doubt in why:
+            err().print(f"Warning: {doubt}", style="yellow", markup=False, soft_wrap=True)
+    if why:
         raise typer.Exit(NOT_CONVERGED)
 
 

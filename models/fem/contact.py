@@ -136,7 +136,8 @@ class Contact:
     ----------
     active : whether the point touches; `pressure` : lambda, 0 elsewhere.
     slip : 0 where the point sticks, else the sign of its slip; `friction` : tau along the meridian.
-    anchor : place s_0 at which the point touched, or last slipped to.
+    anchor : place s_0 at which the point touched, or last slipped to; of one that does not touch, where it is.
+    opening : gap of a point that does not touch, at the last equilibrium.
     """
 
     active: BoolArray
@@ -144,12 +145,24 @@ class Contact:
     slip: FloatArray
     friction: FloatArray
     anchor: FloatArray
+    opening: FloatArray
 
 
-def no_contact(surface: Surface) -> Contact:
+def no_contact(at: Gap) -> Contact:
     """Nothing touches."""
-    zero = np.zeros(surface.weight.shape)
-    return Contact(zero > 0, zero, zero, zero, zero)
+    zero = np.zeros(at.gap.shape)
+    return Contact(zero > 0, zero, zero, zero, at.control_place, at.control_gap)
+
+
+def touched(before: Contact, gap: Gap) -> FloatArray:
+    """Places s_0 at which points that did not touch `before` did so on their straight way from there to `gap`.
+
+    The first touch lies within a step of the depth; to anchor a point where the step began, or where it ends, would be an error
+    of first order in the step.
+    """
+    closing = before.opening - gap.control_gap
+    share = np.divide(before.opening, closing, out=np.ones_like(closing), where=closing > 0)
+    return np.asarray(before.anchor + np.clip(share, 0.0, 1.0) * (gap.control_place - before.anchor))
 
 
 def traction(contact: Contact, gap: FloatArray, place: FloatArray, coefficient: float) -> tuple[FloatArray, FloatArray]:

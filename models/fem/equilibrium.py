@@ -94,10 +94,9 @@ class Failure:
 
 def rest(model: Model) -> State:
     """The undeformed stack, indenter at first touch; with the energies used the stress-free state has no pressure."""
-    touching = contact.no_contact(model.surface)
     u = np.zeros(2 * model.mesh.n_node)
-    place = contact.gap(model.surface, model.design.profile, u, 0.0).control_place
-    return State(0.0, u, np.zeros((model.elements.weight.shape[0], 3)), replace(touching, anchor=place))
+    at = contact.gap(model.surface, model.design.profile, u, 0.0)
+    return State(0.0, u, np.zeros((model.elements.weight.shape[0], 3)), contact.no_contact(at))
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,7 +150,7 @@ def equilibrium(model: Model, guess: State, depth: float) -> State | Failure:
     friction = model.design.friction_coefficient
     u, pressure, touching = guess.u, guess.pressure, guess.contact
     gap = contact.gap(surface, profile, u, depth)
-    touching = replace(touching, active=touching.active | (gap.control_gap < 0))
+    touching = _entering(touching, touching.active | (gap.control_gap < 0), gap, guess.contact)
     f = elements.deformation(parts, u)
     if not np.all(material.admissible(parts.material, f, 0.0)):
         return Failure(depth, "an element of the predicted state is inverted")
@@ -183,7 +182,7 @@ def equilibrium(model: Model, guess: State, depth: float) -> State | Failure:
             friction=touching.friction + factor * (stepped.friction - touching.friction),
         )
         slack = 1.0 if iteration > _STRICT_CONTACT else 0.0
-        updated = _resort(touching, gap, friction, slack, depth)
+        updated = _resort(touching, guess.contact, gap, friction, slack, depth)
         settled = np.array_equal(updated.active, touching.active) and np.array_equal(updated.slip, touching.slip)
         before = sizes[-1] if sizes else 0.0
         size = float(np.max(np.abs(du))) / scale
@@ -203,7 +202,13 @@ def equilibrium(model: Model, guess: State, depth: float) -> State | Failure:
     return Failure(depth, f"Newton did not converge in {_MAX_NEWTON} iterations")
 
 
-def _resort(touching: Contact, gap: Gap, friction: float, slack: float, depth: float) -> Contact:
+def _entering(touching: Contact, active: BoolArray, gap: Gap, before: Contact) -> Contact:
+    """The points that are `active` touch; those that did not are anchored where they came in since the equilibrium `before`."""
+    anchor = np.where(active & ~touching.active, contact.touched(before, gap), touching.anchor)
+    return replace(touching, active=active, anchor=anchor)
+
+
+def _resort(touching: Contact, before: Contact, gap: Gap, friction: float, slack: float, depth: float) -> Contact:
     """Which points touch, stick and slip after a step; what no longer touches carries nothing."""
     # At the rim of the contact no consistent set of points may exist on a given mesh: after a while a point may pull by a
     # thousandth of the peak pressure, or overlap by 1e-5 of the depth, rather than flip for ever.
@@ -221,8 +226,7 @@ def _resort(touching: Contact, gap: Gap, friction: float, slack: float, depth: f
         turns = (slip != 0) & (slip * (gap.control_place - touching.anchor) < -1e-13)
         slip = np.where(starts, -np.sign(touching.friction), np.where(turns, 0.0, slip))
     return replace(
-        touching,
-        active=new,
+        _entering(touching, new, gap, before),
         pressure=np.where(new, pressure, 0.0),
         friction=np.where(new, touching.friction, 0.0),
         slip=slip,
@@ -246,7 +250,7 @@ def _finish(model: Model, state: State, gap: Gap, at: Linearised, sizes: list[fl
     # A point that slips carries its friction on from where it is; one that does not touch will touch where it is.
     place = gap.control_place
     anchor = np.where(touching.slip != 0, place + touching.friction / contact.CONTACT_STIFFNESS, touching.anchor)
-    touching = replace(touching, anchor=np.where(touching.active, anchor, place))
+    touching = replace(touching, anchor=np.where(touching.active, anchor, place), opening=gap.control_gap)
     return replace(
         state,
         contact=touching,

@@ -417,7 +417,7 @@ def test_simulate_takes_layers_to_the_finite_elements_alone(lab: Path) -> None:
     (lab / "layers.toml").write_text(LAYERED, encoding="utf-8")
     result = _run("simulate", lab / "layers.toml", "--displacement", "0.1 mm", "-o", lab / "curve.csv")
     assert result.exit_code == 2
-    assert "the surrogate covers a ball on neo-Hookean sensor and padding" in _said(result)
+    assert "the surrogate covers a ball on a sensor and padding of one law" in _said(result)
     assert "Add --model fem" in _said(result)
     result = _run("simulate", lab / "layers.toml", "--displacement", "0.1 mm", *FEM, "-o", lab / "curve.csv")
     assert result.exit_code == 0, result.output

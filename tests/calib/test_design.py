@@ -8,7 +8,7 @@ import pytest
 from calib.design import read_design
 from calib.errors import InputError
 from models.laws import Gent, MooneyRivlin, NeoHookean, Ogden, Yeoh
-from models.layers import LayeredDesign, cone, flat_punch, sphere
+from models.layers import LayeredDesign, cone, flat_punch, layered, sphere
 from models.sensor import Design
 
 
@@ -35,6 +35,17 @@ young_modulus = "0.3 MPa"
 """
 
 
+def test_sensor_and_padding_of_one_gent_law_are_a_design_with_stiffening(tmp_path: Path) -> None:
+    law = "law = { gent = { locking = 40 } }\n"
+    both = DESIGN.replace("[sensor]\n", f"[sensor]\n{law}", 1).replace("[padding]\n", f"[padding]\n{law}", 1)
+    design = read_design(write(tmp_path, both))
+    assert isinstance(design, Design)
+    assert design.sensor.stiffening == pytest.approx(1 / 40)
+    assert {layer.law for layer in layered(design).layers} == {Gent(40.0)}
+    other = both.replace("locking = 40", "locking = 50", 1)
+    assert isinstance(read_design(write(tmp_path, other)), LayeredDesign)
+
+
 def test_a_design_is_read(tmp_path: Path) -> None:
     design = read_design(write(tmp_path, DESIGN))
     assert design.indenter.friction_coefficient == 0.3
@@ -48,6 +59,7 @@ def test_a_design_is_read(tmp_path: Path) -> None:
         "dielectric_thickness": 0.16e-3,
         "padding_thickness": 1.1e-3,
         "padding_young_modulus": 0.3e6,
+        "stiffening": 0.0,
     }
 
 

@@ -21,6 +21,7 @@ from calib.experiment import (
     experiment_to_json,
     read_experiment,
 )
+from calib.parameters import list_parameters
 from calib.prior import Fixed, HalfNormal, LogNormal, Normal, TruncatedNormal, Uniform
 from calib.toml_file import KeyPath, locate_keys
 
@@ -105,6 +106,38 @@ def only_fault(folder: Path, text: str | bytes) -> str:
 
 
 # --- what is read -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "family"),
+    [
+        ("[sensor]", "[sensor]", "neo-hookean"),
+        ("[sensor]", 'friction_coefficient = "stick"\n[sensor]', "stick"),
+        ("[sensor]", 'friction_coefficient = 0\n[sensor]\nlaw = "gent"', "gent"),
+    ],
+)
+def test_law_and_contact_choose_the_family(folder: Path, old: str, new: str, family: str) -> None:
+    experiment = read(folder, GOOD.replace(old, new, 1))
+    assert experiment.family is not None
+    assert experiment.family.name == family
+    assert experiment_from_json(experiment_to_json(experiment)) == experiment
+
+
+def test_stiffening_is_an_unknown_of_gents_law(folder: Path) -> None:
+    text = GOOD.replace("[sensor]", '[sensor]\nlaw = "gent"', 1)
+    assert "stiffening" in [p.name for p in list_parameters(read(folder, text), ())[0]]
+    assert "stiffening" not in [p.name for p in list_parameters(read(folder, GOOD), ())[0]]
+    known = text.replace("[priors]", "[priors]\nstiffening = { fixed = 0.02 }", 1)
+    assert list_parameters(read(folder, known), ())[1] == {"stiffening": 0.02}
+
+
+def test_gents_law_with_a_ball_that_sticks_takes_finite_elements(folder: Path) -> None:
+    text = GOOD.replace("[sensor]", 'friction_coefficient = "stick"\n[sensor]\nlaw = "gent"', 1)
+    assert 'no surrogate for the law "gent" with a ball that sticks' in only_fault(folder, text)
+    assert read(folder, 'model = "fem"\n' + text).family is None
+    for old, new in (("[sensor]", 'friction_coefficient = "stick"\n[sensor]'), ("[sensor]", '[sensor]\nlaw = "gent"')):
+        text = 'model = "closed form"\n' + GOOD.replace(old, new, 1)
+        assert "the closed form knows neo-Hookean layers" in only_fault(folder, text)
 
 
 def test_the_documented_form_is_read(folder: Path) -> None:
@@ -243,7 +276,15 @@ def test_all_faults_are_reported_at_once_in_the_order_of_the_file(folder: Path) 
             ['mean "padding_thickness"? It belongs in [specimens.priors]'],
         ),
         ("[padding]", '[padding]\nmodel = "fem"', "7:1", ['"model" in [padding]', "at the top of the file, before the first"]),
-        ("[sensor]", "friction_coefficient = 0.2\n[sensor]", "4:1", ["friction_coefficient", "frictionless"]),
+        ("[sensor]", "friction_coefficient = 0.2\n[sensor]", "4:1", ['must be 0 or "stick", got 0.2', "calib compare"]),
+        ("[sensor]", '[sensor]\nlaw = "yeoh"', "5:1", ['"yeoh"', "neo-hookean", "gent"]),
+        ("[sensor]", 'law = "gent"\n[sensor]', "4:1", ["in [sensor]"]),
+        (
+            "relative_permittivity",
+            "stiffening = { fixed = 0.02 }\nrelative_permittivity",
+            "10:1",
+            ["no meaning", 'law = "gent"'],
+        ),
         ('material = "sensor"', 'material = "senzor"', "7:1", ['must be "sensor" or "own", got "senzor"', 'mean "sensor"']),
         ("name = ", "discrepancy = true\nname = ", None, ['discrepancy must be "off" or "on", got true']),
         ("name = ", 'model = "FEM"\nname = ', None, ["model must be", 'Did you mean "fem"?']),

@@ -21,6 +21,7 @@ from calib.refine import error_rows, require_own_surrogate, training_points
 from calib.reweight import problem_of
 from calib.spotcheck import Comparison, compare_draws
 from models.analytic import ClosedForm
+from models.domain import Family
 from models.fem import FiniteElements
 from models.fitting import LEAST_PATHS
 from models.response import Response
@@ -83,8 +84,8 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> Callable[[float], None]:
         with ThreadPoolExecutor(1) as executor:
             yield executor
 
-    def coarse(point: FloatArray, _: float) -> Run:
-        return run_point(point, 5e-2)
+    def coarse(point: FloatArray, _: float, family: Family) -> Run:
+        return run_point(point, 5e-2, family)
 
     def put(factor: float) -> None:
         def respond(_: FiniteElements, design: Design, depth: FloatArray) -> Response:
@@ -152,12 +153,12 @@ def test_runs_are_kept_when_it_is_stopped(
     quick(1.0)
     count = 0
 
-    def stopped(point: FloatArray, _: float) -> Run:
+    def stopped(point: FloatArray, _: float, family: Family) -> Run:
         nonlocal count
         count += 1
         if count == 3:
             raise KeyboardInterrupt
-        return run_point(point, 5e-2)
+        return run_point(point, 5e-2, family)
 
     with monkeypatch.context() as patch:
         patch.setattr("models.training.run_point", stopped)
@@ -179,11 +180,11 @@ def test_a_surrogate_is_trained_on_what_the_store_holds(
         return FAST
 
     monkeypatch.setattr("models.fitting.fit_surrogate", fitted)
-    one = run_point(np.array([0.15, 0.2, 2.0, 1.0]), 5e-2)
+    one = run_point(np.array([0.15, 0.2, 2.0, 1.0, 0.0]), 5e-2)
     arrays = {name: getattr(one, name) for name in ("depth", "force", "contact_radius", "compression", "capacitance")}
     with open_store(tmp_path / "mine.sqlite", store_settings(ACCURACY)) as store:
         for i in range(LEAST_PATHS):
-            store.add(np.array([0.15, 0.2, 2.0, 1.0 + i]), arrays)
+            store.add(np.array([0.15, 0.2, 2.0, 1.0 + i, 0.0]), arrays)
     result = _refine(run, "--store", tmp_path / "mine.sqlite", "-o", tmp_path / "new.npz", "--steps", 7)
     assert result.exit_code == 0, result.output
     ((data, options),) = seen
@@ -242,7 +243,7 @@ def test_points_are_those_of_every_specimen_once(make_posterior: MakePosterior) 
     p = make_posterior()
     values = thin_draws(p, 3, np.random.default_rng(1))
     points = training_points(p, values)
-    assert points.shape == (6, 4)
+    assert points.shape == (6, 5)
     twice = replace(p, sweeps=(*p.sweeps, replace(p.sweeps[0], name="again")))
     np.testing.assert_array_equal(training_points(twice, values), points)
     np.testing.assert_allclose(np.unique(np.round(points[:, 2], 9)), [2.0])

@@ -3,13 +3,24 @@
 import numpy as np
 import pytest
 
-from models.domain import BOUNDS, LENGTHS, electric_features, groups_of, inside, mechanical_features, violated
+from models.domain import (
+    BOUNDS,
+    FAMILIES,
+    LENGTHS,
+    STIFFENING,
+    electric_features,
+    family_of,
+    groups_of,
+    inside,
+    mechanical_features,
+    violated,
+)
 from models.sensor import design_from
 
 
 def lengths_to_groups(lengths, modulus=1.0):
     radius, h_s, h_p, a = lengths
-    return np.array([[h_s / radius, h_p / radius, a / radius, modulus, 0.5, 1.0]])
+    return np.array([[h_s / radius, h_p / radius, a / radius, modulus, 0.0, 0.5, 1.0]])
 
 
 def random_lengths(rng, n):
@@ -41,13 +52,28 @@ def test_a_design_is_inside_only_if_some_scale_brings_all_lengths_inside():
 @pytest.mark.parametrize("bound", BOUNDS, ids=lambda b: b.name)
 def test_each_bound_is_named_with_its_value(bound):
     rng = np.random.default_rng(2)
-    groups = np.exp(rng.normal(size=(4000, 6)) * 3)
+    groups = np.exp(rng.normal(size=(4000, 7)) * 3)
     off = groups[[violated(g[None]).startswith(bound.name) for g in groups]]
     assert len(off) > 0
     for g in off[:5]:
         value = bound.of(g[None])[0]
         assert f"{bound.name} from {bound.low:.4g} to {bound.high:.4g}, got {value:.4g}" == violated(g[None])
         assert not bound.low <= value <= bound.high
+
+
+def test_stiffening_belongs_to_gents_family_and_not_beyond_its_end():
+    groups = lengths_to_groups((5.0, 0.74, 1.1, 10.0))
+    for stiffening, neo, gent in ((0.0, True, True), (0.05, False, True), (0.11, False, False)):
+        groups[0, STIFFENING] = stiffening
+        assert inside(groups)[0] == neo
+        assert inside(groups, FAMILIES["gent"])[0] == gent
+    assert violated(groups, FAMILIES["gent"]) == "1/J_m from 0 to 0.1, got 0.11"
+    assert [family_of(stiffening=a, stick=b) for a in (False, True) for b in (False, True)] == [
+        FAMILIES["neo-hookean"],
+        FAMILIES["stick"],
+        FAMILIES["gent"],
+        None,
+    ]
 
 
 def test_features_are_finite_without_padding_and_on_the_borders():
@@ -61,6 +87,6 @@ def test_features_are_finite_without_padding_and_on_the_borders():
         "padding_young_modulus": 1e9,
     }
     groups = groups_of(design_from(paper).draws())
-    np.testing.assert_allclose(groups, [[0.148, 0, 2, 1, 0.5, 1]])
+    np.testing.assert_allclose(groups, [[0.148, 0, 2, 1, 0, 0.5, 1]])
     assert np.all(np.isfinite(electric_features(groups)))
     assert mechanical_features(groups).shape == (1, 8)

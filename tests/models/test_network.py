@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from models.network import network_from, train_network
+from models.network import least_squares, network_from, train_network
 
 
 def wave(x):
@@ -14,7 +14,7 @@ def wave(x):
 def trained():
     rng = np.random.default_rng(0)
     x = rng.uniform(-1, 1, (2000, 2))
-    return train_network(x, wave(x), (24, 24), steps=2500, rng=rng, batch=500)
+    return train_network(x, least_squares(wave(x)), (24, 24, 2), steps=2500, rng=rng, batch=500)
 
 
 def test_a_smooth_function_is_learned_to_a_thousandth(trained):
@@ -25,7 +25,7 @@ def test_a_smooth_function_is_learned_to_a_thousandth(trained):
 def test_the_same_seed_gives_the_same_network(trained):
     rng = np.random.default_rng(0)
     x = rng.uniform(-1, 1, (2000, 2))
-    short = [train_network(x, wave(x), (8,), steps=20, rng=np.random.default_rng(3)).layers for _ in range(2)]
+    short = [train_network(x, least_squares(wave(x)), (8, 2), steps=20, rng=np.random.default_rng(3)).layers for _ in range(2)]
     for a, b in zip(*short, strict=True):
         np.testing.assert_array_equal(a, b)
 
@@ -35,7 +35,7 @@ def test_points_of_no_weight_are_not_followed():
     x = rng.uniform(-1, 1, (1000, 1))
     wrong = rng.uniform(size=1000) < 0.5
     y = np.where(wrong[:, None], 5.0, x)
-    fitted = train_network(x, y, (8,), steps=800, rng=rng, weight=np.where(wrong, 0.0, 1.0), batch=200)
+    fitted = train_network(x, least_squares(y, np.where(wrong, 0.0, 1.0)), (8, 1), steps=800, rng=rng, batch=200)
     np.testing.assert_allclose(fitted(x), x, atol=0.02)
 
 

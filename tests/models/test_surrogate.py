@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from models.analytic import hertz_force
-from models.domain import PATH, mechanical_features
+from models.domain import FAMILIES, PATH, mechanical_features
 from models.fem import FiniteElements
 from models.fem.equilibrium import compression
 from models.fitting import fit_surrogate, worst_points
@@ -137,6 +137,8 @@ def test_gradients_are_the_differences(shipped):
     depth = np.array([0.0, 0.1e-3, 0.6e-3])
     found = shipped.gradients(design_from(values), depth)
     assert set(found.force) == {*values, "indentation"}
+    assert not np.any(found.force["stiffening"])
+    del values["stiffening"]
     for name, value in (*values.items(), ("indentation", 0.0)):
         h = 1e-2  # the networks are single precision
         if name == "indentation":
@@ -173,10 +175,13 @@ def test_padding_without_thickness_has_no_modulus(shipped):
     assert soft.force == stiff.force
 
 
-def synthetic_training(n, noise, seed=0):
-    """Paths whose ratios to the closed forms are known smooth functions, plus noise: fast, with a known answer."""
+def synthetic_training(n, noise, seed=0, family=FAMILIES["neo-hookean"]):
+    """Paths whose ratios to the closed forms are known smooth functions, plus noise: fast, with a known answer.
+
+    Gent's layers are stiffer by exp(4 s/J_m), a ball that sticks by exp(0.3 s), and change the capacitance less by as much.
+    """
     rng = np.random.default_rng(seed)
-    groups = design_points(n, seed)
+    groups = design_points(n, seed, family)
     x = mechanical_features(groups)[:, [0, 2, 4]]
     h = groups[:, 0] + groups[:, 1]
     s = PATH
@@ -187,11 +192,13 @@ def synthetic_training(n, noise, seed=0):
     factor = (1.5 + 0.3 * wave)[:, :, None, None] * (1 + DIELECTRIC_POINTS[:, None])
     change = factor * (depth[:, :, None, None] / width) ** 2 * np.exp(noise * rng.normal(size=(n, 1, 1, 1)))
     compression = depth / (h[:, None] * 0.55) * 0.6
-    return TrainingSet(groups, depth, force, np.sqrt(depth) * np.exp(0.1 * s), compression, change, ("",) * n, 1.0)
+    stiffer = np.exp((4 * groups[:, 4, None] + 0.3 * family.stick) * s)
+    force, change = force * stiffer, change / stiffer[:, :, None, None]
+    return TrainingSet(groups, depth, force, np.sqrt(depth) * np.exp(0.1 * s), compression, change, ("",) * n, 1.0, family)
 
 
-def fit_small(data, steps=1500):
-    return fit_surrogate(data, hidden=(24, 24), steps=steps)
+def fit_small(data, steps=1500, base=None):
+    return fit_surrogate(data, base=base, hidden=((24, 24), (24, 24)), steps=steps)
 
 
 @pytest.fixture(scope="module")
@@ -199,8 +206,12 @@ def noisy():
     return fit_small(synthetic_training(600, 0.01))
 
 
-def test_a_fit_recovers_smooth_functions_and_knows_its_error(noisy):
-    exact = fit_small(synthetic_training(600, 0.0))
+@pytest.fixture(scope="module")
+def exact():
+    return fit_small(synthetic_training(600, 0.0))
+
+
+def test_a_fit_recovers_smooth_functions_and_knows_its_error(exact, noisy):
     design = design_from(PAPER | {"padding_young_modulus": 0.9e6})
     depth = exact.max_depth(design) * np.array([0.3, 0.999])
     truth, guess = exact.respond(design, depth), noisy.respond(design, depth)
@@ -211,9 +222,45 @@ def test_a_fit_recovers_smooth_functions_and_knows_its_error(noisy):
     assert np.all((sd > 0.003) & (sd < 0.03))
 
 
+@pytest.mark.parametrize("family", [FAMILIES["gent"], FAMILIES["stick"]], ids=lambda f: f.name)
+def test_another_family_is_what_it_adds_to_the_neo_hookean_one(exact, family, tmp_path):
+    fitted = fit_small(synthetic_training(400, 0.0, family=family), base=exact)
+    fitted.save(tmp_path / "s.npz")
+    fitted = load_surrogate(tmp_path / "s.npz")
+    assert (fitted.family, fitted.name) == (family, f"{family.name} surrogate")
+    plain = design_from(PAPER)
+    depth = 0.55 * plain.total_thickness * np.array([0.2, 0.5, 0.9])
+    base = exact.respond(plain, depth)
+    s = np.sqrt([0.2, 0.5, 0.9])
+
+    def of(stiffening):
+        return design_from(PAPER | {"stiffening": stiffening}, friction_coefficient=family.friction_coefficient)
+
+    for stiffening in (0.0, 0.5 * family.stiffening, family.stiffening):
+        found = fitted.respond(of(stiffening), depth)
+        stiffer = np.exp((4 * stiffening + 0.3 * family.stick) * s)
+        np.testing.assert_allclose(found.force, base.force * stiffer, rtol=2e-2)
+        np.testing.assert_allclose(found.capacitance_change, base.capacitance_change / stiffer, rtol=5e-2)
+    if not family.stick:
+        np.testing.assert_array_equal(fitted.respond(of(0.0), depth).force, base.force)
+        assert np.all(fitted.gradients(of(0.0), depth).force["stiffening"] > 0)
+        gradient = fitted.gradients(of(0.05), depth).force["stiffening"]
+        difference = (fitted.respond(of(0.055), depth).force - fitted.respond(of(0.045), depth).force) / 0.01
+        np.testing.assert_allclose(gradient, difference, rtol=2e-2)
+        with pytest.raises(OutOfRangeError, match=r"gent surrogate covers 1/J_m from 0 to 0\.1, got 0\.12"):
+            fitted.respond(of(0.12), depth)
+        with pytest.raises(OutOfRangeError, match=r"the surrogate covers 1/J_m from 0 to 0, got 0\.05"):
+            exact.respond(of(0.05), depth)
+    else:
+        with pytest.raises(OutOfRangeError, match="trained for a ball that sticks; friction_coefficient must be inf, got 0"):
+            fitted.respond(plain, depth)
+        with pytest.raises(OutOfRangeError, match="trained for frictionless contact; friction_coefficient must be 0, got inf"):
+            exact.respond(of(0.0), depth)
+
+
 def test_new_points_go_where_the_error_is_largest(noisy):
     chosen = worst_points(noisy, 200, seed=1)
-    assert chosen.shape == (200, 4)
+    assert chosen.shape == (200, 5)
     electric = np.tile([0.3, 0.8], (200, 1))
     worst, any_ = (noisy.own_error(np.hstack([p, electric])).mean(axis=0) for p in (chosen, design_points(200, seed=1)))
     assert np.all(worst > any_)

@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from models.domain import COMPRESSION, DEPTH, PATH, inside
+from models.domain import COMPRESSION, DEPTH, FAMILIES, PATH, inside
 from models.fem.equilibrium import Failure
 from models.fem.path import walk
 from models.store import StoreError, open_store
@@ -31,7 +31,7 @@ def electric(groups):
 
 def test_points_fill_the_range_and_a_little_more():
     points = design_points(512, seed=1)
-    assert points.shape == (512, 4)
+    assert points.shape == (512, 5)
     share = np.mean(inside(electric(points)))
     assert 0.6 < share < 0.99
     assert np.all(inside(electric(random_groups(500, np.random.default_rng(0)))))
@@ -39,15 +39,28 @@ def test_points_fill_the_range_and_a_little_more():
 
 
 def test_a_path_ends_at_half_the_radius_or_at_60_percent_compression():
-    deep = run_point(np.array([0.5, 2.0, 3.0, 1.0]), COARSE)
+    deep = run_point(np.array([0.5, 2.0, 3.0, 1.0, 0.0]), COARSE)
     np.testing.assert_allclose(deep.depth, DEPTH * PATH**2)
     assert np.all(deep.compression < COMPRESSION)
-    thin = run_point(np.array([0.05, 0.1, 3.0, 0.1]), COARSE)
+    thin = run_point(np.array([0.05, 0.1, 3.0, 0.1, 0.0]), COARSE)
     assert thin.compression[-1] >= COMPRESSION > thin.compression[-2]
     for run in (deep, thin):
         assert not run.failure
         assert np.all(np.diff(run.force) > 0)
         assert np.all(run.capacitance[-1] > 0)
+
+
+def test_paths_of_the_other_families_are_stiffer():
+    point = np.array([0.15, 0.2, 2.0, 1.0, 0.0])
+    plain, stick = (run_point(point, COARSE, FAMILIES[name]) for name in ("neo-hookean", "stick"))
+    gent = run_point(np.array([0.15, 0.2, 2.0, 1.0, 0.1]), COARSE, FAMILIES["gent"])
+    n = min(plain.force.size, stick.force.size, gent.force.size) - 1
+    assert 1.03 < gent.force[n] / plain.force[n] < 1.4
+    assert 1.1 < stick.force[n] / plain.force[n] < 2.0
+    points = design_points(64, seed=1, family=FAMILIES["gent"])
+    assert points.shape == (64, 5)
+    assert 0 < points[:, 4].min() < 0.01
+    assert 0.1 < points[:, 4].max() < 0.111
 
 
 def test_a_path_without_an_end_is_kept_as_far_as_it_came_and_says_why(monkeypatch):
@@ -56,14 +69,14 @@ def test_a_path_without_an_end_is_kept_as_far_as_it_came_and_says_why(monkeypatc
         yield Failure(0.07, "an element would be inverted (J <= 0)")
 
     monkeypatch.setattr("models.training.walk", stuck)
-    run = run_point(np.array([0.15, 0.2, 2.0, 1.0]), COARSE)
+    run = run_point(np.array([0.15, 0.2, 2.0, 1.0, 0.0]), COARSE)
     assert run.depth.size == 5
     assert run.failure == (
-        "h_s/R = 0.15, h_p/R = 0.2, a/R = 2, E_p/E = 1: an element would be inverted (J <= 0) at d/R = 0.07 of 0.21"
+        "h_s/R = 0.15, h_p/R = 0.2, a/R = 2, E_p/E = 1, 1/J_m = 0: an element would be inverted (J <= 0) at d/R = 0.07 of 0.21"
     )
 
 
-POINTS = np.array([[0.15, 0.2, 2.0, 1.0], [0.2, 0.0, 1.5, 1.0], [0.1, 0.3, 1.8, 2.0]])
+POINTS = np.array([[0.15, 0.2, 2.0, 1.0, 0.0], [0.2, 0.0, 1.5, 1.0, 0.0], [0.1, 0.3, 1.8, 2.0, 0.0]])
 
 
 def test_a_campaign_that_was_stopped_goes_on_where_it_was(tmp_path, monkeypatch):
@@ -86,7 +99,7 @@ def test_a_campaign_that_was_stopped_goes_on_where_it_was(tmp_path, monkeypatch)
                 run_training(POINTS, executor, store, accuracy=COARSE, progress=interrupted)
             assert len(store) == 2
         asked = []
-        monkeypatch.setattr("models.training.run_point", lambda p, a: asked.append(p) or run_point(p, a))
+        monkeypatch.setattr("models.training.run_point", lambda p, a, f: asked.append(p) or run_point(p, a, f))
         with open_store(tmp_path / "s.sqlite", settings) as store:
             run_training(POINTS, executor, store, accuracy=COARSE)
             assert len(store) == 3
@@ -100,7 +113,7 @@ def test_failed_runs_are_kept_and_not_made_again(tmp_path, monkeypatch):
     with ThreadPoolExecutor(1) as executor, open_store(tmp_path / "s.sqlite", store_settings(COARSE)) as store:
         run_training(POINTS[:1], executor, store, accuracy=COARSE)
         assert "stuck" in store.find(POINTS[0])[1]
-        assert points_wanted(store, POINTS, 1).shape == (0, 4)
+        assert points_wanted(store, POINTS, 1).shape == (0, 5)
         data = training_set(store, COARSE)
     assert "stuck" in data.failures[0]
     np.testing.assert_array_equal(data.n_step, [0])
