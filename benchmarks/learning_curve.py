@@ -31,6 +31,8 @@ GAP, WIDTH = DIELECTRIC_POINTS.size - 1, ELECTRODE_POINTS.size - 1
 #: Runs kept for the comparison, and the largest number that a Gaussian process is trained on.
 N_TEST, MOST_GP = 500, 2048
 
+FITS = ("ours", "GP", "GP of log", "PCE", "PCE of log")
+
 Fit = Callable[[TrainingSet, TrainingSet], tuple[FloatArray, FloatArray]]
 
 
@@ -103,7 +105,8 @@ def main() -> None:
     parser.add_argument("store", type=Path)
     parser.add_argument("--accuracy", type=float, default=1e-3)
     parser.add_argument("--runs", type=int, nargs="+", default=[256, 512, 1024, 2048, 4096, 8192])
-    parser.add_argument("--steps", type=int, default=20_000)
+    parser.add_argument("--steps", type=int, default=20_000, help="of our training")
+    parser.add_argument("--fits", nargs="+", default=FITS, choices=FITS)
     asked = parser.parse_args()
     warnings.simplefilter("ignore")
     with open_store(asked.store, store_settings(asked.accuracy)) as store:
@@ -117,13 +120,20 @@ def main() -> None:
     chosen = np.zeros(len(order), dtype=bool)
     chosen[test] = True
     truth = data.only(chosen)
-    fits: dict[str, Fit] = {
-        "ours": ours(asked.steps),
-        "GP": by_output(gaussian_process, log=False),
-        "GP of log": by_output(gaussian_process, log=True),
-        "PCE": by_output(polynomial_chaos, log=False),
-        "PCE of log": by_output(polynomial_chaos, log=True),
-    }
+    known: dict[str, Fit] = dict(
+        zip(
+            FITS,
+            (
+                ours(asked.steps),
+                by_output(gaussian_process, log=False),
+                by_output(gaussian_process, log=True),
+                by_output(polynomial_chaos, log=False),
+                by_output(polynomial_chaos, log=True),
+            ),
+            strict=True,
+        )
+    )
+    fits = {name: known[name] for name in asked.fits}
     print("error that 95 % of 500 designs stay below, force / capacitance change (above 1e-4 of C0), and seconds of training")
     print(f"{'runs':>6}" + "".join(f"{name:>26}" for name in fits))
     for n in asked.runs:

@@ -2,9 +2,9 @@
 
 The networks say the coefficients of polynomials along a path, and what their training makes small is what these polynomials
 miss of the path's own points, not of other coefficients: fitting coefficients, which trade off against each other, costs twice
-the error. One path in eight is kept out. Of what the fit misses there, networks learn the standard deviation along the path,
-and its correlation along the path gives modes of the error's covariance, scaled so that 90 % of what was kept out lies inside
-the 90 % band.
+the error. One path in eight is kept out (of few, one in four). Of what the fit misses there, networks learn the standard
+deviation along the path, and its correlation along the path gives modes of the error's covariance, scaled so that 90 % of what
+was kept out lies inside the 90 % band.
 """
 
 from __future__ import annotations
@@ -60,6 +60,9 @@ STEPS = 120_000
 #: Windows in s over which what a fit missed is averaged: their middles.
 _WINDOWS = np.array([0.19, 0.37, 0.55, 0.73, 0.91])
 
+# Most steps of the training of the error's networks, for each path.
+_ERROR_STEPS = 15
+
 #: Half width of a normal 90 % interval in standard deviations.
 _Z90 = 1.645
 
@@ -81,6 +84,9 @@ def worst_points(surrogate: Surrogate, n: int, seed: int) -> FloatArray:
 #: Fewest training paths that `fit_surrogate` takes, and steps a path must have to be of use.
 LEAST_PATHS = 64
 _LEAST_STEPS = 8
+
+# From so many paths on, one in eight tells enough of the error; of fewer, one in four is kept out.
+_MANY_PATHS = 4096
 
 # From the end of a path to `S_END`, where it has no steps, its curves go on as a quadratic through so many of its last steps,
 # at these shares of the way, with little weight: a polynomial left to itself would be wild.
@@ -120,7 +126,7 @@ def fit_surrogate(
     # The points' order is that of the groups: every eighth of a random order is spread over all of them.
     rng = np.random.default_rng(seed)
     fitted = np.ones(n_run, dtype=bool)
-    fitted[rng.permutation(n_run)[::8]] = False
+    fitted[rng.permutation(n_run)[:: 8 if n_run >= _MANY_PATHS else 4]] = False
 
     def told(name: str) -> Callable[[int, int], None] | None:
         return None if progress is None else lambda done, total: progress(name, done, total)
@@ -182,8 +188,8 @@ def fit_surrogate(
     change = share[rows_of[rows], None] * capacitance(electric[rows])
     missed_force = mechanical[out, 0] - _curve(force, s_out, 1)
     missed_change = share_of_change[rows] * (log_change[rows] - _curve(change, s_rows, 0))
-    force_sd, force_modes = _learn_error(features[out], s_out, missed_force, max(steps // 8, 1), rng)
-    capacitance_sd, capacitance_modes = _learn_error(electric[rows], s_rows, missed_change, max(steps // 8, 1), rng)
+    force_sd, force_modes = _learn_error(features[out], s_out, missed_force, out.size, max(steps // 8, 1), rng)
+    capacitance_sd, capacitance_modes = _learn_error(electric[rows], s_rows, missed_change, out.size, max(steps // 8, 1), rng)
     sizes = ", ".join(" x ".join(map(str, layers)) for layers in hidden)
     return Surrogate(
         end,
@@ -344,9 +350,13 @@ def _train_curves(
 
 
 def _learn_error(
-    features: FloatArray, s: FloatArray, missed: FloatArray, steps: int, rng: np.random.Generator
+    features: FloatArray, s: FloatArray, missed: FloatArray, n_path: int, steps: int, rng: np.random.Generator
 ) -> tuple[Network, FloatArray]:
-    """From what a fit missed (n, n_depth) at s: a network to the log of its sd, and the modes of its correlation."""
+    """From what a fit missed (n, n_depth) at s: a network to the log of its sd, and the modes of its correlation.
+
+    Rows belong to `n_path` paths, one after the other. The network's scale is that of the scores of paths that a network
+    trained on the other half of the paths has not seen.
+    """
     squares = np.full((len(s), _WINDOWS.size), np.nan)
     for k, middle in enumerate(_WINDOWS):
         near = np.abs(s - middle) <= (_WINDOWS[1] - _WINDOWS[0]) / 2
@@ -355,21 +365,30 @@ def _learn_error(
     logs = np.log(np.maximum(squares, 1e-12)) / 2
     logs = np.where(np.isfinite(logs), logs, np.nanmean(logs, axis=1, keepdims=True))
     # Three terms through five windows: no wild ends.
-    to_terms = np.linalg.pinv(depth_terms(_WINDOWS, N_ERROR_TERMS).T)
-    network = train_network(
-        features, least_squares(logs @ to_terms.T), (16, 16, N_ERROR_TERMS), steps=steps, rng=rng, batch=512
-    )
+    wanted = logs @ np.linalg.pinv(depth_terms(_WINDOWS, N_ERROR_TERMS).T).T
+    along = depth_terms(np.nan_to_num(s, nan=1.0), N_ERROR_TERMS)
 
-    sd = np.exp((network(features)[:, None] @ depth_terms(np.nan_to_num(s, nan=1.0), N_ERROR_TERMS))[:, 0])
-    score = missed / sd
-    scale = float(np.nanquantile(np.abs(score), 0.9)) / _Z90
+    def trained(rows: BoolArray) -> Network:
+        sizes = (16, 16, N_ERROR_TERMS)
+        most = min(steps, _ERROR_STEPS * n_path)
+        return train_network(features[rows], least_squares(wanted[rows]), sizes, steps=most, rng=rng, batch=512)
+
+    def scores(network: Network, rows: BoolArray) -> FloatArray:
+        return np.asarray(missed[rows] / np.exp((network(features[rows])[:, None] @ along[rows])[:, 0]))
+
+    half = np.repeat(rng.permutation(n_path) % 2 == 0, len(s) // n_path)
+    unseen = np.concatenate([scores(trained(~half), half), scores(trained(half), ~half)])
+    scale = float(np.nanquantile(np.abs(unseen), 0.9)) / _Z90
+    everything = np.ones(len(s), dtype=bool)
+    network = trained(everything)
+    score = scores(network, everything)
     last = network.layers[-1].copy()
     last[-1, 0] += np.float32(np.log(scale))
 
     # A handful of wild paths must not make the correlation.
-    along = np.clip(score / scale, -4, 4)
+    clipped = np.clip(score / scale, -4, 4)
     grid = np.linspace(0.0, S_END, 2 * N_DEPTH_TERMS)
-    curves = np.array([np.interp(grid, x[np.isfinite(x)], y[np.isfinite(x)]) for x, y in zip(s, along, strict=True)])
+    curves = np.array([np.interp(grid, x[np.isfinite(x)], y[np.isfinite(x)]) for x, y in zip(s, clipped, strict=True)])
     covariance = curves.T @ curves / len(curves)
     size = np.sqrt(np.diag(covariance))
     values, vectors = np.linalg.eigh(covariance / size / size[:, None])

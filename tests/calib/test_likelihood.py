@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 import pytest
-from scipy.stats import multivariate_normal
+from scipy.stats import multivariate_normal, norm
 
 from calib.errors import InputError
 from calib.experiment import Experiment, Specimen, SweepFiles
@@ -209,6 +209,38 @@ def test_draws_are_independent_of_each_other_in_a_batch() -> None:
         theta = 0.7 * np.random.default_rng(5).standard_normal((40, len(problem.parameters)))
         single = np.concatenate([log_posterior(problem, row[None]) for row in theta])
         np.testing.assert_allclose(log_posterior(problem, theta), single, rtol=1e-9)
+
+
+def test_law_and_contact_of_the_experiment_reach_the_forward_model() -> None:
+    seen: list[tuple[float, FloatArray]] = []
+
+    class Stripped(WithError):
+        """The closed form whatever the law and contact, which it takes down."""
+
+        def _plain(self, design: Design) -> Design:
+            seen.append((design.indenter.friction_coefficient, np.asarray(design.sensor.stiffening)))
+            return design_from(dict(design.parameters()) | {"stiffening": 0.0})
+
+        def max_depth(self, design: Design) -> FloatArray:
+            return EXACT.max_depth(self._plain(design))
+
+        def outside(self, design: Design, depth: FloatArray) -> str:
+            return EXACT.outside(self._plain(design), depth)
+
+        def respond(self, design: Design, depth: FloatArray) -> Response:
+            return EXACT.respond(self._plain(design), depth)
+
+    plan = replace(experiment({"stiffening": Uniform(0.0, 0.1)}), law="gent", stick=True)
+    problem = build_problem(plan, (press(),), Stripped())
+    seen.clear()
+    theta = np.zeros((3, len(problem.parameters)))
+    theta[:, problem.names.index("stiffening")] = [-1.0, 0.0, 1.0]
+    log_likelihood(problem, theta)
+    assert seen
+    for friction, stiffening in seen:
+        assert friction == np.inf
+        assert np.all(np.isin(np.round(stiffening, 6), np.round(0.1 * norm.cdf([-1.0, 0.0, 1.0]), 6)))
+    assert problem.names[:2] == ("young_modulus", "stiffening")
 
 
 def test_log_prior_is_standard_normal_and_values_follow_the_priors() -> None:
