@@ -60,7 +60,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--draws", type=int, default=400)
     parser.add_argument("--processes", type=int, default=None)
-    parser.add_argument("--accuracy", type=float, default=2.5e-4, help="of the finite elements")
+    parser.add_argument("--accuracy", type=float, default=1e-4, help="of the finite elements")
     parser.add_argument("--seed", type=int, default=1)
     asked = parser.parse_args()
     fast = load_surrogate()

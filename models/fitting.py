@@ -123,7 +123,7 @@ def fit_surrogate(
     n_run = len(data.groups)
     if n_run < LEAST_PATHS:
         raise ValueError(f"{n_run} training paths are too few; give at least {LEAST_PATHS}")
-    # The points' order is that of the groups: every eighth of a random order is spread over all of them.
+    # The points' order is that of the groups: some of a random order are spread over all of them.
     rng = np.random.default_rng(seed)
     fitted = np.ones(n_run, dtype=bool)
     fitted[rng.permutation(n_run)[:: 8 if n_run >= _MANY_PATHS else 4]] = False
@@ -148,7 +148,9 @@ def fit_surrogate(
         progress=told("end of the paths"),
     )
     thinned = (data.groups[:, SENSOR] + data.groups[:, PADDING]) * np.exp(end(features)[:, 0])
-    reach = smooth_end(thinned) if base is None else base.ends(groups[::_N_ELECTRIC], plain[::_N_ELECTRIC])[1]
+    limit, reach = np.full(n_run, DEPTH), smooth_end(thinned)
+    if base is not None:
+        limit, reach = base.ends(groups[::_N_ELECTRIC], plain[::_N_ELECTRIC])
     s = np.sqrt(data.depth / reach[:, None])
     s[s > S_END * (1 + 1e-9)] = np.nan
 
@@ -161,13 +163,13 @@ def fit_surrogate(
         below = base.coefficients(groups, plain).reshape(-1, 3, N_DEPTH_TERMS)
         mechanical = mechanical - np.stack([_curve(below[::_N_ELECTRIC, k], s, 1) for k in range(2)], axis=1)
         log_change = log_change - _curve(below[:, 2], s[rows_of], 0)
-    weight = np.broadcast_to(share[:, None, None] * np.array([[1.0], [0.3]]), mechanical.shape)
+    weight = np.broadcast_to(np.array([[1.0], [0.3]]), mechanical.shape)
     first, second = rng.spawn(2)
     jobs = (
         (features, _curves(s, mechanical, weight, 1), fitted, share, hidden[0], steps, first, told("mechanics")),
         (
             electric,
-            _curves(s, log_change[:, None], (share[rows_of, None] * share_of_change)[:, None], 0),
+            _curves(s, log_change[:, None], share_of_change[:, None], 0),
             fitted[rows_of],
             share[rows_of],
             hidden[1],
@@ -182,7 +184,7 @@ def fit_surrogate(
     # What the fit misses where the surrogate answers: on paths kept out, inside the range, to the depth it goes to.
     out = np.flatnonzero(~fitted & inside(groups[::_N_ELECTRIC], data.family))
     rows = (out[:, None] * _N_ELECTRIC + np.arange(_N_ELECTRIC)).ravel()
-    s_out = np.where(data.depth <= np.minimum(DEPTH, thinned)[:, None], s, np.nan)[out]
+    s_out = np.where(data.depth <= np.minimum(limit, thinned)[:, None], s, np.nan)[out]
     s_rows = np.repeat(s_out, _N_ELECTRIC, axis=0)
     force = share[out, None] * mechanics(features[out])[:, :N_DEPTH_TERMS]
     change = share[rows_of[rows], None] * capacitance(electric[rows])

@@ -69,7 +69,8 @@ def calibrate(
 
     With --reweight it also says what the finite elements themselves would make of the posterior: each of N draws is weighted by
     the ratio of the two likelihoods, and a warning tells if a parameter's mean shifts by what matters or the weights cannot be
-    trusted. The draws stay those of the surrogate. Takes about a second per draw, sweep and process, not counted in --budget.
+    trusted. The draws stay those of the surrogate. Takes two to four seconds per draw, sweep and process, not counted in
+    --budget.
 
     Example: `calib calibrate experiment.toml -o run1 --seed 7 --budget 20`
 

@@ -503,6 +503,31 @@ def test_a_surrogate_is_trained_extended_and_used(lab: Path) -> None:
     result = _run("simulate", lab / "design.toml", *words)
     assert result.exit_code == 0, result.output
     assert len(result.stdout.splitlines()) == 3
+    result = _run("surrogate", "train", "-o", lab / "three.npz", "--family", "gent", "--improve", lab / "two.npz")
+    assert result.exit_code == 2
+    assert "it is a surrogate of the family neo-hookean. Give one of gent" in _said(result)
+    result = _run("surrogate", "train", "-o", lab / "three.npz", "--family", "gent", *quick)
+    assert result.exit_code == 2
+    assert "family is neo-hookean there and gent here" in _said(result)
+
+
+def test_a_design_of_another_family_gets_its_surrogate(lab: Path) -> None:
+    text = (lab / "design.toml").read_text()
+    law = "law = { gent = { locking = 20 } }\n"
+    gent = text.replace("[sensor]\n", f"[sensor]\n{law}").replace("[padding]\n", f"[padding]\n{law}")
+    (lab / "gent.toml").write_text(gent)
+    (lab / "stick.toml").write_text(text.replace("[indenter]\n", '[indenter]\nfriction_coefficient = "stick"\n'))
+    last = {}
+    for name in ("design", "gent", "stick"):
+        result = _run("simulate", lab / f"{name}.toml", "--displacement", "0.5 mm", "--steps", 2)
+        assert result.exit_code == 0, result.output
+        last[name] = float(result.stdout.splitlines()[-1].split(",")[1])
+    assert 1.001 < last["gent"] / last["design"] < 1.2
+    assert 1.02 < last["stick"] / last["design"] < 2
+    assert "Gent sensor" in _run("surrogate", "info", "--family", "gent").stdout
+    result = _run("simulate", lab / "gent.toml", "--displacement", "0.5 mm", "--model", "closed-form")
+    assert result.exit_code == 2
+    assert "stiffening must be 0" in _said(result)
 
 
 # --- help ---------------------------------------------------------------------------------------------------------------

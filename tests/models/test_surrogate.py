@@ -45,6 +45,24 @@ def test_shipped_surrogate_agrees_with_fresh_finite_elements(shipped):
     assert [row[0] for row in result.table()] == ["force", "capacitance change"]
 
 
+@pytest.mark.parametrize("family", [FAMILIES["gent"], FAMILIES["stick"]], ids=lambda f: f.name)
+def test_surrogates_of_the_other_families_agree_with_fresh_finite_elements(family):
+    with ThreadPoolExecutor(2) as executor:
+        result = validate(load_surrogate(family=family), random_designs(8, 20261121, family), executor)
+    assert not result.failures
+    for error in (result.force_error, result.change_error):
+        assert np.median(np.abs(error)) < 5e-3
+        assert np.quantile(np.abs(error), 0.95) < 0.03
+
+
+def test_gents_surrogate_is_the_neo_hookean_one_without_stiffening(shipped):
+    gent, depth = load_surrogate(family=FAMILIES["gent"]), np.array([0.2e-3, 0.7e-3])
+    for name in ("force", "capacitance", "contact_radius"):
+        np.testing.assert_array_equal(
+            getattr(gent.respond(design_from(PAPER), depth), name), getattr(shipped.respond(design_from(PAPER), depth), name)
+        )
+
+
 def test_shipped_surrogate_says_where_it_comes_from(shipped):
     info = shipped.info()
     assert len(info["training hash (SHA-256)"]) == 64
