@@ -60,8 +60,9 @@ STEPS = 120_000
 #: Windows in s over which what a fit missed is averaged: their middles.
 _WINDOWS = np.array([0.19, 0.37, 0.55, 0.73, 0.91])
 
-# Most steps of the training of the error's networks, for each path.
+# Most steps of the training of the error's networks, for each path, and parts of the paths that are left out in turn.
 _ERROR_STEPS = 15
+_ERROR_PARTS = 4
 
 #: Half width of a normal 90 % interval in standard deviations.
 _Z90 = 1.645
@@ -356,8 +357,8 @@ def _learn_error(
 ) -> tuple[Network, FloatArray]:
     """From what a fit missed (n, n_depth) at s: a network to the log of its sd, and the modes of its correlation.
 
-    Rows belong to `n_path` paths, one after the other. The network's scale is that of the scores of paths that a network
-    trained on the other half of the paths has not seen.
+    Rows belong to `n_path` paths, one after the other. The network's scale is that of the scores of paths by networks trained
+    without them, a quarter of the paths at a time.
     """
     squares = np.full((len(s), _WINDOWS.size), np.nan)
     for k, middle in enumerate(_WINDOWS):
@@ -378,8 +379,8 @@ def _learn_error(
     def scores(network: Network, rows: BoolArray) -> FloatArray:
         return np.asarray(missed[rows] / np.exp((network(features[rows])[:, None] @ along[rows])[:, 0]))
 
-    half = np.repeat(rng.permutation(n_path) % 2 == 0, len(s) // n_path)
-    unseen = np.concatenate([scores(trained(~half), half), scores(trained(half), ~half)])
+    part = np.repeat(rng.permutation(n_path) % _ERROR_PARTS, len(s) // n_path)
+    unseen = np.concatenate([scores(trained(part != k), part == k) for k in range(_ERROR_PARTS)])
     scale = float(np.nanquantile(np.abs(unseen), 0.9)) / _Z90
     everything = np.ones(len(s), dtype=bool)
     network = trained(everything)
