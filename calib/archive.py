@@ -48,6 +48,10 @@ class Archive:
     attrs: Mapping[str, str]
 
 
+#: Largest k-hat at which leaving out a block of data can be judged (Vehtari, Gelman, Gabry 2017).
+K_HAT = 0.7
+
+
 @dataclass(frozen=True, eq=False)
 class LeaveOut:
     """Expected log predictive density of left-out blocks by Pareto-smoothed importance sampling (PSIS-LOO).
@@ -66,8 +70,8 @@ class LeaveOut:
 
     @property
     def trusted(self) -> bool:
-        """Whether every block's k-hat is at most 0.7."""
-        return bool(np.all(self.k_hat <= 0.7))
+        """Whether every block's k-hat is at most `K_HAT`."""
+        return bool(np.all(self.k_hat <= K_HAT))
 
 
 def rank_r_hat(chains: FloatArray) -> float:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calib.archive import LeaveOut
+from calib.archive import K_HAT, LeaveOut
 from calib.errors import Fault, InputError
 from calib.posterior import Posterior, leave_out
 from models.sensor import PARAMETERS
@@ -101,8 +101,8 @@ def doubts(candidates: Sequence[Candidate]) -> list[str]:
     found = [f"{c.name} has not converged" for c in candidates if not c.posterior.diagnostics.converged]
     for c in candidates:
         if not c.left_out.trusted:
-            bad = int(np.sum(c.left_out.k_hat > 0.7))
-            found.append(f"{c.name}: k-hat is above 0.7 for {bad} of {c.left_out.k_hat.size} blocks of data")
+            bad = int(np.sum(c.left_out.k_hat > K_HAT))
+            found.append(f"{c.name}: k-hat is above {K_HAT:g} for {bad} of {c.left_out.k_hat.size} blocks of data")
     return found
 
 

@@ -17,6 +17,7 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 from calib import figures
+from calib.archive import K_HAT
 from calib.diagnostics import PRIOR_CONFLICT, SHIFT_LIMIT, SPOT_CHECK_LIMIT, Gate
 from calib.experiment import Experiment
 from calib.padding import Recommendation, percent
@@ -35,9 +36,6 @@ SETTLED = 0.9
 
 #: What a run has to reach to count as converged.
 GATE = Gate()
-
-#: Largest k-hat at which leaving out a block of data can be judged (Vehtari, Gelman, Gabry 2017).
-K_HAT = 0.7
 
 _HEADLINE = (
     "young_modulus",

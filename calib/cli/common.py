@@ -141,10 +141,9 @@ def load_forward(model: str, surrogate: Path | None = None, family: Family | Non
     if family is None:
         raise InputError(Fault("there is no surrogate for Gent's law with a ball that sticks", advice="Use the model fem"))
     try:
-        found = load_surrogate(surrogate, family)
+        return load_surrogate(surrogate, family)
     except (OSError, ValueError, KeyError) as error:
         raise InputError(Fault(f"not a surrogate that can be read ({error})", surrogate)) from None
-    return found
 
 
 def load_run(run: Path) -> tuple[Posterior, Forward]:

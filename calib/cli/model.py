@@ -33,7 +33,7 @@ from calib.cli.common import (
     write_whole,
 )
 from calib.errors import Fault, InputError
-from models.domain import NEO_HOOKEAN
+from models.domain import FAMILIES, NEO_HOOKEAN, family_of
 
 if TYPE_CHECKING:
     from models.fem import FiniteElements, Solution
@@ -105,7 +105,6 @@ def simulate(
     with refusing_bad_input():
         from calib.design import read_design
         from calib.predictive import loading_curve
-        from models.domain import family_of
         from models.sensor import Design
 
         if (displacement is None) == (force is None):
@@ -344,7 +343,6 @@ def train(
     Exit codes: 0 done; 2 too few points, or no place to write; 130 stopped from the keyboard, the curves so far kept.
     """
     with refusing_bad_input():
-        from models.domain import FAMILIES
         from models.fitting import LEAST_PATHS, STEPS, fit_surrogate, worst_points
         from models.store import StoreError, open_store
         from models.training import design_points, points_wanted, run_training, store_settings, training_set
@@ -538,7 +536,6 @@ def _executor(processes: int | None, scheduler: str | None) -> Iterator[Executor
 
 
 def _load(file: Path | None, family: FamilyName) -> Surrogate:
-    from models.domain import FAMILIES
     from models.surrogate import Surrogate
 
     found = load_forward("surrogate", file, FAMILIES[family])
