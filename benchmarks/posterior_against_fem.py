@@ -18,9 +18,9 @@ import numpy as np
 
 from calib.experiment import read_experiment
 from calib.likelihood import build_problem
-from calib.observations import make_sweep
 from calib.posterior import sample, thin_draws
 from calib.reweight import reweight
+from calib.sweep import make_sweep
 from models.fem import FiniteElements
 from models.surrogate import load_surrogate
 

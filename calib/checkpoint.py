@@ -18,7 +18,7 @@ import numpy as np
 from calib.ensemble import MOVES, STORE_EVERY, Block, EnsembleState
 from calib.errors import Fault, InputError
 from calib.likelihood import Problem
-from calib.observations import sweeps_to_json
+from calib.sweep import sweeps_to_json
 from models.sensor import FloatArray
 
 _FORMAT = 1

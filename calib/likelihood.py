@@ -13,8 +13,8 @@ import numpy as np
 from calib.errors import Fault, InputError
 from calib.experiment import Experiment
 from calib.measurement import Channel, SweepModel, SweepPlan, model_sweep, plan_sweep, why_outside
-from calib.observations import Sweep
 from calib.parameters import Calibrated, ParameterInfo, list_parameters, sweep_title, tied_by
+from calib.sweep import Sweep
 from models.response import Forward
 from models.sensor import FloatArray
 

@@ -25,8 +25,8 @@ from typing import TypeVar
 
 import numpy as np
 
-from calib.observations import Sweep, Track
 from calib.parameters import Calibrated, design_values, lookup, nominal_zero, tied_by
+from calib.sweep import Sweep, Track
 from models.response import Forward, Lookup, Response, force_scale, look_up, look_up_force, table_depths
 from models.sensor import BoolArray, Design, FloatArray, design_from
 

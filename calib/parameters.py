@@ -9,8 +9,8 @@ from typing import Protocol
 import numpy as np
 
 from calib.experiment import Experiment, Specimen
-from calib.observations import ForcePoints, Sweep
 from calib.prior import Fixed, LogNormal, Normal, Prior, TruncatedNormal, Uniform, default_prior
+from calib.sweep import ForcePoints, Sweep
 from models.sensor import Design, FloatArray, Scalar, design_from
 
 #: Within this distance of zero [m] the onset found in the data agrees with the default prior of the contact offset.

@@ -35,9 +35,9 @@ from calib.diagnostics import (
 from calib.ensemble import STORE_EVERY, Block, EnsembleState, advance, autocorrelation_time, start
 from calib.experiment import Experiment, experiment_from_json, experiment_to_json
 from calib.likelihood import Problem, block_names, log_likelihood_blocks, physical, range_use
-from calib.observations import Sweep, sweeps_from_json, sweeps_to_json
 from calib.parameters import ParameterInfo, specimen_design, sweep_title
 from calib.prior import prior_from_json
+from calib.sweep import Sweep, sweeps_from_json, sweeps_to_json
 from models.sensor import FloatArray
 
 __all__ = [

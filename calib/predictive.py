@@ -12,9 +12,9 @@ from scipy.linalg import cho_factor, cho_solve
 
 from calib.measurement import Channel as MeasuredChannel
 from calib.measurement import SweepModel, model_sweep, plan_sweep
-from calib.observations import CapacitancePoints, ForcePoints, Sweep
 from calib.parameters import lookup, specimen_design, tied_by
 from calib.posterior import Posterior, thin_draws
+from calib.sweep import CapacitancePoints, ForcePoints, Sweep
 from models.response import Forward, OutOfRangeError, Response, depth_at_force, depth_table
 from models.sensor import BoolArray, Design, FloatArray, design_from
 

@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from calib.observations import CapacitancePoints, ForcePoints, Sweep, Track
+from calib.sweep import CapacitancePoints, ForcePoints, Sweep, Track
 from models.response import Forward
 from models.sensor import Design, FloatArray
 

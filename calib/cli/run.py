@@ -35,9 +35,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from calib.experiment import Experiment
-    from calib.observations import Sweep
     from calib.padding import Recommendation
     from calib.posterior import Posterior, Progress
+    from calib.sweep import Sweep
     from models.response import Forward
 
 _DEFAULT_SEED = 1
@@ -281,7 +281,7 @@ def _begun(output: Path) -> dict[str, str]:
 
 
 def _read_sweeps(experiment: Experiment) -> tuple[Sweep, ...]:
-    from calib.observations import make_sweep
+    from calib.sweep import make_sweep
 
     sweeps: list[Sweep] = []
     faults: list[Fault] = []

@@ -12,10 +12,10 @@ import pytest
 from calib.diagnostics import Diagnostics, ParameterSummary
 from calib.experiment import Experiment, Specimen, SweepFiles
 from calib.likelihood import block_names, build_problem, log_likelihood_blocks
-from calib.observations import CapacitancePoints, ForcePoints, Sweep, Track
 from calib.parameters import list_parameters
 from calib.posterior import Posterior
 from calib.prior import HalfNormal, LogNormal, Normal, Prior, Uniform
+from calib.sweep import CapacitancePoints, ForcePoints, Sweep, Track
 from models.analytic import ClosedForm
 from models.sensor import PARAMETERS, design_from
 

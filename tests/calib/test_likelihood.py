@@ -27,9 +27,9 @@ from calib.likelihood import (
     predict_sweep,
     range_use,
 )
-from calib.observations import Sweep
 from calib.parameters import onset_reading, specimen_design
 from calib.prior import Fixed, LogNormal, Normal, Prior, Uniform, default_prior
+from calib.sweep import Sweep
 from calib.synthetic import Rig, synthetic_sweep
 from models.analytic import ClosedForm
 from models.response import Response

@@ -12,15 +12,9 @@ import pytest
 
 from calib.errors import InputError
 from calib.instruments import read_lab_file
-from calib.observations import (
-    Sweep,
-    integrated_time,
-    make_sweep,
-    observations_frame,
-    observe,
-    sweeps_from_json,
-    sweeps_to_json,
-)
+from calib.observations import observations_frame, observe
+from calib.reduction import integrated_time
+from calib.sweep import Sweep, make_sweep, sweeps_from_json, sweeps_to_json
 from models.sensor import BoolArray, FloatArray
 
 LABDATA = Path(__file__).resolve().parents[3] / "shared" / "labdata"

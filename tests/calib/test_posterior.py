@@ -18,7 +18,6 @@ from calib.ensemble import advance, start
 from calib.errors import InputError
 from calib.experiment import Experiment, Specimen, SweepFiles, read_experiment
 from calib.likelihood import Problem, build_problem, log_posterior
-from calib.observations import make_sweep
 from calib.posterior import (
     Gate,
     Posterior,
@@ -31,6 +30,7 @@ from calib.posterior import (
     thin_draws,
 )
 from calib.prior import Fixed, LogNormal, Normal, Prior
+from calib.sweep import make_sweep
 from calib.synthetic import Rig, synthetic_sweep
 from models.analytic import ClosedForm
 from models.response import Forward, Response
