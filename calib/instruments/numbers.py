@@ -5,67 +5,71 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import chain
-from typing import Literal
 
 import numpy as np
 
 from models.sensor import BoolArray, FloatArray
 
-# Digits with any marks between them, and an exponent: a number in some notation.
-_NUMERIC = re.compile(r"^[+-]?[\d.,'\s\u00a0\u202f]*\d[\d.,'\s\u00a0\u202f]*(?:[eE][+-]?\d+)?$")
-_PLAIN = re.compile(r"[0-9.eE+\-\s]*")
-_OVER_RANGE = re.compile(r"^(?:over|ovld|ov\d+|ol|overload|overflow)$", re.IGNORECASE)
-_MISSING = re.compile(r"^(?:nan|n/?a)$", re.IGNORECASE)
 #: What the meters write for "no reading" on their bus is at least this.
 OVER_RANGE = 9.9e37
 
-_GROUPED = r"[+-]?\d{{1,3}}(?:{0}\d{{3}})+"
-_SPACES = "' \u00a0\u202f"
+_SPACES = "'’ \u00a0\u202f\u2009"
+_MARKS = "+\\-\u2212"
+# Digits with any marks between them, and an exponent: a number in some notation.
+_NUMERIC = re.compile(rf"^\s*[{_MARKS}]?[\d.,{_SPACES}]*\d[\d.,{_SPACES}]*(?:[eE][{_MARKS}]?\d+)?\s*$", re.ASCII)
+_OVER_WORD = re.compile(
+    r"^\s*(?:over|under|ovld|ovl|ovrld|ov\d+|ol|o\.l|overload|overflow|over ?range|out of range|[+-]?inf|-{2,}|\*{2,}|#{2,})"
+    r"\s*$",
+    re.IGNORECASE,
+)
+_MISSING = re.compile(r"^\s*(?:|nan|n/?a|null|none|-|nicht bekannt|unknown)\s*$", re.IGNORECASE)
+_EXPONENT = rf"[eE][{_MARKS}]?\d+"
 
 
-def _notation(mark: str, other: str) -> re.Pattern[str]:
+def _grammar(mark: str, other: str) -> str:
+    """What a number with the decimal mark `mark` looks like; thousands by the other mark, an apostrophe or a blank."""
     point = re.escape(mark)
-    grouped = _GROUPED.format(f"[{other}{_SPACES}]")
-    return re.compile(rf"^(?:[+-]?(?:\d+(?:{point}\d*)?|{point}\d+)|{grouped}(?:{point}\d*)?)(?:[eE][+-]?\d+)?$")
+    plain = rf"\d+(?:{point}\d*)?|{point}\d+"
+    grouped = rf"\d{{1,3}}(?:[{other}{_SPACES}]\d{{3}})+(?:{point}\d*)?"
+    return rf"[ \t]*[{_MARKS}]?(?:{plain}|{grouped})(?:{_EXPONENT})?[ \t]*"
 
 
-_NOTATION = {".": _notation(".", ","), ",": _notation(",", ".")}
-_SEPARATORS = {".": re.compile(f"[,{_SPACES}]"), ",": re.compile(f"[.{_SPACES}]")}
+_GRAMMAR = {".": _grammar(".", ","), ",": _grammar(",", ".")}
+_NUMBER = {mark: re.compile(rf"{grammar}\Z", re.ASCII) for mark, grammar in _GRAMMAR.items()}
+_COLUMN = {mark: re.compile(rf"(?:{grammar}\n)*\Z", re.ASCII) for mark, grammar in _GRAMMAR.items()}
+_APART = {".": re.compile(f"[,{_SPACES}\t]"), ",": re.compile(f"[.{_SPACES}\t]")}
 
 
 def is_numeric(cell: str) -> bool:
     """Whether a cell looks like a number in any notation."""
-    return _NUMERIC.match(cell.strip()) is not None
+    return _NUMERIC.match(cell) is not None
 
 
 def is_over_range(cell: str) -> bool:
-    """Whether a cell is a word by which an instrument says that it has no reading: OVER, OV01, OL.
+    """Whether a cell is a word by which an instrument says that it has no reading: OVER, OV01, OL, dashes or stars.
 
-    >>> is_over_range("OV01"), is_over_range("over it")
-    (True, False)
+    >>> is_over_range("OV01"), is_over_range("----"), is_over_range("over it")
+    (True, True, False)
     """
-    return _OVER_RANGE.match(cell.strip()) is not None
+    return _OVER_WORD.match(cell) is not None
 
 
 def is_missing(cell: str) -> bool:
-    """Whether a cell is empty or says that nothing is there (nan, n/a)."""
-    cell = cell.strip()
-    return not cell or _MISSING.match(cell) is not None
+    """Whether a cell is empty or says that nothing is there (nan, n/a, nicht bekannt)."""
+    return _MISSING.match(cell) is not None
 
 
 def parse_number(cell: str, decimal: str) -> float | None:
     """The number a cell holds in the notation with this decimal mark; None if it holds none.
 
-    Thousands may be set apart by the other mark, an apostrophe or a space, in full groups of three only.
+    Thousands may be set apart by the other mark, an apostrophe or a blank, in full groups of three only.
 
     >>> parse_number("1,000.06200", "."), parse_number("1.000,062", ","), parse_number("0,9966", ".")
     (1000.062, 1000.062, None)
     """
-    cell = cell.strip()
-    if _NOTATION[decimal].match(cell) is None:
+    if _NUMBER[decimal].match(cell) is None:
         return None
-    return float(_SEPARATORS[decimal].sub("", cell).replace(",", "."))
+    return float(_APART[decimal].sub("", cell).replace(",", ".").replace("\u2212", "-"))
 
 
 @dataclass(frozen=True)
@@ -77,59 +81,89 @@ class Notation:
     places: tuple[tuple[int, int], ...] = ()
 
 
-def _evidence(cell: str) -> Literal["", ".", ",", "weak"]:
-    # Which mark this cell shows to be the decimal mark; "weak": one comma that may set thousands apart or be decimal.
-    mantissa = re.split("[eE]", cell.strip(), maxsplit=1)[0].lstrip("+-")
-    dots, commas = mantissa.count("."), mantissa.count(",")
-    if dots and commas:
-        last: Literal[".", ","] = "." if mantissa.rfind(".") > mantissa.rfind(",") else ","
-        return last if _NOTATION[last].match(mantissa) else ""
-    if dots + commas == 0:
-        return ""
-    mark: Literal[".", ","] = "." if dots else ","
-    other: Literal[".", ","] = "," if dots else "."
-    whole, _, fraction = mantissa.partition(mark)
-    if dots + commas > 1:
-        return other if re.fullmatch(_GROUPED.format(re.escape(mark)), mantissa) else ""
-    if not (whole + fraction).isdigit():
-        return ""
-    if len(fraction) == 3 and 1 <= len(whole) <= 3 and not whole.startswith("0"):
-        return "weak" if mark == "," else ""
-    return mark
+def _shown(mark: str) -> tuple[re.Pattern[str], re.Pattern[str]]:
+    """Cells that show `mark` to be the decimal mark, and cells whose one mark may as well set thousands apart."""
+    other = "," if mark == "." else "."
+    point, apart = re.escape(mark), re.escape(other)
+    sign = rf"^[ \t]*[{_MARKS}]?"
+    end = rf"(?:{_EXPONENT})?[ \t]*$"
+    strong = "|".join(
+        (
+            rf"\d{{1,3}}(?:[{apart}{_SPACES}]\d{{3}})+{point}\d*{end}",  # both marks: the last is the decimal one
+            rf"\d{{1,3}}(?:{apart}\d{{3}}){{2,}}{end}",  # the other mark twice: it sets thousands apart
+            rf"\d*{point}(?:\d{{0,2}}|\d{{4,}}){end}",  # not three digits after it
+            rf"(?:0\d*|\d{{4,}}|){point}\d{{3}}{end}",  # nothing, a leading zero or four digits before it
+            rf"\d+{point}\d{{3}}{_EXPONENT}[ \t]*$",  # an exponent
+        )
+    )
+    return (
+        re.compile(rf"{sign}(?:{strong})", re.MULTILINE | re.ASCII),
+        re.compile(rf"{sign}[1-9]\d{{0,2}}{point}\d{{3}}[ \t]*$", re.MULTILINE | re.ASCII),
+    )
 
 
-def decide_notation(columns: Sequence[Sequence[str]]) -> Notation:
+_SHOWN = {mark: _shown(mark) for mark in ".,"}
+# A whole number of a hundred or more without any mark.
+_WHOLE = re.compile(rf"^[ \t]*[{_MARKS}]?\d{{3,}}[ \t]*$", re.MULTILINE | re.ASCII)
+# With a mark: one or more digits other than a leading zero before it; nothing or zero before it and not three digits after it.
+_ONE_AND_MORE = {m: re.compile(rf"^[ \t]*[{_MARKS}]?[1-9]\d*{re.escape(m)}(\d*)[ \t]*$", re.M | re.A) for m in ".,"}
+_BELOW_ONE = {m: re.compile(rf"^[ \t]*[{_MARKS}]?0?{re.escape(m)}(\d*)[ \t]*$", re.M | re.A) for m in ".,"}
+
+
+def decide_notation(columns: Sequence[Sequence[str]], declared: str = "") -> Notation:
     """The decimal mark of a file from all its number cells.
 
-    A cell with both marks shows its decimal mark by the last one; a single mark not followed by exactly three digits, or
-    after a leading zero, is decimal. One comma followed by three digits ("1,250") shows nothing by itself: if the whole
-    file shows nothing else, it is refused. Cells that contradict each other are refused.
+    A cell with both marks shows its decimal mark by the last one; a single mark not followed by exactly three digits, after a
+    leading zero, or before an exponent is decimal. One mark followed by three digits ("1,250") shows nothing by itself: a comma
+    is refused if the whole file shows nothing else, a point only where whole numbers stand in the same column ("999", "1.000").
+    Cells that contradict each other are refused; so is a column whose values below one have other than three decimals
+    while all those above have exactly three: a spreadsheet has taken their decimal mark for a thousands mark ("0,9966",
+    "10,114").
 
     Parameters
     ----------
     columns : the text of the cells, one sequence per column, equally long.
+    declared : the decimal mark that the file itself states, "" if it states none.
     """
-    if not any("," in cell for cell in chain.from_iterable(columns)):
-        return Notation(".")
-    counts: dict[str, int] = {".": 0, ",": 0, "weak": 0}
-    first: dict[str, tuple[int, int]] = {}
-    for c, column in enumerate(columns):
-        for r, cell in enumerate(column):
-            if "," in cell or "." in cell:
-                shown = _evidence(cell)
-                if shown:
-                    counts[shown] += 1
-                    if shown not in first or (r, c) < first[shown]:
-                        first[shown] = (r, c)
-    if counts["."] and counts[","]:
-        return Notation(
-            "", f"{counts['.']} cell(s) have a decimal point and {counts[',']} a decimal comma", (first["."], first[","])
-        )
-    if counts["weak"] and not counts["."] and not counts[","]:
-        return Notation(
-            "", "the comma may set thousands apart or be the decimal mark, and no cell of the file tells", (first["weak"],)
-        )
-    return Notation("," if counts[","] else ".")
+    texts = ["\n".join(column) for column in columns]
+
+    def first(pattern: re.Pattern[str]) -> tuple[int, int] | None:
+        hits = [(text.count("\n", 0, m.start()), c) for c, text in enumerate(texts) if (m := pattern.search(text))]
+        return min(hits, default=None)
+
+    comma = any("," in text for text in texts)
+    strong = {mark: first(_SHOWN[mark][0]) for mark in ".,"} if comma else {".": None, ",": None}
+    weak = {mark: first(_SHOWN[mark][1]) for mark in ".,"} if comma else {".": None, ",": None}
+    if strong["."] and strong[","]:
+        return Notation("", "some cells have a decimal point and some a decimal comma", (strong["."], strong[","]))
+    decimal = "." if strong["."] or not comma else "," if strong[","] else declared
+    if declared and declared != decimal:
+        place = strong[decimal]
+        return Notation("", f'the file declares the decimal mark "{declared}", a cell shows another', (place,) if place else ())
+    if not decimal:
+        if weak[","]:
+            return Notation(
+                "", "the comma may set thousands apart or be the decimal mark, and no cell of the file tells", (weak[","],)
+            )
+        decimal = "."
+    other = "," if decimal == "." else "."
+    for c, text in enumerate(texts):
+        if decimal not in text:
+            continue
+        apart = _SHOWN[decimal][1].search(text)
+        if not declared and apart and _WHOLE.search(text) and not _SHOWN[decimal][0].search(text):
+            whole = _WHOLE.search(text)
+            assert whole is not None
+            places = tuple(sorted((text.count("\n", 0, m.start()), c) for m in (whole, apart)))
+            return Notation("", f'"{decimal}" may set thousands apart or be the decimal mark: whole numbers beside it', places)
+        if apart and other not in text:
+            below = {len(m) for m in _BELOW_ONE[decimal].findall(text)} - {0}
+            above = {len(m) for m in _ONE_AND_MORE[decimal].findall(text)}
+            if above == {3} and below and min(below) > 3:
+                small = next(m for m in _BELOW_ONE[decimal].finditer(text) if len(m[1]) > 3)
+                places = tuple(sorted((text.count("\n", 0, m.start()), c) for m in (small, apart)))
+                return Notation("", "values below one have more decimals than three, all others exactly three", places)
+    return Notation(decimal)
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,18 +181,14 @@ def to_numbers(cells: Sequence[str], decimal: str) -> Numbers:
 
     Over-range are the words of `is_over_range` and readings of `OVER_RANGE` and more.
     """
-    joined = "\n".join(cells)
-    if decimal == "," and "." not in joined:
-        joined = joined.replace(",", ".")
     none = np.zeros(len(cells), dtype=bool)
-    if _PLAIN.fullmatch(joined):
-        try:
-            values = np.array(joined.split("\n"), dtype=np.float64) if len(cells) else np.zeros(0)
-        except ValueError:
-            pass  # an empty or damaged cell: look at each
-        else:
-            if not np.any(np.abs(values) >= OVER_RANGE):
-                return Numbers(values, none, none, none)
+    joined = "\n".join(cells) + "\n"
+    if cells and joined.isascii() and joined.count("\n") == len(cells) and _COLUMN[decimal].match(joined):
+        if decimal == "," or any(c in joined for c in ",' \t"):
+            joined = _APART[decimal].sub("", joined).replace(",", ".")
+        values = np.array(joined[:-1].split("\n"), dtype=np.float64)
+        if not np.any(np.abs(values) >= OVER_RANGE):
+            return Numbers(values, none, none, none)
     values = np.full(len(cells), np.nan)
     empty, over, bad = none.copy(), none.copy(), none.copy()
     for i, cell in enumerate(cells):
@@ -172,3 +202,41 @@ def to_numbers(cells: Sequence[str], decimal: str) -> Numbers:
         else:
             bad[i] = True
     return Numbers(values, empty, over, bad)
+
+
+# ------------------------------------------------------------------------------------------------------------- clock times
+
+_CLOCK = re.compile(
+    r"^\s*(?P<date>\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4})?[ T]*(?P<hour>\d{1,2}):(?P<minute>\d{2}):(?P<second>\d{2}(?:[.,]\d+)?)\s*"
+    r"(?P<half>[AaPp]\.?[Mm]\.?)?\s*(?:Z|[+-]\d{2}:?\d{2})?\s*$"
+)
+_DAY = 86400.0
+
+
+def is_clock(cell: str) -> bool:
+    """Whether a cell is a time of day, with or without a date: "12:30:01.25", "2024-05-02 12:30:01"."""
+    return _CLOCK.match(cell) is not None
+
+
+def clock_seconds(cells: Sequence[str]) -> FloatArray:
+    """Seconds since the first midnight of times of day (n_row,); nan where a cell is none.
+
+    A fall by more than half a day is a midnight.
+    """
+    values = np.full(len(cells), np.nan)
+    days, before = 0.0, np.nan
+    for i, cell in enumerate(cells):
+        match = _CLOCK.match(cell)
+        if match is None:
+            continue
+        hour = int(match["hour"])
+        if match["half"]:
+            hour = hour % 12 + (12 if match["half"][0] in "pP" else 0)
+        time = 3600.0 * hour + 60.0 * int(match["minute"]) + float(match["second"].replace(",", "."))
+        if hour > 23 or int(match["minute"]) > 59 or float(match["second"].replace(",", ".")) >= 61:
+            continue
+        if time < before - _DAY / 2:
+            days += _DAY
+        before = time
+        values[i] = time + days
+    return values
