@@ -17,6 +17,9 @@ _SPACES = "'’ \u00a0\u202f\u2009"
 _MARKS = "+\\-\u2212"
 # Digits with any marks between them, and an exponent: a number in some notation.
 _NUMERIC = re.compile(rf"^\s*[{_MARKS}]?[\d.,{_SPACES}]*\d[\d.,{_SPACES}]*(?:[eE][{_MARKS}]?\d+)?\s*$", re.ASCII)
+_NUMERIC_CELLS = re.compile(rf"(?:[ \t]*[{_MARKS}]?[.,]?\d[\d.,{_SPACES}eE{_MARKS}\t]*\n)+", re.ASCII)
+# Cells that `float` reads as they stand, or once a comma is made a point.
+_PLAIN = {mark: re.compile(rf"[0-9{re.escape(mark)}eE+\-\n]*", re.ASCII) for mark in ".,"}
 _OVER_WORD = re.compile(
     r"^\s*(?:over|under|ovld|ovl|ovrld|ov\d+|ol|o\.l|overload|overflow|over ?range|out of range|[+-]?inf|-{2,}|\*{2,}|#{2,})"
     r"\s*$",
@@ -43,6 +46,11 @@ _APART = {".": re.compile(f"[,{_SPACES}\t]"), ",": re.compile(f"[.{_SPACES}\t]")
 def is_numeric(cell: str) -> bool:
     """Whether a cell looks like a number in any notation."""
     return _NUMERIC.match(cell) is not None
+
+
+def are_all_numbers(cells: Sequence[str]) -> bool:
+    """Whether every cell looks like a number in some notation: each begins with a digit or a mark, and none is empty."""
+    return _NUMERIC_CELLS.fullmatch("\n".join(cells) + "\n") is not None
 
 
 def is_over_range(cell: str) -> bool:
@@ -183,12 +191,19 @@ def to_numbers(cells: Sequence[str], decimal: str) -> Numbers:
     """
     none = np.zeros(len(cells), dtype=bool)
     joined = "\n".join(cells) + "\n"
-    if cells and joined.isascii() and joined.count("\n") == len(cells) and _COLUMN[decimal].match(joined):
-        if decimal == "," or any(c in joined for c in ",' \t"):
-            joined = _APART[decimal].sub("", joined).replace(",", ".")
-        values = np.array(joined[:-1].split("\n"), dtype=np.float64)
-        if not np.any(np.abs(values) >= OVER_RANGE):
-            return Numbers(values, none, none, none)
+    plain = _PLAIN[decimal].fullmatch(joined) is not None
+    if cells and (plain or _COLUMN[decimal].match(joined)) and joined.count("\n") == len(cells):
+        if not plain:
+            joined = _APART[decimal].sub("", joined).replace("\u2212", "-")
+        if decimal == ",":
+            joined = joined.replace(",", ".")
+        try:
+            values = np.array(joined[:-1].split("\n"), dtype=np.float64)
+        except ValueError:
+            pass  # an empty or damaged cell: look at each
+        else:
+            if not np.any(np.abs(values) >= OVER_RANGE):
+                return Numbers(values, none, none, none)
     values = np.full(len(cells), np.nan)
     empty, over, bad = none.copy(), none.copy(), none.copy()
     for i, cell in enumerate(cells):

@@ -6,14 +6,14 @@ import csv
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import chain, pairwise
 from types import MappingProxyType
 
 import numpy as np
 
 from calib.errors import Fault, InputError
 from calib.instruments.labtable import IntArray, Reading
-from calib.instruments.numbers import is_clock, is_missing, is_numeric, is_over_range, parse_number, to_numbers
+from calib.instruments.numbers import are_all_numbers, is_clock, is_missing, is_numeric, is_over_range, parse_number
 from calib.instruments.text import LabText
 from calib.instruments.units import is_unit_of
 from calib.instruments.vocabulary import EXAMPLE, Heading, understand, understood_names, unit_of_cell, words
@@ -392,6 +392,10 @@ def _side_by_side(sheet: Sheet, reading: Reading) -> tuple[Sheet, tuple[str, ...
     return replace(sheet, names=names), (note,)
 
 
+def _no_such_specimen(sheet: Sheet, reading: Reading) -> Fault:
+    return Fault(f"there is no specimen {reading.specimen}: the file holds one", sheet.text.path, sheet.header_line or None)
+
+
 def _which_specimen(sheet: Sheet, message: str, count: int) -> Fault:
     return Fault(
         message,
@@ -442,9 +446,49 @@ class _Block:
     rows: list[int]
 
 
+def _even_columns(sheet: Sheet, start: int, keys: Sequence[int]) -> tuple[tuple[Sequence[str], ...], int] | None:
+    """Columns, and the number of rows, where every line is a row of numbers as wide as the header; None where one is not.
+
+    The common case, and the only one in which a file of a million rows is cut in a second.
+    """
+    lines = sheet.text.lines[start:]
+    while lines and not lines[-1].strip():
+        lines = lines[:-1]
+    width, delimiter = len(sheet.names), sheet.delimiter
+    if not lines or not keys or delimiter == " ":
+        return None
+    body = "\n".join(lines)
+    if '"' in body:
+        if any(line.count('"') % 2 for line in lines):
+            return None
+        try:
+            rows = list(csv.reader(lines, delimiter=delimiter, skipinitialspace=True))
+        except csv.Error:
+            return None
+        if set(map(len, rows)) != {width}:
+            return None
+        cells = list(chain.from_iterable(rows))
+        del rows
+    else:
+        if {line.count(delimiter) for line in lines} != {width - 1}:
+            return None
+        cells = body.replace(delimiter, "\n").split("\n")
+    if not are_all_numbers(cells[keys[0] :: width]):
+        return None
+    return tuple(cells[i::width] for i in range(width)), len(lines)
+
+
 def _with_rows(sheet: Sheet, start: int, reading: Reading, notes: tuple[str, ...]) -> Sheet:
-    rows = _cells_of(sheet, start)
     keys = [i for i, h in sheet.headings().items() if h.quantity != "status"]
+    even = _even_columns(sheet, start, keys)
+    if even is not None:
+        columns, n_row = even
+        if reading.specimen not in (None, 1) and not notes:
+            raise InputError(_no_such_specimen(sheet, reading))
+        last = [[column[k] for column in columns] for k in range(max(n_row - 20, 0), n_row)]
+        lines = start + 1 + np.arange(n_row, dtype=np.int64)
+        return replace(sheet, columns=columns, lines=lines, cut_short=_is_cut_short(sheet, last, lines), notes=notes)
+    rows = _cells_of(sheet, start)
     blocks, more = _blocks(sheet, rows, start, keys)
     blocks = [b for b in blocks if b.rows]
     if not blocks:
@@ -485,10 +529,6 @@ def _blocks(sheet: Sheet, rows: list[list[str]], start: int, keys: Sequence[int]
     header = split_line(text.lines[sheet.header_line - 1], sheet.delimiter) if sheet.header_line else []
     first = keys[0] if keys else 0
     blocks = [_Block(sheet.header_line, _label(sheet, sheet.header_line - 1), [])]
-    widest = [row for row in rows if len(row) > first]
-    if len(widest) == len(rows) - sum(1 for row in rows if not row or row == [""]) and _all_numbers([r[first] for r in widest]):
-        blocks[0].rows.extend(i for i, row in enumerate(rows) if len(row) > first)
-        return blocks, []
     faults: list[Fault] = []
     apart: list[int] = []  # lines of text since the last row
     left_out: list[int] = []
@@ -545,14 +585,6 @@ def _blocks(sheet: Sheet, rows: list[list[str]], start: int, keys: Sequence[int]
         shown = text.lines[start + left_out[0]].strip()[:80]
         notes.append(f'{len(left_out)} line(s) of text left out, the first is "{shown}" (line {start + left_out[0] + 1})')
     return blocks, notes
-
-
-def _all_numbers(cells: Sequence[str]) -> bool:
-    def plain(part: Sequence[str], mark: str) -> bool:
-        found = to_numbers(part, mark)
-        return not (found.bad.any() or found.empty.any())
-
-    return any(plain(cells[:50], mark) and plain(cells, mark) for mark in ".,")
 
 
 def _kind(row: Sequence[str], header: Sequence[str], keys: Sequence[int], width: int) -> str:
@@ -622,9 +654,7 @@ def _one_specimen(
     """Rows of the specimen asked for: all blocks if the record only repeats its header, one of them if each is a specimen."""
     if len(blocks) == 1:
         if reading.specimen not in (None, 1) and not has_side_by_side:
-            raise InputError(
-                Fault(f"there is no specimen {reading.specimen}: the file holds one", sheet.text.path, sheet.header_line)
-            )
+            raise InputError(_no_such_specimen(sheet, reading))
         return blocks[0].rows, [], 1
     if _time_goes_on(sheet, blocks, rows):
         note = f"the header stands {len(blocks)} times; time goes on from block to block: one record"
