@@ -16,7 +16,8 @@ OVER_RANGE = 9.9e37
 _SPACES = "'’ \u00a0\u202f\u2009"
 _MARKS = "+\\-\u2212"
 # Digits with any marks between them, and an exponent: a number in some notation.
-_NUMERIC = re.compile(rf"^\s*[{_MARKS}]?[\d.,{_SPACES}]*\d[\d.,{_SPACES}]*(?:[eE][{_MARKS}]?\d+)?\s*$", re.ASCII)
+_NUMERIC = re.compile(rf"[{_MARKS}]?[\d.,{_SPACES}]+(?:[eE][{_MARKS}]?\d+)?", re.ASCII)
+_LONGEST_NUMBER = 60
 _NUMERIC_CELLS = re.compile(rf"(?:[ \t]*[{_MARKS}]?[.,]?\d[\d.,{_SPACES}eE{_MARKS}\t]*\n)+", re.ASCII)
 # Cells that `float` reads as they stand, or once a comma is made a point.
 _PLAIN = {mark: re.compile(rf"[0-9{re.escape(mark)}eE+\-\n]*", re.ASCII) for mark in ".,"}
@@ -33,7 +34,7 @@ def _grammar(mark: str, other: str) -> str:
     """What a number with the decimal mark `mark` looks like; thousands by the other mark, an apostrophe or a blank."""
     point = re.escape(mark)
     plain = rf"\d+(?:{point}\d*)?|{point}\d+"
-    grouped = rf"\d{{1,3}}(?:[{other}{_SPACES}]\d{{3}})+(?:{point}\d*)?"
+    grouped = rf"[1-9]\d{{0,2}}(?:[{other}{_SPACES}]\d{{3}})+(?:{point}\d*)?"
     return rf"[ \t]*[{_MARKS}]?(?:{plain}|{grouped})(?:{_EXPONENT})?[ \t]*"
 
 
@@ -45,7 +46,8 @@ _APART = {".": re.compile(f"[,{_SPACES}\t]"), ",": re.compile(f"[.{_SPACES}\t]")
 
 def is_numeric(cell: str) -> bool:
     """Whether a cell looks like a number in any notation."""
-    return _NUMERIC.match(cell) is not None
+    cell = cell.strip()
+    return len(cell) <= _LONGEST_NUMBER and _NUMERIC.fullmatch(cell) is not None and any(c in "0123456789" for c in cell)
 
 
 def are_all_numbers(cells: Sequence[str]) -> bool:
@@ -97,8 +99,8 @@ def _shown(mark: str) -> tuple[re.Pattern[str], re.Pattern[str]]:
     end = rf"(?:{_EXPONENT})?[ \t]*$"
     strong = "|".join(
         (
-            rf"\d{{1,3}}(?:[{apart}{_SPACES}]\d{{3}})+{point}\d*{end}",  # both marks: the last is the decimal one
-            rf"\d{{1,3}}(?:{apart}\d{{3}}){{2,}}{end}",  # the other mark twice: it sets thousands apart
+            rf"[1-9]\d{{0,2}}(?:[{apart}{_SPACES}]\d{{3}})+{point}\d*{end}",  # both marks: the last is the decimal one
+            rf"[1-9]\d{{0,2}}(?:{apart}\d{{3}}){{2,}}{end}",  # the other mark twice: it sets thousands apart
             rf"\d*{point}(?:\d{{0,2}}|\d{{4,}}){end}",  # not three digits after it
             rf"(?:0\d*|\d{{4,}}|){point}\d{{3}}{end}",  # nothing, a leading zero or four digits before it
             rf"\d+{point}\d{{3}}{_EXPONENT}[ \t]*$",  # an exponent
@@ -111,8 +113,8 @@ def _shown(mark: str) -> tuple[re.Pattern[str], re.Pattern[str]]:
 
 
 _SHOWN = {mark: _shown(mark) for mark in ".,"}
-# A whole number of a hundred or more without any mark.
-_WHOLE = re.compile(rf"^[ \t]*[{_MARKS}]?\d{{3,}}[ \t]*$", re.MULTILINE | re.ASCII)
+# A whole number of a hundred or more without any mark, other than the nines that stand for no reading.
+_WHOLE = re.compile(rf"^[ \t]*[{_MARKS}]?(?!9{{6}}\b)\d{{3,}}[ \t]*$", re.MULTILINE | re.ASCII)
 # With a mark: one or more digits other than a leading zero before it; nothing or zero before it and not three digits after it.
 _ONE_AND_MORE = {m: re.compile(rf"^[ \t]*[{_MARKS}]?[1-9]\d*{re.escape(m)}(\d*)[ \t]*$", re.M | re.A) for m in ".,"}
 _BELOW_ONE = {m: re.compile(rf"^[ \t]*[{_MARKS}]?0?{re.escape(m)}(\d*)[ \t]*$", re.M | re.A) for m in ".,"}

@@ -23,6 +23,8 @@ DELIMITERS = ("\t", ";", ",", " ")
 
 # The header of a lab file lies near its top; further down only a second block would be found.
 _HEADER_WITHIN = 2000
+# More columns than any instrument writes.
+_WIDEST = 400
 # Rows below a header that are looked at to tell a table of results from a record, and rows of a second table that cannot be
 # left out as one of results.
 _ROWS_SEEN = 30
@@ -205,7 +207,7 @@ def _find_header(text: LabText, reading: Reading) -> tuple[str, int, list[str]] 
             if delimiter == " " and found is not None and found[0] != " ":
                 continue
             for cells in _header_cells(line, delimiter):
-                if any(map(is_numeric, cells[1:])):  # a first number may be the specimen's
+                if len(cells) > _WIDEST or any(map(is_numeric, cells[1:])):  # a first number may be the specimen's
                     continue
                 known = [i for i, c in enumerate(cells) if c and (c in wanted or understand(c) is not None)]
                 if not known:
@@ -214,6 +216,8 @@ def _find_header(text: LabText, reading: Reading) -> tuple[str, int, list[str]] 
                 if len(known) < 2 and rows == 0:
                     continue
                 score = (rows, len(known))
+                if found is not None and rows and cells == found[2] and best[0]:
+                    continue  # the header again
                 if score > best and (rows or len(known) > best[1]):
                     best, found = score, (delimiter, index, cells)
     return found
@@ -717,7 +721,7 @@ def _is_cut_short(sheet: Sheet, rows: list[list[str]], lines: IntArray) -> bool:
     """Whether the file ends within its last row: no line end, and fewer cells or another number of digits than above."""
     if sheet.text.ended or not len(lines) or any(line.strip() for line in sheet.text.lines[int(lines[-1]) :]):
         return False
-    if len(rows) < 2:
+    if len(rows) < 2 or sheet.text.lines[int(lines[-1]) - 1].count('"') % 2:
         return True
     last, above = rows[-1], rows[-2]
     if len(last) != len(above):

@@ -117,7 +117,7 @@ def lab_factor(unit: str, quantity: str) -> float:
 def _hint(unit: str, si: str) -> str:
     if si == "N" and unit.lower() in _AS_FORCE:
         meant = _AS_FORCE[unit.lower()]
-        return f' (a mass; if its weight is meant, write "{meant}")'
+        return f" (a mass; if its weight is meant: --units force={meant})"
     alike = sorted({word for word in _BY_SPELLING[si] if word.lower() == unit.lower()})
     return f", did you mean {' or '.join(alike)}?" if alike else ""
 
