@@ -1,0 +1,591 @@
+"""From the observations of one lab file to verdicts on their quality: what may spoil a calibration, how much, and what to do.
+
+Verdicts never change data and never refuse a file; they are made before any inference, so that a lab can repeat a test while
+the specimen is still on the bench. Every check gives a number whether or not it objects; one that a file has nothing to say on
+(no unloading branch, no time column) gives no verdict.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from calib.instruments import IntArray
+from calib.observations import HOLD, Observations
+from calib.readings import excursion, reading_noise, resolution, reversals
+from calib.reduction import find_onset, integrated_time
+from models.sensor import BoolArray, FloatArray
+
+Level = Literal["good", "warning", "bad"]
+
+#: Readings in contact. Noise (sd) judged from the n - 4 degrees of freedom that a cubic leaves is uncertain by
+#: 1 / sqrt(2 (n - 4)): 12 % at 40 readings, which is also the number of points a channel is reduced to, and 25 % at 12.
+FEW_READINGS, TOO_FEW_READINGS = 40, 12
+#: Range over the noise of one reading. At 10 the tie of two clocks gives the channel up; at 30 the range alone is known from
+#: forty readings to a half per cent, about what the surrogate claims for itself.
+WEAK_SIGNAL, NO_SIGNAL = 30.0, 10.0
+#: Steps of the display in the range: relative resolution of the force indicator of 0.5 % (class 1) and 1.5 % (class 3, the
+#: coarsest of a calibrated testing machine), ISO 7500-1:2018, table 2. Taken over for the change of capacitance.
+FEW_STEPS, TOO_FEW_STEPS = 1 / 0.005, 1 / 0.015
+#: Readings in a row at exactly the largest value before a channel is suspected, and the share of its range that must be lost
+#: on this flat top for the verdict bad. The load cell or the meter's range ends there, and the curve with it.
+FLAT_TOP, FLAT_TOP_LOSS = 5, 0.02
+#: Drift before contact, scaled to the duration of loading, as a share of the range. The load zero is one constant: a drift goes
+#: on into the modulus by about its share. 1 % is below what a calibration states for the modulus (2 %), 5 % above.
+DRIFT, LARGE_DRIFT = 0.01, 0.05
+#: Change of a channel while the crosshead stands under load, as a share of the range. The model has no time: the loading curve
+#: holds some of this relaxation, and its modulus is that of this speed. 5 % is the scatter within a lab (Varner and Cohen, arXiv
+#: 2404.16960, 3-5 %), 20 % that of a model of another kind.
+RELAXATION, LARGE_RELAXATION = 0.05, 0.20
+#: Share of the work of loading that unloading does not give back. A curve of an elastic material lies about half-way between
+#: the branches: half of this ratio is what the modulus from the loading branch is too large. 10 % is 5 % of the modulus, the
+#: scatter within a lab; 30 % lies between a first cycle (40 %) and a conditioned one (16 %) of one soft silicone.
+HYSTERESIS, LARGE_HYSTERESIS = 0.10, 0.30
+#: Negative hysteresis beyond this cannot be of the material: unloading would give back more than loading took.
+NEGATIVE_HYSTERESIS = -0.02
+#: Share of the travel in contact that the machine takes. Compliances of one rig are known to about 12 % (50-64 N/mm): at 10 % the
+#: depth is then known to 1 % and the modulus to 2 %; at 50 % the sensor's share is the smaller one, and the modulus of the same
+#: record may double (12 and 23 MPa in a public indentation data set, without and with its compliance).
+COMPLIANCE_SHARE, LARGE_COMPLIANCE_SHARE = 0.10, 0.50
+#: Machine compliance [m/N] of a light table-top rig, of 50-64 N/mm; taken where none is given.
+TYPICAL_COMPLIANCE = 1 / 57e3
+#: Share of the travel before contact, and readings there. From 2 % on the flat part has points of its own in the reduction; fewer
+#: than three readings tell no level, so that load zero and contact point are extrapolated.
+SHORT_START, FEW_BEFORE, TOO_FEW_BEFORE = 0.02, 10, 3
+#: Slope of a beginning over the mean slope after it, above which it is no flat part but contact.
+FLAT_SLOPE = 0.1
+#: First reading of force, as a share of the range, up to which a record that starts in contact starts with a light touch.
+LIGHT_TOUCH = 0.01
+#: A gap is longer than so many usual time steps, and takes so much of the duration of loading: one of the forty points, and one
+#: fifth of the curve.
+GAP_STEPS, GAP, LARGE_GAP = 5.0, 1 / 40, 0.2
+#: Ratio of long to short time steps (95th to 5th percentile) above which neighbouring readings are no even series: their
+#: correlation, counted in readings, is then that of the densest part.
+UNEVEN_STEPS = 10.0
+#: Load zero [N] up to which the default prior of `load_zero` reaches.
+LOAD_ZERO_REACH = 5.0
+
+_RANK: dict[Level, int] = {"bad": 0, "warning": 1, "good": 2}
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What one check found in one channel of one lab file.
+
+    Attributes
+    ----------
+    check : what was looked at, such as "hysteresis".
+    level : "good", "warning" (look at it: the result may carry it) or "bad" (repeat the test if at all possible).
+    number : what was found, in `unit`; always finite.
+    unit : "N", "m", "s"; "1" for a share; "times" for a ratio; "readings" or "steps" for a count.
+    finding : the number in a sentence, with what it is compared to.
+    advice : what to do about it; "" where nothing is to be done.
+    channel : "force", "capacitance" or "time".
+    file : name of the lab file.
+    """
+
+    check: str
+    level: Level
+    number: float
+    unit: str
+    finding: str
+    advice: str
+    channel: str
+    file: str
+
+
+@dataclass(frozen=True, eq=False)
+class _Loading:
+    """One channel on the loading branch, arrays of shape (n_row,) in the order of reading.
+
+    Attributes
+    ----------
+    rows : of the file. x : displacement [m], else time [s], else number of the reading, as `x_unit` says.
+    y : readings [unit], turned so that they rise in contact (by `sign`). flat : rows before contact.
+    span : range of y without single spikes. noise : sd of one reading. step : of the display. All in `unit`.
+    """
+
+    file: str
+    name: str
+    unit: str
+    rows: IntArray
+    x: FloatArray
+    x_unit: str
+    time: FloatArray | None
+    y: FloatArray
+    sign: float
+    flat: BoolArray
+    span: float
+    noise: float
+    step: float
+
+    def verdict(self, check: str, level: Level, number: float, unit: str, finding: str, advice: str) -> Verdict:
+        return Verdict(check, level, float(number), unit, finding, "" if level == "good" else advice, self.name, self.file)
+
+    def text(self, value: float) -> str:
+        return f"{value:.3g} N" if self.unit == "N" else f"{value * 1e12:.4g} pF"
+
+
+def judge(obs: Observations, machine_compliance: float | None = None) -> tuple[Verdict, ...]:
+    """Verdicts on one lab file, channel by channel, in the order of the checks.
+
+    Parameters
+    ----------
+    obs : one lab file with force, capacitance or both, over displacement or time.
+    machine_compliance : [m/N], what is known of it: measured, or the upper end of its prior; None if nothing is. Then a light
+        table-top rig (`TYPICAL_COMPLIANCE`) is taken, and the verdict is a warning at most.
+
+    Returns
+    -------
+    One verdict for each check that applies; none at all for a file with fewer than five readings of a channel on the loading
+    branch, which the reduction refuses.
+    """
+    verdicts: list[Verdict | None] = []
+    loadings = [_loading(obs, name) for name in ("force", "capacitance")]
+    for c in loadings:
+        if c is None:
+            continue
+        verdicts += [_readings(c), _signal(c)]
+        if c.span <= NO_SIGNAL * c.noise:
+            continue  # all other numbers would be shares of noise
+        verdicts += [_resolution(c), _clipping(obs, c), _start(c), _drift(obs, c), _relaxation(obs, c)]
+        if c.name == "force":
+            verdicts += [_load_zero(c), _hysteresis(obs, c), _compliance(c, machine_compliance)]
+    clock = next((c for c in loadings if c is not None and c.time is not None), None)
+    if clock is not None:
+        verdicts += _time_steps(clock)
+    return tuple(v for v in verdicts if v is not None)
+
+
+def worst_first(verdicts: Iterable[Verdict]) -> list[Verdict]:
+    """Bad ones, warnings, good ones; in the order given within a level."""
+    return sorted(verdicts, key=lambda v: _RANK[v.level])
+
+
+def verdict_rows(verdicts: Iterable[Verdict]) -> list[tuple[str, str, str, str, str]]:
+    """Verdicts for people, the worst first: level, check with its channel, number with unit, finding, advice."""
+    return [(v.level, check_name(v), number_text(v), v.finding, v.advice) for v in worst_first(verdicts)]
+
+
+def check_name(verdict: Verdict) -> str:
+    """The check with the channel it was made on.
+
+    >>> check_name(Verdict("gap", "good", 0.1, "s", "", "", "time", "a.csv"))
+    'gap'
+    >>> check_name(Verdict("drift", "good", 0.1, "1", "", "", "force", "a.csv"))
+    'drift, force'
+    """
+    return verdict.check if verdict.channel == "time" else f"{verdict.check}, {verdict.channel}"
+
+
+def number_text(verdict: Verdict) -> str:
+    """The number of a verdict with its unit, as people read it: shares in per cent, lengths in mm.
+
+    >>> number_text(Verdict("hysteresis", "good", 0.0712, "1", "", "", "force", "a.csv"))
+    '7.1 %'
+    >>> number_text(Verdict("start", "good", 0.00017, "m", "", "", "force", "a.csv"))
+    '0.17 mm'
+    """
+    value, unit = verdict.number, verdict.unit
+    if unit == "1":
+        return _percent(value)
+    if unit == "m":
+        return f"{value * 1e3:.3g} mm"
+    if unit in ("readings", "steps"):
+        return f"{value:.0f} {unit}" if round(value) != 1 else f"1 {unit[:-1]}"
+    return f"{value:.3g} {unit}"
+
+
+def quality_in_words(verdicts: Sequence[Verdict]) -> str:
+    """How many objections there are and what the bad ones are, in a sentence.
+
+    >>> quality_in_words([Verdict("gap", "good", 0.1, "s", "", "", "time", "a.csv")])
+    'Of 1 check none objects.'
+    """
+    n = {level: sum(v.level == level for v in verdicts) for level in _RANK}
+    total = f"Of {len(verdicts)} check{'s' if len(verdicts) != 1 else ''}"
+    if n["good"] == len(verdicts):
+        return f"{total} none objects."
+    bad = list(dict.fromkeys(f"{check_name(v)} ({v.file})" for v in verdicts if v.level == "bad"))
+    parts = []
+    if bad:
+        named = "; ".join(bad[:4]) + (f"; and {len(bad) - 4} more" if len(bad) > 4 else "")
+        parts.append(f"{n['bad']} say bad: {named}" if n["bad"] > 1 else f"1 says bad: {named}")
+    if n["warning"]:
+        parts.append(f"{n['warning']} warn" if n["warning"] > 1 else "1 warns")
+    return f"{total} " + " and ".join(parts) + "."
+
+
+# --- the loading branch -------------------------------------------------------------------------------------------------
+
+
+def _loading(obs: Observations, name: str) -> _Loading | None:
+    values = obs.force if name == "force" else obs.capacitance
+    if values is None:
+        return None
+    clock = np.arange(len(obs.used), dtype=float) if obs.time is None else obs.time
+    x_all, x_unit = (
+        (obs.displacement, "m") if obs.displacement is not None else (clock, "readings" if obs.time is None else "s")
+    )
+    rows = np.flatnonzero(obs.used & np.isfinite(x_all) & np.isfinite(values))
+    if rows.size < 5:
+        return None
+    if obs.displacement is None and obs.force is None:
+        rows = rows[: _crest(values[rows])]
+    y = values[rows]
+    away = excursion(y)
+    sign = 1.0 if float(away[np.argmax(np.abs(away))]) >= 0 else -1.0
+    y = sign * y
+    x = x_all[rows]
+    step = resolution(y)
+    span = float(np.max(sign * away) - min(0.0, float(np.min(sign * away))))
+    if step == 0.0:
+        # More digits than a decimal step shows, such as counts of a converter times a factor.
+        gaps = np.diff(np.unique(y))
+        step = float(np.min(gaps[gaps > 1e-9 * span], initial=span)) if gaps.size else span
+    return _Loading(
+        file=obs.table.path.name,
+        name=name,
+        unit="N" if name == "force" else "F",
+        rows=rows,
+        x=x,
+        x_unit=x_unit,
+        time=None if obs.time is None else obs.time[rows],
+        y=y,
+        sign=sign,
+        flat=_flat_part(x, y),
+        span=span,
+        noise=reading_noise(y),
+        step=step,
+    )
+
+
+def _crest(values: FloatArray) -> int:
+    """Rows up to the end of the first loading in a record of capacitance over time alone."""
+    away = excursion(values)
+    noise = reading_noise(values)
+    rise = away * (float(np.sign(away[np.argmax(np.abs(away))])) or 1.0)
+    top = float(np.max(rise))
+    if top <= NO_SIGNAL * noise:
+        return int(values.size)
+    turns = reversals(rise, max(0.1 * top, 6 * noise))
+    crest = next((b for b in turns[1:] if rise[b] >= 0.5 * top), int(np.argmax(rise)))
+    # A hold creeps on by less than 2 % and must not count as loading.
+    return max(5, int(np.argmax(rise[: crest + 1] >= 0.98 * rise[crest])) + 1)
+
+
+def _flat_part(x: FloatArray, y: FloatArray) -> BoolArray:
+    """Rows before contact: what lies before the onset, if it is flat against what follows.
+
+    The onset of a curve that stiffens is found far from its start even if it is in contact all along; what lies before is then
+    no flat part, and the search goes on in it.
+    """
+    rows = np.arange(x.size)
+    while rows.size >= 8:
+        onset = find_onset(x[rows], y[rows])
+        flat = rows[x[rows] < onset]
+        if flat.size < TOO_FEW_BEFORE:
+            break
+        end = float(np.max(x[rows]))
+        tail = rows[x[rows] > end - 0.05 * (end - onset)]
+        after = (float(np.mean(y[tail])) - float(np.mean(y[flat]))) / max(end - onset, 1e-300)
+        slope, error = _slope(x[flat], y[flat])
+        if abs(slope) - 2 * error <= FLAT_SLOPE * abs(after):
+            return np.isin(np.arange(x.size), flat)
+        rows = flat
+    # Noise may hide the onset in a flat beginning as well as in a slow one; it is flat if nothing shows that it is not.
+    order = np.arange(x.size)
+    rise = float(np.ptp(np.sort(y)[x.size // 50 : x.size - x.size // 50])) / max(float(np.ptp(x)), 1e-300)
+    for share in (0.5, 0.3, 0.2, 0.1, 0.05):
+        first = order < share * x.size
+        if np.sum(first) >= FEW_BEFORE:
+            slope, error = _slope(x[first], y[first])
+            if abs(slope) <= 2 * error and abs(slope) + error <= FLAT_SLOPE * rise:
+                return first
+    return np.zeros(x.size, dtype=bool)
+
+
+def _slope(x: FloatArray, y: FloatArray) -> tuple[float, float]:
+    """Slope of the least-squares line and its standard error, for readings that depend on their neighbours."""
+    u = x - float(np.mean(x))
+    power = float(u @ u)
+    if power == 0.0:
+        return 0.0, math.inf
+    slope = float(u @ y) / power
+    residual = y - float(np.mean(y)) - slope * u
+    freedom = max(y.size - 2, 1)
+    return slope, math.sqrt(float(residual @ residual) / freedom / power * integrated_time(residual, 2))
+
+
+# --- the checks ---------------------------------------------------------------------------------------------------------
+
+
+def _readings(c: _Loading) -> Verdict:
+    n = int(np.sum(~c.flat))
+    level: Level = "bad" if n < TOO_FEW_READINGS else "warning" if n < FEW_READINGS else "good"
+    finding = f"{n} readings of {c.name} in contact on the loading branch; from {FEW_READINGS} on the noise is known well"
+    return c.verdict(
+        "readings", level, n, "readings", finding, "Log faster or press slower; a sweep lives on 100 readings and more."
+    )
+
+
+def _signal(c: _Loading) -> Verdict | None:
+    if c.y.size < 20:
+        return None  # second differences of so few readings are the curve's bend, not noise
+    ratio = c.span / max(c.noise, 1e-9 * c.span, 1e-300)
+    level: Level = "bad" if ratio <= NO_SIGNAL else "warning" if ratio < WEAK_SIGNAL else "good"
+    finding = f"{c.name} changes by {c.text(c.span)}, {ratio:.3g} times the noise of one reading ({c.text(c.noise)})"
+    return c.verdict(
+        "signal", level, ratio, "times", finding, "Press harder, average longer (slower meter speed), shield the leads."
+    )
+
+
+def _resolution(c: _Loading) -> Verdict:
+    steps = c.span / c.step
+    level: Level = "bad" if steps < TOO_FEW_STEPS else "warning" if steps < FEW_STEPS else "good"
+    finding = (
+        f"{c.name} is written in steps of {c.text(c.step)}, {steps:.0f} in the range of {c.text(c.span)}; class 1 of ISO 7500-1 "
+        f"asks for {FEW_STEPS:.0f}"
+    )
+    advice = "Export with more decimals" + (
+        " or in N instead of kN; use a smaller load cell." if c.unit == "N" else " or in pF."
+    )
+    return c.verdict("resolution", level, steps, "steps", finding, advice)
+
+
+def _clipping(obs: Observations, c: _Loading) -> Verdict | None:
+    values = obs.force if c.name == "force" else obs.capacitance
+    assert values is not None
+    y, x = c.y, c.x
+    if c.x_unit != "m":
+        if c.noise <= c.step:
+            return None  # a quiet meter in a hold repeats one value as well
+        # The branch ends where the capacitance does not rise any more, which here is the very thing to look at.
+        rows = np.flatnonzero(np.isfinite(values))
+        y = c.sign * values[rows]
+        x = rows.astype(np.float64)
+    top = float(np.max(y))
+    begin, end = _longest(y == top)
+    n = end - begin
+    before = (x >= x[begin] - 0.1 * float(np.ptp(x))) & (np.arange(x.size) < begin)
+    rise = max(_slope(x[before], y[before])[0], 0.0) if np.sum(before) >= 5 else 0.0
+    lost = rise * float(x[end - 1] - x[begin])
+    if n >= FLAT_TOP and lost > 3 * (c.step + c.noise):
+        share = lost / c.span
+        finding = f"{n} readings in a row at exactly {c.text(c.sign * top)}, where {c.name} was to rise by {c.text(lost)} more"
+        level: Level = "bad" if share > FLAT_TOP_LOSS else "warning"
+        return c.verdict(
+            "clipping",
+            level,
+            n,
+            "readings",
+            finding,
+            "The channel has reached the end of its range: choose a larger one, or press less.",
+        )
+    finding = f"{n} reading{'s' if n != 1 else ''} in a row at the largest value, {c.text(c.sign * top)}: no flat top"
+    return c.verdict("clipping", "good", n, "readings", finding, "")
+
+
+def _start(c: _Loading) -> Verdict:
+    n = int(np.sum(c.flat))
+    travel = float(np.max(c.x[c.flat]) - c.x[0]) if n else 0.0
+    share = travel / max(float(np.ptp(c.x)), 1e-300)
+    shown = f"{travel * 1e3:.3g} mm" if c.x_unit == "m" else f"{travel:.3g} {c.x_unit}"
+    advice = "Start the record 0.1 mm or more above the sensor and let the ball come down to it."
+    if n < TOO_FEW_BEFORE:
+        finding = f"{c.name} changes from the first reading on: the record starts in contact, its contact point is extrapolated"
+        first = abs(float(c.y[0])) / c.span
+        touch = c.name == "force" and first <= LIGHT_TOUCH
+        if touch:
+            finding += f"; a light touch, {_percent(first)} of the range, if the cell was balanced"
+        return c.verdict("start before contact", "warning" if touch else "bad", travel, c.x_unit, finding, advice)
+    level: Level = "warning" if share < SHORT_START or n < FEW_BEFORE else "good"
+    finding = f"{c.name} is flat over the first {shown} ({n} readings, {_percent(share)} of the branch)"
+    return c.verdict("start before contact", level, travel, c.x_unit, finding, advice)
+
+
+def _drift(obs: Observations, c: _Loading) -> Verdict | None:
+    if not np.any(c.flat):
+        return None
+    values = obs.force if c.name == "force" else obs.capacitance
+    assert values is not None
+    clock = np.arange(len(obs.used), dtype=float) if obs.time is None else obs.time
+    flat = c.rows[c.flat]
+    waiting = np.array([r == HOLD for r in obs.reason], dtype=bool)
+    waiting[c.rows[0] :] = False
+    if obs.displacement is not None:
+        waiting &= obs.displacement <= float(np.max(c.x[c.flat]))
+    # The last fifth before the onset may already be contact that does not show yet.
+    rows = np.concatenate([np.flatnonzero(waiting), flat[: max(3, int(0.8 * flat.size))]])
+    rows = rows[np.isfinite(clock[rows]) & np.isfinite(values[rows])]
+    if rows.size < FEW_BEFORE:
+        return None
+    slope, error = _slope(clock[rows], c.sign * values[rows])
+    duration = float(clock[c.rows[-1]] - clock[c.rows[0]])
+    share, sd = slope * duration / c.span, error * duration / c.span
+    if not math.isfinite(sd):
+        return None
+    sure = abs(share) > 3 * sd
+    level: Level = "good" if not sure or abs(share) <= DRIFT else "warning" if abs(share) <= LARGE_DRIFT else "bad"
+    unit = "s" if obs.time is not None else "readings"
+    finding = (
+        f"before contact {c.name} drifts by {_percent(share)} of its range in the {duration:.3g} {unit} of loading (sd "
+        f"{_percent(sd)}, from {rows.size} readings{'' if sure else '; not distinct from none'})"
+    )
+    advice = (
+        "Let cell and specimen come to rest and temperature before the test, press faster, and look for cables that pull."
+        if c.name == "force"
+        else "Warm the meter up, keep hands and cables away from the leads, and repeat the open correction."
+    )
+    return c.verdict("drift before contact", level, share, "1", finding, advice)
+
+
+def _relaxation(obs: Observations, c: _Loading) -> Verdict | None:
+    values = obs.force if c.name == "force" else obs.capacitance
+    assert values is not None
+    if obs.displacement is None:
+        return None
+    hold = np.array([r == HOLD for r in obs.reason], dtype=bool) & np.isfinite(values)
+    touch = float(np.max(c.x[c.flat])) if np.any(c.flat) else float(c.x[0])
+    deep = obs.displacement > touch + 0.5 * (float(np.max(c.x)) - touch)
+    begin, end = _longest(hold & deep)
+    n = end - begin
+    if n < 10:
+        return None
+    ends = max(2, n // 5)
+    change = c.sign * (float(np.mean(values[end - ends : end])) - float(np.mean(values[begin : begin + ends])))
+    share = change / c.span
+    level: Level = "bad" if abs(share) > LARGE_RELAXATION else "warning" if abs(share) > RELAXATION else "good"
+    length = f"{obs.time[end - 1] - obs.time[begin]:.3g} s" if obs.time is not None else f"{n} readings"
+    finding = f"{c.name} changes by {_percent(share)} of its range while the crosshead stands for {length} under load"
+    advice = (
+        "The material (or the drive) relaxes: the modulus is that of this speed. Press at the speed of the use, or much slower."
+    )
+    return c.verdict("change in the hold", level, share, "1", finding, advice)
+
+
+def _load_zero(c: _Loading) -> Verdict:
+    flat = bool(np.any(c.flat))
+    zero = c.sign * float(np.median(c.y[c.flat] if flat else c.y[:1]))
+    level: Level = "warning" if abs(zero) > min(c.span, LOAD_ZERO_REACH) else "good"
+    where = "the force before contact" if flat else "the first reading of force, in contact or not,"
+    finding = (
+        f"{where} is {zero:.3g} N, {_percent(abs(zero) / c.span)} of the range of {c.text(c.span)}; the load zero is inferred"
+    )
+    advice = f"Balance the load cell before the test; beyond {LOAD_ZERO_REACH:g} N the experiment file must name a prior of load_zero."
+    return c.verdict("load zero", level, zero, "N", finding, advice)
+
+
+def _hysteresis(obs: Observations, c: _Loading) -> Verdict | None:
+    assert obs.force is not None
+    if obs.displacement is None:
+        return None
+    after = np.arange(len(obs.branch)) > c.rows[-1]
+    again = np.flatnonzero(after & (np.array(obs.branch, dtype=object) == "loading"))
+    until = int(again[0]) if again.size else len(obs.branch)
+    down = np.array([b == "unloading" for b in obs.branch], dtype=bool) & after & np.isfinite(obs.force)
+    rows = np.flatnonzero(down & np.isfinite(obs.displacement))
+    rows = rows[rows < until]
+    if rows.size < TOO_FEW_READINGS:
+        return None
+    x, y = obs.displacement[rows], c.sign * obs.force[rows]
+    touch = float(np.max(c.x[c.flat])) if np.any(c.flat) else float(np.min(c.x))
+    low, high = max(touch, float(np.min(x))), min(float(np.max(c.x)), float(np.max(x)))
+    if high - low < 0.5 * (float(np.max(c.x)) - touch):
+        return None
+    zero = float(np.median(c.y[c.flat])) if np.any(c.flat) else float(np.min(c.y))
+    loading, unloading = (_area(*curve, zero, low, high) for curve in ((c.x, c.y), (x, y)))
+    if loading <= 0:
+        return None
+    ratio = (loading - unloading) / loading
+    odd = ratio < NEGATIVE_HYSTERESIS
+    level: Level = "bad" if ratio > LARGE_HYSTERESIS else "warning" if ratio > HYSTERESIS or odd else "good"
+    finding = (
+        f"unloading gives back {_percent(unloading / loading)} of the work of loading ({loading * 1e3:.3g} mJ, first cycle)"
+    )
+    advice = (
+        "Unloading above loading is not of the material: look for a filter or a lag between force and displacement."
+        if odd
+        else "Condition the specimen with a few cycles before the test, or press slower; the modulus is that of the loading branch."
+    )
+    return c.verdict("hysteresis", level, ratio, "1", finding, advice)
+
+
+def _compliance(c: _Loading, machine_compliance: float | None) -> Verdict | None:
+    if c.x_unit != "m":
+        return None
+    touch = float(np.max(c.x[c.flat])) if np.any(c.flat) else float(c.x[0])
+    zero = float(np.median(c.y[c.flat] if np.any(c.flat) else c.y[:1]))
+    force, travel = float(np.max(c.y)) - zero, float(np.max(c.x)) - touch
+    if force <= 0 or travel <= 0:
+        return None
+    given = machine_compliance is not None
+    compliance = TYPICAL_COMPLIANCE if machine_compliance is None else machine_compliance
+    share = compliance * force / travel
+    level: Level = "good" if share <= COMPLIANCE_SHARE else "warning" if share <= LARGE_COMPLIANCE_SHARE or not given else "bad"
+    limits = " and ".join(
+        f"{_percent(s)} at {s * travel / force * 1e6:.3g}" for s in (COMPLIANCE_SHARE, LARGE_COMPLIANCE_SHARE)
+    )
+    taken = "as given" if given else "a light table-top rig, as none is given"
+    finding = (
+        f"a machine of {compliance * 1e6:.3g} µm/N ({taken}) takes {_percent(share)} of the {travel * 1e3:.3g} mm of travel at "
+        f"{c.text(force)}; it would be {limits} µm/N"
+    )
+    advice = "Press the ball onto bare steel, take the slope as machine_compliance, and give it as a prior."
+    return c.verdict("machine compliance", level, share, "1", finding, advice)
+
+
+def _time_steps(c: _Loading) -> list[Verdict]:
+    assert c.time is not None
+    time = c.time[np.isfinite(c.time)]
+    if time.size < 10:
+        return []
+    steps = np.diff(time)
+    usual, longest = float(np.median(steps)), float(np.max(steps))
+    duration = float(time[-1] - time[0])
+    if duration <= 0 or usual <= 0:
+        return []
+    gap = longest > GAP_STEPS * usual
+    share = longest / duration
+    level: Level = "good" if not gap or share <= GAP else "warning" if share <= LARGE_GAP else "bad"
+    finding = (
+        f"longest time without a reading while loading: {longest:.3g} s, {longest / usual:.3g} usual steps and {_percent(share)} "
+        "of the branch"
+    )
+    advice = "Readings are missing: look for a stop of the logger, or for rows deleted by hand."
+    found = [Verdict("gap in time", level, longest, "s", finding, "" if level == "good" else advice, "time", c.file)]
+    low, high = (float(v) for v in np.percentile(steps, [5, 95]))
+    ratio = high / max(low, 1e-3 * usual)
+    uneven: Level = "warning" if ratio > UNEVEN_STEPS else "good"
+    finding = f"nine of ten time steps lie between {low:.3g} and {high:.3g} s"
+    advice = "Log in equal steps of time; the noise is judged as if readings followed each other evenly."
+    found.append(
+        Verdict("even time steps", uneven, ratio, "times", finding, "" if uneven == "good" else advice, "time", c.file)
+    )
+    return found
+
+
+def _area(x: FloatArray, y: FloatArray, zero: float, low: float, high: float) -> float:
+    """Integral of y - zero over x from low to high, of means of neighbouring readings."""
+    order = np.argsort(x, kind="stable")
+    groups = np.array_split(order, min(300, x.size))
+    xs, ys = (np.array([v[g].mean() for g in groups]) for v in (x, y))
+    at = np.linspace(low, high, 601)
+    return float(np.trapezoid(np.interp(at, xs, ys) - zero, at))
+
+
+def _longest(mask: BoolArray) -> tuple[int, int]:
+    """Begin and end of the longest run of True; equal where there is none."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
+    if edges.size == 0:
+        return 0, 0
+    k = int(np.argmax(edges[1::2] - edges[::2]))
+    return int(edges[2 * k]), int(edges[2 * k + 1])
+
+
+def _percent(share: float) -> str:
+    return f"{share * 100:.2g} %" if abs(share) < 0.995 else f"{share * 100:.0f} %"
