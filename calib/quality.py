@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from scipy.integrate import trapezoid
 
 from calib.instruments import IntArray
 from calib.observations import HOLD, Observations
@@ -38,8 +39,8 @@ FLAT_TOP, FLAT_TOP_LOSS = 5, 0.02
 #: on into the modulus by about its share. 1 % is below what a calibration states for the modulus (2 %), 5 % above.
 DRIFT, LARGE_DRIFT = 0.01, 0.05
 #: Change of a channel while the crosshead stands under load, as a share of the range. The model has no time: the loading curve
-#: holds some of this relaxation, and its modulus is that of this speed. 5 % is the scatter within a lab (Varner and Cohen, arXiv
-#: 2404.16960, 3-5 %), 20 % that of a model of another kind.
+#: holds some of this relaxation, and its modulus is that of this speed. 5 % is the scatter of moduli within a lab (Varner and
+#: Cohen, arXiv 2404.16960: 3-5 %); from 20 % on a viscoelastic model would be the right one.
 RELAXATION, LARGE_RELAXATION = 0.05, 0.20
 #: Share of the work of loading that unloading does not give back. A curve of an elastic material lies about half-way between
 #: the branches: half of this ratio is what the modulus from the loading branch is too large. 10 % is 5 % of the modulus, the
@@ -47,14 +48,14 @@ RELAXATION, LARGE_RELAXATION = 0.05, 0.20
 HYSTERESIS, LARGE_HYSTERESIS = 0.10, 0.30
 #: Negative hysteresis beyond this cannot be of the material: unloading would give back more than loading took.
 NEGATIVE_HYSTERESIS = -0.02
-#: Share of the travel in contact that the machine takes. Compliances of one rig are known to about 12 % (50-64 N/mm): at 10 % the
-#: depth is then known to 1 % and the modulus to 2 %; at 50 % the sensor's share is the smaller one, and the modulus of the same
-#: record may double (12 and 23 MPa in a public indentation data set, without and with its compliance).
+#: Share of the travel in contact that the machine takes. The compliance of one rig is known to about 12 % (50-64 N/mm): at 10 %
+#: the depth is then known to 1 % and the modulus to 2 %; at 50 % the sensor's share is the smaller one, and the modulus of the
+#: same record may double (12 and 23 MPa in a public indentation data set, without and with its compliance).
 COMPLIANCE_SHARE, LARGE_COMPLIANCE_SHARE = 0.10, 0.50
 #: Machine compliance [m/N] of a light table-top rig, of 50-64 N/mm; taken where none is given.
 TYPICAL_COMPLIANCE = 1 / 57e3
-#: Share of the travel before contact, and readings there. From 2 % on the flat part has points of its own in the reduction; fewer
-#: than three readings tell no level, so that load zero and contact point are extrapolated.
+#: Share of the travel before contact, and readings there. From 2 % on the flat part has points of its own in the reduction;
+#: fewer than three readings tell no level, so that load zero and contact point are extrapolated.
 SHORT_START, FEW_BEFORE, TOO_FEW_BEFORE = 0.02, 10, 3
 #: Slope of a beginning over the mean slope after it, above which it is no flat part but contact.
 FLAT_SLOPE = 0.1
@@ -84,7 +85,7 @@ class Verdict:
     unit : "N", "m", "s"; "1" for a share; "times" for a ratio; "readings" or "steps" for a count.
     finding : the number in a sentence, with what it is compared to.
     advice : what to do about it; "" where nothing is to be done.
-    channel : "force", "capacitance" or "time".
+    channel : "force" or "capacitance".
     file : name of the lab file.
     """
 
@@ -115,13 +116,22 @@ class _Loading:
     rows: IntArray
     x: FloatArray
     x_unit: str
-    time: FloatArray | None
     y: FloatArray
     sign: float
     flat: BoolArray
     span: float
     noise: float
     step: float
+
+    @property
+    def touch(self) -> float:
+        """Where the flat part ends, or the branch begins if there is none. In `x_unit`."""
+        return float(np.max(self.x[self.flat]) if np.any(self.flat) else self.x[0])
+
+    @property
+    def zero(self) -> float:
+        """Level before contact, or the first reading if there is no flat part. In `unit`, of `y`."""
+        return float(np.median(self.y[self.flat]) if np.any(self.flat) else self.y[0])
 
     def verdict(self, check: str, level: Level, number: float, unit: str, finding: str, advice: str) -> Verdict:
         return Verdict(check, level, float(number), unit, finding, "" if level == "good" else advice, self.name, self.file)
@@ -145,19 +155,15 @@ def judge(obs: Observations, machine_compliance: float | None = None) -> tuple[V
     branch, which the reduction refuses.
     """
     verdicts: list[Verdict | None] = []
-    loadings = [_loading(obs, name) for name in ("force", "capacitance")]
-    for c in loadings:
+    for c in (_loading(obs, name) for name in ("force", "capacitance")):
         if c is None:
             continue
-        verdicts += [_readings(c), _signal(c)]
+        verdicts += [_readings(c), _signal(c), _gap(obs, c), _even_steps(obs, c)]
         if c.span <= NO_SIGNAL * c.noise:
             continue  # all other numbers would be shares of noise
         verdicts += [_resolution(c), _clipping(obs, c), _start(c), _drift(obs, c), _relaxation(obs, c)]
         if c.name == "force":
             verdicts += [_load_zero(c), _hysteresis(obs, c), _compliance(c, machine_compliance)]
-    clock = next((c for c in loadings if c is not None and c.time is not None), None)
-    if clock is not None:
-        verdicts += _time_steps(clock)
     return tuple(v for v in verdicts if v is not None)
 
 
@@ -174,12 +180,10 @@ def verdict_rows(verdicts: Iterable[Verdict]) -> list[tuple[str, str, str, str, 
 def check_name(verdict: Verdict) -> str:
     """The check with the channel it was made on.
 
-    >>> check_name(Verdict("gap", "good", 0.1, "s", "", "", "time", "a.csv"))
-    'gap'
     >>> check_name(Verdict("drift", "good", 0.1, "1", "", "", "force", "a.csv"))
     'drift, force'
     """
-    return verdict.check if verdict.channel == "time" else f"{verdict.check}, {verdict.channel}"
+    return f"{verdict.check}, {verdict.channel}"
 
 
 def number_text(verdict: Verdict) -> str:
@@ -203,7 +207,7 @@ def number_text(verdict: Verdict) -> str:
 def quality_in_words(verdicts: Sequence[Verdict]) -> str:
     """How many objections there are and what the bad ones are, in a sentence.
 
-    >>> quality_in_words([Verdict("gap", "good", 0.1, "s", "", "", "time", "a.csv")])
+    >>> quality_in_words([Verdict("gap", "good", 0.1, "s", "", "", "force", "a.csv")])
     'Of 1 check none objects.'
     """
     n = {level: sum(v.level == level for v in verdicts) for level in _RANK}
@@ -224,13 +228,12 @@ def quality_in_words(verdicts: Sequence[Verdict]) -> str:
 
 
 def _loading(obs: Observations, name: str) -> _Loading | None:
-    values = obs.force if name == "force" else obs.capacitance
-    if values is None:
+    if (obs.force if name == "force" else obs.capacitance) is None:
         return None
+    values = _values(obs, name)
     clock = np.arange(len(obs.used), dtype=float) if obs.time is None else obs.time
-    x_all, x_unit = (
-        (obs.displacement, "m") if obs.displacement is not None else (clock, "readings" if obs.time is None else "s")
-    )
+    x_all = clock if obs.displacement is None else obs.displacement
+    x_unit = "m" if obs.displacement is not None else "s" if obs.time is not None else "readings"
     rows = np.flatnonzero(obs.used & np.isfinite(x_all) & np.isfinite(values))
     if rows.size < 5:
         return None
@@ -254,7 +257,6 @@ def _loading(obs: Observations, name: str) -> _Loading | None:
         rows=rows,
         x=x,
         x_unit=x_unit,
-        time=None if obs.time is None else obs.time[rows],
         y=y,
         sign=sign,
         flat=_flat_part(x, y),
@@ -262,6 +264,12 @@ def _loading(obs: Observations, name: str) -> _Loading | None:
         noise=reading_noise(y),
         step=step,
     )
+
+
+def _values(obs: Observations, name: str) -> FloatArray:
+    values = obs.force if name == "force" else obs.capacitance
+    assert values is not None
+    return values
 
 
 def _crest(values: FloatArray) -> int:
@@ -324,50 +332,45 @@ def _slope(x: FloatArray, y: FloatArray) -> tuple[float, float]:
 # --- the checks ---------------------------------------------------------------------------------------------------------
 
 
+def _level(value: float, warning: float, bad: float) -> Level:
+    return "bad" if value > bad else "warning" if value > warning else "good"
+
+
 def _readings(c: _Loading) -> Verdict:
     n = int(np.sum(~c.flat))
-    level: Level = "bad" if n < TOO_FEW_READINGS else "warning" if n < FEW_READINGS else "good"
+    level = _level(-n, -FEW_READINGS, -TOO_FEW_READINGS)
     finding = f"{n} readings of {c.name} in contact on the loading branch; from {FEW_READINGS} on the noise is known well"
-    return c.verdict(
-        "readings", level, n, "readings", finding, "Log faster or press slower; a sweep lives on 100 readings and more."
-    )
+    advice = "Log faster or press slower; a sweep lives on a hundred readings and more."
+    return c.verdict("readings", level, n, "readings", finding, advice)
 
 
 def _signal(c: _Loading) -> Verdict | None:
     if c.y.size < 20:
         return None  # second differences of so few readings are the curve's bend, not noise
     ratio = c.span / max(c.noise, 1e-9 * c.span, 1e-300)
-    level: Level = "bad" if ratio <= NO_SIGNAL else "warning" if ratio < WEAK_SIGNAL else "good"
+    level = _level(-ratio, -WEAK_SIGNAL, -NO_SIGNAL)
     finding = f"{c.name} changes by {c.text(c.span)}, {ratio:.3g} times the noise of one reading ({c.text(c.noise)})"
-    return c.verdict(
-        "signal", level, ratio, "times", finding, "Press harder, average longer (slower meter speed), shield the leads."
-    )
+    advice = "Press harder, average longer (slower meter speed), shield the leads."
+    return c.verdict("signal", level, ratio, "times", finding, advice)
 
 
 def _resolution(c: _Loading) -> Verdict:
     steps = c.span / c.step
-    level: Level = "bad" if steps < TOO_FEW_STEPS else "warning" if steps < FEW_STEPS else "good"
-    finding = (
-        f"{c.name} is written in steps of {c.text(c.step)}, {steps:.0f} in the range of {c.text(c.span)}; class 1 of ISO 7500-1 "
-        f"asks for {FEW_STEPS:.0f}"
-    )
-    advice = "Export with more decimals" + (
-        " or in N instead of kN; use a smaller load cell." if c.unit == "N" else " or in pF."
-    )
-    return c.verdict("resolution", level, steps, "steps", finding, advice)
+    level = _level(-steps, -FEW_STEPS, -TOO_FEW_STEPS)
+    asked = f"class 1 of ISO 7500-1 asks for {FEW_STEPS:.0f}" if c.name == "force" else f"{FEW_STEPS:.0f} are enough"
+    finding = f"{c.name} is written in steps of {c.text(c.step)}, {steps:.0f} in the range of {c.text(c.span)}; {asked}"
+    advice = "in N rather than kN, or use a smaller load cell" if c.name == "force" else "or choose a finer range of the meter"
+    return c.verdict("resolution", level, steps, "steps", finding, f"Export with more decimals, {advice}.")
 
 
 def _clipping(obs: Observations, c: _Loading) -> Verdict | None:
-    values = obs.force if c.name == "force" else obs.capacitance
-    assert values is not None
     y, x = c.y, c.x
     if c.x_unit != "m":
         if c.noise <= c.step:
-            return None  # a quiet meter in a hold repeats one value as well
-        # The branch ends where the capacitance does not rise any more, which here is the very thing to look at.
-        rows = np.flatnonzero(np.isfinite(values))
-        y = c.sign * values[rows]
-        x = rows.astype(np.float64)
+            return None  # a quiet meter repeats one value in a hold as well
+        # The branch ends where the channel does not rise any more, which here is the very thing to look at.
+        x = np.flatnonzero(np.isfinite(_values(obs, c.name))).astype(np.float64)
+        y = c.sign * _values(obs, c.name)[x.astype(np.intp)]
     top = float(np.max(y))
     begin, end = _longest(y == top)
     n = end - begin
@@ -375,69 +378,59 @@ def _clipping(obs: Observations, c: _Loading) -> Verdict | None:
     rise = max(_slope(x[before], y[before])[0], 0.0) if np.sum(before) >= 5 else 0.0
     lost = rise * float(x[end - 1] - x[begin])
     if n >= FLAT_TOP and lost > 3 * (c.step + c.noise):
-        share = lost / c.span
         finding = f"{n} readings in a row at exactly {c.text(c.sign * top)}, where {c.name} was to rise by {c.text(lost)} more"
-        level: Level = "bad" if share > FLAT_TOP_LOSS else "warning"
-        return c.verdict(
-            "clipping",
-            level,
-            n,
-            "readings",
-            finding,
-            "The channel has reached the end of its range: choose a larger one, or press less.",
-        )
+        advice = "The channel has reached the end of its range: choose a larger one, or press less."
+        return c.verdict("clipping", "bad" if lost > FLAT_TOP_LOSS * c.span else "warning", n, "readings", finding, advice)
     finding = f"{n} reading{'s' if n != 1 else ''} in a row at the largest value, {c.text(c.sign * top)}: no flat top"
     return c.verdict("clipping", "good", n, "readings", finding, "")
 
 
 def _start(c: _Loading) -> Verdict:
     n = int(np.sum(c.flat))
-    travel = float(np.max(c.x[c.flat]) - c.x[0]) if n else 0.0
+    travel = max(c.touch - float(c.x[0]), 0.0)
     share = travel / max(float(np.ptp(c.x)), 1e-300)
-    shown = f"{travel * 1e3:.3g} mm" if c.x_unit == "m" else f"{travel:.3g} {c.x_unit}"
     advice = "Start the record 0.1 mm or more above the sensor and let the ball come down to it."
     if n < TOO_FEW_BEFORE:
         finding = f"{c.name} changes from the first reading on: the record starts in contact, its contact point is extrapolated"
         first = abs(float(c.y[0])) / c.span
-        touch = c.name == "force" and first <= LIGHT_TOUCH
-        if touch:
+        light = c.name == "force" and first <= LIGHT_TOUCH
+        if light:
             finding += f"; a light touch, {_percent(first)} of the range, if the cell was balanced"
-        return c.verdict("start before contact", "warning" if touch else "bad", travel, c.x_unit, finding, advice)
+        return c.verdict("start before contact", "warning" if light else "bad", travel, c.x_unit, finding, advice)
     level: Level = "warning" if share < SHORT_START or n < FEW_BEFORE else "good"
+    shown = f"{travel * 1e3:.3g} mm" if c.x_unit == "m" else f"{travel:.3g} {c.x_unit}"
     finding = f"{c.name} is flat over the first {shown} ({n} readings, {_percent(share)} of the branch)"
     return c.verdict("start before contact", level, travel, c.x_unit, finding, advice)
 
 
 def _drift(obs: Observations, c: _Loading) -> Verdict | None:
-    if not np.any(c.flat):
-        return None
-    values = obs.force if c.name == "force" else obs.capacitance
-    assert values is not None
+    values = _values(obs, c.name)
     clock = np.arange(len(obs.used), dtype=float) if obs.time is None else obs.time
     flat = c.rows[c.flat]
-    waiting = np.array([r == HOLD for r in obs.reason], dtype=bool)
-    waiting[c.rows[0] :] = False
-    if obs.displacement is not None:
-        waiting &= obs.displacement <= float(np.max(c.x[c.flat]))
     # The last fifth before the onset may already be contact that does not show yet.
-    rows = np.concatenate([np.flatnonzero(waiting), flat[: max(3, int(0.8 * flat.size))]])
+    flat = flat[: max(TOO_FEW_BEFORE, int(0.8 * flat.size))]
+    waiting = np.array([r == HOLD for r in obs.reason], dtype=bool) & (np.arange(len(obs.used)) < c.rows[0])
+    if obs.displacement is not None:
+        waiting &= obs.displacement <= c.touch
+    rows = np.concatenate([np.flatnonzero(waiting), flat])
     rows = rows[np.isfinite(clock[rows]) & np.isfinite(values[rows])]
-    if rows.size < FEW_BEFORE:
+    if flat.size == 0 or rows.size < FEW_BEFORE:
         return None
     slope, error = _slope(clock[rows], c.sign * values[rows])
     duration = float(clock[c.rows[-1]] - clock[c.rows[0]])
-    share, sd = slope * duration / c.span, error * duration / c.span
-    if not math.isfinite(sd):
+    if not (math.isfinite(error) and math.isfinite(duration)):
         return None
+    share, sd = slope * duration / c.span, error * duration / c.span
     sure = abs(share) > 3 * sd
-    level: Level = "good" if not sure or abs(share) <= DRIFT else "warning" if abs(share) <= LARGE_DRIFT else "bad"
-    unit = "s" if obs.time is not None else "readings"
+    level = _level(abs(share), DRIFT, LARGE_DRIFT) if sure else "good"
+    loading = f"{duration:.3g} {'s' if obs.time is not None else 'readings'} of loading"
+    doubt = "" if sure else "; not distinct from none"
     finding = (
-        f"before contact {c.name} drifts by {_percent(share)} of its range in the {duration:.3g} {unit} of loading (sd "
-        f"{_percent(sd)}, from {rows.size} readings{'' if sure else '; not distinct from none'})"
+        f"before contact {c.name} drifts by {_percent(share)} of its range in the {loading} (sd {_percent(sd)}, from "
+        f"{rows.size} readings{doubt})"
     )
     advice = (
-        "Let cell and specimen come to rest and temperature before the test, press faster, and look for cables that pull."
+        "Let cell and specimen come to rest before the test, press faster, and look for cables that pull."
         if c.name == "force"
         else "Warm the meter up, keep hands and cables away from the leads, and repeat the open correction."
     )
@@ -445,128 +438,114 @@ def _drift(obs: Observations, c: _Loading) -> Verdict | None:
 
 
 def _relaxation(obs: Observations, c: _Loading) -> Verdict | None:
-    values = obs.force if c.name == "force" else obs.capacitance
-    assert values is not None
     if obs.displacement is None:
         return None
+    values = _values(obs, c.name)
     hold = np.array([r == HOLD for r in obs.reason], dtype=bool) & np.isfinite(values)
-    touch = float(np.max(c.x[c.flat])) if np.any(c.flat) else float(c.x[0])
-    deep = obs.displacement > touch + 0.5 * (float(np.max(c.x)) - touch)
-    begin, end = _longest(hold & deep)
+    begin, end = _longest(hold & (obs.displacement > (c.touch + float(np.max(c.x))) / 2))
     n = end - begin
     if n < 10:
         return None
     ends = max(2, n // 5)
     change = c.sign * (float(np.mean(values[end - ends : end])) - float(np.mean(values[begin : begin + ends])))
     share = change / c.span
-    level: Level = "bad" if abs(share) > LARGE_RELAXATION else "warning" if abs(share) > RELAXATION else "good"
+    level = _level(abs(share), RELAXATION, LARGE_RELAXATION)
     length = f"{obs.time[end - 1] - obs.time[begin]:.3g} s" if obs.time is not None else f"{n} readings"
     finding = f"{c.name} changes by {_percent(share)} of its range while the crosshead stands for {length} under load"
-    advice = (
-        "The material (or the drive) relaxes: the modulus is that of this speed. Press at the speed of the use, or much slower."
-    )
+    advice = "The material relaxes, and the modulus is that of this speed: press at the speed of the use, or much slower."
     return c.verdict("change in the hold", level, share, "1", finding, advice)
 
 
 def _load_zero(c: _Loading) -> Verdict:
-    flat = bool(np.any(c.flat))
-    zero = c.sign * float(np.median(c.y[c.flat] if flat else c.y[:1]))
+    zero = c.sign * c.zero
     level: Level = "warning" if abs(zero) > min(c.span, LOAD_ZERO_REACH) else "good"
-    where = "the force before contact" if flat else "the first reading of force, in contact or not,"
-    finding = (
-        f"{where} is {zero:.3g} N, {_percent(abs(zero) / c.span)} of the range of {c.text(c.span)}; the load zero is inferred"
-    )
-    advice = f"Balance the load cell before the test; beyond {LOAD_ZERO_REACH:g} N the experiment file must name a prior of load_zero."
+    where = "the force before contact" if np.any(c.flat) else "the first reading of force, in contact or not,"
+    share = _percent(abs(zero) / c.span)
+    finding = f"{where} is {zero:.3g} N, {share} of the range of {c.text(c.span)}; it is a parameter, not taken off"
+    advice = f"Balance the load cell before the test; beyond {LOAD_ZERO_REACH:g} N give load_zero a prior of its own."
     return c.verdict("load zero", level, zero, "N", finding, advice)
 
 
 def _hysteresis(obs: Observations, c: _Loading) -> Verdict | None:
-    assert obs.force is not None
     if obs.displacement is None:
         return None
-    after = np.arange(len(obs.branch)) > c.rows[-1]
-    again = np.flatnonzero(after & (np.array(obs.branch, dtype=object) == "loading"))
-    until = int(again[0]) if again.size else len(obs.branch)
-    down = np.array([b == "unloading" for b in obs.branch], dtype=bool) & after & np.isfinite(obs.force)
-    rows = np.flatnonzero(down & np.isfinite(obs.displacement))
-    rows = rows[rows < until]
+    values = _values(obs, c.name)
+    branch = np.array(obs.branch, dtype=object)
+    number = np.arange(branch.size)
+    again = np.flatnonzero((number > c.rows[-1]) & (branch == "loading"))
+    first = (number > c.rows[-1]) & (number < (again[0] if again.size else branch.size))
+    rows = np.flatnonzero(first & (branch == "unloading") & np.isfinite(values) & np.isfinite(obs.displacement))
     if rows.size < TOO_FEW_READINGS:
         return None
-    x, y = obs.displacement[rows], c.sign * obs.force[rows]
-    touch = float(np.max(c.x[c.flat])) if np.any(c.flat) else float(np.min(c.x))
-    low, high = max(touch, float(np.min(x))), min(float(np.max(c.x)), float(np.max(x)))
-    if high - low < 0.5 * (float(np.max(c.x)) - touch):
+    x, y = obs.displacement[rows], c.sign * values[rows]
+    low, high = max(c.touch, float(np.min(x))), min(float(np.max(c.x)), float(np.max(x)))
+    if high - low < 0.5 * (float(np.max(c.x)) - c.touch):
         return None
-    zero = float(np.median(c.y[c.flat])) if np.any(c.flat) else float(np.min(c.y))
-    loading, unloading = (_area(*curve, zero, low, high) for curve in ((c.x, c.y), (x, y)))
+    loading, unloading = (_area(*curve, c.zero, low, high) for curve in ((c.x, c.y), (x, y)))
     if loading <= 0:
         return None
     ratio = (loading - unloading) / loading
     odd = ratio < NEGATIVE_HYSTERESIS
-    level: Level = "bad" if ratio > LARGE_HYSTERESIS else "warning" if ratio > HYSTERESIS or odd else "good"
-    finding = (
-        f"unloading gives back {_percent(unloading / loading)} of the work of loading ({loading * 1e3:.3g} mJ, first cycle)"
-    )
+    level = "warning" if odd else _level(ratio, HYSTERESIS, LARGE_HYSTERESIS)
+    work = f"{_percent(unloading / loading)} of the {loading * 1e3:.3g} mJ of loading"
+    finding = f"unloading gives back {work} (first cycle); only loading is calibrated against"
     advice = (
-        "Unloading above loading is not of the material: look for a filter or a lag between force and displacement."
+        "Unloading above loading is not of the material: look for a filter, or a lag between force and displacement."
         if odd
-        else "Condition the specimen with a few cycles before the test, or press slower; the modulus is that of the loading branch."
+        else "Condition the specimen with a few cycles before the test, or press slower; the modulus is that of loading."
     )
     return c.verdict("hysteresis", level, ratio, "1", finding, advice)
 
 
 def _compliance(c: _Loading, machine_compliance: float | None) -> Verdict | None:
-    if c.x_unit != "m":
-        return None
-    touch = float(np.max(c.x[c.flat])) if np.any(c.flat) else float(c.x[0])
-    zero = float(np.median(c.y[c.flat] if np.any(c.flat) else c.y[:1]))
-    force, travel = float(np.max(c.y)) - zero, float(np.max(c.x)) - touch
-    if force <= 0 or travel <= 0:
+    force, travel = float(np.max(c.y)) - c.zero, float(np.max(c.x)) - c.touch
+    if c.x_unit != "m" or force <= 0 or travel <= 0:
         return None
     given = machine_compliance is not None
     compliance = TYPICAL_COMPLIANCE if machine_compliance is None else machine_compliance
     share = compliance * force / travel
-    level: Level = "good" if share <= COMPLIANCE_SHARE else "warning" if share <= LARGE_COMPLIANCE_SHARE or not given else "bad"
-    limits = " and ".join(
-        f"{_percent(s)} at {s * travel / force * 1e6:.3g}" for s in (COMPLIANCE_SHARE, LARGE_COMPLIANCE_SHARE)
-    )
+    level = _level(share, COMPLIANCE_SHARE, LARGE_COMPLIANCE_SHARE if given else math.inf)
+    shares = (COMPLIANCE_SHARE, LARGE_COMPLIANCE_SHARE)
+    limits = " and ".join(f"{_percent(s)} at {s * travel / force * 1e6:.3g}" for s in shares)
     taken = "as given" if given else "a light table-top rig, as none is given"
     finding = (
         f"a machine of {compliance * 1e6:.3g} µm/N ({taken}) takes {_percent(share)} of the {travel * 1e3:.3g} mm of travel at "
         f"{c.text(force)}; it would be {limits} µm/N"
     )
-    advice = "Press the ball onto bare steel, take the slope as machine_compliance, and give it as a prior."
+    advice = "Press the ball onto bare steel and give the slope as prior of machine_compliance."
     return c.verdict("machine compliance", level, share, "1", finding, advice)
 
 
-def _time_steps(c: _Loading) -> list[Verdict]:
-    assert c.time is not None
-    time = c.time[np.isfinite(c.time)]
-    if time.size < 10:
-        return []
-    steps = np.diff(time)
-    usual, longest = float(np.median(steps)), float(np.max(steps))
-    duration = float(time[-1] - time[0])
-    if duration <= 0 or usual <= 0:
-        return []
-    gap = longest > GAP_STEPS * usual
-    share = longest / duration
-    level: Level = "good" if not gap or share <= GAP else "warning" if share <= LARGE_GAP else "bad"
-    finding = (
-        f"longest time without a reading while loading: {longest:.3g} s, {longest / usual:.3g} usual steps and {_percent(share)} "
-        "of the branch"
-    )
+def _gap(obs: Observations, c: _Loading) -> Verdict | None:
+    if obs.time is None:
+        return None
+    # Holds within the branch are not used, but they are readings: no gap.
+    branch = slice(int(c.rows[0]), int(c.rows[-1]) + 1)
+    time, values = obs.time[branch], _values(obs, c.name)[branch]
+    time = np.maximum.accumulate(time[np.isfinite(time) & np.isfinite(values)])
+    usual = float(np.median(np.diff(time))) if time.size >= 10 else 0.0
+    if usual <= 0:
+        return None
+    longest = float(np.max(np.diff(time)))
+    share = longest / float(time[-1] - time[0])
+    level = _level(share, GAP, LARGE_GAP) if longest > GAP_STEPS * usual else "good"
+    size = f"{longest:.3g} s, {longest / usual:.3g} times the usual step and {_percent(share)} of the branch"
     advice = "Readings are missing: look for a stop of the logger, or for rows deleted by hand."
-    found = [Verdict("gap in time", level, longest, "s", finding, "" if level == "good" else advice, "time", c.file)]
+    return c.verdict("gap in time", level, longest, "s", f"longest time without a reading while loading: {size}", advice)
+
+
+def _even_steps(obs: Observations, c: _Loading) -> Verdict | None:
+    if obs.time is None:
+        return None
+    steps = np.diff(obs.time[c.rows])[np.diff(c.rows) == 1]
+    steps = steps[np.isfinite(steps)]
+    if steps.size < 10 or float(np.median(steps)) <= 0:
+        return None
     low, high = (float(v) for v in np.percentile(steps, [5, 95]))
-    ratio = high / max(low, 1e-3 * usual)
-    uneven: Level = "warning" if ratio > UNEVEN_STEPS else "good"
+    ratio = high / max(low, 1e-3 * float(np.median(steps)))
     finding = f"nine of ten time steps lie between {low:.3g} and {high:.3g} s"
-    advice = "Log in equal steps of time; the noise is judged as if readings followed each other evenly."
-    found.append(
-        Verdict("even time steps", uneven, ratio, "times", finding, "" if uneven == "good" else advice, "time", c.file)
-    )
-    return found
+    advice = "Log in equal steps of time: the noise is judged as if readings followed each other evenly."
+    return c.verdict("even time steps", _level(ratio, UNEVEN_STEPS, math.inf), ratio, "times", finding, advice)
 
 
 def _area(x: FloatArray, y: FloatArray, zero: float, low: float, high: float) -> float:
@@ -575,7 +554,7 @@ def _area(x: FloatArray, y: FloatArray, zero: float, low: float, high: float) ->
     groups = np.array_split(order, min(300, x.size))
     xs, ys = (np.array([v[g].mean() for g in groups]) for v in (x, y))
     at = np.linspace(low, high, 601)
-    return float(np.trapezoid(np.interp(at, xs, ys) - zero, at))
+    return float(trapezoid(np.interp(at, xs, ys) - zero, at))
 
 
 def _longest(mask: BoolArray) -> tuple[int, int]:
