@@ -302,7 +302,7 @@ def _flat_part(x: FloatArray, y: FloatArray) -> BoolArray:
         tail = rows[x[rows] > end - 0.05 * (end - onset)]
         after = (float(np.mean(y[tail])) - float(np.mean(y[flat]))) / max(end - onset, 1e-300)
         slope, error = _slope(x[flat], y[flat])
-        if abs(slope) - 2 * error <= FLAT_SLOPE * abs(after):
+        if abs(slope) - 2 * error <= FLAT_SLOPE * abs(after) and not _bends_up(x[flat], y[flat], float(np.ptp(y))):
             return np.isin(np.arange(x.size), flat)
         rows = flat
     # Noise may hide the onset in a flat beginning as well as in a slow one; it is flat if nothing shows that it is not.
@@ -315,6 +315,17 @@ def _flat_part(x: FloatArray, y: FloatArray) -> BoolArray:
             if abs(slope) <= 2 * error and abs(slope) + error <= FLAT_SLOPE * rise:
                 return first
     return np.zeros(x.size, dtype=bool)
+
+
+def _bends_up(x: FloatArray, y: FloatArray, span: float) -> bool:
+    """Whether y rises in the second half, more than in the first and by more than a light touch: contact, not drift."""
+    middle = (float(np.min(x)) + float(np.max(x))) / 2
+    late = x > middle
+    if min(np.sum(late), np.sum(~late)) < 5:
+        return False
+    (first, error), (second, other) = _slope(x[~late], y[~late]), _slope(x[late], y[late])
+    rises = second * float(np.ptp(x[late])) > LIGHT_TOUCH * span
+    return rises and second > 2 * first and second - first > 3 * math.hypot(error, other)
 
 
 def _slope(x: FloatArray, y: FloatArray) -> tuple[float, float]:
