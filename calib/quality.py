@@ -57,7 +57,8 @@ TYPICAL_COMPLIANCE = 1 / 57e3
 #: Share of the travel before contact, and readings there. From 2 % on the flat part has points of its own in the reduction;
 #: fewer than three readings tell no level, so that load zero and contact point are extrapolated.
 SHORT_START, FEW_BEFORE, TOO_FEW_BEFORE = 0.02, 10, 3
-#: Slope of a beginning over the mean slope after it, above which it is no flat part but contact.
+#: Slope of a beginning over the mean slope after it, above which it is no flat part but contact; so is one that rises by more
+#: than `LARGE_DRIFT` of the range.
 FLAT_SLOPE = 0.1
 #: First reading of force, as a share of the range, up to which a record that starts in contact starts with a light touch.
 LIGHT_TOUCH = 0.01
@@ -292,7 +293,7 @@ def _flat_part(x: FloatArray, y: FloatArray) -> BoolArray:
     The onset of a curve that stiffens is found far from its start even if it is in contact all along; what lies before is then
     no flat part, and the search goes on in it.
     """
-    rows = np.arange(x.size)
+    rows, span = np.arange(x.size), float(np.ptp(y))
     while rows.size >= 8:
         onset = find_onset(x[rows], y[rows])
         flat = rows[x[rows] < onset]
@@ -302,7 +303,8 @@ def _flat_part(x: FloatArray, y: FloatArray) -> BoolArray:
         tail = rows[x[rows] > end - 0.05 * (end - onset)]
         after = (float(np.mean(y[tail])) - float(np.mean(y[flat]))) / max(end - onset, 1e-300)
         slope, error = _slope(x[flat], y[flat])
-        if abs(slope) - 2 * error <= FLAT_SLOPE * abs(after) and not _bends_up(x[flat], y[flat], float(np.ptp(y))):
+        level = abs(slope) - 2 * error <= min(FLAT_SLOPE * abs(after), LARGE_DRIFT * span / max(float(np.ptp(x[flat])), 1e-300))
+        if level and not _bends_up(x[flat], y[flat], span):
             return np.isin(np.arange(x.size), flat)
         rows = flat
     # Noise may hide the onset in a flat beginning as well as in a slow one; it is flat if nothing shows that it is not.
@@ -318,14 +320,17 @@ def _flat_part(x: FloatArray, y: FloatArray) -> BoolArray:
 
 
 def _bends_up(x: FloatArray, y: FloatArray, span: float) -> bool:
-    """Whether y rises in the second half, more than in the first and by more than a light touch: contact, not drift."""
+    """Whether y rises in the second half by half as much again as in the first, and by more than a light touch.
+
+    That is contact: a drift goes on evenly or settles.
+    """
     middle = (float(np.min(x)) + float(np.max(x))) / 2
     late = x > middle
     if min(np.sum(late), np.sum(~late)) < 5:
         return False
     (first, error), (second, other) = _slope(x[~late], y[~late]), _slope(x[late], y[late])
     rises = second * float(np.ptp(x[late])) > LIGHT_TOUCH * span
-    return rises and second > 2 * first and second - first > 3 * math.hypot(error, other)
+    return rises and second > 1.5 * first and second - first > 3 * math.hypot(error, other)
 
 
 def _slope(x: FloatArray, y: FloatArray) -> tuple[float, float]:
