@@ -202,27 +202,30 @@ def number_text(verdict: Verdict) -> str:
         return f"{value * 1e3:.3g} mm"
     if unit in ("readings", "steps"):
         return f"{value:.0f} {unit}" if round(value) != 1 else f"1 {unit[:-1]}"
-    return f"{value:.3g} {unit}"
+    return f"{value:.0f} {unit}" if abs(value) >= 100 else f"{value:.3g} {unit}"
 
 
 def quality_in_words(verdicts: Sequence[Verdict]) -> str:
-    """How many objections there are and what the bad ones are, in a sentence.
+    """How many verdicts there are of each level, and which are bad, in a sentence.
 
-    >>> quality_in_words([Verdict("gap", "good", 0.1, "s", "", "", "force", "a.csv")])
-    'Of 1 check none objects.'
+    >>> quality_in_words([Verdict("gap in time", "good", 0.1, "s", "", "", "force", "a.csv")])
+    '1 check: all good.'
+    >>> quality_in_words([Verdict("hysteresis", "bad", 0.4, "1", "", "", "force", "a.csv")])
+    '1 check: 1 bad (hysteresis, force, of a.csv).'
     """
     n = {level: sum(v.level == level for v in verdicts) for level in _RANK}
-    total = f"Of {len(verdicts)} check{'s' if len(verdicts) != 1 else ''}"
+    total = f"{len(verdicts)} check{'s' if len(verdicts) != 1 else ''}"
     if n["good"] == len(verdicts):
-        return f"{total} none objects."
-    bad = list(dict.fromkeys(f"{check_name(v)} ({v.file})" for v in verdicts if v.level == "bad"))
+        return f"{total}: all good."
     parts = []
-    if bad:
-        named = "; ".join(bad[:4]) + (f"; and {len(bad) - 4} more" if len(bad) > 4 else "")
-        parts.append(f"{n['bad']} say bad: {named}" if n["bad"] > 1 else f"1 says bad: {named}")
+    if n["bad"]:
+        bad = [f"{check_name(v)}, of {v.file}" for v in verdicts if v.level == "bad"]
+        parts.append(f"{n['bad']} bad ({'; '.join(bad[:4])}{f'; {len(bad) - 4} more' if len(bad) > 4 else ''})")
     if n["warning"]:
-        parts.append(f"{n['warning']} warn" if n["warning"] > 1 else "1 warns")
-    return f"{total} " + " and ".join(parts) + "."
+        parts.append(f"{n['warning']} warning{'s' if n['warning'] > 1 else ''}")
+    if n["good"]:
+        parts.append(f"{n['good']} good")
+    return f"{total}: {', '.join(parts)}."
 
 
 # --- the loading branch -------------------------------------------------------------------------------------------------
@@ -357,7 +360,7 @@ def _readings(c: _Loading) -> Verdict:
     level = _level(-n, -FEW_READINGS, -TOO_FEW_READINGS)
     finding = f"{n} readings of {c.name} in contact on the loading branch; from {FEW_READINGS} on the noise is known well"
     advice = "Log faster or press slower; a sweep lives on a hundred readings and more."
-    return c.verdict("readings", level, n, "readings", finding, advice)
+    return c.verdict("readings in contact", level, n, "readings", finding, advice)
 
 
 def _signal(c: _Loading) -> Verdict | None:
@@ -365,7 +368,7 @@ def _signal(c: _Loading) -> Verdict | None:
         return None  # second differences of so few readings are the curve's bend, not noise
     ratio = c.span / max(c.noise, 1e-9 * c.span, 1e-300)
     level = _level(-ratio, -WEAK_SIGNAL, -NO_SIGNAL)
-    finding = f"{c.name} changes by {c.text(c.span)}, {ratio:.3g} times the noise of one reading ({c.text(c.noise)})"
+    finding = f"{c.name} changes by {c.text(c.span)}, {ratio:.0f} times the noise of one reading ({c.text(c.noise)})"
     advice = "Press harder, average longer (slower meter speed), shield the leads."
     return c.verdict("signal", level, ratio, "times", finding, advice)
 

@@ -96,11 +96,16 @@ class Picture:
 
 @dataclass(frozen=True)
 class QualityGroup:
-    """What the checks say of one lab file: objections (level, check, number, finding, advice), and the rest as one text."""
+    """What the checks say of one lab file: objections (level, check, number, finding, advice), and the rest (text, finding)."""
 
     title: str
     objections: tuple[tuple[str, str, str, str, str], ...]
-    good: str
+    good: tuple[tuple[str, str], ...]
+
+    @property
+    def bad(self) -> bool:
+        """Whether one of the objections is bad."""
+        return any(level == "bad" for level, *_ in self.objections)
 
 
 @dataclass(frozen=True)
@@ -301,7 +306,7 @@ def quality_groups(posterior: Posterior) -> list[QualityGroup]:
         QualityGroup(
             title,
             tuple(row for row in verdict_rows(verdicts) if row[0] != "good"),
-            "; ".join(f"{check_name(v)} {number_text(v)}" for v in verdicts if v.level == "good"),
+            tuple((f"{check_name(v)}: {number_text(v)}", v.finding) for v in verdicts if v.level == "good"),
         )
         for title, verdicts in by_file.items()
     ]

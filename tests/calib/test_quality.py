@@ -86,7 +86,7 @@ def checks(obs: Observations) -> set[str]:
 def test_every_check_gives_a_good_verdict_with_its_number_on_a_clean_test(tmp_path: Path) -> None:
     verdicts = judge(Test(hold=5.0).observe(tmp_path), machine_compliance=2e-6)
     assert {v.check for v in verdicts} == {
-        "readings",
+        "readings in contact",
         "signal",
         "gap in time",
         "even time steps",
@@ -102,7 +102,7 @@ def test_every_check_gives_a_good_verdict_with_its_number_on_a_clean_test(tmp_pa
     assert [v for v in verdicts if v.level != "good"] == []
     assert all(math.isfinite(v.number) and v.finding and not v.advice for v in verdicts)
     assert {v.file for v in verdicts} == {"tester.csv"}
-    assert quality_in_words(verdicts) == "Of 12 checks none objects."
+    assert quality_in_words(verdicts) == "12 checks: all good."
 
 
 def test_verdicts_do_not_change_the_observations(tmp_path: Path) -> None:
@@ -121,8 +121,8 @@ def test_objections_come_first_and_with_advice(tmp_path: Path) -> None:
     assert levels[0] == "bad"
     assert all(bool(row[4]) == (row[0] != "good") for row in verdict_rows(verdicts))
     words = quality_in_words(verdicts)
-    assert words.startswith(f"Of {len(verdicts)} checks")
-    assert "resolution, force (tester.csv)" in words
+    assert words.startswith(f"{len(verdicts)} checks: ")
+    assert "resolution, force, of tester.csv" in words
 
 
 def test_worst_first_keeps_the_order_within_a_level() -> None:
@@ -150,7 +150,7 @@ def test_a_file_without_a_loading_branch_gets_no_verdict(tmp_path: Path) -> None
 
 @pytest.mark.parametrize(("interval", "level"), [(0.1, "good"), (4.0, "warning"), (8.0, "bad")])
 def test_few_readings_in_contact_are_counted(tmp_path: Path, interval: float, level: str) -> None:
-    found = verdict(Test(interval=interval).observe(tmp_path), "readings")
+    found = verdict(Test(interval=interval).observe(tmp_path), "readings in contact")
     assert found.level == level
     assert found.number == pytest.approx(80 / interval, rel=0.15, abs=2)
     assert found.unit == "readings"
@@ -339,7 +339,7 @@ def _meter(folder: Path, limit: float = math.inf, noise: float = 2e-3, fall: boo
 def test_a_meter_log_without_displacement_is_judged_up_to_its_crest(tmp_path: Path, fall: bool) -> None:
     obs = _meter(tmp_path, fall=fall)
     assert {v.level for v in judge(obs)} == {"good"}
-    assert verdict(obs, "readings", "capacitance").number == pytest.approx(790, abs=25)
+    assert verdict(obs, "readings in contact", "capacitance").number == pytest.approx(790, abs=25)
     start = verdict(obs, "start before contact", "capacitance")
     assert start.unit == "s"
     assert start.number == pytest.approx(20, abs=2)
@@ -415,7 +415,7 @@ def test_a_sweep_keeps_the_verdicts_on_both_files_and_they_survive_json() -> Non
     assert {v.file for v in sweep.verdicts} == {f.name for f in files}
     assert {v.channel for v in sweep.verdicts} == {"force", "capacitance"}
     text = sweeps_to_json([sweep])
-    assert json.loads(text)[0]["verdicts"][0]["check"] == "readings"
+    assert json.loads(text)[0]["verdicts"][0]["check"] == "readings in contact"
     assert sweeps_from_json(text)[0].verdicts == sweep.verdicts
 
 

@@ -147,7 +147,7 @@ def test_a_model_that_does_not_describe_the_data_is_no_success(
 
 
 VERDICTS = (
-    Verdict("readings", "good", 240.0, "readings", "240 readings", "", "force", "sensor 1_force.csv"),
+    Verdict("readings in contact", "good", 240.0, "readings", "240 readings", "", "force", "sensor 1_force.csv"),
     Verdict(
         "load zero", "warning", -6.1, "N", "the force before contact is -6.1 N", "Balance it.", "force", "sensor 1_force.csv"
     ),
@@ -166,13 +166,13 @@ def test_the_quality_of_the_lab_data_is_a_table_with_the_worst_first(
 ) -> None:
     page = write_report(_judged(make_posterior()), predictions)
     text = _text(page)
-    assert "Of 3 checks 1 says bad: hysteresis, force (sensor 1_force.csv) and 1 warns." in text
+    assert "3 checks: 1 bad (hysteresis, force, of sensor 1_force.csv), 1 warning, 1 good." in text
     part = text[text.index("level check number finding advice") :]
     assert (
         part.index("sensor 1: sensor 1_force.csv")
         < part.index("✗ bad hysteresis, force 41 % gives back 59 % &lt;of it&gt;. Condition it.")
         < part.index("! warning load zero, force -6.1 N the force before contact is -6.1 N. Balance it.")
-        < part.index("✓ good readings, force 240 readings")
+        < part.index("✓ good readings in contact, force: 240 readings")
     )
     assert 'href="#quality"' in page
 
