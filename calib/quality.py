@@ -27,7 +27,7 @@ Level = Literal["good", "warning", "bad"]
 #: 1 / sqrt(2 (n - 4)): 12 % at 40 readings, which is also the number of points a channel is reduced to, and 25 % at 12.
 FEW_READINGS, TOO_FEW_READINGS = 40, 12
 #: Range over the noise of one reading. At 10 the tie of two clocks gives the channel up; at 30 the range alone is known from
-#: forty readings to a half per cent, about what the surrogate claims for itself.
+#: forty independent readings to 2 % (sd), which is what a calibration states for the modulus.
 WEAK_SIGNAL, NO_SIGNAL = 30.0, 10.0
 #: Steps of the display in the range: relative resolution of the force indicator of 0.5 % (class 1) and 1.5 % (class 3, the
 #: coarsest of a calibrated testing machine), ISO 7500-1:2018, table 2. Taken over for the change of capacitance.
