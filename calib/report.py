@@ -21,9 +21,11 @@ from calib.archive import K_HAT
 from calib.diagnostics import PRIOR_CONFLICT, SHIFT_LIMIT, SPOT_CHECK_LIMIT, Gate
 from calib.experiment import Experiment
 from calib.padding import Recommendation, percent
+from calib.parameters import sweep_title
 from calib.posterior import Posterior, leave_out
 from calib.predictive import Prediction
 from calib.prior import DEFAULT_REASONS, display
+from calib.quality import Verdict, check_name, number_text, quality_in_words, verdict_rows
 from models.sensor import PARAMETERS
 
 #: A parameter whose prior lost less than this share of its variance is called prior-driven.
@@ -93,6 +95,20 @@ class Picture:
 
 
 @dataclass(frozen=True)
+class QualityGroup:
+    """What the checks say of one lab file: objections (level, check, number, finding, advice), and the rest (text, finding)."""
+
+    title: str
+    objections: tuple[tuple[str, str, str, str, str], ...]
+    good: tuple[tuple[str, str], ...]
+
+    @property
+    def bad(self) -> bool:
+        """Whether one of the objections is bad."""
+        return any(level == "bad" for level, *_ in self.objections)
+
+
+@dataclass(frozen=True)
 class SweepSection:
     """Pictures and checks of one sweep."""
 
@@ -132,6 +148,8 @@ def write_report(
         limits=limits(posterior),
         gates=gates(posterior),
         sweeps=[_sweep_section(p) for p in predictions],
+        quality=quality_groups(posterior),
+        quality_words=quality_in_words([v for s in posterior.sweeps for v in s.verdicts]),
         change=_change_picture(predictions),
         prior_picture=_picture(
             figures.prior_figure(posterior),
@@ -276,6 +294,23 @@ def contraction_words(contraction: float, shift: float) -> str:
     if contraction < PRIOR_DRIVEN and abs(shift) < 1:
         return PRIOR_DRIVEN_WORDS
     return "settled by the data" if contraction > SETTLED else "moved by the data"
+
+
+def quality_groups(posterior: Posterior) -> list[QualityGroup]:
+    """The verdicts on the lab data by specimen and file, files with the worst verdicts first."""
+    by_file: dict[str, list[Verdict]] = {}
+    for s in posterior.sweeps:
+        for v in s.verdicts:
+            by_file.setdefault(f"{sweep_title(s)}: {v.file}", []).append(v)
+    groups = [
+        QualityGroup(
+            title,
+            tuple(row for row in verdict_rows(verdicts) if row[0] != "good"),
+            tuple((f"{check_name(v)}: {number_text(v)}", v.finding) for v in verdicts if v.level == "good"),
+        )
+        for title, verdicts in by_file.items()
+    ]
+    return sorted(groups, key=lambda g: min((("bad", "warning").index(o[0]) for o in g.objections), default=2))
 
 
 def limits(posterior: Posterior) -> list[tuple[str, str]]:

@@ -15,7 +15,9 @@ _VERSION_OF = "version of "
 
 
 def summary_json(posterior: Posterior) -> str:
-    """Content of summary.json: convergence, seed, versions, inputs with hashes, and every parameter in SI; nan as null."""
+    """Content of summary.json: convergence, seed, versions, inputs with hashes, verdicts on the lab data, and every parameter
+    in SI; nan as null.
+    """
     d = posterior.diagnostics
     inputs = {posterior.experiment.path.name: posterior.experiment.sha256}
     for sweep in posterior.sweeps:
@@ -29,6 +31,7 @@ def summary_json(posterior: Posterior) -> str:
         "seed": posterior.seed,
         "versions": {k.removeprefix(_VERSION_OF): v for k, v in posterior.attrs.items() if k.startswith(_VERSION_OF)},
         "inputs": [{"file": name, "sha256": digest} for name, digest in inputs.items()],
+        "data_quality": [{"specimen": s.specimen, "sweep": s.name, **asdict(v)} for s in posterior.sweeps for v in s.verdicts],
         "parameters": {name: _plain(asdict(s)) for name, s in d.parameters.items()},
     }
     return json.dumps(record, indent=1, ensure_ascii=False, allow_nan=False) + "\n"

@@ -15,6 +15,7 @@ from calib.clocks import clock_offset, loading_window, record
 from calib.errors import Fault, InputError
 from calib.instruments import read_lab_file
 from calib.observations import UNLOADING, Observations, observe, usable_rows
+from calib.quality import Verdict, judge
 from calib.readings import resolution
 from calib.reduction import Reduced, find_onset, reduce_channel
 from models.sensor import FloatArray
@@ -83,6 +84,7 @@ class Sweep:
     clock_offset, clock_offset_sd : [s], clock of the tester minus clock of the LCR meter; nan if not tied by clock.
     files : (file name, sha256) of each file.
     notes : what the report must say: rows left out with counts and reasons, signs turned, resolution.
+    verdicts : on the quality of each file, made before anything was reduced.
     """
 
     specimen: str
@@ -97,6 +99,7 @@ class Sweep:
     clock_offset_sd: float
     files: tuple[tuple[str, str], ...]
     notes: tuple[str, ...]
+    verdicts: tuple[Verdict, ...] = ()
 
 
 def make_sweep(
@@ -106,6 +109,7 @@ def make_sweep(
     force_file: Path | None,
     capacitance_file: Path | None,
     n_points: int = 40,
+    machine_compliance: float | None = None,
 ) -> Sweep:
     """Read the files of a sweep and reduce each channel to about `n_points` points of the first loading branch.
 
@@ -122,6 +126,7 @@ def make_sweep(
     force_file : force over displacement, with time if the capacitance is to be tied by clock; None if there is none.
     capacitance_file : LCR log; may be the same file as `force_file`; None if there is none.
     n_points : points per channel; fewer where the file has fewer rows.
+    machine_compliance : [m/N], for the verdicts alone, see `calib.quality.judge`.
 
     Raises
     ------
@@ -148,6 +153,8 @@ def make_sweep(
     notes: list[str] = []
     for obs in (tester,) if same else (tester, lcr):
         notes += [] if obs is None else _file_notes(obs)
+    sources = [obs for obs in ((tester,) if same else (tester, lcr)) if obs is not None]
+    verdicts = tuple(v for obs in sources for v in judge(obs, machine_compliance))
     force_points: ForcePoints | None = None
     force_noise = capacitance_noise = offset = offset_sd = float("nan")
     onset: float | None = None
@@ -187,6 +194,7 @@ def make_sweep(
         clock_offset_sd=offset_sd,
         files=tuple(seen.items()),
         notes=tuple(notes),
+        verdicts=verdicts,
     )
 
 
@@ -342,8 +350,10 @@ def sweeps_to_json(sweeps: Sequence[Sweep]) -> str:
 def _to_plain(value: object) -> object:
     if isinstance(value, np.ndarray):
         return value.tolist()
-    if isinstance(value, Sweep | ForcePoints | CapacitancePoints | Track):
+    if isinstance(value, Sweep | ForcePoints | CapacitancePoints | Track | Verdict):
         return {f.name: _to_plain(getattr(value, f.name)) for f in fields(value)}
+    if isinstance(value, tuple):
+        return [_to_plain(v) for v in value]
     return value
 
 
@@ -383,4 +393,5 @@ def _sweep(plain: Mapping[str, Any]) -> Sweep:
         clock_offset_sd=plain["clock_offset_sd"],
         files=tuple((file, sha256) for file, sha256 in plain["files"]),
         notes=tuple(plain["notes"]),
+        verdicts=tuple(Verdict(**v) for v in plain["verdicts"]),
     )

@@ -18,6 +18,7 @@ from calib import figures
 from calib.padding import Recommendation, Requirement, recommend
 from calib.posterior import Posterior
 from calib.predictive import Prediction, predict
+from calib.quality import Verdict
 from calib.report import figure_address, interval_text, limits, parameter_rows, with_uncertainty, write_report
 from calib.summary import summary_csv, summary_json
 from models.analytic import ClosedForm
@@ -143,6 +144,61 @@ def test_a_model_that_does_not_describe_the_data_is_no_success(
     assert "Converged, but the model does not describe all data" in text
     assert "The model does not describe the force of sensor 1 within what it claims" in text
     assert "can be used" not in text
+
+
+VERDICTS = (
+    Verdict("readings in contact", "good", 240.0, "readings", "240 readings", "", "force", "sensor 1_force.csv"),
+    Verdict(
+        "load zero", "warning", -6.1, "N", "the force before contact is -6.1 N", "Balance it.", "force", "sensor 1_force.csv"
+    ),
+    Verdict("hysteresis", "bad", 0.41, "1", "gives back 59 % <of it>", "Condition it.", "force", "sensor 1_force.csv"),
+)
+
+
+def _judged(posterior: Posterior) -> Posterior:
+    first, *others = posterior.sweeps
+    return replace(posterior, sweeps=(replace(first, verdicts=VERDICTS), *others))
+
+
+@pytest.mark.usefixtures("no_pictures")
+def test_the_quality_of_the_lab_data_is_a_table_with_the_worst_first(
+    make_posterior: MakePosterior, predictions: tuple[Prediction, ...]
+) -> None:
+    page = write_report(_judged(make_posterior()), predictions)
+    text = _text(page)
+    assert "3 checks: 1 bad (hysteresis, force, of sensor 1_force.csv), 1 warning, 1 good." in text
+    part = text[text.index("level check number finding advice") :]
+    assert (
+        part.index("sensor 1: sensor 1_force.csv")
+        < part.index("✗ bad hysteresis, force 41 % gives back 59 % &lt;of it&gt;. Condition it.")
+        < part.index("! warning load zero, force -6.1 N the force before contact is -6.1 N. Balance it.")
+        < part.index("✓ good readings in contact, force: 240 readings")
+    )
+    assert 'href="#quality"' in page
+
+
+@pytest.mark.usefixtures("no_pictures")
+def test_a_run_without_verdicts_has_no_table_of_them(
+    make_posterior: MakePosterior, predictions: tuple[Prediction, ...]
+) -> None:
+    assert "Quality of the lab data" not in write_report(make_posterior(), predictions)
+
+
+def test_summary_json_carries_the_verdicts_in_si(make_posterior: MakePosterior) -> None:
+    quality = json.loads(summary_json(_judged(make_posterior())))["data_quality"]
+    assert [q["level"] for q in quality] == ["good", "warning", "bad"]
+    assert quality[2] == {
+        "specimen": "sensor 1",
+        "sweep": "",
+        "check": "hysteresis",
+        "level": "bad",
+        "number": 0.41,
+        "unit": "1",
+        "finding": "gives back 59 % <of it>",
+        "advice": "Condition it.",
+        "channel": "force",
+        "file": "sensor 1_force.csv",
+    }
 
 
 @pytest.mark.usefixtures("no_pictures")
