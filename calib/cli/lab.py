@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import difflib
-import os
-import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -15,45 +12,76 @@ from calib.cli.common import err, out, refusing_bad_input, say, write_whole
 from calib.errors import Fault, InputError
 
 if TYPE_CHECKING:
-    from calib.instruments import LabTable
     from calib.observations import Observations
 
 
 def read(
     file: Annotated[Path, typer.Argument(help="A file of a testing machine or an LCR meter (CSV, TSV, TXT).")],
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Write every row as CSV in SI, with branch, used and reason.")
+        Path | None, typer.Option("-o", "--output", help="Write every row as CSV in SI, with branch, cycle, used and reason.")
+    ] = None,
+    picture: Annotated[Path | None, typer.Option(help="Draw what was understood (.png, .svg, .pdf).")] = None,
+    units: Annotated[
+        list[str] | None,
+        typer.Option(metavar="QUANTITY=UNIT", help="Unit to use instead of what the file says: --units force=kN. Repeatable."),
+    ] = None,
+    columns: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="QUANTITY=COLUMN",
+            help='Column that holds a quantity, by its header or number from 1: --columns "force=Load 2". Repeatable.',
+        ),
+    ] = None,
+    specimen: Annotated[int | None, typer.Option(min=1, help="Which of several specimens in the file.")] = None,
+    cycle: Annotated[
+        int | None, typer.Option(min=1, help="Which of several loading branches is used [default: the first].")
     ] = None,
 ) -> None:
     """Show what is understood of one lab file, before anything is done with it.
 
-    Prints instrument, columns with their units, ranges, signs, and which rows are used and why the others are not. Compression
-    is positive; nothing is re-zeroed.
+    Prints what the file was recognised as and why, encoding, delimiter and decimal mark, columns with their units and ranges,
+    signs, branches and cycles, which rows are used and why the others are not, noise and resolution of each channel, and
+    verdicts on the quality of the data. Compression is positive; nothing is re-zeroed.
 
-    Example: `calib read sensor1_instron.csv -o observations.csv`
+    Example: `calib read sensor1_instron.csv -o observations.csv --picture sensor1.png`
 
     Writes, with -o: columns time_s, displacement_m, force_N, capacitance_F (those the file has), branch (loading, unloading,
-    hold), used, reason.
+    hold), cycle, used, reason.
 
     Exit codes: 0 understood; 2 not understood, the message says where and what to do.
     """
     with refusing_bad_input():
-        from calib.instruments import read_lab_file
-        from calib.observations import observations_frame, observe
+        from calib.files import whole_file
+        from calib.instruments import Reading
+        from calib.observations import observations_frame
+        from calib.sweep import LabFile, observe_file
 
-        if output is not None and output.exists() and file.exists() and output.samefile(file):
-            raise InputError(Fault("the output would overwrite the lab file itself", output, advice="Choose another -o"))
-        observations = observe(read_lab_file(file))
+        for target, option in ((output, "-o"), (picture, "--picture")):
+            if target is not None and target.exists() and file.exists() and target.samefile(file):
+                raise InputError(
+                    Fault("the output would overwrite the lab file itself", target, advice=f"Choose another {option}")
+                )
+        if picture is not None and picture.suffix.lower() not in (".png", ".svg", ".pdf"):
+            raise InputError(Fault("a picture ends in .png, .svg or .pdf", picture))
+        reading = Reading(_assignments(units, "--units"), _assignments(columns, "--columns"), specimen)
+        observations = observe_file(LabFile(file, reading, cycle))
+        if picture is not None:
+            from calib.picture import file_figure
+
+            with whole_file(picture, advice="Create it, or choose another --picture") as whole:
+                file_figure(observations).savefig(whole, dpi=150, format=picture.suffix[1:].lower())
         if output is not None:
             write_whole(output, observations_frame(observations).to_csv(index=False, lineterminator="\n"))
         _show(observations)
-        if output is not None:
-            say(f"Written: {output}")
+        for written in (output, picture):
+            if written is not None:
+                say(f"Written: {written}")
 
 
 def init(
-    files: Annotated[
-        list[Path], typer.Argument(help="Lab files: one or two per specimen, force and capacitance in any order.")
+    paths: Annotated[
+        list[Path],
+        typer.Argument(metavar="FILES...", help="Lab files, or folders of them: force and capacitance in any order."),
     ],
     output: Annotated[Path, typer.Option("-o", "--output", help="The experiment file to write; never overwritten.")] = Path(
         "experiment.toml"
@@ -61,156 +89,90 @@ def init(
 ) -> None:
     """Write a commented experiment file for a set of lab files.
 
-    Force files and capacitance files are told apart by their columns and paired by their names. What the files cannot tell
+    Force files and capacitance files are told apart by their columns and paired by their names, or by the time at which they
+    began. Of a folder, files that are not understood are left out and listed with the reason. What the files cannot tell
     (ball, disc, thicknesses of each specimen) is written with wide guesses and marked EDIT: put your own measurements there,
     they matter.
 
-    Example: `calib init sensor1_instron.csv sensor1_lcr.csv -o experiment.toml`
+    Example: `calib init measurements/ -o experiment.toml`
 
     Writes: the experiment file. Next: edit it, then `calib calibrate experiment.toml -o run1`.
 
-    Exit codes: 0 written; 2 a file was not understood, or the experiment file exists.
+    Exit codes: 0 written; 2 a file that was named was not understood, no file was, or the experiment file exists.
     """
     with refusing_bad_input():
-        from calib.instruments import read_lab_file
+        from calib.draft import Found, experiment_text, lab_files_in, pair, read_all
 
         if output.exists():
             raise InputError(Fault("the file exists and is not overwritten", output, advice="Choose another -o"))
-        tables: list[LabTable] = []
+        named, lying = lab_files_in(paths)
+        records: list[Found] = []
         faults: list[Fault] = []
-        for file in dict.fromkeys(files):
+        left_out: list[tuple[Path, str]] = []
+        for file in (*named, *lying):
             try:
-                tables.append(read_lab_file(file))
+                records += read_all(file)
             except InputError as error:
-                faults += error.faults
+                if file in named:
+                    faults += error.faults
+                else:
+                    left_out.append((file, error.faults[0].message))
         if faults:
             raise InputError(faults)
-        specimens = pair(tables)
-        write_whole(output, experiment_text(specimens, output.absolute().parent))
-        for name, force, capacitance in specimens:
-            parts = [f"force {force.path.name}"] if force else []
-            parts += [f"capacitance {capacitance.path.name}"] if capacitance else []
-            say(f"{name}: {', '.join(parts)}")
+        if not records:
+            raise InputError([Fault(reason, file) for file, reason in left_out])
+        specimens = pair(records)
+        write_whole(output, experiment_text(specimens, output.absolute().parent, left_out))
+        for paired in specimens:
+            parts = [f"force {paired.force.table.path.name}"] if paired.force else []
+            parts += [f"capacitance {paired.capacitance.table.path.name}"] if paired.capacitance else []
+            say(f"{paired.name}: {', '.join(parts)}{f' ({paired.why})' if paired.why else ''}")
+        for path, reason in left_out:
+            say(f"left out: {path}: {reason}")
         say(f"Written: {output}. Edit the lines marked EDIT, then: calib calibrate {output} -o run1")
 
 
-Pairing = tuple[str, "LabTable | None", "LabTable | None"]
-
-# Words in file names that tell instruments apart, not specimens.
-_INSTRUMENT_WORDS = re.compile(
-    r"(?<![a-z])(instron|bluehill|zwick|tester|lcr|hioki|keysight|agilent|capacitance|capacity|cap|force|load|displacement|indentation|"
-    r"specimen_?rawdata|raw_?data|data|log|fd|cf)(?![a-z])",
-    re.IGNORECASE,
-)
-
-
-def pair(tables: Sequence[LabTable]) -> list[Pairing]:
-    """Specimens as (name, force file, capacitance file) from what the files hold and how they are called.
+def _assignments(given: Sequence[str] | None, option: str) -> Mapping[str, str]:
+    """Options such as force=kN as a mapping.
 
     Raises
     ------
     InputError
-        If a file holds neither force over displacement nor capacitance.
+        If one is of another form, or names a quantity twice or one that there is not.
     """
-    both = [t for t in tables if {"force", "displacement", "capacitance"} <= set(t.columns)]
-    lcr = [t for t in tables if "capacitance" in t.columns and t not in both]
-    tester = [t for t in tables if {"force", "displacement"} <= set(t.columns) and t not in both]
-    faults = [
-        Fault(
-            f"has neither force over displacement nor capacitance (found {', '.join(t.columns) or 'no known column'})",
-            t.path,
-            advice="Leave it out, or name its columns so that they are recognised (see `calib read`)",
-        )
-        for t in tables
-        if not any(t is other for other in (*both, *lcr, *tester))
-    ]
-    if faults:
-        raise InputError(faults)
-    found: list[tuple[LabTable | None, LabTable | None]] = [(t, t) for t in both]
-    similar = sorted(
-        (
-            (difflib.SequenceMatcher(None, _key(a), _key(b)).ratio(), i, j)
-            for i, a in enumerate(tester)
-            for j, b in enumerate(lcr)
-        ),
-        key=lambda s: (-s[0], s[1], s[2]),
-    )
-    partner: dict[int, int] = {}
-    for likeness, i, j in similar:
-        # A single file of each kind belongs together whatever it is called; among several the names must agree.
-        enough = likeness > 0.999 or (likeness > 0.6 and _digits(tester[i]) == _digits(lcr[j])) or len(tester) == len(lcr) == 1
-        if enough and i not in partner and j not in partner.values():
-            partner[i] = j
-    found += [(t, lcr[partner[i]] if i in partner else None) for i, t in enumerate(tester)]
-    found += [(None, c) for j, c in enumerate(lcr) if j not in partner.values()]
-    names = [_name(a or b, n) for n, (a, b) in enumerate(found, 1)]
-    unique = [n if names.count(n) == 1 else f"{n} {k}" for k, n in enumerate(names, 1)]
-    return [(n, a, b) for n, (a, b) in zip(unique, found, strict=True)]
+    from calib.instruments import QUANTITIES
+
+    found: dict[str, str] = {}
+    for text in given or ():
+        quantity, equals, value = (part.strip() for part in text.partition("="))
+        if not equals or not value or quantity not in QUANTITIES:
+            message = f'{option} "{text}" is not of the form quantity=value'
+            raise InputError(Fault(message, advice=f"The quantities are {', '.join(QUANTITIES)}"))
+        if quantity in found:
+            raise InputError(Fault(f"{option} is given twice for {quantity}"))
+        found[quantity] = value
+    return found
 
 
-def experiment_text(specimens: Sequence[Pairing], folder: Path) -> str:
-    """Text of an experiment file, with lab files relative to `folder`."""
-    blocks = []
-    for name, force, capacitance in specimens:
-        lines = ["[[specimens]]", f"name = {_quoted(name)}"]
-        if force is not None:
-            lines.append(f"force = {_quoted(_relative(force.path, folder))}   # {force.recognised_as}")
-        if capacitance is not None:
-            lines.append(f"capacitance = {_quoted(_relative(capacitance.path, folder))}   # {capacitance.recognised_as}")
-        if force is None and capacitance is not None and not {"force", "displacement"} & set(capacitance.columns):
-            lines.append('# EDIT: nothing ties this capacitance file to force; add force = "..." of the same press')
-        lines += [
-            "[specimens.priors]",
-            "# EDIT: your microscope's reading and its sd",
-            'sensor_thickness = { lognormal = ["0.8 mm", 1.5] }    # e.g. { normal = ["0.74 mm", "0.02 mm"] }',
-            'padding_thickness = { lognormal = ["1.1 mm", 1.5] }   # e.g. { normal = ["1.10 mm", "0.03 mm"] }',
-        ]
-        blocks.append("\n".join(lines))
-    return _HEAD + "\n" + "\n\n".join(blocks) + "\n"
-
-
-_HEAD = """\
-# Experiment file for `calib calibrate`. Quantities carry units ("0.74 mm"). Lines marked EDIT hold guesses: put your values.
-
-name = "Padded sensor"        # EDIT: heading of the report
-# model = "surrogate"         # "surrogate" (default), "fem" (slow) or "closed form" (rough)
-# discrepancy = "on"          # "on" (default): the model may be a little wrong along a sweep; "off": noise only
-
-[indenter]
-radius = "5 mm"               # EDIT: radius of the ball, half its diameter
-# friction_coefficient = "stick"     # 0 (default): the ball slides freely; "stick": the sensor sticks to it
-
-[sensor]
-radius = "10 mm"              # EDIT: radius of the disc
-# law = "gent"                # "neo-hookean" (default); "gent": stiffens when stretched far, by an unknown of its own
-# electrode_radius = "9 mm"   # if the electrodes are smaller than the disc; the capacitance change depends on it
-# dielectric_thickness = "0.16 mm"   # of each of the two, if it is not half the sensor
-
-[padding]
-material = "sensor"           # "sensor": padding of the same silicone; "own": another one, with a modulus of its own
-
-# What is known before the data, shared by all specimens. Forms: { normal = [mean, sd] }, { lognormal = [median, factor] },
-# { halfnormal = scale }, { uniform = [low, high] }, { truncated_normal = [mean, sd, low, high] }, { fixed = value }.
-# What is left out gets a documented default, shown in the report.
-[priors]
-young_modulus = { lognormal = ["0.8 MPa", 1.8] }         # EDIT if the datasheet says more
-relative_permittivity = { normal = [2.8, 0.2] }          # unfilled silicone at 1 kHz
-# machine_compliance = { halfnormal = "2 um/N" }         # crosshead travel per force with nothing soft in between
-# parasitic_capacitance = { normal = ["0 pF", "0.5 pF"] }  # what is left after the open correction of the LCR meter
-
-# One block per specimen. Thicknesses matter more than anything else here: measure them.
-"""
+_DELIMITERS = {",": "comma", ";": "semicolon", "\t": "tab", " ": "blanks"}
 
 
 def _show(o: Observations) -> None:
     from rich.table import Table
 
+    from calib.quality import judge, verdict_rows
+    from calib.sweep import readings_of
+
     table, console = o.table, out()
     say(f"{table.path.name}: {table.recognised_as} ({table.reason})")
-    n_used = int(o.used.sum())
     mark = {",": "comma", ".": "point"}.get(table.decimal, table.decimal)
-    say(f"{len(o.used)} rows, {n_used} used; encoding {table.encoding}, decimal {mark}")
-    shown = Table("quantity", "column in the file", "smallest", "largest", "unit")
+    delimiter = _DELIMITERS.get(table.delimiter, table.delimiter)
+    say(
+        f"encoding {table.encoding}, delimiter {delimiter}, decimal {mark}"
+        + (f", begun {table.started}" if table.started else "")
+    )
+    shown = Table("quantity", "column in the file", "smallest", "largest", "unit", "noise", "resolution", "correlated over")
+    estimates = readings_of(o)
     rows = (
         ("time", o.time, 1.0, "s"),
         ("displacement", o.displacement, 1e3, "mm"),
@@ -218,43 +180,34 @@ def _show(o: Observations) -> None:
         ("capacitance", o.capacitance, 1e12, "pF"),
     )
     for name, values, scale, unit in rows:
-        if values is not None:
-            finite = values[values == values] * scale
-            ends = (f"{finite.min():.6g}", f"{finite.max():.6g}") if finite.size else ("-", "-")
-            shown.add_row(name, table.sources.get(name, ""), *ends, unit)
+        if values is None:
+            continue
+        finite = values[values == values] * scale
+        ends = (f"{finite.min():.6g}", f"{finite.max():.6g}") if finite.size else ("-", "-")
+        e = estimates.get(name)
+        of = (
+            ("", "", "")
+            if e is None
+            else (f"{e.noise * scale:.2g}", f"{e.resolution * scale:.2g}", f"{e.correlation:.2g} rows")
+        )
+        shown.add_row(name, table.sources.get(name, ""), *ends, unit, *of)
     console.print(shown)
+    n_used = int(o.used.sum())
     branches = [f"{b or 'unknown'} {o.branch.count(b)}" for b in dict.fromkeys(o.branch)]
-    if any(o.branch):
-        say(f"rows by branch: {', '.join(branches)}")
-    reasons = [r for r in o.reason if r]
-    for reason in dict.fromkeys(reasons):
-        say(f"not used: {reasons.count(reason)} rows, {reason}")
+    cycles = f"; {o.n_cycle} cycles, cycle {o.used_cycle} is used" if o.n_cycle > 1 else ""
+    say(f"{len(o.used)} rows, {n_used} used" + (f"; by branch: {', '.join(branches)}{cycles}" if any(o.branch) else ""))
+    from calib.observations import why_left_out
+
+    for reason, count in why_left_out(o).most_common(12):
+        say(f"not used: {count} rows, {reason}")
     for note in (o.sign_note, *table.notes):
         if note:
             say(f"note: {note}")
+    judged = verdict_rows(judge(o))
+    if judged:
+        quality = Table("quality", "check", "number", "finding", "advice")
+        for level, *cells in judged:
+            quality.add_row(level, *cells, style={"bad": "red", "warning": "yellow"}.get(level, ""))
+        console.print(quality)
     if n_used == 0:
         err().print("No row can be used for a calibration.", style="yellow")
-
-
-def _key(table: LabTable) -> str:
-    return re.sub(r"[^a-z0-9]+", " ", _INSTRUMENT_WORDS.sub(" ", table.path.stem.lower())).strip()
-
-
-def _digits(table: LabTable) -> list[str]:
-    return re.findall(r"\d+", _key(table))
-
-
-def _name(table: LabTable | None, number: int) -> str:
-    kept = _INSTRUMENT_WORDS.sub(" ", table.path.stem) if table is not None else ""
-    return re.sub(r"[ _-]*\s[ _-]*", " ", kept).strip(" _-") or f"specimen {number}"
-
-
-def _relative(path: Path, folder: Path) -> str:
-    try:
-        return Path(os.path.relpath(path.absolute(), folder)).as_posix()
-    except ValueError:  # another drive
-        return path.absolute().as_posix()
-
-
-def _quoted(text: str) -> str:
-    return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'

@@ -9,12 +9,12 @@ from calib.instruments.columns import read_columns
 from calib.instruments.labtable import Family, IntArray, LabTable, Reading
 from calib.instruments.lcr import LCR_METERS, as_parallel
 from calib.instruments.replies import replies
-from calib.instruments.sheet import Sheet, cut
+from calib.instruments.sheet import SeveralSpecimens, Sheet, cut
 from calib.instruments.testers import TESTERS
 from calib.instruments.text import read_lab_text
 from calib.instruments.units import SI_UNIT
 
-__all__ = ["FAMILIES", "QUANTITIES", "Family", "IntArray", "LabTable", "Reading", "read_lab_file"]
+__all__ = ["FAMILIES", "QUANTITIES", "Family", "IntArray", "LabTable", "Reading", "SeveralSpecimens", "read_lab_file"]
 
 #: What `Reading.units` and `Reading.columns` may name.
 QUANTITIES = tuple(q for q in SI_UNIT if q != "capacitance_series")
@@ -60,6 +60,8 @@ def read_lab_file(path: Path, reading: Reading | None = None) -> LabTable:
 
     Raises
     ------
+    SeveralSpecimens
+        If the file holds several specimens and `reading` does not say which.
     calib.errors.InputError
         With every fault of the file, each with line, column and advice.
     """

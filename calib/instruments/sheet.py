@@ -386,9 +386,9 @@ def _side_by_side(sheet: Sheet, reading: Reading) -> tuple[Sheet, tuple[str, ...
             f"{k + 1}: columns {first + k * period + 1} to {min(first + (k + 1) * period, len(sheet.names))}"
             for k in range(count)
         )
-        raise InputError(_which_specimen(sheet, f"{count} specimens stand side by side ({listed})", count))
+        raise _which_specimen(sheet, f"{count} specimens stand side by side ({listed})", count)
     if not 1 <= reading.specimen <= count:
-        raise InputError(_which_specimen(sheet, f"there is no specimen {reading.specimen}, {count} stand side by side", count))
+        raise _which_specimen(sheet, f"there is no specimen {reading.specimen}, {count} stand side by side", count)
     own = range(first + (reading.specimen - 1) * period, first + reading.specimen * period)
     shared = set(range(len(sheet.names))) - set(range(first, first + count * period))
     names = tuple(n if i in own or i in shared else "" for i, n in enumerate(sheet.names))
@@ -400,14 +400,17 @@ def _no_such_specimen(sheet: Sheet, reading: Reading) -> Fault:
     return Fault(f"there is no specimen {reading.specimen}: the file holds one", sheet.text.path, sheet.header_line or None)
 
 
-def _which_specimen(sheet: Sheet, message: str, count: int) -> Fault:
-    return Fault(
-        message,
-        sheet.text.path,
-        sheet.header_line,
-        advice=f"Say which one: --specimen 1 to --specimen {count} (in an experiment file: specimen = 1), or export one "
-        "specimen per file",
-    )
+class SeveralSpecimens(InputError):
+    """A file that holds `count` specimens, of which none was chosen, or one that is not there."""
+
+    def __init__(self, fault: Fault, count: int) -> None:
+        super().__init__(fault)
+        self.count = count
+
+
+def _which_specimen(sheet: Sheet, message: str, count: int) -> SeveralSpecimens:
+    advice = f"Say which one: --specimen 1 to --specimen {count} (in an experiment file: specimen = 1), or export one specimen per file"
+    return SeveralSpecimens(Fault(message, sheet.text.path, sheet.header_line, advice=advice), count)
 
 
 # -------------------------------------------------------------------------------------------------------------------- rows
@@ -558,6 +561,12 @@ def _blocks(sheet: Sheet, rows: list[list[str]], start: int, keys: Sequence[int]
                     )
                 continue
         if kind == "header":
+            if apart and not blocks[-1].rows:
+                line = start + apart[0] + 1
+                message = (
+                    f'"{text.lines[line - 1].strip()[:80]}" stands where the rows of the header in line {blocks[-1].line} begin'
+                )
+                raise InputError(Fault(message, text.path, line, 1, advice="Remove the line, or that header"))
             left_out += apart
             blocks.append(_Block(start + i + 1, _label(sheet, start + i), []))
             apart, skip_units = [], sheet.units_line is not None
@@ -667,9 +676,9 @@ def _one_specimen(
         f"{k}: {b.label + ', ' if b.label else ''}header at line {b.line}, {len(b.rows)} rows" for k, b in enumerate(blocks, 1)
     )
     if reading.specimen is None:
-        raise InputError(_which_specimen(sheet, f"the file holds {len(blocks)} specimens ({listed})", len(blocks)))
+        raise _which_specimen(sheet, f"the file holds {len(blocks)} specimens ({listed})", len(blocks))
     if not 1 <= reading.specimen <= len(blocks):
-        raise InputError(_which_specimen(sheet, f"there is no specimen {reading.specimen} ({listed})", len(blocks)))
+        raise _which_specimen(sheet, f"there is no specimen {reading.specimen} ({listed})", len(blocks))
     block = blocks[reading.specimen - 1]
     return block.rows, [f"specimen {reading.specimen} of {len(blocks)}: {block.label or f'header at line {block.line}'}"], 1
 
