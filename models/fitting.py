@@ -13,6 +13,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import partial
 from importlib.metadata import version
 from typing import Any
 
@@ -56,6 +57,14 @@ from models.training import DIELECTRIC_POINTS, ELECTRODE_POINTS, TrainingSet, de
 HIDDEN = ((128, 128, 128), (160, 160, 160))
 HIDDEN_OF_FAMILY = ((64, 64, 64), (64, 64, 64))
 STEPS = 120_000
+
+#: Where most sensors of grippers lie, as h_s/R, h_p/R, a/R and E_p/E, and the widths of that region in logarithms. In the
+#: second half of the training a path there has up to `_USUAL_WEIGHT` times more weight: posteriors of such sensors are narrower
+#: than the error that is good enough for all designs.
+_USUAL = np.array([0.15, 0.22, 2.0, 1.0])
+_USUAL_WIDTH = np.array([0.6, 0.9, 0.5, 0.6])
+_USUAL_WEIGHT = 100.0
+_THIN_PADDING = 0.03  # added to h_p/R before its logarithm
 
 #: Windows in s over which what a fit missed is averaged: their middles.
 _WINDOWS = np.array([0.19, 0.37, 0.55, 0.73, 0.91])
@@ -110,8 +119,9 @@ def fit_surrogate(
     Parameters
     ----------
     base : surrogate of neo-Hookean layers without friction, which that of another family adds to.
-    hidden, steps : of the networks of mechanics and of capacitance; the others are small. Default `HIDDEN`, above a base
+    hidden : layers of the networks of mechanics and of capacitance; the others are small. Default `HIDDEN`, above a base
         `HIDDEN_OF_FAMILY`.
+    steps : of their training, first with equal weight of all paths, then as many again with more weight near usual grippers.
     progress : called with the name of the network, the steps done and their number.
 
     Raises
@@ -165,14 +175,16 @@ def fit_surrogate(
         mechanical = mechanical - np.stack([_curve(below[::_N_ELECTRIC, k], s, 1) for k in range(2)], axis=1)
         log_change = log_change - _curve(below[:, 2], s[rows_of], 0)
     weight = np.broadcast_to(np.array([[1.0], [0.3]]), mechanical.shape)
+    usual = _emphasis(data.groups)
     first, second = rng.spawn(2)
     jobs = (
-        (features, _curves(s, mechanical, weight, 1), fitted, share, hidden[0], steps, first, told("mechanics")),
+        (features, _curves(s, mechanical, weight, 1), fitted, share, usual, hidden[0], steps, first, told("mechanics")),
         (
             electric,
             _curves(s, log_change[:, None], share_of_change[:, None], 0),
             fitted[rows_of],
             share[rows_of],
+            usual[rows_of],
             hidden[1],
             steps,
             second,
@@ -207,7 +219,8 @@ def fit_surrogate(
             "finite elements": f"Q2/P1, accuracy {data.accuracy:g}, K/mu 1e4",
             "training paths": f"{n_run}, {sum(map(bool, data.failures))} of them without equilibrium to their end",
             "training hash (SHA-256)": data.digest,
-            "networks": f"{sizes}, {N_DEPTH_TERMS} terms in depth, {steps} steps of SOAP, seed {seed}",
+            "networks": f"{sizes}, {N_DEPTH_TERMS} terms in depth, {steps} steps of SOAP and as many with more weight near "
+            f"usual grippers, seed {seed}",
             "error of force": f"{_in_words(missed_force)} ({out.size} paths kept out of the fit)",
             "error of capacitance change": f"{_in_words(missed_change)} (likewise)",
             "numpy": version("numpy"),
@@ -220,6 +233,15 @@ def fit_surrogate(
 
 
 _N_ELECTRIC = DIELECTRIC_POINTS.size * ELECTRODE_POINTS.size
+
+
+def _emphasis(groups: FloatArray) -> FloatArray:
+    """Weight of a path (n,) in the second half of the training: one far from `_USUAL`."""
+    plain, middle = groups[:, : _USUAL.size].copy(), _USUAL.copy()
+    plain[:, PADDING] += _THIN_PADDING
+    middle[PADDING] += _THIN_PADDING
+    away = np.log(plain / middle) / _USUAL_WIDTH
+    return np.asarray(1 + _USUAL_WEIGHT * np.exp(-np.sum(away**2, axis=1) / 2))
 
 
 def _electric_curves(data: TrainingSet) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -309,6 +331,7 @@ def _train_curves(
     curves: _Curves,
     fitted: BoolArray,
     share: FloatArray,
+    usual: FloatArray,
     hidden: tuple[int, ...],
     steps: int,
     rng: np.random.Generator,
@@ -316,8 +339,8 @@ def _train_curves(
 ) -> Network:
     """A network to the coefficients (n, n_curve * N_DEPTH_TERMS) of `curves`, each `share` (n,) times what the network says.
 
-    It learns what is left of the mean curve, as coefficients of the turned terms; its last layer is then turned to those of the
-    terms themselves.
+    All curves weigh the same at first, then each `usual` (n,) more. The network learns what is left of the mean curve, as
+    coefficients of the turned terms; its last layer is then turned to those of the terms themselves.
     """
     rows_fitted = np.flatnonzero(fitted)
     n_curve, n_point = curves.values.shape[1:]
@@ -336,16 +359,29 @@ def _train_curves(
     mean = np.linalg.solve(normal + 1e-9 * np.trace(normal, axis1=1, axis2=2)[:, None, None] * np.eye(N_DEPTH_TERMS), right)
     mean = mean[..., 0].astype(np.float32)
 
-    def slope(out: npt.NDArray[Any], points: IntArray) -> npt.NDArray[Any]:
+    more = usual.astype(np.float32)[:, None, None]
+
+    def slope(out: npt.NDArray[Any], points: IntArray, emphasis: npt.NDArray[Any]) -> npt.NDArray[Any]:
         rows = rows_fitted[points]
         terms, values, weight = parts(rows)
         coefficients = scale[rows] * (out.reshape(-1, n_curve, N_DEPTH_TERMS) + mean)
-        missed = weight * weight * (coefficients @ terms - values)
+        missed = emphasis[rows] * weight * weight * (coefficients @ terms - values)
         slopes = scale[rows] * (missed @ np.swapaxes(terms, 1, 2))
         return np.asarray(slopes.reshape(len(rows), -1) * np.float32(2 / len(rows) / n_point))
 
     sizes = (*hidden, n_curve * N_DEPTH_TERMS)
-    network = train_network(features[rows_fitted], slope, sizes, steps=steps, rng=rng, progress=progress)
+    network: Network | None = None
+    for done, emphasis in ((0, np.ones_like(more)), (steps, more)):
+        network = train_network(
+            features[rows_fitted],
+            partial(slope, emphasis=emphasis),
+            sizes,
+            steps=steps,
+            rng=rng,
+            progress=None if progress is None else lambda n, _, done=done: progress(done + n, 2 * steps),
+            start=network,
+        )
+    assert network is not None
     last = network.layers[-1].astype(float)
     last[-1] += mean.ravel()
     last = np.concatenate([part @ curves.turn.T for part in np.split(last, n_curve, axis=1)], axis=1)

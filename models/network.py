@@ -44,6 +44,11 @@ class Network:
     width: FloatArray
     layers: tuple[_Array, ...]
 
+    @property
+    def sizes(self) -> tuple[int, ...]:
+        """Inputs, hidden layers and outputs."""
+        return (len(self.centre), *(layer.shape[1] for layer in self.layers))
+
     def __call__(self, x: _Array) -> _Array:
         """Values (n, n_out) at inputs (n, n_in); complex for complex inputs, and then in double precision."""
         complex_step = np.iscomplexobj(x)
@@ -97,6 +102,7 @@ def train_network(
     rng: np.random.Generator,
     batch: int = 1024,
     progress: Callable[[int, int], None] | None = None,
+    start: Network | None = None,
 ) -> Network:
     """A network of layers of `sizes`, the last its outputs, that makes a loss small over the points x (n, n_in).
 
@@ -104,12 +110,23 @@ def train_network(
     ----------
     slope : of the loss, see `Slope`.
     batch : points a step, drawn without repetition until all have been seen.
+    start : a network of these sizes to go on from, at half the rate; a random one if None.
     progress : called now and then with the steps done and `steps`.
+
+    Raises
+    ------
+    ValueError
+        If `start` is of other sizes.
     """
     centre, width = x.mean(axis=0), x.std(axis=0)
     width = np.where(width > 0, width, 1.0)
-    points = ((x - centre) / width).astype(np.float32)
     layers = _initial((x.shape[1], *sizes), rng)
+    top = _RATE
+    if start is not None:
+        if [layer.shape for layer in start.layers] != [layer.shape for layer in layers]:
+            raise ValueError(f"the network to go on from has layers of {start.sizes}, wanted are {(x.shape[1], *sizes)}")
+        centre, width, layers, top = start.centre, start.width, list(start.layers), _RATE / 2
+    points = ((x - centre) / width).astype(np.float32)
     states = [_nothing_yet((layer.shape[0], layer.shape[1])) for layer in layers]
     batch = min(batch, len(x))
     order, at = rng.permutation(len(x)), 0
@@ -119,7 +136,7 @@ def train_network(
         rows = order[at : at + batch]
         at += batch
         gradients = _gradients(layers, points[rows], slope, rows)
-        rate = _RATE * _schedule(step / steps)
+        rate = top * _schedule(step / steps)
         moves = [state.after(g, step) for state, g in zip(states, gradients, strict=True)]
         layers = [layer - rate * direction for layer, (direction, _) in zip(layers, moves, strict=True)]
         states = [state for _, state in moves]
