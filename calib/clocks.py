@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.instruments import IntArray
-from calib.observations import LATER_CYCLE, Observations, usable_rows
+from calib.observations import BACKWARD, Observations, usable_rows
 from calib.readings import excursion, reading_noise, reversals
 from calib.reduction import find_onset, integrated_time
 from models.sensor import FloatArray
@@ -85,12 +85,8 @@ def record(tester: Observations) -> tuple[FloatArray, FloatArray, FloatArray, In
     assert tester.displacement is not None
     assert tester.force is not None
     finite = np.isfinite(tester.time) & np.isfinite(tester.displacement) & np.isfinite(tester.force)
-    ends = ("empty", "over-range", "time runs")
-    sound = np.array([not r.startswith(ends) and r != LATER_CYCLE for r in tester.reason], dtype=bool)
-    rows = np.flatnonzero(finite & sound)
-    last_used = int(np.flatnonzero(tester.used)[-1])
-    later = [i for i, r in enumerate(tester.reason) if r == LATER_CYCLE and i > last_used]
-    rows = rows[rows < later[0]] if later else rows
+    sound = np.array([not r for r in tester.table.reasons], dtype=bool) & np.array([r != BACKWARD for r in tester.reason])
+    rows = np.flatnonzero(finite & sound & (tester.cycle <= tester.used_cycle))
     time = tester.time[rows]
     ahead = np.concatenate([[True], np.diff(np.maximum.accumulate(time)) > 0])
     rows = rows[ahead]
