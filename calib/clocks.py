@@ -8,6 +8,7 @@ from itertools import pairwise
 from typing import Literal
 
 import numpy as np
+from scipy.signal import savgol_filter
 
 from calib.instruments import IntArray
 from calib.observations import BACKWARD, Observations, usable_rows
@@ -18,8 +19,8 @@ from models.sensor import FloatArray
 Confidence = Literal["clear", "weak", "ambiguous"]
 _Estimate = tuple[float, float]
 
-#: Share of the capacitance change by which it may creep after the crosshead stops (sd, of each of three rates).
-CREEP = 0.007
+#: Share of the capacitance change by which it may creep after the crosshead stops (sd, of each rate), and times [s] of creep.
+CREEP, CREEP_TIMES = 0.007, (0.3, 1.0, 3.0, 10.0, 30.0)
 #: Sd of the loading function's Taylor coefficients around the turning point, in capacitance changes over depths.
 CURVE = 2.0
 #: The same for the difference between unloading and loading: hardly any hysteresis, or as much as there may be.
@@ -30,6 +31,10 @@ WINDOW = 0.5
 ONSET_SHARE = 0.4
 #: Exponents with which force and capacitance may leave their flat parts.
 EXPONENTS = (1.2, 1.35, 1.5, 1.65, 1.8, 1.95, 2.1, 2.3, 2.6)
+#: Where between two readings of the tester or of the meter something happens is known to this share of the interval (sd).
+BETWEEN = 0.02
+#: Share of the depth within which force and capacitance may be said to leave their flat parts together (sd): roughness, adhesion.
+SAME_ONSET = 0.005
 #: An offset found by the turning point whose sd is below this share of the loading's duration (or 10 ms) is clear.
 CLEAR_SHARE = 0.01
 #: Error [s] of an offset that matters to nobody: at 1 mm/s it is 10 micrometres.
@@ -95,11 +100,11 @@ def clock_offset(tester: Observations, lcr: Observations, within: tuple[float, f
     rows = rows[np.concatenate([[True], np.diff(np.maximum.accumulate(lcr.time[rows])) > 0])]
     log = _Log.of(lcr.time[rows], lcr.capacitance[rows])
     pressing = _Pressing.of(tester)
-    low, high = pressing.begin - float(log.time[-1]), pressing.top - float(log.time[0])
+    low, high = float(pressing.time[0] - log.time[-1]), float(pressing.time[-1] - log.time[0])
     if within is not None:
         low, high = max(low, within[0]), min(high, within[1])
     if high <= low:
-        why = "no offset in the range given lets the log overlap the loading branch"
+        why = "no offset in the range given lets the log overlap the tester's record"
         low, high = within or (low, high)
         return _unknown(log, low, high, (), why)
     if log.change < 10 * log.noise or log.change == 0.0:
@@ -190,6 +195,16 @@ class _Pressing:
     def depth(self) -> float:
         return self.peak - self.contact
 
+    @property
+    def interval(self) -> float:
+        return float(np.median(np.diff(self.time)))
+
+    @property
+    def creep_times(self) -> FloatArray:
+        """Times [s] of `CREEP_TIMES` that the record after the top can hold."""
+        after = self.end - self.top
+        return np.array([t for t in CREEP_TIMES if t < after] or [0.35 * after])
+
     @classmethod
     def of(cls, tester: Observations) -> _Pressing:
         time, displacement, _, rows = record(tester, whole=True)
@@ -217,7 +232,26 @@ class _Pressing:
                 time = np.insert(time[keep], at, [top, leave] if leave > top else [top])
                 displacement = np.insert(displacement[keep], at, peak if leave <= top else [peak, peak])
                 back = np.insert(back[keep], at, 0.0 if leave <= top else [0.0, 0.0])
+                time, displacement, back = _quiet(time, displacement, back, [(begin, top), (leave, end)])
         return cls(time, displacement, back, begin, top, leave, end, peak, contact, contact_sd, returns)
+
+
+def _quiet(
+    time: FloatArray, x: FloatArray, back: FloatArray, stretches: Sequence[tuple[float, float]]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The record with the noise of its displacement averaged out over a twentieth of each stretch, stamps alike.
+
+    The capacitance follows the crosshead, not the noise of its reading, which would make the fit rough in the offset.
+    """
+    time, x = time.copy(), x.copy()
+    for start, stop in stretches:
+        rows = np.flatnonzero((time > start) & (time < stop))
+        window = 2 * (rows.size // 40) + 1
+        if window >= 5:
+            time[rows] = savgol_filter(time[rows], window, 2)
+            x[rows] = savgol_filter(x[rows], window, 2)
+    ahead = np.concatenate([[True], np.diff(np.maximum.accumulate(time)) > 0])
+    return time[ahead], x[ahead], back[ahead]
 
 
 def _corners(
@@ -229,8 +263,8 @@ def _corners(
     None if there are too few readings for lines.
     """
     noise = reading_noise(x)
-    level = float(np.median(x[(time >= top) & (time <= leave)]))
-    level = max(level, float(np.max(x[(time >= top - 1e-9) & (time <= leave + 1e-9)])) - 3 * noise)
+    between = x[(time >= top) & (time <= leave)]
+    level = float(np.median(between)) if between.size >= 10 else float(np.max(between))
     clear = level - 3 * noise - 0.002 * depth
     lines = []
     for side in (np.flatnonzero((time <= top) & (x < clear))[::-1], np.flatnonzero((time >= leave) & (x < clear))):
@@ -272,52 +306,57 @@ class _Area:
 def _survey(log: _Log, pressing: _Pressing, low: float, high: float) -> list[_Area]:
     """Areas of offsets at which the whole log fits about as well as at the best, the best first.
 
-    Beyond the tester's record the crosshead is taken to stand where it was last: a log that moves there does not fit.
+    Two misfits count: that of the readings within the tester's record, as a function of its displacement, and that of those
+    outside, where nothing is known to have moved, as a constant. Cycles that the record does not hold are the same misfit at
+    each offset of a whole period, so that these remain alternatives.
     """
     shortest = min(pressing.duration, max(pressing.end - pressing.leave, 1e-9))
     groups = np.array_split(np.arange(log.time.size), min(log.time.size, 700))
     t, c = (np.array([v[g].mean() for g in groups]) for v in (log.time, log.capacitance))
-    size = np.array([g.size for g in groups], dtype=float)
-    root = np.sqrt(size)
-    y = (c - np.average(c, weights=size)) / log.change
+    root = np.sqrt(np.array([g.size for g in groups], dtype=float))
+    y = (c - np.average(c, weights=root**2)) / log.change
     step = max(shortest / 60, (high - low) / 1500)
     grid = low + np.arange(0.0, high - low + step, step)
-    flat = float(np.sum((root * y) ** 2))
 
-    def misfit(offset: float, *, rising: bool) -> float:
-        x = np.interp(t + offset, pressing.time, pressing.displacement)
-        back = np.interp(t + offset, pressing.time, pressing.back)
+    def misfit(offset: float, *, rising: bool) -> tuple[float, float]:
+        at = t + offset
+        inside = (at >= pressing.time[0]) & (at <= pressing.time[-1])
+        rest = float(np.quantile(y, 0.05 if rising else 0.95))
+        outside = float(np.sum((root * (y - rest))[~inside] ** 2))
+        target = (root * y)[inside]
+        x = np.interp(at[inside], pressing.time, pressing.displacement)
+        back = np.interp(at[inside], pressing.time, pressing.back)
         v = np.clip((x - pressing.contact) / pressing.depth, 0.0, 1.1)
         bulge = back * v * (1 - v)
-        basis = np.stack([np.ones_like(v), v, v**2, v**3, bulge, bulge * v], axis=1) * root[:, None]
-        normal = basis.T @ basis + 1e-6 * t.size * np.eye(6)
-        a = np.linalg.solve(normal, basis.T @ (root * y))
+        basis = np.stack([np.ones_like(v), v, v**2, v**3, bulge, bulge * v], axis=1) * root[inside, None]
+        a = np.linalg.solve(basis.T @ basis + 1e-6 * t.size * np.eye(6), basis.T @ target)
+        residual = target - basis @ a
         if (a[1] + a[2] + a[3] < 0) == rising:
-            return flat
-        residual = root * y - basis @ a
-        return float(residual @ residual)
+            residual = (root * (y - rest))[inside]
+        return float(residual @ residual), outside
 
     rising = True
     sums = np.array([misfit(g, rising=True) for g in grid])
-    if np.min(sums) > 0.5 * flat:
+    if np.min(np.sum(sums, axis=1)) > 0.5 * np.max(np.sum(sums, axis=1)):
         other = np.array([misfit(g, rising=False) for g in grid])
-        if np.min(other) < 0.5 * np.min(sums):
+        if np.min(np.sum(other, axis=1)) < 0.5 * np.min(np.sum(sums, axis=1)):
             rising, sums = False, other
     # The grid may step over a sharp minimum: look closer at the lowest of them.
-    lows = [i for i in range(grid.size) if sums[i] == np.min(sums[max(i - 1, 0) : i + 2])]
-    lows = sorted(lows, key=lambda i: sums[i])[:25]
-    fine = np.concatenate([grid[i] + step * np.linspace(-1, 1, 21) for i in lows])
-    fine = np.unique(np.concatenate([grid, fine[(fine >= low) & (fine <= high)]]))
+    total = np.sum(sums, axis=1)
+    lows = [i for i in range(grid.size) if total[i] == np.min(total[max(i - 1, 0) : i + 2])]
+    lows = sorted(lows, key=lambda i: total[i])[:25]
+    near = np.concatenate([grid[i] + step * np.linspace(-1, 1, 21) for i in lows])
+    fine = np.unique(np.concatenate([grid, near[(near >= low) & (near <= high)]]))
     sums = np.array([misfit(g, rising=rising) for g in fine])
-    least = float(np.min(sums))
-    noise = (log.noise / log.change) ** 2
-    limit = max(MISFIT_RATIO * least, least + 30 * noise)
+    total = np.sum(sums, axis=1)
+    within, outside = sums[int(np.argmin(total))]
+    slack = MISFIT_RATIO * float(within) + 30 * (log.noise / log.change) ** 2
+    fits = (sums[:, 0] <= slack) & (sums[:, 1] <= 1.2 * outside + slack)
     areas = []
-    inside = sums <= limit
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], inside, [False]]).astype(np.int8)))
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], fits, [False]]).astype(np.int8)))
     for b, e in zip(edges[::2], edges[1::2], strict=True):
-        k = b + int(np.argmin(sums[b:e]))
-        areas.append((float(sums[k]), _Area(float(fine[k]), float(fine[b]), float(fine[e - 1]))))
+        k = b + int(np.argmin(total[b:e]))
+        areas.append((float(total[k]), _Area(float(fine[k]), float(fine[b]), float(fine[e - 1]))))
     areas.sort(key=lambda a: a[0])
     best = areas[0][1]
     # Two dips on one slope are one area: alternatives are those that lie further off than the survey resolves.
@@ -338,7 +377,7 @@ def _log_evidence(y: FloatArray, basis: FloatArray, prior: FloatArray, noise: fl
 
 
 def _turning_basis(t: FloatArray, pressing: _Pressing, degree: int) -> tuple[FloatArray, FloatArray]:
-    """Columns of the capacitance around the turning point at the tester's times t, and which of them are hysteresis.
+    """Columns of the capacitance around the turning point at the tester's times t; of each: level 0, curve 1, hysteresis 2, creep 3.
 
     C = C_top + sum a_k u^k + sum h_k u^k (on the way back) + sum c_j (1 - exp(-(t - top) / tau_j)), u = (peak - x) / depth.
     """
@@ -347,9 +386,8 @@ def _turning_basis(t: FloatArray, pressing: _Pressing, degree: int) -> tuple[Flo
     powers = u[:, None] ** np.arange(1, degree + 1)
     back = np.where(t > (pressing.top + pressing.leave) / 2, 1.0, 0.0)[:, None]
     since = np.maximum(t - pressing.top, 0.0)[:, None]
-    times = max(pressing.leave - pressing.top, 0.1 * pressing.duration) * np.array([0.1, 0.35, 1.2])
-    basis = np.hstack([np.ones((t.size, 1)), powers, back * powers, 1 - np.exp(-since / times)])
-    kind = np.array([0] + [1] * degree + [2] * degree + [3] * 3)
+    basis = np.hstack([np.ones((t.size, 1)), powers, back * powers, 1 - np.exp(-since / pressing.creep_times)])
+    kind = np.array([0] + [1] * degree + [2] * degree + [3] * pressing.creep_times.size)
     return basis, kind
 
 
@@ -363,7 +401,6 @@ def _turning_point(log: _Log, pressing: _Pressing, area: _Area) -> tuple[float, 
     least = 12 * log.interval
     begin = max(min(float(time[below[-1] if below.size else 0]), pressing.top - least), float(time[0]), pressing.begin)
     stop = min(max(float(time[after[0]]) if after.size else pressing.end, pressing.leave + least), pressing.end)
-    order = np.arange(1, degree + 1)
     best, half = area.value, max(2 * log.interval, 0.5 * area.width, 0.01 * pressing.duration)
     noise = log.noise
     for _ in range(16):
@@ -381,7 +418,7 @@ def _turning_point(log: _Log, pressing: _Pressing, area: _Area) -> tuple[float, 
                 parts = [_turning_basis(t + g + s, pressing, degree) for s in shifts]
                 basis, kind = np.mean([p[0] for p in parts], axis=0), parts[0][1]
                 for k, hysteresis in enumerate(HYSTERESIS):
-                    prior = np.concatenate([[1.0], np.full(degree, CURVE), hysteresis * np.ones(degree), np.full(3, CREEP)])
+                    prior = np.array([1.0, CURVE, hysteresis, CREEP])[kind]
                     scores[2 * j + k, i] = _log_evidence(y, basis, prior, noise / log.change)
         weight = np.exp(scores - np.max(scores))
         density = np.sum(weight, axis=0)
@@ -399,14 +436,15 @@ def _turning_point(log: _Log, pressing: _Pressing, area: _Area) -> tuple[float, 
             best, half = mean, 2 * half
             continue
         # The residuals say whether the readings' errors are larger than their noise, or hang together.
-        basis, _ = _turning_basis(t + mean, pressing, degree)
-        prior = np.concatenate([[1.0], np.full(degree, CURVE), np.full(degree, HYSTERESIS[-1]), np.full(3, CREEP)])
+        basis, kind = _turning_basis(t + mean, pressing, degree)
+        prior = np.array([1.0, CURVE, HYSTERESIS[-1], CREEP])[kind]
         fitted = _fitted(y, basis, prior, noise / log.change)
         residual = y - fitted
         actual = float(np.sqrt(np.mean(residual**2) * integrated_time(residual, 8))) * log.change
         if actual > 1.15 * noise:
             noise, best = actual, mean
             continue
+        sd = float(np.linalg.norm([sd, BETWEEN * log.interval, BETWEEN * pressing.interval]))
         return (mean, sd) if sd < 0.2 * pressing.duration else None
     return None
 
@@ -512,7 +550,8 @@ def _onset_offset(log: _Log, pressing: _Pressing, centre: float, reach: float) -
         return None
     # The tester's own onset is not known exactly: its error in time is the error in displacement over the speed there.
     speed = _speed_at_contact(pressing)
-    return found[0], float(np.hypot(found[1], pressing.contact_sd / speed))
+    sd = float(np.linalg.norm([found[1], pressing.contact_sd / speed, SAME_ONSET * pressing.depth / speed]))
+    return (found[0], sd) if sd < 0.08 * pressing.duration else None
 
 
 def _speed_at_contact(pressing: _Pressing) -> float:
@@ -577,8 +616,14 @@ def _combined(
 ) -> ClockOffset:
     stamps = f"stamps at the beginning or end of a reading move the clock itself by up to {log.systematic:.3f} s, not the tie"
     if turning is None and onset is None:
+        both = [np.sum(log.time + area.value < pressing.top), np.sum(log.time + area.value > pressing.leave)]
+        if area.width < 0.2 * pressing.duration and min(both) >= 3:
+            sd = max(area.width / 2, log.interval / 4)
+            said = f"clock offset from a fit of the whole log only, too few readings at the turning point: {area.value:.3f} s, sd {sd:.3f} s"
+            return ClockOffset(area.value, sd, log.systematic, "weak", None, None, (), (said, stamps))
         why = "no turning point within the log and no clear onset of the capacitance"
-        return _unknown(log, area.low, area.high, (), why)
+        widen = max(0.0, 0.3 * pressing.duration - area.width) / 2
+        return _unknown(log, area.low - widen, area.high + widen, (), why)
     if turning is None:
         assert onset is not None
         said = f"clock offset from the onset only, the log does not show the turning point: {onset[0]:.3f} s, sd {onset[1]:.3f} s"
