@@ -33,7 +33,7 @@ ONSET_SHARE = 0.4
 EXPONENTS = (1.2, 1.35, 1.5, 1.65, 1.8, 1.95, 2.1, 2.3, 2.6)
 #: Where between two readings of the tester or of the meter something happens is known to this share of the interval (sd).
 BETWEEN = 0.02
-#: Share of the depth within which force and capacitance may be said to leave their flat parts together (sd): roughness, adhesion.
+#: Share of the depth within which force and capacitance leave their flat parts together (sd): roughness, adhesion.
 SAME_ONSET = 0.005
 #: An offset found by the turning point whose sd is below this share of the loading's duration (or 10 ms) is clear.
 CLEAR_SHARE = 0.01
@@ -109,7 +109,8 @@ def clock_offset(tester: Observations, lcr: Observations, within: tuple[float, f
         return _unknown(log, low, high, (), why)
     if log.change < 10 * log.noise or log.change == 0.0:
         why = f"the capacitance changes by {log.change * 1e15:.3g} fF, its noise is {log.noise * 1e15:.3g} fF"
-        return _unknown(log, low, high, (), why)
+        together = float(np.clip(pressing.time[0] - log.time[0], low, high))
+        return _unknown(log, low, high, (), why, together)
     if not pressing.returns:
         return _from_loading_only(log, pressing, low, high)
     areas = _survey(log, pressing, low, high)
@@ -377,7 +378,7 @@ def _log_evidence(y: FloatArray, basis: FloatArray, prior: FloatArray, noise: fl
 
 
 def _turning_basis(t: FloatArray, pressing: _Pressing, degree: int) -> tuple[FloatArray, FloatArray]:
-    """Columns of the capacitance around the turning point at the tester's times t; of each: level 0, curve 1, hysteresis 2, creep 3.
+    """Columns of the capacitance around the turning point at times t, and of each: level 0, curve 1, hysteresis 2, creep 3.
 
     C = C_top + sum a_k u^k + sum h_k u^k (on the way back) + sum c_j (1 - exp(-(t - top) / tau_j)), u = (peak - x) / depth.
     """
@@ -474,7 +475,9 @@ def _leaving(depth: Callable[[float], FloatArray], y: FloatArray, noise: float, 
             w = np.maximum(depth(float(g)), 0.0)
             for j, p in enumerate(EXPONENTS):
                 power = w**p
-                scores[j, i] = _log_evidence(y, np.stack([np.ones_like(w), power, power * w, power * w**2], axis=1), prior, noise)
+                scores[j, i] = _log_evidence(
+                    y, np.stack([np.ones_like(w), power, power * w, power * w**2], axis=1), prior, noise
+                )
         density = np.sum(np.exp(scores - np.max(scores)), axis=0)
         density /= np.sum(density)
         mean = float(density @ grid)
@@ -566,9 +569,12 @@ def _speed_at_contact(pressing: _Pressing) -> float:
 # --- what is concluded ---------------------------------------------------------------------------------------------------
 
 
-def _unknown(log: _Log, low: float, high: float, alternatives: Sequence[float], why: str) -> ClockOffset:
-    """No offset can be told between `low` and `high`: the middle, with the sd of a uniform distribution, and why."""
-    value, sd = (low + high) / 2, max((high - low) / np.sqrt(12.0), log.interval)
+def _unknown(
+    log: _Log, low: float, high: float, alternatives: Sequence[float], why: str, value: float | None = None
+) -> ClockOffset:
+    """No offset can be told between `low` and `high`: the middle or `value`, as wide as a uniform distribution, and why."""
+    value = (low + high) / 2 if value is None else value
+    sd = max((high - low) / np.sqrt(12.0), abs(value - (low + high) / 2), log.interval)
     said = f"the clock offset is ambiguous: {why}; anything from {low:.3g} to {high:.3g} s is possible"
     return ClockOffset(value, float(sd), log.systematic, "ambiguous", None, None, tuple(alternatives), (said,))
 
@@ -579,29 +585,36 @@ def _several(log: _Log, pressing: _Pressing, areas: Sequence[_Area]) -> ClockOff
     turning = _turning_point(log, pressing, areas[0])
     best = turning[0] if turning else values[0]
     steps = np.diff(np.sort(values))
-    equal = len(values) > 1 and float(np.ptp(steps)) < 0.05 * float(np.mean(steps))
-    what = f"whole periods of {np.mean(steps):.3g} s (several equal cycles)" if equal else "separate offsets"
+    periods = [*np.diff(_crests(pressing.displacement, pressing.time)), *np.diff(_crests(log.capacitance, log.time))]
+    equal = any(np.all(np.abs(steps / p - np.rint(steps / p)) < 0.05) for p in periods if p > 0)
+    what = f"whole periods of {np.min(steps):.3g} s (several equal cycles)" if equal else "separate offsets"
     listed = ", ".join(f"{v:.2f}" for v in sorted(values)[:8])
     said = f"the clock offset is ambiguous by {what}: {listed} s fit the capacitance about equally well"
-    sd = float(max(np.std(values), turning[1] if turning else 0.0))
+    sd = max(float(np.std(np.array(values))), turning[1] if turning else 0.0)
     return ClockOffset(best, sd, log.systematic, "ambiguous", turning, None, tuple(values[1:]), (said,))
+
+
+def _crests(values: FloatArray, time: FloatArray) -> list[float]:
+    """Times [s] at which the values turn after rising by half of their largest excursion, that at the end of a rise included."""
+    rise = excursion(values)
+    rise = rise * np.sign(rise[np.argmax(np.abs(rise))])
+    top = float(np.max(rise))
+    turns = reversals(rise, max(0.1 * top, 6 * reading_noise(values)))
+    return [float(time[b]) for a, b in pairwise(turns) if rise[b] - rise[a] > 0.5 * top]
 
 
 def _from_loading_only(log: _Log, pressing: _Pressing, low: float, high: float) -> ClockOffset:
     """The tester's record ends at the top: the first rise of the capacitance is its loading, of which the onset tells."""
-    rise = excursion(log.capacitance)
-    rise = rise * np.sign(rise[np.argmax(np.abs(rise))])
-    turns = reversals(rise, max(0.1 * float(np.max(rise)), 6 * log.noise))
-    crests = [b for a, b in pairwise(turns) if rise[b] - rise[a] > 0.5 * np.max(rise)]
+    crests = _crests(log.capacitance, log.time)
     if len(crests) > 1:
-        values = [pressing.top - float(log.time[b]) for b in crests]
+        values = [pressing.top - crest for crest in crests]
         values = [v for v in values if low <= v <= high]
         if len(values) > 1:
             return _several(log, pressing, [_Area(v, v, v) for v in values])
-    crest = crests[0] if crests else log.time.size - 1
-    kept = log.time <= log.time[crest]
+    crest = crests[0] if crests else float(log.time[-1])
+    kept = log.time <= crest
     shorter = _Log(log.time[kept], log.capacitance[kept], log.noise, log.change, log.interval, log.systematic)
-    middle = pressing.top - float(log.time[crest])
+    middle = pressing.top - crest
     onset = _onset_offset(shorter, pressing, middle, 0.5 * pressing.duration)
     if onset is None:
         # The top of the log lies within the loading branch, no more is known.
@@ -611,22 +624,25 @@ def _from_loading_only(log: _Log, pressing: _Pressing, low: float, high: float) 
     return ClockOffset(onset[0], onset[1], log.systematic, "weak", None, onset, (), (said,))
 
 
-def _combined(
-    log: _Log, pressing: _Pressing, area: _Area, turning: _Estimate | None, onset: _Estimate | None
-) -> ClockOffset:
+def _combined(log: _Log, pressing: _Pressing, area: _Area, turning: _Estimate | None, onset: _Estimate | None) -> ClockOffset:
     stamps = f"stamps at the beginning or end of a reading move the clock itself by up to {log.systematic:.3f} s, not the tie"
     if turning is None and onset is None:
         both = [np.sum(log.time + area.value < pressing.top), np.sum(log.time + area.value > pressing.leave)]
         if area.width < 0.2 * pressing.duration and min(both) >= 3:
             sd = max(area.width / 2, log.interval / 4)
-            said = f"clock offset from a fit of the whole log only, too few readings at the turning point: {area.value:.3f} s, sd {sd:.3f} s"
+            said = (
+                f"clock offset from a fit of the whole log only, too few readings at the turning point: {area.value:.3f} s, "
+                f"sd {sd:.3f} s"
+            )
             return ClockOffset(area.value, sd, log.systematic, "weak", None, None, (), (said, stamps))
         why = "no turning point within the log and no clear onset of the capacitance"
         widen = max(0.0, 0.3 * pressing.duration - area.width) / 2
         return _unknown(log, area.low - widen, area.high + widen, (), why)
     if turning is None:
         assert onset is not None
-        said = f"clock offset from the onset only, the log does not show the turning point: {onset[0]:.3f} s, sd {onset[1]:.3f} s"
+        said = (
+            f"clock offset from the onset only, the log does not show the turning point: {onset[0]:.3f} s, sd {onset[1]:.3f} s"
+        )
         return ClockOffset(onset[0], onset[1], log.systematic, "weak", None, onset, (), (said, stamps))
     value, sd = turning
     evidence = [f"clock offset from the turning point: {value:.3f} s, sd {sd:.4f} s", stamps]

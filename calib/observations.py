@@ -31,7 +31,7 @@ class Observations:
     table : what was read.
     time, displacement, force, capacitance : [s], [m], [N], [F]; nan where the cell was empty or over-range.
     branch : per row "loading", "unloading", "hold", or "" where neither displacement nor force tells.
-    cycle : per row the loading branch that it belongs to or follows, counted from 1; 0 before the first and where nothing tells.
+    cycle : per row the loading branch it belongs to or follows, counted from 1; 0 before the first and where nothing tells.
     n_cycle : loading branches in the file; 0 where nothing tells.
     used_cycle : the cycle whose loading branch is used; 0 if none is told apart.
     used : rows that take part in the calibration: the loading branch of the used cycle, from its start before contact.
