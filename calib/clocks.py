@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -415,7 +416,7 @@ def _turning_point(log: _Log, pressing: _Pressing, area: _Area) -> tuple[float, 
         scores = np.empty((4, fine.size))
         for i, g in enumerate(fine):
             for j, width in enumerate((0.0, log.interval)):
-                shifts = width * np.array([-0.375, -0.125, 0.125, 0.375]) if width else np.zeros(1)
+                shifts = width / math.sqrt(12.0) * np.array([-1.0, 1.0]) if width else np.zeros(1)
                 parts = [_turning_basis(t + g + s, pressing, degree) for s in shifts]
                 basis, kind = np.mean([p[0] for p in parts], axis=0), parts[0][1]
                 for k, hysteresis in enumerate(HYSTERESIS):
@@ -595,7 +596,7 @@ def _several(log: _Log, pressing: _Pressing, areas: Sequence[_Area]) -> ClockOff
 
 
 def _crests(values: FloatArray, time: FloatArray) -> list[float]:
-    """Times [s] at which the values turn after rising by half of their largest excursion, that at the end of a rise included."""
+    """Times [s] at which the values turn, or end, after rising by half of their largest excursion."""
     rise = excursion(values)
     rise = rise * np.sign(rise[np.argmax(np.abs(rise))])
     top = float(np.max(rise))

@@ -173,7 +173,7 @@ def _smooth_and_time(
         widest = widest or 10 * spread
         power = max(float(np.mean(np.clip(residual, -widest, widest) ** 2)), floor**2)
         if chosen is not None:
-            independent = x.size / tau
+            independent = x.size / math.sqrt(tau * chosen[2])
             gain = independent * math.log(power / chosen[4]) - (chosen[3] - freedom) * math.log(max(independent, 2.0))
             if gain > 0:
                 break
