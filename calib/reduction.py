@@ -196,7 +196,7 @@ def reduce_channel(x: FloatArray, y: FloatArray, n_points: int, onset: float, *,
 
     Parameters
     ----------
-    n_points : bins; no more than there are independent readings, but twelve at least, so that points do not hang together.
+    n_points : bins. Those that hold less than one independent reading hang together, which n_effective, 1 at least, leaves out.
     onset : on x, where the channel leaves its flat part.
     repeats : whether to look for readings that are written several times and to leave out all but the first row of each.
     """
@@ -222,7 +222,7 @@ def reduce_channel(x: FloatArray, y: FloatArray, n_points: int, onset: float, *,
     smooth, noise, tau = _smooth_and_time(x, y, onset, floor)
     fitted = smooth(x)
     outliers = int(np.sum(np.abs(y - fitted) > 6 * noise))
-    edges = _edges(float(np.min(x)), float(np.max(x)), onset, min(n_points, max(12, int(n / tau))))
+    edges = _edges(float(np.min(x)), float(np.max(x)), onset, n_points)
     which = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, edges.size - 2)
     count = np.bincount(which, minlength=edges.size - 1)
     full = count > 0

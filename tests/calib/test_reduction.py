@@ -93,12 +93,6 @@ def test_a_meter_slower_than_its_logger_is_seen_and_a_coarse_or_flat_channel_is_
     assert reduced("repeated 5", 0).estimate.repeat == pytest.approx(5)
 
 
-def test_slow_noise_leaves_fewer_points() -> None:
-    r = reduced("averaged 150", 3)
-    assert r.value.size < 40
-    assert r.estimate.correlation > 75
-
-
 def test_an_outlier_is_counted_and_moves_no_estimate() -> None:
     x, y = readings("white", np.random.default_rng(4))
     spoilt = y.copy()
