@@ -24,8 +24,9 @@ _Estimate = tuple[float, float]
 CREEP, CREEP_TIMES = 0.007, (0.3, 1.0, 3.0, 10.0, 30.0)
 #: Sd of the loading function's Taylor coefficients around the turning point, in capacitance changes over depths.
 CURVE = 2.0
-#: The same for the difference between unloading and loading: hardly any hysteresis, or as much as there may be.
-HYSTERESIS = (0.03, 0.5)
+#: The same for the difference between unloading and loading, and the share of the change by which capacitance may step where
+#: the crosshead leaves: hardly any hysteresis, as much as there may be, and that with friction that turns round.
+RETURN = ((0.03, 1e-6), (0.5, 1e-6), (0.5, 0.01))
 #: Share of the depth on either side of the turning point in which the capacitance is taken as such a function.
 WINDOW = 0.5
 #: Share of the whole rise up to which a channel is looked at for its onset.
@@ -379,17 +380,19 @@ def _log_evidence(y: FloatArray, basis: FloatArray, prior: FloatArray, noise: fl
 
 
 def _turning_basis(t: FloatArray, pressing: _Pressing, degree: int) -> tuple[FloatArray, FloatArray]:
-    """Columns of the capacitance around the turning point at times t, and of each: level 0, curve 1, hysteresis 2, creep 3.
+    """Columns of the capacitance around the turning point; of each: level 0, curve 1, hysteresis 2, creep 3, step 4.
 
-    C = C_top + sum a_k u^k + sum h_k u^k (on the way back) + sum c_j (1 - exp(-(t - top) / tau_j)), u = (peak - x) / depth.
+    C = C_top + sum a_k u^k + sum h_k u^k (on the way back) + sum c_j (1 - exp(-(t - top) / tau_j)) + a step
+    where the crosshead leaves (friction turns round), u = (peak - x) / depth.
     """
     x = np.interp(t, pressing.time, pressing.displacement)
     u = np.clip((pressing.peak - np.maximum(x, pressing.contact)) / pressing.depth, 0.0, 1.0)
     powers = u[:, None] ** np.arange(1, degree + 1)
     back = np.where(t > (pressing.top + pressing.leave) / 2, 1.0, 0.0)[:, None]
     since = np.maximum(t - pressing.top, 0.0)[:, None]
-    basis = np.hstack([np.ones((t.size, 1)), powers, back * powers, 1 - np.exp(-since / pressing.creep_times)])
-    kind = np.array([0] + [1] * degree + [2] * degree + [3] * pressing.creep_times.size)
+    left = np.where(t > pressing.leave, 1.0, 0.0)[:, None]
+    basis = np.hstack([np.ones((t.size, 1)), powers, back * powers, 1 - np.exp(-since / pressing.creep_times), left])
+    kind = np.array([0] + [1] * degree + [2] * degree + [3] * pressing.creep_times.size + [4])
     return basis, kind
 
 
@@ -413,15 +416,15 @@ def _turning_point(log: _Log, pressing: _Pressing, area: _Area) -> tuple[float, 
             return None
         y = (c - c[np.argmax(c)]) / log.change
         fine = best + half * np.linspace(-1, 1, 25)
-        scores = np.empty((4, fine.size))
+        scores = np.empty((2 * len(RETURN), fine.size))
         for i, g in enumerate(fine):
             for j, width in enumerate((0.0, log.interval)):
                 shifts = width / math.sqrt(12.0) * np.array([-1.0, 1.0]) if width else np.zeros(1)
                 parts = [_turning_basis(t + g + s, pressing, degree) for s in shifts]
                 basis, kind = np.mean([p[0] for p in parts], axis=0), parts[0][1]
-                for k, hysteresis in enumerate(HYSTERESIS):
-                    prior = np.array([1.0, CURVE, hysteresis, CREEP])[kind]
-                    scores[2 * j + k, i] = _log_evidence(y, basis, prior, noise / log.change)
+                for k, (hysteresis, jump) in enumerate(RETURN):
+                    prior = np.array([1.0, CURVE, hysteresis, CREEP, jump])[kind]
+                    scores[len(RETURN) * j + k, i] = _log_evidence(y, basis, prior, noise / log.change)
         weight = np.exp(scores - np.max(scores))
         density = np.sum(weight, axis=0)
         mean = float(np.sum(density * fine) / np.sum(density))
@@ -439,7 +442,7 @@ def _turning_point(log: _Log, pressing: _Pressing, area: _Area) -> tuple[float, 
             continue
         # The residuals say whether the readings' errors are larger than their noise, or hang together.
         basis, kind = _turning_basis(t + mean, pressing, degree)
-        prior = np.array([1.0, CURVE, HYSTERESIS[-1], CREEP])[kind]
+        prior = np.array([1.0, CURVE, RETURN[-1][0], CREEP, RETURN[-1][1]])[kind]
         fitted = _fitted(y, basis, prior, noise / log.change)
         residual = y - fitted
         actual = float(np.sqrt(np.mean(residual**2) * integrated_time(residual, 8))) * log.change
