@@ -18,8 +18,8 @@ from models.sensor import BoolArray, FloatArray
 
 UNLOADING = "unloading branch (hysteresis is not modelled)"
 HOLD = "hold (crosshead standing still)"
-LATER_CYCLE = "loading branch of a later cycle (only the first is used)"
 BEFORE = "before the first loading branch"
+BACKWARD = "time runs backwards"
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +31,10 @@ class Observations:
     table : what was read.
     time, displacement, force, capacitance : [s], [m], [N], [F]; nan where the cell was empty or over-range.
     branch : per row "loading", "unloading", "hold", or "" where neither displacement nor force tells.
-    used : rows that take part in the calibration: the loading branch of the first cycle, from its start before contact.
+    cycle : per row the loading branch it belongs to or follows, counted from 1; 0 before the first and where nothing tells.
+    n_cycle : loading branches in the file; 0 where nothing tells.
+    used_cycle : the cycle whose loading branch is used; 0 if none is told apart.
+    used : rows that take part in the calibration: the loading branch of the used cycle, from its start before contact.
     reason : per row why it is not used, "" if it is.
     sign_note : which signs were turned, and on what evidence.
     """
@@ -42,24 +45,32 @@ class Observations:
     force: FloatArray | None
     capacitance: FloatArray | None
     branch: tuple[str, ...]
+    cycle: IntArray
+    n_cycle: int
+    used_cycle: int
     used: BoolArray
     reason: tuple[str, ...]
     sign_note: str
 
 
-def observe(table: LabTable) -> Observations:
+def observe(table: LabTable, cycle: int | None = None) -> Observations:
     """Turn signs so that compression is positive, label the branches, and say which rows are used and why others are not.
 
     The sign of force is that of its largest excursion from the starting value, the sign of displacement that of its
     excursion where the force is largest (its own largest excursion in a file without force): a ball that is withdrawn
     further than it was pressed does not mislead. Nothing is re-zeroed: load zero and contact point are parameters.
     Branches come from the displacement, or from the force in a file without displacement; a reversal counts from 2 % of
-    the range and six times the noise on.
+    the range and six times the noise on. A cycle begins with a loading branch that reaches half of the largest excursion:
+    a touch before the pressing is none, and a smaller loading later belongs to the cycle that it follows.
+
+    Parameters
+    ----------
+    cycle : the loading branch to use, counted from 1; None for the first. The rows of other cycles say which they are of.
 
     Raises
     ------
     InputError
-        If time runs backwards in more than one row of a hundred.
+        If time runs backwards in more than one row of a hundred; if the file does not have the cycle that is asked for.
     """
     good = np.array([not r for r in table.reasons], dtype=bool)
     raw = {name: table.columns.get(name) for name in ("time", "displacement", "force", "capacitance")}
@@ -73,23 +84,21 @@ def observe(table: LabTable) -> Observations:
     driver = displacement if displacement is not None else force
     n = len(reasons)
     branch = np.full(n, "", dtype=object)
+    cycles, n_cycle, used_cycle = np.zeros(n, dtype=np.int64), 0, 0
     if driver is not None:
         rows = np.flatnonzero(good & np.isfinite(driver))
         if rows.size >= 2:
             clock = None if time is None else time[rows]
-            labels, cycle, first = _branches(driver[rows], clock, standstill=displacement is not None)
+            labels, cycles[rows], repeats = _branches(driver[rows], clock, standstill=displacement is not None)
+            n_cycle = int(np.max(cycles))
+            used_cycle = min(cycle or 1, n_cycle)
             branch[rows] = labels
-            for row, label, c in zip(rows.tolist(), labels.tolist(), cycle.tolist(), strict=True):
-                if label == "hold":
-                    reasons[row] = HOLD
-                elif c < first:
-                    reasons[row] = BEFORE
-                elif label == "unloading":
-                    reasons[row] = UNLOADING
-                elif c > first:
-                    reasons[row] = LATER_CYCLE
+            for row, label, repeat in zip(rows.tolist(), labels.tolist(), repeats.tolist(), strict=True):
+                reasons[row] = _why_not(label, int(cycles[row]), used_cycle, repeat=repeat)
         for row in np.flatnonzero(good & ~np.isfinite(driver)).tolist():
             reasons[row] = reasons[row] or "no displacement reading"
+    if cycle is not None and not 1 <= cycle <= n_cycle:
+        raise InputError(_no_such_cycle(table, cycle, n_cycle, told=driver is not None))
     readings = [v for v in (force, raw["capacitance"]) if v is not None]
     if readings:
         nothing = np.all([~np.isfinite(v) for v in readings], axis=0)
@@ -103,6 +112,9 @@ def observe(table: LabTable) -> Observations:
         force=force,
         capacitance=raw["capacitance"],
         branch=tuple(branch.tolist()),
+        cycle=cycles,
+        n_cycle=n_cycle,
+        used_cycle=used_cycle,
         used=used,
         reason=tuple(reasons),
         sign_note=sign_note,
@@ -111,11 +123,11 @@ def observe(table: LabTable) -> Observations:
 
 def observations_frame(obs: Observations) -> pd.DataFrame:
     """The observations as a table for people: columns time_s, displacement_m, force_N, capacitance_F (those the file has),
-    branch, used, reason.
+    branch, cycle, used, reason.
     """
     named = {"time_s": obs.time, "displacement_m": obs.displacement, "force_N": obs.force, "capacitance_F": obs.capacitance}
     frame = pd.DataFrame({name: values for name, values in named.items() if values is not None})
-    return frame.assign(branch=list(obs.branch), used=obs.used, reason=list(obs.reason))
+    return frame.assign(branch=list(obs.branch), cycle=obs.cycle, used=obs.used, reason=list(obs.reason))
 
 
 def usable_rows(obs: Observations, abscissa: FloatArray, values: FloatArray, what: str) -> IntArray:
@@ -128,8 +140,7 @@ def usable_rows(obs: Observations, abscissa: FloatArray, values: FloatArray, wha
     """
     rows = np.flatnonzero(obs.used & np.isfinite(abscissa) & np.isfinite(values))
     if rows.size < 5:
-        why = Counter(r for r in obs.reason if r).most_common(3)
-        reasons = ", ".join(f"{n} x {r}" for r, n in why)
+        reasons = ", ".join(f"{n} x {r}" for r, n in why_left_out(obs).most_common(3))
         raise InputError(
             Fault(
                 f"only {rows.size} usable rows of {what} on the loading branch; left out: {reasons or 'none'}",
@@ -138,6 +149,48 @@ def usable_rows(obs: Observations, abscissa: FloatArray, values: FloatArray, wha
             )
         )
     return rows
+
+
+def why_left_out(obs: Observations) -> Counter[str]:
+    """Rows that are not used by reason, those of all other cycles counted together."""
+    others = sorted({int(c) for c, used in zip(obs.cycle, obs.used, strict=True) if c and not used} - {obs.used_cycle})
+    if not others:
+        return Counter(r for r in obs.reason if r)
+    named = f"cycle {others[0]}" if len(others) == 1 else f"cycles {others[0]} to {others[-1]}"
+    together = f"{named} (cycle {obs.used_cycle} is used)"
+    of_other = (obs.cycle != obs.used_cycle) & (obs.cycle > 0)
+    return Counter(
+        together if other and reason.startswith(_OF_CYCLE) else reason
+        for other, reason in zip(of_other.tolist(), obs.reason, strict=True)
+        if reason
+    )
+
+
+_OF_CYCLE = ("loading branch of cycle", "unloading branch of cycle")
+
+
+def _why_not(label: str, cycle: int, used: int, *, repeat: bool) -> str:
+    """Reason of a row of a branch in a cycle when cycle `used` is used, "" if the row is."""
+    if label == "hold":
+        return HOLD
+    if cycle == 0:
+        return BEFORE if used else UNLOADING
+    if cycle != used:
+        return f"{label} branch of cycle {cycle} (cycle {used} is used)"
+    if repeat:
+        return f"loading again in cycle {cycle}, to less than half of the largest excursion"
+    return UNLOADING if label == "unloading" else ""
+
+
+def _no_such_cycle(table: LabTable, cycle: int, n_cycle: int, *, told: bool) -> Fault:
+    if not told:
+        return Fault(
+            f"there is no cycle {cycle}: without a displacement or force column nothing tells the cycles of this file",
+            table.path,
+            advice="Name the cycle of the tester's file, to which this one is tied by time",
+        )
+    has = f"{n_cycle} loading branch{'' if n_cycle == 1 else 'es'}"
+    return Fault(f"there is no cycle {cycle}, the file has {has}", table.path, advice=f"Choose a cycle from 1 to {n_cycle}")
 
 
 def _mark_backward_time(table: LabTable, time: FloatArray, good: BoolArray, reasons: list[str]) -> None:
@@ -155,7 +208,7 @@ def _mark_backward_time(table: LabTable, time: FloatArray, good: BoolArray, reas
         )
     for row in backward.tolist():
         good[row] = False
-        reasons[row] = "time runs backwards"
+        reasons[row] = BACKWARD
 
 
 def _signs(displacement: FloatArray | None, force: FloatArray | None, good: BoolArray) -> tuple[dict[str, float], str]:
@@ -190,34 +243,40 @@ def _signs(displacement: FloatArray | None, force: FloatArray | None, good: Bool
 
 def _branches(
     values: FloatArray, time: FloatArray | None, *, standstill: bool
-) -> tuple[npt.NDArray[np.object_], IntArray, int]:
-    """Labels, the number of the loading branch each row belongs to (or follows), and the number of the first real one."""
+) -> tuple[npt.NDArray[np.object_], IntArray, BoolArray]:
+    """Per row its label, the cycle it belongs to (0 before the first), and whether it loads again within its cycle.
+
+    A loading branch opens a cycle if it reaches half of the largest excursion.
+    """
     n = values.size
     noise = reading_noise(values)
     smooth = median_filter(values, size=5, mode="nearest") if n >= 15 else values
     span = float(np.ptp(smooth))
     labels = np.full(n, "hold", dtype=object)
     cycle = np.zeros(n, dtype=np.int64)
+    again = np.zeros(n, dtype=bool)
     share = 0.02 if standstill else 0.05
     if span <= 6 * noise or span == 0.0:
-        return labels, cycle, 0
+        return labels, cycle, again
     turns = reversals(smooth, max(share * span, 6 * noise))
     clock = np.arange(n, dtype=float) if time is None else time - time[0]
     still = np.zeros(n, dtype=bool)
-    count, first = 0, -1
+    count = 0
     top = float(np.max(smooth))
+    # From the start, not from the lowest: a ball may be withdrawn further than it is pressed. Unless the record starts pressed.
+    base = float(smooth[0]) if top - smooth[0] >= 0.1 * span else float(np.min(smooth))
     for start, stop in pairwise(turns):
         rows = slice(start, stop + 1)
         rising = smooth[stop] > smooth[start]
-        count += int(rising)
+        opens = bool(rising and smooth[stop] - base >= 0.5 * (top - base))
+        count += int(opens)
         labels[rows] = "loading" if rising else "unloading"
         cycle[rows] = count
+        again[rows] = rising and not opens and count > 0
         if standstill:
             still[rows] |= _standing(values[rows], clock[rows], noise, span)
-        if rising and first < 0 and smooth[stop] - smooth[0] >= 0.5 * (top - smooth[0]):
-            first = count
     labels[still] = "hold"
-    return labels, cycle, max(first, 0)
+    return labels, cycle, again
 
 
 def _standing(values: FloatArray, clock: FloatArray, noise: float, span: float) -> BoolArray:

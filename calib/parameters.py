@@ -147,11 +147,15 @@ def _sweep_defaults(sweep: Sweep) -> Mapping[str, tuple[Prior, str]]:
             f"default, centred on the load before contact in the data, {centre:.2f} N",
         )
     if np.isfinite(sweep.clock_offset):
-        sd = 3 * sweep.clock_offset_sd if np.isfinite(sweep.clock_offset_sd) else 0.0
-        priors["clock_offset"] = (
-            Normal(sweep.clock_offset, max(sd, CLOCK_OFFSET_SD)),
-            f"default, centred on the offset found in the data, {sweep.clock_offset:.3g} s",
+        told = sweep.clock is None or sweep.clock.confidence != "ambiguous"
+        # Where the data do not tell, the sd is that of all that is possible and needs no factor.
+        sd = (3 if told else 1) * sweep.clock_offset_sd if np.isfinite(sweep.clock_offset_sd) else 0.0
+        origin = (
+            f"default, centred on the offset found in the data, {sweep.clock_offset:.3g} s"
+            if told
+            else "default, as wide as what is possible: the data do not tell the offset of the clocks"
         )
+        priors["clock_offset"] = Normal(sweep.clock_offset, max(sd, CLOCK_OFFSET_SD)), origin
     return priors
 
 

@@ -3,26 +3,24 @@
 from __future__ import annotations
 
 import json
-from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from calib.clocks import clock_offset, loading_window, record
+from calib.clocks import ClockOffset, clock_offset, loading_window, record
 from calib.errors import Fault, InputError
 from calib.instruments import read_lab_file
-from calib.observations import UNLOADING, Observations, observe, usable_rows
+from calib.observations import UNLOADING, Observations, observe, usable_rows, why_left_out
 from calib.quality import Verdict, judge
-from calib.readings import resolution
-from calib.reduction import Reduced, find_onset, reduce_channel
+from calib.reduction import NoiseEstimate, Reduced, find_onset, fresh_readings, reduce_channel
 from models.sensor import FloatArray
 
 #: Largest number of nodes of a `Track`.
 TRACK_NODES = 2000
-#: Time [s] a `Track` reaches beyond the loading branch on both sides, so that the clock offset may move.
+#: Least time [s] a `Track` reaches beyond the loading branch on both sides, so that the clock offset may move.
 TRACK_MARGIN = 5.0
 
 
@@ -64,7 +62,8 @@ class CapacitancePoints:
 class Track:
     """The tester's record over its own time [s], strictly increasing: displacement [m] and force [N] of shape (n_node,).
 
-    Group means of at most `TRACK_NODES` nodes over the loading branch and `TRACK_MARGIN` on both sides.
+    Group means of at most `TRACK_NODES` nodes over the loading branch and on both sides `TRACK_MARGIN`, or four
+    sd of the clock offset where that is more.
     """
 
     time: FloatArray
@@ -82,6 +81,9 @@ class Sweep:
     force, capacitance, track : points and the tester's record, None where absent.
     force_noise, capacitance_noise : [N], [F], sd of one reading as estimated from the data; nan if absent.
     clock_offset, clock_offset_sd : [s], clock of the tester minus clock of the LCR meter; nan if not tied by clock.
+    clock : the same with its evidence and whether the data tell it at all; None if not tied by clock.
+    force_readings, capacitance_readings : noise, correlation and resolution of the readings, and how many there are; None
+        where the channel is absent or was not measured.
     files : (file name, sha256) of each file.
     notes : what the report must say: rows left out with counts and reasons, signs turned, resolution.
     verdicts : on the quality of each file, made before anything was reduced.
@@ -99,6 +101,9 @@ class Sweep:
     clock_offset_sd: float
     files: tuple[tuple[str, str], ...]
     notes: tuple[str, ...]
+    clock: ClockOffset | None = None
+    force_readings: NoiseEstimate | None = None
+    capacitance_readings: NoiseEstimate | None = None
     verdicts: tuple[Verdict, ...] = ()
 
 
@@ -109,16 +114,22 @@ def make_sweep(
     force_file: Path | None,
     capacitance_file: Path | None,
     n_points: int = 40,
+    *,
+    cycle: int | None = None,
+    capacitance_cycle: int | None = None,
+    clock_range: tuple[float, float] | None = None,
     machine_compliance: float | None = None,
 ) -> Sweep:
-    """Read the files of a sweep and reduce each channel to about `n_points` points of the first loading branch.
+    """Read the files of a sweep and reduce each channel to about `n_points` points of one loading branch.
 
     A quarter of the points at most lies before the estimated onset of contact, the others in equal steps after it. A point
     is the mean of its bin, less the bias that the curve's bend has on a mean (from a smooth over the branch). Its
     n_effective is the number of readings over the integrated autocorrelation time of the residuals of that smooth.
 
     Capacitance is tied to the crosshead by its own displacement column, else its own force column, else by the clock:
-    then the offset of the two clocks is estimated from the turning point.
+    then the offset of the two clocks is estimated from the turning point and the onset (`calib.clocks`). An offset that the
+    data do not tell at all gets an sd as wide as what is possible, which becomes its prior. Where it is ambiguous by discrete
+    steps (whole periods of equal cycles) no normal prior is honest, and the sweep is refused.
 
     Parameters
     ----------
@@ -126,12 +137,16 @@ def make_sweep(
     force_file : force over displacement, with time if the capacitance is to be tied by clock; None if there is none.
     capacitance_file : LCR log; may be the same file as `force_file`; None if there is none.
     n_points : points per channel; fewer where the file has fewer rows.
+    cycle : the loading branch to use, counted from 1; None for the first. It is the tester's for a log tied by the clock.
+    capacitance_cycle : the same in a capacitance file with a displacement or force column of its own, if it counts otherwise.
+    clock_range : [s], range in which the offset of the clocks is known to lie; it can decide between alternatives.
     machine_compliance : [m/N], for the verdicts alone, see `calib.quality.judge`.
 
     Raises
     ------
     InputError
-        With the faults of both files; if nothing ties capacitance to the crosshead; if too few rows are usable.
+        With the faults of both files; if nothing ties capacitance to the crosshead; if too few rows are usable; if a cycle is
+        asked for that is not there; if the clock offset is ambiguous by discrete steps.
     """
     if force_file is None and capacitance_file is None:
         raise InputError(Fault(f"sweep {name} of {specimen} has neither a force nor a capacitance file"))
@@ -139,11 +154,14 @@ def make_sweep(
     tester = lcr = None
     faults: list[Fault] = []
     try:
-        tester = None if force_file is None else observe(read_lab_file(force_file))
+        tester = None if force_file is None else observe(read_lab_file(force_file), cycle)
     except InputError as error:
         faults += error.faults
     try:
-        lcr = tester if same else None if capacitance_file is None else observe(read_lab_file(capacitance_file))
+        if same or capacitance_file is None:
+            lcr = tester if same else None
+        else:
+            lcr = _observe_capacitance(capacitance_file, cycle, capacitance_cycle)
     except InputError as error:
         faults += error.faults
     if faults:
@@ -156,7 +174,9 @@ def make_sweep(
     sources = [obs for obs in ((tester,) if same else (tester, lcr)) if obs is not None]
     verdicts = tuple(v for obs in sources for v in judge(obs, machine_compliance))
     force_points: ForcePoints | None = None
-    force_noise = capacitance_noise = offset = offset_sd = float("nan")
+    force_readings: NoiseEstimate | None = None
+    capacitance_readings: NoiseEstimate | None = None
+    offset = offset_sd = float("nan")
     onset: float | None = None
     if tester is not None and tester.displacement is not None and tester.force is not None:
         rows = usable_rows(tester, tester.displacement, tester.force, "force")
@@ -164,20 +184,24 @@ def make_sweep(
         onset = find_onset(x, f)
         reduced = reduce_channel(x, f, n_points, onset)
         force_points = ForcePoints(reduced.abscissa, reduced.value, reduced.n_effective)
-        force_noise = reduced.noise
-        notes.append(_noise_note("force", reduced, f, "N", 1.0))
+        force_readings = reduced.estimate
+        notes.append(_noise_note("force", reduced.estimate, "N", 1.0))
     points: CapacitancePoints | None = None
     track: Track | None = None
+    clock: ClockOffset | None = None
     if lcr is not None and lcr.capacitance is not None:
         if lcr.displacement is not None:
-            points, capacitance_noise = _over_displacement(lcr, n_points, notes, keep_force=not same)
+            points, capacitance_readings = _over_displacement(lcr, n_points, notes, keep_force=not same)
         elif lcr.force is not None:
-            points, capacitance_noise = _over_force(lcr, n_points, notes)
+            points, capacitance_readings = _over_force(lcr, n_points, notes)
         elif tester is not None and tester.time is not None and onset is not None:
-            track = _track(tester)
-            offset, offset_sd, clock_notes = clock_offset(tester, lcr)
-            notes += clock_notes
-            points, capacitance_noise = _over_time(tester, lcr, offset, onset, n_points, notes)
+            clock = clock_offset(tester, lcr, clock_range)
+            if clock.alternatives:
+                raise InputError(_discrete(clock, tester, lcr))
+            offset, offset_sd = clock.value, clock.sd
+            notes += clock.evidence
+            track = _track(tester, max(TRACK_MARGIN, 4 * offset_sd))
+            points, capacitance_readings = _over_time(tester, lcr, offset, onset, n_points, notes)
         if tester is None and lcr.force is not None and lcr.displacement is not None:
             notes.append(f"{lcr.table.path.name}: its force column is not calibrated against; name the file under force too")
     seen = {obs.table.path.name: obs.table.sha256 for obs in (tester, lcr) if obs is not None}
@@ -188,13 +212,34 @@ def make_sweep(
         force=force_points,
         capacitance=points,
         track=track,
-        force_noise=force_noise,
-        capacitance_noise=capacitance_noise,
+        force_noise=float("nan") if force_readings is None else force_readings.noise,
+        capacitance_noise=float("nan") if capacitance_readings is None else capacitance_readings.noise,
         clock_offset=offset,
         clock_offset_sd=offset_sd,
         files=tuple(seen.items()),
         notes=tuple(notes),
         verdicts=verdicts,
+        clock=clock,
+        force_readings=force_readings,
+        capacitance_readings=capacitance_readings,
+    )
+
+
+def _observe_capacitance(path: Path, cycle: int | None, own: int | None) -> Observations:
+    """A log with displacement or force has cycles of its own; in one tied by time nothing tells them."""
+    table = read_lab_file(path)
+    if {"displacement", "force"} & set(table.columns):
+        return observe(table, cycle if own is None else own)
+    return observe(table, own)
+
+
+def _discrete(clock: ClockOffset, tester: Observations, lcr: Observations) -> Fault:
+    many = f" of {tester.n_cycle}" if tester.n_cycle > 1 else ""
+    return Fault(
+        f"{clock.evidence[0]}; cycle {tester.used_cycle}{many} of {tester.table.path.name} is wanted",
+        lcr.table.path,
+        advice="Save both logs over the same cycles, from before the first to after the last; or cut both files to one cycle; "
+        "or state the offset of the clocks",
     )
 
 
@@ -239,7 +284,9 @@ def _check_columns(tester: Observations | None, lcr: Observations | None) -> Non
 def _file_notes(obs: Observations) -> list[str]:
     name = obs.table.path.name
     notes = [f"{name}: {note}" for note in (*obs.table.notes, obs.sign_note) if note]
-    out = Counter(r for r in obs.reason if r)
+    if obs.n_cycle > 1:
+        notes.append(f"{name}: {obs.n_cycle} cycles, cycle {obs.used_cycle} is used")
+    out = why_left_out(obs)
     if out:
         counts = ", ".join(f"{n} {r}" for r, n in out.most_common(8))
         more = f", and {len(out) - 8} other reasons" if len(out) > 8 else ""
@@ -247,19 +294,20 @@ def _file_notes(obs: Observations) -> list[str]:
     return notes
 
 
-def _noise_note(what: str, reduced: Reduced, values: FloatArray, unit: str, scale: float) -> str:
-    step = resolution(values)
-    seen = f"resolution {step * scale:.3g} {unit}" if step else "no visible resolution"
-    far = f"; {reduced.outliers} reading(s) further than 6 sd from the curve are kept" if reduced.outliers else ""
+def _noise_note(what: str, readings: NoiseEstimate, unit: str, scale: float) -> str:
+    r = readings
+    seen = f"resolution {r.resolution * scale:.3g} {unit}" if r.resolution else "no visible resolution"
+    far = f"; {r.outliers} reading(s) further than 6 sd from the curve are kept" if r.outliers else ""
+    of = f" ({r.n_row} rows, each reading is written {r.repeat:.3g} times)" if r.repeat > 1 else ""
     return (
-        f"{what}: {values.size} readings in {reduced.value.size} points, noise of one reading "
-        f"{reduced.noise * scale:.3g} {unit}, {seen}, neighbours correlated over {reduced.correlation:.2g} readings{far}"
+        f"{what}: {r.n_reading} readings{of} in {r.n_point} points, noise of one reading "
+        f"{r.noise * scale:.3g} {unit}, {seen}, neighbours correlated over {r.correlation:.2g} readings{far}"
     )
 
 
 def _over_displacement(
     lcr: Observations, n_points: int, notes: list[str], *, keep_force: bool
-) -> tuple[CapacitancePoints, float]:
+) -> tuple[CapacitancePoints, NoiseEstimate]:
     assert lcr.displacement is not None
     assert lcr.capacitance is not None
     rows = usable_rows(lcr, lcr.displacement, lcr.capacitance, "capacitance")
@@ -273,11 +321,11 @@ def _over_displacement(
             force = reduce_channel(lcr.displacement[with_force], lcr.force[with_force], n_points, onset).smooth(
                 reduced.abscissa
             )
-    notes.append(_noise_note("capacitance over its own displacement", reduced, c, "fF", 1e15))
-    return CapacitancePoints(reduced.value, reduced.n_effective, None, force, reduced.abscissa), reduced.noise
+    notes.append(_noise_note("capacitance over its own displacement", reduced.estimate, "fF", 1e15))
+    return CapacitancePoints(reduced.value, reduced.n_effective, None, force, reduced.abscissa), reduced.estimate
 
 
-def _over_force(lcr: Observations, n_points: int, notes: list[str]) -> tuple[CapacitancePoints, float]:
+def _over_force(lcr: Observations, n_points: int, notes: list[str]) -> tuple[CapacitancePoints, NoiseEstimate]:
     assert lcr.force is not None
     assert lcr.capacitance is not None
     rows = usable_rows(lcr, lcr.force, lcr.capacitance, "capacitance")
@@ -287,22 +335,36 @@ def _over_force(lcr: Observations, n_points: int, notes: list[str]) -> tuple[Cap
     if lcr.time is not None and np.all(np.diff(lcr.time[rows]) > 0):
         clock = lcr.time[rows] - lcr.time[rows][0]
     onset = find_onset(clock, f)
-    capacitance, force = reduce_channel(clock, c, n_points, onset), reduce_channel(clock, f, n_points, onset)
+    # The two channels are reduced over the rows in which the capacitance was read anew, so that their points belong together.
+    fresh = fresh_readings(c)
+    n_row, clock, f, c = rows.size, clock[fresh], f[fresh], c[fresh]
+    capacitance = reduce_channel(clock, c, n_points, onset, repeats=False)
+    capacitance = replace(
+        capacitance, estimate=replace(capacitance.estimate, n_row=n_row, repeat=n_row / capacitance.estimate.n_reading)
+    )
+    force = reduce_channel(clock, f, n_points, onset, repeats=False)
+    force_there = _at_points(force, capacitance.abscissa)
     # The force of a point has a noise of its own: dC/dF times it, counted against the point's effective number.
     rise_f = force.smooth(capacitance.edges[1:]) - force.smooth(capacitance.edges[:-1])
     rise_c = capacitance.smooth(capacitance.edges[1:]) - capacitance.smooth(capacitance.edges[:-1])
     slopes = np.where(rise_f > 2 * force.noise, rise_c / np.where(rise_f > 0, rise_f, 1.0), 0.0)
     slope = np.interp(capacitance.abscissa, (capacitance.edges[1:] + capacitance.edges[:-1]) / 2, slopes)
-    share = (slope * force.noise) ** 2 / force.n_effective
+    share = (slope * force.noise) ** 2 / np.interp(capacitance.abscissa, force.abscissa, force.n_effective)
     own = capacitance.noise**2 / capacitance.n_effective
     n_effective = capacitance.noise**2 / (own + share)
-    notes.append(_noise_note("capacitance over its own force", capacitance, c, "fF", 1e15))
-    return CapacitancePoints(capacitance.value, n_effective, None, force.value, None), capacitance.noise
+    notes.append(_noise_note("capacitance over its own force", capacitance.estimate, "fF", 1e15))
+    return CapacitancePoints(capacitance.value, n_effective, None, force_there, None), capacitance.estimate
+
+
+def _at_points(reduced: Reduced, abscissa: FloatArray) -> FloatArray:
+    """Values of a channel at other points than its own: its smooth, and what the nearest of its points deviate from that."""
+    deviation = np.interp(abscissa, reduced.abscissa, reduced.value - reduced.smooth(reduced.abscissa))
+    return np.asarray(reduced.smooth(abscissa) + deviation)
 
 
 def _over_time(
     tester: Observations, lcr: Observations, offset: float, onset: float, n_points: int, notes: list[str]
-) -> tuple[CapacitancePoints, float]:
+) -> tuple[CapacitancePoints, NoiseEstimate]:
     assert tester.time is not None
     assert tester.displacement is not None
     assert lcr.time is not None
@@ -330,14 +392,14 @@ def _over_time(
     reached = np.maximum.accumulate(tester.displacement[used])
     start = float(tester.time[used][min(int(np.searchsorted(reached, onset)), reached.size - 1)]) - offset
     reduced = reduce_channel(t, c, n_points, start)
-    notes.append(_noise_note("capacitance over the meter's time", reduced, c, "fF", 1e15))
-    return CapacitancePoints(reduced.value, reduced.n_effective, reduced.abscissa, None, None), reduced.noise
+    notes.append(_noise_note("capacitance over the meter's time", reduced.estimate, "fF", 1e15))
+    return CapacitancePoints(reduced.value, reduced.n_effective, reduced.abscissa, None, None), reduced.estimate
 
 
-def _track(tester: Observations) -> Track:
+def _track(tester: Observations, margin: float) -> Track:
     time, displacement, force, _ = record(tester)
     begin, end = loading_window(tester)
-    inside = (time >= begin - TRACK_MARGIN) & (time <= end + TRACK_MARGIN)
+    inside = (time >= begin - margin) & (time <= end + margin)
     groups = np.array_split(np.flatnonzero(inside), min(TRACK_NODES, int(np.sum(inside))))
     return Track(*(np.array([v[g].mean() for g in groups]) for v in (time, displacement, force)))
 
@@ -350,7 +412,7 @@ def sweeps_to_json(sweeps: Sequence[Sweep]) -> str:
 def _to_plain(value: object) -> object:
     if isinstance(value, np.ndarray):
         return value.tolist()
-    if isinstance(value, Sweep | ForcePoints | CapacitancePoints | Track | Verdict):
+    if is_dataclass(value):
         return {f.name: _to_plain(getattr(value, f.name)) for f in fields(value)}
     if isinstance(value, tuple):
         return [_to_plain(v) for v in value]
@@ -394,4 +456,18 @@ def _sweep(plain: Mapping[str, Any]) -> Sweep:
         files=tuple((file, sha256) for file, sha256 in plain["files"]),
         notes=tuple(plain["notes"]),
         verdicts=tuple(Verdict(**v) for v in plain["verdicts"]),
+        clock=_clock(plain.get("clock")),
+        force_readings=_readings(plain.get("force_readings")),
+        capacitance_readings=_readings(plain.get("capacitance_readings")),
     )
+
+
+def _readings(plain: Mapping[str, Any] | None) -> NoiseEstimate | None:
+    return None if plain is None else NoiseEstimate(**plain)
+
+
+def _clock(plain: Mapping[str, Any] | None) -> ClockOffset | None:
+    if plain is None:
+        return None
+    several = {k: None if plain[k] is None else tuple(plain[k]) for k in ("turning_point", "onset", "alternatives", "evidence")}
+    return ClockOffset(**{**plain, **several})

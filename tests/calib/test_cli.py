@@ -281,7 +281,7 @@ def test_read_shows_and_writes_what_was_understood(lab: Path) -> None:
     assert "240 rows" in result.stdout
     assert "Displacement (mm)" in result.stdout
     rows = pd.read_csv(lab / "observations.csv", keep_default_na=False)
-    assert list(rows.columns) == ["displacement_m", "force_N", "branch", "used", "reason"]
+    assert list(rows.columns) == ["displacement_m", "force_N", "branch", "cycle", "used", "reason"]
     assert rows["displacement_m"].iloc[-1] == pytest.approx(0.65e-3)
     assert len(rows) == 240
 

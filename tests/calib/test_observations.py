@@ -12,7 +12,7 @@ import pytest
 
 from calib.errors import InputError
 from calib.instruments import read_lab_file
-from calib.observations import observations_frame, observe
+from calib.observations import observations_frame, observe, why_left_out
 from calib.reduction import integrated_time
 from calib.sweep import Sweep, make_sweep, sweeps_from_json, sweeps_to_json
 from models.sensor import BoolArray, FloatArray
@@ -135,15 +135,65 @@ def test_branches_are_robust_against_noise_of_the_displacement(tmp_path: Path) -
     assert np.mean(branch[1700:] == "unloading") > 0.99
 
 
-def test_only_the_first_cycle_is_used(tmp_path: Path) -> None:
+def test_the_first_cycle_is_used_unless_another_is_named(tmp_path: Path) -> None:
     x = np.abs((np.arange(1200) / 200 + 1) % 2 - 1)
     rows = "".join(f"{i * 0.1:.1f},{v:.5f},{3 * v:.5f}\n" for i, v in enumerate(x))
     (tmp_path / "t.csv").write_text("Time (s),Extension (mm),Load (N)\n" + rows)
+    table = read_lab_file(tmp_path / "t.csv")
+    for cycle in (None, 1, 2, 3):
+        n = cycle or 1
+        obs = observe(table, cycle)
+        assert (obs.n_cycle, obs.used_cycle) == (3, n)
+        used = np.flatnonzero(obs.used)
+        assert used[0] == pytest.approx(400 * (n - 1), abs=2)
+        assert used[-1] == pytest.approx(400 * (n - 1) + 200, abs=2)
+        np.testing.assert_array_equal(obs.cycle[used], n)
+        other = 3 if n < 3 else 2
+        reasons = Counter(r for r in obs.reason if f" of cycle {other} " in r)
+        assert set(reasons) == {f"{b} branch of cycle {other} (cycle {n} is used)" for b in ("loading", "unloading")}
+        assert sum(reasons.values()) == pytest.approx(400, abs=6)
+        assert set(np.array(obs.branch)[obs.cycle == other]) == {"loading", "unloading"}
+        counted = why_left_out(obs)
+        assert sum(counted.values()) == np.sum(~obs.used)
+        assert len(counted) == 2
+    with pytest.raises(InputError, match="there is no cycle 4, the file has 3 loading branches"):
+        observe(table, 4)
+    with pytest.raises(InputError, match="there is no cycle 0"):
+        observe(table, 0)
+
+
+def test_a_small_loading_after_the_pressing_is_no_cycle(tmp_path: Path) -> None:
+    x = np.interp(np.arange(1000), [0, 400, 700, 800, 999], [0, 1, 0.1, 0.3, 0])
+    rows = "".join(f"{i * 0.1:.1f},{v:.5f},{3 * v:.5f}\n" for i, v in enumerate(x))
+    (tmp_path / "t.csv").write_text("Time (s),Extension (mm),Load (N)\n" + rows)
     obs = observe(read_lab_file(tmp_path / "t.csv"))
-    used = np.flatnonzero(obs.used)
-    assert used[0] == 0
-    assert abs(int(used[-1]) - 200) <= 2
-    assert sum("later cycle" in r for r in obs.reason) == pytest.approx(400, abs=6)
+    assert obs.n_cycle == 1
+    assert "loading again in cycle 1" in obs.reason[750]
+    assert obs.branch[750] == "loading"
+
+
+def test_a_file_without_displacement_or_force_has_no_cycle_to_choose(tmp_path: Path) -> None:
+    table = read_lab_file(Press().write_lcr(tmp_path / "c.csv", np.random.default_rng(1)))
+    assert observe(table).n_cycle == 0
+    with pytest.raises(InputError, match="nothing tells the cycles"):
+        observe(table, 1)
+
+
+def test_a_file_tied_by_displacement_has_its_own_cycles(tmp_path: Path) -> None:
+    x = np.abs((np.arange(1200) / 200 + 1) % 2 - 1)
+    rows = "".join(f"{v:.5f},{3 * v:.5f},{97 + (i // 400 + 1) * v:.5f}\n" for i, v in enumerate(x))
+    (tmp_path / "both.csv").write_text("Displacement (mm),Force (N),Capacitance (pF)\n" + rows)
+    rows = "".join(f"{v:.5f},{3 * v:.5f}\n" for v in x)
+    (tmp_path / "t.csv").write_text("Displacement (mm),Force (N)\n" + rows)
+    for arguments, slope in (({"cycle": 2}, 2.0), ({"cycle": 1, "capacitance_cycle": 3}, 3.0), ({}, 1.0)):
+        sweep = make_sweep("s", "s", RADIUS, tmp_path / "t.csv", tmp_path / "both.csv", **arguments)
+        assert sweep.capacitance is not None
+        assert np.max(sweep.capacitance.capacitance) == pytest.approx((97 + slope) * 1e-12, rel=3e-4)
+    same = make_sweep("s", "s", RADIUS, tmp_path / "both.csv", tmp_path / "both.csv", cycle=3)
+    assert same.capacitance is not None
+    assert np.max(same.capacitance.capacitance) == pytest.approx(100e-12, rel=3e-4)
+    with pytest.raises(InputError, match="no cycle 5"):
+        make_sweep("s", "s", RADIUS, tmp_path / "t.csv", tmp_path / "both.csv", cycle=5)
 
 
 def test_a_preload_touch_before_the_pressing_is_not_the_first_cycle(tmp_path: Path) -> None:
@@ -174,9 +224,9 @@ def test_time_that_runs_backwards_is_refused(tmp_path: Path) -> None:
 def test_the_frame_has_the_columns_the_file_has(tmp_path: Path) -> None:
     rng = np.random.default_rng(1)
     tester = observations_frame(observe(read_lab_file(Press().write_tester(tmp_path / "t.csv", rng))))
-    assert list(tester.columns) == ["time_s", "displacement_m", "force_N", "branch", "used", "reason"]
+    assert list(tester.columns) == ["time_s", "displacement_m", "force_N", "branch", "cycle", "used", "reason"]
     lcr = observations_frame(observe(read_lab_file(Press().write_lcr(tmp_path / "c.csv", rng))))
-    assert list(lcr.columns) == ["time_s", "capacitance_F", "branch", "used", "reason"]
+    assert list(lcr.columns) == ["time_s", "capacitance_F", "branch", "cycle", "used", "reason"]
     assert set(lcr["branch"]) == {""}
 
 
@@ -303,7 +353,9 @@ def test_without_unloading_the_onset_tells_the_offset_less_sharply(tmp_path: Pat
     kept = [line for line in lcr.read_text().splitlines() if line.startswith("T") or float(line.split(",")[0]) + 1 < p.top]
     lcr.write_text("\n".join(kept))
     sweep = make_sweep("s", "s", RADIUS, tester, lcr)
-    assert sweep.clock_offset_sd > 1
+    assert 0.2 < sweep.clock_offset_sd < 3
+    assert sweep.clock is not None
+    assert sweep.clock.confidence == "weak"
     assert abs(sweep.clock_offset - 1.0) < 3 * sweep.clock_offset_sd
     assert any("onset" in n for n in sweep.notes)
 
@@ -404,3 +456,7 @@ def test_sweeps_survive_json_to_the_last_bit(tmp_path: Path) -> None:
             for field in dataclasses.fields(a) if a is not None else ():
                 np.testing.assert_array_equal(getattr(a, field.name), getattr(b, field.name))
         assert (one.files, one.notes, one.force_noise) == (other.files, other.notes, other.force_noise)
+        assert (one.clock, one.force_readings) == (other.clock, other.force_readings)
+        assert one.capacitance_readings == other.capacitance_readings
+    assert clocked.capacitance_readings is not None
+    assert force_only.capacitance_readings is None
