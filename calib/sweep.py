@@ -384,7 +384,7 @@ def _over_time(
             Fault(
                 f"only {rows.size} capacitance readings fall into the loading branch, with the clock offset {offset:.3g} s",
                 lcr.table.path,
-                advice="Check that both files are of the same test",
+                advice=f"Check that both files are of the same test and that the log covers cycle {tester.used_cycle}",
             )
         )
     t, c = lcr.time[rows], lcr.capacitance[rows]
