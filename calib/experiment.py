@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, Literal, cast
 
 from calib.errors import InputError
+from calib.instruments import AS_FOUND, QUANTITIES, Reading
 from calib.prior import EXAMPLES, Fixed, Prior, display, parse_prior, prior_from_json
 from calib.toml_file import (
     KeyPath,
@@ -64,12 +65,26 @@ class SweepFiles:
     name : "" for the only sweep of a specimen in the short form.
     force, capacitance : absolute paths; both may be the same file.
     indenter_radius : [m].
+    force_reading, capacitance_reading : what is said of the files: units, columns, which specimen in them.
+    cycle, capacitance_cycle : which loading branch is used, counted from 1; None for the first, see `calib.sweep.make_sweep`.
     """
 
     name: str
     force: Path | None
     capacitance: Path | None
     indenter_radius: float
+    force_reading: Reading = AS_FOUND
+    capacitance_reading: Reading = AS_FOUND
+    cycle: int | None = None
+    capacitance_cycle: int | None = None
+
+    @property
+    def own(self) -> tuple[Path | None, int | None, int | None]:
+        """What no other sweep may be: the record that is counted."""
+        if self.force is not None:
+            return self.force.resolve(), self.force_reading.specimen, self.cycle
+        path = None if self.capacitance is None else self.capacitance.resolve()
+        return path, self.capacitance_reading.specimen, self.capacitance_cycle
 
 
 @dataclass(frozen=True)
@@ -180,7 +195,9 @@ def read_experiment(path: Path) -> Experiment:
         [[specimens]]
         name = "sensor 1"
         force = "sensor1_instron.csv"    # at least one of force and capacitance, or [[specimens.sweeps]] with them
-        capacitance = "sensor1_lcr.csv"
+        capacitance = "sensor1_lcr.csv"  # or a table that says how to read it, all but file optional:
+                                         # { file = "lcr.csv", units = { capacitance = "pF" }, columns = { time = "T" },
+                                         #   specimen = 2, cycle = 3 }
         [specimens.priors]
         sensor_thickness = { normal = ["0.74 mm", "0.02 mm"] }
         padding_thickness = { normal = ["1.10 mm", "0.03 mm"] }
@@ -286,7 +303,7 @@ def _specimens(toml: Toml, radius: float, dielectric: Fixed | None, *, quiet: bo
     tables = tables_at(toml, ("specimens",), required=required)
     specimens: list[Specimen] = []
     lines: dict[str, int] = {}
-    files: dict[Path, str] = {}
+    files: dict[tuple[Path | None, int | None, int | None], str] = {}
     for at in tables:
         meant = check_keys(toml, at, ("name", *_SHORT_FORM, "sweeps", "priors"), _SIGNPOSTS)
         name = text_at(toml, (*at, "name"), required='name = "sensor 1"', quiet="name" in meant)
@@ -306,11 +323,11 @@ def _specimens(toml: Toml, radius: float, dielectric: Fixed | None, *, quiet: bo
         sweeps = _sweeps(toml, at, radius, meant)
         for sweep, place in sweeps:
             main = sweep.force or sweep.capacitance
-            if main is not None and main.resolve() in files:
-                message = f"{main.name} is used twice, it already belongs to {files[main.resolve()]}"
+            if main is not None and sweep.own in files:
+                message = f"{main.name} is used twice, it already belongs to {files[sweep.own]}"
                 toml.fault(place, message, "Data counted twice make the result too certain: give each press its own file")
             elif main is not None:
-                files[main.resolve()] = f'specimen "{name}"' + (f', sweep "{sweep.name}"' if sweep.name else "")
+                files[sweep.own] = f'specimen "{name}"' + (f', sweep "{sweep.name}"' if sweep.name else "")
         specimens.append(Specimen(name, tuple(sweep for sweep, _ in sweeps), priors))
     return tuple(specimens)
 
@@ -360,12 +377,47 @@ def _sweep(toml: Toml, at: KeyPath, name: str, radius: float, *, quiet: bool) ->
     if "force" not in table and "capacitance" not in table and not quiet:
         what = f'sweep "{name}"' if name else f"specimen {quoted(table.get('name'))}"
         toml.fault(at, f"{what} has neither a force nor a capacitance file", 'Give for example force = "sensor1_instron.csv"')
-    force, capacitance = (_lab_file(toml, (*at, key)) if key in table else None for key in ("force", "capacitance"))
-    return SweepFiles(name, force, capacitance, radius), (*at, "force" if "force" in table else "capacitance")
+    nothing = (None, AS_FOUND, None)
+    force, capacitance = (_lab_file(toml, (*at, key)) if key in table else nothing for key in ("force", "capacitance"))
+    files = SweepFiles(name, force[0], capacitance[0], radius, force[1], capacitance[1], force[2], capacitance[2])
+    return files, (*at, "force" if "force" in table else "capacitance")
 
 
-def _lab_file(toml: Toml, at: KeyPath) -> Path | None:
-    """The lab file named at `at`, absolute; None and a fault if it is not there."""
+def _lab_file(toml: Toml, at: KeyPath) -> tuple[Path | None, Reading, int | None]:
+    """The lab file at `at`, absolute, how it is to be read, and the cycle; None and a fault if the file is not there."""
+    if not isinstance(table_at(toml, at[:-1])[str(at[-1])], Mapping):
+        return _path(toml, at), AS_FOUND, None
+    table = table_at(toml, at)
+    check_keys(toml, at, ("file", "units", "columns", "specimen", "cycle"), _SIGNPOSTS)
+    units, columns = (_by_quantity(toml, (*at, key)) for key in ("units", "columns"))
+    specimen, cycle = (_count(toml, (*at, key)) if key in table else None for key in ("specimen", "cycle"))
+    if "file" not in table:
+        toml.fault(at, f"{at[-1]} names no file", 'Give { file = "sensor1_instron.csv", ... }')
+        return None, AS_FOUND, None
+    return _path(toml, (*at, "file")), Reading(units, columns, specimen), cycle
+
+
+def _by_quantity(toml: Toml, at: KeyPath) -> dict[str, str]:
+    """A table of quantity = "text", or a number for a column."""
+    found: dict[str, str] = {}
+    check_keys(toml, at, QUANTITIES, _SIGNPOSTS)
+    for quantity, value in table_at(toml, at).items():
+        if isinstance(value, int) and not isinstance(value, bool) and at[-1] == "columns":
+            found[quantity] = str(value)
+        elif quantity in QUANTITIES:
+            found[quantity] = text_at(toml, (*at, quantity))
+    return found
+
+
+def _count(toml: Toml, at: KeyPath) -> int | None:
+    value = table_at(toml, at[:-1])[str(at[-1])]
+    if isinstance(value, int) and not isinstance(value, bool) and value >= 1:
+        return value
+    toml.fault(at, f"{at[-1]} must be a whole number from 1, got {quoted(value)}")
+    return None
+
+
+def _path(toml: Toml, at: KeyPath) -> Path | None:
     text = text_at(toml, at)
     if not text:
         return None
@@ -433,7 +485,7 @@ def _median(prior: Prior) -> float:
 
 # --- JSON ---------------------------------------------------------------------------------------------------------------
 
-_JSON_VERSION = 2
+_JSON_VERSION = 3
 
 
 def experiment_to_json(experiment: Experiment) -> str:
@@ -445,6 +497,9 @@ def experiment_to_json(experiment: Experiment) -> str:
     def file(path: Path | None) -> str | None:
         return None if path is None else str(path)
 
+    def reading(how: Reading) -> dict[str, object]:
+        return {"units": dict(how.units), "columns": dict(how.columns), "specimen": how.specimen}
+
     specimens = [
         {
             "name": specimen.name,
@@ -454,6 +509,10 @@ def experiment_to_json(experiment: Experiment) -> str:
                     "force": file(sweep.force),
                     "capacitance": file(sweep.capacitance),
                     "indenter_radius": sweep.indenter_radius,
+                    "force_reading": reading(sweep.force_reading),
+                    "capacitance_reading": reading(sweep.capacitance_reading),
+                    "cycle": sweep.cycle,
+                    "capacitance_cycle": sweep.capacitance_cycle,
                 }
                 for sweep in specimen.sweeps
             ],
@@ -501,7 +560,16 @@ def experiment_from_json(text: str) -> Experiment:
         Specimen(
             specimen["name"],
             tuple(
-                SweepFiles(sweep["name"], file(sweep["force"]), file(sweep["capacitance"]), float(sweep["indenter_radius"]))
+                SweepFiles(
+                    sweep["name"],
+                    file(sweep["force"]),
+                    file(sweep["capacitance"]),
+                    float(sweep["indenter_radius"]),
+                    Reading(**sweep["force_reading"]),
+                    Reading(**sweep["capacitance_reading"]),
+                    sweep["cycle"],
+                    sweep["capacitance_cycle"],
+                )
                 for sweep in specimen["sweeps"]
             ),
             priors(specimen["priors"]),

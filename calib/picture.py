@@ -49,7 +49,7 @@ def file_figure(obs: Observations) -> Figure:
         if row == len(there) - 1:
             ax.set_xlabel(clock)
     handles, labels = fig.axes[0].get_legend_handles_labels()
-    fig.legend(handles, labels, loc="outside upper center", ncols=5, markerscale=3)
+    fig.legend(handles, labels, loc="outside lower center", ncols=5, markerscale=3)
     fig.suptitle(f"{obs.table.path.name}: {obs.table.recognised_as}", fontsize=9.5, fontweight="bold", x=0.01, ha="left")
     return fig
 

@@ -12,9 +12,10 @@ import numpy as np
 
 from calib.clocks import ClockOffset, clock_offset, loading_window, record
 from calib.errors import Fault, InputError
-from calib.instruments import read_lab_file
+from calib.instruments import AS_FOUND, LabTable, Reading, read_lab_file
 from calib.observations import UNLOADING, Observations, observe, usable_rows, why_left_out
 from calib.quality import Verdict, judge
+from calib.readings import excursion
 from calib.reduction import NoiseEstimate, Reduced, find_onset, fresh_readings, reduce_channel
 from models.sensor import FloatArray
 
@@ -115,6 +116,8 @@ def make_sweep(
     capacitance_file: Path | None,
     n_points: int = 40,
     *,
+    force_reading: Reading = AS_FOUND,
+    capacitance_reading: Reading = AS_FOUND,
     cycle: int | None = None,
     capacitance_cycle: int | None = None,
     clock_range: tuple[float, float] | None = None,
@@ -137,6 +140,7 @@ def make_sweep(
     force_file : force over displacement, with time if the capacitance is to be tied by clock; None if there is none.
     capacitance_file : LCR log; may be the same file as `force_file`; None if there is none.
     n_points : points per channel; fewer where the file has fewer rows.
+    force_reading, capacitance_reading : what the user says of the files, see `Reading`.
     cycle : the loading branch to use, counted from 1; None for the first. It is the tester's for a log tied by the clock.
     capacitance_cycle : the same in a capacitance file with a displacement or force column of its own, if it counts otherwise.
     clock_range : [s], range in which the offset of the clocks is known to lie; it can decide between alternatives.
@@ -151,17 +155,18 @@ def make_sweep(
     if force_file is None and capacitance_file is None:
         raise InputError(Fault(f"sweep {name} of {specimen} has neither a force nor a capacitance file"))
     same = force_file is not None and capacitance_file is not None and _same_file(force_file, capacitance_file)
+    same = same and capacitance_reading in (AS_FOUND, force_reading)
     tester = lcr = None
     faults: list[Fault] = []
     try:
-        tester = None if force_file is None else observe(read_lab_file(force_file), cycle)
+        tester = None if force_file is None else observe(read_lab_file(force_file, force_reading), cycle)
     except InputError as error:
         faults += error.faults
     try:
         if same or capacitance_file is None:
             lcr = tester if same else None
         else:
-            lcr = _observe_capacitance(capacitance_file, cycle, capacitance_cycle)
+            lcr = _observe_capacitance(read_lab_file(capacitance_file, capacitance_reading), cycle, capacitance_cycle)
     except InputError as error:
         faults += error.faults
     if faults:
@@ -225,9 +230,34 @@ def make_sweep(
     )
 
 
-def _observe_capacitance(path: Path, cycle: int | None, own: int | None) -> Observations:
+def readings_of(obs: Observations) -> dict[str, NoiseEstimate]:
+    """Noise, correlation and resolution of force and capacitance of one file: over what it is read against on the used branch.
+
+    A capacitance log without displacement and force is looked at over its time, to its first crest. A channel with fewer than
+    five such readings is left out.
+    """
+    found: dict[str, NoiseEstimate] = {}
+    for name, values in (("force", obs.force), ("capacitance", obs.capacitance)):
+        across = obs.displacement if obs.displacement is not None else obs.force if name == "capacitance" else None
+        if values is None:
+            continue
+        rows = np.flatnonzero(obs.used & np.isfinite(values))
+        if across is not None and across is obs.displacement:
+            rows = rows[np.isfinite(across[rows])]
+            x = across[rows]
+        else:
+            x = np.arange(rows.size, dtype=float) if obs.time is None else obs.time[rows]
+            if across is None and rows.size >= 5:
+                away = np.abs(excursion(values[rows]))
+                rows = rows[: max(5, int(np.argmax(away >= 0.98 * np.max(away))) + 1)]
+                x = x[: rows.size]
+        if rows.size >= 5 and np.all(np.isfinite(x)) and np.ptp(x) > 0:
+            found[name] = reduce_channel(x, values[rows], 40, find_onset(x, values[rows])).estimate
+    return found
+
+
+def _observe_capacitance(table: LabTable, cycle: int | None, own: int | None) -> Observations:
     """A log with displacement or force has cycles of its own; in one tied by time nothing tells them."""
-    table = read_lab_file(path)
     if {"displacement", "force"} & set(table.columns):
         return observe(table, cycle if own is None else own)
     return observe(table, own)

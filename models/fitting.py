@@ -378,7 +378,7 @@ def _train_curves(
             sizes,
             steps=steps,
             rng=rng,
-            progress=None if progress is None else lambda n, _, done=done: progress(done + n, 2 * steps),
+            progress=None if progress is None else _counted_on(progress, done, 2 * steps),
             start=network,
         )
     assert network is not None
@@ -386,6 +386,10 @@ def _train_curves(
     last[-1] += mean.ravel()
     last = np.concatenate([part @ curves.turn.T for part in np.split(last, n_curve, axis=1)], axis=1)
     return Network(network.centre, network.width, (*network.layers[:-1], last.astype(np.float32)))
+
+
+def _counted_on(progress: Callable[[int, int], None], done: int, total: int) -> Callable[[int, int], None]:
+    return lambda n, _: progress(done + n, total)
 
 
 def _learn_error(

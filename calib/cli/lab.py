@@ -52,9 +52,8 @@ def read(
     """
     with refusing_bad_input():
         from calib.files import whole_file
-        from calib.instruments import Reading
-        from calib.observations import observations_frame
-        from calib.sweep import LabFile, observe_file
+        from calib.instruments import Reading, read_lab_file
+        from calib.observations import observations_frame, observe
 
         for target, option in ((output, "-o"), (picture, "--picture")):
             if target is not None and target.exists() and file.exists() and target.samefile(file):
@@ -64,7 +63,7 @@ def read(
         if picture is not None and picture.suffix.lower() not in (".png", ".svg", ".pdf"):
             raise InputError(Fault("a picture ends in .png, .svg or .pdf", picture))
         reading = Reading(_assignments(units, "--units"), _assignments(columns, "--columns"), specimen)
-        observations = observe_file(LabFile(file, reading, cycle))
+        observations = observe(read_lab_file(file, reading), cycle)
         if picture is not None:
             from calib.picture import file_figure
 
@@ -160,6 +159,7 @@ _DELIMITERS = {",": "comma", ";": "semicolon", "\t": "tab", " ": "blanks"}
 def _show(o: Observations) -> None:
     from rich.table import Table
 
+    from calib.observations import why_left_out
     from calib.quality import judge, verdict_rows
     from calib.sweep import readings_of
 
@@ -188,7 +188,11 @@ def _show(o: Observations) -> None:
         of = (
             ("", "", "")
             if e is None
-            else (f"{e.noise * scale:.2g}", f"{e.resolution * scale:.2g}", f"{e.correlation:.2g} rows")
+            else (
+                f"{e.noise * scale:.2g}",
+                f"{e.resolution * scale:.2g}",
+                f"{e.correlation:.2g} row{'' if e.correlation < 1.05 else 's'}",
+            )
         )
         shown.add_row(name, table.sources.get(name, ""), *ends, unit, *of)
     console.print(shown)
@@ -196,18 +200,20 @@ def _show(o: Observations) -> None:
     branches = [f"{b or 'unknown'} {o.branch.count(b)}" for b in dict.fromkeys(o.branch)]
     cycles = f"; {o.n_cycle} cycles, cycle {o.used_cycle} is used" if o.n_cycle > 1 else ""
     say(f"{len(o.used)} rows, {n_used} used" + (f"; by branch: {', '.join(branches)}{cycles}" if any(o.branch) else ""))
-    from calib.observations import why_left_out
-
     for reason, count in why_left_out(o).most_common(12):
         say(f"not used: {count} rows, {reason}")
     for note in (o.sign_note, *table.notes):
         if note:
             say(f"note: {note}")
     judged = verdict_rows(judge(o))
-    if judged:
+    objections = [row for row in judged if row[0] != "good"]
+    if objections:
         quality = Table("quality", "check", "number", "finding", "advice")
-        for level, *cells in judged:
+        for level, *cells in objections:
             quality.add_row(level, *cells, style={"bad": "red", "warning": "yellow"}.get(level, ""))
         console.print(quality)
+    good = [f"{check} ({number})" for level, check, number, *_ in judged if level == "good"]
+    if good:
+        say(f"good: {', '.join(good)}")
     if n_used == 0:
         err().print("No row can be used for a calibration.", style="yellow")

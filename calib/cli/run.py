@@ -280,15 +280,36 @@ def _begun(output: Path) -> dict[str, str]:
         ) from None
 
 
+# Share of a prior that is looked at when a file is judged before there is a posterior.
+_CERTAIN = 0.99
+
+
 def _read_sweeps(experiment: Experiment) -> tuple[Sweep, ...]:
+    from calib.prior import default_prior
     from calib.sweep import make_sweep
 
     sweeps: list[Sweep] = []
     faults: list[Fault] = []
+    compliance = experiment.priors.get("machine_compliance", default_prior("machine_compliance"))
     for specimen in experiment.specimens:
+        clock = specimen.priors.get("clock_offset")
         for files in specimen.sweeps:
             try:
-                sweeps.append(make_sweep(specimen.name, files.name, files.indenter_radius, files.force, files.capacitance))
+                sweeps.append(
+                    make_sweep(
+                        specimen.name,
+                        files.name,
+                        files.indenter_radius,
+                        files.force,
+                        files.capacitance,
+                        force_reading=files.force_reading,
+                        capacitance_reading=files.capacitance_reading,
+                        cycle=files.cycle,
+                        capacitance_cycle=files.capacitance_cycle,
+                        clock_range=None if clock is None else clock.interval(_CERTAIN),
+                        machine_compliance=compliance.interval(_CERTAIN)[1],
+                    )
+                )
             except InputError as error:
                 faults += error.faults
     if faults:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from calib.errors import Fault, InputError
 from calib.instruments.columns import read_columns
-from calib.instruments.labtable import Family, IntArray, LabTable, Reading
+from calib.instruments.labtable import AS_FOUND, Family, IntArray, LabTable, Reading
 from calib.instruments.lcr import LCR_METERS, as_parallel
 from calib.instruments.replies import replies
 from calib.instruments.sheet import SeveralSpecimens, Sheet, cut
@@ -14,7 +14,17 @@ from calib.instruments.testers import TESTERS
 from calib.instruments.text import read_lab_text
 from calib.instruments.units import SI_UNIT
 
-__all__ = ["FAMILIES", "QUANTITIES", "Family", "IntArray", "LabTable", "Reading", "SeveralSpecimens", "read_lab_file"]
+__all__ = [
+    "AS_FOUND",
+    "FAMILIES",
+    "QUANTITIES",
+    "Family",
+    "IntArray",
+    "LabTable",
+    "Reading",
+    "SeveralSpecimens",
+    "read_lab_file",
+]
 
 #: What `Reading.units` and `Reading.columns` may name.
 QUANTITIES = tuple(q for q in SI_UNIT if q != "capacitance_series")
@@ -42,7 +52,7 @@ FAMILIES: tuple[Family, ...] = (
 )
 
 
-def read_lab_file(path: Path, reading: Reading | None = None) -> LabTable:
+def read_lab_file(path: Path, reading: Reading = AS_FOUND) -> LabTable:
     """Read one record of a file of a testing machine or an LCR meter.
 
     Encoding, delimiter, decimal mark, header and units are found in the file; what was found is stated in the table.
@@ -65,7 +75,7 @@ def read_lab_file(path: Path, reading: Reading | None = None) -> LabTable:
     calib.errors.InputError
         With every fault of the file, each with line, column and advice.
     """
-    path, reading = Path(path), reading or Reading()
+    path = Path(path)
     unknown = sorted({*reading.units, *reading.columns} - set(QUANTITIES) - {"capacitance_series"})
     if unknown:
         raise InputError(Fault(f"there is no quantity {', '.join(unknown)}", path, advice=f"There are {', '.join(QUANTITIES)}"))

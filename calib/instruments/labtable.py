@@ -36,6 +36,10 @@ class Reading:
     specimen: int | None = None
 
 
+#: What is said of a file of which nothing is said.
+AS_FOUND = Reading()
+
+
 @dataclass(frozen=True, eq=False)
 class LabTable:
     """One lab file as columns in SI, nothing turned, zeroed or repaired.

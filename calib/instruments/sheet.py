@@ -409,7 +409,10 @@ class SeveralSpecimens(InputError):
 
 
 def _which_specimen(sheet: Sheet, message: str, count: int) -> SeveralSpecimens:
-    advice = f"Say which one: --specimen 1 to --specimen {count} (in an experiment file: specimen = 1), or export one specimen per file"
+    advice = (
+        f"Say which one: --specimen 1 to --specimen {count} (in an experiment file: specimen = 1), or export one specimen "
+        "per file"
+    )
     return SeveralSpecimens(Fault(message, sheet.text.path, sheet.header_line, advice=advice), count)
 
 
