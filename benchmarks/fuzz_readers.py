@@ -21,8 +21,7 @@ from functools import cache
 from pathlib import Path
 from types import FrameType
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(ROOT / "tests" / "calib"), str(ROOT)]
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "calib"))
 
 from lab_corpus import corpus
 
@@ -33,13 +32,15 @@ from calib.instruments import read_lab_file
 LIMIT = 2.0
 
 _INTERESTING = (
-    b"\x00", b"\xff\xfe", b"\xef\xbb\xbf", b"\r", b"\n", b"\t", b";", b",", b".", b'"', b"'", b"(", b")", b"[", b"]", b"|", b"-",
-    b"1e400", b"1e-400", b"9.9E37", b"999999", b"nan", b"inf", b"-inf", b"OVER", b"0x1F", b"1_000", b"1,000", b"1.000.000,5",
-    b"(kN)", b"(m^2)", b"(**)", b"(1/0)", b"(a" + b"*a" * 40 + b")", b"(10**10**10)", b"(degC)", b"()", b"[[[[", b"%s%n", b"{0}",
-    "\u00b5m".encode(), "\u0660\u0661".encode(), "\u00b2".encode(), "\uff11\uff12".encode(), "\u2028".encode(), "\u0085".encode(),
-    b"Time", b"Load (N)", b"Time (s),Extension (mm),Load (N)\n", b"Specimen 2\n", b"MTS793|MPT|DEU|1|2|,|.|:|1|0|0|A\n",
-    b"sep=;\n", b"Results Table 1\n", b"Units : Load,kN\n", b"\x1a", b"\x0c", b"\x0b", b"\xa0", b"\xe2\x88\x92",
+    b"\x00", b"\xff\xfe", b"\xef\xbb\xbf", b"\r", b"\n", b"\t", b";", b",", b".", b'"', b"'", b"(", b")", b"[", b"]", b"|",
+    b"-", b"1e400", b"1e-400", b"9.9E37", b"999999", b"nan", b"inf", b"-inf", b"OVER", b"0x1F", b"1_000", b"1,000",
+    b"1.000.000,5", b"(kN)", b"(m^2)", b"(**)", b"(1/0)", b"(a" + b"*a" * 40 + b")", b"(10**10**10)", b"(degC)", b"()", b"[[[[",
+    b"%s%n", b"{0}", "\u00b5m".encode(), "\u0660\u0661".encode(), "\u00b2".encode(), "\uff11\uff12".encode(),
+    "\u2028".encode(), "\u0085".encode(), b"Time", b"Load (N)", b"Time (s),Extension (mm),Load (N)\n", b"Specimen 2\n",
+    b"MTS793|MPT|DEU|1|2|,|.|:|1|0|0|A\n", b"sep=;\n", b"Results Table 1\n", b"Units : Load,kN\n", b"\x1a", b"\x0c", b"\x0b",
+    b"\xa0", b"\xe2\x88\x92",
 )  # fmt: skip
+_HUGE = (b"9", b"a", b"1,", b" ", b"1 ", b".", b"e", b'"', b"(", b"1.", b"\xc2\xa0")
 
 
 @dataclass(frozen=True)
@@ -112,9 +113,7 @@ def _shuffle(data: bytearray, rng: random.Random) -> bytearray:
 
 def _huge_cell(data: bytearray, rng: random.Random) -> bytearray:
     at = rng.randrange(len(data) + 1)
-    data[at:at] = rng.choice((b"9", b"a", b"1,", b" ", b"1 ", b".", b"e", b'"', b"(", b"1.", b"\xc2\xa0")) * rng.choice(
-        (100, 5000, 100_000)
-    )
+    data[at:at] = rng.choice(_HUGE) * rng.choice((100, 5000, 100_000))
     return data
 
 

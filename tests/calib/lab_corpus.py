@@ -416,7 +416,7 @@ class Variant:
     name : of the variant.
     text, newline, encoding, bom : the file.
     outcome : "read" (must be read right), "refused" (must be refused), "either" (never wrong).
-    oracle : interprets the text, None if it must be refused.
+    oracle : interprets the text, None if it must be refused (which a unit of another quantity asks for, too).
     truth : line -> values of the rows, from the cells before they were written.
     unusable : lines of rows that must have a reason.
     refusal : what a refusal must say; None where nothing is asked.
@@ -456,11 +456,6 @@ class Variant:
 _BOMS = {"utf-8": codecs.BOM_UTF8, "utf-16-le": codecs.BOM_UTF16_LE, "utf-16-be": codecs.BOM_UTF16_BE}
 
 
-def consistent(layout: Layout) -> bool:
-    """Whether every column that means something has a unit of what it means."""
-    return all(c.unit in FACTOR[c.quantity] for c in layout.columns if c.quantity)
-
-
 def build(
     name: str,
     layout: Layout,
@@ -481,7 +476,7 @@ def build(
     meant = meant or {}
     oracle: Oracle | None = None
     truth: dict[int, Row] = {}
-    if outcome != "refused":
+    if outcome != "refused" and all(meant.get(c.quantity, c.unit) in FACTOR[c.quantity] for c in layout.columns if c.quantity):
         factors = {
             i: (c.quantity, FACTOR[c.quantity][meant.get(c.quantity, c.unit)])
             for i, c in enumerate(layout.columns)
@@ -903,7 +898,10 @@ def _shapes(n: int) -> list[Variant]:
         build("statistics below the rows", Layout((t, x, f), footer=statistics, stop="Statistics"), "either"),
         build("blank lines between header and rows", Layout((t, x, f), between=("", ""))),
         build("empty cells", Layout((t, x, replace(f, cells=gaps)))),
-        build("aborted run, fewer cells in the last row", Layout((t, x, f)), finish=lambda lines: [*lines[:-1], lines[-1][:9]]),
+        build(
+            "aborted run, fewer cells in the last row", Layout((t, x, f)), finish=lambda lines: [*lines[:-1], lines[-1][:11]]
+        ),
+        build("aborted run, cut after a minus", Layout((t, x, f)), "either", finish=lambda lines: [*lines[:-1], lines[-1][:9]]),
         build(
             "aborted run, semicolons and comma, crlf",
             Layout((t, x, f), delimiter=";", decimal=",", newline="\r\n", final_newline=False),

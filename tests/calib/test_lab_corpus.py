@@ -13,7 +13,8 @@ import pytest
 from calib.errors import InputError
 from calib.instruments import LabTable, read_lab_file
 
-sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).resolve().parents[2] / "benchmarks")]
+sys.path.insert(0, str(Path(__file__).parent))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "benchmarks"))
 
 from fuzz_readers import fuzz
 from lab_corpus import (
