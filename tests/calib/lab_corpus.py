@@ -167,7 +167,7 @@ class Oracle:
             if self.stop and re.search(self.stop, line):
                 break
             cells = split_cells(line, self.delimiter)
-            if cells is None or not any(plain_number(c, self.decimal) is not None for c in cells):
+            if not any(plain_number(c, self.decimal) is not None for c in cells):
                 continue
             found[number] = self._row(cells)
         return found
@@ -212,7 +212,7 @@ class Table(Protocol):
         """Choices made while reading."""
 
 
-def disagreement(table: Table, rows: Mapping[int, Row], last_may_go: bool = False) -> str:
+def disagreement(table: Table, rows: Mapping[int, Row], last_may_go: bool = False, optional: Sequence[str] = ()) -> str:
     """The first thing in which a table differs from what the lines of the file say, "" if there is none.
 
     A value must be the written one to 1e-12, or nan where the line holds none; a row with a reason may have nan anywhere; a
@@ -222,8 +222,9 @@ def disagreement(table: Table, rows: Mapping[int, Row], last_may_go: bool = Fals
     ----------
     rows : line -> values that are legitimate.
     last_may_go : the last line of the file was cut, and may be left out if a note says something.
+    optional : quantities whose column may be left out altogether.
     """
-    quantities = {q for row in rows.values() for q in row}
+    quantities = {q for row in rows.values() for q in row} - {q for q in optional if q not in table.columns}
     lines = [int(line) for line in table.lines]
     if any(b <= a for a, b in pairwise(lines)):
         return f"lines are not in order: {lines}"
@@ -261,8 +262,8 @@ def disagreement(table: Table, rows: Mapping[int, Row], last_may_go: bool = Fals
     return ""
 
 
-def split_cells(line: str, delimiter: str) -> list[str] | None:
-    """Cells of one line, unquoted and stripped; None if a quotation mark is left open."""
+def split_cells(line: str, delimiter: str) -> list[str]:
+    """Cells of one line, unquoted and stripped; "" for a cell whose quotation mark is left open: it was cut."""
     if delimiter == "" and '"' not in line:
         return line.split()
     cells, cell, inside = [], "", False
@@ -274,8 +275,8 @@ def split_cells(line: str, delimiter: str) -> list[str] | None:
             cell = ""
         else:
             cell += character
-    cells.append(cell.strip())
-    return None if inside else cells
+    cells.append("" if inside else cell.strip())
+    return cells
 
 
 def plain_number(text: str, decimal: str) -> Decimal | None:
@@ -285,7 +286,7 @@ def plain_number(text: str, decimal: str) -> Decimal | None:
     (Decimal('1000.06'), Decimal('1000.06'), None, None)
     """
     text = text.strip().replace("\u2212", "-")
-    match = re.fullmatch(r"([+-]?)(.*?)(?:[eE]([+-]?[0-9]{1,4}))?", text, re.DOTALL)
+    match = re.fullmatch(r"([+-]?)(.*?)(?:[eE]([+-]?[0-9]{1,9}))?", text, re.DOTALL)
     if match is None:
         return None
     sign, mantissa, exponent = match[1], match[2], match[3] or "0"
@@ -310,7 +311,7 @@ def with_marks(cell: str, decimal: str, thousands: str) -> str:
     >>> with_marks("-1234.5", ",", "."), with_marks("OVER", ",", ".")
     ('-1.234,5', 'OVER')
     """
-    match = re.fullmatch(r"([+-]?)([0-9]+)(?:\.([0-9]*))?([eE][+-]?[0-9]+)?", cell)
+    match = re.fullmatch(r"( *[+-]?)([0-9]+)(?:\.([0-9]*))?([eE][+-]?[0-9]+)?", cell)
     if match is None:
         return cell
     whole = match[2]
@@ -482,7 +483,8 @@ def build(
             for i, c in enumerate(layout.columns)
             if c.quantity
         }
-        oracle = Oracle(layout.delimiter, layout.decimal, factors, len(layout.columns), first, stop=layout.stop)
+        width = len(layout.columns) + len(layout.trailing)
+        oracle = Oracle(layout.delimiter, layout.decimal, factors, width, first, stop=layout.stop)
         if finish is None:
             truth = _truth_of_cells(layout, first, factors)
     if finish is not None:
@@ -492,7 +494,7 @@ def build(
     status = [i for i, c in enumerate(layout.columns) if c.quantity == "status"]
     if status:
         for line in truth:
-            cells = split_cells(lines[line - 1], layout.delimiter) or []
+            cells = split_cells(lines[line - 1], layout.delimiter)
             if status[0] < len(cells) and cells[status[0]] not in ("0", "+0", ""):
                 unusable.add(line)
     text = layout.newline.join(lines) + (layout.newline if layout.final_newline else "")
@@ -701,6 +703,7 @@ def _machines(n: int) -> list[Variant]:
             ),
         ),
         _mts_blocks("mts, blocks repeat the header, time goes on", mts, n, restart=False),
+        _mts_blocks("mts, blocks repeat the header, the second is longer", mts, n, restart=False, part=3),
         _mts_blocks("mts, blocks repeat the header, time restarts", mts, n, restart=True),
         build("shimadzu shift-jis", shimadzu),
         build("mark-10", mark10),
@@ -734,8 +737,8 @@ def _three_digit_exponent(cell: str) -> str:
     return f"{mantissa}e{exponent[0]}{int(exponent[1:]):03d}"
 
 
-def _mts_blocks(name: str, layout: Layout, n: int, restart: bool) -> Variant:
-    half = n // 2
+def _mts_blocks(name: str, layout: Layout, n: int, restart: bool, part: int = 2) -> Variant:
+    half = n // part
     head = [layout.joined(layout.header(), False), layout.joined([c.unit for c in layout.columns], False)]
 
     def finish(lines: list[str]) -> list[str]:
@@ -963,29 +966,10 @@ def _two_loads(n: int) -> Layout:
 
 
 def _specimens(n: int) -> list[Variant]:
-    t, x, f = _three(n)
-    second = replace(f, cells=tuple(f"{Decimal(c) * 2:.3f}" for c in f.cells))
-    first_layout, second_layout = Layout((t, x, f)), Layout((t, x, second))
-    one, start = first_layout.lines()
-    two, _ = second_layout.lines()
-    blocks = ["Specimen 1", *one, "", "Specimen 2", *two]
+    made = []
+    for label, first in (("", n), ("the first cut short ", n // 2), ("the first of one row ", 1)):
+        made += _specimen_blocks(f"specimens in blocks, {label}".rstrip(" ,"), first, n)
     lists = Refusal((), ("specimen", "1", "2"))
-    made = [Variant("specimens in blocks", "\n".join(blocks) + "\n", outcome="refused", refusal=lists)]
-    for k, (layout, begin) in enumerate(((first_layout, start + 1), (second_layout, len(one) + 3 + start)), start=1):
-        variant = build("", layout)
-        assert variant.oracle is not None
-        shift = begin - start
-        made.append(
-            replace(
-                variant,
-                name=f"specimens in blocks, number {k}",
-                text="\n".join(blocks) + "\n",
-                oracle=replace(variant.oracle, first=begin, last=begin + n - 1),
-                truth={line + shift: row for line, row in variant.truth.items()},
-                layout=None,
-                reading={"specimen": k},
-            )
-        )
     minutes = tuple(
         column(q, w, u, n)
         for q, w, u in (("force", "Load", "N"), ("displacement", "Displacement", "mm"), ("time", "Time", "min"))
@@ -1009,6 +993,32 @@ def _specimens(n: int) -> list[Variant]:
         made.append(replace(own, layout=None))
     single = replace(both, columns=(*minutes, event), prelude=("silicone 1\t\t\t",))
     made.append(build("mecmesin, one specimen", single))
+    return made
+
+
+def _specimen_blocks(name: str, n_first: int, n: int) -> list[Variant]:
+    # One header and one block of rows for each specimen, the second with twice the force.
+    t, x, f = _three(n)
+    second = Layout((t, x, replace(f, cells=tuple(f"{Decimal(c) * 2:.3f}" for c in f.cells))))
+    first = Layout(tuple(replace(c, cells=c.cells[:n_first]) for c in (t, x, f)))
+    above = first.lines()[0]
+    text = "\n".join(["Specimen 1", *above, "", "Specimen 2", *second.lines()[0]]) + "\n"
+    made = [Variant(name, text, outcome="refused", refusal=Refusal((), ("specimen", "1", "2")))]
+    for k, (layout, shift) in enumerate(((first, 1), (second, len(above) + 3)), start=1):
+        own = build("", layout)
+        assert own.oracle is not None
+        begin = own.oracle.first + shift
+        made.append(
+            replace(
+                own,
+                name=f"{name}, number {k}",
+                text=text,
+                oracle=replace(own.oracle, first=begin, last=begin + len(own.truth) - 1),
+                truth={line + shift: row for line, row in own.truth.items()},
+                layout=None,
+                reading={"specimen": k},
+            )
+        )
     return made
 
 

@@ -61,13 +61,21 @@ def read(tmp_path: Path, data: bytes, variant: Variant) -> LabTable:
     return read_lab_file(path, Reading(**variant.reading))
 
 
-def silent_error(tmp_path: Path, data: bytes, variant: Variant, lines: list[str], oracle: Oracle, cut: bool = False) -> str:
+def silent_error(
+    tmp_path: Path,
+    data: bytes,
+    variant: Variant,
+    lines: list[str],
+    oracle: Oracle,
+    cut: bool = False,
+    optional: tuple[str, ...] = (),
+) -> str:
     """What is wrong with what was read of a damaged file, "" if it is right or refused."""
     try:
         table = read(tmp_path, data, variant)
     except InputError:
         return ""
-    return disagreement(table, oracle.interpret(lines), last_may_go=cut)
+    return disagreement(table, oracle.interpret(lines), last_may_go=cut, optional=optional)
 
 
 def assert_refused(tmp_path: Path, changed: Variant, what: str) -> None:
@@ -273,7 +281,7 @@ def test_a_stray_line_spoils_no_other_line(tmp_path: Path, variant: Variant) -> 
     rows = sorted(variant.truth)
     header = variant.lines[rows[0] - 2] if rows[0] > 1 else "Time"
     for stray in (*STRAY, header):
-        for at in (rows[0], rows[len(rows) // 2], rows[-1] - 1, rows[-1]):  # 0-based index of the new line
+        for at in (rows[0], rows[len(rows) // 2], max(rows[-1] - 1, rows[0]), rows[-1]):  # 0-based index of the new line
             lines = variant.lines
             lines.insert(at, stray.format(variant.oracle.delimiter or " ") if "{0}" in stray else stray)
             oracle = replace(variant.oracle, last=variant.oracle.last + 1)
@@ -307,11 +315,11 @@ def test_a_row_repeated_dropped_or_moved_changes_that_row_only(tmp_path: Path, v
     rng = random.Random(variant.name)
     rows = sorted(variant.truth)
     for _ in range(4):
-        i, j = rng.sample(rows, 2)
+        i, j = rng.choices(rows, k=2)
         for kind in ("drop", "exchange", "repeat"):
             lines = variant.lines
             oracle = variant.oracle
-            if kind == "drop":
+            if kind == "drop" and len(rows) > 1:
                 del lines[i - 1]
                 oracle = replace(oracle, last=oracle.last - 1)
             elif kind == "exchange":
@@ -370,7 +378,8 @@ def test_the_same_text_in_another_encoding_gives_the_same_values_or_is_refused(t
             data = variant.text.encode(encoding)
         except UnicodeEncodeError:
             continue
-        assert silent_error(tmp_path, data, variant, variant.lines, variant.oracle) == "", encoding
+        # A name that became unreadable loses its column; displacement and force are needed, time is not.
+        assert silent_error(tmp_path, data, variant, variant.lines, variant.oracle, optional=("time",)) == "", encoding
 
 
 @named(SHORT)
