@@ -40,11 +40,18 @@ CAPACITANCES = ("pF", "nF", "uF", "F")
 THOUSANDS = {".": ("", "", ",", " ", "'", "\u00a0"), ",": ("", "", ".", " ", "\u00a0", "\u202f")}
 
 
+#: What a test of a small sample reaches [SI]; a reader may refuse what is beyond.
+LARGEST = {"displacement": Decimal("0.02"), "force": Decimal(400), "capacitance": Decimal("4e-10"), "": Decimal(5)}
+
+
 @st.composite
-def numbers(draw: st.DrawFn, n_row: int, largest: int, whole: bool = False) -> tuple[str, ...]:
-    """Texts of n_row numbers with one number of digits after the point."""
-    digits = 0 if whole else draw(st.integers(1, 6))
-    values = draw(st.lists(st.integers(-largest * 10**digits, largest * 10**digits), min_size=n_row, max_size=n_row))
+def numbers(draw: st.DrawFn, n_row: int, quantity: str, unit: str, signed: bool = True) -> tuple[str, ...]:
+    """Texts of n_row numbers up to the largest value of the quantity, all with one number of digits after the point."""
+    largest = LARGEST[quantity] / FACTOR[quantity][unit] if quantity else LARGEST[""]
+    digits = max(1, 2 - largest.adjusted()) + draw(st.integers(0, 3))
+    top = int(largest.scaleb(digits))
+    values = draw(st.lists(st.integers(-top if signed else 0, top), min_size=n_row - 1, max_size=n_row - 1))
+    values.insert(draw(st.integers(0, n_row - 1)), draw(st.integers(top // 2, top)))
     return tuple(f"{Decimal(v).scaleb(-digits):.{digits}f}" for v in values)
 
 
@@ -57,25 +64,26 @@ def layouts(draw: st.DrawFn) -> Layout:
     start, step = draw(st.integers(0, 200_000)), draw(st.integers(1, 99_999))
     times = tuple(f"{Decimal(start + i * step) / 100:.2f}" for i in range(n))
     time = Column("time", time_name, draw(st.sampled_from(TIMES)), times)
+    delimiter = draw(st.sampled_from(DELIMITERS))
     if draw(st.integers(0, 3)):
+        length, load = draw(st.sampled_from(LENGTHS)), draw(st.sampled_from(FORCES))
+        names = [x for x in lengths if delimiter or " " not in x], [x for x in forces if delimiter or " " not in x]
         columns = [
             time,
-            Column("displacement", draw(st.sampled_from(lengths)), draw(st.sampled_from(LENGTHS)), draw(numbers(n, 5000))),
-            Column("force", draw(st.sampled_from(forces)), draw(st.sampled_from(FORCES)), draw(numbers(n, 20_000))),
+            Column("displacement", draw(st.sampled_from(names[0])), length, draw(numbers(n, "displacement", length))),
+            Column("force", draw(st.sampled_from(names[1])), load, draw(numbers(n, "force", load))),
         ]
-        if draw(st.booleans()):
-            columns.append(Column("", "Compressive stress", "MPa", draw(numbers(n, 5))))
-        if draw(st.booleans()):
-            columns.append(Column("", "Segment ID", "", draw(numbers(n, 99, whole=True))))
+        if draw(st.booleans()) and delimiter:
+            columns.append(Column("", "Compressive stress", "MPa", draw(numbers(n, "", ""))))
+        if draw(st.booleans()) and delimiter:
+            columns.append(Column("", "Segment ID", "", ("22476",) * n))
     else:
-        capacitance = tuple(c.removeprefix("-") for c in draw(numbers(n, 3000)))
-        columns = [time, Column("capacitance", "Cp", draw(st.sampled_from(CAPACITANCES)), capacitance)]
+        farad = draw(st.sampled_from(CAPACITANCES))
+        columns = [time, Column("capacitance", "Cp", farad, draw(numbers(n, "capacitance", farad, signed=False)))]
         if draw(st.booleans()):
-            columns.append(
-                Column("dissipation", "D", "", tuple(f"0.0{c.removeprefix('-')}" for c in draw(numbers(n, 9, True))))
-            )
+            loss = draw(st.lists(st.integers(1, 9999), min_size=n, max_size=n))
+            columns.append(Column("dissipation", "D", "", tuple(f"0.0{d:04d}" for d in loss)))
     columns = draw(st.permutations(columns))
-    delimiter = draw(st.sampled_from(DELIMITERS))
     decimal = draw(st.sampled_from((".", ",")))
     thousands = draw(st.sampled_from(THOUSANDS[decimal]))
     place = draw(st.sampled_from(PLACES))
@@ -83,7 +91,6 @@ def layouts(draw: st.DrawFn) -> Layout:
     if delimiter == "":  # blanks part the cells: none within a cell, no empty cell, nothing quoted
         thousands = "" if thousands.isspace() else thousands
         place = "tight()" if place in ("()", "[]", ", ") or place.startswith("row") else place
-        columns = [c for c in columns if " " not in c.name]
         quoted = ""
     elif place == ", ":
         quoted = "header" if delimiter == "," and not quoted else quoted
@@ -93,8 +100,18 @@ def layouts(draw: st.DrawFn) -> Layout:
     )
     newline = draw(st.sampled_from(("\n", "\r\n", "\r")))
     return Layout(
-        tuple(columns), place, delimiter, decimal, thousands, quoted, newline, encoding, bom, prelude, final_newline=draw(st.booleans())
-    )  # fmt: skip
+        tuple(columns),
+        place,
+        delimiter,
+        decimal,
+        thousands,
+        quoted,
+        newline,
+        encoding,
+        bom,
+        prelude,
+        final_newline=draw(st.booleans()),
+    )
 
 
 def ambiguous(variant: Variant) -> bool:
@@ -154,7 +171,8 @@ def test_every_unit_has_its_factor(tmp_path: Path, unit: str) -> None:
     quantity = next(q for q in ("force", "displacement", "time") if unit in FACTOR[q])
     units = {"time": "s", "displacement": "mm", "force": "N", quantity: unit}
     names = {"time": "Time", "displacement": "Extension", "force": "Load"}
-    columns = tuple(Column(q, names[q], units[q], ("1.25", "2.5", "4.75")) for q in names)
+    small = {"m": ("0.00125", "0.0025", "0.00475")}
+    columns = tuple(Column(q, names[q], units[q], small.get(units[q], ("0.25", "0.5", "0.75"))) for q in names)
     variant = build(unit, Layout(columns))
     path = tmp_path / "lab.csv"
     path.write_bytes(variant.data)
