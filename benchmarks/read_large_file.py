@@ -23,12 +23,12 @@ import json, resource, sys, time
 from pathlib import Path
 from calib.instruments import read_lab_file
 base = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-start = time.perf_counter()
+start, used = time.perf_counter(), time.process_time()
 table = read_lab_file(Path(sys.argv[1]))
-seconds = time.perf_counter() - start
+seconds, used = time.perf_counter() - start, time.process_time() - used
 peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 first = {q: [float(v[1]), float(v[-1])] for q, v in table.columns.items()}
-print(json.dumps([seconds, peak * 1024, base * 1024, len(table.lines), first]))
+print(json.dumps([seconds, used, peak * 1024, base * 1024, len(table.lines), first]))
 """
 
 
@@ -76,10 +76,10 @@ def main() -> None:
                 print(f"{name}: failed\n{done.stderr[-2000:]}")
                 missed = True
                 continue
-            seconds, peak, before, n_row, ends = json.loads(done.stdout)
+            seconds, used, peak, before, n_row, ends = json.loads(done.stdout)
             missed |= seconds > SECONDS or peak > MEMORY or n_row != options.n
             print(
-                f"{name}: {path.stat().st_size / 1e6:.0f} MB, {n_row} rows in {seconds:.2f} s, peak {peak / 1e6:.0f} MB "
+                f"{name}: {path.stat().st_size / 1e6:.0f} MB, {n_row} rows in {seconds:.2f} s ({used:.2f} s of the processor), peak {peak / 1e6:.0f} MB "
                 f"({before / 1e6:.0f} MB before); second and last row {ends}"
             )
     sys.exit(1 if missed else 0)

@@ -358,10 +358,7 @@ class Layout:
         if self.delimiter == "":
             return " ".join(f"{c:>12}" for c in cells)
         mark = '"' if quoted else ""
-        written = [
-            f'"{c}"' if not quoted and self.delimiter in c and self.delimiter != self.decimal else f"{mark}{c}{mark}"
-            for c in cells
-        ]
+        written = [f'"{c}"' if not quoted and self.delimiter in c else f"{mark}{c}{mark}" for c in cells]
         return self.delimiter.join(written) + self.trailing
 
     def header(self) -> list[str]:
