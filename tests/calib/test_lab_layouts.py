@@ -95,6 +95,7 @@ def layouts(draw: st.DrawFn) -> Layout:
     elif place == ", ":
         quoted = "header" if delimiter == "," and not quoted else quoted
     encoding, bom = draw(st.sampled_from(ENCODINGS.get(language, LATIN)))
+    thousands = "" if thousands.encode(encoding, errors="replace").decode(encoding) != thousands else thousands
     prelude = draw(
         st.sampled_from(((), (), ("Test 17",), ("Operator: M", ""), ("Specimen label: s 1", "Date: 13/11/2018", "")))
     )
