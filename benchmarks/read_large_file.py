@@ -80,7 +80,8 @@ def main() -> None:
             missed |= seconds > SECONDS or peak > MEMORY or n_row != options.n
             print(
                 f"{name}: {path.stat().st_size / 1e6:.0f} MB, {n_row} rows in {seconds:.2f} s "
-                f"({used:.2f} s of the processor), peak {peak / 1e6:.0f} MB ({before / 1e6:.0f} MB before); second and last row {ends}"
+                f"({used:.2f} s of the processor), peak {peak / 1e6:.0f} MB ({before / 1e6:.0f} MB before); "
+                f"second and last row {ends}"
             )
     sys.exit(1 if missed else 0)
 

@@ -95,7 +95,9 @@ def layouts(draw: st.DrawFn) -> Layout:
     elif place == ", ":
         quoted = "header" if delimiter == "," and not quoted else quoted
     encoding, bom = draw(st.sampled_from(ENCODINGS.get(language, LATIN)))
-    thousands = "" if thousands.encode(encoding, errors="replace").decode(encoding) != thousands else thousands
+    written = thousands + "".join(c.name + c.unit for c in columns)
+    if written.encode(encoding, errors="replace").decode(encoding) != written:
+        encoding, bom = "utf-8", False
     prelude = draw(
         st.sampled_from(((), (), ("Test 17",), ("Operator: M", ""), ("Specimen label: s 1", "Date: 13/11/2018", "")))
     )
