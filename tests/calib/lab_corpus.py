@@ -538,7 +538,7 @@ def _truth_of_cells(layout: Layout, first: int, factors: Mapping[int, tuple[str,
 def corpus(n_row: int = 200) -> tuple[Variant, ...]:
     """All variants, of a pressing with n_row rows (at least 8)."""
     made = [*_machines(n_row), *_words(n_row), *_marks(n_row), *_unit_places(n_row), *_encodings(n_row), *_shapes(n_row)]
-    made += [*_specimens(n_row), *_meters(n_row), *_refusals(n_row)]
+    made += [*_specimens(n_row), *_meters(n_row), *_traps(n_row), *_refusals(n_row)]
     names = [v.name for v in made]
     assert len(set(names)) == len(names), "two variants have one name"
     return tuple(made)
@@ -1127,6 +1127,38 @@ def _meters(n: int) -> list[Variant]:
     timed = replace(analyser, columns=(number, replace(t, name="TIME"), farad, d))
     made.append(build("impedance analyser log with time", timed))
     return made
+
+
+def _traps(n: int) -> list[Variant]:
+    t, x, f = _three(n)
+    layout = Layout((t, x, f))
+    whole = tuple(
+        replace(c, unit=u, cells=tuple(f"{Decimal(v).scaleb(3):.0f}" for v in c.cells))
+        for c, u in zip((t, x, f), ("ms", "um", "mN"), strict=True)
+    )
+    same_names = ("Results", "Time,Extension,Load", "(s),(mm),(kN)", "676.36,0.5918,0.0082", "", "Raw data")
+    two_results = (*same_names[:4], "676.40,0.5920,0.0083", *same_names[4:])
+    resets = Column("", "Cycle Elapsed Time", "s", tuple(f"{Decimal(i % 5) / 10:.2f}" for i in range(n)))
+    same = Column("", "Total Time", "s", t.cells)
+    block = ("Load cell,10,kN", "Extension rate,1,mm/s", "Preload,0.05,N", "Time of test,17,s", "")
+    declared = ("Units : Load,kN",)
+    return [
+        build("whole numbers with thousands points", Layout(whole, delimiter=";", decimal=",", thousands="."), "either"),
+        build("whole numbers with thousands commas", Layout(whole, delimiter=";", thousands=","), "either"),
+        build("whole numbers with thousands commas, quoted", Layout(whole, thousands=",", quoted="all"), "either"),
+        build("one result under the same names in kN above the rows", replace(layout, prelude=same_names), "either"),
+        build("two results under the same names in kN above the rows", replace(layout, prelude=two_results), "either"),
+        build("time within the cycle beside the total time", Layout((resets, replace(t, name="Total Time"), x, f)), "either"),
+        build("two equal time columns", Layout((same, t, x, f)), "either"),
+        build("a load cell is no unit", replace(layout, place="none", prelude=block), "refused", Refusal((6,), ("unit",))),
+        build("declared and written units contradict", replace(layout, prelude=declared), "either"),
+        build("a unit in the name and a blank units row", replace(layout, place="()", between=(",,",)), "either"),
+        build("stress beside the load in one unit row", Layout((t, x, _other("Load stress", "MPa", n), f))),
+        build("percentages beside the lengths", Layout((t, _other("Extension strain", "%", n), x, f), place="()")),
+        build("only a corrected force", Layout((t, x, replace(f, name="Corrected Force")), place="()")),
+        build("a pre-load column before the load", Layout((t, x, _empty("Preload", n, "0.05"), f), place="()")),
+        build("one word below the rows", Layout((t, x, f), place="()", footer=("EOF",))),
+    ]
 
 
 def _refusals(n: int) -> list[Variant]:

@@ -28,6 +28,7 @@ from lab_corpus import (
     build,
     corpus,
     disagreement,
+    split_cells,
 )
 
 #: Variant -> a word of the family that should recognise it, in lower case.
@@ -309,6 +310,35 @@ def test_a_character_changed_among_the_rows_is_read_as_it_stands_or_refused(tmp_
         assert error == "", f"line {index + 1}, {line!r} became {lines[index]!r}"
 
 
+TOKENS = (
+    "1_000", "0x1F", "1e400", "-1e400", "inf", "-inf", "nan", "NaN", "1d3", "1,000,00", "--5", "+-5", "5-", "(5)", "1.2.3", "1 2",
+    "5%", "1/2", "12:30", "12:30:00", "TRUE", "#REF!", "#DIV/0!", "1e", ".", "-", "", "9.9E37", "OVER", "1.0E+38", "\u00bd",
+    "5\u00b2", "1.5 kN", "1.5kN", "1.5e3.2", "2018-11-13", "13.11.2018", "=A1", "NULL", "1'5", "0'123", "0.5.", "1..5", "n. b.",
+)  # fmt: skip
+
+
+@named(WRITTEN)
+def test_a_cell_with_something_else_in_it_is_no_reading(tmp_path: Path, variant: Variant) -> None:
+    assert variant.oracle is not None
+    assert variant.layout is not None
+    if variant.oracle.delimiter == "":
+        return
+    rng = random.Random(variant.name)
+    places = [i for i, c in enumerate(variant.layout.columns) if c.quantity in ESSENTIAL]
+    for token in rng.sample(TOKENS, 12):
+        try:
+            token.encode(variant.encoding)
+        except UnicodeEncodeError:
+            continue
+        lines = variant.lines
+        index = rng.choice(sorted(variant.truth)) - 1
+        cells = split_cells(lines[index], variant.oracle.delimiter)
+        cells[rng.choice(places)] = token
+        lines[index] = variant.oracle.delimiter.join(f'"{c}"' if variant.oracle.delimiter in c else c for c in cells)
+        data = variant.encoded(variant.newline.join(lines))
+        assert silent_error(tmp_path, data, variant, lines, variant.oracle) == "", f"line {index + 1} is {lines[index]!r}"
+
+
 @named(SHORT)
 def test_a_row_repeated_dropped_or_moved_changes_that_row_only(tmp_path: Path, variant: Variant) -> None:
     assert variant.oracle is not None
@@ -388,6 +418,82 @@ def test_other_line_ends_give_the_same_values(tmp_path: Path, variant: Variant) 
     for newline in ("\n", "\r\n", "\r"):
         data = variant.encoded(newline.join(variant.lines))
         assert silent_error(tmp_path, data, variant, variant.lines, variant.oracle) == "", repr(newline)
+
+
+# -------------------------------------------------------------------------------------- blocks, and what the user says
+
+
+def _block(columns: str, units: str, rows: list[str]) -> str:
+    return "\n".join(["Data Acquisition: Timed", columns, units, *rows, ""]) + "\n"
+
+
+@pytest.mark.parametrize(
+    ("columns", "units", "rows"),
+    [
+        ("Time\tExtension\tLoad", "s\tmm\tkN", ["3.0\t0.35\t0.0075", "4.0\t0.45\t0.0085", "5.0\t0.55\t0.0095"]),
+        ("Time\tExtension\tLoad", "s\tum\tN", ["3.0\t350.1\t7.5", "4.0\t450.1\t8.5", "5.0\t550.1\t9.5"]),
+        ("Time\tLoad\tExtension", "s\tN\tmm", ["3.0\t7.5\t0.35", "4.0\t8.5\t0.45", "5.0\t9.5\t0.55"]),
+        ("Time\tLoad\tExtension\tCycle", "s\tN\tmm\t", ["3.0\t7.5\t0.35\t1", "4.0\t8.5\t0.45\t1", "5.0\t9.5\t0.55\t1"]),
+        ("Load\tTime\tExtension", "N\tms\tmm", ["7.5\t3000.5\t0.35", "8.5\t4000.5\t0.45", "9.5\t5000.5\t0.55"]),
+    ],
+)
+@pytest.mark.parametrize("n_first", [1, 2, 3])
+def test_a_second_block_with_other_units_or_order_is_not_read_by_the_first_header(
+    tmp_path: Path, columns: str, units: str, rows: list[str], n_first: int
+) -> None:
+    first = ["0.0\t0.05\t4.5", "1.0\t0.15\t5.5", "2.0\t0.25\t6.5"][:n_first]
+    above = _block("Time\tExtension\tLoad", "s\tmm\tN", first)
+    path = tmp_path / "lab.csv"
+    path.write_text(above + _block(columns, units, rows), encoding="utf-8")
+    try:
+        table = read_lab_file(path)
+    except InputError:
+        return
+    truth = {i + 4: [float(c) for c in row.split("\t")] for i, row in enumerate(first)}
+    for i, row in enumerate(rows):
+        cells = dict(zip(columns.split("\t"), map(float, row.split("\t")), strict=True))
+        factor = dict(zip(columns.split("\t"), units.split("\t"), strict=True))
+        scale = {"kN": 1000.0, "um": 1e-3, "ms": 1e-3}
+        line = above.count("\n") + 4 + i
+        truth[line] = [cells[q] * scale.get(factor[q], 1.0) for q in ("Time", "Extension", "Load")]
+    assert list(table.lines) == sorted(truth), "a block is left out"
+    for i, line in enumerate(table.lines):
+        found = [float(table.columns[q][i]) for q in ("time", "displacement", "force")]
+        wanted = [truth[int(line)][0], truth[int(line)][1] * 1e-3, truth[int(line)][2]]
+        assert found == pytest.approx(wanted, rel=1e-12), f"line {line}"
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        {"units": {"force": "mm"}},
+        {"units": {"force": "furlongz"}},
+        {"units": {"torque": "N"}},
+        {"columns": {"force": "Lod"}},
+        {"columns": {"force": "17"}},
+        {"columns": {"force": "0"}},
+        {"columns": {"force": "-1"}},
+        {"columns": {"weight": "Load"}},
+        {"specimen": 2},
+        {"specimen": 0},
+        {"specimen": -1},
+    ],
+    ids=str,
+)
+def test_what_the_user_says_wrongly_is_refused(tmp_path: Path, said: dict[str, object]) -> None:
+    variant = next(v for v in SHORT if v.name == "bluehill raw data, no header block")
+    with pytest.raises(InputError):
+        read(tmp_path, variant.data, replace(variant, reading=said))
+
+
+@pytest.mark.parametrize(
+    "said",
+    [{"units": {}}, {"units": {"force": "N"}}, {"columns": {"force": "Load"}}, {"columns": {"force": "3"}}, {"specimen": 1}],
+    ids=str,
+)
+def test_what_the_user_says_besides_the_file_changes_nothing(tmp_path: Path, said: dict[str, object]) -> None:
+    variant = next(v for v in SHORT if v.name == "bluehill raw data, no header block")
+    assert disagreement(read(tmp_path, variant.data, replace(variant, reading=said)), variant.truth) == ""
 
 
 # ----------------------------------------------------------------------------------------------------------------------- fuzz
