@@ -1,0 +1,90 @@
+"""Read files of a million rows: `python benchmarks/read_large_file.py`, prints seconds and peak memory of each.
+
+Three files are written and each is read in a fresh process: a testing machine's (time, displacement, force), an LCR log with
+decimal commas and thousands points, and one with everything quoted and thousands commas. Targets: 5 s and 1 GB.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from itertools import chain
+from pathlib import Path
+
+#: Targets: seconds and bytes.
+SECONDS, MEMORY = 5.0, 1e9
+
+_CHILD = """
+import json, resource, sys, time
+from pathlib import Path
+from calib.instruments import read_lab_file
+base = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+start, used = time.perf_counter(), time.process_time()
+table = read_lab_file(Path(sys.argv[1]))
+seconds, used = time.perf_counter() - start, time.process_time() - used
+peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+first = {q: [float(v[1]), float(v[-1])] for q, v in table.columns.items()}
+print(json.dumps([seconds, used, peak * 1024, base * 1024, len(table.lines), first]))
+"""
+
+
+def machine(n_row: int) -> Iterator[str]:
+    """Lines of a Bluehill file at 1 kHz: time [s], extension [mm], load [N]."""
+    head = ('Text Inputs : Specimen label,"s 1"\r\n', "\r\n", "Time,Extension,Load\r\n", "(s),(mm),(N)\r\n")
+    rows = (f"{i * 0.001:.5f},{-0.6 * (i % 1000) / 1000:.5f},{-8.4 * (i % 1000) / 1000:.5f}\r\n" for i in range(n_row))
+    return chain(head, rows)
+
+
+def meter(n_row: int) -> Iterator[str]:
+    """Lines of an LCR log in German notation: time [ms], capacitance [pF], D; thousands points from the first second on."""
+
+    def number(value: float, digits: int) -> str:
+        return f"{value:,.{digits}f}".translate(str.maketrans(".,", ",."))
+
+    rows = (f"{number(i * 20, 1)};{number(97.3 + (i % 1000) / 50, 4)};0,0123\n" for i in range(n_row))
+    return chain(("Zeit [ms];Cp [pF];D\n",), rows)
+
+
+def quoted(n_row: int) -> Iterator[str]:
+    """Lines of a Bluehill Universal export: everything quoted, a blank first column, thousands commas from 1,000 s on."""
+    rows = (
+        f'"","{i * 0.02:,.4f}","{0.6 * (i % 1000) / 1000:.4f}","{0.0084 * (i % 1000) / 1000:.6f}"\r\n' for i in range(n_row)
+    )
+    return chain(("1,Time,Displacement,Force\r\n", ",(s),(mm),(kN)\r\n"), rows)
+
+
+FILES: dict[str, Callable[[int], Iterator[str]]] = {"machine": machine, "lcr": meter, "quoted": quoted}
+
+
+def main() -> None:
+    """Write, read, print; exit code 1 if a target is missed."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("-n", type=int, default=1_000_000, help="number of rows")
+    options = parser.parse_args()
+    missed = False
+    with tempfile.TemporaryDirectory() as folder:
+        for name, lines in FILES.items():
+            path = Path(folder) / f"{name}.csv"
+            with path.open("w", encoding="utf-8", newline="") as file:
+                file.writelines(lines(options.n))
+            done = subprocess.run([sys.executable, "-c", _CHILD, str(path)], capture_output=True, text=True, check=False)
+            if done.returncode:
+                print(f"{name}: failed\n{done.stderr[-2000:]}")
+                missed = True
+                continue
+            seconds, used, peak, before, n_row, ends = json.loads(done.stdout)
+            missed |= seconds > SECONDS or peak > MEMORY or n_row != options.n
+            print(
+                f"{name}: {path.stat().st_size / 1e6:.0f} MB, {n_row} rows in {seconds:.2f} s "
+                f"({used:.2f} s of the processor), peak {peak / 1e6:.0f} MB ({before / 1e6:.0f} MB before); "
+                f"second and last row {ends}"
+            )
+    sys.exit(1 if missed else 0)
+
+
+if __name__ == "__main__":
+    main()
