@@ -25,9 +25,10 @@ DELIMITERS = ("\t", ";", ",", " ")
 _HEADER_WITHIN = 2000
 # More columns than any instrument writes.
 _WIDEST = 400
-# Rows below a header that are looked at to tell a table of results from a record, and rows of a second table that cannot be
-# left out as one of results.
+# Rows below a header that are looked at to tell a table of results from a record, and rows of a second table that are too many
+# to be left out as one of results.
 _ROWS_SEEN = 30
+_FEW_ROWS = 10
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,8 +155,10 @@ def cut(text: LabText, reading: Reading) -> Sheet:
         n_header=1,
         notes=(),
     )
+    above = _rows_above(sheet, reading)
     sheet, side_notes = _side_by_side(sheet, reading)
-    return _with_rows(sheet, start, reading, side_notes)
+    whole = _with_rows(sheet, start, reading, side_notes)
+    return replace(whole, notes=(*above, *whole.notes))
 
 
 def _assigned(reading: Reading, names: Sequence[str], text: LabText, line: int) -> dict[int, str]:
@@ -362,6 +365,27 @@ def _declared_decimal(lines: Sequence[str]) -> str:
     return ""
 
 
+def _rows_above(sheet: Sheet, reading: Reading) -> tuple[str, ...]:
+    """The note on rows of numbers above the header, as of a table of results; many of them, or specimens, are refused."""
+    rows = []
+    for number, line in enumerate(sheet.prelude, 1):
+        cells = [c for c in split_line(line, sheet.delimiter) if c]
+        if len(cells) > 1 and all(map(is_numeric, cells)):
+            rows.append(number)
+    if not rows:
+        return ()
+    if len(rows) >= _FEW_ROWS or reading.specimen is not None:
+        raise InputError(
+            Fault(
+                f"{len(rows)} rows of numbers stand above the header of line {sheet.header_line}, under none that is understood",
+                sheet.text.path,
+                rows[0],
+                advice="Save one record per file, or correct the header above these rows",
+            )
+        )
+    return (f"{len(rows)} row(s) of numbers above the header left out, the first in line {rows[0]}",)
+
+
 # --------------------------------------------------------------------------------------------------------------- specimens
 
 
@@ -381,6 +405,20 @@ def _side_by_side(sheet: Sheet, reading: Reading) -> tuple[Sheet, tuple[str, ...
     if any(np.any(np.diff(at) != period) for at in repeated.values()):
         return sheet, ()
     first = min(at[0] for at in repeated.values())
+    groups = [sheet.names[first + k * period : first + (k + 1) * period] for k in range(count)]
+    groups = [(*group, *[""] * (period - len(group))) for group in groups]
+    alone = [i for i, h in found.items() if i < first and h.quantity != "time"]
+    if len(set(groups)) != 1 or alone:
+        raise InputError(
+            Fault(
+                f"{count} specimens seem to stand side by side, but their columns differ: "
+                + " / ".join(", ".join(f'"{n}"' for n in group) for group in groups),
+                sheet.text.path,
+                sheet.header_line,
+                first + 1,
+                advice="Export one specimen per file, or correct the header",
+            )
+        )
     if reading.specimen is None:
         listed = "; ".join(
             f"{k + 1}: columns {first + k * period + 1} to {min(first + (k + 1) * period, len(sheet.names))}"
@@ -633,7 +671,7 @@ def _another_table(sheet: Sheet, rows: list[list[str]], at: int, start: int, lef
     """The note on a table of results below the record; a long one is refused."""
     n = sum(1 for r in rows[at + 1 :] if sum(is_numeric(c) for c in r) >= 2)
     line = start + at + 1
-    if n >= _ROWS_SEEN // 3:
+    if n >= _FEW_ROWS:
         raise InputError(
             Fault(
                 f"another table with other columns begins here, with {n} rows",
@@ -703,6 +741,19 @@ def _time_goes_on(sheet: Sheet, blocks: list[_Block], rows: list[list[str]]) -> 
 
 def _check_width(sheet: Sheet, rows: list[list[str]], lines: IntArray, width: int) -> None:
     faults = []
+    named = max((i + 1 for i, name in enumerate(sheet.names) if name), default=0)
+    widest = max(map(len, rows), default=0)
+    if widest < named:
+        # A cell too many among the names moves all columns behind it.
+        raise InputError(
+            Fault(
+                f"the header names {named} columns, no row has more than {widest} cells",
+                sheet.text.path,
+                sheet.header_line or None,
+                widest + 1,
+                advice="Which names belong to which cells cannot be told: correct the header",
+            )
+        )
     for row, line in zip(rows, lines.tolist(), strict=True):
         if len(row) > width and any(c.strip() for c in row[width:]):
             advice = (
