@@ -377,7 +377,7 @@ def _rows_above(sheet: Sheet, reading: Reading) -> tuple[str, ...]:
     if len(rows) >= _FEW_ROWS or reading.specimen is not None:
         raise InputError(
             Fault(
-                f"{len(rows)} rows of numbers stand above the header of line {sheet.header_line}, under none that is understood",
+                f"{len(rows)} rows of numbers stand above the header of line {sheet.header_line}, under none understood",
                 sheet.text.path,
                 rows[0],
                 advice="Save one record per file, or correct the header above these rows",
