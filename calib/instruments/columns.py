@@ -115,7 +115,7 @@ def read_columns(sheet: Sheet, family: Family, reason: str, reading: Reading) ->
     if "status" in chosen:
         for r, cell in enumerate(_cells(sheet, chosen["status"])):
             if cell.lower() not in _STATUS_GOOD and not is_missing(cell):
-                _append(reasons, r, f"LCR status {cell}")
+                _append(reasons, r, f"LCR status {cell[:20]}")
     for array in values.values():
         array.flags.writeable = False
     return LabTable(

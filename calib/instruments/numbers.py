@@ -18,15 +18,14 @@ _MARKS = "+\\-\u2212"
 # Digits with any marks between them, and an exponent: a number in some notation.
 _NUMERIC = re.compile(rf"[{_MARKS}]?[\d.,{_SPACES}]+(?:[eE][{_MARKS}]?\d+)?", re.ASCII)
 _LONGEST_NUMBER = 60
-_NUMERIC_CELLS = re.compile(rf"(?:[ \t]*[{_MARKS}]?[.,]?\d[\d.,{_SPACES}eE{_MARKS}\t]*\n)+", re.ASCII)
+_NOT_NUMERIC = re.compile(rf"^(?![ \t]*[{_MARKS}]?[.,]?\d[\d.,{_SPACES}eE{_MARKS}\t]*$)", re.ASCII | re.MULTILINE)
 # Cells that `float` reads as they stand, or once a comma is made a point.
 _PLAIN = {mark: re.compile(rf"[0-9{re.escape(mark)}eE+\-\n]*", re.ASCII) for mark in ".,"}
 _OVER_WORD = re.compile(
-    r"^\s*(?:over|under|ovld|ovl|ovrld|ov\d+|ol|o\.l|overload|overflow|over ?range|out of range|[+-]?inf|-{2,}|\*{2,}|#{2,})"
-    r"\s*$",
+    r"over|under|ovld|ovl|ovrld|ov\d+|ol|o\.l|overload|overflow|over ?range|out of range|[+-]?inf|-{2,}|\*{2,}|#{2,}",
     re.IGNORECASE,
 )
-_MISSING = re.compile(r"^\s*(?:|nan|n/?a|null|none|-|nicht bekannt|unknown)\s*$", re.IGNORECASE)
+_MISSING = re.compile(r"|nan|n/?a|null|none|-|nicht bekannt|unknown", re.IGNORECASE)
 _EXPONENT = rf"[eE][{_MARKS}]?\d+"
 
 
@@ -40,7 +39,8 @@ def _grammar(mark: str, other: str) -> str:
 
 _GRAMMAR = {".": _grammar(".", ","), ",": _grammar(",", ".")}
 _NUMBER = {mark: re.compile(rf"{grammar}\Z", re.ASCII) for mark, grammar in _GRAMMAR.items()}
-_COLUMN = {mark: re.compile(rf"(?:{grammar}\n)*\Z", re.ASCII) for mark, grammar in _GRAMMAR.items()}
+# Where a cell of a column, one a line, is no such number.
+_NOT_A_NUMBER = {mark: re.compile(rf"^(?!{grammar}$)", re.ASCII | re.MULTILINE) for mark, grammar in _GRAMMAR.items()}
 _APART = {".": re.compile(f"[,{_SPACES}\t]"), ",": re.compile(f"[.{_SPACES}\t]")}
 
 
@@ -52,7 +52,7 @@ def is_numeric(cell: str) -> bool:
 
 def are_all_numbers(cells: Sequence[str]) -> bool:
     """Whether every cell looks like a number in some notation: each begins with a digit or a mark, and none is empty."""
-    return _NUMERIC_CELLS.fullmatch("\n".join(cells) + "\n") is not None
+    return len(cells) > 0 and _NOT_NUMERIC.search("\n".join(cells)) is None
 
 
 def is_over_range(cell: str) -> bool:
@@ -61,12 +61,12 @@ def is_over_range(cell: str) -> bool:
     >>> is_over_range("OV01"), is_over_range("----"), is_over_range("over it")
     (True, True, False)
     """
-    return _OVER_WORD.match(cell) is not None
+    return _OVER_WORD.fullmatch(cell.strip()) is not None
 
 
 def is_missing(cell: str) -> bool:
     """Whether a cell is empty or says that nothing is there (nan, n/a, nicht bekannt)."""
-    return _MISSING.match(cell) is not None
+    return _MISSING.fullmatch(cell.strip()) is not None
 
 
 def parse_number(cell: str, decimal: str) -> float | None:
@@ -77,7 +77,7 @@ def parse_number(cell: str, decimal: str) -> float | None:
     >>> parse_number("1,000.06200", "."), parse_number("1.000,062", ","), parse_number("0,9966", ".")
     (1000.062, 1000.062, None)
     """
-    if _NUMBER[decimal].match(cell) is None:
+    if len(cell) > _LONGEST_NUMBER or _NUMBER[decimal].match(cell) is None:
         return None
     return float(_APART[decimal].sub("", cell).replace(",", ".").replace("\u2212", "-"))
 
@@ -192,15 +192,15 @@ def to_numbers(cells: Sequence[str], decimal: str) -> Numbers:
     Over-range are the words of `is_over_range` and readings of `OVER_RANGE` and more.
     """
     none = np.zeros(len(cells), dtype=bool)
-    joined = "\n".join(cells) + "\n"
+    joined = "\n".join(cells)
     plain = _PLAIN[decimal].fullmatch(joined) is not None
-    if cells and (plain or _COLUMN[decimal].match(joined)) and joined.count("\n") == len(cells):
+    if cells and (plain or not _NOT_A_NUMBER[decimal].search(joined)) and joined.count("\n") == len(cells) - 1:
         if not plain:
             joined = _APART[decimal].sub("", joined).replace("\u2212", "-")
         if decimal == ",":
             joined = joined.replace(",", ".")
         try:
-            values = np.array(joined[:-1].split("\n"), dtype=np.float64)
+            values = np.array(joined.split("\n"), dtype=np.float64)
         except ValueError:
             pass  # an empty or damaged cell: look at each
         else:

@@ -6,7 +6,7 @@ import csv
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import chain, pairwise
+from itertools import pairwise
 from types import MappingProxyType
 
 import numpy as np
@@ -340,10 +340,11 @@ def _declared_units(lines: Sequence[str]) -> Mapping[str, tuple[str, int]]:
         parts = [p.strip().strip('"') for p in re.split(r"[\t;,:=]|\s{2,}", line) if p.strip().strip('"')]
         parts = [_UNIT_WORD.sub("", p).strip() for p in parts]
         parts = [p for p in parts if p]
-        for name, unit in pairwise(parts):
-            heading = understand(name) or understand(name, unit.strip("()[]"))
-            if heading is not None and is_unit_of(unit.strip("()[]"), heading.quantity):
-                declared[heading.quantity] = (unit.strip("()[]"), number)
+        for name, written in pairwise(parts):
+            unit = written[1:-1] if written[:1] + written[-1:] in ("()", "[]") else written
+            heading = understand(name) or understand(name, unit)
+            if heading is not None and is_unit_of(unit, heading.quantity):
+                declared[heading.quantity] = (unit, number)
     return MappingProxyType(declared)
 
 
@@ -509,14 +510,14 @@ def _even_columns(sheet: Sheet, start: int, keys: Sequence[int]) -> tuple[tuple[
     if '"' in body:
         if any(line.count('"') % 2 for line in lines):
             return None
+        cells: list[str] = []
         try:
-            rows = list(csv.reader(lines, delimiter=delimiter, skipinitialspace=True))
+            for row in csv.reader(lines, delimiter=delimiter, skipinitialspace=True):
+                if len(row) != width:
+                    return None
+                cells += row
         except csv.Error:
             return None
-        if set(map(len, rows)) != {width}:
-            return None
-        cells = list(chain.from_iterable(rows))
-        del rows
     else:
         if {line.count(delimiter) for line in lines} != {width - 1}:
             return None
