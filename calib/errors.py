@@ -29,3 +29,13 @@ class InputError(ValueError):
     def __init__(self, faults: Fault | Iterable[Fault]) -> None:
         self.faults: tuple[Fault, ...] = (faults,) if isinstance(faults, Fault) else tuple(faults)
         super().__init__("\n".join(str(f) for f in self.faults))
+
+
+def capped(faults: list[Fault], what: str, limit: int = 10) -> list[Fault]:
+    """The first `limit` faults; if there are more, one further fault that counts all of them."""
+    if len(faults) <= limit:
+        return faults
+    return [
+        *faults[:limit],
+        Fault(f"{len(faults)} {what} in all; the first {limit} are listed", faults[0].path, advice="Export the file again"),
+    ]

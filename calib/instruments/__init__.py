@@ -6,10 +6,11 @@ from pathlib import Path
 
 from calib.errors import Fault, InputError
 from calib.instruments.columns import read_columns
+from calib.instruments.cut import cut
 from calib.instruments.labtable import AS_FOUND, Family, IntArray, LabTable, Reading
 from calib.instruments.lcr import LCR_METERS, as_parallel
 from calib.instruments.replies import replies
-from calib.instruments.sheet import SeveralSpecimens, Sheet, cut
+from calib.instruments.sheet import SeveralSpecimens, Sheet
 from calib.instruments.testers import TESTERS
 from calib.instruments.text import read_lab_text
 from calib.instruments.units import SI_UNIT

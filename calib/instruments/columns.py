@@ -10,10 +10,10 @@ from types import MappingProxyType
 
 import numpy as np
 
-from calib.errors import Fault, InputError
+from calib.errors import Fault, InputError, capped
 from calib.instruments.labtable import Family, LabTable, Reading
 from calib.instruments.numbers import Notation, clock_seconds, decide_notation, is_clock, is_missing, to_numbers
-from calib.instruments.sheet import Sheet, capped
+from calib.instruments.sheet import Sheet
 from calib.instruments.units import SI_UNIT, lab_factor
 from calib.instruments.vocabulary import EXAMPLE, NEEDS_UNIT, Heading, understood_names
 from models.sensor import BoolArray, FloatArray

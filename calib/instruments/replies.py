@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from types import MappingProxyType
 
 import numpy as np
 
-from calib.errors import Fault, InputError
-from calib.instruments.sheet import Sheet, capped
+from calib.errors import Fault, InputError, capped
+from calib.instruments.sheet import Sheet
 from calib.instruments.text import LabText
 
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
@@ -70,22 +69,8 @@ def replies(text: LabText) -> Sheet | None:
 
 
 def _sheet(text: LabText, names: Sequence[str], rows: list[list[str]], lines: list[int]) -> Sheet:
-    return Sheet(
-        text=text,
-        delimiter=",",
-        header_line=0,
-        names=tuple(names),
-        units_line=None,
-        units=(),
-        declared_units=MappingProxyType({}),
-        declared_decimal=".",
-        assigned=MappingProxyType({}),
-        columns=tuple(zip(*rows, strict=True)),
-        lines=np.array(lines, dtype=np.int64),
-        cut_short=False,
-        n_header=0,
-        notes=(),
-    )
+    columns, places = tuple(zip(*rows, strict=True)), np.array(lines, dtype=np.int64)
+    return Sheet(text, ",", 0, tuple(names), declared_decimal=".", columns=columns, lines=places, n_header=0)
 
 
 def _timed(match: re.Match[str]) -> dict[str, str]:

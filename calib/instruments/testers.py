@@ -5,8 +5,9 @@ from __future__ import annotations
 import re
 
 from calib.instruments.columns import needs
+from calib.instruments.header import split_line
 from calib.instruments.labtable import Family
-from calib.instruments.sheet import Sheet, split_line
+from calib.instruments.sheet import Sheet
 
 _TESTER = needs("displacement", "force")
 
