@@ -58,6 +58,8 @@ def read_columns(sheet: Sheet, family: Family, reason: str, reading: Reading) ->
     """
     chosen, notes, faults = _choose(sheet, reading)
     faults += _missing(sheet, family, chosen, reading)
+    if not family.verified:
+        notes.append(f"the layout of {family.name} files is built from what is documented of them: check these numbers once")
     columns: list[_Column] = []
     for quantity, index in chosen.items():
         if quantity == "status":
