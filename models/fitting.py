@@ -121,7 +121,8 @@ def fit_surrogate(
     base : surrogate of neo-Hookean layers without friction, which that of another family adds to.
     hidden : layers of the networks of mechanics and of capacitance; the others are small. Default `HIDDEN`, above a base
         `HIDDEN_OF_FAMILY`.
-    steps : of their training, first with equal weight of all paths, then as many again with more weight near usual grippers.
+    steps : of their training, first with equal weight of all paths, then, without a base, as many again with more weight near
+        usual grippers.
     progress : called with the name of the network, the steps done and their number.
 
     Raises
@@ -175,7 +176,8 @@ def fit_surrogate(
         mechanical = mechanical - np.stack([_curve(below[::_N_ELECTRIC, k], s, 1) for k in range(2)], axis=1)
         log_change = log_change - _curve(below[:, 2], s[rows_of], 0)
     weight = np.broadcast_to(np.array([[1.0], [0.3]]), mechanical.shape)
-    usual = _emphasis(data.groups)
+    # What a family adds is learned from few paths, which a second half would fit too closely.
+    usual = _emphasis(data.groups) if base is None else None
     first, second = rng.spawn(2)
     jobs = (
         (features, _curves(s, mechanical, weight, 1), fitted, share, usual, hidden[0], steps, first, told("mechanics")),
@@ -184,7 +186,7 @@ def fit_surrogate(
             _curves(s, log_change[:, None], share_of_change[:, None], 0),
             fitted[rows_of],
             share[rows_of],
-            usual[rows_of],
+            None if usual is None else usual[rows_of],
             hidden[1],
             steps,
             second,
@@ -205,6 +207,7 @@ def fit_surrogate(
     missed_change = share_of_change[rows] * (log_change[rows] - _curve(change, s_rows, 0))
     force_sd, force_modes = _learn_error(features[out], s_out, missed_force, out.size, max(steps // 8, 1), rng)
     capacitance_sd, capacitance_modes = _learn_error(electric[rows], s_rows, missed_change, out.size, max(steps // 8, 1), rng)
+    again = "" if usual is None else " and as many with more weight near usual grippers"
     sizes = ", ".join(" x ".join(map(str, layers)) for layers in hidden)
     return Surrogate(
         end,
@@ -219,8 +222,7 @@ def fit_surrogate(
             "finite elements": f"Q2/P1, accuracy {data.accuracy:g}, K/mu 1e4",
             "training paths": f"{n_run}, {sum(map(bool, data.failures))} of them without equilibrium to their end",
             "training hash (SHA-256)": data.digest,
-            "networks": f"{sizes}, {N_DEPTH_TERMS} terms in depth, {steps} steps of SOAP and as many with more weight near "
-            f"usual grippers, seed {seed}",
+            "networks": f"{sizes}, {N_DEPTH_TERMS} terms in depth, {steps} steps of SOAP{again}, seed {seed}",
             "error of force": f"{_in_words(missed_force)} ({out.size} paths kept out of the fit)",
             "error of capacitance change": f"{_in_words(missed_change)} (likewise)",
             "numpy": version("numpy"),
@@ -331,7 +333,7 @@ def _train_curves(
     curves: _Curves,
     fitted: BoolArray,
     share: FloatArray,
-    usual: FloatArray,
+    usual: FloatArray | None,
     hidden: tuple[int, ...],
     steps: int,
     rng: np.random.Generator,
@@ -339,8 +341,8 @@ def _train_curves(
 ) -> Network:
     """A network to the coefficients (n, n_curve * N_DEPTH_TERMS) of `curves`, each `share` (n,) times what the network says.
 
-    All curves weigh the same at first, then each `usual` (n,) more. The network learns what is left of the mean curve, as
-    coefficients of the turned terms; its last layer is then turned to those of the terms themselves.
+    All curves weigh the same at first, then each `usual` (n,) more, if it is given. The network learns what is left of the
+    mean curve, as coefficients of the turned terms; its last layer is then turned to those of the terms themselves.
     """
     rows_fitted = np.flatnonzero(fitted)
     n_curve, n_point = curves.values.shape[1:]
@@ -359,8 +361,6 @@ def _train_curves(
     mean = np.linalg.solve(normal + 1e-9 * np.trace(normal, axis1=1, axis2=2)[:, None, None] * np.eye(N_DEPTH_TERMS), right)
     mean = mean[..., 0].astype(np.float32)
 
-    more = usual.astype(np.float32)[:, None, None]
-
     def slope(out: npt.NDArray[Any], points: IntArray, emphasis: npt.NDArray[Any]) -> npt.NDArray[Any]:
         rows = rows_fitted[points]
         terms, values, weight = parts(rows)
@@ -371,14 +371,15 @@ def _train_curves(
 
     sizes = (*hidden, n_curve * N_DEPTH_TERMS)
     network: Network | None = None
-    for done, emphasis in ((0, np.ones_like(more)), (steps, more)):
+    halves = [np.ones(len(curves.values))] if usual is None else [np.ones(len(curves.values)), usual]
+    for half, emphasis in enumerate(halves):
         network = train_network(
             features[rows_fitted],
-            partial(slope, emphasis=emphasis),
+            partial(slope, emphasis=emphasis.astype(np.float32)[:, None, None]),
             sizes,
             steps=steps,
             rng=rng,
-            progress=None if progress is None else _counted_on(progress, done, 2 * steps),
+            progress=None if progress is None else _counted_on(progress, half * steps, len(halves) * steps),
             start=network,
         )
     assert network is not None

@@ -355,15 +355,15 @@ _EPOCH = 1e9  # [s] since 1970, in the year 2001: no time since the start of a t
 
 
 def _started(sheet: Sheet, time: FloatArray | None) -> datetime | None:
-    """When the record began: from seconds since 1970, the first row's date, or the first date above the header."""
-    if time is not None and time.size and np.isfinite(time[0]) and time[0] > _EPOCH:
-        return datetime.fromtimestamp(float(time[0]), UTC).replace(tzinfo=None)
+    """When the record began: the date in the first row, the first one above the header, or seconds since 1970 (then UTC)."""
     first = sheet.text.lines[int(sheet.lines[0]) - 1] if len(sheet.lines) else ""
     for line in (first, *sheet.prelude[-200:]):
         match = _DATE.search(line)
         found = _date(match) if match else None
         if found is not None:
             return found
+    if time is not None and time.size and _EPOCH < time[0] < np.inf:
+        return datetime.fromtimestamp(round(float(time[0])), UTC).replace(tzinfo=None)
     return None
 
 

@@ -17,6 +17,8 @@ from calib.instruments.numbers import are_all_numbers, is_clock, is_missing, is_
 from calib.instruments.sheet import Sheet, no_such_specimen, which_specimen
 from calib.instruments.vocabulary import understand, unit_of_cell
 
+# Lines of text below a table that may belong to it.
+_FOOTER = 50
 #: Rows of a second table that are too many to be left out as one of results.
 FEW_ROWS = 10
 
@@ -34,12 +36,14 @@ def with_rows(sheet: Sheet, start: int, reading: Reading, notes: tuple[str, ...]
     keys = [i for i, h in sheet.headings().items() if h.quantity != "status"]
     even = _even_columns(sheet, start, keys)
     if even is not None:
-        columns, n_row = even
+        columns, n_row, text_below = even
         if reading.specimen not in (None, 1) and not notes:
             raise InputError(no_such_specimen(sheet, reading))
         last = [[column[k] for column in columns] for k in range(max(n_row - 20, 0), n_row)]
         lines = start + 1 + np.arange(n_row, dtype=np.int64)
-        return replace(sheet, columns=columns, lines=lines, cut_short=_is_cut_short(sheet, last, lines), notes=notes)
+        cut_short = _is_cut_short(sheet, last, lines)
+        notes = (*notes, *_left_out(sheet, text_below))
+        return replace(sheet, columns=columns, lines=lines, cut_short=cut_short, notes=notes)
     rows = _cells_of(sheet, start)
     blocks, more = _blocks(sheet, rows, start, keys)
     blocks = [b for b in blocks if b.rows]
@@ -75,16 +79,28 @@ def with_rows(sheet: Sheet, start: int, reading: Reading, notes: tuple[str, ...]
     )
 
 
-def _even_columns(sheet: Sheet, start: int, keys: Sequence[int]) -> tuple[tuple[Sequence[str], ...], int] | None:
-    """Columns, and the number of rows, where every line is a row of numbers as wide as the header; None where one is not.
+def _even_columns(sheet: Sheet, start: int, keys: Sequence[int]) -> tuple[tuple[Sequence[str], ...], int, list[int]] | None:
+    """Columns, number of rows, and indices of the lines of text below, where every line above these is a row of numbers as wide
+    as the header; None where one is not.
 
     The common case, and the only one in which a file of a million rows is cut in a second.
     """
-    lines = sheet.text.lines[start:]
-    while lines and not lines[-1].strip():
-        lines = lines[:-1]
     width, delimiter = len(sheet.names), sheet.delimiter
-    if not lines or not keys or delimiter == " ":
+    if not keys or delimiter == " ":
+        return None
+    end, text_below = len(sheet.text.lines), []
+    while end > start:
+        line = sheet.text.lines[end - 1]
+        if line.strip():
+            row = split_line(line, delimiter)
+            if len(row) == width and is_numeric(row[keys[0]]):
+                break
+            if len(text_below) > _FOOTER or _kind(row, (), keys, width) != "text" or _is_other_header(row):
+                return None
+            text_below.append(end - 1)
+        end -= 1
+    lines = sheet.text.lines[start:end]
+    if not lines:
         return None
     body = "\n".join(lines)
     if '"' in body:
@@ -104,7 +120,15 @@ def _even_columns(sheet: Sheet, start: int, keys: Sequence[int]) -> tuple[tuple[
         cells = body.replace(delimiter, "\n").split("\n")
     if not are_all_numbers(cells[keys[0] :: width]):
         return None
-    return tuple(cells[i::width] for i in range(width)), len(lines)
+    return tuple(cells[i::width] for i in range(width)), len(lines), text_below[::-1]
+
+
+def _left_out(sheet: Sheet, indices: Sequence[int]) -> list[str]:
+    """The note on lines of text, by their indices in the file, that are left out."""
+    if not indices:
+        return []
+    shown = sheet.text.lines[indices[0]].strip()[:80]
+    return [f'{len(indices)} line(s) of text left out, the first is "{shown}" (line {indices[0] + 1})']
 
 
 def _cells_of(sheet: Sheet, start: int) -> list[list[str]]:
@@ -207,11 +231,7 @@ def _blocks(sheet: Sheet, rows: list[list[str]], start: int, keys: Sequence[int]
     if faults:
         raise InputError(capped(faults, "rows cannot be read"))
     left_out += apart
-    notes = []
-    if left_out:
-        shown = text.lines[start + left_out[0]].strip()[:80]
-        notes.append(f'{len(left_out)} line(s) of text left out, the first is "{shown}" (line {start + left_out[0] + 1})')
-    return blocks, notes
+    return blocks, _left_out(sheet, [start + i for i in left_out])
 
 
 def _kind(row: Sequence[str], header: Sequence[str], keys: Sequence[int], width: int) -> str:
