@@ -88,7 +88,8 @@ def _even_columns(sheet: Sheet, start: int, keys: Sequence[int]) -> tuple[tuple[
     width, delimiter = len(sheet.names), sheet.delimiter
     if not keys or delimiter == " ":
         return None
-    end, text_below = len(sheet.text.lines), []
+    end = len(sheet.text.lines)
+    text_below: list[int] = []
     while end > start:
         line = sheet.text.lines[end - 1]
         if line.strip():
