@@ -54,3 +54,13 @@ def test_arrays_give_the_network_back(trained):
     np.testing.assert_array_equal(network_from(arrays, "a")(x), trained(x))
     with pytest.raises(KeyError):
         network_from(arrays, "b")
+
+
+def test_training_goes_on_from_a_network_and_not_from_one_of_other_sizes():
+    x = np.random.default_rng(1).uniform(-1, 1, size=(400, 3))
+    first = train_network(x, least_squares(wave(x)), (16, 2), steps=600, rng=np.random.default_rng(2))
+    second = train_network(x, least_squares(wave(x)), (16, 2), steps=600, rng=np.random.default_rng(3), start=first)
+    before, after = (np.sqrt(np.mean((n(x) - wave(x)) ** 2)) for n in (first, second))
+    assert after < before
+    with pytest.raises(ValueError, match=r"layers of \(3, 16, 2\), wanted are \(3, 8, 2\)"):
+        train_network(x, least_squares(wave(x)), (8, 2), steps=1, rng=np.random.default_rng(2), start=first)
