@@ -195,7 +195,7 @@ def number_text(verdict: Verdict) -> str:
     >>> number_text(Verdict("start", "good", 0.00017, "m", "", "", "force", "a.csv"))
     '0.17 mm'
     """
-    value, unit = verdict.number, verdict.unit
+    value, unit = verdict.number + 0.0, verdict.unit  # no minus zero
     if unit == "1":
         return _percent(value)
     if unit == "m":

@@ -182,7 +182,7 @@ def _show(o: Observations) -> None:
     for name, values, scale, unit in rows:
         if values is None:
             continue
-        finite = values[values == values] * scale
+        finite = values[values == values] * scale + 0.0  # no minus zero
         ends = (f"{finite.min():.6g}", f"{finite.max():.6g}") if finite.size else ("-", "-")
         e = estimates.get(name)
         of = (

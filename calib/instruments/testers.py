@@ -66,7 +66,7 @@ _BLUEHILL_BLOCK = re.compile(
 
 
 def bluehill(sheet: Sheet) -> str:
-    """Bluehill's channel names, with a units row below them, its header block above, or a specimen number before them."""
+    """Bluehill's channel names, with units in brackets below them, its header block above, or a specimen number before them."""
     if _holds_capacitance(sheet):
         return ""
     named = _words(sheet)
@@ -79,9 +79,10 @@ def bluehill(sheet: Sheet) -> str:
     block = _above(sheet, _BLUEHILL_BLOCK)
     if block is not None:
         return f'{channels}, header block with "{block[1]}" in line {block[0]}'
-    if sheet.units_line is not None:
-        return f"{channels}, units in line {sheet.units_line}"
-    if any(n in _BLUEHILL_DISPLACEMENT for n in named) and any(n in _BLUEHILL_FORCE for n in named):
+    if sheet.units_line is not None and "(" in sheet.text.lines[sheet.units_line - 1]:
+        return f"{channels}, units in brackets in line {sheet.units_line}"
+    both = any(n in _BLUEHILL_DISPLACEMENT for n in named) and any(n in _BLUEHILL_FORCE for n in named)
+    if both and sheet.units_line is None:
         return f"{channels}, units in the names"
     return ""
 
