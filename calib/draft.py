@@ -27,9 +27,17 @@ class Found:
     specimen: int | None
 
     @property
+    def title(self) -> str:
+        """Its name without ending; of Bluehill's `S7.is_comp_RawData/Specimen_RawData_1.csv` it is "S7_1"."""
+        path = self.table.path
+        numbered = re.fullmatch(r"specimen_?rawdata_?(\d+)", path.stem, re.IGNORECASE)
+        sample = re.fullmatch(r"(.+)\.is_\w+_rawdata", path.absolute().parent.name, re.IGNORECASE)
+        return f"{sample[1]}_{numbered[1]}" if numbered and sample else path.stem
+
+    @property
     def key(self) -> str:
         """What its name says of the specimen, in lower case."""
-        key = re.sub(r"[^a-z0-9]+", " ", _INSTRUMENT_WORDS.sub(" ", self.table.path.stem.lower())).strip()
+        key = re.sub(r"[^a-z0-9]+", " ", _INSTRUMENT_WORDS.sub(" ", self.title.lower())).strip()
         return key if self.specimen is None else f"{key} {self.specimen}".strip()
 
 
@@ -157,7 +165,7 @@ def _apart(a: Found, b: Found) -> float | None:
 def _name(record: Found | None, number: int) -> str:
     if record is None:
         return f"specimen {number}"
-    kept = re.sub(r"[ _-]*\s[ _-]*", " ", _INSTRUMENT_WORDS.sub(" ", record.table.path.stem)).strip(" _-")
+    kept = re.sub(r"[ _-]*\s[ _-]*", " ", _INSTRUMENT_WORDS.sub(" ", record.title)).strip(" _-")
     kept = re.sub(r"[\[\],\r\n]", " ", kept).strip() or "specimen"
     if record.specimen is not None:
         return f"{kept} {record.specimen}"

@@ -122,6 +122,18 @@ def test_files_whose_names_say_nothing_are_paired_by_the_time_at_which_they_bega
     assert "paired by time: the records began 0 s apart" in (tmp_path / "experiment.toml").read_text()
 
 
+def test_raw_data_of_bluehill_are_called_by_their_sample(tmp_path: Path) -> None:
+    for sample in ("S7", "S8"):
+        (tmp_path / f"{sample}.is_ccyclic_RawData").mkdir()
+        (tmp_path / f"{sample}.is_ccyclic_RawData" / "Specimen_RawData_1.csv").write_text(TESTER + _press(0.0))
+        (tmp_path / f"{sample}_1_hioki.csv").write_text(LCR + _log())
+    result = _run("init", tmp_path, "-o", tmp_path / "experiment.toml")
+    assert result.exit_code == 0, result.output
+    plan = read_experiment(tmp_path / "experiment.toml")
+    pairs = {s.name: s.sweeps[0].capacitance.name for s in plan.specimens if s.sweeps[0].capacitance and s.sweeps[0].force}
+    assert pairs == {"S7_1": "S7_1_hioki.csv", "S8_1": "S8_1_hioki.csv"}
+
+
 def test_names_that_agree_with_times_that_do_not_are_to_be_checked(tmp_path: Path) -> None:
     (tmp_path / "A_instron.csv").write_text("Start,2024-05-02 10:00:00\n" + TESTER + _press(0.0))
     (tmp_path / "A_lcr.csv").write_text("Start,2024-05-03 10:00:00\n" + LCR + _log())
