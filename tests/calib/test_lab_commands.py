@@ -11,7 +11,7 @@ from typer.testing import CliRunner, Result
 
 from calib.cli import app
 from calib.errors import InputError
-from calib.experiment import read_experiment
+from calib.experiment import experiment_from_json, experiment_to_json, read_experiment
 from calib.sweep import make_sweep
 
 
@@ -170,6 +170,8 @@ def test_an_experiment_says_how_a_file_is_to_be_read(tmp_path: Path) -> None:
     force = '{ file = "a.csv", units = { force = "mN" }, columns = { force = 3 }, cycle = 2 }'
     (tmp_path / "e.toml").write_text(HEAD.format(force=force))
     files = read_experiment(tmp_path / "e.toml").specimens[0].sweeps[0]
+    plan = read_experiment(tmp_path / "e.toml")
+    assert experiment_from_json(experiment_to_json(plan)) == plan
     assert dict(files.force_reading.units) == {"force": "mN"}
     assert dict(files.force_reading.columns) == {"force": "3"}
     assert files.cycle == 2
