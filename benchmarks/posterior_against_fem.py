@@ -83,7 +83,7 @@ def main() -> None:
         print(f"k-hat {found.k_hat:.2f} (limit {found.k_limit:.2f}), {took:.0f} s")
         print(f"  {'parameter':<34}{'shift of mean / sd':>22}{'sd ratio':>10}")
         for parameter, s in found.shifts.items():
-            print(f"  {parameter:<34}{s.shift:>+12.3f} ± {s.error:.3f}  {s.weighted_sd / s.sd:>10.3f}")
+            print(f"  {parameter:<34}{s.shift:>+12.3f} ± {s.error:.3f}  {s.weighted_sd / s.sd:>10.3f}", flush=True)
 
 
 if __name__ == "__main__":
