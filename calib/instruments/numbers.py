@@ -18,6 +18,8 @@ _MARKS = "+\\-\u2212"
 # Digits with any marks between them, and an exponent: a number in some notation.
 _NUMERIC = re.compile(rf"[{_MARKS}]?[\d.,{_SPACES}]+(?:[eE][{_MARKS}]?\d+)?", re.ASCII)
 _LONGEST_NUMBER = 60
+# The usual one, told at once.
+_USUAL = re.compile(r"-?\d{1,12}[.,]?\d{0,12}", re.ASCII)
 _NOT_NUMERIC = re.compile(rf"^(?![ \t]*[{_MARKS}]?[.,]?\d[\d.,{_SPACES}eE{_MARKS}\t]*$)", re.ASCII | re.MULTILINE)
 # Cells that `float` reads as they stand, or once a comma is made a point.
 _PLAIN = {mark: re.compile(rf"[0-9{re.escape(mark)}eE+\-\n]*", re.ASCII) for mark in ".,"}
@@ -46,6 +48,8 @@ _APART = {".": re.compile(f"[,{_SPACES}\t]"), ",": re.compile(f"[.{_SPACES}\t]")
 
 def is_numeric(cell: str) -> bool:
     """Whether a cell looks like a number in any notation."""
+    if _USUAL.fullmatch(cell):
+        return True
     cell = cell.strip()
     return len(cell) <= _LONGEST_NUMBER and _NUMERIC.fullmatch(cell) is not None and any(c in "0123456789" for c in cell)
 

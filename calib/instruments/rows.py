@@ -173,19 +173,19 @@ def _blocks(sheet: Sheet, rows: list[list[str]], start: int, keys: Sequence[int]
     """Rows of numbers below each standing of the header; lines of text below a block are left out, among its rows refused."""
     text, names = sheet.text, list(sheet.names)
     header = split_line(text.lines[sheet.header_line - 1], sheet.delimiter) if sheet.header_line else []
-    first = keys[0] if keys else 0
+    first, least = keys[0] if keys else 0, min(len(names), 2)
     blocks = [_Block(sheet.header_line, _label(sheet, sheet.header_line - 1), [])]
     faults: list[Fault] = []
     apart: list[int] = []  # lines of text since the last row
     left_out: list[int] = []
     skip_units = False
     for i, row in enumerate(rows):
-        if not row or not any(c.strip() for c in row):
-            continue
-        if first < len(row) and is_numeric(row[first]) and len(row) >= min(len(names), 2):
+        if first < len(row) and is_numeric(row[first]) and len(row) >= least:
             kind = "row"
-        else:
+        elif any(c.strip() for c in row):
             kind = _kind(row, header, keys, len(names))
+        else:
+            continue
         if skip_units:
             skip_units = False
             if all(unit_of_cell(c) is not None for c in row):
