@@ -195,24 +195,26 @@ def to_numbers(cells: Sequence[str], decimal: str) -> Numbers:
 
     Over-range are the words of `is_over_range` and readings of `OVER_RANGE` and more.
     """
-    none = np.zeros(len(cells), dtype=bool)
+    n = len(cells)
+    values = np.full(n, np.nan)
+    empty, over, bad = (np.zeros(n, dtype=bool) for _ in range(3))
+    if n == 0:
+        return Numbers(values, empty, over, bad)
     joined = "\n".join(cells)
-    plain = _PLAIN[decimal].fullmatch(joined) is not None
-    if cells and (plain or not _NOT_A_NUMBER[decimal].search(joined)) and joined.count("\n") == len(cells) - 1:
-        if not plain:
-            joined = _APART[decimal].sub("", joined).replace("\u2212", "-")
-        if decimal == ",":
-            joined = joined.replace(",", ".")
-        try:
-            values = np.array(joined.split("\n"), dtype=np.float64)
-        except ValueError:
-            pass  # an empty or damaged cell: look at each
-        else:
-            if not np.any(np.abs(values) >= OVER_RANGE):
-                return Numbers(values, none, none, none)
-    values = np.full(len(cells), np.nan)
-    empty, over, bad = none.copy(), none.copy(), none.copy()
-    for i, cell in enumerate(cells):
+    odd: Sequence[int] = range(n)
+    if joined.count("\n") == n - 1:
+        odd = _odd_cells(cells, joined, decimal)
+        regular = np.ones(n, dtype=bool)
+        regular[list(odd)] = False
+        text = "\n".join(c for c, r in zip(cells, regular.tolist(), strict=True) if r) if odd else joined
+        if not _PLAIN[decimal].fullmatch(text):
+            text = _APART[decimal].sub("", text).replace("\u2212", "-")
+        if len(odd) < n:
+            values[regular] = np.array(text.replace(",", ".").split("\n"), dtype=np.float64)
+        over = np.abs(values) >= OVER_RANGE
+        values[over] = np.nan
+    for i in odd:
+        cell = cells[i]
         number = parse_number(cell, decimal)
         if number is not None and abs(number) < OVER_RANGE:
             values[i] = number
@@ -223,6 +225,15 @@ def to_numbers(cells: Sequence[str], decimal: str) -> Numbers:
         else:
             bad[i] = True
     return Numbers(values, empty, over, bad)
+
+
+def _odd_cells(cells: Sequence[str], joined: str, decimal: str) -> list[int]:
+    """Which cells, here `joined` by line ends, are not plainly numbers in the notation."""
+    starts = [m.start() for m in _NOT_A_NUMBER[decimal].finditer(joined)]
+    if not starts:
+        return []
+    begins = np.cumsum([0, *(len(c) + 1 for c in cells[:-1])])
+    return [int(i) for i in np.searchsorted(begins, starts)]
 
 
 # ------------------------------------------------------------------------------------------------------------- clock times

@@ -62,7 +62,7 @@ def with_rows(sheet: Sheet, start: int, reading: Reading, notes: tuple[str, ...]
     lines = np.array(kept, dtype=np.int64) + start + 1
     _check_width(sheet, chosen, lines, width)
     short = _is_cut_short(sheet, chosen, lines)
-    full = [row[:width] if len(row) >= width else row + [""] * (width - len(row)) for row in chosen]
+    full = [row if len(row) == width else (row + [""] * width)[:width] for row in chosen]
     # Rows without anything at the end: the other specimens, or the software's own.
     while full and not any(full[-1][i].strip() for i in keys):
         full.pop()
