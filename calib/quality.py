@@ -242,7 +242,7 @@ def _loading(obs: Observations, name: str) -> _Loading | None:
     if rows.size < 5:
         return None
     if obs.displacement is None and obs.force is None:
-        rows = rows[: _crest(values[rows])]
+        rows = rows[: first_crest(values[rows])]
     y = values[rows]
     away = excursion(y)
     sign = 1.0 if float(away[np.argmax(np.abs(away))]) >= 0 else -1.0
@@ -276,8 +276,8 @@ def _values(obs: Observations, name: str) -> FloatArray:
     return values
 
 
-def _crest(values: FloatArray) -> int:
-    """Rows up to the end of the first loading in a record of capacitance over time alone."""
+def first_crest(values: FloatArray) -> int:
+    """Rows up to the end of the first loading in a record (n_row,) of capacitance over time alone: to its first crest."""
     away = excursion(values)
     noise = reading_noise(values)
     rise = away * (float(np.sign(away[np.argmax(np.abs(away))])) or 1.0)

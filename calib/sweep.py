@@ -14,8 +14,7 @@ from calib.clocks import ClockOffset, clock_offset, loading_window, record
 from calib.errors import Fault, InputError
 from calib.instruments import AS_FOUND, LabTable, Reading, read_lab_file
 from calib.observations import UNLOADING, Observations, observe, usable_rows, why_left_out
-from calib.quality import Verdict, judge
-from calib.readings import excursion
+from calib.quality import Verdict, first_crest, judge
 from calib.reduction import NoiseEstimate, Reduced, find_onset, fresh_readings, reduce_channel
 from models.sensor import FloatArray
 
@@ -173,10 +172,8 @@ def make_sweep(
         raise InputError(faults)
     _check_columns(tester, lcr)
 
-    notes: list[str] = []
-    for obs in (tester,) if same else (tester, lcr):
-        notes += [] if obs is None else _file_notes(obs)
     sources = [obs for obs in ((tester,) if same else (tester, lcr)) if obs is not None]
+    notes = [note for obs in sources for note in _file_notes(obs)]
     verdicts = tuple(v for obs in sources for v in judge(obs, machine_compliance))
     force_points: ForcePoints | None = None
     force_readings: NoiseEstimate | None = None
@@ -248,8 +245,7 @@ def readings_of(obs: Observations) -> dict[str, NoiseEstimate]:
         else:
             x = np.arange(rows.size, dtype=float) if obs.time is None else obs.time[rows]
             if across is None and rows.size >= 5:
-                away = np.abs(excursion(values[rows]))
-                rows = rows[: max(5, int(np.argmax(away >= 0.98 * np.max(away))) + 1)]
+                rows = rows[: first_crest(values[rows])]
                 x = x[: rows.size]
         if rows.size >= 5 and np.all(np.isfinite(x)) and np.ptp(x) > 0:
             found[name] = reduce_channel(x, values[rows], 40, find_onset(x, values[rows])).estimate

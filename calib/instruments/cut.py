@@ -102,7 +102,7 @@ def _without_header(text: LabText, reading: Reading) -> Sheet:
             if chosen and all(is_numeric(c) or is_clock(c) or is_over_range(c) for c in chosen):
                 names = tuple(str(i + 1) for i in range(len(cells)))
                 assigned = _assigned(reading, names, text, index + 1)
-                sheet = Sheet(text, delimiter, 0, names, assigned=assigned, n_header=0)
+                sheet = Sheet(text, delimiter, 0, names, assigned=assigned)
                 return with_rows(sheet, index, reading, ())
     raise InputError(no_header(text))
 

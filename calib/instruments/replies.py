@@ -70,7 +70,7 @@ def replies(text: LabText) -> Sheet | None:
 
 def _sheet(text: LabText, names: Sequence[str], rows: list[list[str]], lines: list[int]) -> Sheet:
     columns, places = tuple(zip(*rows, strict=True)), np.array(lines, dtype=np.int64)
-    return Sheet(text, ",", 0, tuple(names), declared_decimal=".", columns=columns, lines=places, n_header=0)
+    return Sheet(text, ",", 0, tuple(names), declared_decimal=".", columns=columns, lines=places)
 
 
 def _timed(match: re.Match[str]) -> dict[str, str]:

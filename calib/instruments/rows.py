@@ -56,7 +56,7 @@ def with_rows(sheet: Sheet, start: int, reading: Reading, notes: tuple[str, ...]
                 advice="Export the raw data too",
             )
         )
-    kept, block_notes, n_header = _one_specimen(sheet, blocks, rows, keys, reading, has_side_by_side=bool(notes))
+    kept, block_notes = _one_specimen(sheet, blocks, rows, keys, reading, has_side_by_side=bool(notes))
     width = len(sheet.names)
     chosen = [rows[i] for i in kept]
     lines = np.array(kept, dtype=np.int64) + start + 1
@@ -74,7 +74,6 @@ def with_rows(sheet: Sheet, start: int, reading: Reading, notes: tuple[str, ...]
         columns=columns,
         lines=lines[: len(full)],
         cut_short=short and len(full) == len(lines),
-        n_header=n_header,
         notes=(*notes, *block_notes, *more),
     )
 
@@ -178,6 +177,7 @@ def _blocks(sheet: Sheet, rows: list[list[str]], start: int, keys: Sequence[int]
     faults: list[Fault] = []
     apart: list[int] = []  # lines of text since the last row
     left_out: list[int] = []
+    below: list[str] = []
     skip_units = False
     for i, row in enumerate(rows):
         if first < len(row) and is_numeric(row[first]) and len(row) >= least:
@@ -211,7 +211,8 @@ def _blocks(sheet: Sheet, rows: list[list[str]], start: int, keys: Sequence[int]
             apart, skip_units = [], sheet.units_line is not None
         elif kind == "text":
             if _is_other_header(row) and _numbers_below(rows, i):
-                return blocks, _another_table(sheet, rows, i, start, [*left_out, *apart])
+                below = _another_table(sheet, rows, i, start)
+                break
             apart.append(i)
         else:
             if apart and blocks[-1].rows:
@@ -232,7 +233,7 @@ def _blocks(sheet: Sheet, rows: list[list[str]], start: int, keys: Sequence[int]
     if faults:
         raise InputError(capped(faults, "rows cannot be read"))
     left_out += apart
-    return blocks, _left_out(sheet, [start + i for i in left_out])
+    return blocks, [*_left_out(sheet, [start + i for i in left_out]), *below]
 
 
 def _kind(row: Sequence[str], header: Sequence[str], keys: Sequence[int], width: int) -> str:
@@ -261,7 +262,7 @@ def _numbers_below(rows: list[list[str]], at: int) -> bool:
     return any(sum(is_numeric(c) for c in r) >= 2 for r in below)
 
 
-def _another_table(sheet: Sheet, rows: list[list[str]], at: int, start: int, left_out: list[int]) -> list[str]:
+def _another_table(sheet: Sheet, rows: list[list[str]], at: int, start: int) -> list[str]:
     """The note on a table of results below the record; a long one is refused."""
     n = sum(1 for r in rows[at + 1 :] if sum(is_numeric(c) for c in r) >= 2)
     line = start + at + 1
@@ -298,15 +299,15 @@ def _one_specimen(
     reading: Reading,
     *,
     has_side_by_side: bool,
-) -> tuple[list[int], list[str], int]:
+) -> tuple[list[int], list[str]]:
     """Rows of the specimen asked for: all blocks if the record only repeats its header, one of them if each is a specimen."""
     if len(blocks) == 1:
         if reading.specimen not in (None, 1) and not has_side_by_side:
             raise InputError(no_such_specimen(sheet, reading))
-        return blocks[0].rows, [], 1
+        return blocks[0].rows, []
     if _time_goes_on(sheet, blocks, rows):
         note = f"the header stands {len(blocks)} times; time goes on from block to block: one record"
-        return [i for b in blocks for i in b.rows], [note], len(blocks)
+        return [i for b in blocks for i in b.rows], [note]
     listed = "; ".join(
         f"{k}: {b.label + ', ' if b.label else ''}header at line {b.line}, {len(b.rows)} rows" for k, b in enumerate(blocks, 1)
     )
@@ -315,7 +316,7 @@ def _one_specimen(
     if not 1 <= reading.specimen <= len(blocks):
         raise which_specimen(sheet, f"there is no specimen {reading.specimen} ({listed})", len(blocks))
     block = blocks[reading.specimen - 1]
-    return block.rows, [f"specimen {reading.specimen} of {len(blocks)}: {block.label or f'header at line {block.line}'}"], 1
+    return block.rows, [f"specimen {reading.specimen} of {len(blocks)}: {block.label or f'header at line {block.line}'}"]
 
 
 def _time_goes_on(sheet: Sheet, blocks: list[_Block], rows: list[list[str]]) -> bool:

@@ -30,7 +30,6 @@ class Sheet:
     columns : data cells, a sequence of (n_row,) for each name.
     lines : 1-based line of each row, shape (n_row,).
     cut_short : whether the file ends within the last row.
-    n_header : how often the header stands in the record.
     notes : what was left out while cutting.
     """
 
@@ -46,7 +45,6 @@ class Sheet:
     columns: tuple[Sequence[str], ...] = ()
     lines: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     cut_short: bool = False
-    n_header: int = 1
     notes: tuple[str, ...] = ()
 
     @property

@@ -330,3 +330,11 @@ def test_two_specimens_in_a_file_are_refused_until_one_is_chosen(tmp_path: Path)
     table = read_lab_file(tmp_path / "lab.csv", Reading(specimen=2))
     np.testing.assert_array_equal(table.columns["force"], [2.0, 4.0])
     np.testing.assert_array_equal(table.lines, [10, 11])
+
+
+def test_a_line_among_the_rows_is_refused_also_above_a_table_of_results(tmp_path: Path) -> None:
+    results = "Load (N),Extension (mm)\n5.5,0.7\n"
+    rows = "Time (s),Extension (mm),Load (N)\n0,0.1,1\n1,0.2,2\n"
+    table = read(tmp_path, rows + "operator,away\n" + results)
+    assert [any(word in note for note in table.notes) for word in ("operator,away", "a table of 1 row(s)")] == [True, True]
+    assert '"operator,away" stands among the rows' in str(refused(tmp_path, rows + "operator,away\n2,0.3,3\n" + results))
