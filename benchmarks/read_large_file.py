@@ -1,7 +1,8 @@
 """Read files of a million rows: `python benchmarks/read_large_file.py`, prints seconds and peak memory of each.
 
-Three files are written and each is read in a fresh process: a testing machine's (time, displacement, force), an LCR log with
-decimal commas and thousands points, and one with everything quoted and thousands commas. Targets: 5 s and 1 GB.
+Five files are written and each is read in a fresh process: a testing machine's (time, displacement, force); the same with a row
+cut, one too long, one without its time, a blank line and a file end within the last row; the same with times of day; an LCR log
+with decimal commas and thousands points; and one with everything quoted and thousands commas. Targets: 5 s and 1 GB.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
-from itertools import chain
+from itertools import chain, islice
 from pathlib import Path
 
 #: Targets: seconds and bytes.
@@ -39,6 +40,30 @@ def machine(n_row: int) -> Iterator[str]:
     return chain(head, rows)
 
 
+def ragged(n_row: int) -> Iterator[str]:
+    """Those of `machine` with rows that differ from all others."""
+    odd: dict[int, Callable[[str], str]] = {
+        n_row // 2: lambda row: row[: row.rindex(",")] + "\r\n",
+        n_row // 2 + 9: lambda row: row.replace("\r\n", ",,\r\n"),
+        n_row // 2 + 99: lambda row: row[row.index(",") :],
+        n_row // 2 + 999: lambda row: f"\r\n{row}",
+        n_row - 1: lambda row: row[:-5],
+    }
+    lines = machine(n_row)
+    head = list(islice(lines, 4))
+    return chain(head, (odd[i](row) if i in odd else row for i, row in enumerate(lines)))
+
+
+def clocked(n_row: int) -> Iterator[str]:
+    """Lines of a log with a date and the time of day at 100 Hz, extension [mm], load [N]."""
+    rows = (
+        f"2024-05-02 {8 + i // 360_000:02d}:{i // 6_000 % 60:02d}:{i % 6_000 / 100:05.2f},{-0.6 * (i % 1000) / 1000:.5f},"
+        f"{-8.4 * (i % 1000) / 1000:.5f}\r\n"
+        for i in range(n_row)
+    )
+    return chain(("Time,Extension (mm),Load (N)\r\n",), rows)
+
+
 def meter(n_row: int) -> Iterator[str]:
     """Lines of an LCR log in German notation: time [ms], capacitance [pF], D; thousands points from the first second on."""
 
@@ -57,7 +82,13 @@ def quoted(n_row: int) -> Iterator[str]:
     return chain(("1,Time,Displacement,Force\r\n", ",(s),(mm),(kN)\r\n"), rows)
 
 
-FILES: dict[str, Callable[[int], Iterator[str]]] = {"machine": machine, "lcr": meter, "quoted": quoted}
+FILES: dict[str, Callable[[int], Iterator[str]]] = {
+    "machine": machine,
+    "ragged": ragged,
+    "time of day": clocked,
+    "lcr": meter,
+    "quoted": quoted,
+}
 
 
 def main() -> None:
@@ -68,7 +99,7 @@ def main() -> None:
     missed = False
     with tempfile.TemporaryDirectory() as folder:
         for name, lines in FILES.items():
-            path = Path(folder) / f"{name}.csv"
+            path = Path(folder) / f"{name.replace(' ', '_')}.csv"
             with path.open("w", encoding="utf-8", newline="") as file:
                 file.writelines(lines(options.n))
             done = subprocess.run([sys.executable, "-c", _CHILD, str(path)], capture_output=True, text=True, check=False)

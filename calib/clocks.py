@@ -37,10 +37,8 @@ EXPONENTS = (1.2, 1.35, 1.5, 1.65, 1.8, 1.95, 2.1, 2.3, 2.6)
 BETWEEN = 0.02
 #: Share of the depth within which force and capacitance leave their flat parts together (sd): roughness, adhesion.
 SAME_ONSET = 0.005
-#: An offset found by the turning point whose sd is below this share of the loading's duration (or 10 ms) is clear.
-CLEAR_SHARE = 0.01
-#: Error [s] of an offset that matters to nobody: at 1 mm/s it is 10 micrometres.
-CLEAR_SD = 0.01
+#: An offset is clear if it is told within 10 ms, twice this sd [s].
+CLEAR_SD = 0.005
 #: Alternatives whose misfit is below this many times the best one's are not excluded: models of creep and hysteresis are rough.
 MISFIT_RATIO = 2.0
 
@@ -57,8 +55,9 @@ class ClockOffset:
     ----------
     value, sd : [s]. Where the data do not tell, the middle of what is possible and an sd as wide as that.
     systematic : [s], largest further difference to the clock proper (half an interval, or half the step of coarse stamps).
-    confidence : "clear": turning point found, one solution, and the onset does not contradict. "weak": from the onset only, or
-        less sharp than `CLEAR_SHARE` of the loading, or onset and turning point disagree. "ambiguous": the data do not tell.
+    confidence : "clear": from the turning point, one solution, told within 10 ms, and the onset does not contradict. "weak":
+        less sharp than that, as the press is slow or the noise large; or from the onset only; or the two disagree.
+        "ambiguous": the data do not tell.
     turning_point, onset : (value, sd) [s] from either feature alone; None where it does not tell.
     alternatives : [s], offsets that fit about as well, far from `value`; empty unless ambiguous by discrete steps.
     evidence : sentences for the report.
@@ -658,7 +657,7 @@ def _combined(log: _Log, pressing: _Pressing, area: _Area, turning: _Estimate | 
         return ClockOffset(onset[0], onset[1], log.systematic, "weak", None, onset, (), (said, stamps))
     value, sd = turning
     evidence = [f"clock offset from the turning point: {value:.3f} s, sd {sd:.4f} s", stamps]
-    sharp = sd <= max(CLEAR_SD, CLEAR_SHARE * pressing.duration)
+    sharp = sd <= CLEAR_SD
     agrees = True
     if onset is not None:
         apart = onset[0] - value
@@ -672,5 +671,9 @@ def _combined(log: _Log, pressing: _Pressing, area: _Area, turning: _Estimate | 
             )
     confidence: Confidence = "clear" if sharp and agrees else "weak"
     if not sharp:
-        evidence.append(f"the turning point tells no better than {sd / pressing.duration:.1%} of the loading")
+        travel = 2 * sd * _speed_at_contact(pressing)
+        evidence.append(
+            f"10 ms is more than these data tell: the offset is known within {2 * sd:.2g} s (two sd), in which the crosshead "
+            f"moves by {travel * 1e6:.2g} um"
+        )
     return ClockOffset(value, sd, log.systematic, confidence, turning, onset, (), tuple(evidence))

@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from itertools import compress
 from types import MappingProxyType
 
 import numpy as np
@@ -148,8 +149,9 @@ def _numbers(cells: Sequence[str], column: _Column, decimal: str) -> tuple[Float
     """Values with nan where there is none, and the masks of empty, over-range and bad cells."""
     if column.clock:
         values = clock_seconds(cells)
-        empty = np.array([is_missing(c) for c in cells], dtype=bool)
-        return values, empty, np.zeros(len(cells), dtype=bool), ~np.isfinite(values) & ~empty
+        empty = np.isnan(values)
+        empty[empty] = [is_missing(c) for c in compress(cells, empty)]
+        return values, empty, np.zeros(len(cells), dtype=bool), np.isnan(values) & ~empty
     numbers = to_numbers(cells, decimal)
     values, over = numbers.values.copy(), numbers.over.copy()
     if column.quantity in _LCR:

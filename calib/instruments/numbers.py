@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import compress, islice
 
 import numpy as np
 
@@ -20,7 +21,9 @@ _NUMERIC = re.compile(rf"[{_MARKS}]?[\d.,{_SPACES}]+(?:[eE][{_MARKS}]?\d+)?", re
 _LONGEST_NUMBER = 60
 # The usual one, told at once.
 _USUAL = re.compile(r"-?\d{1,12}[.,]?\d{0,12}", re.ASCII)
-_NOT_NUMERIC = re.compile(rf"^(?![ \t]*[{_MARKS}]?[.,]?\d[\d.,{_SPACES}eE{_MARKS}\t]*$)", re.ASCII | re.MULTILINE)
+_NOT_NUMERIC = re.compile(
+    rf"^(?![ \t]*+[{_MARKS}]?+(?=[.,{_SPACES}]*+\d)[\d.,{_SPACES}]++(?:[eE][{_MARKS}]?\d++)?[ \t]*+$)", re.ASCII | re.MULTILINE
+)
 # Cells that `float` reads as they stand, or once a comma is made a point.
 _PLAIN = {mark: re.compile(rf"[0-9{re.escape(mark)}eE+\-\n]*", re.ASCII) for mark in ".,"}
 _OVER_WORD = re.compile(
@@ -54,9 +57,9 @@ def is_numeric(cell: str) -> bool:
     return len(cell) <= _LONGEST_NUMBER and _NUMERIC.fullmatch(cell) is not None and any(c in "0123456789" for c in cell)
 
 
-def are_all_numbers(cells: Sequence[str]) -> bool:
-    """Whether every cell looks like a number in some notation: each begins with a digit or a mark, and none is empty."""
-    return len(cells) > 0 and _NOT_NUMERIC.search("\n".join(cells)) is None
+def not_numbers(cells: Sequence[str], most: int) -> list[int] | None:
+    """Which cells look like a number in no notation, see `is_numeric`; None if more than `most`."""
+    return _odd_cells(_NOT_NUMERIC, cells, most)
 
 
 def is_over_range(cell: str) -> bool:
@@ -203,7 +206,7 @@ def to_numbers(cells: Sequence[str], decimal: str) -> Numbers:
     joined = "\n".join(cells)
     odd: Sequence[int] = range(n)
     if joined.count("\n") == n - 1:
-        odd = _odd_cells(cells, joined, decimal)
+        odd = _odd_cells(_NOT_A_NUMBER[decimal], cells, n) or []
         regular = np.ones(n, dtype=bool)
         regular[list(odd)] = False
         text = "\n".join(c for c, r in zip(cells, regular.tolist(), strict=True) if r) if odd else joined
@@ -227,11 +230,11 @@ def to_numbers(cells: Sequence[str], decimal: str) -> Numbers:
     return Numbers(values, empty, over, bad)
 
 
-def _odd_cells(cells: Sequence[str], joined: str, decimal: str) -> list[int]:
-    """Which cells, here `joined` by line ends, are not plainly numbers in the notation."""
-    starts = [m.start() for m in _NOT_A_NUMBER[decimal].finditer(joined)]
-    if not starts:
-        return []
+def _odd_cells(odd: re.Pattern[str], cells: Sequence[str], most: int) -> list[int] | None:
+    """Which cells `odd` finds at the beginning of a line if each stands in one of its own; None if more than `most`."""
+    starts = [m.start() for m in islice(odd.finditer("\n".join(cells)), most + 1)]
+    if not starts or len(starts) > most:
+        return None if starts else []
     begins = np.cumsum([0, *(len(c) + 1 for c in cells[:-1])])
     return [int(i) for i in np.searchsorted(begins, starts)]
 
@@ -242,6 +245,10 @@ _CLOCK = re.compile(
     r"^\s*(?P<date>\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4})?[ T]*(?P<hour>\d{1,2}):(?P<minute>\d{2}):(?P<second>\d{2}(?:[.,]\d+)?)\s*"
     r"(?P<half>[AaPp]\.?[Mm]\.?)?\s*(?:Z|[+-]\d{2}:?\d{2})?\s*$"
 )
+# The usual one, with a date or without, told and read at once; the next finds the date.
+_USUAL_CLOCK = r"(?:\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}[ T]+)?\d{1,2}:\d{2}:\d{2}(?:[.,]\d+)?"
+_NOT_USUAL_CLOCK = re.compile(rf"^(?!{_USUAL_CLOCK}$)", re.ASCII | re.MULTILINE)
+_DATE = re.compile(r"^[\d/.-]+[ T]+", re.ASCII | re.MULTILINE)
 _DAY = 86400.0
 
 
@@ -250,25 +257,33 @@ def is_clock(cell: str) -> bool:
     return _CLOCK.match(cell) is not None
 
 
+def not_clocks(cells: Sequence[str], most: int) -> list[int] | None:
+    """Which cells are no time of day as usually written; None if more than `most`."""
+    return _odd_cells(_NOT_USUAL_CLOCK, cells, most)
+
+
 def clock_seconds(cells: Sequence[str]) -> FloatArray:
     """Seconds since the first midnight of times of day (n_row,); nan where a cell is none.
 
     A fall by more than half a day is a midnight.
     """
-    values = np.full(len(cells), np.nan)
-    days, before = 0.0, np.nan
-    for i, cell in enumerate(cells):
-        match = _CLOCK.match(cell)
-        if match is None:
-            continue
-        hour = int(match["hour"])
-        if match["half"]:
-            hour = hour % 12 + (12 if match["half"][0] in "pP" else 0)
-        time = 3600.0 * hour + 60.0 * int(match["minute"]) + float(match["second"].replace(",", "."))
-        if hour > 23 or int(match["minute"]) > 59 or float(match["second"].replace(",", ".")) >= 61:
-            continue
-        if time < before - _DAY / 2:
-            days += _DAY
-        before = time
-        values[i] = time + days
+    odd = not_clocks(cells, len(cells)) or []
+    regular = np.ones(len(cells), dtype=bool)
+    regular[odd] = False
+    parts = np.full((len(cells), 3), np.nan)
+    if np.any(regular):
+        text = _DATE.sub("", "\n".join(compress(cells, regular)))
+        numbers = np.array(text.replace(",", ".").replace(":", "\n").split("\n"), dtype=np.float64)
+        parts[regular] = numbers.reshape(-1, 3)
+    for i in odd:
+        match = _CLOCK.match(cells[i])
+        if match is not None:
+            hour = int(match["hour"])
+            if match["half"]:
+                hour = hour % 12 + (12 if match["half"][0] in "pP" else 0)
+            parts[i] = hour, int(match["minute"]), float(match["second"].replace(",", "."))
+    parts[(parts[:, 0] > 23) | (parts[:, 1] > 59) | (parts[:, 2] >= 61)] = np.nan
+    values = np.asarray(3600.0 * parts[:, 0] + 60.0 * parts[:, 1] + parts[:, 2])
+    there = np.isfinite(values)
+    values[there] += _DAY * np.cumsum(np.diff(values[there], prepend=0.0) < -_DAY / 2)
     return values

@@ -4,21 +4,24 @@ from __future__ import annotations
 
 import csv
 import re
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import compress, pairwise
 
 import numpy as np
 
 from calib.errors import Fault, InputError, capped
 from calib.instruments.header import split_line
 from calib.instruments.labtable import IntArray, Reading
-from calib.instruments.numbers import are_all_numbers, is_clock, is_missing, is_numeric, is_over_range, parse_number
+from calib.instruments.numbers import is_clock, is_missing, is_numeric, is_over_range, not_clocks, not_numbers, parse_number
 from calib.instruments.sheet import Sheet, no_such_specimen, which_specimen
 from calib.instruments.vocabulary import understand, unit_of_cell
 
 # Lines of text below a table that may belong to it.
 _FOOTER = 50
+# Rows that may differ from all others and still be looked at one by one; of more than that, one in a thousand.
+_FEW_ODD = 100
 #: Rows of a second table that are too many to be left out as one of results.
 FEW_ROWS = 10
 
@@ -34,16 +37,14 @@ def with_rows(sheet: Sheet, start: int, reading: Reading, notes: tuple[str, ...]
         If there are no rows, text stands among them, they do not fit the header, or another table follows.
     """
     keys = [i for i, h in sheet.headings().items() if h.quantity != "status"]
-    even = _even_columns(sheet, start, keys)
-    if even is not None:
-        columns, n_row, text_below = even
+    regular = _regular_table(sheet, start, keys)
+    if regular is not None:
         if reading.specimen not in (None, 1) and not notes:
             raise InputError(no_such_specimen(sheet, reading))
-        last = [[column[k] for column in columns] for k in range(max(n_row - 20, 0), n_row)]
-        lines = start + 1 + np.arange(n_row, dtype=np.int64)
-        cut_short = _is_cut_short(sheet, last, lines)
-        notes = (*notes, *_left_out(sheet, text_below))
-        return replace(sheet, columns=columns, lines=lines, cut_short=cut_short, notes=notes)
+        last = [split_line(sheet.text.lines[line - 1], sheet.delimiter) for line in regular.lines[-20:].tolist()]
+        cut_short = _is_cut_short(sheet, last, regular.lines)
+        notes = (*notes, *_left_out(sheet, regular.text_below))
+        return replace(sheet, columns=regular.columns, lines=regular.lines, cut_short=cut_short, notes=notes)
     rows = _cells_of(sheet, start)
     blocks, more = _blocks(sheet, rows, start, keys)
     blocks = [b for b in blocks if b.rows]
@@ -78,49 +79,115 @@ def with_rows(sheet: Sheet, start: int, reading: Reading, notes: tuple[str, ...]
     )
 
 
-def _even_columns(sheet: Sheet, start: int, keys: Sequence[int]) -> tuple[tuple[Sequence[str], ...], int, list[int]] | None:
-    """Columns, number of rows, and indices of the lines of text below, where every line above these is a row of numbers as wide
-    as the header; None where one is not.
+@dataclass(frozen=True, eq=False)
+class _Table:
+    """Columns of cells as wide as the header, 1-based lines of the rows, and indices of the lines of text below them."""
 
-    The common case, and the only one in which a file of a million rows is cut in a second.
+    columns: tuple[Sequence[str], ...]
+    lines: IntArray
+    text_below: list[int]
+
+
+def _regular_table(sheet: Sheet, start: int, keys: Sequence[int]) -> _Table | None:
+    """The one block of rows below the header, but for a few all alike; None where there may be more to it than that.
+
+    What `_blocks` tells line by line is told here for whole columns, so that a file of a million rows is cut in a second. Rows
+    of another width and those whose first number is missing are looked at one by one, and text among the rows, another header
+    or too many odd rows are left to `_blocks`.
     """
-    width, delimiter = len(sheet.names), sheet.delimiter
-    if not keys or delimiter == " ":
+    if not keys:
         return None
-    end = len(sheet.text.lines)
-    text_below: list[int] = []
-    while end > start:
-        line = sheet.text.lines[end - 1]
-        if line.strip():
-            row = split_line(line, delimiter)
-            if len(row) == width and is_numeric(row[keys[0]]):
-                break
-            if len(text_below) > _FOOTER or _kind(row, (), keys, width) != "text" or _is_other_header(row):
-                return None
-            text_below.append(end - 1)
-        end -= 1
+    found = _end_of_rows(sheet, start, keys)
+    if found is None:
+        return None
+    end, text_below = found
     lines = sheet.text.lines[start:end]
-    if not lines:
+    few = _FEW_ODD + len(lines) // 1000
+    cut = _cut_alike(sheet, lines, few)
+    if cut is None:
         return None
-    body = "\n".join(lines)
-    if '"' in body:
-        if any(line.count('"') % 2 for line in lines):
+    columns = [cut[i] if i < len(cut) else [""] * len(lines) for i in range(len(sheet.names))]
+    odd = not_numbers(columns[keys[0]], few)
+    odd = odd if odd is not None else not_clocks(columns[keys[0]], few)
+    if odd is None:
+        return None
+    kept = np.ones(len(lines), dtype=bool)
+    for i in odd:
+        row = split_line(lines[i], sheet.delimiter)
+        if not any(row):
+            kept[i] = False
+        elif _kind(row, (), keys, len(columns)) != "row":
             return None
-        cells: list[str] = []
-        try:
-            for row in csv.reader(lines, delimiter=delimiter, skipinitialspace=True):
-                if len(row) != width:
+    # Rows without anything at the end: the other specimens, or the software's own.
+    for i in range(len(lines) - 1, -1, -1):
+        if any(columns[k][i].strip() for k in keys):
+            break
+        kept[i] = False
+    if not np.all(kept):
+        columns = [list(compress(column, kept)) for column in columns]
+    return _Table(tuple(columns), start + 1 + np.flatnonzero(kept), text_below)
+
+
+def _cut_alike(sheet: Sheet, lines: Sequence[str], few: int) -> list[list[str]] | None:
+    """Columns of the cells of `lines`, of which a few may have another number of cells; None if more have, or do not fit."""
+    delimiter, width = sheet.delimiter, len(sheet.names)
+    sample = Counter(len(split_line(line, delimiter)) for line in lines[:: 1 + len(lines) // 100])
+    n_cell = max(sample, key=lambda n: sample[n])
+    named = max((i + 1 for i, name in enumerate(sheet.names) if name), default=0)
+    if n_cell < named or (delimiter == " " and n_cell != width):
+        return None
+
+    def fitted(row: list[str]) -> list[str] | None:
+        too_few = delimiter == " " and 0 < len(row) < n_cell
+        return None if too_few or any(c.strip() for c in row[n_cell:]) else (row + [""] * n_cell)[:n_cell]
+
+    body = "\n".join(lines)
+    if '"' in body and any(line.count('"') % 2 for line in lines):
+        return None
+    if '"' not in body and delimiter != " ":
+        odd = [i for i, line in enumerate(lines) if line.count(delimiter) != n_cell - 1]
+        if odd:
+            lines = list(lines)
+            for i in odd[: few + 1]:
+                row = fitted(lines[i].split(delimiter))
+                if row is None:
                     return None
+                lines[i] = delimiter.join(row)
+            body = "\n".join(lines)
+        cells = body.replace(delimiter, "\n").split("\n")
+    else:
+        reader = csv.reader(lines, delimiter=delimiter, skipinitialspace=True) if delimiter != " " else map(str.split, lines)
+        cells, odd = [], []
+        try:
+            for i, row in enumerate(reader):
+                if len(row) != n_cell:
+                    odd.append(i)
+                    row = fitted(row)
+                    if row is None or len(odd) > few:
+                        return None
                 cells += row
         except csv.Error:
             return None
-    else:
-        if {line.count(delimiter) for line in lines} != {width - 1}:
+    columns = [cells[i::n_cell] for i in range(n_cell)]
+    return None if len(odd) > few or any("".join(c).strip() for c in columns[width:]) else columns
+
+
+def _end_of_rows(sheet: Sheet, start: int, keys: Sequence[int]) -> tuple[int, list[int]] | None:
+    """Index of the line behind the last row, and those of the lines of text below it; None if there is no row or much text."""
+    text_below: list[int] = []
+    width = len(sheet.names)
+    for i in range(len(sheet.text.lines) - 1, start - 1, -1):
+        line = sheet.text.lines[i]
+        if not line.strip():
+            continue
+        row = split_line(line, sheet.delimiter)
+        if is_numeric(row[keys[0]] if keys[0] < len(row) else "") or _kind(row, (), keys, width) == "row":
+            return i + 1, text_below[::-1]
+        if len(text_below) > _FOOTER or _is_other_header(row) or line.count('"') % 2:
             return None
-        cells = body.replace(delimiter, "\n").split("\n")
-    if not are_all_numbers(cells[keys[0] :: width]):
-        return None
-    return tuple(cells[i::width] for i in range(width)), len(lines), text_below[::-1]
+        if any(row):
+            text_below.append(i)
+    return None
 
 
 def _left_out(sheet: Sheet, indices: Sequence[int]) -> list[str]:

@@ -55,7 +55,7 @@ HOLD = 2.0  # [s] at the turning point
 TESTER_RATE, LCR_RATE = 25.0, 8.0  # [Hz]
 RELAXATION = 0.008  # share of force lost during the hold
 HYSTERESIS = 0.07  # further share of force missing halfway down
-LAG = 0.015  # share of the capacitance change kept too much on the way back
+LAG = 0.015  # share of the capacitance change kept too much halfway back
 
 
 def curves(design_values: dict[str, float]) -> tuple[PchipInterpolator, PchipInterpolator]:
@@ -95,7 +95,7 @@ def true_state(t: FloatArray, name: str) -> tuple[FloatArray, FloatArray, FloatA
     back = np.where(t > down + HOLD, 1 - np.clip(depth / depth.max(), 0, 1), 0.0)
     force = force * (1 - RELAXATION * held) * (1 - HYSTERESIS * 4 * back * (1 - back))
     rise = capacitance - float(capacitance_at(-1e-3))
-    return x, force, capacitance + LAG * rise * np.where(back > 0, 1 - back, 0)
+    return x, force, capacitance + LAG * rise * 4 * back * (1 - back)
 
 
 def write_tester(path: Path, name: str, rng: np.random.Generator) -> None:
