@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import compress, islice
 
@@ -22,7 +22,7 @@ _LONGEST_NUMBER = 60
 # The usual one, told at once.
 _USUAL = re.compile(r"-?\d{1,12}[.,]?\d{0,12}", re.ASCII)
 _NOT_NUMERIC = re.compile(
-    rf"^(?![ \t]*+[{_MARKS}]?+(?=[.,{_SPACES}]*+\d)[\d.,{_SPACES}]++(?:[eE][{_MARKS}]?\d++)?[ \t]*+$)", re.ASCII | re.MULTILINE
+    rf"\n(?![ \t]*+[{_MARKS}]?+(?=[.,{_SPACES}]*+\d)[\d.,{_SPACES}]++(?:[eE][{_MARKS}]?\d++)?[ \t]*+$)", re.ASCII | re.MULTILINE
 )
 # Cells that `float` reads as they stand, or once a comma is made a point.
 _PLAIN = {mark: re.compile(rf"[0-9{re.escape(mark)}eE+\-\n]*", re.ASCII) for mark in ".,"}
@@ -44,8 +44,8 @@ def _grammar(mark: str, other: str) -> str:
 
 _GRAMMAR = {".": _grammar(".", ","), ",": _grammar(",", ".")}
 _NUMBER = {mark: re.compile(rf"{grammar}\Z", re.ASCII) for mark, grammar in _GRAMMAR.items()}
-# Where a cell of a column, one a line, is no such number.
-_NOT_A_NUMBER = {mark: re.compile(rf"^(?!{grammar}$)", re.ASCII | re.MULTILINE) for mark, grammar in _GRAMMAR.items()}
+# Where a cell of a column, each after a line end, is no such number (a literal "\n" is searched for twice as fast as "^").
+_NOT_A_NUMBER = {mark: re.compile(rf"\n(?!{grammar}$)", re.ASCII | re.MULTILINE) for mark, grammar in _GRAMMAR.items()}
 _APART = {".": re.compile(f"[,{_SPACES}\t]"), ",": re.compile(f"[.{_SPACES}\t]")}
 
 
@@ -98,33 +98,51 @@ class Notation:
     places: tuple[tuple[int, int], ...] = ()
 
 
-def _shown(mark: str) -> tuple[re.Pattern[str], re.Pattern[str]]:
-    """Cells that show `mark` to be the decimal mark, and cells whose one mark may as well set thousands apart."""
+@dataclass(frozen=True)
+class _Shown:
+    """Where a cell of a column, each after a line end, shows which mark is the decimal one.
+
+    certain : by any form that does; twice : by the other mark, standing twice; unsure : cells whose one mark may as well set
+        thousands apart.
+    """
+
+    mark: str
+    certain: re.Pattern[str]
+    twice: re.Pattern[str]
+    unsure: re.Pattern[str]
+
+    def search(self, text: str) -> re.Match[str] | None:
+        """The first cell that shows it."""
+        # Without the mark itself only one form is left, and looked for several times as fast.
+        return (self.certain if self.mark in text else self.twice).search(text)
+
+
+def _shown(mark: str) -> _Shown:
     other = "," if mark == "." else "."
     point, apart = re.escape(mark), re.escape(other)
-    sign = rf"^[ \t]*[{_MARKS}]?"
+    sign = rf"\n[ \t]*[{_MARKS}]?"
     end = rf"(?:{_EXPONENT})?[ \t]*$"
+    twice = rf"[1-9]\d{{0,2}}(?:{apart}\d{{3}}){{2,}}{end}"  # the other mark twice: it sets thousands apart
     strong = "|".join(
         (
             rf"[1-9]\d{{0,2}}(?:[{apart}{_SPACES}]\d{{3}})+{point}\d*{end}",  # both marks: the last is the decimal one
-            rf"[1-9]\d{{0,2}}(?:{apart}\d{{3}}){{2,}}{end}",  # the other mark twice: it sets thousands apart
+            twice,
             rf"\d*{point}(?:\d{{0,2}}|\d{{4,}}){end}",  # not three digits after it
             rf"(?:0\d*|\d{{4,}}|){point}\d{{3}}{end}",  # nothing, a leading zero or four digits before it
             rf"\d+{point}\d{{3}}{_EXPONENT}[ \t]*$",  # an exponent
         )
     )
-    return (
-        re.compile(rf"{sign}(?:{strong})", re.MULTILINE | re.ASCII),
-        re.compile(rf"{sign}[1-9]\d{{0,2}}{point}\d{{3}}[ \t]*$", re.MULTILINE | re.ASCII),
-    )
+    unsure = rf"[1-9]\d{{0,2}}{point}\d{{3}}[ \t]*$"
+    patterns = (re.compile(rf"{sign}(?:{form})", re.MULTILINE | re.ASCII) for form in (strong, twice, unsure))
+    return _Shown(mark, *patterns)
 
 
 _SHOWN = {mark: _shown(mark) for mark in ".,"}
-# A whole number of a hundred or more without any mark, other than the nines that stand for no reading.
-_WHOLE = re.compile(rf"^[ \t]*[{_MARKS}]?(?!9{{6}}\b)\d{{3,}}[ \t]*$", re.MULTILINE | re.ASCII)
+# After a line end: a whole number of a hundred or more without any mark, other than the nines that stand for no reading.
+_WHOLE = re.compile(rf"\n[ \t]*[{_MARKS}]?(?!9{{6}}\b)\d{{3,}}[ \t]*$", re.MULTILINE | re.ASCII)
 # With a mark: one or more digits other than a leading zero before it; nothing or zero before it and not three digits after it.
-_ONE_AND_MORE = {m: re.compile(rf"^[ \t]*[{_MARKS}]?[1-9]\d*{re.escape(m)}(\d*)[ \t]*$", re.M | re.A) for m in ".,"}
-_BELOW_ONE = {m: re.compile(rf"^[ \t]*[{_MARKS}]?0?{re.escape(m)}(\d*)[ \t]*$", re.M | re.A) for m in ".,"}
+_ONE_AND_MORE = {m: re.compile(rf"\n[ \t]*[{_MARKS}]?[1-9]\d*{re.escape(m)}(\d*)[ \t]*$", re.M | re.A) for m in ".,"}
+_BELOW_ONE = {m: re.compile(rf"\n[ \t]*[{_MARKS}]?0?{re.escape(m)}(\d*)[ \t]*$", re.M | re.A) for m in ".,"}
 
 
 def decide_notation(columns: Sequence[Sequence[str]], declared: str = "") -> Notation:
@@ -142,15 +160,15 @@ def decide_notation(columns: Sequence[Sequence[str]], declared: str = "") -> Not
     columns : the text of the cells, one sequence per column, equally long.
     declared : the decimal mark that the file itself states, "" if it states none.
     """
-    texts = ["\n".join(column) for column in columns]
+    texts = ["\n" + "\n".join(column) for column in columns]
 
-    def first(pattern: re.Pattern[str]) -> tuple[int, int] | None:
-        hits = [(text.count("\n", 0, m.start()), c) for c, text in enumerate(texts) if (m := pattern.search(text))]
+    def first(search: Callable[[str], re.Match[str] | None]) -> tuple[int, int] | None:
+        hits = [(text.count("\n", 0, m.start()), c) for c, text in enumerate(texts) if (m := search(text))]
         return min(hits, default=None)
 
     comma = any("," in text for text in texts)
-    strong = {mark: first(_SHOWN[mark][0]) for mark in ".,"} if comma else {".": None, ",": None}
-    weak = {mark: first(_SHOWN[mark][1]) for mark in ".,"} if comma else {".": None, ",": None}
+    strong = {mark: first(_SHOWN[mark].search) for mark in ".,"} if comma else {".": None, ",": None}
+    weak = {mark: first(_SHOWN[mark].unsure.search) for mark in ".,"} if comma else {".": None, ",": None}
     if strong["."] and strong[","]:
         return Notation("", "some cells have a decimal point and some a decimal comma", (strong["."], strong[","]))
     decimal = "." if strong["."] or not comma else "," if strong[","] else declared
@@ -167,8 +185,8 @@ def decide_notation(columns: Sequence[Sequence[str]], declared: str = "") -> Not
     for c, text in enumerate(texts):
         if decimal not in text:
             continue
-        apart = _SHOWN[decimal][1].search(text)
-        if not declared and apart and _WHOLE.search(text) and not _SHOWN[decimal][0].search(text):
+        apart = _SHOWN[decimal].unsure.search(text)
+        if not declared and apart and _WHOLE.search(text) and not _SHOWN[decimal].search(text):
             whole = _WHOLE.search(text)
             assert whole is not None
             places = tuple(sorted((text.count("\n", 0, m.start()), c) for m in (whole, apart)))
@@ -231,8 +249,8 @@ def to_numbers(cells: Sequence[str], decimal: str) -> Numbers:
 
 
 def _odd_cells(odd: re.Pattern[str], cells: Sequence[str], most: int) -> list[int] | None:
-    """Which cells `odd` finds at the beginning of a line if each stands in one of its own; None if more than `most`."""
-    starts = [m.start() for m in islice(odd.finditer("\n".join(cells)), most + 1)]
+    """Which cells `odd` finds if each stands after a line end; None if more than `most`."""
+    starts = [m.start() for m in islice(odd.finditer("\n" + "\n".join(cells)), most + 1)]
     if not starts or len(starts) > most:
         return None if starts else []
     begins = np.cumsum([0, *(len(c) + 1 for c in cells[:-1])])
@@ -247,7 +265,7 @@ _CLOCK = re.compile(
 )
 # The usual one, with a date or without, told and read at once; the next finds the date.
 _USUAL_CLOCK = r"(?:\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}[ T]+)?\d{1,2}:\d{2}:\d{2}(?:[.,]\d+)?"
-_NOT_USUAL_CLOCK = re.compile(rf"^(?!{_USUAL_CLOCK}$)", re.ASCII | re.MULTILINE)
+_NOT_USUAL_CLOCK = re.compile(rf"\n(?!{_USUAL_CLOCK}$)", re.ASCII | re.MULTILINE)
 _DATE = re.compile(r"^[\d/.-]+[ T]+", re.ASCII | re.MULTILINE)
 _DAY = 86400.0
 

@@ -123,6 +123,8 @@ def _regular_table(sheet: Sheet, start: int, keys: Sequence[int]) -> _Table | No
         if any(columns[k][i].strip() for k in keys):
             break
         kept[i] = False
+    if not np.any(kept):
+        return None
     if not np.all(kept):
         columns = [list(compress(column, kept)) for column in columns]
     return _Table(tuple(columns), start + 1 + np.flatnonzero(kept), text_below)
@@ -141,14 +143,15 @@ def _cut_alike(sheet: Sheet, lines: Sequence[str], few: int) -> list[list[str]] 
         too_few = delimiter == " " and 0 < len(row) < n_cell
         return None if too_few or any(c.strip() for c in row[n_cell:]) else (row + [""] * n_cell)[:n_cell]
 
+    odd: list[int]
     body = "\n".join(lines)
-    if '"' in body and any(line.count('"') % 2 for line in lines):
-        return None
     if '"' not in body and delimiter != " ":
         odd = [i for i, line in enumerate(lines) if line.count(delimiter) != n_cell - 1]
+        if len(odd) > few:
+            return None
         if odd:
             lines = list(lines)
-            for i in odd[: few + 1]:
+            for i in odd:
                 row = fitted(lines[i].split(delimiter))
                 if row is None:
                     return None
@@ -156,6 +159,8 @@ def _cut_alike(sheet: Sheet, lines: Sequence[str], few: int) -> list[list[str]] 
             body = "\n".join(lines)
         cells = body.replace(delimiter, "\n").split("\n")
     else:
+        if '"' in body and any(line.count('"') % 2 for line in lines):
+            return None
         reader = csv.reader(lines, delimiter=delimiter, skipinitialspace=True) if delimiter != " " else map(str.split, lines)
         cells, odd = [], []
         try:
@@ -169,7 +174,7 @@ def _cut_alike(sheet: Sheet, lines: Sequence[str], few: int) -> list[list[str]] 
         except csv.Error:
             return None
     columns = [cells[i::n_cell] for i in range(n_cell)]
-    return None if len(odd) > few or any("".join(c).strip() for c in columns[width:]) else columns
+    return None if any("".join(c).strip() for c in columns[width:]) else columns
 
 
 def _end_of_rows(sheet: Sheet, start: int, keys: Sequence[int]) -> tuple[int, list[int]] | None:

@@ -221,6 +221,53 @@ def test_a_hundred_thousand_rows_are_read_in_about_a_second(tmp_path: Path) -> N
     assert table.lines.size == 100_000
 
 
+@pytest.mark.parametrize("delimiter", [",", ";", "\t"])
+@pytest.mark.parametrize("quote", ["", '"'])
+def test_a_few_odd_rows_among_thousands_change_no_other_row(tmp_path: Path, delimiter: str, quote: str) -> None:
+    cells = [[f"{i * 0.01:.2f}", f"{i * 1e-4:.5f}", f"{i * 1e-3:.3f}"] for i in range(3000)]
+    rows = [delimiter.join(f"{quote}{c}{quote}" for c in row) for row in cells]
+    rows[700] = delimiter.join(cells[700][:2])  # a cell missing at the end
+    rows[900] += delimiter * 2  # two too many, empty
+    rows[1100] = delimiter.join(["", *cells[1100][1:]])  # no time
+    rows[1500] = ""
+    rows[1501] = delimiter * 2
+    text = delimiter.join(("Time (s)", "Extension (mm)", "Load (N)")) + "\n" + "\n".join(rows)
+    table = read(tmp_path, f"{text}\nEnd of record\n")
+    line = [i + 2 for i in range(3000) if i not in (1500, 1501)]
+    np.testing.assert_array_equal(table.lines, line)
+    told = {int(n): reason for n, reason in zip(table.lines, table.reasons, strict=True) if reason}
+    assert told == {702: "empty cell: force", 1102: "empty cell: time"}
+    good = np.array([not r for r in table.reasons])
+    np.testing.assert_allclose(table.columns["force"][good], (table.lines[good] - 2) * 1e-3, atol=1e-12)
+    np.testing.assert_allclose(table.columns["time"][good], (table.lines[good] - 2) * 0.01, atol=1e-9)
+    assert any('"End of record" (line 3002)' in note for note in table.notes)
+    # What is no row is refused however many rows stand around it.
+    head = text.split("\n", 1)[0]
+    for row, said in (
+        (delimiter.join(("away", "from", "desk")), "stands among the rows"),
+        (delimiter.join((*cells[2000], "7.5")), "has 4 cells"),
+    ):
+        rows[2000] = row
+        error = refused(tmp_path, "\n".join((head, *rows)))
+        assert error.faults[0].line == 2002
+        assert said in str(error)
+
+
+def test_times_of_day_pass_midnight_and_miss_some_rows(tmp_path: Path) -> None:
+    stamps = [
+        f"2024-05-02 {(86_390 + i) // 3600 % 24:02d}:{(86_390 + i) // 60 % 60:02d}:{(86_390 + i) % 60:02d}.5" for i in range(20)
+    ]
+    stamps[3], stamps[5] = "", "11:59:55,5 pm"
+    table = read(tmp_path, "Time;Extension (mm);Load (N)\n" + "".join(f"{t};0.{i:03d};1\n" for i, t in enumerate(stamps)))
+    expected = 86_390.5 + np.arange(20.0)
+    expected[3] = np.nan
+    np.testing.assert_array_equal(table.columns["time"], expected)
+    assert table.reasons[3] == "empty cell: time"
+    stamps[7] = "24:10:00"
+    text = "Time;Extension (mm);Load (N)\n" + "".join(f"{t};0.{i:03d};1\n" for i, t in enumerate(stamps))
+    assert '"24:10:00" in column "Time" is not a number' in str(refused(tmp_path, text))
+
+
 # ----------------------------------------------------------------------------------------------------------- refusals
 
 
