@@ -1,8 +1,9 @@
 """Read files of a million rows: `python benchmarks/read_large_file.py`, prints seconds and peak memory of each.
 
-Five files are written and each is read in a fresh process: a testing machine's (time, displacement, force); the same with a row
-cut, one too long, one without its time, a blank line and a file end within the last row; the same with times of day; an LCR log
-with decimal commas and thousands points; and one with everything quoted and thousands commas. Targets: 5 s and 1 GB.
+Six files are written and each is read in a fresh process: a testing machine's (time, displacement, force); the same with a row
+cut, one too long, one without its time, a blank line and a file end within the last row; one with a capacitance in every tenth
+row only; one with times of day; an LCR log with decimal commas and thousands points; and one with everything quoted and
+thousands commas. Targets: 5 s and 1 GB.
 """
 
 from __future__ import annotations
@@ -54,6 +55,16 @@ def ragged(n_row: int) -> Iterator[str]:
     return chain(head, (odd[i](row) if i in odd else row for i, row in enumerate(lines)))
 
 
+def two_rates(n_row: int) -> Iterator[str]:
+    """Lines of time [s], extension [mm], load [N], and in every tenth row a capacitance [pF]."""
+    rows = (
+        f"{i * 0.001:.3f},{-0.6 * (i % 1000) / 1000:.5f},{-8.4 * (i % 1000) / 1000:.5f}"
+        f"{'' if i % 10 else f',{97.3 + (i % 1000) / 50:.4f}'}\n"
+        for i in range(n_row)
+    )
+    return chain(("Time (s),Extension (mm),Load (N),Cp (pF)\n",), rows)
+
+
 def clocked(n_row: int) -> Iterator[str]:
     """Lines of a log with a date and the time of day at 100 Hz, extension [mm], load [N]."""
     rows = (
@@ -85,6 +96,7 @@ def quoted(n_row: int) -> Iterator[str]:
 FILES: dict[str, Callable[[int], Iterator[str]]] = {
     "machine": machine,
     "ragged": ragged,
+    "two rates": two_rates,
     "time of day": clocked,
     "lcr": meter,
     "quoted": quoted,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import re
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import compress, pairwise
@@ -20,8 +19,8 @@ from calib.instruments.vocabulary import understand, unit_of_cell
 
 # Lines of text below a table that may belong to it.
 _FOOTER = 50
-# Rows that may differ from all others and still be looked at one by one; of more than that, one in a thousand.
-_FEW_ODD = 100
+# Rows without a number at first that are looked at one by one where all others have one: so many, and this share.
+_FEW_ODD, _SHARE_ODD = 100, 0.1
 #: Rows of a second table that are too many to be left out as one of results.
 FEW_ROWS = 10
 
@@ -89,11 +88,11 @@ class _Table:
 
 
 def _regular_table(sheet: Sheet, start: int, keys: Sequence[int]) -> _Table | None:
-    """The one block of rows below the header, but for a few all alike; None where there may be more to it than that.
+    """The one block of rows below the header, most with a number at first; None where there may be more to it than that.
 
     What `_blocks` tells line by line is told here for whole columns, so that a file of a million rows is cut in a second. Rows
-    of another width and those whose first number is missing are looked at one by one, and text among the rows, another header
-    or too many odd rows are left to `_blocks`.
+    without their first number are looked at one by one; text among the rows, another header or too many such rows are left to
+    `_blocks`.
     """
     if not keys:
         return None
@@ -102,11 +101,10 @@ def _regular_table(sheet: Sheet, start: int, keys: Sequence[int]) -> _Table | No
         return None
     end, text_below = found
     lines = sheet.text.lines[start:end]
-    few = _FEW_ODD + len(lines) // 1000
-    cut = _cut_alike(sheet, lines, few)
-    if cut is None:
+    columns = _cut_alike(sheet, lines)
+    if columns is None:
         return None
-    columns = [cut[i] if i < len(cut) else [""] * len(lines) for i in range(len(sheet.names))]
+    few = _FEW_ODD + int(_SHARE_ODD * len(lines))
     odd = not_numbers(columns[keys[0]], few)
     odd = odd if odd is not None else not_clocks(columns[keys[0]], few)
     if odd is None:
@@ -130,51 +128,43 @@ def _regular_table(sheet: Sheet, start: int, keys: Sequence[int]) -> _Table | No
     return _Table(tuple(columns), start + 1 + np.flatnonzero(kept), text_below)
 
 
-def _cut_alike(sheet: Sheet, lines: Sequence[str], few: int) -> list[list[str]] | None:
-    """Columns of the cells of `lines`, of which a few may have another number of cells; None if more have, or do not fit."""
+def _cut_alike(sheet: Sheet, lines: Sequence[str]) -> list[list[str]] | None:
+    """As many columns of cells as the header has, missing cells empty; None if a row is too wide or the header is."""
     delimiter, width = sheet.delimiter, len(sheet.names)
-    sample = Counter(len(split_line(line, delimiter)) for line in lines[:: 1 + len(lines) // 100])
-    n_cell = max(sample, key=lambda n: sample[n])
-    named = max((i + 1 for i, name in enumerate(sheet.names) if name), default=0)
-    if n_cell < named or (delimiter == " " and n_cell != width):
-        return None
-
-    def fitted(row: list[str]) -> list[str] | None:
-        too_few = delimiter == " " and 0 < len(row) < n_cell
-        return None if too_few or any(c.strip() for c in row[n_cell:]) else (row + [""] * n_cell)[:n_cell]
-
-    odd: list[int]
-    body = "\n".join(lines)
-    if '"' not in body and delimiter != " ":
-        odd = [i for i, line in enumerate(lines) if line.count(delimiter) != n_cell - 1]
-        if len(odd) > few:
-            return None
-        if odd:
-            lines = list(lines)
-            for i in odd:
-                row = fitted(lines[i].split(delimiter))
-                if row is None:
-                    return None
-                lines[i] = delimiter.join(row)
-            body = "\n".join(lines)
-        cells = body.replace(delimiter, "\n").split("\n")
-    else:
-        if '"' in body and any(line.count('"') % 2 for line in lines):
+    quoted = any('"' in line for line in lines)
+    cells: list[str] = []
+    widest = 0
+    if quoted or delimiter == " ":
+        if quoted and any(line.count('"') % 2 for line in lines):
             return None
         reader = csv.reader(lines, delimiter=delimiter, skipinitialspace=True) if delimiter != " " else map(str.split, lines)
-        cells, odd = [], []
         try:
-            for i, row in enumerate(reader):
-                if len(row) != n_cell:
-                    odd.append(i)
-                    row = fitted(row)
-                    if row is None or len(odd) > few:
-                        return None
-                cells += row
+            for row in reader:
+                n = len(row)
+                if n > widest and any(c.strip() for c in row):
+                    widest = n
+                if n != width and ((n > 0 and delimiter == " ") or any(c.strip() for c in row[width:])):
+                    return None
+                cells += row if n == width else (row + [""] * width)[:width]
         except csv.Error:
             return None
-    columns = [cells[i::n_cell] for i in range(n_cell)]
-    return None if any("".join(c).strip() for c in columns[width:]) else columns
+    else:
+        fitted = []
+        for line in lines:
+            n = line.count(delimiter) + 1
+            if n > widest and line.replace(delimiter, "").strip():
+                widest = n
+            if n < width:
+                line += delimiter * (width - n)
+            elif n > width:
+                row = line.split(delimiter)
+                if any(c.strip() for c in row[width:]):
+                    return None
+                line = delimiter.join(row[:width])
+            fitted.append(line)
+        cells = delimiter.join(fitted).split(delimiter)
+    named = max((i + 1 for i, name in enumerate(sheet.names) if name), default=0)
+    return [cells[i::width] for i in range(width)] if widest >= named else None
 
 
 def _end_of_rows(sheet: Sheet, start: int, keys: Sequence[int]) -> tuple[int, list[int]] | None:
