@@ -9,11 +9,10 @@ from itertools import pairwise
 from typing import Literal
 
 import numpy as np
-from scipy.signal import savgol_filter
 
 from calib.instruments import IntArray
 from calib.observations import BACKWARD, Observations, usable_rows
-from calib.readings import excursion, reading_noise, resolution, reversals
+from calib.readings import ahead, excursion, quiet, reading_noise, resolution, reversals
 from calib.reduction import integrated_time
 from models.sensor import FloatArray
 
@@ -106,7 +105,7 @@ def clock_offset(tester: Observations, lcr: Observations, within: tuple[float, f
     assert lcr.time is not None
     assert lcr.capacitance is not None
     rows = usable_rows(lcr, lcr.time, lcr.capacitance, "capacitance")
-    rows = rows[np.concatenate([[True], np.diff(np.maximum.accumulate(lcr.time[rows])) > 0])]
+    rows = rows[ahead(lcr.time[rows])]
     log = _Log.of(lcr.time[rows], lcr.capacitance[rows])
     pressing = _Pressing.of(tester)
     low, high = float(pressing.time[0] - log.time[-1]), float(pressing.time[-1] - log.time[0])
@@ -147,9 +146,7 @@ def record(tester: Observations, *, whole: bool = False) -> tuple[FloatArray, Fl
     finite = np.isfinite(tester.time) & np.isfinite(tester.displacement) & np.isfinite(tester.force)
     sound = np.array([not r for r in tester.table.reasons], dtype=bool) & np.array([r != BACKWARD for r in tester.reason])
     rows = np.flatnonzero(finite & sound & (whole | (tester.cycle <= tester.used_cycle)))
-    time = tester.time[rows]
-    ahead = np.concatenate([[True], np.diff(np.maximum.accumulate(time)) > 0])
-    rows = rows[ahead]
+    rows = rows[ahead(tester.time[rows])]
     return tester.time[rows], tester.displacement[rows], tester.force[rows], rows
 
 
@@ -256,12 +253,9 @@ def _quiet(
     time, x = time.copy(), x.copy()
     for start, stop in stretches:
         rows = np.flatnonzero((time > start) & (time < stop))
-        window = 2 * (rows.size // 40) + 1
-        if window >= 5:
-            time[rows] = savgol_filter(time[rows], window, 2)
-            x[rows] = savgol_filter(x[rows], window, 2)
-    ahead = np.concatenate([[True], np.diff(np.maximum.accumulate(time)) > 0])
-    return time[ahead], x[ahead], back[ahead]
+        time[rows], x[rows] = quiet(time[rows], x[rows], rows.size // 20)
+    kept = ahead(time)
+    return time[kept], x[kept], back[kept]
 
 
 def _corners(
@@ -673,7 +667,7 @@ def _combined(log: _Log, pressing: _Pressing, area: _Area, turning: _Estimate | 
     if not sharp:
         travel = 2 * sd * _speed_at_contact(pressing)
         evidence.append(
-            f"10 ms is more than these data tell: the offset is known within {2 * sd:.2g} s (two sd), in which the crosshead "
-            f"moves by {travel * 1e6:.2g} um"
+            f"the data do not tell the offset within 10 ms, but within {2 * sd:.2g} s (two sd), in which the crosshead moves by "
+            f"{travel * 1e6:.2g} um"
         )
     return ClockOffset(value, sd, log.systematic, confidence, turning, onset, (), tuple(evidence))

@@ -5,9 +5,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.ndimage import median_filter
+from scipy.ndimage import median_filter, uniform_filter1d
+from scipy.signal import savgol_filter
 
-from models.sensor import FloatArray
+from models.sensor import BoolArray, FloatArray
+
+# Most readings that `quiet` averages over: many more cost time and tell little.
+_WIDEST = 401
 
 
 def resolution(values: FloatArray) -> float:
@@ -38,6 +42,31 @@ def reading_noise(values: FloatArray) -> float:
         return 0.0
     second = np.diff(values, 2)
     return max(1.4826 * float(np.median(np.abs(second))) / math.sqrt(6.0), resolution(values) / math.sqrt(12.0))
+
+
+def ahead(time: FloatArray) -> BoolArray:
+    """Rows whose stamp comes after all before it."""
+    return np.concatenate([[True], np.diff(np.maximum.accumulate(time)) > 0])
+
+
+def quiet(time: FloatArray, x: FloatArray, window: int) -> tuple[FloatArray, FloatArray]:
+    """A record with the noise of its readings averaged out, stamps alike: what followed the crosshead did not follow its noise.
+
+    Parabolas through `window` readings (Savitzky & Golay, Anal. Chem. 36 (1964) 1627), or fewer where more are no parabola
+    (steps, corners): a reading is replaced where the residuals around it are no larger than its noise lets them be, and stays
+    where they always are.
+    """
+    noise = reading_noise(x)
+    smooth_time, smooth_x, left = time.copy(), x.copy(), np.ones(x.size, dtype=bool)
+    window = (min(window, _WIDEST, x.size) - 1) // 2 * 2 + 1
+    while window >= 5:
+        smooth = savgol_filter(x, window, 2)
+        square = uniform_filter1d((x - smooth) ** 2, window, mode="nearest")
+        good = left & (square <= noise**2 * (1 + 4 * math.sqrt(2 / window)))
+        smooth_x[good], smooth_time[good] = smooth[good], savgol_filter(time, window, 2)[good]
+        left &= ~good
+        window = window // 4 * 2 + 1
+    return smooth_time, smooth_x
 
 
 def excursion(values: FloatArray) -> FloatArray:

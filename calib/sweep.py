@@ -15,6 +15,7 @@ from calib.errors import Fault, InputError
 from calib.instruments import AS_FOUND, LabTable, Reading, read_lab_file
 from calib.observations import UNLOADING, Observations, observe, usable_rows, why_left_out
 from calib.quality import Verdict, first_crest, judge
+from calib.readings import ahead, quiet
 from calib.reduction import NoiseEstimate, Reduced, find_onset, fresh_readings, reduce_channel
 from models.sensor import FloatArray
 
@@ -63,7 +64,8 @@ class Track:
     """The tester's record over its own time [s], strictly increasing: displacement [m] and force [N] of shape (n_node,).
 
     Group means of at most `TRACK_NODES` nodes over the loading branch and on both sides `TRACK_MARGIN`, or four
-    sd of the clock offset where that is more.
+    sd of the clock offset where that is more. The noise of the displacement is averaged out over a twentieth of the branch:
+    taken for motion, it makes the likelihood rough in the clock offset.
     """
 
     time: FloatArray
@@ -427,7 +429,10 @@ def _track(tester: Observations, margin: float) -> Track:
     begin, end = loading_window(tester)
     inside = (time >= begin - margin) & (time <= end + margin)
     groups = np.array_split(np.flatnonzero(inside), min(TRACK_NODES, int(np.sum(inside))))
-    return Track(*(np.array([v[g].mean() for g in groups]) for v in (time, displacement, force)))
+    stamps, reading, load = (np.array([v[g].mean() for g in groups]) for v in (time, displacement, force))
+    stamps, reading = quiet(stamps, reading, int(np.sum((stamps >= begin) & (stamps <= end))) // 20)
+    kept = ahead(stamps)
+    return Track(stamps[kept], reading[kept], load[kept])
 
 
 def sweeps_to_json(sweeps: Sequence[Sweep]) -> str:

@@ -163,7 +163,7 @@ def test_a_slow_pressing_tells_less_and_says_so() -> None:
             assert found.sd <= 0.005
             continue
         n_weak += 1
-        (said,) = (e for e in found.evidence if "10 ms is more than these data tell" in e)
+        (said,) = (e for e in found.evidence if "do not tell the offset within 10 ms" in e)
         # Some micrometres of travel at most, in mm and s here.
         travel = float(said.split()[-2]) * 1e-3
         assert travel == pytest.approx(2 * found.sd * pair.speed, rel=0.2)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,7 +13,7 @@ import pytest
 from scipy.stats import multivariate_normal, norm
 
 from calib.errors import InputError
-from calib.experiment import Experiment, Specimen, SweepFiles
+from calib.experiment import Experiment, Specimen, SweepFiles, read_experiment
 from calib.likelihood import (
     Channel,
     Problem,
@@ -20,6 +21,7 @@ from calib.likelihood import (
     block_names,
     build_problem,
     log_likelihood,
+    log_likelihood_at,
     log_likelihood_blocks,
     log_posterior,
     named_values,
@@ -29,11 +31,12 @@ from calib.likelihood import (
 )
 from calib.parameters import onset_reading, specimen_design
 from calib.prior import Fixed, LogNormal, Normal, Prior, Uniform, default_prior
-from calib.sweep import Sweep
+from calib.sweep import Sweep, make_sweep
 from calib.synthetic import Rig, synthetic_sweep
 from models.analytic import ClosedForm
 from models.response import Response
 from models.sensor import Design, FloatArray, design_from
+from models.surrogate import load_surrogate
 
 Tie = Literal["clock", "force", "displacement", "none"]
 
@@ -260,6 +263,24 @@ def test_the_truth_is_far_likelier_than_a_wrong_clock_or_contact() -> None:
         wrong = theta.copy()
         wrong[0, problem.names.index(name)] += step
         assert log_likelihood(problem, wrong)[0] < values - 10
+
+
+@pytest.mark.parametrize("which", [0, 1])
+def test_the_likelihood_is_as_smooth_in_the_clock_offset_as_the_crosshead_moves(which: int) -> None:
+    folder = Path(__file__).parents[2] / "datasets" / "padded_sensor"
+    plan, truth = read_experiment(folder / "experiment.toml"), json.loads((folder / "truth.json").read_text(encoding="utf-8"))
+    specimen = plan.specimens[which]
+    files = specimen.sweeps[0]
+    sweep = make_sweep(specimen.name, files.name, files.indenter_radius, files.force, files.capacitance)
+    problem = build_problem(plan, (sweep,), load_surrogate())
+    own = {**truth["shared"], **truth[specimen.name], "force_discrepancy": 1e-4, "capacitance_discrepancy": 1e-4}
+    late = np.linspace(-0.3, 0.3, 25)
+    values = {p.name: np.full(late.size, own[p.parameter]) for p in problem.parameters}
+    values |= {name: np.full(late.size, value) for name, value in problem.fixed.items()}
+    values[f"clock_offset[{specimen.name}]"] += late
+    # At constant speed it is a parabola; the noise of the crosshead's record, taken for motion, bends it from -9 to 2.
+    bend = np.diff(log_likelihood_at(problem, problem.forward, problem.plans, values), 2)
+    assert np.max(np.abs(bend / np.mean(bend) - 1)) < 0.35
 
 
 @pytest.mark.parametrize(

@@ -374,6 +374,30 @@ def test_the_track_looks_up_the_crosshead_at_an_lcr_time(tmp_path: Path) -> None
     assert any("after the turning point" in n for n in sweep.notes)
 
 
+@pytest.mark.parametrize("steps", [0, 14])
+def test_the_track_follows_the_crosshead_and_not_the_noise_of_its_reading(tmp_path: Path, steps: int) -> None:
+    p, rng, noise = Press(), np.random.default_rng(5), 3e-4
+    t = np.arange(0, p.end, 0.02)
+    # Straight, or in stairs: half of each step at twice the speed, half at rest.
+    length = p.top / steps if steps else 0.0
+    stairs = np.minimum(t, p.top) if not steps else length * (t // length) + np.minimum(2 * (t % length), length)
+    x = p.crosshead(np.where(t < p.top, stairs, t))
+    f = p.force(x, t < p.top + p.hold) + rng.normal(0, 5e-3, t.size)
+    noisy = x + rng.normal(0, noise, t.size)
+    rows = "".join(f"{a:.3f},{b:.5f},{c:.3f}\n" for a, b, c in zip(t, noisy, f, strict=True))
+    (tmp_path / "t.csv").write_text("Time (s),Extension (mm),Load (N)\n" + rows)
+    on_meter = np.arange(0, p.end, 0.1)
+    c = p.capacitance(np.interp(on_meter, t, x), on_meter < p.top + p.hold) + rng.normal(0, 5e-3, on_meter.size)
+    rows = "".join(f"{a:.3f},{b:.3f}\n" for a, b in zip(on_meter, c, strict=True))
+    (tmp_path / "c.csv").write_text("Time (s),Cp (pF)\n" + rows)
+    track = make_sweep("s", "s", RADIUS, tmp_path / "t.csv", tmp_path / "c.csv").track
+    assert track is not None
+    off = track.displacement * 1e3 - np.interp(track.time, t, x)
+    loading = (track.time > 1) & (track.time < p.top - 1)
+    assert np.std(off[loading]) < (0.6 if steps else 0.25) * noise
+    assert np.max(np.abs(off)) < 5 * noise
+
+
 # -------------------------------------------------------------------------------------------------------- other ties
 
 
