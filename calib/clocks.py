@@ -667,7 +667,7 @@ def _combined(log: _Log, pressing: _Pressing, area: _Area, turning: _Estimate | 
     if not sharp:
         travel = 2 * sd * _speed_at_contact(pressing)
         evidence.append(
-            f"the data do not tell the offset within 10 ms, but within {2 * sd:.2g} s (two sd), in which the crosshead moves by "
-            f"{travel * 1e6:.2g} um"
+            f"the data do not tell the offset within 10 ms, but within {2 * sd:.2g} s (two sd), in which the crosshead moves "
+            f"by {travel * 1e6:.2g} um"
         )
     return ClockOffset(value, sd, log.systematic, confidence, turning, onset, (), tuple(evidence))
