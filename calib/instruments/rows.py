@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import compress, pairwise
 
@@ -36,55 +36,32 @@ def with_rows(sheet: Sheet, start: int, reading: Reading, notes: tuple[str, ...]
         If there are no rows, text stands among them, they do not fit the header, or another table follows.
     """
     keys = [i for i, h in sheet.headings().items() if h.quantity != "status"]
-    regular = _regular_table(sheet, start, keys)
-    if regular is not None:
-        if reading.specimen not in (None, 1) and not notes:
-            raise InputError(no_such_specimen(sheet, reading))
-        last = [split_line(sheet.text.lines[line - 1], sheet.delimiter) for line in regular.lines[-20:].tolist()]
-        cut_short = _is_cut_short(sheet, last, regular.lines)
-        notes = (*notes, *_left_out(sheet, regular.text_below))
-        return replace(sheet, columns=regular.columns, lines=regular.lines, cut_short=cut_short, notes=notes)
-    rows = _cells_of(sheet, start)
-    blocks, more = _blocks(sheet, rows, start, keys)
-    blocks = [b for b in blocks if b.rows]
-    if not blocks:
-        raise InputError(
-            Fault(
-                "there is a header but no row of numbers below it",
-                sheet.text.path,
-                sheet.header_line,
-                advice="Export the raw data too",
-            )
-        )
-    kept, block_notes = _one_specimen(sheet, blocks, rows, keys, reading, has_side_by_side=bool(notes))
-    width = len(sheet.names)
-    chosen = [rows[i] for i in kept]
-    lines = np.array(kept, dtype=np.int64) + start + 1
-    _check_width(sheet, chosen, lines, width)
-    short = _is_cut_short(sheet, chosen, lines)
-    full = [row if len(row) == width else (row + [""] * width)[:width] for row in chosen]
+    table = _regular_table(sheet, start, keys)
+    if table is None:
+        table = _block_table(sheet, start, keys, reading, has_side_by_side=bool(notes))
+    elif reading.specimen not in (None, 1) and not notes:
+        raise InputError(no_such_specimen(sheet, reading))
     # Rows without anything at the end: the other specimens, or the software's own.
-    while full and not any(full[-1][i].strip() for i in keys):
-        full.pop()
-    if not full:
+    n_line = len(table.lines)
+    n_row = next((n for n in range(n_line, 0, -1) if any(table.columns[k][n - 1].strip() for k in keys)), 0)
+    if n_row == 0:
         raise InputError(Fault("all rows are empty", sheet.text.path, sheet.header_line, advice="Export the raw data too"))
-    columns = tuple(zip(*full, strict=True))
     return replace(
         sheet,
-        columns=columns,
-        lines=lines[: len(full)],
-        cut_short=short and len(full) == len(lines),
-        notes=(*notes, *block_notes, *more),
+        columns=tuple(column[:n_row] for column in table.columns),
+        lines=table.lines[:n_row],
+        cut_short=n_row == n_line and _is_cut_short(sheet, table.lines),
+        notes=(*notes, *table.notes),
     )
 
 
 @dataclass(frozen=True, eq=False)
 class _Table:
-    """Columns of cells as wide as the header, 1-based lines of the rows, and indices of the lines of text below them."""
+    """The rows of one record: columns of cells, as many as the header has, 1-based lines, and notes on what was left out."""
 
-    columns: tuple[Sequence[str], ...]
+    columns: Sequence[Sequence[str]]
     lines: IntArray
-    text_below: list[int]
+    notes: Sequence[str]
 
 
 def _regular_table(sheet: Sheet, start: int, keys: Sequence[int]) -> _Table | None:
@@ -116,55 +93,39 @@ def _regular_table(sheet: Sheet, start: int, keys: Sequence[int]) -> _Table | No
             kept[i] = False
         elif _kind(row, (), keys, len(columns)) != "row":
             return None
-    # Rows without anything at the end: the other specimens, or the software's own.
-    for i in range(len(lines) - 1, -1, -1):
-        if any(columns[k][i].strip() for k in keys):
-            break
-        kept[i] = False
-    if not np.any(kept):
-        return None
     if not np.all(kept):
         columns = [list(compress(column, kept)) for column in columns]
-    return _Table(tuple(columns), start + 1 + np.flatnonzero(kept), text_below)
+    return _Table(columns, start + 1 + np.flatnonzero(kept), _left_out(sheet, text_below))
 
 
 def _cut_alike(sheet: Sheet, lines: Sequence[str]) -> list[list[str]] | None:
     """As many columns of cells as the header has, missing cells empty; None if a row is too wide or the header is."""
     delimiter, width = sheet.delimiter, len(sheet.names)
-    quoted = any('"' in line for line in lines)
+    rows: Iterator[list[str]] = (line.split(delimiter) for line in lines)
+    if delimiter == " ":
+        rows = map(str.split, lines)
+    elif any('"' in line for line in lines):
+        if any(line.count('"') % 2 for line in lines):
+            return None
+        rows = csv.reader(lines, delimiter=delimiter, skipinitialspace=True)
     cells: list[str] = []
     widest = 0
-    if quoted or delimiter == " ":
-        if quoted and any(line.count('"') % 2 for line in lines):
-            return None
-        reader = csv.reader(lines, delimiter=delimiter, skipinitialspace=True) if delimiter != " " else map(str.split, lines)
-        try:
-            for row in reader:
-                n = len(row)
-                if n > widest and any(c.strip() for c in row):
-                    widest = n
-                if n != width and ((n > 0 and delimiter == " ") or any(c.strip() for c in row[width:])):
-                    return None
-                cells += row if n == width else (row + [""] * width)[:width]
-        except csv.Error:
-            return None
-    else:
-        fitted = []
-        for line in lines:
-            n = line.count(delimiter) + 1
-            if n > widest and line.replace(delimiter, "").strip():
+    try:
+        for row in rows:
+            n = len(row)
+            if n > widest and any(c.strip() for c in row):
                 widest = n
-            if n < width:
-                line += delimiter * (width - n)
-            elif n > width:
-                row = line.split(delimiter)
-                if any(c.strip() for c in row[width:]):
-                    return None
-                line = delimiter.join(row[:width])
-            fitted.append(line)
-        cells = delimiter.join(fitted).split(delimiter)
-    named = max((i + 1 for i, name in enumerate(sheet.names) if name), default=0)
-    return [cells[i::width] for i in range(width)] if widest >= named else None
+            if n != width and ((n > 0 and delimiter == " ") or any(c.strip() for c in row[width:])):
+                return None
+            cells += row if n == width else (row + [""] * width)[:width]
+    except csv.Error:
+        return None
+    return [cells[i::width] for i in range(width)] if widest >= _n_named(sheet) else None
+
+
+def _n_named(sheet: Sheet) -> int:
+    """Number of columns up to the last that has a name."""
+    return max((i + 1 for i, name in enumerate(sheet.names) if name), default=0)
 
 
 def _end_of_rows(sheet: Sheet, start: int, keys: Sequence[int]) -> tuple[int, list[int]] | None:
@@ -176,13 +137,36 @@ def _end_of_rows(sheet: Sheet, start: int, keys: Sequence[int]) -> tuple[int, li
         if not line.strip():
             continue
         row = split_line(line, sheet.delimiter)
-        if is_numeric(row[keys[0]] if keys[0] < len(row) else "") or _kind(row, (), keys, width) == "row":
+        if _kind(row, (), keys, width) == "row":
             return i + 1, text_below[::-1]
         if len(text_below) > _FOOTER or _is_other_header(row) or line.count('"') % 2:
             return None
         if any(row):
             text_below.append(i)
     return None
+
+
+def _block_table(sheet: Sheet, start: int, keys: Sequence[int], reading: Reading, *, has_side_by_side: bool) -> _Table:
+    """The rows of the blocks below the header that are one record, told line by line; faults as in `with_rows`."""
+    rows = _cells_of(sheet, start)
+    blocks, more = _blocks(sheet, rows, start, keys)
+    blocks = [b for b in blocks if b.rows]
+    if not blocks:
+        raise InputError(
+            Fault(
+                "there is a header but no row of numbers below it",
+                sheet.text.path,
+                sheet.header_line,
+                advice="Export the raw data too",
+            )
+        )
+    kept, block_notes = _one_specimen(sheet, blocks, rows, keys, reading, has_side_by_side=has_side_by_side)
+    width = len(sheet.names)
+    chosen = [rows[i] for i in kept]
+    lines = np.array(kept, dtype=np.int64) + start + 1
+    _check_width(sheet, chosen, lines, width)
+    full = [row if len(row) == width else (row + [""] * width)[:width] for row in chosen]
+    return _Table(tuple(zip(*full, strict=True)), lines, (*block_notes, *more))
 
 
 def _left_out(sheet: Sheet, indices: Sequence[int]) -> list[str]:
@@ -234,7 +218,6 @@ def _blocks(sheet: Sheet, rows: list[list[str]], start: int, keys: Sequence[int]
     """Rows of numbers below each standing of the header; lines of text below a block are left out, among its rows refused."""
     text, names = sheet.text, list(sheet.names)
     header = split_line(text.lines[sheet.header_line - 1], sheet.delimiter) if sheet.header_line else []
-    first, least = keys[0] if keys else 0, min(len(names), 2)
     blocks = [_Block(sheet.header_line, _label(sheet, sheet.header_line - 1), [])]
     faults: list[Fault] = []
     apart: list[int] = []  # lines of text since the last row
@@ -242,12 +225,9 @@ def _blocks(sheet: Sheet, rows: list[list[str]], start: int, keys: Sequence[int]
     below: list[str] = []
     skip_units = False
     for i, row in enumerate(rows):
-        if first < len(row) and is_numeric(row[first]) and len(row) >= least:
-            kind = "row"
-        elif any(c.strip() for c in row):
-            kind = _kind(row, header, keys, len(names))
-        else:
+        if not any(c.strip() for c in row):
             continue
+        kind = _kind(row, header, keys, len(names))
         if skip_units:
             skip_units = False
             if all(unit_of_cell(c) is not None for c in row):
@@ -300,6 +280,9 @@ def _blocks(sheet: Sheet, rows: list[list[str]], start: int, keys: Sequence[int]
 
 def _kind(row: Sequence[str], header: Sequence[str], keys: Sequence[int], width: int) -> str:
     """What a line is: "header" again, "row", or "text"."""
+    key = keys[0] if keys else 0
+    if min(width, 2) <= len(row) > key and is_numeric(row[key]):
+        return "row"
     cells = [c.strip() for c in row]
     if cells == list(header):
         return "header"
@@ -398,7 +381,7 @@ def _time_goes_on(sheet: Sheet, blocks: list[_Block], rows: list[list[str]]) -> 
 
 def _check_width(sheet: Sheet, rows: list[list[str]], lines: IntArray, width: int) -> None:
     faults = []
-    named = max((i + 1 for i, name in enumerate(sheet.names) if name), default=0)
+    named = _n_named(sheet)
     widest = max(map(len, rows), default=0)
     if widest < named:
         # A cell too many among the names moves all columns behind it.
@@ -437,17 +420,18 @@ def _check_width(sheet: Sheet, rows: list[list[str]], lines: IntArray, width: in
         raise InputError(capped(faults, "rows cannot be read"))
 
 
-def _is_cut_short(sheet: Sheet, rows: list[list[str]], lines: IntArray) -> bool:
+def _is_cut_short(sheet: Sheet, lines: IntArray) -> bool:
     """Whether the file ends within its last row: no line end, and fewer cells or another number of digits than above."""
-    if sheet.text.ended or not len(lines) or any(line.strip() for line in sheet.text.lines[int(lines[-1]) :]):
+    text = sheet.text
+    if text.ended or any(line.strip() for line in text.lines[int(lines[-1]) :]):
         return False
-    if len(rows) < 2 or sheet.text.lines[int(lines[-1]) - 1].count('"') % 2:
+    if len(lines) < 2 or text.lines[int(lines[-1]) - 1].count('"') % 2:
         return True
-    last, above = rows[-1], rows[-2]
-    if len(last) != len(above):
+    *above, last = (split_line(text.lines[line - 1], sheet.delimiter) for line in lines[-20:].tolist())
+    if len(last) != len(above[-1]):
         return True
-    form = _digits(last[-1].strip())
-    return not form or {_digits(row[-1].strip()) for row in rows[-20:-1]} != {form}
+    form = _digits(last[-1])
+    return not form or {_digits(row[-1]) for row in above} != {form}
 
 
 def _digits(cell: str) -> tuple[str, ...]:
