@@ -26,12 +26,11 @@ import numpy as np
 from numpy.polynomial.chebyshev import chebvander
 from scipy.stats import norm, qmc
 
-from calib.archive import smooth_weights
 from calib.experiment import read_experiment
-from calib.likelihood import Problem, build_problem, log_likelihood_at
+from calib.likelihood import Problem, build_problem
 from calib.measurement import model_sweep
 from calib.posterior import Posterior, sample, thin_draws
-from calib.reweight import shift_of
+from calib.reweight import reweight
 from calib.sweep import make_sweep
 from models.fem import FiniteElements
 from models.response import Response
@@ -82,24 +81,49 @@ def designs(thickness: FloatArray) -> Design:
     return design_from({name: np.full(n, value) for name, value in fixed.items()} | varied)
 
 
-def quadratics(thickness: FloatArray, used: int) -> FloatArray:
-    """The quadratic polynomials in the first `used` thicknesses, (n, n_term)."""
+@dataclass(frozen=True, eq=False)
+class Correction:
+    """A quantity of the finite elements over that of the surrogate, down to the depth `end`: exp of a polynomial.
+
+    Quadratic in the first `used` thicknesses, Chebyshev's in the root of depth: coefficients (n_term, N_TERM).
+    """
+
+    used: int
+    end: float
+    coefficients: FloatArray
+
+    @classmethod
+    def fit(cls, used: int, end: float, thickness: FloatArray, depth: FloatArray, ratio: FloatArray) -> Correction:
+        """To the logarithms `ratio` (n, n_depth) at thicknesses (n, 3) and depths (n_depth,)."""
+        weight = np.sqrt(depth / end)  # the least depths, of hardly any force, have the largest relative scatter
+        matrix = np.einsum("nk,dl->ndkl", _quadratics(thickness, used), weight[:, None] * _series(depth, end))
+        solution = np.linalg.lstsq(matrix.reshape(ratio.size, -1), (ratio * weight).ravel())[0]
+        return cls(used, end, solution.reshape(-1, N_TERM))
+
+    def log_ratio(self, thickness: FloatArray, depth: FloatArray) -> FloatArray:
+        """Its logarithm at thicknesses (n, 3) and depths (n, n_depth)."""
+        terms = _series(depth, self.end)
+        found = np.einsum("nk,kl,ndl->nd", _quadratics(thickness, self.used), self.coefficients, terms, optimize=True)
+        return np.asarray(found, dtype=float)
+
+
+def _quadratics(thickness: FloatArray, used: int) -> FloatArray:
     x = ((thickness - MEAN) / (2 * SD))[:, :used]
     pairs = [x[:, i] * x[:, j] for i in range(used) for j in range(i, used)]
     return np.stack([np.ones(len(x)), *x.T, *pairs], axis=1)
 
 
+def _series(depth: FloatArray, end: float) -> FloatArray:
+    return chebvander(2 * np.sqrt(np.clip(depth / end, 0, 1)) - 1, N_TERM - 1)
+
+
 @dataclass(frozen=True, eq=False)
 class Interpolated:
-    """The finite elements as the surrogate times exp(polynomials); states no error of its own. A `models.response.Forward`.
-
-    force depends on two thicknesses, change of capacitance on three: coefficients (n_term, N_TERM).
-    """
+    """The surrogate corrected to the finite elements; states no error of its own. A `models.response.Forward`."""
 
     surrogate: Surrogate
-    force: FloatArray
-    change: FloatArray
-    end: float
+    force: Correction
+    change: Correction
 
     @property
     def name(self) -> str:
@@ -108,37 +132,30 @@ class Interpolated:
 
     def max_depth(self, design: Design) -> FloatArray:
         """Up to the end of the paths."""
-        return np.minimum(self.surrogate.max_depth(design), self.end)
+        return np.minimum(self.surrogate.max_depth(design), self.force.end)
 
     def outside(self, design: Design, depth: FloatArray) -> str:
         """See `models.response.Forward.outside`."""
-        beyond = f"depths up to {self.end * 1e3:.4g} mm are covered" if np.max(depth) > self.end else ""
+        end = self.force.end
+        beyond = f"depths up to {end * 1e3:.4g} mm are covered" if np.max(depth) > end else ""
         return self.surrogate.outside(design, depth) or beyond
 
     def respond(self, design: Design, depth: FloatArray) -> Response:
         """See `models.response.Forward.respond`."""
-        rough = self.surrogate.respond(design, depth)
         batch = design.draws()
-        sensor = batch.sensor
-        padding = np.asarray(batch.padding.thickness)
-        thickness = np.stack([np.asarray(sensor.thickness), padding, np.asarray(sensor.dielectric_thickness)], axis=1)
-        terms = self.terms(rough.depth)
-        force, change = (
-            np.exp(np.einsum("nk,kl,ndl->nd", quadratics(thickness, used), c, terms, optimize=True))
-            for used, c in ((2, self.force), (3, self.change))
-        )
+        rough = self.surrogate.respond(batch, depth)
+        layers = (batch.sensor.thickness, batch.padding.thickness, batch.sensor.dielectric_thickness)
+        thickness = np.stack([np.asarray(t) for t in layers], axis=1)
         rest = rough.rest_capacitance[:, None]
-        return replace(
+        change = (rough.capacitance - rest) * np.exp(self.change.log_ratio(thickness, rough.depth))
+        found = replace(
             rough,
-            force=rough.force * force,
-            capacitance=rest + (rough.capacitance - rest) * change,
+            force=rough.force * np.exp(self.force.log_ratio(thickness, rough.depth)),
+            capacitance=rest + change,
             force_error=rough.force_error[..., :0],
             capacitance_error=rough.capacitance_error[..., :0],
         )
-
-    def terms(self, depth: FloatArray) -> FloatArray:
-        """Chebyshev's polynomials in the root of depth, (..., N_TERM)."""
-        return chebvander(2 * np.sqrt(np.clip(depth / self.end, 0, 1)) - 1, N_TERM - 1)
+        return found if design.is_batch else found.draw(0)
 
 
 def _solve(accuracy: float, thickness: FloatArray, depth: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -153,30 +170,20 @@ def interpolate(surrogate: Surrogate, end: float, n: int, accuracy: float, proce
     with ProcessPoolExecutor(processes) as executor:
         force, change = np.swapaxes(list(executor.map(_solve, [accuracy] * n, thickness, [depth] * n)), 0, 1)
     rough = surrogate.respond(designs(thickness), depth)
-    ratios = np.log(force / rough.force), np.log(change / rough.capacitance_change)
-    found = Interpolated(surrogate, np.empty(0), np.empty(0), end)
-    weight = np.sqrt(depth / end)  # the least depths, of hardly any force, have the largest relative scatter
-
-    def fit(rows: np.ndarray) -> list[FloatArray]:
-        coefficients = []
-        for ratio, used in zip(ratios, (2, 3), strict=True):
-            terms = quadratics(thickness[rows], used)
-            matrix = np.einsum("nk,dl->ndkl", terms, weight[:, None] * found.terms(depth))
-            size = terms.shape[1] * N_TERM
-            c = np.linalg.lstsq(matrix.reshape(-1, size), (ratio[rows] * weight).ravel())[0]
-            coefficients.append(c.reshape(-1, N_TERM))
-        return coefficients
-
-    kept = np.arange(n) % EVERY != EVERY - 1
-    unseen = thickness[~kept]
-    for name, ratio, used, c in zip(("force", "change of capacitance"), ratios, (2, 3), fit(kept), strict=True):
-        said = np.einsum("nk,kl,dl->nd", quadratics(unseen, used), c, found.terms(depth))
-        deep = depth > 0.1 * end
-        before, after = (100 * np.sqrt(np.mean(r[:, deep] ** 2)) for r in (ratio[~kept], ratio[~kept] - said))
+    kept, deep = np.arange(n) % EVERY != EVERY - 1, depth > 0.1 * end
+    corrections = []
+    for name, used, ratio in (
+        ("force", 2, np.log(force / rough.force)),
+        ("change of capacitance", 3, np.log(change / rough.capacitance_change)),
+    ):
+        tried = Correction.fit(used, end, thickness[kept], depth, ratio[kept])
+        unseen = ratio[~kept]
+        left = unseen - tried.log_ratio(thickness[~kept], np.broadcast_to(depth, unseen.shape))
+        before, after = (100 * np.sqrt(np.mean(r[:, deep] ** 2)) for r in (unseen, left))
         print(f"{name}: surrogate {before:.4f} % rms off finite elements at {accuracy:g}, interpolation {after:.4f} %", end=" ")
         print(f"({len(unseen)} designs not fitted, from {0.1 * end * 1e3:.2g} to {end * 1e3:.2g} mm)", flush=True)
-    force_fit, change_fit = fit(np.ones(n, dtype=bool))
-    return replace(found, force=force_fit, change=change_fit)
+        corrections.append(Correction.fit(used, end, thickness, depth, ratio))
+    return Interpolated(surrogate, *corrections)
 
 
 def calibrate(case: str, forward: Surrogate | Interpolated, seed: int) -> tuple[Problem, Posterior]:
@@ -207,24 +214,20 @@ def main() -> None:
         draws = thin_draws(posterior, 1000, np.random.default_rng(0))
         end = max(end, 1.02 * float(np.max(model_sweep(problem, fast, problem.plans[0], draws).deepest)))
     exact = interpolate(fast, end, asked.designs, asked.accuracy, asked.processes)
-    for case, (problem, one) in first.items():
+    for case, (_, one) in first.items():
         _, other = calibrate(case, exact, asked.seed)
-        n_parameter = len(one.parameters)
-        flat, again = (p.draws.reshape(-1, n_parameter) for p in (one, other))
-        values = {p.name: flat[:, k] for k, p in enumerate(one.parameters)}
-        values |= {name: np.full(len(flat), value) for name, value in problem.fixed.items()}
-        a, b = (log_likelihood_at(problem, forward, problem.plans, values) for forward in (fast, exact))
-        weights, k_hat = smooth_weights(b - a)
+        values = thin_draws(one, one.log_prob.size, np.random.default_rng(0))
+        with ProcessPoolExecutor(asked.processes) as executor:
+            found = reweight(one, fast, exact, values, executor)
+        again = thin_draws(other, other.log_prob.size, np.random.default_rng(0))
         converged = "both converged" if one.diagnostics.converged and other.diagnostics.converged else "NOT converged"
-        print(f"\n{case}: {n_parameter} unknowns, {converged}; {len(flat)} draws re-weighted, k-hat {k_hat:.2f}")
+        print(f"\n{case}: {len(found.shifts)} unknowns, {converged}; {found.n_draw} draws re-weighted, k-hat {found.k_hat:.2f}")
         print(f"  {'':<34}{'two samples':>28}{'re-weighted':>22}")
         print(f"  {'parameter':<34}{'shift of mean / sd':>20}{'sd':>8}{'shift':>15}{'sd':>7}")
-        for k, p in enumerate(one.parameters):
-            sd = float(np.std(flat[:, k]))
-            shift = float(np.mean(again[:, k]) - np.mean(flat[:, k])) / sd
-            error = np.sqrt(sum(1 / q.diagnostics.parameters[p.name].ess_bulk for q in (one, other)))
-            s = shift_of(flat[:, k], weights, sd, one.diagnostics.parameters[p.name].ess_bulk / len(flat))
-            print(f"  {p.name:<34}{shift:>+12.3f} ± {error:.3f}{np.std(again[:, k]) / sd:>8.3f}", end="")
+        for name, s in found.shifts.items():
+            shift = (np.mean(again[name]) - s.mean) / s.sd
+            error = np.sqrt(sum(1 / q.diagnostics.parameters[name].ess_bulk for q in (one, other)))
+            print(f"  {name:<34}{shift:>+12.3f} ± {error:.3f}{np.std(again[name]) / s.sd:>8.3f}", end="")
             print(f"{s.shift:>+10.3f} ± {s.error:.3f}{s.weighted_sd / s.sd:>7.3f}", flush=True)
     print(f"\n{time.perf_counter() - start:.0f} s in all")
 
