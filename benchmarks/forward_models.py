@@ -13,7 +13,7 @@ import numpy as np
 from models.analytic import ClosedForm
 from models.fem import FiniteElements
 from models.sensor import design_from
-from models.surrogate import load_surrogate
+from models.surrogate.surrogate import load_surrogate
 
 #: R 5, h_s 0.74, h_p 1.10, a 10 mm, mu 0.23 MPa; 14 steps to 0.7 mm.
 PAPER = {

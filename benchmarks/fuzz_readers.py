@@ -21,12 +21,12 @@ from functools import cache
 from pathlib import Path
 from types import FrameType
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "calib"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "calib" / "lab"))
 
 from lab_corpus import corpus
 
 from calib.errors import InputError
-from calib.instruments import read_lab_file
+from calib.lab.instruments import read_lab_file
 
 #: A file that takes longer is a failure [s of the processor]; the watchdog ends it at twice that.
 LIMIT = 2.0

@@ -19,11 +19,11 @@ import numpy as np
 from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
 
-from models.domain import inside
-from models.fitting import fit_surrogate
 from models.sensor import FloatArray, design_from
-from models.store import open_store
-from models.training import DIELECTRIC_POINTS, ELECTRODE_POINTS, TrainingSet, store_settings, training_set
+from models.surrogate.domain import inside
+from models.surrogate.fitting import fit_surrogate
+from models.surrogate.store import open_store
+from models.surrogate.training import DIELECTRIC_POINTS, ELECTRODE_POINTS, TrainingSet, store_settings, training_set
 
 #: Step of the path that is compared, and the electrodes: thickest dielectrics, full disc.
 STEP = 7

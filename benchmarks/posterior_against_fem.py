@@ -26,16 +26,16 @@ import numpy as np
 from numpy.polynomial.chebyshev import chebvander
 from scipy.stats import norm, qmc
 
-from calib.experiment import read_experiment
-from calib.likelihood import Problem, build_problem
-from calib.measurement import model_sweep
-from calib.posterior import Posterior, sample, thin_draws
-from calib.reweight import reweight
-from calib.sweep import make_sweep
+from calib.checks.reweight import reweight
+from calib.experiment.plan import read_experiment
+from calib.lab.sweep import make_sweep
+from calib.problem.likelihood import Problem, build_problem
+from calib.problem.measurement import model_sweep
+from calib.sampling.posterior import Posterior, sample, thin_draws
 from models.fem import FiniteElements
 from models.response import Response
 from models.sensor import Design, FloatArray, design_from
-from models.surrogate import Surrogate, load_surrogate
+from models.surrogate.surrogate import Surrogate, load_surrogate
 
 DATA = Path(__file__).parents[1] / "datasets" / "padded_sensor"
 

@@ -23,7 +23,7 @@ SECONDS, MEMORY = 5.0, 1e9
 _CHILD = """
 import json, resource, sys, time
 from pathlib import Path
-from calib.instruments import read_lab_file
+from calib.lab.instruments import read_lab_file
 base = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 start, used = time.perf_counter(), time.process_time()
 table = read_lab_file(Path(sys.argv[1]))

@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from calib.style import BLUE, GREEN, INK, LIGHT, ORANGE, SKY, VERMILION, styled_figure
-from models.domain import inside
+from calib.report.style import BLUE, GREEN, INK, LIGHT, ORANGE, SKY, VERMILION, styled_figure
 from models.sensor import design_from
-from models.surrogate import load_surrogate
+from models.surrogate.domain import inside
+from models.surrogate.surrogate import load_surrogate
 
 #: A sensor of 1 mm under a ball of 5 mm on a wide disc, over padding of these moduli.
 RATIOS = {0.05: SKY, 0.25: BLUE, 1.0: INK, 4.0: ORANGE, 20.0: VERMILION}

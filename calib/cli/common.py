@@ -16,11 +16,11 @@ from rich.console import Console
 
 from calib.errors import Fault, InputError
 from calib.files import whole_file
-from models.domain import NEO_HOOKEAN, Family
 from models.response import Forward, OutOfRangeError
+from models.surrogate.domain import NEO_HOOKEAN, Family
 
 if TYPE_CHECKING:
-    from calib.posterior import Posterior
+    from calib.sampling.posterior import Posterior
 
 #: Something is wrong with the input; nothing was written.
 BAD_INPUT = 2
@@ -132,7 +132,7 @@ def load_forward(model: str, surrogate: Path | None = None, family: Family | Non
         from models.analytic import ClosedForm
 
         return ClosedForm()
-    from models.surrogate import load_surrogate
+    from models.surrogate.surrogate import load_surrogate
 
     if surrogate is not None and not surrogate.is_file():
         raise InputError(
@@ -154,7 +154,7 @@ def load_run(run: Path) -> tuple[Posterior, Forward]:
     InputError
         If there is no finished run, or the surrogate file it was made with is gone.
     """
-    from calib.posterior import load_posterior
+    from calib.sampling.posterior import load_posterior
 
     path = run / "posterior.nc"
     if not path.is_file():

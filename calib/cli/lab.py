@@ -12,7 +12,7 @@ from calib.cli.common import err, out, refusing_bad_input, say, write_whole
 from calib.errors import Fault, InputError
 
 if TYPE_CHECKING:
-    from calib.observations import Observations
+    from calib.lab.observations import Observations
 
 
 def read(
@@ -52,8 +52,8 @@ def read(
     """
     with refusing_bad_input():
         from calib.files import whole_file
-        from calib.instruments import Reading, read_lab_file
-        from calib.observations import observations_frame, observe
+        from calib.lab.instruments import Reading, read_lab_file
+        from calib.lab.observations import observations_frame, observe
 
         for target, option in ((output, "-o"), (picture, "--picture")):
             if target is not None and target.exists() and file.exists() and target.samefile(file):
@@ -65,7 +65,7 @@ def read(
         reading = Reading(_assignments(units, "--units"), _assignments(columns, "--columns"), specimen)
         observations = observe(read_lab_file(file, reading), cycle)
         if picture is not None:
-            from calib.picture import file_figure
+            from calib.report.picture import file_figure
 
             with whole_file(picture, advice="Create it, or choose another --picture") as whole:
                 file_figure(observations).savefig(whole, dpi=150, format=picture.suffix[1:].lower())
@@ -100,7 +100,7 @@ def init(
     Exit codes: 0 written; 2 a file that was named was not understood, no file was, or the experiment file exists.
     """
     with refusing_bad_input():
-        from calib.draft import Found, experiment_text, lab_files_in, pair, read_all
+        from calib.experiment.draft import Found, experiment_text, lab_files_in, pair, read_all
 
         if output.exists():
             raise InputError(Fault("the file exists and is not overwritten", output, advice="Choose another -o"))
@@ -139,7 +139,7 @@ def _assignments(given: Sequence[str] | None, option: str) -> Mapping[str, str]:
     InputError
         If one is of another form, or names a quantity twice or one that there is not.
     """
-    from calib.instruments import QUANTITIES
+    from calib.lab.instruments import QUANTITIES
 
     found: dict[str, str] = {}
     for text in given or ():
@@ -159,9 +159,9 @@ _DELIMITERS = {",": "comma", ";": "semicolon", "\t": "tab", " ": "blanks"}
 def _show(o: Observations) -> None:
     from rich.table import Table
 
-    from calib.observations import why_left_out
-    from calib.quality import judge, verdict_rows
-    from calib.sweep import readings_of
+    from calib.lab.observations import why_left_out
+    from calib.lab.quality import judge, verdict_rows
+    from calib.lab.sweep import readings_of
 
     table, console = o.table, out()
     say(f"{table.path.name}: {table.recognised_as} ({table.reason})")

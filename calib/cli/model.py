@@ -33,15 +33,15 @@ from calib.cli.common import (
     write_whole,
 )
 from calib.errors import Fault, InputError
-from models.domain import FAMILIES, NEO_HOOKEAN, family_of
+from models.surrogate.domain import FAMILIES, NEO_HOOKEAN, family_of
 
 if TYPE_CHECKING:
     from models.fem import FiniteElements, Solution
     from models.layers import LayeredDesign
     from models.response import Response
     from models.sensor import Design
-    from models.store import RunStore
-    from models.surrogate import Surrogate
+    from models.surrogate.store import RunStore
+    from models.surrogate.surrogate import Surrogate
 
 surrogate = typer.Typer(
     no_args_is_help=True,
@@ -103,8 +103,8 @@ def simulate(
     rows up to there written.
     """
     with refusing_bad_input():
-        from calib.design import read_design
-        from calib.predictive import loading_curve
+        from calib.checks.predictive import loading_curve
+        from calib.experiment.design import read_design
         from models.sensor import Design
 
         if (displacement is None) == (force is None):
@@ -182,7 +182,7 @@ def _simulate_fem(
         solution.checked()
     deepest = int(np.argmax([s.depth for s in solution.states]))
     if picture is not None or view is not None or vtk is not None:
-        from calib.section import revolved_picture, section_figure, write_figure, write_vtk
+        from calib.report.section import revolved_picture, section_figure, write_figure, write_vtk
 
         if picture is not None:
             write_figure(section_figure(solution, deepest, field.value), picture)
@@ -286,8 +286,8 @@ def validate(
     with refusing_bad_input():
         from rich.table import Table
 
-        from models.validation import random_designs
-        from models.validation import validate as compare
+        from models.surrogate.validation import random_designs
+        from models.surrogate.validation import validate as compare
 
         fast = _load(file, family)
         chosen = random_designs(designs, seed, fast.family)
@@ -343,9 +343,9 @@ def train(
     Exit codes: 0 done; 2 too few points, or no place to write; 130 stopped from the keyboard, the curves so far kept.
     """
     with refusing_bad_input():
-        from models.fitting import LEAST_PATHS, STEPS, fit_surrogate, worst_points
-        from models.store import StoreError, open_store
-        from models.training import design_points, points_wanted, run_training, store_settings, training_set
+        from models.surrogate.fitting import LEAST_PATHS, STEPS, fit_surrogate, worst_points
+        from models.surrogate.store import StoreError, open_store
+        from models.surrogate.training import design_points, points_wanted, run_training, store_settings, training_set
 
         # Better said before an hour of finite elements than after.
         if points < LEAST_PATHS:
@@ -422,14 +422,14 @@ def refine(
         from rich.markup import escape
         from rich.table import Table
 
-        from calib.posterior import thin_draws
-        from calib.refine import error_rows, require_own_surrogate, shift_rows, stands, training_points, verdict
-        from calib.reweight import ACCURACY
-        from calib.reweight import reweight as weigh
-        from calib.spotcheck import compare_draws
+        from calib.checks.refine import error_rows, require_own_surrogate, shift_rows, stands, training_points, verdict
+        from calib.checks.reweight import ACCURACY
+        from calib.checks.reweight import reweight as weigh
+        from calib.checks.spotcheck import compare_draws
+        from calib.sampling.posterior import thin_draws
         from models.fem import FiniteElements
-        from models.store import StoreError, open_store
-        from models.training import run_training, store_settings
+        from models.surrogate.store import StoreError, open_store
+        from models.surrogate.training import run_training, store_settings
 
         posterior, forward = load_run(run)
         fast = require_own_surrogate(posterior, forward)
@@ -487,8 +487,8 @@ def _require_folder(path: Path) -> None:
 
 def _check_retraining(output: Path, kept: Path, settings: dict[str, object]) -> None:
     """Better said before the finite elements than after."""
-    from models.fitting import LEAST_PATHS
-    from models.store import open_store
+    from models.surrogate.fitting import LEAST_PATHS
+    from models.surrogate.store import open_store
 
     _require_new(output)
     held = 0
@@ -502,8 +502,8 @@ def _check_retraining(output: Path, kept: Path, settings: dict[str, object]) -> 
 
 
 def _retrain(output: Path, runs: RunStore, accuracy: float, fast: Surrogate, steps: int | None, seed: int) -> None:
-    from models.fitting import STEPS, fit_surrogate
-    from models.training import training_set
+    from models.surrogate.fitting import STEPS, fit_surrogate
+    from models.surrogate.training import training_set
 
     data = training_set(runs, accuracy, fast.family)
     try:
@@ -536,7 +536,7 @@ def _executor(processes: int | None, scheduler: str | None) -> Iterator[Executor
 
 
 def _load(file: Path | None, family: FamilyName) -> Surrogate:
-    from models.surrogate import Surrogate
+    from models.surrogate.surrogate import Surrogate
 
     found = load_forward("surrogate", file, FAMILIES[family])
     assert isinstance(found, Surrogate)

@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from calib.diagnostics import Diagnostics, ParameterSummary
-from calib.experiment import Experiment, Specimen, SweepFiles
-from calib.likelihood import block_names, build_problem, log_likelihood_blocks
-from calib.parameters import list_parameters
-from calib.posterior import Posterior
-from calib.prior import HalfNormal, LogNormal, Normal, Prior, Uniform
-from calib.sweep import CapacitancePoints, ForcePoints, Sweep, Track
+from calib.experiment.plan import Experiment, Specimen, SweepFiles
+from calib.lab.sweep import CapacitancePoints, ForcePoints, Sweep, Track
+from calib.priors.prior import HalfNormal, LogNormal, Normal, Prior, Uniform
+from calib.problem.likelihood import block_names, build_problem, log_likelihood_blocks
+from calib.problem.parameters import list_parameters
+from calib.sampling.diagnostics import Diagnostics, ParameterSummary
+from calib.sampling.posterior import Posterior
 from models.analytic import ClosedForm
 from models.sensor import PARAMETERS, design_from
 

@@ -7,7 +7,7 @@ from models.analytic import ClosedForm
 from models.fem import FiniteElements
 from models.response import Forward, OutOfRangeError, covered, depth_at_force, depth_table
 from models.sensor import design_from
-from models.surrogate import load_surrogate
+from models.surrogate.surrogate import load_surrogate
 
 PAPER = {
     "indenter_radius": 5e-3,

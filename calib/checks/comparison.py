@@ -1,0 +1,118 @@
+"""From posteriors of the same data under different models to which of them predicts these data better."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.errors import Fault, InputError
+from calib.sampling.archive import K_HAT, LeaveOut
+from calib.sampling.posterior import Posterior, leave_out
+from models.sensor import PARAMETERS
+
+#: A difference of elpd in units of its standard error, and by itself, above which one model is said to predict better: below 4
+#: models predict alike, and the standard error is too small (Sivula, Magnusson, Matamoros & Vehtari, arXiv 2008.10296).
+CLEAR, LARGE = 2.0, 4.0
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """One model of the data.
+
+    Attributes
+    ----------
+    name : of the run; `posterior` : what it found.
+    left_out : how well it predicts each block of data from the others.
+    behind, error : elpd of the best candidate minus its own, and the standard error of that, 0 and 0 for the best.
+    """
+
+    name: str
+    posterior: Posterior
+    left_out: LeaveOut
+    behind: float
+    error: float
+
+    @property
+    def model(self) -> str:
+        """Its model in words."""
+        e = self.posterior.experiment
+        return f"{e.law}, {'sticking' if e.stick else 'frictionless'}, {self.posterior.forward_name}"
+
+    @property
+    def row(self) -> tuple[str, str, str, str, str, str]:
+        """Run, model, elpd behind the best, largest k-hat, Young's modulus, and stiffening where there is one."""
+        behind = "best" if self.behind == 0 else f"{self.behind:.1f} ± {self.error:.1f}"
+        k_hat = f"{float(np.max(self.left_out.k_hat)):.2f}"
+        return self.name, self.model, behind, k_hat, self._value("young_modulus"), self._value("stiffening")
+
+    def _value(self, name: str) -> str:
+        found = self.posterior.diagnostics.parameters.get(name)
+        if found is None:
+            return "-"
+        row = PARAMETERS[name]
+        return f"{found.mean * row.display_scale:.3g} ± {found.sd * row.display_scale:.2g} {row.display_unit}".rstrip()
+
+
+def compare_runs(named: Sequence[tuple[str, Posterior]]) -> tuple[Candidate, ...]:
+    """The candidates, best first, by PSIS-LOO over the blocks of the sweeps.
+
+    The error of a difference is that of a sum over blocks, sqrt(n var) (Vehtari, Gelman & Gabry, Stat. Comput. 27 (2017) 1413,
+    Eq. 24).
+
+    Raises
+    ------
+    InputError
+        If the runs are of different data.
+    """
+    first, reference = named[0]
+    for name, posterior in named[1:]:
+        if _data(posterior) != _data(reference):
+            advice = "Calibrate both from the same lab files, with the same cycles and units"
+            raise InputError(Fault(f"{name} and {first} are of different data, and cannot be compared", advice=advice))
+    found = [(name, posterior, leave_out(posterior)) for name, posterior in named]
+    best = max((loo for _, _, loo in found), key=lambda loo: loo.elpd)
+    candidates = []
+    for name, posterior, loo in found:
+        lost = best.pointwise - loo.pointwise
+        error = math.sqrt(lost.size * float(np.var(lost, ddof=1))) if loo is not best else 0.0
+        candidates.append(Candidate(name, posterior, loo, float(np.sum(lost)), error))
+    return tuple(sorted(candidates, key=lambda c: c.behind))
+
+
+def _data(posterior: Posterior) -> tuple[object, ...]:
+    """What the likelihood of a posterior is of."""
+    files = tuple((s.specimen, s.name, tuple(sha for _, sha in s.files)) for s in posterior.sweeps)
+    points = tuple(
+        points.tobytes()
+        for s in posterior.sweeps
+        for points in (
+            s.force.force if s.force is not None else np.zeros(0),
+            s.capacitance.capacitance if s.capacitance is not None else np.zeros(0),
+        )
+    )
+    return (posterior.blocks, files, points)
+
+
+def doubts(candidates: Sequence[Candidate]) -> list[str]:
+    """Why the comparison cannot be trusted; empty if it can."""
+    found = [f"{c.name} has not converged" for c in candidates if not c.posterior.diagnostics.converged]
+    for c in candidates:
+        if not c.left_out.trusted:
+            bad = int(np.sum(c.left_out.k_hat > K_HAT))
+            found.append(f"{c.name}: k-hat is above {K_HAT:g} for {bad} of {c.left_out.k_hat.size} blocks of data")
+    return found
+
+
+def verdict(candidates: Sequence[Candidate]) -> str:
+    """Which model predicts the data better, or that they cannot tell."""
+    best, second = candidates[:2]
+    gap = f"{second.behind:.1f} ± {second.error:.1f} in elpd"
+    if second.behind > max(LARGE, CLEAR * second.error):
+        return f"{best.name} ({best.model}) predicts these data better than {second.name} ({second.model}): {gap}."
+    return (
+        f"These data cannot tell {best.name} ({best.model}) from {second.name} ({second.model}): {gap}. What the two say of a "
+        "parameter differs by what the choice of the model is worth."
+    )

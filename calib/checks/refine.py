@@ -1,0 +1,96 @@
+"""From a posterior sampled with a surrogate to what finite elements at its draws say: points to run, error, and a verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from calib.checks.reweight import problem_of
+from calib.checks.spotcheck import Comparison, rms
+from calib.errors import Fault, InputError
+from calib.problem.likelihood import log_posterior
+from calib.problem.parameters import specimen_design
+from calib.sampling.diagnostics import Reweighting
+from calib.sampling.posterior import Posterior
+from models.response import Forward
+from models.sensor import PARAMETERS, FloatArray
+from models.surrogate.domain import GROUPS, groups_of
+from models.surrogate.surrogate import Surrogate
+
+#: Log densities of draws may be off by this much where the same surrogate computes them again.
+_SAME = 0.05
+
+# Draws at which that is looked at.
+_N_SAME = 16
+
+
+def require_own_surrogate(posterior: Posterior, forward: Forward) -> Surrogate:
+    """`forward`, if it is the surrogate that the posterior was sampled with: weights against another would mean nothing.
+
+    Raises
+    ------
+    InputError
+        If the posterior is that of another model, or `forward` gives its draws another density than they were sampled with.
+    """
+    path = posterior.experiment.path
+    if not isinstance(forward, Surrogate) or posterior.forward_name != forward.name:
+        advice = 'There is nothing to refine; only model = "surrogate" has a surrogate'
+        raise InputError(Fault(f"the run was calibrated with the {posterior.forward_name}", path, advice=advice))
+    flat, sampled = posterior.draws.reshape(-1, posterior.draws.shape[-1]), posterior.log_prob.ravel()
+    some = np.linspace(0, len(flat) - 1, _N_SAME).astype(int)
+    theta = np.stack([p.prior.to_normal(flat[some, k]) for k, p in enumerate(posterior.parameters)], axis=1)
+    off = np.abs(log_posterior(problem_of(posterior, forward), theta) - sampled[some])
+    if not np.all(off < _SAME):
+        told = f"up to {np.max(off):.3g} off in log density" if np.all(np.isfinite(off)) else "some draws are not covered"
+        advice = "Calibrate again with this surrogate, or put the earlier file back"
+        message = f"the surrogate has changed since the run was calibrated with it ({told})"
+        raise InputError(Fault(message, path, advice=advice))
+    return forward
+
+
+def training_points(posterior: Posterior, values: Mapping[str, FloatArray]) -> FloatArray:
+    """Points (n, 5) of `models.surrogate.training` at the draws `values`, of every specimen under every ball, each once."""
+    pressed = {(s.specimen, s.indenter_radius): s for s in posterior.sweeps}.values()
+    groups = [groups_of(specimen_design(posterior, values, s.specimen, s.name).draws())[:, : len(GROUPS)] for s in pressed]
+    return np.unique(np.concatenate(groups), axis=0)
+
+
+def error_rows(comparisons: Sequence[Comparison]) -> list[tuple[str, str, str, str, str, str]]:
+    """Rows: sweep, quantity and curves, median, 95 % and worst absolute relative error, rms of error over stated sd."""
+    rows = []
+    for c in comparisons:
+        for name, error, score in (
+            ("force", c.force_error, c.force_score),
+            ("capacitance change", c.change_error, c.change_score),
+        ):
+            size = np.abs(error)
+            median, most, worst = (f"{np.quantile(size, q):.2%}" if size.size else "none" for q in (0.5, 0.95, 1.0))
+            score_rms = f"{rms(score):.2f}" if size.size else "none"
+            rows.append((c.sweep, f"{name}, {len(error)} curves", median, most, worst, score_rms))
+    return rows
+
+
+def shift_rows(posterior: Posterior, found: Reweighting) -> list[tuple[str, str, str, str, str]]:
+    """Rows: parameter, mean and sd as they are and re-weighted, their unit, shift of the mean in sd with its error."""
+    rows = []
+    for p in posterior.parameters:
+        s, unit = found.shifts[p.name], PARAMETERS[p.parameter]
+        k = unit.display_scale
+        before, after = (f"{m * k:.5g} ± {sd * k:.2g}" for m, sd in ((s.mean, s.sd), (s.weighted_mean, s.weighted_sd)))
+        rows.append((p.name, before, after, unit.display_unit, f"{s.shift:+.2f} ± {s.error:.2f}"))
+    return rows
+
+
+def stands(posterior: Posterior, found: Reweighting) -> bool:
+    """Whether the posterior need not be run again."""
+    return posterior.diagnostics.converged and found.passed
+
+
+def verdict(posterior: Posterior, found: Reweighting) -> str:
+    """One sentence: whether to run the posterior again, and why."""
+    if stands(posterior, found):
+        return f"The posterior stands: {found.in_words()}."
+    if not posterior.diagnostics.converged:
+        return f"Run the posterior again: it has not converged; {found.in_words()}."
+    return f'Run the posterior again, with a better surrogate (-o) or model = "fem": {found.in_words()}.'

@@ -1,0 +1,486 @@
+"""Posterior and a requirement in, padding recommendation with its uncertainty out."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy import stats
+
+from calib.checks.predictive import BAND_LEVELS, DesignPrediction, band, predict_design
+from calib.errors import Fault, InputError
+from calib.problem.parameters import lookup, specimen_design
+from calib.sampling.posterior import Posterior, thin_draws
+from models.response import Forward
+from models.sensor import BoolArray, Design, FloatArray, design_from
+
+#: Layout version of recommendation.json.
+FORMAT = 1
+#: A thickness is covered when at least this share of the draws stays inside the model's range.
+COVERED_SHARE = 0.95
+#: A thickness belongs to the recommended interval when it is near the best with at least this probability.
+INTERVAL_PROBABILITY = 0.8
+# The error of a model is alike for alike designs: its correlation falls off over this factor in total thickness.
+_ERROR_FACTOR = 1.5
+
+
+@dataclass(frozen=True)
+class Requirement:
+    """What the padding is asked for: the largest capacitance change at `force` [N] with padding from `lower` to `upper` [m].
+
+    `tolerance` [1] is the loss of signal that counts as "as good as the best"; `indenter_radius` [m] defaults to the ball
+    of the experiment.
+
+    Raises
+    ------
+    InputError
+        If the force is not positive, the range is empty or negative, or there are too few thicknesses or draws.
+    """
+
+    force: float
+    lower: float
+    upper: float
+    n_thickness: int = 37
+    tolerance: float = 0.05
+    indenter_radius: float | None = None
+    n_draw: int = 400
+
+    def __post_init__(self) -> None:
+        rules = (
+            (self.force > 0, f"force must be positive, got {self.force:.6g} N", 'Write for example --force "10 N".'),
+            (
+                self.lower >= 0,
+                f"padding thickness must not be negative, got {self.lower * 1e3:.6g} mm",
+                "Start at 0 mm or above.",
+            ),
+            (
+                self.upper > self.lower,
+                f"the padding range is empty: {self.lower * 1e3:.6g} mm to {self.upper * 1e3:.6g} mm",
+                'Write the smaller thickness first, for example --padding "0 mm:9 mm".',
+            ),
+            (self.n_thickness >= 3, f"n_thickness must be at least 3, got {self.n_thickness}", ""),
+            (0 < self.tolerance < 1, f"tolerance must lie between 0 and 1, got {self.tolerance:.6g}", ""),
+            (
+                self.indenter_radius is None or self.indenter_radius > 0,
+                f"indenter_radius must be positive, got {(self.indenter_radius or 0) * 1e3:.6g} mm",
+                "",
+            ),
+            (self.n_draw >= 50, f"n_draw must be at least 50, got {self.n_draw}", ""),
+        )
+        if faults := [Fault(message, advice=advice) for holds, message, advice in rules if not holds]:
+            raise InputError(faults)
+
+
+@dataclass(frozen=True, eq=False)
+class Recommendation:
+    """Which padding to build, and how sure that is. SI; bands are quantiles (5, 25, 50, 75, 95 %) over draws, (5, n_thickness).
+
+    Attributes
+    ----------
+    thickness : [m], (n_thickness,), the grid.
+    coverage : [1], (n_thickness,), share of draws whose force is reached inside the model's range.
+    covered : (n_thickness,), whether `coverage` is at least 95 %; bands and probability are nan where it is not.
+    change : [1], capacitance change C/C0 - 1 at the force, with the model's own error and discrepancy.
+    depth : [m], indentation at the force: the stiffness one feels.
+    resolution : [N], force that one reading can tell from noise, capacitance_noise / (dC/dF).
+    probability : [1], (n_thickness,), that this thickness gives at least 1 - tolerance of the draw's best; a draw that is not
+        covered counts as not doing so.
+    optimum : [m], (n_draw,), each draw's best thickness.
+    best : [m], the recommended thickness: the largest `probability`, among equals the largest mean share of the best change.
+    interval : [m], the run of thicknesses around `best` with a probability of at least 80 %, or none.
+    change_at_best, depth_at_best, resolution_at_best : (5,), bands at `best`.
+    present_padding [m], present_change (5,), gain (5,) : padding of the measured specimens, what it gives, and the ratio
+        change at `best` / present change, draw by draw; nan where the model does not cover it.
+    border : empty, or in words that `best` lies at the end of the asked or of the covered range.
+    """
+
+    requirement: Requirement
+    indenter_radius: float
+    thickness: FloatArray
+    coverage: FloatArray
+    covered: BoolArray
+    change: FloatArray
+    depth: FloatArray
+    resolution: FloatArray
+    probability: FloatArray
+    optimum: FloatArray
+    best: float
+    best_probability: float
+    interval: tuple[float, float] | None
+    change_at_best: FloatArray
+    depth_at_best: FloatArray
+    resolution_at_best: FloatArray
+    present_padding: float
+    present_change: FloatArray
+    gain: FloatArray
+    border: str
+    conditions: tuple[str, ...]
+    converged: bool
+    reasons: tuple[str, ...]
+    forward_name: str
+    seed: int
+    posterior_sha256: str
+
+    @property
+    def sureness(self) -> str:
+        """How sure the recommendation is, in one word or two."""
+        p = self.best_probability
+        return "very sure" if p >= 0.95 else "fairly sure" if p >= 0.8 else "not sure" if p >= 0.5 else "no clear best"
+
+    @property
+    def _open_end(self) -> str:
+        """Whether the interval may go on beyond what was asked for or is covered."""
+        if self.interval is None or self.border:
+            return ""
+        first, last = self.thickness[self.covered][[0, -1]]
+        sides = [s for s, holds in (("thinner", self.interval[0] == first > 0), ("thicker", self.interval[1] == last)) if holds]
+        return f" (and perhaps {' and '.join(sides)} padding, which was not asked for or is not covered)" if sides else ""
+
+    @property
+    def verdict(self) -> str:
+        """The recommendation in words and numbers, in a few sentences."""
+        r, mm = self.requirement, 1e3
+        lo, middle, hi = self.change_at_best[[0, 2, 4]] * 100
+        start = f"Build about {self.best * mm:.2f} mm of padding."
+        if self.best_probability < 0.5:
+            start = f"There is no clear best padding; the least doubtful choice is about {self.best * mm:.2f} mm."
+        text = (
+            f"{start} At {r.force:g} N it gives a capacitance change of {middle:.2f} % "
+            f"(90 % interval {lo:.2f} to {hi:.2f} %), and with a probability of {percent(self.best_probability)} it is within "
+            f"{r.tolerance * 100:g} % of the best this sensor can do between {r.lower * mm:g} and {r.upper * mm:g} mm "
+            f"({self.sureness}). "
+        )
+        if self.interval is None:
+            text += (
+                f"No thickness reaches a probability of {INTERVAL_PROBABILITY * 100:g} %: the data do not single out a range. "
+            )
+        elif self.interval[0] < self.interval[1]:
+            text += (
+                f"Anything from {self.interval[0] * mm:.2f} to {self.interval[1] * mm:.2f} mm is as good with a probability "
+                f"of at least {INTERVAL_PROBABILITY * 100:g} %{self._open_end}. "
+            )
+        else:
+            text += f"Its neighbours on the grid fall below a probability of {INTERVAL_PROBABILITY * 100:g} %. "
+        if np.isfinite(self.gain[2]):
+            text += (
+                f"The measured specimens ({self.present_padding * mm:.2f} mm of padding) give "
+                f"{self.present_change[2] * 100:.2f} %: it is {self.gain[2]:.2f} times as much "
+                f"signal (90 % interval {self.gain[0]:.2f} to {self.gain[4]:.2f}). "
+            )
+        if self.border:
+            text += f"{self.border} "
+        if not self.converged:
+            more = f"; {len(self.reasons) - 2} more reasons" if len(self.reasons) > 2 else ""
+            text = f"Preliminary, because the calibration has not converged ({'; '.join(self.reasons[:2])}{more}). {text}"
+        return text.strip()
+
+
+def percent(probability: float) -> str:
+    """A probability for people: never "100 %" or "0 %", which a finite number of draws cannot tell."""
+    if probability > 0.99:
+        return "more than 99 %"
+    return "less than 1 %" if probability < 0.01 else f"{probability * 100:.0f} %"
+
+
+def recommend(
+    posterior: Posterior, forward: Forward, requirement: Requirement, *, seed: int, posterior_sha256: str = ""
+) -> Recommendation:
+    """Recommend a padding for a sensor like those measured.
+
+    Each draw of the posterior takes the thicknesses of one specimen (picked at random), so that the spread from specimen to
+    specimen is part of the answer; its padding is replaced by each thickness of the grid. The model's own error and the
+    discrepancy found in calibration are added as a smooth random function of thickness (correlation exp(-x^2/2) with
+    x = ln(h_i/h_j) / ln 1.5, h the total thickness).
+
+    Raises
+    ------
+    InputError
+        If no thickness of the request is covered by the model; the message names the range it covers.
+    """
+    rng = np.random.default_rng(seed)
+    values = thin_draws(posterior, requirement.n_draw, rng)
+    base, own = _sensors_like_those_measured(posterior, values, requirement, rng)
+    grid = np.linspace(requirement.lower, requirement.upper, requirement.n_thickness)
+    at = [_at_padding(forward, base, t, requirement.force, own) for t in grid]
+    # All (n_draw, n_thickness).
+    change, sd, depth, sensitivity = (
+        np.stack(c, axis=1) for c in zip(*((a.change, a.sd, a.depth, a.sensitivity) for a in at), strict=True)
+    )
+    coverage = np.mean(np.isfinite(change), axis=0)
+    covered = coverage >= COVERED_SHARE
+    if not np.any(covered):
+        raise InputError(_not_covered(requirement, grid, coverage, at, forward, base))
+
+    n_draw = change.shape[0]
+    # The padding of the measured specimens comes last: its error is the same random function.
+    present = np.asarray(base.padding.thickness)
+    paddings = np.append(grid, np.median(present))
+    error = _smooth_normals(float(np.median(np.asarray(base.sensor.thickness))) + paddings, n_draw, rng)
+    typical, smooth = change, stats.norm.ppf((rng.permutation(n_draw) + 0.5) / n_draw)[:, None]
+    change = change + sd * error[:, :-1]
+    masked = np.where(covered, change, np.nan)
+    best_of_draw = np.max(np.where(np.isfinite(masked), masked, -np.inf), axis=1)
+    near = masked >= (best_of_draw - requirement.tolerance * np.abs(best_of_draw))[:, None]  # nan compares as False
+    probability = np.where(covered, np.mean(near, axis=0), np.nan)
+    share = np.where(covered, np.nanmean(np.where(covered, masked, 0.0) / best_of_draw[:, None], axis=0), -np.inf)
+    ties = covered & (np.nan_to_num(probability, nan=-1.0) >= np.nanmax(probability) - 0.5 / n_draw)
+    pick = int(np.argmax(np.where(ties, share, -np.inf)))
+
+    now = _at_padding(forward, base, present, requirement.force, own)
+    change_now = now.change + now.sd * error[:, -1]
+    # At each thickness by itself one stratified normal per draw has the same distribution, and the bands come out smooth.
+    bands = {k: band(np.where(covered, v, np.nan)) for k, v in (("change", typical + sd * smooth), ("depth", depth))}
+    with np.errstate(divide="ignore"):  # a signal that does not rise with force resolves nothing: inf
+        bands["resolution"] = 1 / band(np.where(covered, sensitivity, np.nan))[::-1]
+    gain = band(change[:, pick] / np.where(change_now > 0, change_now, np.nan))
+    return Recommendation(
+        requirement=requirement,
+        indenter_radius=float(np.asarray(base.indenter.radius)[0]),
+        thickness=grid,
+        coverage=coverage,
+        covered=covered,
+        change=bands["change"],
+        depth=bands["depth"],
+        resolution=bands["resolution"],
+        probability=probability,
+        optimum=_optimum(grid, masked),
+        best=float(grid[pick]),
+        best_probability=float(probability[pick]),
+        interval=_run(grid, np.nan_to_num(probability, nan=0.0) >= INTERVAL_PROBABILITY, pick),
+        change_at_best=bands["change"][:, pick],
+        depth_at_best=bands["depth"][:, pick],
+        resolution_at_best=bands["resolution"][:, pick],
+        present_padding=float(np.median(present)),
+        present_change=band(now.change + now.sd * smooth[:, 0]),
+        gain=gain,
+        border=_border(grid, covered, pick),
+        conditions=_conditions(posterior, base),
+        converged=posterior.diagnostics.converged,
+        reasons=tuple(posterior.diagnostics.reasons),
+        forward_name=forward.name,
+        seed=seed,
+        posterior_sha256=posterior_sha256,
+    )
+
+
+def recommendation_to_json(recommendation: Recommendation) -> str:
+    """The content of recommendation.json: SI, versioned, nan as null; the verdict in words comes along."""
+    r = recommendation
+    record: dict[str, Any] = {
+        "format": FORMAT,
+        "verdict": r.verdict,
+        "sureness": r.sureness,
+        "band_levels": list(BAND_LEVELS),
+        "requirement": asdict(r.requirement),
+    }
+    for f in fields(r):
+        if f.name != "requirement":
+            value = getattr(r, f.name)
+            record[f.name] = value.tolist() if isinstance(value, np.ndarray) else value
+    return json.dumps(_null_for_nan(record), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def recommendation_from_json(text: str, path: Path | None = None) -> Recommendation:
+    """Inverse of `recommendation_to_json`.
+
+    Raises
+    ------
+    InputError
+        If the text is not a recommendation of this format.
+    """
+    try:
+        record = json.loads(text)
+        if record["format"] != FORMAT:
+            raise ValueError(f"format {record['format']} is not known")
+        read: dict[str, Any] = {f.name: record[f.name] for f in fields(Recommendation)}
+        for name in _ARRAYS:
+            read[name] = np.asarray(read[name], dtype=float)
+        read["covered"] = np.asarray(read["covered"], dtype=bool)
+        read["requirement"] = Requirement(**read["requirement"])
+        read["interval"] = None if read["interval"] is None else tuple(read["interval"])
+        read["conditions"], read["reasons"] = tuple(read["conditions"]), tuple(read["reasons"])
+        return Recommendation(**read)
+    except (ValueError, KeyError, TypeError) as error:
+        if isinstance(error, InputError):
+            raise
+        advice = "Delete it and run `calib recommend` again."
+        raise InputError(Fault(f"not a recommendation this version can read ({error})", path=path, advice=advice)) from None
+
+
+_ARRAYS = (
+    *("thickness", "coverage", "change", "depth", "resolution", "probability", "optimum"),
+    *("change_at_best", "depth_at_best", "resolution_at_best", "present_change", "gain"),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class _Own:
+    """What a draw carries beside its design: capacitance noise [F] and discrepancies [1], each (n_draw,)."""
+
+    noise: FloatArray
+    force_discrepancy: FloatArray
+    capacitance_discrepancy: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class _AtPadding:
+    """Prediction at one padding thickness and one force, arrays (n_draw,)."""
+
+    change: FloatArray
+    sd: FloatArray  # of the change, from the model's own error and discrepancy
+    depth: FloatArray
+    sensitivity: FloatArray  # [1/N] force told by one reading, inverted
+    reach: FloatArray  # largest force [N] inside the model's range
+
+
+def _sensors_like_those_measured(
+    posterior: Posterior, values: Mapping[str, FloatArray], requirement: Requirement, rng: np.random.Generator
+) -> tuple[Design, _Own]:
+    """One design per draw, each with the thicknesses of one specimen, and what belongs to the draw beside it."""
+    specimens = posterior.experiment.specimens
+    n_draw = next(iter(values.values())).size
+    turn = rng.permutation(np.arange(n_draw) % len(specimens))
+    picked: dict[str, FloatArray] = {}
+    carried = {k: np.zeros(n_draw) for k in ("capacitance_noise", "force_discrepancy", "capacitance_discrepancy")}
+    for i, specimen in enumerate(specimens):
+        sweep = specimen.sweeps[0].name
+        design = specimen_design(posterior, values, specimen.name, sweep).draws()
+        for name, value in design.parameters().items():
+            column = np.broadcast_to(np.asarray(value, dtype=float), (n_draw,))
+            picked[name] = np.where(turn == i, column, picked.get(name, column))
+        for name in carried:
+            known = lookup(values, name, specimen.name, sweep)
+            column = np.full(n_draw, np.nan) if known is None else known
+            carried[name] = np.where(turn == i, column, carried[name])
+    if requirement.indenter_radius is not None:
+        picked["indenter_radius"] = np.full(n_draw, requirement.indenter_radius)
+    own = _Own(
+        carried["capacitance_noise"],
+        np.nan_to_num(carried["force_discrepancy"]),
+        np.nan_to_num(carried["capacitance_discrepancy"]),
+    )
+    return design_from(picked, friction_coefficient=posterior.experiment.friction_coefficient), own
+
+
+def _with_padding(design: Design, thickness: FloatArray | float) -> Design:
+    n_draw = np.size(design.sensor.thickness)
+    return replace(design, padding=replace(design.padding, thickness=np.broadcast_to(np.asarray(thickness, float), (n_draw,))))
+
+
+def _at_padding(forward: Forward, base: Design, thickness: FloatArray | float, force: float, own: _Own) -> _AtPadding:
+    design = _with_padding(base, thickness)
+    p: DesignPrediction = predict_design(forward, design, np.array([force]))
+    change, slope, error = p.change[:, 0], p.change_slope[:, 0], p.change_error[:, 0]
+    # Discrepancy of the force at given depth moves the depth at given force, and with it the capacitance.
+    sd = np.sqrt(error**2 + (own.capacitance_discrepancy * change) ** 2 + (slope * own.force_discrepancy * force) ** 2)
+    rise = np.maximum(slope, 0.0) * p.rest_capacitance  # dC/dF [F/N]; nan stays nan
+    return _AtPadding(change, sd, p.depth[:, 0], rise / np.maximum(own.noise, 1e-30), p.reach)
+
+
+def _smooth_normals(total_thickness: FloatArray, n_draw: int, rng: np.random.Generator) -> FloatArray:
+    """Standard normals smooth along thickness, (n_draw, n_thickness)."""
+    x = np.log(np.maximum(total_thickness, 1e-9)) / np.log(_ERROR_FACTOR)
+    value, vector = np.linalg.eigh(np.exp(-0.5 * (x[:, None] - x[None, :]) ** 2))
+    root = vector * np.sqrt(np.maximum(value, 0.0))
+    return np.asarray(rng.standard_normal((n_draw, x.size)) @ root.T, dtype=float)
+
+
+def _optimum(grid: FloatArray, change: FloatArray) -> FloatArray:
+    """Thickness [m] of the largest change of each draw, by the parabola through the grid's maximum and its neighbours."""
+    filled = np.where(np.isfinite(change), change, -np.inf)
+    i = np.argmax(filled, axis=1)
+    row = np.arange(i.size)
+    left, middle, right = (filled[row, np.clip(i + k, 0, grid.size - 1)] for k in (-1, 0, 1))
+    inner = (i > 0) & (i < grid.size - 1) & np.isfinite(left) & np.isfinite(right)
+    bend = np.where(inner, left - 2 * middle + right, -1.0)
+    shift = np.where(inner & (bend < 0), 0.5 * (np.where(inner, left - right, 0.0)) / np.where(bend < 0, bend, -1.0), 0.0)
+    return np.asarray(grid[i] + shift * (grid[1] - grid[0]), dtype=float)
+
+
+def _run(grid: FloatArray, good: BoolArray, at: int) -> tuple[float, float] | None:
+    """The unbroken run of `good` around index `at`."""
+    if not good[at]:
+        return None
+    lo = hi = at
+    while lo > 0 and good[lo - 1]:
+        lo -= 1
+    while hi < grid.size - 1 and good[hi + 1]:
+        hi += 1
+    return float(grid[lo]), float(grid[hi])
+
+
+def _border(grid: FloatArray, covered: BoolArray, pick: int) -> str:
+    mm = grid * 1e3
+    for end, step, side in ((0, -1, "thinner"), (grid.size - 1, 1, "thicker")):
+        if pick == end:
+            tail = (
+                "no padding is the end of what can be built."
+                if mm[end] == 0
+                else f"{side} padding may do better: ask for a wider range."
+            )
+            return f"It lies at the border of the asked range ({mm[0]:.3g} to {mm[-1]:.3g} mm); {tail}"
+        if not covered[pick + step]:
+            return (
+                f"It lies at the border of what the model covers ({mm[covered][0]:.3g} to {mm[covered][-1]:.3g} mm at this "
+                f"force); {side} padding may do better, the model cannot tell."
+            )
+    return ""
+
+
+def _not_covered(
+    requirement: Requirement,
+    grid: FloatArray,
+    coverage: FloatArray,
+    at: list[_AtPadding],
+    forward: Forward,
+    base: Design,
+) -> Fault:
+    reach = np.array([np.quantile(a.reach, 1 - COVERED_SHARE) for a in at])
+    mm = grid * 1e3
+    top = int(np.argmax(reach))
+    if reach[top] <= 0:
+        why = forward.outside(_with_padding(base, grid[grid.size // 2]), np.zeros(1)) or "the sensor itself lies outside"
+        message = f"the {forward.name} covers no padding from {mm[0]:.3g} to {mm[-1]:.3g} mm for this sensor: {why}"
+        return Fault(message, advice="Ask for other thicknesses, or calibrate and recommend with another model.")
+    message = (
+        f"the {forward.name} reaches {requirement.force:g} N at no padding from {mm[0]:.3g} to {mm[-1]:.3g} mm for this "
+        f"sensor; it covers forces up to {reach[0]:.3g} N at {mm[0]:.3g} mm and up to {reach[-1]:.3g} N at {mm[-1]:.3g} mm "
+        f"(most: {reach[top]:.3g} N at {mm[top]:.3g} mm), counting thicknesses where {COVERED_SHARE * 100:g} % of the draws "
+        f"are covered (here at best {np.max(coverage) * 100:.0f} %)"
+    )
+    return Fault(message, advice=f"Ask for a force below {reach[top]:.3g} N or for other thicknesses.")
+
+
+def _conditions(posterior: Posterior, base: Design) -> tuple[str, ...]:
+    radius = np.asarray(base.sensor.electrode_radius) * 1e3
+    spread = f"{np.median(radius):.3g} mm"
+    if np.ptp(radius) > 1e-6:
+        spread = (
+            f"{np.median(radius):.3g} mm (90 % interval {np.quantile(radius, 0.05):.3g} to {np.quantile(radius, 0.95):.3g} mm)"
+        )
+    padding = (
+        "padding of the sensor's own silicone"
+        if posterior.experiment.padding_material == "sensor"
+        else "padding of its own material, with the modulus found for it"
+    )
+    contact = "sticking to the sensor" if posterior.experiment.stick else "pressed without friction"
+    return (
+        "padding bonded to the rigid base: on a slippery base the sensor is softer and the optimum moves",
+        f"electrode radius {spread}: another electrode needs its own recommendation",
+        f"ball radius {float(np.asarray(base.indenter.radius)[0]) * 1e3:.3g} mm, {contact}",
+        padding,
+    )
+
+
+def _null_for_nan(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {k: _null_for_nan(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_null_for_nan(v) for v in value]
+    if isinstance(value, float | np.floating):
+        return float(value) if np.isfinite(value) else None
+    return value

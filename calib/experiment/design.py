@@ -1,0 +1,344 @@
+"""Design files: from TOML text to a checked `Design`, or to a `LayeredDesign` where it asks for more, all faults at once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+
+from calib.experiment.toml_file import (
+    KeyPath,
+    Toml,
+    check_keys,
+    choice_at,
+    get,
+    quantity_at,
+    quoted,
+    raise_faults,
+    read_toml,
+    table_at,
+    tables_at,
+    text_at,
+)
+from calib.priors.prior import display
+from calib.quantity import parse_quantity
+from models.laws import Gent, Law, MooneyRivlin, NeoHookean, Ogden, Yeoh
+from models.layers import Base, Dielectric, Layer, LayeredDesign, Profile, cone, flat_punch, layered, sphere
+from models.sensor import Design, Indenter, Padding, Sensor
+
+_TABLES: Mapping[str, Mapping[str, str]] = {
+    "sensor": {
+        "thickness": "sensor_thickness",
+        "radius": "sensor_radius",
+        "young_modulus": "young_modulus",
+        "relative_permittivity": "relative_permittivity",
+        "electrode_radius": "electrode_radius",
+        "dielectric_thickness": "dielectric_thickness",
+    },
+    "padding": {"thickness": "padding_thickness", "young_modulus": "padding_young_modulus"},
+}
+_REQUIRED: Mapping[tuple[str, str], str] = {
+    ("sensor", "thickness"): '"0.74 mm"',
+    ("sensor", "radius"): '"10 mm"',
+    ("sensor", "young_modulus"): '"0.69 MPa"',
+    ("sensor", "relative_permittivity"): "2.8",
+    ("padding", "thickness"): '"1.10 mm", or "0 mm" for none',
+}
+
+#: Shapes of indenters, with the keys that give their size and an example of each.
+_SHAPES: Mapping[str, Mapping[str, str]] = {
+    "sphere": {"radius": '"5 mm"'},
+    "flat punch": {"radius": '"5 mm"', "edge_radius": '"0.2 mm"'},
+    "cone": {"half_angle": '"60 deg"', "tip_radius": '"0.5 mm"'},
+}
+_PROFILES: Mapping[str, Callable[..., Profile]] = {"sphere": sphere, "flat punch": flat_punch, "cone": cone}
+
+#: Hyperelastic laws and their shape parameters.
+_LAWS: Mapping[str, tuple[Callable[..., Law], tuple[str, ...]]] = {
+    "neo-hookean": (NeoHookean, ()),
+    "mooney-rivlin": (MooneyRivlin, ("c01_share",)),
+    "yeoh": (Yeoh, ("c2", "c3")),
+    "gent": (Gent, ("locking",)),
+    "ogden": (Ogden, ("shares", "exponents")),
+}
+_LAW_EXAMPLE = 'Write for example law = "neo-hookean", { gent = { locking = 40 } } or { yeoh = { c2 = 0.02, c3 = 0.001 } }'
+
+
+def read_design(path: Path) -> Design | LayeredDesign:
+    """Read and check a design file.
+
+    Parameters
+    ----------
+    path : TOML file in UTF-8, of the form::
+
+        base = "bonded"                   # optional, or "slippery"
+        [indenter]
+        radius = "5 mm"
+        friction_coefficient = 0.0        # optional; "stick" for no slip at all
+        [sensor]
+        thickness = "0.74 mm"
+        radius = "10 mm"
+        young_modulus = "0.69 MPa"
+        relative_permittivity = 2.8
+        electrode_radius = "10 mm"        # optional, default the disc radius
+        dielectric_thickness = "0.37 mm"  # optional, default half the sensor thickness
+        law = { gent = { locking = 40 } } # optional, default "neo-hookean"
+        [padding]
+        thickness = "1.10 mm"
+        young_modulus = "0.69 MPa"        # optional, default the sensor's
+        law = "neo-hookean"               # optional
+
+    Other indenters have shape = "flat punch" with radius and edge_radius, or shape = "cone" with half_angle (between axis and
+    flank) and tip_radius. Any stack of bonded layers stands in the place of [sensor] and [padding] as::
+
+        [disc]
+        radius = "10 mm"
+        electrode_radius = "10 mm"        # optional
+        [[layers]]                        # from the base up
+        name = "padding"                  # optional
+        thickness = "1.10 mm"
+        young_modulus = "0.69 MPa"
+        law = "neo-hookean"               # optional
+        [[layers]]
+        name = "dielectric"
+        thickness = "0.2 mm"
+        young_modulus = "0.69 MPa"
+        relative_permittivity = 2.8       # a layer with one lies between two electrodes
+
+    Returns
+    -------
+    A `Design` if that says it all (a sphere on sensor and padding, both neo-Hookean, on a bonded base), else a `LayeredDesign`.
+
+    Raises
+    ------
+    InputError
+        With every fault of the file, each with line and column.
+    """
+    toml = read_toml(path)
+    stacked = "layers" in toml.data or "disc" in toml.data
+    parts = ("disc", "layers") if stacked else ("sensor", "padding")
+    meant = check_keys(toml, (), ("base", "indenter", *parts))
+    base = cast(Base, choice_at(toml, ("base",), toml.data.get("base", "bonded"), ("bonded", "slippery")))
+    shape, sizes = _indenter(toml, quiet="indenter" in meant)
+    friction = _friction(toml, ("indenter", "friction_coefficient"))
+    if stacked:
+        disc, electrode, layers, dielectrics = _stack(toml)
+        raise_faults(toml)
+        return _checked(
+            toml,
+            lambda: LayeredDesign(
+                _PROFILES[shape](*sizes),
+                layers,
+                disc,
+                electrode,
+                dielectrics,
+                friction,
+                base,
+            ),
+        )
+    values, laws = _sensor_and_padding(toml, meant)
+    raise_faults(toml)
+    design = Design(
+        Indenter(sizes[0], friction),
+        Sensor(**{key: values["sensor", key] for key in _TABLES["sensor"] if ("sensor", key) in values}),
+        Padding(**{key: values["padding", key] for key in _TABLES["padding"] if ("padding", key) in values}),
+    )
+    stiffening = _one_stiffening(laws["sensor"], laws["padding"], bare=np.max(design.padding.thickness) == 0)
+    if shape == "sphere" and base == "bonded" and stiffening is not None:
+        return replace(design, sensor=replace(design.sensor, stiffening=stiffening))
+    plain = layered(design)
+    by_name = {"sensor": laws["sensor"], "padding": laws["padding"]}
+    return _checked(
+        toml,
+        lambda: LayeredDesign(
+            _PROFILES[shape](*sizes),
+            tuple(Layer(x.thickness, x.young_modulus, by_name[x.name], x.name) for x in plain.layers),
+            plain.radius,
+            plain.electrode_radius,
+            plain.dielectrics,
+            friction,
+            base,
+        ),
+    )
+
+
+def _one_stiffening(sensor: Law, padding: Law, *, bare: bool) -> float | None:
+    """1/J_m of sensor and padding, 0 for neo-Hookean ones; None if they are of two laws or of another."""
+    if not bare and padding != sensor:
+        return None
+    if isinstance(sensor, Gent):
+        return 1 / sensor.locking
+    return 0.0 if sensor == NeoHookean() else None
+
+
+def _checked(toml: Toml, make: Callable[[], LayeredDesign]) -> LayeredDesign:
+    try:
+        return make()
+    except ValueError as error:
+        toml.fault((), str(error))
+    raise_faults(toml)
+    raise AssertionError("unreachable: the fault above is raised")
+
+
+def _sensor_and_padding(toml: Toml, meant_tables: set[str]) -> tuple[dict[tuple[str, str], float], dict[str, Law]]:
+    values: dict[tuple[str, str], float] = {}
+    laws: dict[str, Law] = {}
+    for name, keys in _TABLES.items():
+        meant = check_keys(toml, (name,), (*keys, "law"))
+        laws[name] = _law(toml, (name, "law"))
+        for key, parameter in keys.items():
+            at = (name, key)
+            example = _REQUIRED.get(at, "")
+            if example or key in table_at(toml, (name,)):
+                required = f"{key} = {example} in [{name}]"
+                values[at] = quantity_at(toml, at, parameter, required=required, quiet=key in meant or name in meant_tables)
+    radius, thickness = (values.get(("sensor", key), math.nan) for key in ("radius", "thickness"))
+    electrode, dielectric = (values.get(("sensor", k), math.nan) for k in ("electrode_radius", "dielectric_thickness"))
+    if electrode > radius * (1 + 1e-9):
+        got = f"{display('electrode_radius', electrode)} on a disc of {display('sensor_radius', radius)}"
+        toml.fault(("sensor", "electrode_radius"), f"electrode_radius must not exceed the disc radius, got {got}")
+    if dielectric > thickness / 2 * (1 + 1e-9):
+        got = f"{display('dielectric_thickness', dielectric)} in a sensor of {display('sensor_thickness', thickness)}"
+        message = f"dielectric_thickness (of each of the two) must not exceed half the sensor thickness, got {got}"
+        toml.fault(("sensor", "dielectric_thickness"), message)
+    return values, laws
+
+
+def _stack(toml: Toml) -> tuple[float, float, tuple[Layer, ...], tuple[Dielectric, ...]]:
+    """Radii of disc and electrodes, layers from the base up, and the dielectrics among them."""
+    check_keys(toml, ("disc",), ("radius", "electrode_radius"))
+    radius = quantity_at(toml, ("disc", "radius"), "sensor_radius", required='radius = "10 mm" in [disc]')
+    electrode = radius
+    if "electrode_radius" in table_at(toml, ("disc",)):
+        electrode = quantity_at(toml, ("disc", "electrode_radius"), "electrode_radius")
+        if electrode > radius * (1 + 1e-9):
+            got = f"{display('electrode_radius', electrode)} on a disc of {display('sensor_radius', radius)}"
+            toml.fault(("disc", "electrode_radius"), f"electrode_radius must not exceed the disc radius, got {got}")
+    layers: list[Layer] = []
+    dielectrics: list[Dielectric] = []
+    height = 0.0
+    for at in tables_at(toml, ("layers",), required="Describe each layer, from the base up, below a line [[layers]]"):
+        meant = check_keys(toml, at, ("name", "thickness", "young_modulus", "law", "relative_permittivity"))
+        name = text_at(toml, (*at, "name")) or f"layer {len(layers) + 1}"
+        thickness = _positive(toml, (*at, "thickness"), "m", '"0.5 mm"', quiet="thickness" in meant)
+        modulus = _positive(toml, (*at, "young_modulus"), "Pa", '"0.69 MPa"', quiet="young_modulus" in meant)
+        law = _law(toml, (*at, "law"))
+        if "relative_permittivity" in table_at(toml, at):
+            permittivity = quantity_at(toml, (*at, "relative_permittivity"), "relative_permittivity")
+            if thickness > 0 and permittivity > 0:
+                dielectrics.append(Dielectric(height, height + thickness, permittivity))
+        if thickness > 0 and modulus > 0:
+            layers.append(Layer(thickness, modulus, law, name))
+            height += thickness
+    if not dielectrics and not toml.faults:
+        advice = "Give relative_permittivity = 2.8 in the [[layers]] that lie between two electrodes"
+        toml.fault(("layers",), "no layer is a dielectric", advice)
+    return radius, electrode, tuple(layers), tuple(dielectrics)
+
+
+def _indenter(toml: Toml, *, quiet: bool) -> tuple[str, tuple[float, ...]]:
+    """Shape of the indenter and its sizes, SI."""
+    table = table_at(toml, ("indenter",))
+    shape = choice_at(toml, ("indenter", "shape"), table["shape"], tuple(_SHAPES)) if "shape" in table else "sphere"
+    sizes = _SHAPES[shape]
+    meant = check_keys(toml, ("indenter",), ("shape", "friction_coefficient", *sizes))
+    if shape == "sphere":
+        missing = quiet or "radius" in meant
+        return shape, (
+            quantity_at(
+                toml, ("indenter", "radius"), "indenter_radius", required='radius = "5 mm" in [indenter]', quiet=missing
+            ),
+        )
+    values = tuple(
+        _positive(toml, ("indenter", key), "rad" if key == "half_angle" else "m", example, quiet=quiet or key in meant)
+        for key, example in sizes.items()
+    )
+    if all(v > 0 for v in values):
+        try:
+            _PROFILES[shape](*values)
+        except ValueError as error:
+            toml.fault(("indenter",), str(error))
+    return shape, values
+
+
+def _positive(toml: Toml, at: KeyPath, unit: str, example: str, *, quiet: bool) -> float:
+    """The quantity at `at`, SI; nan and a fault if it is wrong or, unless `quiet`, missing."""
+    key, value = at[-1], get(toml, at)
+    if value is None:
+        if not quiet:
+            toml.fault(at[:-1], f"{key} is missing", f"Give {key} = {example}")
+        return math.nan
+    if not isinstance(value, str):
+        toml.fault(at, f"{key} must be a quantity in quotes, got {quoted(value)}", f"For example {key} = {example}")
+        return math.nan
+    try:
+        number = parse_quantity(value, unit)
+    except ValueError as error:
+        toml.fault(at, f"{key}: {error}", f"For example {key} = {example}")
+        return math.nan
+    if not number > 0:
+        toml.fault(at, f"{key} must be positive, got {value}", f"For example {key} = {example}")
+        return math.nan
+    return number
+
+
+def _law(toml: Toml, at: KeyPath) -> Law:
+    """The optional hyperelastic law: a name, or a table of one name and its shape parameters."""
+    value = get(toml, at)
+    if value is None:
+        return NeoHookean()
+    if isinstance(value, str):
+        value = {value: {}}
+    if not isinstance(value, dict) or len(value) != 1:
+        toml.fault(at, f"law must be one name, with its shape parameters in a table, got {quoted(value)}", _LAW_EXAMPLE)
+        return NeoHookean()
+    name, given = next(iter(value.items()))
+    spelled = str(name).lower().replace("_", "-").replace(" ", "-")
+    if spelled not in _LAWS:
+        toml.fault(at, f'unknown law "{name}"', f"Known are {', '.join(_LAWS)}. {_LAW_EXAMPLE}")
+        return NeoHookean()
+    make, parameters = _LAWS[spelled]
+    if not isinstance(given, dict):
+        toml.fault(at, f"shape parameters of {spelled} must be a table, got {quoted(given)}", _LAW_EXAMPLE)
+        return NeoHookean()
+    unknown = [key for key in given if key not in parameters]
+    if unknown:
+        known = f"It has {', '.join(parameters)}" if parameters else "It has none"
+        toml.fault(at, f'unknown shape parameter "{unknown[0]}" of {spelled}', known)
+        return NeoHookean()
+    try:
+        return make(**{key: _shape_parameter(key, v) for key, v in given.items()})
+    except TypeError:
+        missing = [key for key in parameters if key not in given]
+        toml.fault(at, f"{spelled} needs {' and '.join(missing)}", _LAW_EXAMPLE)
+    except ValueError as error:
+        toml.fault(at, f"{spelled}: {error}")
+    return NeoHookean()
+
+
+def _shape_parameter(key: str, value: Any) -> float | tuple[float, ...]:
+    def number(v: Any) -> float:
+        if isinstance(v, bool) or not isinstance(v, (int, float)) or not math.isfinite(v):
+            raise ValueError(f"{key} must be a plain number{'s' if isinstance(value, list) else ''}, got {quoted(v)}")
+        return float(v)
+
+    if key in ("shares", "exponents"):
+        if not isinstance(value, list):
+            raise ValueError(f"{key} must be a list of plain numbers, got {quoted(value)}")
+        return tuple(number(v) for v in value)
+    return number(value)
+
+
+def _friction(toml: Toml, at: tuple[str, str]) -> float:
+    """The optional friction coefficient, a plain number that is not negative, or "stick"."""
+    value = table_at(toml, at[:1]).get(at[1], 0.0)
+    if value == "stick":
+        return math.inf
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value) or value < 0:
+        toml.fault(at, f'friction_coefficient must be a plain number of zero or more, or "stick", got {quoted(value)}')
+        return 0.0
+    return float(value)

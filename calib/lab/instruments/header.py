@@ -1,0 +1,199 @@
+"""From the lines of a lab file to its header: delimiter, line and names, and the units and decimal mark declared above it."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
+from types import MappingProxyType
+
+from calib.errors import Fault
+from calib.lab.instruments.labtable import Reading
+from calib.lab.instruments.numbers import is_clock, is_numeric
+from calib.lab.instruments.text import LabText
+from calib.lab.instruments.units import is_unit_of
+from calib.lab.instruments.vocabulary import EXAMPLE, understand, understood_names
+
+#: Delimiters tried, in the order in which a draw is decided; a blank stands for runs of blanks.
+DELIMITERS = ("\t", ";", ",", " ")
+
+# The header of a lab file lies near its top; further down only a second block would be found.
+HEADER_WITHIN = 2000
+# More columns than any instrument writes.
+_WIDEST = 400
+# Rows below a header that are looked at to tell a table of results from a record.
+_ROWS_SEEN = 30
+
+
+def split_line(line: str, delimiter: str) -> list[str]:
+    """Cells of one line, quotes taken off, stripped; a blank as delimiter stands for runs of blanks.
+
+    >>> split_line('"","1,000.06200","0.5"', ",")
+    ['', '1,000.06200', '0.5']
+    """
+    if delimiter == " ":
+        return line.split()
+    if '"' in line:
+        try:
+            return [c.strip() for c in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])]
+        except csv.Error:
+            pass
+    return [c.strip() for c in line.split(delimiter)]
+
+
+def find_header(text: LabText, reading: Reading) -> tuple[str, int, list[str]] | None:
+    """Delimiter, index of the line, and names of the header; None if no line is one.
+
+    Of the lines in which names are understood (or that the user gave), that with most rows of numbers below it, then that
+    with most names, then the first.
+    """
+    wanted = set(reading.columns.values())
+    best: tuple[int, int] = (0, 0)
+    found: tuple[str, int, list[str]] | None = None
+    for index, line in enumerate(text.lines[:HEADER_WITHIN]):
+        if not line.strip() or is_numeric(line) or not any(c.isalpha() for c in line):
+            continue
+        for delimiter in DELIMITERS:
+            if delimiter == " " and found is not None and found[0] != " ":
+                continue
+            for cells in _header_cells(line, delimiter):
+                if len(cells) > _WIDEST or any(map(is_numeric, cells[1:])):  # a first number may be the specimen's
+                    continue
+                known = [i for i, c in enumerate(cells) if c and (c in wanted or understand(c) is not None)]
+                if not known:
+                    continue
+                rows = _rows_below(text, index, delimiter, len(cells), known)
+                if len(known) < 2 and rows == 0:
+                    continue
+                score = (rows, len(known))
+                if found is not None and rows and cells == found[2] and best[0]:
+                    continue  # the header again
+                if score > best and (rows or len(known) > best[1]):
+                    best, found = score, (delimiter, index, cells)
+    return found
+
+
+def _header_cells(line: str, delimiter: str) -> Iterator[list[str]]:
+    """The ways in which a line may be cut into header cells."""
+    if delimiter != " ":
+        if delimiter in line:
+            yield split_line(line, delimiter)
+        return
+    if re.search(r"\S\s{2,}\S", line.strip()):
+        yield [c.strip() for c in re.split(r"\s{2,}", line.strip())]
+    # A unit in brackets belongs to the name before it.
+    yield re.findall(r"[^\s()\[\]]+(?:\s?[(\[][^()\[\]]*[)\]])?", line)
+
+
+def _rows_below(text: LabText, header: int, delimiter: str, width: int, known: Sequence[int]) -> int:
+    """Rows of numbers below a header, at most `_ROWS_SEEN`, up to the next line of words after the first row."""
+    rows = 0
+    words_since = 0
+    for line in text.lines[header + 1 : header + 4 * _ROWS_SEEN]:
+        if not line.strip():
+            continue
+        cells = split_line(line, delimiter)
+        numbers = sum(1 for i in known if i < len(cells) and (is_numeric(cells[i]) or is_clock(cells[i])))
+        if numbers and (delimiter != " " or len(cells) == width) and len(cells) > 1:
+            rows += 1
+        elif rows:
+            break
+        else:
+            words_since += 1
+            if words_since > 3:
+                break
+        if rows >= _ROWS_SEEN:
+            break
+    return rows
+
+
+def no_header(text: LabText) -> Fault:
+    """The fault of a file without a header that is understood, with what seems to be one."""
+    seen = _likely_header(text)
+    found = f"; found {', '.join(seen[1])}" if seen else ""
+    advice = "; ".join(f"{q}: {understood_names(q)}" for q in ("displacement", "force", "capacitance", "time"))
+    replies = _reply_lines(text)
+    if replies and not seen:
+        return Fault(
+            f"there is no header; the lines look like replies of {replies}, without a time and without the names of the values",
+            text.path,
+            advice="Log with a header, or say which column is what: --columns time=1 --columns capacitance=2, with --units",
+        )
+    return Fault(
+        f"no header row with column names that are understood{found}",
+        text.path,
+        seen[0] if seen else None,
+        advice=f'Name the columns for example "{EXAMPLE["time"]}", "{EXAMPLE["force"]}", or say which is what '
+        f"(--columns force=2 --units force=N). Understood are {advice}",
+    )
+
+
+_BUS_REPLY = re.compile(
+    r"^\s*[+-]?\d\.\d+E[+-]\d+\s*,\s*[+-]?\d\.\d+E[+-]\d+\s*,\s*[+-]?\d+\s*(?:,\s*[+-]?\d+)?\s*$", re.IGNORECASE
+)
+
+
+def _reply_lines(text: LabText) -> str:
+    lines = [line for line in text.lines[:20] if line.strip()]
+    if lines and all(_BUS_REPLY.match(line) for line in lines):
+        return "a Keysight E4980A (value, value, status)"
+    return ""
+
+
+def _likely_header(text: LabText) -> tuple[int, list[str]] | None:
+    # The last line of words above the first line of numbers: what the user would call the header.
+    above: tuple[int, list[str]] | None = None
+    for index, line in enumerate(text.lines[:HEADER_WITHIN]):
+        for delimiter in DELIMITERS[:-1]:
+            cells = [c for c in split_line(line, delimiter) if c]
+            if len(cells) < 2:
+                continue
+            if sum(is_numeric(c) for c in cells) >= 2:
+                return above
+            above = (index + 1, [f'"{c[:40]}"' for c in cells[:12]])
+            break
+    return above
+
+
+# --- what stands above it -----------------------------------------------------------------------------------------------
+
+_UNIT_WORD = re.compile(
+    r"^(?:units?|einheit(?:en)?|unité[s]?|unidad(?:es)?|单位|単位)$|\b(?:unit|units|einheit|unité|unidad)\b|单位|単位", re.I
+)
+
+
+def declared_units(lines: Sequence[str]) -> Mapping[str, tuple[str, int]]:
+    """Units declared above the header: `Units : Force,kN`, `Unit Force;kN`, `Force unit: kN`."""
+    declared: dict[str, tuple[str, int]] = {}
+    for number, line in enumerate(lines[-200:], max(len(lines) - 200, 0) + 1):
+        if not _UNIT_WORD.search(line) or len(line) > 200:
+            continue
+        parts = [p.strip().strip('"') for p in re.split(r"[\t;,:=]|\s{2,}", line) if p.strip().strip('"')]
+        parts = [_UNIT_WORD.sub("", p).strip() for p in parts]
+        parts = [p for p in parts if p]
+        for name, written in pairwise(parts):
+            unit = written[1:-1] if written[:1] + written[-1:] in ("()", "[]") else written
+            heading = understand(name) or understand(name, unit)
+            if heading is not None and is_unit_of(unit, heading.quantity):
+                declared[heading.quantity] = (unit, number)
+    return MappingProxyType(declared)
+
+
+# `MTS793|MPT|DEU|1|0|,|.|:|...`: the sixth field is the decimal mark.
+_MTS = re.compile(r"^\ufeff?MTS793\|[^|]*\|[^|]*\|[^|]*\|[^|]*\|(?P<mark>[.,])\|")
+_DECIMAL_WORDS = re.compile(
+    r"^\W*(?:decimal (?:mark|separator|sign|symbol)|dezimal(?:trennzeichen|zeichen)|séparateur décimal|separador decimal)\W*"
+    r"[\s:;,=\t\"]\W*?(?P<mark>[.,]|comma|komma|point|punkt|dot)\"?\s*$",
+    re.IGNORECASE,
+)
+
+
+def declared_decimal(lines: Sequence[str]) -> str:
+    """The decimal mark declared above the header: by MTS's first line, or in words; "" if it is not."""
+    for line in lines[-200:]:
+        match = _MTS.match(line) or _DECIMAL_WORDS.match(line)
+        if match:
+            mark = match["mark"].lower()
+            return mark if mark in ".," else "," if mark in ("comma", "komma") else "."
+    return ""

@@ -1,0 +1,92 @@
+"""What reading a lab file gives (`LabTable`: columns in SI), what may be asked of it (`Reading`), and what a `Family` is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from models.sensor import FloatArray
+
+if TYPE_CHECKING:
+    from calib.lab.instruments.sheet import Sheet
+
+IntArray = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What the user says of a file that the file does not say, or says wrongly.
+
+    Attributes
+    ----------
+    units : quantity -> unit, such as {"force": "kN"}; used instead of what the file says.
+    columns : quantity -> header cell as written, or the number of the column from 1, such as {"force": "Load 2"}.
+    specimen : which of several specimens in the file, from 1; None if the file is expected to hold one.
+    """
+
+    units: Mapping[str, str] = field(default_factory=dict)
+    columns: Mapping[str, str] = field(default_factory=dict)
+    specimen: int | None = None
+
+
+#: What is said of a file of which nothing is said.
+AS_FOUND = Reading()
+
+
+@dataclass(frozen=True, eq=False)
+class LabTable:
+    """One lab file as columns in SI, nothing turned, zeroed or repaired.
+
+    Attributes
+    ----------
+    path, sha256 : the file and the hash of its bytes.
+    recognised_as : the family that read it, such as "Instron Bluehill raw data", "LCR log", "table with a header".
+    reason : why it was recognised as that.
+    encoding, delimiter, decimal : how the text was read; `delimiter` is a blank for runs of blanks, `decimal` the decimal mark.
+    columns : canonical name -> SI values of shape (n_row,); nan where the cell was empty or a sentinel. Names: time [s],
+        displacement [m], force [N], capacitance [F] (parallel equivalent), dissipation [1], frequency [Hz], cycle [1].
+        The signs are the file's.
+    sources : canonical name -> the column as written in the file, such as "Compressive load (N)".
+    lines : line in the file of each row, 1-based, shape (n_row,).
+    reasons : per row "" or why the row is not usable, such as "LCR status 1" or "over-range 9.9E37".
+    notes : choices made while reading, one sentence each.
+    started : date and time at which the record began, as the file states it; None if it does not.
+    """
+
+    path: Path
+    sha256: str
+    recognised_as: str
+    reason: str
+    encoding: str
+    delimiter: str
+    decimal: str
+    columns: Mapping[str, FloatArray]
+    sources: Mapping[str, str]
+    lines: IntArray
+    reasons: tuple[str, ...]
+    notes: tuple[str, ...]
+    started: datetime | None = None
+
+
+@dataclass(frozen=True)
+class Family:
+    """A family of instruments: its name, how it knows its files, and what it must find in them.
+
+    Attributes
+    ----------
+    name : as it stands in `LabTable.recognised_as`.
+    recognise : a sheet -> the reason why it belongs to the family, "" if it does not.
+    requirement : the quantities found -> the quantities that are needed besides, () if nothing is.
+    verified : whether the layout was seen in files of that instrument; where not, it is built from what is documented.
+    """
+
+    name: str
+    recognise: Callable[[Sheet], str]
+    requirement: Callable[[frozenset[str]], tuple[str, ...]]
+    verified: bool

@@ -1,0 +1,98 @@
+"""What a lab file is cut into: a `Sheet`, header cells, units, and the data cells of one record as text, column by column."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from calib.errors import Fault, InputError
+from calib.lab.instruments.labtable import IntArray, Reading
+from calib.lab.instruments.text import LabText
+from calib.lab.instruments.vocabulary import Heading, understand, words
+
+
+@dataclass(frozen=True, eq=False)
+class Sheet:
+    """One record of a lab file, cut into cells.
+
+    Attributes
+    ----------
+    text : the file.
+    delimiter : between cells, a blank for runs of blanks.
+    header_line, names : 1-based line of the header row and its cells, stripped; line 0 and numbers for a table without header.
+    units_line, units : 1-based line of the units row and its units, "" where a cell is empty; None and () without a units row.
+    declared_units : quantity -> (unit, 1-based line) as declared above the header.
+    declared_decimal : decimal mark as declared above the header, "" if it is not.
+    assigned : column -> quantity, as the user asked.
+    columns : data cells, a sequence of (n_row,) for each name.
+    lines : 1-based line of each row, shape (n_row,).
+    cut_short : whether the file ends within the last row.
+    notes : what was left out while cutting.
+    """
+
+    text: LabText
+    delimiter: str
+    header_line: int
+    names: tuple[str, ...]
+    units_line: int | None = None
+    units: tuple[str, ...] = ()
+    declared_units: Mapping[str, tuple[str, int]] = field(default_factory=dict)
+    declared_decimal: str = ""
+    assigned: Mapping[int, str] = field(default_factory=dict)
+    columns: tuple[Sequence[str], ...] = ()
+    lines: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    cut_short: bool = False
+    notes: tuple[str, ...] = ()
+
+    @property
+    def prelude(self) -> tuple[str, ...]:
+        """The lines above the header."""
+        return self.text.lines[: max(self.header_line - 1, 0)]
+
+    def unit_below(self, column: int) -> str:
+        """Unit of a column in the units row, "" if there is none."""
+        return self.units[column] if column < len(self.units) else ""
+
+    def headings(self) -> dict[int, Heading]:
+        """Which columns are understood, and as what: cell index -> heading. What the user assigned goes first."""
+        found: dict[int, Heading] = {}
+        for index, name in enumerate(self.names):
+            if index in self.assigned:
+                heading = understand(name, self.unit_below(index))
+                unit = heading.unit if heading is not None else _bracketed(name)
+                found[index] = Heading(self.assigned[index], 0, words(name), unit)
+            elif name:
+                understood = understand(name, self.unit_below(index))
+                if understood is not None and understood.quantity not in self.assigned.values():
+                    found[index] = understood
+        return found
+
+
+def _bracketed(name: str) -> str | None:
+    match = re.search(r"[(\[]([^()\[\]]*)[)\]]\s*$", name)
+    return match[1].strip() or None if match else None
+
+
+class SeveralSpecimens(InputError):
+    """A file that holds `count` specimens, of which none was chosen, or one that is not there."""
+
+    def __init__(self, fault: Fault, count: int) -> None:
+        super().__init__(fault)
+        self.count = count
+
+
+def which_specimen(sheet: Sheet, message: str, count: int) -> SeveralSpecimens:
+    """The refusal of a file of `count` specimens of which none, or one that is not there, was chosen."""
+    advice = (
+        f"Say which one: --specimen 1 to --specimen {count} (in an experiment file: specimen = 1), or export one specimen "
+        "per file"
+    )
+    return SeveralSpecimens(Fault(message, sheet.text.path, sheet.header_line, advice=advice), count)
+
+
+def no_such_specimen(sheet: Sheet, reading: Reading) -> Fault:
+    """The fault of asking for another specimen than the one there is."""
+    return Fault(f"there is no specimen {reading.specimen}: the file holds one", sheet.text.path, sheet.header_line or None)

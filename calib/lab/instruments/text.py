@@ -1,0 +1,114 @@
+"""From the bytes of a lab file to lines of text: its encoding found, its hash taken."""
+
+from __future__ import annotations
+
+import codecs
+import hashlib
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from calib.errors import Fault, InputError
+from calib.lab.instruments.units import looks_like_unit
+from calib.lab.instruments.vocabulary import understand
+
+# Encodings of instruments' software besides Unicode, in the order in which a draw is decided.
+_LEGACY = ("latin-1", "gb18030", "cp932")
+_NAMES = {"gb18030": "gbk", "cp932": "shift-jis"}
+
+# Characters that no table has: bytes of another kind of file.
+_CONTROL = re.compile("[\x00-\x08\x0e-\x1f\x7f]")
+_LONGEST_LINE = 20_000
+
+
+@dataclass(frozen=True, eq=False)
+class LabText:
+    """A lab file as lines of text.
+
+    Attributes
+    ----------
+    path, sha256 : the file and the hash of its bytes.
+    encoding : that was used.
+    lines : without line ends; after a last line end stands an empty line.
+    ended : whether the file ends with a line end.
+    """
+
+    path: Path
+    sha256: str
+    encoding: str
+    lines: tuple[str, ...]
+    ended: bool
+
+
+def read_lab_text(path: Path) -> LabText:
+    """The file as text: a byte order mark decides, then UTF-16 by its zero bytes, UTF-8, and at last the words in it.
+
+    Bytes that are not Unicode are read as Latin-1, GBK or Shift-JIS, whichever makes most of its words column names or units.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, is empty, or is not text.
+    """
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise InputError(Fault(f"cannot read the file: {error.strerror or error}", path)) from None
+    if not data.strip(b"\r\n\t ,;\x00\xef\xbb\xbf\xff\xfe"):
+        raise InputError(Fault("the file is empty", path, advice="Export it again from the instrument's software"))
+    encoding, text = _decode(path, data)
+    if "\r" in text:
+        text = text.replace("\r\n", "\n").replace("\r", "\n")
+    lines = tuple(text.split("\n"))
+    long = next((i for i, line in enumerate(lines) if len(line) > _LONGEST_LINE), None)
+    if long is not None:
+        raise InputError(
+            Fault(f"a line of {len(lines[long])} characters is not a row of a lab's table", path, long + 1, advice=_EXPORT)
+        )
+    return LabText(path, hashlib.sha256(data).hexdigest(), encoding, lines, text.endswith("\n"))
+
+
+_EXPORT = "Export a CSV file; workbooks and databases are not read"
+
+
+def _decode(path: Path, data: bytes) -> tuple[str, str]:
+    if data.startswith(codecs.BOM_UTF8):
+        order = ["utf-8-sig"]
+    elif data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        order = ["utf-16"]
+    elif b"\x00" in data[:1000]:
+        # Most characters of a table are of ASCII, whose other byte is zero.
+        halves = data[0:4000:2].count(0), data[1:4000:2].count(0)
+        order = ["utf-16-be" if halves[0] > halves[1] else "utf-16-le"]
+    else:
+        order = ["utf-8", *_legacy(data)]
+    for encoding in order:
+        try:
+            text = data.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+        if not _CONTROL.search(text):
+            return _NAMES.get(encoding, encoding), text
+    raise InputError(Fault("the file is not text", path, advice=_EXPORT))
+
+
+def _legacy(data: bytes) -> list[str]:
+    """The encodings besides Unicode, the one first in which most words are understood."""
+    lines = [line for line in data[:100_000].splitlines()[:400] if not line.isascii()]
+
+    def understood(encoding: str) -> int:
+        count = 0
+        for line in lines:
+            text = line.decode(encoding, errors="replace")
+            if "\ufffd" in text:
+                return -1
+            for cell in re.split(r"[\t;,]|\s{2,}", text):
+                cell = cell.strip().strip('"')
+                if cell.isascii() or len(cell) > 60:
+                    continue
+                inner = cell.strip("()[]")
+                count += understand(cell) is not None or looks_like_unit(inner)
+        return count
+
+    scores = {encoding: understood(encoding) for encoding in _LEGACY}
+    return sorted(_LEGACY, key=lambda encoding: -scores[encoding])

@@ -1,0 +1,239 @@
+"""From a channel of a sweep to tens of bin means, with the noise of one reading and how many readings are independent."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import BSpline
+
+from calib.lab.signal import resolution
+from models.sensor import BoolArray, FloatArray
+
+
+@dataclass(frozen=True)
+class NoiseEstimate:
+    """What the readings of a channel say about their own errors.
+
+    Attributes
+    ----------
+    noise : sd of one reading about a smooth curve, at least resolution / sqrt(12), in the unit of the channel.
+    correlation : integrated autocorrelation time tau = 1 + 2 sum rho_k in readings; n of them count as n / tau.
+    resolution : smallest step between readings, in the unit of the channel; 0 if none is visible.
+    repeat : rows per reading, 1 unless a meter slower than its logger is written several times: only the first row counts.
+    n_row, n_reading, n_point : rows of the branch, readings among them, points they were reduced to.
+    outliers : readings further than six sd from the curve; they are kept.
+    """
+
+    noise: float
+    correlation: float
+    resolution: float
+    repeat: float
+    n_row: int
+    n_reading: int
+    n_point: int
+    outliers: int
+
+
+@dataclass(frozen=True, eq=False)
+class Reduced:
+    """A channel over an abscissa in bins: means, their effective number of readings, the noise, the smooth, the bins."""
+
+    abscissa: FloatArray
+    value: FloatArray
+    n_effective: FloatArray
+    estimate: NoiseEstimate
+    smooth: Callable[[FloatArray], FloatArray]
+    edges: FloatArray
+
+    @property
+    def noise(self) -> float:
+        """Sd of one reading."""
+        return self.estimate.noise
+
+
+def find_onset(x: FloatArray, y: FloatArray) -> float:
+    """Where y leaves its flat beginning, for placing bins only: least squares of c + sum a_k (x - x_on)_+^p_k over x_on."""
+    order = np.argsort(x, kind="stable")
+    groups = np.array_split(order, min(300, x.size))
+    xs = np.array([x[g].mean() for g in groups])
+    ys = np.array([y[g].mean() for g in groups])
+    length = float(np.ptp(xs))
+    if length == 0 or xs.size < 8:
+        return float(xs[0])
+    u, v = (xs - xs[0]) / length, (ys - ys[0]) / max(float(np.ptp(ys)), 1e-300)
+
+    def misfit(u0: float) -> float:
+        w = np.maximum(u - u0, 0.0)
+        basis = np.stack([np.ones_like(w), w**1.5, w**2, w**3], axis=1)
+        residual = v - basis @ np.linalg.lstsq(basis, v, rcond=None)[0]
+        return float(residual @ residual)
+
+    grid = np.linspace(0.0, 0.85, 86)
+    best = float(grid[np.argmin([misfit(g) for g in grid])])
+    fine = np.clip(np.linspace(best - 0.01, best + 0.01, 21), 0.0, None)
+    best = float(fine[np.argmin([misfit(g) for g in fine])])
+    return float(xs[0] + best * length)
+
+
+def fresh_readings(values: FloatArray) -> BoolArray:
+    """Rows that hold a reading of their own, (n,): all, unless a meter slower than its logger is written several times.
+
+    Values that stand still for several rows and then move by several steps of the resolution were not read anew. A channel of
+    coarse resolution stands still too, but moves by one step; a flat stretch stands still once. Rows in the order of reading.
+
+    >>> fresh_readings(np.repeat([1.0, 1.5, 1.2, 1.9, 2.3, 1.1, 1.7], 3)).sum()
+    np.int64(7)
+    """
+    every = np.ones(values.size, dtype=bool)
+    if values.size < 12:
+        return every
+    first = np.concatenate([[True], np.diff(values) != 0])
+    starts = np.flatnonzero(first)
+    lengths = np.sort(np.diff(np.append(starts, values.size)))
+    typical = float(np.mean(lengths[: max(1, math.ceil(0.95 * lengths.size))]))
+    moves = np.abs(np.diff(values[starts]))
+    if lengths.size < 6 or typical < 1.25 or float(np.median(moves)) < 2.5 * resolution(values):
+        return every
+    return first
+
+
+def _fit_smooth(x: FloatArray, y: FloatArray, onset: float, most: int) -> tuple[Callable[[FloatArray], FloatArray], int]:
+    """A smooth of y over x: powers of the distance from the onset, and a cubic spline for what they leave. With its freedom.
+
+    The spline has `most` pieces at most.
+    """
+    lo, length = float(np.min(x)), max(float(np.ptp(x)), 1e-300)
+    u0 = float(np.clip((onset - lo) / length, 0.0, 0.95))
+    pieces = int(np.clip(np.sum(x > lo + u0 * length) // 15, 1, most))
+    inner = np.linspace(u0, 1.0, pieces + 1)[1 if u0 < 0.02 else 0 : -1]
+    knots = np.concatenate([np.zeros(4), inner, np.ones(4)])
+    shift, scale = float(np.mean(y)), max(float(np.std(y)), 1e-300)
+
+    def basis(at: FloatArray) -> FloatArray:
+        u = np.clip((at - lo) / length, 0.0, 1.0)
+        w = np.maximum(u - u0, 0.0)
+        powers = np.stack([w**1.5, w**2, w**2.5], axis=1)
+        return np.hstack([powers, BSpline.design_matrix(u, knots, 3).toarray()])
+
+    coefficients, _, rank, _ = np.linalg.lstsq(basis(x), (y - shift) / scale, rcond=1e-9)
+    return (lambda at: np.asarray(basis(np.atleast_1d(at)) @ coefficients * scale + shift)), int(rank)
+
+
+def integrated_time(residual: FloatArray, freedom: int = 0) -> float:
+    """Integrated autocorrelation time tau = 1 + 2 sum rho_k in readings, at least 1; the sum ends at 5 tau (Sokal's window).
+
+    Parameters
+    ----------
+    residual : shape (n,), in the order of reading, without trend.
+    freedom : free numbers p of the smooth that was taken off. It took slow noise with it: a share of (2 k + 1) p / n of the
+        sum up to lag k, for which tau is corrected (by a factor of two at most).
+    """
+    n = residual.size
+    r = residual - residual.mean()
+    power = float(r @ r)
+    if n < 8 or power == 0.0:
+        return 1.0
+    spectrum = np.abs(np.fft.rfft(r, 2 * n)) ** 2
+    rho = np.fft.irfft(spectrum)[: n // 2] / power
+    tau = 1 + 2 * np.cumsum(rho[1:])
+    enough = np.flatnonzero(np.arange(1, tau.size + 1) >= 5 * tau)
+    last = int(enough[0]) if enough.size else tau.size - 1
+    return max(1.0, float(tau[last]) / (1 - min(0.5, (2 * (last + 1) + 1) * freedom / n)))
+
+
+def _edges(lo: float, hi: float, onset: float, n_points: int) -> FloatArray:
+    """Bin edges: a quarter of the bins at most before the onset and never finer than after it."""
+    share = float(np.clip((onset - lo) / (hi - lo), 0.0, 1.0)) if hi > lo else 0.0
+    before = min(n_points // 4, round(n_points * share))
+    if share > 0.02 and n_points >= 8:
+        before = max(before, 2)
+    if before == 0:
+        return np.linspace(lo, hi, n_points + 1)
+    return np.concatenate([np.linspace(lo, onset, before + 1)[:-1], np.linspace(onset, hi, n_points - before + 1)])
+
+
+def _smooth_and_time(
+    x: FloatArray, y: FloatArray, onset: float, floor: float
+) -> tuple[Callable[[FloatArray], FloatArray], float, float]:
+    """The smooth, the noise of a reading about it, and the autocorrelation time.
+
+    Slow noise looks like shape: where the readings hang together, a stiffer smooth is preferred unless it fits significantly
+    worse, by the Bayesian information criterion for n / tau independent readings.
+    """
+    chosen, widest = None, 0.0
+    for most in (12, 6, 3, 1):
+        smooth, freedom = _fit_smooth(x, y, onset, most)
+        residual = y - smooth(x)
+        spread = max(1.4826 * float(np.median(np.abs(residual - np.median(residual)))), floor)
+        tau = integrated_time(np.clip(residual, -4 * spread, 4 * spread), freedom)
+        # An outlier must not drown what the stiffer smooth misses, nor must what it misses be taken for outliers.
+        widest = widest or 10 * spread
+        power = max(float(np.mean(np.clip(residual, -widest, widest) ** 2)), floor**2)
+        if chosen is not None:
+            independent = x.size / math.sqrt(tau * chosen[2])
+            gain = independent * math.log(power / chosen[4]) - (chosen[3] - freedom) * math.log(max(independent, 2.0))
+            if gain > 0:
+                break
+        chosen = smooth, spread, tau, freedom, power
+        if tau < 2:
+            break
+    assert chosen is not None
+    smooth, spread, tau, freedom, _ = chosen
+    # Each free number of the smooth takes the variance of one independent reading, which is tau of those there are.
+    noise = spread * math.sqrt(1 / (1 - min(0.5, freedom * tau / x.size)))
+    return smooth, max(noise, floor), tau
+
+
+def reduce_channel(x: FloatArray, y: FloatArray, n_points: int, onset: float, *, repeats: bool = True) -> Reduced:
+    """Bin means of y over x, rows in the order of reading.
+
+    The mean of a bin has the sd noise / sqrt(n_effective), n_effective = readings / tau. Tested for white, autoregressive,
+    averaged, low-passed, repeated and coarsely resolved readings: stated sd at most 15 % too small while the branch holds fifty
+    times tau, and up to 30 % too large at a coarse resolution.
+
+    Parameters
+    ----------
+    n_points : bins. Those that hold less than one independent reading hang together, which n_effective, 1 at least, leaves out.
+    onset : on x, where the channel leaves its flat part.
+    repeats : whether to look for readings that are written several times and to leave out all but the first row of each.
+    """
+    n_row = x.size
+    if repeats:
+        fresh = fresh_readings(y)
+        x, y = x[fresh], y[fresh]
+    n = x.size
+    step = resolution(y)
+    floor = max(step / math.sqrt(12.0), 1e-6 * float(np.ptp(y)), 1e-12 * float(np.max(np.abs(y))), 1e-300)
+    if n <= max(n_points, 12):
+        order = np.argsort(x, kind="stable")
+        xs, ys = x[order], y[order]
+        degree = min(3, n - 3)
+        u = (xs - xs.mean()) / max(float(np.std(xs)), 1e-300)
+        basis = np.vander(u, degree + 1)
+        residual = ys - basis @ np.linalg.lstsq(basis, ys, rcond=None)[0]
+        noise = max(float(np.sqrt(residual @ residual / (n - degree - 1))), floor)
+        middles = (xs[1:] + xs[:-1]) / 2
+        edges = np.concatenate([xs[:1], middles, xs[-1:]])
+        estimate = NoiseEstimate(noise, 1.0, step, n_row / n, n_row, n, n, 0)
+        return Reduced(xs, ys, np.ones(n), estimate, lambda at: np.interp(at, xs, ys), edges)
+    smooth, noise, tau = _smooth_and_time(x, y, onset, floor)
+    fitted = smooth(x)
+    outliers = int(np.sum(np.abs(y - fitted) > 6 * noise))
+    edges = _edges(float(np.min(x)), float(np.max(x)), onset, n_points)
+    which = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, edges.size - 2)
+    count = np.bincount(which, minlength=edges.size - 1)
+    full = count > 0
+    mean_x = np.bincount(which, x, edges.size - 1)[full] / count[full]
+    mean_y = np.bincount(which, y, edges.size - 1)[full] / count[full]
+    # A bent curve's mean is not its value at the mean abscissa: take the difference, known from the smooth, off.
+    bend = np.bincount(which, fitted, edges.size - 1)[full] / count[full] - smooth(mean_x)
+    n_effective = np.maximum(count[full] / tau, 1.0)
+    if step > 0:
+        # Readings that stay on one or two levels do not average the resolution away.
+        levels = np.array([np.unique(y[which == b]).size for b in np.flatnonzero(full)])
+        n_effective = np.where(levels < 3, 1.0, n_effective)
+    estimate = NoiseEstimate(noise, tau, step, n_row / n, n_row, n, mean_x.size, outliers)
+    return Reduced(mean_x, mean_y - bend, n_effective, estimate, smooth, edges)

@@ -1,0 +1,372 @@
+"""A sweep, a forward model and draws of the unknowns in, what the instruments should read and its covariance out.
+
+Measurement model of a sweep, readings i of the tester and j of the LCR meter:
+
+    d_i = reading_i - d_0 - c_m f_i                 true indentation; before contact F = 0 and C = C0              (1)
+    f_i = F(d_i) + F_0 + error                                                                                    (2)
+    C_j = C(d_j) + C_p + error                                                                                    (3)
+
+with d_j from (1) at the tester's record at time t_j + clock offset; or from F^-1(f_j - F_0), where the LCR file has a force
+column; or from (1) at its own displacement column. The errors of a channel (n points) are normal with covariance
+
+    diag(s^2 / n_effective) + V V^T + delta^2 diag(g) K diag(g)                                                   (4)
+
+s is the noise of one reading, V the forward model's own error, the last term the model discrepancy: a Gaussian process along
+the sweep of sd delta g, g = F(d) or C(d) - C0, with a squared-exponential correlation K over the depth at the sweep's nominal
+points and the fixed length `CORRELATION_LENGTH`. K is used as U U^T + diag(rest) with its few large eigenvectors, so that (4)
+is diagonal plus low rank.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+
+from calib.lab.sweep import Sweep, Track
+from calib.problem.parameters import Calibrated, design_values, lookup, nominal_zero, tied_by
+from models.response import Forward, Lookup, Response, force_scale, look_up, look_up_force, table_depths
+from models.sensor import BoolArray, Design, FloatArray, design_from
+
+#: Length over which the model discrepancy stays alike, as a share of the sweep's largest depth.
+CORRELATION_LENGTH = 0.3
+
+#: Share of the discrepancy's variance that its low-rank form may leave to the diagonal.
+_RANK_TOLERANCE = 1e-3
+
+_T = TypeVar("_T")
+
+
+@dataclass(frozen=True, eq=False)
+class Correlation:
+    """K of (4) at the points of a channel as U U^T + diag(rest): U (n_point, n_mode), rest (n_point,)."""
+
+    modes: FloatArray
+    rest: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class SweepPlan:
+    """What of a sweep can be computed before any draw is known."""
+
+    sweep: Sweep
+    tie: str
+    force: Correlation
+    capacitance: Correlation
+    tied_force: FloatArray | None  # load at the readings of a capacitance file that has its own displacement column
+
+    @property
+    def tabled(self) -> bool:
+        """Whether it takes the forward model to know how deep the capacitance readings are: they are looked up on its curve."""
+        direct = self.tie == "clock" or (self.tie == "displacement" and self.tied_force is not None)
+        return self.sweep.capacitance is not None and not direct
+
+
+@dataclass(frozen=True, eq=False)
+class Channel:
+    """One channel of a sweep under draws that the forward model covers, arrays (n_covered, n_point), SI.
+
+    `mean` is what the instrument should read; the covariance of the readings is diag(variance) + modes modes^T with modes
+    (n_covered, n_point, n_mode). `depth` is the true indentation.
+    """
+
+    depth: FloatArray
+    mean: FloatArray
+    variance: FloatArray
+    modes: FloatArray
+    observed: FloatArray
+
+    @property
+    def sd(self) -> FloatArray:
+        """Marginal sd of a reading, (n_covered, n_point)."""
+        return np.asarray(np.sqrt(self.variance + np.sum(self.modes**2, axis=-1)), dtype=float)
+
+
+@dataclass(frozen=True, eq=False)
+class SweepModel:
+    """Model of a sweep's readings for a batch of draws.
+
+    Attributes
+    ----------
+    covered : (n_draw,), draws whose design is valid and whose depths the forward model covers; the channels hold these only.
+    range_use : (n_draw,), deepest point over the deepest the forward model covers; inf where the design is not covered.
+    """
+
+    covered: BoolArray
+    range_use: FloatArray
+    force: Channel | None
+    capacitance: Channel | None
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """The channels that the sweep has, force first."""
+        return tuple(c for c in (self.force, self.capacitance) if c is not None)
+
+    @property
+    def deepest(self) -> FloatArray:
+        """Largest true indentation [m] at a reading, (n_covered,)."""
+        return np.asarray(np.max([np.max(c.depth, axis=1) for c in self.channels], axis=0), dtype=float)
+
+
+# --- before any draw is known -------------------------------------------------------------------------------------------
+
+
+def plan_sweep(sweep: Sweep) -> SweepPlan:
+    onset, load = nominal_zero(sweep)
+    tie = tied_by(sweep)
+    empty = Correlation(np.zeros((0, 0)), np.zeros(0))
+    force = _correlation(sweep.force.displacement - onset) if sweep.force is not None else empty
+    tied_force = None
+    capacitance = empty
+    points = sweep.capacitance
+    if points is not None:
+        if tie == "displacement":
+            reading = _present(points.displacement)
+            along = reading - onset
+            tied_force = points.force
+            if tied_force is None and sweep.force is not None:
+                order = np.argsort(sweep.force.displacement)
+                tied_force = np.interp(reading, sweep.force.displacement[order], sweep.force.force[order])
+        elif tie == "force":
+            along = force_scale(_present(points.force) - load)
+        else:
+            time = _present(points.time) + np.nan_to_num(sweep.clock_offset)
+            along = _at_time(_present(sweep.track), time)[0] - onset
+        capacitance = _correlation(along)
+    return SweepPlan(sweep, tie, force, capacitance, tied_force)
+
+
+def _correlation(along: FloatArray) -> Correlation:
+    """Squared-exponential correlation over nominal depth (any scale, zero at contact) with its large eigenvectors."""
+    deepest = float(np.max(along))
+    x = np.clip(along / deepest, 0.0, 1.0) if deepest > 0 else np.zeros(along.size)
+    k = np.exp(-0.5 * ((x[:, None] - x) / CORRELATION_LENGTH) ** 2)
+    value, vector = np.linalg.eigh(k)
+    value, vector = np.maximum(value[::-1], 0.0), vector[:, ::-1]
+    rank = 1 + int(np.argmax(np.cumsum(value) >= (1 - _RANK_TOLERANCE) * np.sum(value)))
+    modes = vector[:, :rank] * np.sqrt(value[:rank])
+    return Correlation(np.ascontiguousarray(modes), np.maximum(1.0 - np.sum(modes**2, axis=1), 0.0))
+
+
+# --- the measurement model ----------------------------------------------------------------------------------------------
+
+
+def model_sweep(
+    known: Calibrated,
+    forward: Forward,
+    plan: SweepPlan,
+    values: Mapping[str, FloatArray],
+    table: FloatArray | None = None,
+) -> SweepModel:
+    """Equations (1) to (4) for one sweep and a batch of draws, with a single call of the forward model.
+
+    Parameters
+    ----------
+    known : the experiment and all its sweeps.
+    plan : the sweep, from `plan_sweep`.
+    values : parameter name -> SI values (n_draw,), fixed ones included.
+    table : depths [m] (n_draw, n_node) of the loading curve along which a capacitance that is not tied to depth directly is
+        looked up, from zero upwards; default `table_depths` to the end of what the forward model covers. A draw whose
+        readings lie beyond its last node is not covered.
+
+    Raises
+    ------
+    ValueError
+        If the forward model gives something that is not finite inside the range it says it covers.
+    """
+    sweep = plan.sweep
+    own = _SweepValues(values, sweep)
+    design = design_values(known, values, sweep.specimen, sweep.name)
+    n_draw = next(iter(design.values())).size
+    valid = _valid(design)
+    use = np.full(n_draw, np.inf)
+    force_depth = _crosshead_depth(own, sweep.force.displacement, sweep.force.force) if sweep.force is not None else None
+    direct_depth = _direct_depth(own, plan)
+    depths = [d for d in (force_depth, direct_depth) if d is not None]
+    limit = np.zeros(n_draw)
+    friction = known.experiment.friction_coefficient
+    batch = _batch(design, valid, friction) if np.any(valid) else None
+    if batch is not None:
+        limit[valid] = forward.max_depth(batch)
+    inside = limit > 0
+    deepest = np.max([np.max(d, axis=1) for d in depths], axis=0) if depths else np.zeros(n_draw)
+    use[inside] = np.maximum(deepest[inside], 0.0) / limit[inside]
+    covered = inside & (deepest <= limit)
+    if batch is None or not np.any(covered):
+        return SweepModel(covered, use, None, None)
+    batch = batch if np.array_equal(covered, valid) else _batch(design, covered, friction)
+    own = own.of(covered)
+    depths = [d[covered] for d in depths]
+    if plan.tabled:
+        depths.append(table_depths(limit[covered]) if table is None else table[covered])
+    response = forward.respond(batch, np.concatenate(depths, axis=1))
+    _require_finite(forward, response)
+
+    n_force = sweep.force.force.size if sweep.force is not None else 0
+    force = _force_channel(own, plan, _points(response, slice(0, n_force))) if n_force else None
+    if sweep.capacitance is None:
+        return SweepModel(covered, use, force, None)
+    rest = _points(response, slice(n_force, None))
+    if not plan.tabled:
+        return SweepModel(covered, use, force, _capacitance_channel(own, plan, rest, None))
+    place = _look_up_tied(own, plan, rest)
+    reached = ~np.any(np.isnan(place.weight), axis=1)
+    use[covered] = np.where(reached, np.maximum(use[covered], np.max(place.at(rest.depth), axis=1) / limit[covered]), np.inf)
+    capacitance = _capacitance_channel(own, plan, rest, place)
+    if not np.all(reached):
+        force = _some(force, reached) if force is not None else None
+        capacitance = _some(capacitance, reached)
+        covered[covered] = reached
+    return SweepModel(covered, use, force, capacitance)
+
+
+def why_outside(known: Calibrated, forward: Forward, plan: SweepPlan, values: Mapping[str, FloatArray]) -> str:
+    """One sentence on why one draw, values (1,), is not covered at a sweep's readings: a broken rule or a violated bound."""
+    sweep = plan.sweep
+    try:
+        given = design_values(known, values, sweep.specimen, sweep.name)
+        design = design_from(given, friction_coefficient=known.experiment.friction_coefficient)
+    except ValueError as error:
+        return str(error)
+    own = _SweepValues(values, sweep)
+    depths = [d for d in (_direct_depth(own, plan),) if d is not None]
+    if sweep.force is not None:
+        depths.append(_crosshead_depth(own, sweep.force.displacement, sweep.force.force))
+    if reason := forward.outside(design, np.concatenate([np.zeros((1, 1)), *depths], axis=1)):
+        return reason
+    table = forward.respond(design, table_depths(forward.max_depth(design)))
+    return f"its loading curve ends at {np.max(table.force):.4g} N ({table.depth[0, -1] * 1e3:.4g} mm), short of the readings"
+
+
+def _present(part: _T | None) -> _T:
+    """Part of a sweep that its tie or its channel says is there."""
+    if part is None:
+        raise ValueError("a part of the sweep that its tie needs is missing")
+    return part
+
+
+class _SweepValues:
+    """Values of the parameters that hold for one sweep, as columns (n_draw, 1); zero for what the problem leaves out."""
+
+    def __init__(self, values: Mapping[str, FloatArray], sweep: Sweep, rows: BoolArray | None = None) -> None:
+        self._values, self._sweep, self._rows = values, sweep, rows
+
+    def of(self, rows: BoolArray) -> _SweepValues:
+        """The same of some draws only."""
+        return _SweepValues(self._values, self._sweep, rows)
+
+    def __getitem__(self, parameter: str) -> FloatArray:
+        column = lookup(self._values, parameter, self._sweep.specimen, self._sweep.name)
+        if column is None:
+            column = np.zeros(next(iter(self._values.values())).shape)
+        return (column if self._rows is None else column[self._rows])[:, None]
+
+
+def _crosshead_depth(own: _SweepValues, reading: FloatArray, force: FloatArray) -> FloatArray:
+    """True indentation [m] by (1), (n_draw, n_point)."""
+    return np.asarray(reading - own["contact_offset"] - own["machine_compliance"] * force, dtype=float)
+
+
+def _direct_depth(own: _SweepValues, plan: SweepPlan) -> FloatArray | None:
+    """True indentation [m] at the capacitance readings, where it takes no forward model to know it; else None."""
+    points, track = plan.sweep.capacitance, plan.sweep.track
+    if points is None:
+        return None
+    if plan.tie == "clock":
+        return _crosshead_depth(own, *_at_time(_present(track), _present(points.time) + own["clock_offset"]))
+    if plan.tie == "displacement" and plan.tied_force is not None:
+        return _crosshead_depth(own, _present(points.displacement), plan.tied_force)
+    return None
+
+
+def _at_time(track: Track, time: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Crosshead reading [m] and load [N] of the tester's record at `time` [s], any shape.
+
+    Beyond the ends of the record the crosshead stands where it was last seen.
+    """
+    index = np.clip(np.searchsorted(track.time, time) - 1, 0, track.time.size - 2)
+    start = track.time[index]
+    weight = np.clip((time - start) / (track.time[index + 1] - start), 0.0, 1.0)
+    reading, load = (c[index] + weight * (c[index + 1] - c[index]) for c in (track.displacement, track.force))
+    return reading, load
+
+
+def _look_up_tied(own: _SweepValues, plan: SweepPlan, table: Response) -> Lookup:
+    """Where on each draw's loading curve the capacitance readings were taken, known by force or by crosshead alone."""
+    points = _present(plan.sweep.capacitance)
+    if plan.tie == "force":
+        return look_up_force(table, _present(points.force) - own["load_zero"])
+    # No load was read here: (1) with the model's own force, which grows with depth.
+    crosshead = np.maximum.accumulate(table.depth + own["machine_compliance"] * table.force, axis=-1)
+    return look_up(crosshead, _present(points.displacement) - own["contact_offset"])
+
+
+def _force_channel(own: _SweepValues, plan: SweepPlan, at: Response) -> Channel:
+    """Equations (2) and (4)."""
+    points = _present(plan.sweep.force)
+    discrepancy = own["force_discrepancy"] * at.force
+    variance = own["force_noise"] ** 2 / points.n_effective + discrepancy**2 * plan.force.rest
+    modes = np.concatenate([at.force_error, discrepancy[..., None] * plan.force.modes], axis=-1)
+    return Channel(at.depth, at.force + own["load_zero"], variance, modes, points.force)
+
+
+def _capacitance_channel(own: _SweepValues, plan: SweepPlan, at: Response, place: Lookup | None) -> Channel:
+    """Equations (3) and (4), directly at the points or interpolated in a table along the loading curve."""
+    points = _present(plan.sweep.capacitance)
+    depth, capacitance, error = at.depth, at.capacitance, at.capacitance_error
+    variance = own["capacitance_noise"] ** 2 / points.n_effective
+    if place is not None:
+        if plan.tie == "force":
+            # A force reading stands for depth here: its noise shows as dC/dF times it.
+            slope = np.gradient(capacitance, axis=-1) / np.maximum(np.gradient(at.force, axis=-1), 1e-12)
+            variance = variance + (place.at(slope) * own["force_noise"]) ** 2 / points.n_effective
+        depth, capacitance, error = place.at(depth), place.at(capacitance), place.at(error)
+    discrepancy = own["capacitance_discrepancy"] * (capacitance - at.rest_capacitance[:, None])
+    variance = variance + discrepancy**2 * plan.capacitance.rest
+    modes = np.concatenate([error, discrepancy[..., None] * plan.capacitance.modes], axis=-1)
+    return Channel(depth, capacitance + own["parasitic_capacitance"], variance, modes, points.capacitance)
+
+
+def _points(response: Response, part: slice) -> Response:
+    """Some of the depths of a batch response."""
+    return Response(
+        response.depth[:, part],
+        response.force[:, part],
+        response.contact_radius[:, part],
+        response.capacitance[:, part],
+        response.rest_capacitance,
+        response.force_error[:, part],
+        response.capacitance_error[:, part],
+    )
+
+
+def _some(channel: Channel, rows: BoolArray) -> Channel:
+    return Channel(channel.depth[rows], channel.mean[rows], channel.variance[rows], channel.modes[rows], channel.observed)
+
+
+def _require_finite(forward: Forward, response: Response) -> None:
+    for name, column in (("force", response.force), ("capacitance", response.capacitance)):
+        if not np.isfinite(column).all():
+            raise ValueError(f"the {forward.name} gave a {name} that is not finite inside the range it says it covers")
+
+
+_MAY_BE_ZERO = ("padding_thickness", "stiffening")
+
+
+def _valid(design: Mapping[str, FloatArray]) -> BoolArray:
+    """Draws whose design breaks no rule of `models.sensor`, (n_draw,)."""
+    good = np.ones(next(iter(design.values())).shape, dtype=bool)
+    for name, value in design.items():
+        good &= np.isfinite(value) & ((value >= 0) if name in _MAY_BE_ZERO else (value > 0))
+    slack = 1 + 1e-9
+    if "dielectric_thickness" in design:
+        good &= design["dielectric_thickness"] <= design["sensor_thickness"] / 2 * slack
+    if "electrode_radius" in design:
+        good &= design["electrode_radius"] <= design["sensor_radius"] * slack
+    return good
+
+
+def _batch(design: Mapping[str, FloatArray], rows: BoolArray, friction: float) -> Design:
+    return design_from({name: value[rows] for name, value in design.items()}, friction_coefficient=friction)

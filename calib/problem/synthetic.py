@@ -1,0 +1,99 @@
+"""A forward model, a true design and the faults of two instruments in, the sweep that a lab would have measured out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from calib.lab.sweep import CapacitancePoints, ForcePoints, Sweep, Track
+from models.response import Forward
+from models.sensor import Design, FloatArray
+
+_NAN = float("nan")
+
+
+@dataclass(frozen=True)
+class Rig:
+    """What lies between the specimen and the numbers in the files, SI; see `calib.problem.measurement`.
+
+    `n_effective` is the number of independent readings behind each point, `speed` that of the crosshead [m/s].
+    """
+
+    contact_offset: float = 0.0
+    machine_compliance: float = 0.0
+    load_zero: float = 0.0
+    parasitic_capacitance: float = 0.0
+    clock_offset: float = 0.0
+    force_noise: float = 5e-3
+    capacitance_noise: float = 20e-15
+    n_effective: float = 10.0
+    speed: float = 1e-5
+
+
+def synthetic_sweep(
+    forward: Forward,
+    design: Design,
+    depth: float,
+    rig: Rig,
+    rng: np.random.Generator,
+    *,
+    specimen: str,
+    name: str = "",
+    n_points: int = 40,
+    approach: float = 0.1e-3,
+    tie: Literal["clock", "force", "displacement", "none"] = "clock",
+    with_force: bool = True,
+) -> Sweep:
+    """The sweep of pressing `design` (plain numbers) from `approach` [m] before contact to `depth` [m].
+
+    Parameters
+    ----------
+    tie : what tells the depth of the capacitance readings; "none" for a sweep without them.
+    with_force : whether there is a tester's file; without it the tie must not be the clock.
+
+    Raises
+    ------
+    ValueError
+        If the capacitance is to be tied to a tester's clock without a tester's file.
+    """
+    if tie == "clock" and not with_force:
+        raise ValueError("a tie by clock needs the tester's file")
+    path = np.linspace(-approach, depth, 1500)
+    response = forward.respond(design, path)
+    force = response.force + rig.load_zero
+    reading = path + rig.contact_offset + rig.machine_compliance * force
+    time = (reading - reading[0]) / rig.speed
+    capacitance = response.capacitance + rig.parasitic_capacitance
+    at = np.linspace(-0.95 * approach, 0.99 * depth, n_points)
+    n = np.full(n_points, rig.n_effective)
+
+    def column(values: FloatArray, noise: float = 0.0, shift: float = 0.0) -> FloatArray:
+        exact = np.interp(at + shift, path, values)
+        return np.asarray(exact + noise / np.sqrt(n) * rng.standard_normal(n_points), dtype=float)
+
+    shift = 0.25 * (at[1] - at[0])  # the two instruments do not read at the same moments
+    points = None
+    if tie != "none":
+        points = CapacitancePoints(
+            column(capacitance, rig.capacitance_noise, shift),
+            n,
+            column(time, 0.0, shift) - rig.clock_offset if tie == "clock" else None,
+            column(force, rig.force_noise, shift) if tie == "force" else None,
+            column(reading, 0.0, shift) if tie == "displacement" else None,
+        )
+    return Sweep(
+        specimen=specimen,
+        name=name,
+        indenter_radius=float(np.asarray(design.indenter.radius)),
+        force=ForcePoints(column(reading), column(force, rig.force_noise), n) if with_force else None,
+        capacitance=points,
+        track=Track(time, reading, force) if with_force else None,
+        force_noise=rig.force_noise if with_force or tie == "force" else _NAN,
+        capacitance_noise=rig.capacitance_noise if points is not None else _NAN,
+        clock_offset=rig.clock_offset if tie == "clock" else _NAN,
+        clock_offset_sd=0.1 if tie == "clock" else _NAN,
+        files=(),
+        notes=(),
+    )

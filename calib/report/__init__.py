@@ -1,0 +1,1 @@
+"""Results in, pages, figures, tables and summaries for people and programs out; computes no result."""

@@ -1,0 +1,57 @@
+"""Posterior in, summary.json and summary.csv out: the numbers of a calibration for other programs."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+from dataclasses import asdict
+from typing import Any
+
+from calib.sampling.posterior import Posterior
+
+_VERSION_OF = "version of "
+
+
+def summary_json(posterior: Posterior) -> str:
+    """Content of summary.json: convergence, seed, versions, inputs with hashes, verdicts on the lab data, and every parameter
+    in SI; nan as null.
+    """
+    d = posterior.diagnostics
+    inputs = {posterior.experiment.path.name: posterior.experiment.sha256}
+    for sweep in posterior.sweeps:
+        inputs |= dict(sweep.files)
+    record = {
+        "converged": d.converged,
+        "reasons": list(d.reasons),
+        "warnings": list(d.warnings),
+        "spot_check": _plain(asdict(d.spot_check)) if d.spot_check is not None else None,
+        "reweighting": _plain(asdict(d.reweighting)) if d.reweighting is not None else None,
+        "seed": posterior.seed,
+        "versions": {k.removeprefix(_VERSION_OF): v for k, v in posterior.attrs.items() if k.startswith(_VERSION_OF)},
+        "inputs": [{"file": name, "sha256": digest} for name, digest in inputs.items()],
+        "data_quality": [{"specimen": s.specimen, "sweep": s.name, **asdict(v)} for s in posterior.sweeps for v in s.verdicts],
+        "parameters": {name: _plain(asdict(s)) for name, s in d.parameters.items()},
+    }
+    return json.dumps(record, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def summary_csv(posterior: Posterior) -> str:
+    """Content of summary.csv: one line per parameter, SI."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    columns = ("unit", "mean", "sd", "median", "r_hat", "ess_bulk", "ess_tail", "prior_contraction", "prior_shift")
+    writer.writerow(("parameter", *columns[:4], "interval_90_low", "interval_90_high", *columns[4:]))
+    for name, s in posterior.diagnostics.parameters.items():
+        row = asdict(s)
+        writer.writerow((name, *(row[c] for c in columns[:4]), *s.interval_90, *(row[c] for c in columns[4:])))
+    return text.getvalue()
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, dict):
+        return {k: _plain(v) for k, v in value.items()}
+    return [_plain(v) for v in value] if isinstance(value, tuple | list) else value

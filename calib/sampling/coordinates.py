@@ -1,0 +1,146 @@
+"""A calibration problem in, coordinates in which its sharpest ridge is straight, and the way to theta and back, out.
+
+Readings of capacitance pin C0 + C_p of a specimen to a few parts in 1e5, while permittivity and thickness of the dielectric,
+C0 = 2 eps_0 eps_r pi a_e^2 / t_d, are each known to some percent: in the priors' coordinates the posterior is a thin, curved
+sheet, along which straight steps leave it at once. So for each specimen one coordinate is exchanged for
+
+    c = (log(C0 + C_p) - log C_seen) / w,                                                                            (1)
+
+C_seen and w constants: a reading, and the prior's sd of the logarithm, so that c is about as wide as theta. Which one: the
+thickness of the dielectric where it is unknown; where it follows from the sensor's, the permittivity (for the first specimen)
+or the sensor's thickness (for the others). All else stays as it is in theta. On 20 parameters of two specimens the exchange
+brings the autocorrelation time of the permittivity from 360 steps to 90.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from calib.problem.likelihood import Problem, log_posterior
+from models.sensor import VACUUM_PERMITTIVITY, FloatArray
+
+# Step of differences in theta, and prior draws from which w of (1) is computed.
+_STEP = 1e-4
+_N_DRAW = 1024
+
+
+@dataclass(frozen=True)
+class _Exchange:
+    """One coordinate of theta, number `column`, exchanged for c of a specimen. `power` is that of the parameter in C0."""
+
+    column: int
+    specimen: str
+    power: int
+    seen: float
+    width: float = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Coordinates:
+    """The exchanges of a problem, in the order in which theta is put together again."""
+
+    problem: Problem
+    exchanges: tuple[_Exchange, ...]
+
+    def to_theta(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Coordinates theta (n_draw, n_parameter) and log |d theta / d x| (n_draw,) at x.
+
+        Where no value of the exchanged parameter gives the wanted capacitance, theta is nan and the logarithm -inf. Else it is
+        the value at z = 0 times the ratio of the wanted to the resulting C0 to the power of +-1.
+        """
+        theta = x.copy()
+        log_jacobian = np.zeros(x.shape[0])
+        for e in self.exchanges:
+            prior = self.problem.parameters[e.column].prior
+            theta[:, e.column] = 0.0
+            c0, parasitic = self._capacitances(theta, e.specimen)
+            total = e.seen * np.exp(x[:, e.column] * e.width)
+            wanted = total - parasitic
+            possible = wanted > 0
+            value = prior.ppf_normal(0.0) * (np.where(possible, wanted, c0) / c0) ** e.power
+            low, high = prior.support
+            possible &= (value > low) & (value < high)
+            z = prior.to_normal(np.where(possible, value, prior.ppf_normal(0.0)))
+            possible &= np.isfinite(z)
+            z = np.where(possible, z, 0.0)
+            # d log(value) / d log(total) = power total / wanted; the prior's own map z -> value by central differences.
+            with np.errstate(divide="ignore", invalid="ignore"):
+                slope = (prior.ppf_normal(z + _STEP) - prior.ppf_normal(z - _STEP)) / (2 * _STEP)
+                step = np.log(value * total / wanted * e.width / slope)
+            theta[:, e.column] = np.where(possible, z, np.nan)
+            log_jacobian += np.where(possible & np.isfinite(step), step, -np.inf)
+            theta[~possible, e.column] = np.nan
+        return theta, log_jacobian
+
+    def from_theta(self, theta: FloatArray) -> FloatArray:
+        """Coordinates x (n_draw, n_parameter) at theta, the inverse of `to_theta`."""
+        x = theta.copy()
+        for e in self.exchanges:
+            c0, parasitic = self._capacitances(theta, e.specimen)
+            x[:, e.column] = np.log(np.maximum(c0 + parasitic, 1e-3 * c0) / e.seen) / e.width
+        return x
+
+    def log_density(self, x: FloatArray) -> FloatArray:
+        """Log posterior density in the coordinates x, up to a constant, (n_draw,)."""
+        theta, log_jacobian = self.to_theta(x)
+        possible = np.isfinite(log_jacobian)
+        if np.any(possible):
+            log_jacobian[possible] += log_posterior(self.problem, theta[possible])
+        return log_jacobian
+
+    def _capacitances(self, theta: FloatArray, specimen: str) -> tuple[FloatArray, FloatArray]:
+        """C0 [F] of a specimen and the parasitic capacitance [F], (n_draw,)."""
+        values = _Values(self.problem, theta)
+        thickness = values.get("dielectric_thickness", specimen)
+        half = values.get("sensor_thickness", specimen)
+        radius = values.get("electrode_radius", "")
+        permittivity, parasitic = values.get("relative_permittivity", ""), values.get("parasitic_capacitance", "")
+        if thickness is None and half is not None:
+            thickness = half / 2
+        if thickness is None or permittivity is None:
+            raise KeyError(f"specimen {specimen!r} has no thickness or permittivity")
+        a = self.problem.experiment.sensor_radius if radius is None else radius
+        c0 = 2 * VACUUM_PERMITTIVITY * permittivity * np.pi * a**2 / thickness
+        return np.asarray(c0, dtype=float), np.zeros(theta.shape[0]) if parasitic is None else parasitic
+
+
+class _Values:
+    """Values of single parameters at theta, computed when asked for."""
+
+    def __init__(self, problem: Problem, theta: FloatArray) -> None:
+        self._problem, self._theta = problem, theta
+        self._columns: Mapping[str, int] = {name: k for k, name in enumerate(problem.names)}
+
+    def get(self, parameter: str, specimen: str) -> FloatArray | None:
+        for name in (f"{parameter}[{specimen}]", parameter):
+            if name in self._columns:
+                k = self._columns[name]
+                return self._problem.parameters[k].prior.ppf_normal(self._theta[:, k])
+            if name in self._problem.fixed:
+                return np.full(self._theta.shape[0], self._problem.fixed[name])
+        return None
+
+
+def coordinates(problem: Problem) -> Coordinates:
+    """Sampling coordinates of a problem, see the module; those of theta where there is no capacitance."""
+    columns = {name: k for k, name in enumerate(problem.names)}
+    found: list[_Exchange] = []
+    for specimen in dict.fromkeys(s.specimen for s in problem.sweeps):
+        readings = [s.capacitance.capacitance for s in problem.sweeps if s.specimen == specimen and s.capacitance is not None]
+        if not readings:
+            continue
+        own = f"dielectric_thickness[{specimen}]"
+        choices = [(own, -1), ("relative_permittivity", 1)]
+        choices += [(f"sensor_thickness[{specimen}]", -1)] if own not in problem.fixed else []
+        taken = {e.column for e in found}
+        free = [(columns[name], power) for name, power in choices if name in columns and columns[name] not in taken]
+        if free:
+            found.append(_Exchange(free[0][0], specimen, free[0][1], float(np.min(readings[0]))))
+    # The permittivity first: the thicknesses that make up a wanted C0 depend on it.
+    plain = Coordinates(problem, tuple(sorted(found, key=lambda e: -e.power)))
+    draws = np.random.default_rng(20190304).standard_normal((_N_DRAW, len(problem.parameters)))
+    width = np.std(plain.from_theta(draws), axis=0)
+    return Coordinates(problem, tuple(replace(e, width=float(width[e.column])) for e in plain.exchanges))

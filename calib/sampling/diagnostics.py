@@ -1,0 +1,346 @@
+"""Chains of several ensembles in, convergence, effective sample sizes, summaries and reasons for doubt, out.
+
+The walkers of one ensemble depend on each other, so an ensemble is one chain, and only ensembles are independent.
+
+- R-hat (rank-normalised, split) takes each ensemble step by step, all walkers of a step side by side: the halves that it
+  compares are then early and late.
+- The effective sample size takes each ensemble walker by walker, joined end to end. Step by step, neighbouring draws would be
+  those of different walkers and the autocorrelation of the chain would not be seen.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from calib.problem.parameters import ParameterInfo
+from calib.sampling.archive import LeaveOut, effective_sample_size, leave_blocks_out, rank_r_hat
+from models.sensor import PARAMETERS, FloatArray
+
+__all__ = ["Convergence", "Diagnostics", "Gate", "LeaveOut", "ParameterSummary", "convergence", "leave_blocks_out", "summarise"]
+
+
+#: A posterior mean further than this from its prior's median, in the prior's standard deviations, contradicts the prior.
+PRIOR_CONFLICT = 3.0
+
+
+@dataclass(frozen=True)
+class Gate:
+    """What a run has to reach: R-hat below and effective sample sizes above these for every parameter, and a length in tau."""
+
+    r_hat: float = 1.01
+    ess: float = 400.0
+    length: float = 10.0
+
+
+@dataclass(frozen=True, eq=False)
+class Convergence:
+    """State of a run, arrays (n_parameter,).
+
+    Attributes
+    ----------
+    r_hat, ess_bulk, ess_tail : over ensembles.
+    tau : integrated autocorrelation time in steps.
+    steps : of each walker, burn-in included.
+    """
+
+    r_hat: FloatArray
+    ess_bulk: FloatArray
+    ess_tail: FloatArray
+    tau: FloatArray
+    steps: int
+
+    @property
+    def worst_r_hat(self) -> int:
+        """Index of the parameter with the largest R-hat."""
+        return int(np.argmax(np.nan_to_num(self.r_hat, nan=np.inf)))
+
+    @property
+    def least_ess(self) -> int:
+        """Index of the parameter with the least effective sample size."""
+        return int(np.argmin(np.nan_to_num(self.ess, nan=0.0)))
+
+    @property
+    def ess(self) -> FloatArray:
+        """The lesser of bulk and tail effective sample size."""
+        return np.minimum(self.ess_bulk, self.ess_tail)
+
+
+@dataclass(frozen=True)
+class ParameterSummary:
+    """Posterior of one parameter in numbers, SI.
+
+    Attributes
+    ----------
+    interval_90 : central 90 %.
+    prior_contraction : 1 - posterior variance / prior variance in the prior's standard-normal coordinate, where every prior has
+        variance 1: 0 where the data taught nothing, towards 1 where they taught everything.
+    prior_shift : posterior mean in that coordinate: by how many of its standard deviations the data pulled the prior.
+    """
+
+    unit: str
+    mean: float
+    sd: float
+    median: float
+    interval_90: tuple[float, float]
+    r_hat: float
+    ess_bulk: float
+    ess_tail: float
+    prior_contraction: float
+    prior_shift: float
+
+
+#: Largest root mean square of differences from the finite elements, in units of the error that a surrogate states.
+SPOT_CHECK_LIMIT = 3.0
+
+
+@dataclass(frozen=True)
+class SpotCheck:
+    """How far the forward model is off the finite elements at a few draws of the posterior.
+
+    Attributes
+    ----------
+    n_curve : loading curves compared, draws times sweeps.
+    force_error, change_error : largest relative difference of force and of the change of capacitance.
+    force_score, change_score : root mean square of the difference in units of the error stated; inf if none is stated.
+    failures : curves that the finite elements could not follow to the deepest reading, and why.
+    """
+
+    n_curve: int
+    force_error: float
+    change_error: float
+    force_score: float
+    change_score: float
+    failures: tuple[str, ...]
+
+    @property
+    def stated(self) -> bool:
+        """Whether the forward model states an error of its own."""
+        return bool(np.isfinite(self.force_score) and np.isfinite(self.change_score))
+
+    @property
+    def passed(self) -> bool:
+        """Whether the error stated is honest, or there is none to be."""
+        return not self.stated or max(self.force_score, self.change_score) <= SPOT_CHECK_LIMIT
+
+    def in_words(self, name: str) -> str:
+        """One sentence on the model called `name`."""
+        sizes = f"up to {self.force_error:.2%} in force and {self.change_error:.2%} in capacitance change"
+        said = f"at {self.n_curve} loading curves of the posterior the {name} is off the finite elements by {sizes}"
+        if not self.stated:
+            return said
+        scores = f"{self.force_score:.1f} and {self.change_score:.1f} times the error it states"
+        return f"{said}, {scores} (root mean square)"
+
+
+#: Shift of a parameter's mean, in posterior standard deviations, that matters.
+SHIFT_LIMIT = 0.1
+
+#: Standard errors that a shift may exceed `SHIFT_LIMIT` by before it is taken for real.
+_SHIFT_ERRORS = 2.0
+
+
+@dataclass(frozen=True)
+class Shift:
+    """What re-weighting does to one parameter, SI.
+
+    Attributes
+    ----------
+    mean, sd : of the draws as they are; `weighted_mean`, `weighted_sd` : re-weighted.
+    shift : of the mean, in standard deviations of the whole posterior. error : its Monte Carlo standard error, in the same.
+    """
+
+    mean: float
+    sd: float
+    weighted_mean: float
+    weighted_sd: float
+    shift: float
+    error: float
+
+    @property
+    def matters(self) -> bool:
+        """Whether the mean shifts by more than `SHIFT_LIMIT` beyond twice its Monte Carlo error."""
+        return abs(self.shift) > SHIFT_LIMIT + _SHIFT_ERRORS * self.error
+
+
+@dataclass(frozen=True)
+class Reweighting:
+    """Draws of the posterior re-weighted to the likelihood with finite elements (Pareto-smoothed importance sampling).
+
+    Attributes
+    ----------
+    n_draw : draws asked, those without weight included.
+    k_hat : shape of the tail of the weights. ess : effective number of draws, 1 / sum of squared weights.
+    shifts : of each parameter; nan if no draw has a weight.
+    failures : draws of weight zero, because the finite elements found no equilibrium or do not cover them, and why.
+    """
+
+    n_draw: int
+    k_hat: float
+    ess: float
+    shifts: Mapping[str, Shift]
+    failures: tuple[str, ...]
+
+    @property
+    def k_limit(self) -> float:
+        """Largest k-hat at which that many draws can be trusted, min(1 - 1/log10(n), 0.7) (Vehtari et al. 2024)."""
+        return min(1 - 1 / math.log10(self.n_draw), 0.7)
+
+    @property
+    def trusted(self) -> bool:
+        """Whether the weights can be trusted."""
+        return self.k_hat <= self.k_limit
+
+    @property
+    def shifted(self) -> tuple[str, ...]:
+        """Parameters whose mean shifts by what matters, the largest shift first."""
+        found = [name for name, s in self.shifts.items() if s.matters]
+        return tuple(sorted(found, key=lambda name: -abs(self.shifts[name].shift)))
+
+    @property
+    def passed(self) -> bool:
+        """Whether the posterior stands: the weights can be trusted, and no parameter shifts by what matters."""
+        return self.trusted and not self.shifted
+
+    def in_words(self) -> str:
+        """One sentence with the numbers."""
+        told = f"re-weighted to the finite elements at {self.n_draw} draws (k-hat {self.k_hat:.2f}, {self.ess:.0f} effective)"
+        if self.failures:
+            told += f", {len(self.failures)} of them without weight as the finite elements found no equilibrium there,"
+        if not self.trusted:
+            return (
+                f"{told} the weights cannot be trusted (k-hat above {self.k_limit:.2f}): the two posteriors differ by too much"
+            )
+        names = self.shifted or (max(self.shifts, key=lambda name: abs(self.shifts[name].shift)),)
+        shifts = ", ".join(f"{n} by {self.shifts[n].shift:+.2f} ± {self.shifts[n].error:.2f}" for n in names)
+        if self.shifted:
+            return f"{told} means shift by more than {SHIFT_LIMIT:g} posterior standard deviations: {shifts}"
+        beyond = f"{SHIFT_LIMIT:g} posterior standard deviations beyond twice its Monte Carlo error"
+        more = "; more draws would tell it better" if abs(self.shifts[names[0]].shift) > SHIFT_LIMIT else ""
+        return f"{told} no mean shifts by more than {beyond} (the largest, {shifts}{more})"
+
+
+@dataclass(frozen=True)
+class Diagnostics:
+    """What is to be known about a sampled posterior.
+
+    Attributes
+    ----------
+    converged : whether the gate was met; `reasons` says what was not, one sentence each.
+    warnings : what may be wrong with the result although the chains agree.
+    steps, burn_in, thin : steps of each walker in the run, the first of them discarded, and every how many-th of the rest kept.
+    n_walker : walkers of each ensemble.
+    acceptance_fraction : share of accepted steps after the burn-in, per ensemble.
+    tau : integrated autocorrelation time in steps, by parameter.
+    spot_check : of the forward model against the finite elements; None if it was not made.
+    reweighting : of draws to the likelihood with finite elements; None if it was not made.
+    """
+
+    converged: bool
+    reasons: tuple[str, ...]
+    warnings: tuple[str, ...]
+    parameters: Mapping[str, ParameterSummary]
+    steps: int
+    burn_in: int
+    thin: int
+    n_walker: int
+    acceptance_fraction: tuple[float, ...]
+    tau: Mapping[str, float]
+    spot_check: SpotCheck | None = None
+    reweighting: Reweighting | None = None
+
+
+def convergence(chains: FloatArray, tau: FloatArray, steps: int) -> Convergence:
+    """R-hat and effective sample sizes of chains (n_ensemble, n_step, n_walker, n_parameter), see the module.
+
+    Parameters
+    ----------
+    chains : after the burn-in, possibly thinned.
+    tau : autocorrelation time in steps, (n_parameter,). steps : of each walker so far.
+    """
+    n_ensemble, n_step, n_walker, n_parameter = chains.shape
+    r_hat, bulk, tail = np.empty(n_parameter), np.empty(n_parameter), np.empty(n_parameter)
+    for k in range(n_parameter):
+        by_step = chains[..., k].reshape(n_ensemble, n_step * n_walker)
+        by_walker = chains[..., k].swapaxes(1, 2).reshape(n_ensemble, n_step * n_walker)
+        r_hat[k] = rank_r_hat(by_step)
+        bulk[k] = effective_sample_size(by_walker)
+        tail[k] = effective_sample_size(by_walker, tail=True)
+    return Convergence(r_hat, bulk, tail, np.asarray(tau, dtype=float), steps)
+
+
+def shortcomings(state: Convergence, names: Sequence[str], gate: Gate) -> tuple[str, ...]:
+    """What of the gate is not met, one sentence each with parameter and numbers; empty if converged."""
+    found = []
+    for name, r_hat in zip(names, state.r_hat, strict=True):
+        if not r_hat < gate.r_hat:
+            found.append(f"{name}: R-hat {r_hat:.4f} is not below {gate.r_hat:g}")
+    for name, bulk, tail in zip(names, state.ess_bulk, state.ess_tail, strict=True):
+        for kind, ess in (("bulk", bulk), ("tail", tail)):
+            if not ess > gate.ess:
+                found.append(f"{name}: {kind} effective sample size {ess:.0f} is not above {gate.ess:.0f}")
+    slowest = int(np.argmax(np.nan_to_num(state.tau, nan=np.inf)))
+    if not state.steps >= gate.length * state.tau[slowest]:
+        times = f"{gate.length:g} autocorrelation times of {state.tau[slowest]:.0f} steps"
+        found.append(f"{names[slowest]}: {state.steps} steps are fewer than {times}, too few to have forgotten the start")
+    return tuple(found)
+
+
+def summarise(
+    parameters: Sequence[ParameterInfo], values: FloatArray, theta: FloatArray, state: Convergence
+) -> dict[str, ParameterSummary]:
+    """Summaries by name from draws (n, n_parameter) in SI (`values`) and in the priors' coordinates (`theta`)."""
+    found = {}
+    for k, p in enumerate(parameters):
+        x = values[:, k]
+        low, median, high = (float(q) for q in np.quantile(x, [0.05, 0.5, 0.95]))
+        found[p.name] = ParameterSummary(
+            unit=PARAMETERS[p.parameter].unit,
+            mean=float(np.mean(x)),
+            sd=float(np.std(x, ddof=1)),
+            median=median,
+            interval_90=(low, high),
+            r_hat=float(state.r_hat[k]),
+            ess_bulk=float(state.ess_bulk[k]),
+            ess_tail=float(state.ess_tail[k]),
+            prior_contraction=float(1 - np.var(theta[:, k], ddof=1)),
+            prior_shift=float(np.mean(theta[:, k])),
+        )
+    return found
+
+
+def prior_conflicts(parameters: Mapping[str, ParameterSummary]) -> tuple[str, ...]:
+    """Warnings on parameters that the data pull further than `PRIOR_CONFLICT` away from their prior's median."""
+    return tuple(
+        f"{name}: the data pull it {abs(s.prior_shift):.1f} standard deviations of its prior away from the prior's median; the "
+        "prior, or something the model leaves out, is wrong"
+        for name, s in parameters.items()
+        if abs(s.prior_shift) > PRIOR_CONFLICT
+    )
+
+
+def diagnostics_to_json(diagnostics: Diagnostics) -> str:
+    """Diagnostics as JSON text."""
+    return json.dumps(asdict(diagnostics))
+
+
+def diagnostics_from_json(text: str) -> Diagnostics:
+    """The diagnostics that `diagnostics_to_json` wrote."""
+    data = json.loads(text)
+    parameters = {
+        name: ParameterSummary(**{**summary, "interval_90": tuple(summary["interval_90"])})
+        for name, summary in data["parameters"].items()
+    }
+    tuples = {key: tuple(data[key]) for key in ("reasons", "warnings", "acceptance_fraction")}
+    checked = data.get("spot_check")
+    spot_check = SpotCheck(**{**checked, "failures": tuple(checked["failures"])}) if checked else None
+    weighed = data.get("reweighting")
+    reweighting = None
+    if weighed:
+        shifts = {name: Shift(**shift) for name, shift in weighed["shifts"].items()}
+        reweighting = Reweighting(**{**weighed, "shifts": shifts, "failures": tuple(weighed["failures"])})
+    return Diagnostics(**{**data, **tuples, "parameters": parameters, "spot_check": spot_check, "reweighting": reweighting})

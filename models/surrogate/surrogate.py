@@ -1,0 +1,425 @@
+"""From a design and depths to curves at once: small networks over the dimensionless groups, polynomials in depth, own error.
+
+With one material law F/(mu R^2) and C/C0 depend only on h_s/R, h_p/R, a/R, E_p/E (and t_d/h_s, a_e/a for C) and d/R; the moduli
+and the permittivity scale exactly. Along a path the variable is s = sqrt(d / reach), reach(design) a smooth minimum of R/2 and
+of the depth at which a layer is thinned to 40 %. Then
+
+    log F = log F_closed + s p_F(s),     log(C/C0 - 1) = log c_closed + p_C(s),     log a_c = log sqrt(R d) + s p_a(s)
+
+with polynomials p whose coefficients are networks of the groups. So C = C0 and F = 0 at no indentation, F goes over into Hertz'
+limit there, and everything is smooth in depth. The error of log F and that of C/C0 - 1 over C/C0 - 1 + delta are stated, with
+delta = 5e-5 a change that no instrument sees: covariances sigma(s) rho(s, s') sigma(s') along the path, with sigma a network,
+too, and rho the correlation of what the fit missed on paths kept out of it (`models.surrogate.fitting`).
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib.resources import as_file, files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from models.analytic import layer_weight
+from models.response import OutOfRangeError, Response
+from models.sensor import VACUUM_PERMITTIVITY, BoolArray, Design, FloatArray
+from models.surrogate import domain
+from models.surrogate.domain import (
+    DEPTH,
+    DISC,
+    FAMILIES,
+    N_MECHANICAL,
+    NEO_HOOKEAN,
+    PADDING,
+    PATH,
+    SENSOR,
+    STIFFENING,
+    STIFFNESS,
+    WIDTH,
+    Family,
+    Values,
+    electric_features,
+    with_stiffening,
+)
+from models.surrogate.network import Network, network_from
+
+#: Terms of the polynomials in s: of the curves, of the logarithm of their error's standard deviation, and of its modes.
+N_DEPTH_TERMS = 12
+N_ERROR_TERMS = 3
+N_MODE_TERMS = 6
+
+#: Modes kept of the error along a path.
+N_ERROR_MODES = 5
+
+#: Change of capacitance, delta, that counts as nothing.
+CHANGE_SCALE = 5e-5
+
+#: Largest s: R/2 and the depth of 60 % compression are up to 9 % beyond their smooth minimum. The polynomials are Chebyshev's
+#: on 0 <= s <= S_END.
+S_END = 1.045
+
+#: Designs evaluated together: their arrays stay in the processor's cache.
+_CHUNK = 128
+
+_FORMAT = 3
+
+# Relative rounding that a bound forgives.
+_SLACK = 1e-9
+
+
+def depth_terms(s: Values, n: int = N_DEPTH_TERMS) -> Values:
+    """The first `n` terms (..., n, n_depth) of the polynomials in s (..., n_depth), Chebyshev's T_0, T_1, ..."""
+    x = 2 / S_END * s - 1
+    terms = np.empty((*x.shape[:-1], n, x.shape[-1]), dtype=x.dtype)
+    terms[..., 0, :] = 1
+    terms[..., 1, :] = x
+    double = 2 * x
+    for k in range(2, n):
+        terms[..., k, :] = double * terms[..., k - 1, :] - terms[..., k - 2, :]
+    return terms
+
+
+def closed_force(groups: Values, depth: Values) -> Values:
+    """Closed-form F / (mu R^2) that the surrogate corrects; groups (n, >= 4), depth (n, n_depth) in units of R.
+
+    Hertz times the thin-layer series 1 + 1.133 chi + 1.497 chi^2 + 1.469 chi^3 (Garcia & Garcia, Biophys. J. 114 (2018) 2923,
+    without its quartic term, so that it keeps the chi^3 growth of a thin incompressible layer). Its first three terms carry a
+    modulus that weights sensor and padding by their share in the compliance of a half space (`layer_weight`), the last that of
+    a thin bonded film, where the lubrication flow under the sphere weights each height with the square of its depth below the
+    surface: shares (h_s/h)^3 and 1 - (h_s/h)^3.
+    """
+    h_s, h_p, modulus = (groups[:, k, None] for k in (SENSOR, PADDING, STIFFNESS))
+    contact = np.sqrt(depth)
+    sensor = layer_weight(h_s / contact)
+    both = layer_weight((h_s + h_p) / contact)
+    deep, thin = 1 - sensor / both, 1 - (h_s / (h_s + h_p)) ** 3
+    young_deep, young_thin = (3 / (1 - share + share / modulus) for share in (deep, thin))
+    chi = contact / (h_s + h_p)
+    series = young_deep * (1 + chi * (1.133 + chi * 1.497)) + young_thin * 1.469 * chi * chi * chi
+    return np.asarray(16 / 9 * depth * contact * series)
+
+
+def closed_change(groups: Values, depth: Values, force: Values) -> Values:
+    """Rough C/C0 - 1 that the surrogate corrects; groups (n, 7), depth and force over R and mu R^2 (n, n_depth).
+
+    Two parts over the electrode's area: d^2 for the quadratic effect of the strain under the sphere, and, in proportion to the
+    force, the net outflow of material through the electrode's rim, which falls off within a few thicknesses of the stack and is
+    the larger the softer the padding. Constants by eye, within a factor of about three.
+    """
+    h_s, h_p, modulus, width = (groups[:, k, None] for k in (SENSOR, PADDING, STIFFNESS, WIDTH))
+    electrode, h = width * groups[:, DISC, None], h_s + h_p
+    reach = electrode / (2.5 * h)
+    outflow = 0.15 * force * modulus ** (-0.55 * h_p / h) / (1 + reach * reach * reach)
+    return np.asarray((depth * depth + outflow) / (electrode * electrode))
+
+
+def smooth_end(thinned: Values) -> Values:
+    """Scale of depth over R: the smooth minimum of R/2 and the depth at which a layer is `thinned` to 40 %."""
+    return np.asarray((DEPTH**-8.0 + thinned**-8.0) ** (-1 / 8))
+
+
+@dataclass(frozen=True, eq=False)
+class _Paths:
+    """Dimensionless curves of a batch of designs and depths (n_draw, n_depth): what the networks say."""
+
+    force: Values
+    contact_radius: Values
+    change: Values
+    s: Values
+    terms: Values
+
+
+def share_of_family(groups: Values, family: Family) -> Values:
+    """How much of the difference between its `family` and the neo-Hookean, frictionless one a design has, (n,)."""
+    return groups[:, STIFFENING] / family.stiffening if family.stiffening else np.ones(len(groups))
+
+
+@dataclass(frozen=True, eq=False)
+class Surrogate:
+    """The fast `Forward`. Refuses what lies outside its training range.
+
+    The surrogate of a family has networks of its own that add to the coefficients of the neo-Hookean, frictionless one, its
+    `base`, on the same scale of depth: of Gent's in proportion to 1/J_m, so that it goes over into the base where that is 0.
+
+    Attributes
+    ----------
+    end : network from mechanical features to log(d / h) where a layer is thinned to 40 %, or the finite elements end.
+    mechanics : from mechanical features to the coefficients of p_F and p_a, (n, 2 * N_DEPTH_TERMS) side by side.
+    capacitance : from electric features to those of p_C.
+    force_sd, capacitance_sd : from features to the N_ERROR_TERMS of the logarithm of the error's standard deviation.
+    force_modes, capacitance_modes : (n_mode, N_MODE_TERMS), modes of the error's correlation along s.
+    provenance : where it comes from: finite-element settings, training set and its hash, versions, date, own error.
+    family : what it stands for; `base` : the surrogate that it adds to, None for the neo-Hookean, frictionless one.
+    """
+
+    end: Network
+    mechanics: Network
+    capacitance: Network
+    force_sd: Network
+    capacitance_sd: Network
+    force_modes: FloatArray
+    capacitance_modes: FloatArray
+    provenance: Mapping[str, str]
+    family: Family = NEO_HOOKEAN
+    base: Surrogate | None = None
+
+    @property
+    def name(self) -> str:
+        """Short name for tables and reports."""
+        return "surrogate" if self.base is None else f"{self.family.name} surrogate"
+
+    def info(self) -> dict[str, str]:
+        """Provenance, error and range as words."""
+        ranges = {f"range of {b.name}": f"{b.low:.4g} to {b.high:.4g}" for b in domain.bounds(self.family) if b.high > 0}
+        depth = "R/2, or where a layer is thinned to 40 % on the axis if that is first"
+        return {**self.provenance, **ranges, "range of d": f"up to {depth}"}
+
+    def ends(self, groups: Values, features: Values) -> tuple[Values, Values]:
+        """Largest depth covered and the scale of depth, over R, each (n,).
+
+        For groups (n, 7) inside the range and their features (n, >= N_MECHANICAL), see `domain.electric_features`.
+        """
+        own = with_stiffening(features[:, :N_MECHANICAL], groups, self.family)
+        thinned = (groups[:, SENSOR] + groups[:, PADDING]) * np.exp(self.end(own)[:, 0])
+        if self.base is None:
+            return np.minimum(DEPTH, thinned), smooth_end(thinned)
+        limit, reach = self.base.ends(groups, features)
+        return np.minimum(limit, thinned), reach
+
+    def coefficients(self, groups: Values, features: Values) -> Values:
+        """Of p_F, p_a and p_C side by side, (n, 3 * N_DEPTH_TERMS), for groups (n, 7) and their features (n, 13)."""
+        mechanics = self.mechanics(with_stiffening(features[:, :N_MECHANICAL], groups, self.family))
+        capacitance = self.capacitance(with_stiffening(features, groups, self.family))
+        own = np.concatenate([mechanics, capacitance], axis=1)
+        if self.base is None:
+            return own
+        return np.asarray(self.base.coefficients(groups, features) + share_of_family(groups, self.family)[:, None] * own)
+
+    def _limit(self, groups: FloatArray, design: Design) -> FloatArray:
+        """Largest depth [m] (n_draw,) of the batch `design` with its `groups` (n_draw, 7); 0 outside the training range."""
+        inside = self._inside(groups, design)
+        safe = _safe(groups, inside)
+        return np.where(inside, self.ends(safe, electric_features(safe))[0] * np.asarray(design.indenter.radius), 0.0)
+
+    def _inside(self, groups: FloatArray, design: Design) -> BoolArray:
+        """Which of the batch `design` with its `groups` are of the family and in its range, (n_draw,)."""
+        of_family = design.indenter.friction_coefficient == self.family.friction_coefficient
+        return domain.inside(groups, self.family) & of_family
+
+    def max_depth(self, design: Design) -> FloatArray:
+        """Largest depth [m] covered, shape (n_draw,); 0 where the design is outside the training range."""
+        batch = design.draws()
+        return self._limit(domain.groups_of(batch), batch)
+
+    def outside(self, design: Design, depth: FloatArray) -> str:
+        """Empty, or one sentence that names the violated bound, the value, and how it comes about."""
+        friction, covered = design.indenter.friction_coefficient, self.family.friction_coefficient
+        if friction != covered:
+            kind = "a ball that sticks" if self.family.stick else "frictionless contact"
+            return f"the {self.name} is trained for {kind}; friction_coefficient must be {covered:g}, got {friction:g}"
+        batch = design.draws()
+        groups = domain.groups_of(batch)
+        bound = domain.violated(groups, self.family)
+        if bound:
+            return f"the {self.name} covers {bound}"
+        limit = self._limit(groups, batch)
+        deepest = np.max(np.broadcast_to(depth, (limit.size, np.shape(depth)[-1])), axis=-1)
+        worst = int(np.argmax(deepest - limit))
+        if deepest[worst] > limit[worst] * (1 + _SLACK):
+            why = "half the radius" if limit[worst] >= DEPTH * np.asarray(batch.indenter.radius)[worst] else "60 % compression"
+            return (
+                f"the {self.name} covers depths up to {limit[worst] * 1e3:.4g} mm for this design ({why}), "
+                f"got {deepest[worst] * 1e3:.4g} mm"
+            )
+        return ""
+
+    def respond(self, design: Design, depth: FloatArray) -> Response:
+        """See `models.response.Forward.respond`."""
+        batch = design.draws()
+        groups = domain.groups_of(batch)
+        inside = self._inside(groups, batch)
+        groups = _safe(groups, inside)
+        features = electric_features(groups)
+        limit, reach = self.ends(groups, features)
+        radius = np.asarray(batch.indenter.radius)[:, None]
+        if np.any(np.max(depth, axis=-1) > np.where(inside, limit * radius[:, 0], 0.0) * (1 + _SLACK)):
+            raise OutOfRangeError(self.outside(design, depth))
+        mu = np.asarray(batch.sensor.young_modulus)[:, None] / 3
+        c0 = np.asarray(batch.rest_capacitance, dtype=float)
+        depths = np.broadcast_to(np.asarray(depth, dtype=float), (groups.shape[0], np.shape(depth)[-1]))
+        n_draw, n_depth = depths.shape
+        scale = mu * radius**2
+        force, contact, capacitance = (np.empty((n_draw, n_depth)) for _ in range(3))
+        force_error, capacitance_error = (np.empty((n_draw, N_ERROR_MODES, n_depth)) for _ in range(2))
+        for first in range(0, n_draw, _CHUNK):
+            part = slice(first, first + _CHUNK)
+            touching = depths[part] > 0
+            over_radius = np.where(touching, depths[part] / radius[part], 1e-12)
+            paths = self._paths(groups[part], features[part], over_radius, reach[part])
+            force_sd, change_sd = self._error(groups[part], features[part], paths)
+            force[part] = np.where(touching, paths.force, 0.0) * scale[part]
+            contact[part] = np.where(touching, paths.contact_radius, 0.0) * radius[part]
+            capacitance[part] = (1 + np.where(touching, paths.change, 0.0)) * c0[part, None]
+            change_sd = np.where(touching, change_sd, 0.0) * c0[part, None]
+            terms = paths.terms[:, :N_MODE_TERMS]
+            np.multiply((force[part] * force_sd)[:, None], self.force_modes @ terms, out=force_error[part])
+            np.multiply(change_sd[:, None], self.capacitance_modes @ terms, out=capacitance_error[part])
+        response = Response(
+            depth=depths,
+            force=force,
+            contact_radius=contact,
+            capacitance=capacitance,
+            rest_capacitance=c0,
+            force_error=np.swapaxes(force_error, 1, 2),
+            capacitance_error=np.swapaxes(capacitance_error, 1, 2),
+        )
+        return response if design.is_batch else response.draw(0)
+
+    def _paths(self, groups: Values, features: Values, depth: Values, reach: Values) -> _Paths:
+        """Curves at depths over R (n_draw, n_depth), for groups (n_draw, 7) and what follows from them; complex if any is."""
+        s = np.sqrt(depth / reach[:, None])
+        terms = depth_terms(s)
+        logs = self.coefficients(groups, features).reshape(-1, 3, N_DEPTH_TERMS) @ terms
+        closed = closed_force(groups, depth)
+        return _Paths(
+            force=closed * np.exp(s * logs[:, 0]),
+            contact_radius=np.sqrt(depth) * np.exp(s * logs[:, 1]),
+            change=closed_change(groups, depth, closed) * np.exp(logs[:, 2]),
+            s=s,
+            terms=terms,
+        )
+
+    def _error_terms(self, groups: FloatArray, features: FloatArray) -> FloatArray:
+        """Terms of the logarithms of the sd of log F and of C/C0 - 1 over itself + delta, (n_draw, 2, N_ERROR_TERMS)."""
+        force = self.force_sd(with_stiffening(features[:, :N_MECHANICAL], groups, self.family))
+        return np.stack([force, self.capacitance_sd(with_stiffening(features, groups, self.family))], axis=1)
+
+    def _error(self, groups: FloatArray, features: FloatArray, paths: _Paths) -> tuple[FloatArray, FloatArray]:
+        """Standard deviations (n_draw, n_depth) of log F and of C/C0."""
+        sd = np.exp(self._error_terms(groups, features) @ paths.terms[:, :N_ERROR_TERMS])
+        # The error is known from `PATH` on; nearer to first touch there is less and less to be wrong about.
+        change_sd = (paths.change + CHANGE_SCALE) * sd[:, 1]
+        return sd[:, 0], change_sd * np.minimum(paths.s / PATH[0], 1.0)
+
+    def own_error(self, groups: FloatArray) -> FloatArray:
+        """Rms along the path of the errors' sd, of log F and of C/C0 - 1 over itself + delta: (n, 2), for groups (n, 7)."""
+        logs = self._error_terms(groups, electric_features(groups)) @ depth_terms(PATH, N_ERROR_TERMS)
+        return np.asarray(np.sqrt(np.mean(np.exp(2 * logs), axis=2)))
+
+    def gradients(self, design: Design, depth: FloatArray) -> Gradients:
+        """Derivatives of force and capacitance with respect to every parameter and to the indentation, to rounding.
+
+        By complex steps (Squire & Trapp, SIAM Rev. 40 (1998) 110) through closed forms, networks and polynomials.
+
+        Raises
+        ------
+        OutOfRangeError
+            If the surrogate does not cover the design or a depth.
+        """
+        if why := self.outside(design, depth):
+            raise OutOfRangeError(why)
+        values = {k: np.asarray(v, dtype=float) for k, v in design.draws().parameters().items()}
+        n_draw = values["indenter_radius"].size
+        depths = np.broadcast_to(np.asarray(depth, dtype=float), (n_draw, np.shape(depth)[-1]))
+        force: dict[str, FloatArray] = {}
+        capacitance: dict[str, FloatArray] = {}
+        # Each step in units of what it changes: a padding of nothing has no modulus to change.
+        sizes = values | {"stiffening": np.full(n_draw, self.family.stiffening)}
+        for name in (*values, "indentation"):
+            size = depths if name == "indentation" else np.broadcast_to(sizes[name][:, None], depths.shape)
+            moved = values if name == "indentation" else values | {name: values[name] + 1e-30j * sizes[name]}
+            f, c = self._dimensional(moved, depths + (1e-30j * depths if name == "indentation" else 0j))
+            for found, into in ((f, force), (c, capacitance)):
+                into[name] = np.divide(np.imag(found) / 1e-30, size, out=np.zeros(depths.shape), where=size > 0)
+        if not design.is_batch:
+            force, capacitance = ({k: v[0] for k, v in d.items()} for d in (force, capacitance))
+        return Gradients(force, capacitance)
+
+    def _dimensional(self, values: Mapping[str, Values], depth: Values) -> tuple[Values, Values]:
+        """Force [N] and capacitance [F] (n_draw, n_depth) in complex arithmetic."""
+        radius = values["indenter_radius"][:, None]
+        groups = domain.groups_from(values).astype(complex)
+        touching = np.real(depth) > 0
+        features = electric_features(groups)
+        paths = self._paths(groups, features, np.where(touching, depth / radius, 1e-12), self.ends(groups, features)[1])
+        area = np.pi * values["electrode_radius"] ** 2
+        c0 = 2 * VACUUM_PERMITTIVITY * values["relative_permittivity"] * area / values["dielectric_thickness"]
+        force = values["young_modulus"][:, None] / 3 * radius**2 * np.where(touching, paths.force, 0.0)
+        return force, c0[:, None] * (1 + np.where(touching, paths.change, 0.0))
+
+    def save(self, path: Path) -> None:
+        """Write as npz, with what it adds to; nothing in it is executed on reading."""
+        np.savez_compressed(path, **self._arrays())
+
+    def _arrays(self, prefix: str = "") -> dict[str, Any]:
+        arrays: dict[str, Any] = {
+            "format": _FORMAT,
+            "family": self.family.name,
+            "force_modes": self.force_modes,
+            "capacitance_modes": self.capacitance_modes,
+            "provenance": np.array(json.dumps(dict(self.provenance))),
+        }
+        for name in _NETWORKS:
+            arrays |= getattr(self, name).arrays(name)
+        below = {} if self.base is None else self.base._arrays(_BASE)
+        return {prefix + name: array for name, array in arrays.items()} | below
+
+
+_BASE = "base_"
+
+
+def _safe(groups: FloatArray, inside: BoolArray) -> FloatArray:
+    """Groups with harmless ones where a design is not `inside`: there they may be anything, also nothing features exist for."""
+    return np.where(inside[:, None], groups, 1.0)
+
+
+_NETWORKS = ("end", "mechanics", "capacitance", "force_sd", "capacitance_sd")
+
+
+@dataclass(frozen=True, eq=False)
+class Gradients:
+    """Derivatives by parameter name, in SI: [N] and [F] per unit of the parameter, of the shape of the response's arrays.
+
+    `indentation` is among the names. A parameter that is zero (no padding) has the derivative zero here, and so has the
+    stiffening in a family without.
+    """
+
+    force: dict[str, FloatArray]
+    capacitance: dict[str, FloatArray]
+
+
+def load_surrogate(path: Path | None = None, family: Family = NEO_HOOKEAN) -> Surrogate:
+    """Read a surrogate that `Surrogate.save` wrote; without a path the one of the `family` shipped with the package.
+
+    Raises
+    ------
+    ValueError
+        If the file is not a surrogate of this format.
+    """
+    if path is None:
+        with as_file(files("models.surrogate") / "data" / f"{family.name}.npz") as shipped:
+            return load_surrogate(shipped)
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            data = {name: file[name] for name in file.files}
+        written = int(data["format"])
+    except (KeyError, OSError, EOFError, ValueError):
+        raise ValueError(f"{path} is not a surrogate file; give one that `calib surrogate train` wrote") from None
+    if written != _FORMAT:
+        raise ValueError(f"{path} has surrogate format {written}, this version reads {_FORMAT}; train it anew")
+    below = {name.removeprefix(_BASE): array for name, array in data.items() if name.startswith(_BASE)}
+    return _from_arrays(data, _from_arrays(below, None) if below else None)
+
+
+def _from_arrays(data: Mapping[str, Any], base: Surrogate | None) -> Surrogate:
+    return Surrogate(
+        **{name: network_from(data, name) for name in _NETWORKS},
+        force_modes=data["force_modes"],
+        capacitance_modes=data["capacitance_modes"],
+        provenance=json.loads(str(data["provenance"])),
+        family=FAMILIES[str(data["family"])],
+        base=base,
+    )

@@ -1,0 +1,182 @@
+"""Predictive bands, checks and predictions of new designs, against the closed form they are drawn from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from calib.checks.predictive import band, loading_curve, predict, predict_design
+from calib.sampling.posterior import Posterior
+from models.analytic import ClosedForm
+from models.response import OutOfRangeError, Response
+from models.sensor import Design, FloatArray, design_from
+
+MakePosterior = Callable[..., Posterior]
+EXACT = ClosedForm(force_error=0.0, capacitance_error=0.0)
+DESIGN = design_from(
+    {
+        "indenter_radius": 5e-3,
+        "sensor_thickness": 0.74e-3,
+        "sensor_radius": 10e-3,
+        "young_modulus": 0.69e6,
+        "relative_permittivity": 2.8,
+        "padding_thickness": 1.1e-3,
+    }
+)
+
+
+def test_bands_are_quantiles_in_ascending_order() -> None:
+    x = np.random.default_rng(1).standard_normal((4000, 3))
+    b = band(x)
+    assert b.shape == (5, 3)
+    assert np.all(np.diff(b, axis=0) > 0)
+    assert b[:, 0] == pytest.approx([-1.645, -0.674, 0.0, 0.674, 1.645], abs=0.08)
+
+
+def test_band_is_left_out_where_more_than_a_twentieth_of_the_draws_is_missing() -> None:
+    x = np.ones((100, 2))
+    x[:5, 0] = np.nan
+    x[:6, 1] = np.nan
+    b = band(x)
+    assert np.all(b[:, 0] == 1)
+    assert np.all(np.isnan(b[:, 1]))
+
+
+def test_band_of_the_model_follows_the_data_it_was_drawn_from(make_posterior: MakePosterior) -> None:
+    posterior = make_posterior()
+    for p in predict(posterior, EXACT, np.random.default_rng(1)):
+        assert p.force is not None
+        assert p.capacitance is not None
+        for channel in (p.force, p.capacitance):
+            middle = np.interp(channel.check.x, channel.bands.x, channel.bands.model[2])
+            assert np.max(np.abs(middle - channel.check.y)) < 0.03 * np.ptp(channel.check.y)
+
+
+def test_band_of_a_new_reading_holds_the_band_of_the_model(make_posterior: MakePosterior) -> None:
+    for p in predict(make_posterior(), EXACT, np.random.default_rng(1)):
+        assert p.force is not None
+        width = np.ptp(p.force.bands.reading[[0, 4]], axis=0)
+        assert np.all(width > np.ptp(p.force.bands.model[[0, 4]], axis=0))
+        # Before contact a reading scatters by its noise of 10 mN and the load zero: 90 % are 3.29 sd wide.
+        assert width[0] == pytest.approx(3.29 * np.hypot(0.01, 0.002), rel=0.1)
+
+
+def test_residuals_of_a_right_model_pass_the_check(make_posterior: MakePosterior) -> None:
+    posterior = make_posterior(widen=0.02)
+    for p in predict(posterior, EXACT, np.random.default_rng(1)):
+        assert p.force is not None
+        assert p.capacitance is not None
+        for check in (p.force.check, p.capacitance.check):
+            assert 0.01 < check.p_value < 0.99
+            assert check.inside_90 > 0.8
+            assert np.max(np.abs(check.residual)) < 4
+
+
+def test_check_raises_alarm_when_the_data_are_shifted(make_posterior: MakePosterior) -> None:
+    posterior = make_posterior(widen=0.02)
+    force = posterior.sweeps[0].force
+    assert force is not None
+    bumped = replace(force, force=force.force + 0.1 * np.sin(np.arange(40)))
+    wrong = replace(posterior, sweeps=(replace(posterior.sweeps[0], force=bumped), *posterior.sweeps[1:]))
+    check = predict(wrong, EXACT, np.random.default_rng(1))[0].force
+    assert check is not None
+    assert check.check.p_value < 1e-6
+    assert "does not describe" in check.check.in_words
+
+
+def test_forward_error_widens_the_prediction(make_posterior: MakePosterior) -> None:
+    posterior = make_posterior()
+    sure = predict(posterior, EXACT, np.random.default_rng(1))[0].force
+    rough = predict(posterior, ClosedForm(), np.random.default_rng(1))[0].force
+    assert sure is not None
+    assert rough is not None
+    assert rough.check.sd[-1] > 3 * sure.check.sd[-1]
+
+
+def test_change_starts_at_zero_and_is_freed_of_zero_and_parasitics(make_posterior: MakePosterior) -> None:
+    p = predict(make_posterior(widen=0.02), EXACT, np.random.default_rng(1))[0]
+    assert p.change is not None
+    assert p.change.model[2, 0] == pytest.approx(0, abs=1e-12)
+    assert p.change_y == pytest.approx(np.interp(p.change_x, p.change.x, p.change.model[2]), abs=5e-4)
+
+
+def test_sweep_with_one_channel_gives_that_channel_only(make_posterior: MakePosterior) -> None:
+    posterior = make_posterior()
+    first, second = posterior.sweeps
+    one_each = replace(posterior, sweeps=(replace(first, capacitance=None), replace(second, force=None)))
+    only_force, only_capacitance = predict(one_each, EXACT, np.random.default_rng(1))
+    assert only_force.force is not None
+    assert only_force.capacitance is None
+    assert only_force.change is None
+    assert only_capacitance.force is None
+    assert only_capacitance.capacitance is not None
+
+
+def test_prediction_refuses_a_model_that_does_not_cover_the_posterior(make_posterior: MakePosterior) -> None:
+    @dataclass(frozen=True)
+    class Shallow(ClosedForm):
+        def max_depth(self, design: Design) -> FloatArray:
+            return 0.1 * ClosedForm.max_depth(self, design)
+
+    with pytest.raises(OutOfRangeError, match=r"covers only 0 % .* sensor 1"):
+        predict(make_posterior(), Shallow(), np.random.default_rng(1))
+
+
+def test_prediction_of_a_design_inverts_the_loading_curve() -> None:
+    depth = np.array([0.1e-3, 0.3e-3, 0.6e-3])
+    r = EXACT.respond(DESIGN, depth)
+    p = predict_design(EXACT, DESIGN, r.force)
+    assert p.depth[0] == pytest.approx(depth, rel=1e-3)
+    assert p.change[0] == pytest.approx(r.capacitance_change, rel=2e-4)
+
+
+def test_slope_of_the_change_matches_differences_of_the_change() -> None:
+    p = predict_design(EXACT, DESIGN, np.array([1.98, 2.0, 2.02]))
+    assert p.change_slope[0, 1] == pytest.approx((p.change[0, 2] - p.change[0, 0]) / 0.04, rel=2e-3)
+
+
+def test_forces_out_of_reach_are_nan_and_zero_force_gives_no_change() -> None:
+    p = predict_design(EXACT, DESIGN, np.array([0.0, 1.0, 1e4]))
+    assert p.change[0, 0] == 0
+    assert np.isfinite(p.change[0, 1])
+    assert np.isnan([p.change[0, 2], p.depth[0, 2], p.change_slope[0, 2], p.change_error[0, 2]]).all()
+    assert p.reach[0] < 1e4
+
+
+def test_loading_curve_ends_exactly_at_the_asked_displacement_or_force() -> None:
+    by_depth = loading_curve(EXACT, DESIGN, displacement=0.7e-3, steps=7)
+    assert by_depth.depth == pytest.approx(np.arange(1, 8) * 1e-4)
+    by_force = loading_curve(EXACT, DESIGN, force=5.0, steps=5)
+    assert by_force.force == pytest.approx([1, 2, 3, 4, 5], rel=1e-9)
+
+
+def test_loading_curve_uses_force_control_where_the_model_has_it() -> None:
+    @dataclass(frozen=True)
+    class Controlled(ClosedForm):
+        def respond_to_force(self, design: Design, force: FloatArray) -> Response:
+            return replace(self.respond(design, np.full(force.shape, 1e-4)), force=force)
+
+    assert loading_curve(Controlled(), DESIGN, force=2.0, steps=2).force == pytest.approx([1.0, 2.0])
+
+
+def test_loading_curve_names_the_largest_force_it_reaches() -> None:
+    with pytest.raises(OutOfRangeError, match=r"reaches forces up to 24.44 N .*got 500 N"):
+        loading_curve(EXACT, DESIGN, force=500.0)
+
+
+@pytest.mark.parametrize(
+    ("kwargs", "message"),
+    [
+        ({}, "either a displacement or a force"),
+        ({"displacement": 1e-3, "force": 1.0}, "not both"),
+        ({"displacement": -1e-3}, "displacement must be positive, got -0.001 m"),
+        ({"force": 1.0, "steps": 0}, "steps must be at least 1, got 0"),
+    ],
+)
+def test_loading_curve_says_what_is_wrong_with_its_target(kwargs: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        loading_curve(EXACT, DESIGN, **kwargs)

@@ -1,0 +1,550 @@
+"""The commands as a lab engineer meets them: results, messages, exit codes, and nothing left behind after bad input."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from typer.testing import CliRunner, Result
+
+from calib.cli import app
+from calib.experiment.plan import read_experiment
+from calib.sampling.posterior import Posterior
+from models.analytic import ClosedForm
+from models.sensor import design_from
+
+DESIGN = """
+[indenter]
+radius = "5 mm"
+[sensor]
+thickness = "0.74 mm"
+radius = "10 mm"
+young_modulus = "0.69 MPa"
+relative_permittivity = 2.8
+[padding]
+thickness = "1.10 mm"
+"""
+EXPERIMENT = """
+name = "One specimen"
+model = "closed form"
+[indenter]
+radius = "5 mm"
+[sensor]
+radius = "10 mm"
+[priors]
+young_modulus = { lognormal = ["0.7 MPa", 1.6] }
+[[specimens]]
+name = "sensor 1"
+force = "force.csv"
+[specimens.priors]
+sensor_thickness = { normal = ["0.74 mm", "0.02 mm"] }
+padding_thickness = { normal = ["1.10 mm", "0.03 mm"] }
+"""
+
+
+def _run(*words: object) -> Result:
+    return CliRunner().invoke(app, [str(w) for w in words])
+
+
+def _said(result: Result) -> str:
+    """What was said on stderr, on one line."""
+    return " ".join(result.stderr.split())
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with an experiment and its lab files, drawn from the closed form."""
+    folder = tmp_path_factory.mktemp("lab")
+    rng = np.random.default_rng(5)
+    values = {"young_modulus": 0.62e6, "sensor_thickness": 0.74e-3, "padding_thickness": 1.1e-3, "relative_permittivity": 2.8}
+    design = design_from({**values, "indenter_radius": 5e-3, "sensor_radius": 10e-3})
+    depth = np.linspace(-0.05e-3, 0.6e-3, 240)
+    r = ClosedForm().respond(design, depth)
+    force = r.force + 0.03 + rng.normal(0, 0.01, depth.size)
+    capacitance = r.capacitance + rng.normal(0, 5e-15, depth.size)
+    table = pd.DataFrame({"Displacement (mm)": 1e3 * depth + 0.05, "Force (N)": force})
+    table.to_csv(folder / "force.csv", index=False, float_format="%.6f")
+    lcr = pd.DataFrame({"Force (N)": force, "Capacitance (pF)": 1e12 * capacitance})
+    lcr.to_csv(folder / "lcr.csv", index=False, float_format="%.6f")
+    (folder / "experiment.toml").write_text(EXPERIMENT, encoding="utf-8")
+    (folder / "design.toml").write_text(DESIGN, encoding="utf-8")
+    return folder
+
+
+@pytest.fixture
+def lab(made: Path, tmp_path: Path) -> Path:
+    """A fresh copy of that folder."""
+    for file in made.iterdir():
+        if file.is_file():
+            (tmp_path / file.name).write_bytes(file.read_bytes())
+    return tmp_path
+
+
+@pytest.fixture(scope="module")
+def finished(made: Path) -> tuple[Path, Result]:
+    """A calibration that had no time to converge."""
+    run = made / "run"
+    result = _run("calibrate", made / "experiment.toml", "-o", run, "--budget", 0.001, "--processes", 0, "--seed", 4)
+    return run, result
+
+
+# --- calibrate, report, recommend ---------------------------------------------------------------------------------------
+
+
+def test_unconverged_calibration_exits_with_3_writes_everything_and_says_so(finished: tuple[Path, Result]) -> None:
+    run, result = finished
+    assert result.exit_code == 3, result.output
+    assert {p.name for p in run.iterdir()} == {
+        *("posterior.nc", "summary.json", "summary.csv", "report.html", "run.json", "checkpoint")
+    }
+    summary = json.loads((run / "summary.json").read_text())
+    assert summary["converged"] is False
+    assert summary["reasons"]
+    assert summary["seed"] == 4
+    assert "NOT converged" in result.stdout
+    assert "Not converged" in (run / "report.html").read_text(encoding="utf-8")
+
+
+def test_recommend_writes_json_and_a_section_in_the_report(finished: tuple[Path, Result]) -> None:
+    run, _ = finished
+    result = _run("recommend", run, "--force", "3 N", "--padding", "0.5 mm:3 mm", "--steps", 6, "--draws", 60)
+    assert result.exit_code == 3, result.output
+    recommendation = json.loads((run / "recommendation.json").read_text(encoding="utf-8"))
+    assert recommendation["thickness"][0] == pytest.approx(0.5e-3)
+    assert len(recommendation["thickness"]) == 6
+    assert recommendation["converged"] is False
+    assert result.stdout.startswith("Preliminary")
+    assert "What padding to build next" in (run / "report.html").read_text(encoding="utf-8")
+
+
+def test_report_can_be_made_anew(finished: tuple[Path, Result]) -> None:
+    run, _ = finished
+    (run / "report.html").unlink()
+    assert _run("report", run).exit_code == 3
+    assert "sensor 1" in (run / "report.html").read_text(encoding="utf-8")
+
+
+def test_resumed_run_goes_on_with_its_seed(finished: tuple[Path, Result]) -> None:
+    run, _ = finished
+    steps = len(list((run / "checkpoint").iterdir()))
+    experiment = run.parent / "experiment.toml"
+    result = _run("calibrate", experiment, "-o", run, "--resume", "--budget", 0.001, "--processes", 0)
+    assert result.exit_code == 3, result.output
+    assert len(list((run / "checkpoint").iterdir())) >= steps
+    assert json.loads((run / "summary.json").read_text())["seed"] == 4
+
+
+def test_converged_calibration_exits_with_0(
+    lab: Path, make_posterior: Callable[..., Posterior], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("calib.sampling.posterior.sample", lambda *_, **__: make_posterior(n_specimen=1))
+    result = _run("calibrate", lab / "experiment.toml", "-o", lab / "run")
+    assert result.exit_code == 0, result.output
+    assert json.loads((lab / "run" / "summary.json").read_text())["converged"] is True
+    assert "sensor_thickness[sensor 1]" in result.stdout
+
+
+def test_stopping_from_the_keyboard_keeps_the_run_and_says_how_to_go_on(lab: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def stopped(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("calib.sampling.posterior.sample", stopped)
+    result = _run("calibrate", lab / "experiment.toml", "-o", lab / "run", "--seed", 9)
+    assert result.exit_code == 130
+    assert "--resume" in _said(result)
+    assert json.loads((lab / "run" / "run.json").read_text())["seed"] == 9
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--force", "3"), '--force: "3" has no unit'),
+        (("--force", "3 mm"), "--force"),
+        (("--force", "3 N", "--padding", "5 mm"), 'not a range. Write it as "0 mm:9 mm"'),
+        (("--force", "3 N", "--padding", "5 mm:1 mm"), "padding range is empty: 5 mm to 1 mm"),
+        (("--force", "900 N"), "reaches 900 N at no padding from 0 to 9 mm"),
+    ],
+)
+def test_recommend_refuses_a_request_it_cannot_answer(
+    finished: tuple[Path, Result], words: tuple[str, ...], message: str
+) -> None:
+    run, _ = finished
+    before = {p: p.stat().st_mtime_ns for p in run.iterdir()}
+    result = _run("recommend", run, *words, "--draws", 60, "--steps", 5)
+    assert result.exit_code == 2
+    assert message in _said(result)
+    assert {p: p.stat().st_mtime_ns for p in run.iterdir()} == before
+
+
+def test_recommend_and_report_say_when_there_is_no_calibration(tmp_path: Path) -> None:
+    for words in (("report", tmp_path), ("recommend", tmp_path, "--force", "3 N")):
+        result = _run(*words)
+        assert result.exit_code == 2
+        assert "no finished calibration in this folder (no posterior.nc). Run `calib calibrate` first" in _said(result)
+
+
+# --- bad input ----------------------------------------------------------------------------------------------------------
+
+
+def _replace(file: str, old: str, new: str, lab: Path) -> None:
+    path = lab / file
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+
+
+BAD = {
+    "missing file": (("experiment.toml", "force.csv", "forze.csv"), "forze.csv"),
+    "missing column": (("force.csv", "Displacement (mm)", "Mood"), "displacement"),
+    "unknown unit": (("force.csv", "Force (N)", "Force (Nn)"), "Nn"),
+    "negative thickness": (("experiment.toml", '"0.74 mm", "0.02', '"-0.74 mm", "0.02'), "-0.74 mm"),
+    "prior outside the model's range": (("experiment.toml", '"1.10 mm", "0.03 mm"', '"0.10 mm", "0.003 mm"'), "covers"),
+    "text in a number": (("force.csv", "\n", "\n0.1,sensor fell off\n"), "sensor fell off"),
+    "unreadable TOML": (("experiment.toml", "[sensor]", "[sensor"), "experiment.toml:6"),
+    "unknown key": (("experiment.toml", "young_modulus", "yuong_modulus"), "young_modulus"),
+    "bare number": (("experiment.toml", '"5 mm"', "5"), "mm"),
+    "no unit in a prior": (("experiment.toml", '"0.7 MPa"', "0.7"), "MPa"),
+}
+
+
+@pytest.mark.parametrize("kind", BAD)
+def test_bad_input_exits_with_2_says_what_to_do_and_leaves_nothing_behind(lab: Path, kind: str) -> None:
+    (file, old, new), message = BAD[kind]
+    _replace(file, old, new, lab)
+    before = set(lab.rglob("*"))
+    result = _run("calibrate", lab / "experiment.toml", "-o", lab / "run")
+    assert result.exit_code == 2, result.output
+    assert _said(result).startswith("Error: ")
+    assert message in _said(result)
+    assert "Traceback" not in result.stderr
+    assert set(lab.rglob("*")) == before
+
+
+def test_empty_lab_file_exits_with_2(lab: Path) -> None:
+    (lab / "force.csv").write_text("", encoding="utf-8")
+    result = _run("calibrate", lab / "experiment.toml", "-o", lab / "run")
+    assert result.exit_code == 2
+    assert "force.csv" in _said(result)
+    assert "empty" in _said(result)
+    assert not (lab / "run").exists()
+
+
+def test_all_faults_of_an_experiment_are_said_at_once(lab: Path) -> None:
+    _replace("experiment.toml", '"5 mm"', '"-5 mm"', lab)
+    _replace("experiment.toml", '"0.74 mm", "0.02', '"0.74", "0.02', lab)
+    result = _run("calibrate", lab / "experiment.toml", "-o", lab / "run")
+    assert result.exit_code == 2
+    assert result.stderr.count("Error: ") == 2
+
+
+def test_existing_output_folder_is_not_touched(lab: Path) -> None:
+    run = lab / "run"
+    run.mkdir()
+    (run / "precious.txt").write_text("keep", encoding="utf-8")
+    result = _run("calibrate", lab / "experiment.toml", "-o", run)
+    assert result.exit_code == 2
+    assert "exists and is not overwritten. Choose another -o, or continue that run with --resume" in _said(result)
+    assert [p.name for p in run.iterdir()] == ["precious.txt"]
+
+
+def test_resuming_what_was_never_begun_is_refused(lab: Path) -> None:
+    result = _run("calibrate", lab / "experiment.toml", "-o", lab / "run", "--resume")
+    assert result.exit_code == 2
+    assert "there is no run to resume" in _said(result)
+    (lab / "run").mkdir()
+    result = _run("calibrate", lab / "experiment.toml", "-o", lab / "run", "--resume")
+    assert result.exit_code == 2
+    assert "not written by `calib calibrate`" in _said(result)
+
+
+def test_resuming_with_other_data_is_refused_and_keeps_the_run(finished: tuple[Path, Result], lab: Path) -> None:
+    run, _ = finished
+    before = {p: p.read_bytes() for p in run.rglob("*") if p.is_file()}
+    _replace("experiment.toml", '"0.7 MPa"', '"0.8 MPa"', lab)
+    result = _run("calibrate", lab / "experiment.toml", "-o", run, "--resume", "--budget", 0.001, "--processes", 0)
+    assert result.exit_code == 2
+    assert {p: p.read_bytes() for p in run.rglob("*") if p.is_file()} == before
+
+
+# --- read, init ---------------------------------------------------------------------------------------------------------
+
+
+def test_read_shows_and_writes_what_was_understood(lab: Path) -> None:
+    result = _run("read", lab / "force.csv", "-o", lab / "observations.csv")
+    assert result.exit_code == 0, result.output
+    assert "240 rows" in result.stdout
+    assert "Displacement (mm)" in result.stdout
+    rows = pd.read_csv(lab / "observations.csv", keep_default_na=False)
+    assert list(rows.columns) == ["displacement_m", "force_N", "branch", "cycle", "used", "reason"]
+    assert rows["displacement_m"].iloc[-1] == pytest.approx(0.65e-3)
+    assert len(rows) == 240
+
+
+def test_read_never_overwrites_the_lab_file(lab: Path) -> None:
+    before = (lab / "force.csv").read_bytes()
+    result = _run("read", lab / "force.csv", "-o", lab / "force.csv")
+    assert result.exit_code == 2
+    assert "overwrite the lab file" in _said(result)
+    assert (lab / "force.csv").read_bytes() == before
+
+
+def test_read_of_a_missing_file_exits_with_2(tmp_path: Path) -> None:
+    result = _run("read", tmp_path / "nothing.csv", "-o", tmp_path / "o.csv")
+    assert result.exit_code == 2
+    assert "nothing.csv" in _said(result)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_init_writes_an_experiment_that_can_be_read(lab: Path) -> None:
+    result = _run("init", lab / "lcr.csv", lab / "force.csv", "-o", lab / "new.toml")
+    assert result.exit_code == 0, result.output
+    experiment = read_experiment(lab / "new.toml")
+    (specimen,) = experiment.specimens
+    assert specimen.sweeps[0].force == lab / "force.csv"
+    assert specimen.sweeps[0].capacitance == lab / "lcr.csv"
+    assert "EDIT" in (lab / "new.toml").read_text(encoding="utf-8")
+
+
+def test_init_pairs_files_by_their_names(lab: Path) -> None:
+    (lab / "sub").mkdir()
+    names = [f"{kind}/s{k}_{what}.csv" for kind, what in (("sub", "lcr"), (".", "instron")) for k in (2, 10, 1)]
+    for name in names:
+        source = lab / ("lcr.csv" if "lcr" in name else "force.csv")
+        (lab / name).write_bytes(source.read_bytes())
+    result = _run("init", *(lab / n for n in names), "-o", lab / "new.toml")
+    assert result.exit_code == 0, result.output
+    experiment = read_experiment(lab / "new.toml")
+    assert [s.name for s in experiment.specimens] == ["s2", "s10", "s1"]
+    for specimen in experiment.specimens:
+        sweep = specimen.sweeps[0]
+        assert sweep.force is not None
+        assert sweep.capacitance is not None
+        assert sweep.force.stem.split("_")[0] == sweep.capacitance.stem.split("_")[0]
+
+
+def test_init_refuses_to_overwrite_and_files_it_does_not_understand(lab: Path) -> None:
+    before = (lab / "experiment.toml").read_bytes()
+    result = _run("init", lab / "force.csv", "-o", lab / "experiment.toml")
+    assert result.exit_code == 2
+    assert "not overwritten" in _said(result)
+    assert (lab / "experiment.toml").read_bytes() == before
+    (lab / "times.csv").write_text("Time (s)\n1\n2\n3\n", encoding="utf-8")
+    result = _run("init", lab / "times.csv", "-o", lab / "new.toml")
+    assert result.exit_code == 2
+    assert "times.csv" in _said(result)
+    assert not (lab / "new.toml").exists()
+
+
+# --- simulate, surrogate ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("target", "column", "end"), [(("--displacement", "0.7 mm"), 0, 0.7e-3), (("--force", "5 N"), 1, 5.0)])
+def test_simulate_writes_steps_up_to_the_asked_end(lab: Path, target: tuple[str, str], column: int, end: float) -> None:
+    result = _run("simulate", lab / "design.toml", *target, "--steps", 7, "--model", "closed-form", "-o", lab / "curve.csv")
+    assert result.exit_code == 0, result.output
+    rows = pd.read_csv(lab / "curve.csv")
+    assert list(rows.columns) == ["displacement_m", "force_N", "contact_radius_m", "capacitance_F", "capacitance_change"]
+    assert len(rows) == 7
+    assert rows.iloc[:, column].to_numpy() == pytest.approx(end * np.arange(1, 8) / 7)
+
+
+def test_simulate_prints_without_an_output_file(lab: Path) -> None:
+    result = _run("simulate", lab / "design.toml", "--displacement", "0.7 mm", "--steps", 2, "--model", "closed-form")
+    assert result.stdout.startswith("displacement_m,force_N")
+    assert len(result.stdout.splitlines()) == 3
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ((), "give either --displacement or --force"),
+        (("--displacement", "0.7 mm", "--force", "5 N"), "give either --displacement or --force"),
+        (("--displacement", "0.7"), "has no unit"),
+        (("--displacement", "-0.7 mm"), "must be positive, got -0.7 mm"),
+        (("--displacement", "7 mm"), "covers depths up to"),
+        (("--force", "700 N"), "reaches forces up to"),
+    ],
+)
+def test_simulate_refuses_what_it_cannot_do(lab: Path, words: tuple[str, ...], message: str) -> None:
+    result = _run("simulate", lab / "design.toml", *words, "--model", "closed-form", "-o", lab / "curve.csv")
+    assert result.exit_code == 2
+    assert message in _said(result)
+    assert not (lab / "curve.csv").exists()
+
+
+FEM = ("--model", "fem", "--accuracy", 0.01)
+
+
+def test_simulate_by_finite_elements_goes_there_and_back_and_checks_itself(lab: Path) -> None:
+    result = _run(
+        "simulate", lab / "design.toml", "--force", "3 N", "--steps", 4, *FEM, "--unload", "--check", "-o", lab / "curve.csv"
+    )
+    assert result.exit_code == 0, result.output
+    rows = pd.read_csv(lab / "curve.csv")
+    assert rows["force_N"].to_numpy() == pytest.approx([0.75, 1.5, 2.25, 3.0, 2.25, 1.5, 0.75], rel=1e-6)
+    said = _said(result)
+    for part in ("Estimated error of the mesh", "capacitance change", "stored energy", "Largest penetration"):
+        assert part in said
+
+
+LAYERED = """
+[indenter]
+shape = "flat punch"
+radius = "3 mm"
+edge_radius = "0.5 mm"
+[disc]
+radius = "10 mm"
+[[layers]]
+name = "foam"
+thickness = "1 mm"
+young_modulus = "0.3 MPa"
+law = { yeoh = { c2 = -0.25 } }
+[[layers]]
+name = "dielectric"
+thickness = "0.3 mm"
+young_modulus = "0.7 MPa"
+relative_permittivity = 3.0
+"""
+
+
+def test_simulate_takes_layers_to_the_finite_elements_alone(lab: Path) -> None:
+    (lab / "layers.toml").write_text(LAYERED, encoding="utf-8")
+    result = _run("simulate", lab / "layers.toml", "--displacement", "0.1 mm", "-o", lab / "curve.csv")
+    assert result.exit_code == 2
+    assert "the surrogate covers a ball on a sensor and padding of one law" in _said(result)
+    assert "Add --model fem" in _said(result)
+    result = _run("simulate", lab / "layers.toml", "--displacement", "0.1 mm", *FEM, "-o", lab / "curve.csv")
+    assert result.exit_code == 0, result.output
+    assert len(pd.read_csv(lab / "curve.csv")) == 14
+
+
+def test_a_path_that_ends_early_is_written_as_far_as_it_came_and_says_why(lab: Path) -> None:
+    (lab / "layers.toml").write_text(LAYERED, encoding="utf-8")
+    result = _run("simulate", lab / "layers.toml", "--displacement", "0.8 mm", "--steps", 16, *FEM, "-o", lab / "curve.csv")
+    assert result.exit_code == 3
+    said = _said(result)
+    assert "Ended early: no equilibrium beyond an indentation of" in said
+    assert "the material of layer foam has lost strong ellipticity" in said
+    rows = pd.read_csv(lab / "curve.csv")
+    assert 1 <= len(rows) < 16
+    assert f"{rows['displacement_m'].iloc[-1] * 1e3:.4g} mm" in said
+
+
+@pytest.mark.parametrize(
+    "option", [("--unload",), ("--check",), ("--picture", "p.png"), ("--vtk", "p.pvd"), ("--accuracy", 0.01)]
+)
+def test_options_of_the_finite_elements_are_refused_without_them(
+    lab: Path, option: tuple[object, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(lab)
+    result = _run("simulate", lab / "design.toml", "--displacement", "0.1 mm", *option)
+    assert result.exit_code == 2
+    assert f"{option[0]} needs the finite elements. Add --model fem" in _said(result)
+
+
+def test_a_picture_that_cannot_be_made_leaves_nothing_written(lab: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pyvista", None)
+    words = ("--displacement", "0.1 mm", "--steps", 2, *FEM, "--view", lab / "v.png", "-o", lab / "curve.csv")
+    result = _run("simulate", lab / "design.toml", *words)
+    assert result.exit_code == 2
+    assert "needs the package pyvista" in _said(result)
+    assert not (lab / "curve.csv").exists()
+    assert not (lab / "v.png").exists()
+
+
+def test_pictures_are_refused_before_the_work_if_they_cannot_be_written(lab: Path) -> None:
+    for option, path, message in (
+        ("--picture", lab / "p.doc", "--picture must end in .png or .pdf or .svg"),
+        ("--picture", lab / "p.PNG", "--picture must end in .png or .pdf or .svg"),
+        ("--vtk", lab / "nowhere" / "p.pvd", "does not exist"),
+        ("--picture", lab / "design.toml", "would overwrite the design file"),
+    ):
+        result = _run("simulate", lab / "design.toml", "--displacement", "0.1 mm", *FEM, option, path)
+        assert result.exit_code == 2
+        assert message in _said(result)
+
+
+def test_surrogate_commands_refuse_a_missing_file_too_few_points_and_an_existing_output(lab: Path) -> None:
+    result = _run("surrogate", "info", "--surrogate", lab / "nothing.npz")
+    assert result.exit_code == 2
+    assert "no such surrogate file" in _said(result)
+    result = _run("surrogate", "train", "-o", lab / "new.npz", "--points", 4)
+    assert result.exit_code == 2
+    assert "--points 4 are too few to train on. Give at least" in _said(result)
+    result = _run("surrogate", "train", "-o", lab / "force.csv")
+    assert result.exit_code == 2
+    assert "not overwritten" in _said(result)
+    result = _run("surrogate", "train", "-o", lab / "new.npz", "--store", lab / "force.csv")
+    assert result.exit_code == 2
+    assert "force.csv: is not a store of finite-element runs. Choose another --store" in _said(result)
+    assert not (lab / "new.npz").exists()
+
+
+def test_a_surrogate_is_trained_extended_and_used(lab: Path) -> None:
+    quick = ("--steps", 60, "--accuracy", 0.1, "--processes", 2, "--store", lab / "runs.sqlite")
+    result = _run("surrogate", "train", "-o", lab / "one.npz", "--points", 64, *quick)
+    assert result.exit_code == 0, result.output
+    assert "(64 curves, " in " ".join(result.stdout.split())
+    # Those that are there are not run again; four more go where the first one states the largest errors.
+    words = ("-o", lab / "two.npz", "--points", 68, "--improve", lab / "one.npz", *quick)
+    result = _run("surrogate", "train", *words)
+    assert result.exit_code == 0, result.output
+    assert "(68 curves, " in " ".join(result.stdout.split())
+    result = _run("surrogate", "info", "--surrogate", lab / "two.npz")
+    assert "range of h_p/h_s" in result.stdout
+    assert "of them without equilibrium to their end" in " ".join(result.stdout.split())
+    words = ("--displacement", "0.5 mm", "--steps", 2, "--surrogate", lab / "two.npz")
+    result = _run("simulate", lab / "design.toml", *words)
+    assert result.exit_code == 0, result.output
+    assert len(result.stdout.splitlines()) == 3
+    result = _run("surrogate", "train", "-o", lab / "three.npz", "--family", "gent", "--improve", lab / "two.npz")
+    assert result.exit_code == 2
+    assert "it is a surrogate of the family neo-hookean. Give one of gent" in _said(result)
+    result = _run("surrogate", "train", "-o", lab / "three.npz", "--family", "gent", *quick)
+    assert result.exit_code == 2
+    assert "family is neo-hookean there and gent here" in _said(result)
+
+
+def test_a_design_of_another_family_gets_its_surrogate(lab: Path) -> None:
+    text = (lab / "design.toml").read_text()
+    law = "law = { gent = { locking = 20 } }\n"
+    gent = text.replace("[sensor]\n", f"[sensor]\n{law}").replace("[padding]\n", f"[padding]\n{law}")
+    (lab / "gent.toml").write_text(gent)
+    (lab / "stick.toml").write_text(text.replace("[indenter]\n", '[indenter]\nfriction_coefficient = "stick"\n'))
+    last = {}
+    for name in ("design", "gent", "stick"):
+        result = _run("simulate", lab / f"{name}.toml", "--displacement", "0.5 mm", "--steps", 2)
+        assert result.exit_code == 0, result.output
+        last[name] = float(result.stdout.splitlines()[-1].split(",")[1])
+    assert 1.001 < last["gent"] / last["design"] < 1.2
+    assert 1.02 < last["stick"] / last["design"] < 2
+    assert "Gent sensor" in _run("surrogate", "info", "--family", "gent").stdout
+    result = _run("simulate", lab / "gent.toml", "--displacement", "0.5 mm", "--model", "closed-form")
+    assert result.exit_code == 2
+    assert "stiffening must be 0" in _said(result)
+
+
+# --- help ---------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "command", ["init", "read", "calibrate", "recommend", "report", "simulate", "surrogate train", "surrogate refine"]
+)
+def test_help_teaches_with_an_example_and_the_exit_codes(command: str) -> None:
+    result = _run(*command.split(), "--help")
+    assert result.exit_code == 0
+    said = " ".join(result.stdout.split())
+    assert "Example: calib" in said
+    assert "Exit codes: 0" in said
+
+
+def test_help_starts_without_loading_the_heavy_libraries() -> None:
+    code = "import sys, calib.cli; print([m for m in ('arviz', 'emcee', 'matplotlib', 'scipy', 'pandas') if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"

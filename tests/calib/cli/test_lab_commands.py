@@ -1,0 +1,199 @@
+"""`calib read` and `calib init` on what labs have: folders, several specimens, wrong units, cycles."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from typer.testing import CliRunner, Result
+
+from calib.cli import app
+from calib.errors import InputError
+from calib.experiment.plan import experiment_from_json, experiment_to_json, read_experiment
+from calib.lab.sweep import make_sweep
+
+
+def _run(*words: object) -> Result:
+    return CliRunner().invoke(app, [str(w) for w in words])
+
+
+def _line(text: str) -> str:
+    return " ".join(text.split())
+
+
+def _press(start: float, scale: float = 1.0, cycles: int = 1) -> str:
+    """Rows time, displacement in mm, force in N of presses to 0.6 mm and back, from `start` s on."""
+    x = np.concatenate([np.concatenate([np.linspace(-0.1, 0.6, 60), np.linspace(0.6, -0.1, 60)[1:]]) for _ in range(cycles)])
+    force = scale * np.maximum(x, 0) ** 1.5 * 8 + 0.003 * np.sin(37.0 * np.arange(x.size))
+    return "".join(f"{start + 0.1 * i:.2f},{d:.5f},{f:.4f}\n" for i, (d, f) in enumerate(zip(x, force, strict=True)))
+
+
+def _log(n: int = 120) -> str:
+    x = np.concatenate([np.linspace(-0.1, 0.6, n // 2), np.linspace(0.6, -0.1, n - n // 2)])
+    c = 97.3 + 3 * np.maximum(x, 0) ** 2 + 0.004 * np.sin(23.0 * np.arange(n))
+    return "".join(f"{0.1 * i:.2f},{v:.4f},0.0012\n" for i, v in enumerate(c))
+
+
+TESTER = "Time (s),Extension (mm),Load (N)\n"
+LCR = "Time (s),Cp (pF),D\n"
+
+
+def test_read_tells_noise_resolution_cycles_and_quality_and_draws(tmp_path: Path) -> None:
+    (tmp_path / "press.csv").write_text(TESTER + _press(0.0, cycles=3))
+    result = _run("read", tmp_path / "press.csv", "--cycle", 2, "--picture", tmp_path / "p.png", "-o", tmp_path / "o.csv")
+    assert result.exit_code == 0, result.output
+    said = _line(result.stdout)
+    for words in ("delimiter comma", "decimal point", "3 cycles, cycle 2 is used", "noise", "0.0001", "hysteresis"):
+        assert words in said
+    assert (tmp_path / "p.png").read_bytes()[:4] == b"\x89PNG"
+    table = pd.read_csv(tmp_path / "o.csv")
+    assert set(table["cycle"][table["used"]]) == {2}
+    assert _run("read", tmp_path / "press.csv", "--cycle", 4).exit_code == 2
+
+
+def test_what_the_user_says_of_units_and_columns_replaces_what_the_file_says(tmp_path: Path) -> None:
+    (tmp_path / "press.csv").write_text("Time (s),Extension (mm),Load 1,Load 2 (N)\n0,0.1,0.001,5\n1,0.2,0.002,6\n")
+    refused = _run("read", tmp_path / "press.csv")
+    assert refused.exit_code == 2
+    result = _run("read", tmp_path / "press.csv", "--columns", "force=Load 1", "--units", "force=kN", "-o", tmp_path / "o.csv")
+    assert result.exit_code == 0, result.output
+    assert "read as kN" in result.stdout
+    np.testing.assert_allclose(pd.read_csv(tmp_path / "o.csv")["force_N"], [1.0, 2.0], rtol=1e-15)
+    by_number = _run("read", tmp_path / "press.csv", "--columns", "force=4", "-o", tmp_path / "o.csv")
+    assert by_number.exit_code == 0, by_number.output
+    np.testing.assert_allclose(pd.read_csv(tmp_path / "o.csv")["force_N"], [5.0, 6.0])
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--units", "force"], "not of the form quantity=value"),
+        (["--units", "weight=kN"], "The quantities are time"),
+        (["--units", "force=kg"], "--units force=kgf"),
+        (["--units", "capacitance=pF"], "there is no capacitance column"),
+        (["--columns", "force=Weight"], 'no column "Weight"'),
+        (["--specimen", "2"], "there is no specimen 2"),
+        (["--picture", "p.jpeg"], "a picture ends in"),
+    ],
+)
+def test_wrong_options_of_read_say_what_is_wrong_and_write_nothing(tmp_path: Path, words: list[str], message: str) -> None:
+    (tmp_path / "press.csv").write_text(TESTER + _press(0.0))
+    result = _run("read", tmp_path / "press.csv", *words, "-o", tmp_path / "o.csv")
+    assert result.exit_code == 2, result.output
+    assert message in _line(result.stderr)
+    assert not (tmp_path / "o.csv").exists()
+
+
+def test_a_folder_becomes_an_experiment_with_what_was_left_out(tmp_path: Path) -> None:
+    folder = tmp_path / "measured"
+    (folder / "lcr").mkdir(parents=True)
+    (folder / "A1_instron.csv").write_text(TESTER + _press(0.0))
+    (folder / "lcr" / "A1_hioki.txt").write_text(LCR + _log())
+    (folder / "thicknesses.csv").write_text("specimen,thickness\nA1,0.74\n")
+    (folder / "both.csv").write_text(TESTER + _press(0.0) + "\n" + TESTER + _press(0.0, scale=2.0))
+    result = _run("init", folder, "-o", tmp_path / "experiment.toml")
+    assert result.exit_code == 0, result.output
+    assert "paired by name" in result.stdout
+    assert "left out" in result.stdout
+    text = (tmp_path / "experiment.toml").read_text()
+    assert "thicknesses.csv" in text
+    plan = read_experiment(tmp_path / "experiment.toml")
+    assert [s.name for s in plan.specimens] == ["A1", "both 1", "both 2"]
+    first, second = (plan.specimens[k].sweeps[0] for k in (1, 2))
+    assert (first.force_reading.specimen, second.force_reading.specimen) == (1, 2)
+    ones, twos = (make_sweep("s", "", 5e-3, f.force, None, force_reading=f.force_reading).force for f in (first, second))
+    assert ones is not None
+    assert twos is not None
+    assert np.max(twos.force) == pytest.approx(2 * np.max(ones.force), rel=0.02)
+
+
+def test_files_whose_names_say_nothing_are_paired_by_the_time_at_which_they_began(tmp_path: Path) -> None:
+    for k, hour in ((1, 10), (2, 11)):
+        date = f"Start,2024-05-02 {hour}:00:0{k}\n"
+        (tmp_path / f"Specimen_RawData_{k}.csv").write_text(date + TESTER + _press(0.0))
+        (tmp_path / f"{'xy'[2 - k]}.csv").write_text(date + LCR + _log())
+    result = _run("init", tmp_path, "-o", tmp_path / "experiment.toml")
+    assert result.exit_code == 0, result.output
+    plan = read_experiment(tmp_path / "experiment.toml")
+    paired = {s.sweeps[0].force.name: s.sweeps[0].capacitance.name for s in plan.specimens if s.sweeps[0].force}  # type: ignore[union-attr]
+    assert paired == {"Specimen_RawData_1.csv": "y.csv", "Specimen_RawData_2.csv": "x.csv"}
+    assert "paired by time: the records began 0 s apart" in (tmp_path / "experiment.toml").read_text()
+
+
+def test_raw_data_of_bluehill_are_called_by_their_sample(tmp_path: Path) -> None:
+    for sample in ("S7", "S8"):
+        (tmp_path / f"{sample}.is_ccyclic_RawData").mkdir()
+        (tmp_path / f"{sample}.is_ccyclic_RawData" / "Specimen_RawData_1.csv").write_text(TESTER + _press(0.0))
+        (tmp_path / f"{sample}_1_hioki.csv").write_text(LCR + _log())
+    result = _run("init", tmp_path, "-o", tmp_path / "experiment.toml")
+    assert result.exit_code == 0, result.output
+    plan = read_experiment(tmp_path / "experiment.toml")
+    pairs = {s.name: s.sweeps[0].capacitance.name for s in plan.specimens if s.sweeps[0].capacitance and s.sweeps[0].force}
+    assert pairs == {"S7_1": "S7_1_hioki.csv", "S8_1": "S8_1_hioki.csv"}
+
+
+def test_names_that_agree_with_times_that_do_not_are_to_be_checked(tmp_path: Path) -> None:
+    (tmp_path / "A_instron.csv").write_text("Start,2024-05-02 10:00:00\n" + TESTER + _press(0.0))
+    (tmp_path / "A_lcr.csv").write_text("Start,2024-05-03 10:00:00\n" + LCR + _log())
+    result = _run("init", tmp_path, "-o", tmp_path / "experiment.toml")
+    assert "but the records began 24.0 h apart: check" in result.stdout
+
+
+def test_a_folder_without_lab_files_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "empty").mkdir()
+    assert "there is no .csv" in _line(_run("init", tmp_path / "empty", "-o", tmp_path / "e.toml").stderr)
+    (tmp_path / "empty" / "notes.txt").write_text("dear diary\n")
+    result = _run("init", tmp_path / "empty", "-o", tmp_path / "e.toml")
+    assert result.exit_code == 2
+    assert "no header row" in _line(result.stderr)
+    assert not (tmp_path / "e.toml").exists()
+
+
+HEAD = """
+[indenter]
+radius = "5 mm"
+[sensor]
+radius = "10 mm"
+[[specimens]]
+name = "s"
+force = {force}
+[specimens.priors]
+sensor_thickness = {{ normal = ["0.74 mm", "0.02 mm"] }}
+padding_thickness = {{ normal = ["1.10 mm", "0.03 mm"] }}
+"""
+
+
+def test_an_experiment_says_how_a_file_is_to_be_read(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("Time (s),Extension (mm),Load 1\n" + _press(0.0, cycles=2))
+    force = '{ file = "a.csv", units = { force = "mN" }, columns = { force = 3 }, cycle = 2 }'
+    (tmp_path / "e.toml").write_text(HEAD.format(force=force))
+    files = read_experiment(tmp_path / "e.toml").specimens[0].sweeps[0]
+    plan = read_experiment(tmp_path / "e.toml")
+    assert experiment_from_json(experiment_to_json(plan)) == plan
+    assert dict(files.force_reading.units) == {"force": "mN"}
+    assert dict(files.force_reading.columns) == {"force": "3"}
+    assert files.cycle == 2
+    sweep = make_sweep("s", "", 5e-3, files.force, None, force_reading=files.force_reading, cycle=files.cycle)
+    assert sweep.force is not None
+    assert np.max(sweep.force.force) == pytest.approx(8e-3 * 0.6**1.5, rel=0.1)
+    assert any("cycle 2 is used" in note for note in sweep.notes)
+
+
+@pytest.mark.parametrize(
+    ("force", "message"),
+    [
+        ('{ units = { force = "kN" } }', "force names no file"),
+        ('{ file = "a.csv", unit = { force = "kN" } }', "unit"),
+        ('{ file = "a.csv", units = { weight = "kN" } }', "weight"),
+        ('{ file = "a.csv", specimen = 0 }', "specimen must be a whole number from 1, got 0"),
+        ('{ file = "b.csv" }', "file not found"),
+    ],
+)
+def test_faults_in_how_a_file_is_to_be_read_are_told_with_their_line(tmp_path: Path, force: str, message: str) -> None:
+    (tmp_path / "a.csv").write_text(TESTER + _press(0.0))
+    (tmp_path / "e.toml").write_text(HEAD.format(force=force))
+    with pytest.raises(InputError, match=message) as caught:
+        read_experiment(tmp_path / "e.toml")
+    assert caught.value.faults[0].line == 8

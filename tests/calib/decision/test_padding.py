@@ -1,0 +1,185 @@
+"""Padding recommendations where the right answer is known."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from calib.decision.padding import (
+    Recommendation,
+    Requirement,
+    percent,
+    recommend,
+    recommendation_from_json,
+    recommendation_to_json,
+)
+from calib.errors import InputError
+from calib.sampling.posterior import Posterior
+from models.analytic import ClosedForm
+from models.response import Response
+from models.sensor import Design, FloatArray
+
+MakePosterior = Callable[..., Posterior]
+
+
+@dataclass(frozen=True)
+class Hill:
+    """F = k d with k = 1000 N/m; the change at force F is F/100 N times a hill of `width` over the padding, with its `top`."""
+
+    top: float = 4e-3
+    width: float = 4e-3
+    reach: float = 20.0
+    name: str = "hill"
+
+    def max_depth(self, design: Design) -> FloatArray:
+        h = np.asarray(design.draws().padding.thickness)
+        return np.where(h < 1e-3, 2e-3, self.reach * 1e-3)
+
+    def outside(self, design: Design, depth: FloatArray) -> str:
+        return "" if np.all(np.max(depth) <= self.max_depth(design)) else "the hill ends here"
+
+    def respond(self, design: Design, depth: FloatArray) -> Response:
+        batch = design.draws()
+        h = np.asarray(batch.padding.thickness)[:, None]
+        d = np.maximum(np.broadcast_to(depth, (h.shape[0], np.shape(depth)[-1])), 0.0)
+        force = 1000 * d
+        c0 = np.broadcast_to(np.asarray(batch.rest_capacitance, dtype=float), h.shape[:1])
+        change = force / 100 * (1 - ((h - self.top) / self.width) ** 2 / 4)
+        nothing = np.zeros((*d.shape, 0))
+        return Response(d, force, d, c0[:, None] * (1 + change), c0, nothing, nothing)
+
+
+def _recommend(
+    posterior: Posterior, forward: Hill | ClosedForm, *numbers: float, seed: int = 1, **more: float
+) -> Recommendation:
+    force, lower, upper = numbers
+    return recommend(posterior, forward, Requirement(force, lower, upper, n_draw=200, **more), seed=seed)
+
+
+def _exact(posterior: Posterior) -> Posterior:
+    """The same without discrepancy."""
+    keep = [i for i, p in enumerate(posterior.parameters) if not p.parameter.endswith("discrepancy")]
+    return replace(posterior, parameters=tuple(posterior.parameters[i] for i in keep), draws=posterior.draws[:, :, keep])
+
+
+def test_recommends_the_top_of_the_hill(make_posterior: MakePosterior) -> None:
+    r = _recommend(_exact(make_posterior()), Hill(), 3.0, 1e-3, 9e-3)
+    assert r.best == pytest.approx(4e-3, abs=0.12e-3)
+    assert r.best_probability == 1
+    assert r.optimum == pytest.approx(4e-3, abs=1e-6)
+    assert r.change_at_best == pytest.approx(0.03, rel=1e-3)
+    assert r.depth_at_best == pytest.approx(3e-3, rel=1e-3)
+    assert r.border == ""
+
+
+def test_interval_is_where_the_loss_stays_below_the_tolerance(make_posterior: MakePosterior) -> None:
+    # 1 - x^2 / 4 >= 0.95 for |x| <= sqrt(0.2), x in units of 4 mm.
+    r = _recommend(_exact(make_posterior()), Hill(), 3.0, 1e-3, 9e-3, n_thickness=81)
+    half = 4e-3 * np.sqrt(0.2)
+    assert r.interval == pytest.approx((4e-3 - half, 4e-3 + half), abs=0.11e-3)
+
+
+def test_resolution_is_noise_over_slope(make_posterior: MakePosterior) -> None:
+    posterior = _exact(make_posterior())
+    r = _recommend(posterior, Hill(), 3.0, 1e-3, 9e-3)
+    c0, noise = 43e-12, 5e-15  # noise, of the posterior; C0 of its first specimen, that of the second is 8 % less
+    assert r.resolution_at_best[2] == pytest.approx(noise / (0.01 * c0), rel=0.12)
+
+
+def test_discrepancy_makes_the_recommendation_less_sure(make_posterior: MakePosterior) -> None:
+    sure = _recommend(_exact(make_posterior()), Hill(), 3.0, 1e-3, 9e-3)
+    rough = _recommend(make_posterior(widen=30.0), Hill(), 3.0, 1e-3, 9e-3)
+    assert np.ptp(rough.optimum) > np.ptp(sure.optimum)
+    assert np.nansum(rough.probability == 1) < np.nansum(sure.probability == 1)
+
+
+def test_a_recommendation_at_the_border_says_so(make_posterior: MakePosterior) -> None:
+    r = _recommend(_exact(make_posterior()), Hill(), 3.0, 1e-3, 3e-3)
+    assert r.best == 3e-3
+    assert "border of the asked range" in r.border
+    assert "thicker padding may do better" in r.verdict
+
+
+def test_a_recommendation_at_the_end_of_the_models_range_says_so(make_posterior: MakePosterior) -> None:
+    r = _recommend(_exact(make_posterior()), Hill(top=0.5e-3), 3.0, 0.0, 4e-3, n_thickness=41)
+    assert not r.covered[0]
+    assert r.coverage[0] == 0
+    assert np.isnan(r.change[:, 0]).all()
+    assert r.best == pytest.approx(1e-3)
+    assert "border of what the model covers" in r.border
+
+
+def test_a_request_that_is_not_covered_at_all_names_the_range(make_posterior: MakePosterior) -> None:
+    with pytest.raises(
+        InputError, match=r"reaches 50 N at no padding from 0 to 9 mm .* up to 2 N at 0 mm and up to 20 N at 9 mm"
+    ):
+        _recommend(make_posterior(), Hill(), 50.0, 0.0, 9e-3)
+
+
+def test_gain_over_the_measured_specimens_is_the_ratio_of_changes(make_posterior: MakePosterior) -> None:
+    r = _recommend(_exact(make_posterior()), Hill(), 3.0, 1e-3, 9e-3)
+    assert r.present_padding == pytest.approx(1.2e-3, abs=0.11e-3)
+    assert r.gain[2] == pytest.approx(r.change_at_best[2] / r.present_change[2], rel=0.02)
+
+
+def test_specimens_take_turns_among_the_draws(make_posterior: MakePosterior) -> None:
+    two, one = (_recommend(make_posterior(n_specimen=n), ClosedForm(capacitance_error=0.0), 1.5, 0.0, 6e-3) for n in (2, 1))
+    assert np.ptp(two.depth[[0, 4], 0]) > np.ptp(one.depth[[0, 4], 0])
+
+
+def test_recommendation_depends_on_the_seed_alone(make_posterior: MakePosterior) -> None:
+    first, again, other = (_recommend(make_posterior(), ClosedForm(), 1.5, 0.0, 6e-3, seed=s) for s in (1, 1, 2))
+    assert recommendation_to_json(first) == recommendation_to_json(again)
+    assert recommendation_to_json(first) != recommendation_to_json(other)
+
+
+def test_recommendation_of_an_unconverged_posterior_calls_itself_preliminary(make_posterior: MakePosterior) -> None:
+    r = _recommend(make_posterior(converged=False), ClosedForm(), 1.5, 0.0, 6e-3)
+    assert not r.converged
+    assert r.verdict.startswith("Preliminary, because the calibration has not converged (R-hat of young_modulus")
+
+
+def test_recommendation_is_conditioned_on_base_and_electrode(make_posterior: MakePosterior) -> None:
+    text = " ".join(_recommend(make_posterior(), ClosedForm(), 1.5, 0.0, 6e-3).conditions)
+    assert "bonded" in text
+    assert "electrode radius 10 mm" in text
+
+
+def test_json_round_trip_keeps_everything(make_posterior: MakePosterior) -> None:
+    r = _recommend(_exact(make_posterior()), Hill(), 3.0, 0.0, 9e-3)
+    text = recommendation_to_json(r)
+    again = recommendation_from_json(text)
+    assert recommendation_to_json(again) == text
+    assert again.verdict == r.verdict
+    plain = json.loads(text)
+    assert plain["format"] == 1
+    assert plain["change"][0][0] is None  # nothing that JSON does not know
+    assert plain["best"] == r.best
+
+
+@pytest.mark.parametrize("text", ["", "{}", "[1]", '{"format": 99}'])
+def test_a_file_that_is_no_recommendation_is_refused(text: str) -> None:
+    with pytest.raises(InputError, match="not a recommendation this version can read"):
+        recommendation_from_json(text)
+
+
+@pytest.mark.parametrize(
+    ("numbers", "message"),
+    [
+        ((-1.0, 0.0, 9e-3), "force must be positive, got -1 N"),
+        ((1.0, -1e-3, 9e-3), "padding thickness must not be negative, got -1 mm"),
+        ((1.0, 9e-3, 1e-3), "padding range is empty: 9 mm to 1 mm"),
+        ((float("nan"), 0.0, 9e-3), "force must be positive, got nan N"),
+    ],
+)
+def test_requirements_say_what_is_wrong_with_them(numbers: tuple[float, float, float], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        Requirement(*numbers)
+
+
+def test_no_probability_is_called_certain() -> None:
+    assert [percent(p) for p in (1.0, 0.5, 0.0)] == ["more than 99 %", "50 %", "less than 1 %"]

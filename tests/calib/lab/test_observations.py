@@ -1,0 +1,486 @@
+"""Signs, branches, masks and the reduction of sweeps, on hand-made pressings whose truth is known."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from calib.errors import InputError
+from calib.lab.instruments import read_lab_file
+from calib.lab.observations import observations_frame, observe, why_left_out
+from calib.lab.reduction import integrated_time
+from calib.lab.sweep import Sweep, make_sweep, sweeps_from_json, sweeps_to_json
+from models.sensor import BoolArray, FloatArray
+
+LABDATA = Path(__file__).resolve().parents[4] / "shared" / "labdata"
+needs_labdata = pytest.mark.skipif(not LABDATA.is_dir(), reason="the folder of real lab files is not here")
+
+RADIUS = 5e-3
+LOAD_ZERO = 0.31  # [N]
+CONTACT = 0.05  # [mm], crosshead reading at first touch
+
+
+@dataclass(frozen=True)
+class Press:
+    """A pressing as a lab does it: approach, press, hold, unload. Lengths in mm, time in s of the tester, force in N."""
+
+    approach: float = 0.2
+    depth: float = 0.7
+    hold: float = 1.0
+    speed: float = 0.0125
+    unloading_speed: float = 0.025
+    hysteresis: float = 0.2
+    force_noise: float = 5e-3
+    capacitance_noise: float = 5e-3  # [pF]
+
+    @property
+    def top(self) -> float:
+        return (self.approach + self.depth) / self.speed
+
+    @property
+    def end(self) -> float:
+        return self.top + self.hold + (self.approach + self.depth) / self.unloading_speed
+
+    def crosshead(self, t: FloatArray) -> FloatArray:
+        start = CONTACT - self.approach
+        up = start + self.speed * np.clip(t, 0, self.top)
+        return np.asarray(np.maximum(up - self.unloading_speed * np.clip(t - self.top - self.hold, 0, None), start))
+
+    def force(self, x: FloatArray, loading: BoolArray | bool = True) -> FloatArray:
+        d = np.maximum(x - CONTACT, 0) / 0.7
+        return np.asarray(5 * d**1.8 * np.where(loading, 1, 1 - self.hysteresis * (1 - d)) + LOAD_ZERO)
+
+    def capacitance(self, x: FloatArray, loading: BoolArray | bool = True) -> FloatArray:
+        d = np.maximum(x - CONTACT, 0) / 0.7
+        return np.asarray(97.3 + 2.3 * d**1.6 * np.where(loading, 1, 1 - self.hysteresis * (1 - d)))
+
+    def write_tester(self, path: Path, rng: np.random.Generator, sign: float = -1.0) -> Path:
+        t = np.arange(0, self.end, 0.02)
+        x = self.crosshead(t)
+        f = self.force(x, t < self.top + self.hold) + self.force_noise * rng.normal(size=t.size)
+        rows = "".join(f"{a:.3f},{sign * b:.5f},{sign * c:.3f}\n" for a, b, c in zip(t, x, f, strict=True))
+        path.write_text(f'Text Inputs : Specimen label,"s"\n\nTime,Extension,Load\n(s),(mm),(N)\n{rows}')
+        return path
+
+    def write_lcr(self, path: Path, rng: np.random.Generator, offset: float = 3.27, interval: float = 0.1) -> Path:
+        t = np.arange(0, self.end + 4, interval)  # the meter's clock, started before the test
+        on_tester = t + offset
+        c = self.capacitance(self.crosshead(on_tester), on_tester < self.top + self.hold)
+        c = c + self.capacitance_noise * rng.normal(size=t.size)
+        rows = "".join(f"{a:.3f},{b:.3f},0.0121,0\n" for a, b in zip(t, c, strict=True))
+        path.write_text("Time (s),Cp (pF),D,Status\n" + rows)
+        return path
+
+
+def press(
+    tmp_path: Path, seed: int = 1, offset: float = -2.5, p: Press | None = None, n_points: int = 40
+) -> tuple[Press, Sweep]:
+    p = p or Press()
+    rng = np.random.default_rng(seed)
+    tester, lcr = p.write_tester(tmp_path / "tester.csv", rng), p.write_lcr(tmp_path / "lcr.csv", rng, offset)
+    return p, make_sweep("sensor 1", "sensor 1", RADIUS, tester, lcr, n_points)
+
+
+# ------------------------------------------------------------------------------------------------------ observations
+
+
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_compression_is_positive_whatever_the_tester_says_and_nothing_is_zeroed(tmp_path: Path, sign: float) -> None:
+    p = Press()
+    obs = observe(read_lab_file(p.write_tester(tmp_path / "t.csv", np.random.default_rng(1), sign)))
+    assert obs.force is not None
+    assert obs.displacement is not None
+    assert obs.displacement[0] == pytest.approx((CONTACT - p.approach) * 1e-3, abs=1e-8)
+    assert np.mean(obs.force[:100]) == pytest.approx(LOAD_ZERO, abs=3e-3)
+    assert ("sign turned" in obs.sign_note) == (sign < 0)
+    assert "5.0" in obs.sign_note
+
+
+def test_withdrawing_further_than_pressing_does_not_turn_the_sign(tmp_path: Path) -> None:
+    x = np.concatenate([np.linspace(0, 1, 100), np.linspace(1, -5, 300)])
+    f = np.maximum(x - 0.2, 0) * 4
+    rows = "".join(f"{i * 0.1:.1f},{a:.4f},{b:.4f}\n" for i, (a, b) in enumerate(zip(x, f, strict=True)))
+    (tmp_path / "t.csv").write_text("Time (s),Extension (mm),Load (N)\n" + rows)
+    obs = observe(read_lab_file(tmp_path / "t.csv"))
+    assert obs.displacement is not None
+    assert obs.displacement.max() == pytest.approx(1e-3)
+
+
+def test_branches_and_reasons_follow_the_pressing(tmp_path: Path) -> None:
+    p = Press()
+    obs = observe(read_lab_file(p.write_tester(tmp_path / "t.csv", np.random.default_rng(1))))
+    assert obs.time is not None
+    truth = np.where(obs.time < p.top, "loading", np.where(obs.time < p.top + p.hold, "hold", "unloading"))
+    wrong = np.flatnonzero(truth != np.array(obs.branch))
+    assert wrong.size <= 6  # rows at the two corners
+    np.testing.assert_array_equal(obs.used, np.array(obs.branch) == "loading")
+    assert Counter(r.split(" ")[0] for r in obs.reason if r).keys() == {"unloading", "hold"}
+    assert "hysteresis is not modelled" in obs.reason[-1]
+
+
+def test_branches_are_robust_against_noise_of_the_displacement(tmp_path: Path) -> None:
+    rng = np.random.default_rng(3)
+    t = np.arange(0, 60, 0.02)
+    x = np.interp(t, [0, 30, 33, 60], [0, 0.7, 0.7, 0]) + rng.normal(0, 1e-3, t.size)
+    rows = "".join(f"{a:.2f},{b:.5f},{5 * max(b, 0):.3f}\n" for a, b in zip(t, x, strict=True))
+    (tmp_path / "t.csv").write_text("Time (s),Extension (mm),Load (N)\n" + rows)
+    branch = np.array(observe(read_lab_file(tmp_path / "t.csv")).branch)
+    assert np.mean(branch[:1450] == "loading") > 0.99
+    assert np.mean(branch[1520:1620] == "hold") > 0.99
+    assert np.mean(branch[1700:] == "unloading") > 0.99
+
+
+def test_the_first_cycle_is_used_unless_another_is_named(tmp_path: Path) -> None:
+    x = np.abs((np.arange(1200) / 200 + 1) % 2 - 1)
+    rows = "".join(f"{i * 0.1:.1f},{v:.5f},{3 * v:.5f}\n" for i, v in enumerate(x))
+    (tmp_path / "t.csv").write_text("Time (s),Extension (mm),Load (N)\n" + rows)
+    table = read_lab_file(tmp_path / "t.csv")
+    for cycle in (None, 1, 2, 3):
+        n = cycle or 1
+        obs = observe(table, cycle)
+        assert (obs.n_cycle, obs.used_cycle) == (3, n)
+        used = np.flatnonzero(obs.used)
+        assert used[0] == pytest.approx(400 * (n - 1), abs=2)
+        assert used[-1] == pytest.approx(400 * (n - 1) + 200, abs=2)
+        np.testing.assert_array_equal(obs.cycle[used], n)
+        other = 3 if n < 3 else 2
+        reasons = Counter(r for r in obs.reason if f" of cycle {other} " in r)
+        assert set(reasons) == {f"{b} branch of cycle {other} (cycle {n} is used)" for b in ("loading", "unloading")}
+        assert sum(reasons.values()) == pytest.approx(400, abs=6)
+        assert set(np.array(obs.branch)[obs.cycle == other]) == {"loading", "unloading"}
+        counted = why_left_out(obs)
+        assert sum(counted.values()) == np.sum(~obs.used)
+        assert len(counted) == 2
+    with pytest.raises(InputError, match="there is no cycle 4, the file has 3 loading branches"):
+        observe(table, 4)
+    with pytest.raises(InputError, match="there is no cycle 0"):
+        observe(table, 0)
+
+
+def test_a_small_loading_after_the_pressing_is_no_cycle(tmp_path: Path) -> None:
+    x = np.interp(np.arange(1000), [0, 400, 700, 800, 999], [0, 1, 0.1, 0.3, 0])
+    rows = "".join(f"{i * 0.1:.1f},{v:.5f},{3 * v:.5f}\n" for i, v in enumerate(x))
+    (tmp_path / "t.csv").write_text("Time (s),Extension (mm),Load (N)\n" + rows)
+    obs = observe(read_lab_file(tmp_path / "t.csv"))
+    assert obs.n_cycle == 1
+    assert "loading again in cycle 1" in obs.reason[750]
+    assert obs.branch[750] == "loading"
+
+
+def test_a_file_without_displacement_or_force_has_no_cycle_to_choose(tmp_path: Path) -> None:
+    table = read_lab_file(Press().write_lcr(tmp_path / "c.csv", np.random.default_rng(1)))
+    assert observe(table).n_cycle == 0
+    with pytest.raises(InputError, match="nothing tells the cycles"):
+        observe(table, 1)
+
+
+def test_a_file_tied_by_displacement_has_its_own_cycles(tmp_path: Path) -> None:
+    x = np.abs((np.arange(1200) / 200 + 1) % 2 - 1)
+    rows = "".join(f"{v:.5f},{3 * v:.5f},{97 + (i // 400 + 1) * v:.5f}\n" for i, v in enumerate(x))
+    (tmp_path / "both.csv").write_text("Displacement (mm),Force (N),Capacitance (pF)\n" + rows)
+    rows = "".join(f"{v:.5f},{3 * v:.5f}\n" for v in x)
+    (tmp_path / "t.csv").write_text("Displacement (mm),Force (N)\n" + rows)
+    for arguments, slope in (({"cycle": 2}, 2.0), ({"cycle": 1, "capacitance_cycle": 3}, 3.0), ({}, 1.0)):
+        sweep = make_sweep("s", "s", RADIUS, tmp_path / "t.csv", tmp_path / "both.csv", **arguments)
+        assert sweep.capacitance is not None
+        assert np.max(sweep.capacitance.capacitance) == pytest.approx((97 + slope) * 1e-12, rel=3e-4)
+    same = make_sweep("s", "s", RADIUS, tmp_path / "both.csv", tmp_path / "both.csv", cycle=3)
+    assert same.capacitance is not None
+    assert np.max(same.capacitance.capacitance) == pytest.approx(100e-12, rel=3e-4)
+    with pytest.raises(InputError, match="no cycle 5"):
+        make_sweep("s", "s", RADIUS, tmp_path / "t.csv", tmp_path / "both.csv", cycle=5)
+
+
+def test_a_preload_touch_before_the_pressing_is_not_the_first_cycle(tmp_path: Path) -> None:
+    x = np.concatenate([np.linspace(0, 0.1, 50), np.linspace(0.1, 0, 50), np.linspace(0, 1, 200), np.linspace(1, 0, 200)])
+    rows = "".join(f"{i * 0.1:.1f},{v:.5f},{3 * v:.5f}\n" for i, v in enumerate(x))
+    (tmp_path / "t.csv").write_text("Time (s),Extension (mm),Load (N)\n" + rows)
+    obs = observe(read_lab_file(tmp_path / "t.csv"))
+    assert np.flatnonzero(obs.used)[0] == pytest.approx(100, abs=3)
+    assert obs.reason[10] == "before the first loading branch"
+
+
+def test_rows_the_reader_could_not_use_keep_their_reason(tmp_path: Path) -> None:
+    rows = "".join(f"{i * 0.1:.1f},{i * 0.01:.3f},{'' if i == 7 else i * 0.02:}\n" for i in range(60))
+    (tmp_path / "t.csv").write_text("Time (s),Extension (mm),Load (N)\n" + rows)
+    obs = observe(read_lab_file(tmp_path / "t.csv"))
+    assert obs.reason[7] == "empty cell: force"
+    assert not obs.used[7]
+    assert obs.used.sum() == 59
+
+
+def test_time_that_runs_backwards_is_refused(tmp_path: Path) -> None:
+    rows = "".join(f"{(i % 30) * 0.1:.1f},{i * 0.01:.3f},{i * 0.02:.3f}\n" for i in range(60))
+    (tmp_path / "t.csv").write_text("Time (s),Extension (mm),Load (N)\n" + rows)
+    with pytest.raises(InputError, match="backwards"):
+        observe(read_lab_file(tmp_path / "t.csv"))
+
+
+def test_the_frame_has_the_columns_the_file_has(tmp_path: Path) -> None:
+    rng = np.random.default_rng(1)
+    tester = observations_frame(observe(read_lab_file(Press().write_tester(tmp_path / "t.csv", rng))))
+    assert list(tester.columns) == ["time_s", "displacement_m", "force_N", "branch", "cycle", "used", "reason"]
+    lcr = observations_frame(observe(read_lab_file(Press().write_lcr(tmp_path / "c.csv", rng))))
+    assert list(lcr.columns) == ["time_s", "capacitance_F", "branch", "cycle", "used", "reason"]
+    assert set(lcr["branch"]) == {""}
+
+
+@needs_labdata
+def test_a_real_bluehill_file_is_turned_positive_and_reduced() -> None:
+    obs = observe(read_lab_file(LABDATA / "instron" / "i05_bh2_ccyclic_headerblock_crlf.csv"))
+    assert obs.force is not None
+    assert obs.force[0] == pytest.approx(4.319)
+    assert obs.used.all()
+    sweep = make_sweep("s", "s", RADIUS, LABDATA / "instron" / "i05_bh2_ccyclic_headerblock_crlf.csv", None)
+    assert sweep.force is not None
+    assert np.all(np.diff(sweep.force.force) > 0)
+
+
+@needs_labdata
+def test_a_real_indentation_keeps_its_flat_part_and_its_load_zero() -> None:
+    sweep = make_sweep("E5", "E5", 2.5e-3, LABDATA / "p3_asmi_sphere_indentation" / "well_E5_20251030_122001.csv", None)
+    assert sweep.force is not None
+    assert sweep.force.force[0] == pytest.approx(-0.46, abs=0.02)
+    assert 0.002 < sweep.force_noise < 0.02
+
+
+# -------------------------------------------------------------------------------------------------------- reduction
+
+
+def test_points_lie_on_the_true_curve_within_their_stated_noise(tmp_path: Path) -> None:
+    scores_f, scores_c = [], []
+    for seed in range(4):
+        p, sweep = press(tmp_path, seed)
+        assert sweep.force is not None
+        assert sweep.capacitance is not None
+        assert sweep.capacitance.time is not None
+        assert sweep.force_noise == pytest.approx(5e-3, rel=0.1)
+        assert sweep.capacitance_noise == pytest.approx(5e-15, rel=0.15)
+        f, c = sweep.force, sweep.capacitance
+        scores_f.append((f.force - p.force(f.displacement * 1e3)) / (sweep.force_noise / np.sqrt(f.n_effective)))
+        truth = p.capacitance(p.crosshead(sweep.capacitance.time - 2.5)) * 1e-12
+        scores_c.append((c.capacitance - truth) / (sweep.capacitance_noise / np.sqrt(c.n_effective)))
+    for scores in (scores_f, scores_c):
+        assert np.sqrt(np.mean(np.square(scores))) == pytest.approx(1, abs=0.2)
+        # A bias of the bins (bend of the curve, onset) would show in the mean over the seeds.
+        assert np.max(np.abs(np.mean(scores, axis=0))) < 4 / np.sqrt(4)
+
+
+def test_the_bend_of_the_curve_does_not_move_the_points(tmp_path: Path) -> None:
+    p, sweep = press(tmp_path, p=Press(force_noise=1e-4, capacitance_noise=1e-4), n_points=12)
+    assert sweep.force is not None
+    error = sweep.force.force - p.force(sweep.force.displacement * 1e3)
+    width = 0.9 / 12
+    assert np.max(np.abs(error)) < 3e-4  # the resolution is 1 mN; bin means alone are off by F'' w^2 / 24, here 3 mN
+    assert 5 * 1.8 * 0.8 / 0.7**2 * width**2 / 24 > 1.5e-3
+
+
+def test_a_quarter_of_the_points_lie_before_the_onset(tmp_path: Path) -> None:
+    _, sweep = press(tmp_path)
+    assert sweep.force is not None
+    assert len(sweep.force.force) == 40
+    before = np.sum(sweep.force.displacement < CONTACT * 1e-3)
+    assert 7 <= before <= 12
+
+
+def test_correlated_readings_count_less(tmp_path: Path) -> None:
+    rng = np.random.default_rng(5)
+    rho = 0.8
+    noise = np.zeros(20000)
+    for i, e in enumerate(rng.normal(size=noise.size - 1)):
+        noise[i + 1] = rho * noise[i] + e
+    assert integrated_time(noise) == pytest.approx((1 + rho) / (1 - rho), rel=0.25)
+    assert integrated_time(rng.normal(size=5000)) < 1.3
+
+
+def test_readings_that_stay_on_one_level_count_once(tmp_path: Path) -> None:
+    x = np.linspace(0, 1, 2000)
+    f = np.round(np.maximum(x - 0.3, 0) ** 2 * 8, 1)
+    rows = "".join(f"{i * 0.02:.2f},{a:.5f},{b:.1f}\n" for i, (a, b) in enumerate(zip(x, f, strict=True)))
+    (tmp_path / "t.csv").write_text("Time (s),Extension (mm),Load (N)\n" + rows)
+    sweep = make_sweep("s", "s", RADIUS, tmp_path / "t.csv", None)
+    assert sweep.force is not None
+    assert sweep.force_noise >= 0.1 / np.sqrt(12) * 0.999
+    assert np.all(sweep.force.n_effective[sweep.force.displacement < 0.29e-3] == 1)
+
+
+def test_few_readings_are_taken_as_they_are(tmp_path: Path) -> None:
+    (tmp_path / "t.csv").write_text(
+        "Extension (mm),Load (N)\n" + "".join(f"{i * 0.1:.1f},{0.3 + 0.1 * i**2:.2f}\n" for i in range(8))
+    )
+    sweep = make_sweep("s", "s", RADIUS, tmp_path / "t.csv", None)
+    assert sweep.force is not None
+    np.testing.assert_allclose(sweep.force.force, 0.3 + 0.1 * np.arange(8) ** 2)
+    assert sweep.force_noise > 0
+    np.testing.assert_array_equal(sweep.force.n_effective, 1)
+
+
+# ------------------------------------------------------------------------------------------------------------ clocks
+
+
+@pytest.mark.parametrize(
+    "p",
+    [
+        Press(),
+        Press(hold=0.0),
+        Press(unloading_speed=0.1),
+        Press(hysteresis=0.0, approach=0.1),
+        Press(speed=0.05, unloading_speed=0.05),
+    ],
+)
+def test_the_clock_offset_is_found_with_an_honest_sd(tmp_path: Path, p: Press) -> None:
+    errors, sds = [], []
+    for seed, offset in enumerate((-2.5, 3.27, 0.4)):
+        _, sweep = press(tmp_path, seed, offset, p)
+        errors.append(sweep.clock_offset - offset)
+        sds.append(sweep.clock_offset_sd)
+    assert np.max(np.abs(errors)) < 0.2
+    assert np.max(sds) < 0.2
+    assert np.max(np.abs(errors) / np.array(sds)) < 3
+
+
+def test_without_unloading_the_onset_tells_the_offset_less_sharply(tmp_path: Path) -> None:
+    p = Press()
+    rng = np.random.default_rng(2)
+    tester, lcr = p.write_tester(tmp_path / "t.csv", rng), p.write_lcr(tmp_path / "c.csv", rng, 1.0)
+    lines = tester.read_text().splitlines()
+    tester.write_text("\n".join(lines[: 4 + int(p.top / 0.02) - 5]))
+    kept = [line for line in lcr.read_text().splitlines() if line.startswith("T") or float(line.split(",")[0]) + 1 < p.top]
+    lcr.write_text("\n".join(kept))
+    sweep = make_sweep("s", "s", RADIUS, tester, lcr)
+    assert 0.2 < sweep.clock_offset_sd < 3
+    assert sweep.clock is not None
+    assert sweep.clock.confidence == "weak"
+    assert abs(sweep.clock_offset - 1.0) < 3 * sweep.clock_offset_sd
+    assert any("onset" in n for n in sweep.notes)
+
+
+def test_the_track_looks_up_the_crosshead_at_an_lcr_time(tmp_path: Path) -> None:
+    p, sweep = press(tmp_path)
+    assert sweep.track is not None
+    assert sweep.capacitance is not None
+    assert sweep.capacitance.time is not None
+    assert np.all(np.diff(sweep.track.time) > 0)
+    assert sweep.track.time.size <= 2000
+    assert sweep.track.time[-1] > p.top + 3
+    t = sweep.capacitance.time - 2.5
+    np.testing.assert_allclose(np.interp(t, sweep.track.time, sweep.track.displacement), p.crosshead(t) * 1e-3, atol=1e-7)
+    assert t[-1] <= p.top + 0.2
+    assert any("after the turning point" in n for n in sweep.notes)
+
+
+@pytest.mark.parametrize("steps", [0, 14])
+def test_the_track_follows_the_crosshead_and_not_the_noise_of_its_reading(tmp_path: Path, steps: int) -> None:
+    p, rng, noise = Press(), np.random.default_rng(5), 3e-4
+    t = np.arange(0, p.end, 0.02)
+    # Straight, or in stairs: half of each step at twice the speed, half at rest.
+    length = p.top / steps if steps else 0.0
+    stairs = np.minimum(t, p.top) if not steps else length * (t // length) + np.minimum(2 * (t % length), length)
+    x = p.crosshead(np.where(t < p.top, stairs, t))
+    f = p.force(x, t < p.top + p.hold) + rng.normal(0, 5e-3, t.size)
+    noisy = x + rng.normal(0, noise, t.size)
+    rows = "".join(f"{a:.3f},{b:.5f},{c:.3f}\n" for a, b, c in zip(t, noisy, f, strict=True))
+    (tmp_path / "t.csv").write_text("Time (s),Extension (mm),Load (N)\n" + rows)
+    on_meter = np.arange(0, p.end, 0.1)
+    c = p.capacitance(np.interp(on_meter, t, x), on_meter < p.top + p.hold) + rng.normal(0, 5e-3, on_meter.size)
+    rows = "".join(f"{a:.3f},{b:.3f}\n" for a, b in zip(on_meter, c, strict=True))
+    (tmp_path / "c.csv").write_text("Time (s),Cp (pF)\n" + rows)
+    track = make_sweep("s", "s", RADIUS, tmp_path / "t.csv", tmp_path / "c.csv").track
+    assert track is not None
+    off = track.displacement * 1e3 - np.interp(track.time, t, x)
+    loading = (track.time > 1) & (track.time < p.top - 1)
+    assert np.std(off[loading]) < (0.6 if steps else 0.25) * noise
+    assert np.max(np.abs(off)) < 5 * noise
+
+
+# -------------------------------------------------------------------------------------------------------- other ties
+
+
+def test_capacitance_with_its_own_force_is_tied_by_force(tmp_path: Path) -> None:
+    p, rng = Press(), np.random.default_rng(4)
+    t = np.arange(0, p.end, 0.1)
+    x, loading = p.crosshead(t), t < p.top + p.hold
+    f = p.force(x, loading) + rng.normal(0, 5e-3, t.size)
+    c = p.capacitance(x, loading) + rng.normal(0, 5e-3, t.size)
+    rows = "".join(f"{a:.3f},{-b:.3f},{d:.3f}\n" for a, b, d in zip(t, f, c, strict=True))
+    (tmp_path / "c.csv").write_text("Time (s),Force (N),Cp (pF)\n" + rows)
+    sweep = make_sweep("s", "s", RADIUS, None, tmp_path / "c.csv")
+    assert sweep.force is None
+    assert sweep.track is None
+    assert np.isnan(sweep.clock_offset)
+    points = sweep.capacitance
+    assert points is not None
+    assert points.force is not None
+    assert points.time is None
+    assert not any("before the first" in n for n in sweep.notes)  # the flat part carries the load zero
+    depth = 0.7 * (np.maximum(points.force - LOAD_ZERO, 0) / 5) ** (1 / 1.8)
+    score = (points.capacitance * 1e12 - p.capacitance(depth + CONTACT)) / 5e-3 * np.sqrt(points.n_effective)
+    # Near contact the force does not resolve the depth: C bends there faster than the noise of F allows.
+    assert np.sqrt(np.mean(score[points.force > LOAD_ZERO + 0.1] ** 2)) == pytest.approx(1, abs=0.4)
+    assert points.capacitance[:5].mean() == pytest.approx(97.3e-12, abs=3e-15)
+
+
+def test_force_and_capacitance_in_one_file_are_tied_by_displacement(tmp_path: Path) -> None:
+    p, rng = Press(), np.random.default_rng(4)
+    t = np.arange(0, p.end, 0.1)
+    x, loading = p.crosshead(t), t < p.top + p.hold
+    f, c = p.force(x, loading), p.capacitance(x, loading) + rng.normal(0, 5e-3, t.size)
+    rows = "".join(f"{a:.5f},{b:.3f},{d if i % 2 else '':}\n" for i, (a, b, d) in enumerate(zip(x, f, c, strict=True)))
+    path = tmp_path / "both.csv"
+    path.write_text("Displacement (mm),Force (N),Capacitance (pF)\n" + rows)
+    sweep = make_sweep("s", "s", RADIUS, path, path)
+    assert sweep.force is not None
+    assert sweep.capacitance is not None
+    assert sweep.capacitance.displacement is not None
+    assert sweep.capacitance.force is None
+    assert len(sweep.files) == 1
+    error = sweep.capacitance.capacitance * 1e12 - p.capacitance(sweep.capacitance.displacement * 1e3)
+    assert np.sqrt(np.mean(error**2)) < 5e-3
+
+
+def test_nothing_that_ties_the_two_files_is_an_input_error(tmp_path: Path) -> None:
+    rng = np.random.default_rng(1)
+    lcr = Press().write_lcr(tmp_path / "c.csv", rng)
+    with pytest.raises(InputError, match="no force file"):
+        make_sweep("s", "s", RADIUS, None, lcr)
+    (tmp_path / "t.csv").write_text(
+        "Extension (mm),Load (N)\n" + "".join(f"{i * 0.01:.2f},{i * 0.02:.2f}\n" for i in range(50))
+    )
+    with pytest.raises(InputError, match="has no time"):
+        make_sweep("s", "s", RADIUS, tmp_path / "t.csv", lcr)
+    with pytest.raises(InputError, match="neither"):
+        make_sweep("s", "s", RADIUS, None, None)
+    with pytest.raises(InputError, match="no displacement"):
+        make_sweep("s", "s", RADIUS, lcr, None)
+
+
+def test_the_faults_of_both_files_come_together(tmp_path: Path) -> None:
+    (tmp_path / "t.csv").write_text("Time (s),Extension (mm),Load (N)\n0,x,1\n")
+    (tmp_path / "c.csv").write_text("Time (s),Cp (pF)\n0,y\n")
+    with pytest.raises(InputError) as caught:
+        make_sweep("s", "s", RADIUS, tmp_path / "t.csv", tmp_path / "c.csv")
+    assert {f.path for f in caught.value.faults} == {tmp_path / "t.csv", tmp_path / "c.csv"}
+
+
+def test_sweeps_survive_json_to_the_last_bit(tmp_path: Path) -> None:
+    _, clocked = press(tmp_path)
+    force_only = make_sweep("s", "s", RADIUS, tmp_path / "tester.csv", None)
+    text = sweeps_to_json([clocked, force_only])
+    again = sweeps_from_json(text)
+    assert sweeps_to_json(again) == text
+    for one, other in zip((clocked, force_only), again, strict=True):
+        for part in ("force", "capacitance", "track"):
+            a, b = getattr(one, part), getattr(other, part)
+            assert (a is None) == (b is None)
+            for field in dataclasses.fields(a) if a is not None else ():
+                np.testing.assert_array_equal(getattr(a, field.name), getattr(b, field.name))
+        assert (one.files, one.notes, one.force_noise) == (other.files, other.notes, other.force_noise)
+        assert (one.clock, one.force_readings) == (other.clock, other.force_readings)
+        assert one.capacitance_readings == other.capacitance_readings
+    assert clocked.capacitance_readings is not None
+    assert force_only.capacitance_readings is None

@@ -1,0 +1,384 @@
+"""Likelihood: the measurement model, its covariance, what is refused, and the default priors that the data centre."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import pytest
+from scipy.stats import multivariate_normal, norm
+
+from calib.errors import InputError
+from calib.experiment.plan import Experiment, Specimen, SweepFiles, read_experiment
+from calib.lab.sweep import Sweep, make_sweep
+from calib.priors.prior import Fixed, LogNormal, Normal, Prior, Uniform, default_prior
+from calib.problem.likelihood import (
+    Channel,
+    Problem,
+    _log_normal,
+    block_names,
+    build_problem,
+    log_likelihood,
+    log_likelihood_at,
+    log_likelihood_blocks,
+    log_posterior,
+    named_values,
+    physical,
+    predict_sweep,
+    range_use,
+)
+from calib.problem.parameters import onset_reading, specimen_design
+from calib.problem.synthetic import Rig, synthetic_sweep
+from models.analytic import ClosedForm
+from models.response import Response
+from models.sensor import Design, FloatArray, design_from
+from models.surrogate.surrogate import load_surrogate
+
+Tie = Literal["clock", "force", "displacement", "none"]
+
+EXACT = ClosedForm(force_error=0.0, capacitance_error=0.0)
+RIG = Rig(contact_offset=0.05e-3, machine_compliance=2e-6, load_zero=0.1, parasitic_capacitance=0.3e-12, clock_offset=1.0)
+TRUTH: Mapping[str, float] = {
+    "indenter_radius": 5e-3,
+    "sensor_radius": 10e-3,
+    "young_modulus": 0.7e6,
+    "relative_permittivity": 2.8,
+    "sensor_thickness": 0.74e-3,
+    "padding_thickness": 1.1e-3,
+    "dielectric_thickness": 0.16e-3,
+}
+THICKNESSES: Mapping[str, Prior] = {
+    "sensor_thickness": Normal(0.74e-3, 0.02e-3),
+    "padding_thickness": Normal(1.1e-3, 0.03e-3),
+    "dielectric_thickness": LogNormal(0.16e-3, 1.2),
+}
+
+
+def press(
+    seed: int = 0, tie: Tie = "clock", name: str = "", rig: Rig = RIG, depth: float = 0.6e-3, with_force: bool = True
+) -> Sweep:
+    rng = np.random.default_rng(seed)
+    design = design_from(dict(TRUTH))
+    return synthetic_sweep(EXACT, design, depth, rig, rng, specimen="sensor 1", name=name, tie=tie, with_force=with_force)
+
+
+def experiment(
+    shared: Mapping[str, Prior] | None = None,
+    own: Mapping[str, Prior] | None = None,
+    discrepancy: Literal["off", "on"] = "on",
+    sweeps: tuple[str, ...] = ("",),
+) -> Experiment:
+    files = tuple(SweepFiles(name, None, None, 5e-3) for name in sweeps)
+    specimen = Specimen("sensor 1", files, {**THICKNESSES, **(own or {})})
+    path = Path("experiment.toml")
+    return Experiment("test", path, "", 5e-3, 10e-3, "sensor", shared or {}, (specimen,), "closed form", discrepancy)
+
+
+def true_theta(problem: Problem, rig: Rig = RIG) -> FloatArray:
+    """Coordinates of the truth, (1, n_parameter)."""
+    truth = {**TRUTH, **{k: getattr(rig, k) for k in rig.__dataclass_fields__}}
+    truth |= {"force_discrepancy": 1e-4, "capacitance_discrepancy": 1e-4}
+    return np.array([[float(p.prior.to_normal(truth[p.parameter])) for p in problem.parameters]])
+
+
+@dataclass(frozen=True)
+class WithError:
+    """A forward with error modes that tell apart force and capacitance, to check that they enter the covariance."""
+
+    name: str = "closed form with errors"
+
+    def max_depth(self, design: Design) -> FloatArray:
+        return EXACT.max_depth(design)
+
+    def outside(self, design: Design, depth: FloatArray) -> str:
+        return EXACT.outside(design, depth)
+
+    def respond(self, design: Design, depth: FloatArray) -> Response:
+        r = EXACT.respond(design, depth)
+        change = r.capacitance - np.asarray(r.rest_capacitance)[..., None]
+        bump = np.sin(4e3 * r.depth)
+        return replace(
+            r,
+            force_error=0.02 * np.stack([r.force, r.force * bump], axis=-1),
+            capacitance_error=0.05 * np.stack([change, change * bump], axis=-1),
+        )
+
+
+def test_every_parameter_is_listed_once_and_named_by_what_it_belongs_to() -> None:
+    problem = build_problem(experiment(sweeps=("ball 1", "ball 2")), [press(0, name="ball 1"), press(1, name="ball 2")], EXACT)
+    names = problem.names
+    assert len(set(names)) == len(names)
+    assert {"young_modulus", "sensor_thickness[sensor 1]", "contact_offset[sensor 1, ball 2]"} <= set(names)
+    single = build_problem(experiment(), [press()], EXACT)
+    assert "contact_offset[sensor 1]" in single.names
+
+
+def test_what_a_prior_fixes_is_not_sampled_but_used() -> None:
+    problem = build_problem(experiment({"machine_compliance": Fixed(2e-6)}), [press()], EXACT)
+    assert "machine_compliance" not in problem.names
+    assert problem.fixed == {"machine_compliance": 2e-6}
+    assert named_values(problem, true_theta(problem))["machine_compliance"] == 2e-6
+
+
+def test_a_force_only_problem_has_no_electrical_parameters() -> None:
+    problem = build_problem(experiment(), [press(tie="none")], EXACT)
+    kinds = {p.parameter for p in problem.parameters}
+    assert kinds.isdisjoint(
+        {"relative_permittivity", "parasitic_capacitance", "capacitance_noise", "dielectric_thickness", "clock_offset"}
+    )
+    assert np.isfinite(log_likelihood(problem, true_theta(problem)))[0]
+    assert np.asarray(
+        specimen_design(problem, named_values(problem, true_theta(problem)), "sensor 1").sensor.thickness
+    ).shape == (1,)
+
+
+def test_capacitance_with_a_force_column_needs_no_crosshead() -> None:
+    problem = build_problem(experiment(), [press(tie="force", with_force=False)], EXACT)
+    kinds = {p.parameter for p in problem.parameters}
+    assert "load_zero" in kinds
+    assert kinds.isdisjoint({"contact_offset", "machine_compliance", "clock_offset", "force_discrepancy"})
+
+
+@pytest.mark.parametrize(("tie", "with_force"), [("clock", True), ("force", True), ("force", False), ("displacement", True)])
+def test_predicted_readings_equal_noiseless_data_at_the_truth(tie: Tie, with_force: bool) -> None:
+    quiet = replace(RIG, force_noise=1e-9, capacitance_noise=1e-21)
+    sweep = press(tie=tie, rig=quiet, with_force=with_force)
+    noises: dict[str, Prior] = {"force_noise": Fixed(5e-3), "capacitance_noise": Fixed(20e-15)}
+    problem = build_problem(experiment(noises), [sweep], EXACT)
+    model = predict_sweep(problem, named_values(problem, true_theta(problem, quiet)), sweep)
+    if model.force is not None:
+        np.testing.assert_allclose(model.force.mean[0], model.force.observed, atol=2e-4)
+    assert model.capacitance is not None
+    np.testing.assert_allclose(model.capacitance.mean[0], model.capacitance.observed, atol=2e-15)
+
+
+def test_the_displacement_of_the_lcr_file_alone_tells_depth_with_the_models_own_force() -> None:
+    quiet = replace(RIG, capacitance_noise=1e-21, load_zero=0.0)
+    sweep = press(tie="displacement", rig=quiet, with_force=False)
+    problem = build_problem(experiment({"capacitance_noise": Fixed(20e-15)}), [sweep], EXACT)
+    model = predict_sweep(problem, named_values(problem, true_theta(problem, quiet)), sweep)
+    assert model.capacitance is not None
+    np.testing.assert_allclose(model.capacitance.mean[0], model.capacitance.observed, atol=2e-15)
+
+
+def test_log_likelihood_equals_a_dense_gaussian() -> None:
+    problem = build_problem(experiment(), [press()], WithError())
+    theta = 0.3 * np.random.default_rng(3).standard_normal((5, len(problem.parameters)))
+    model = predict_sweep(problem, named_values(problem, theta), problem.sweeps[0])
+    assert np.all(model.covered)
+    dense = np.zeros(5)
+    for c in model.channels:
+        for k in range(5):
+            covariance = np.diag(c.variance[k]) + c.modes[k] @ c.modes[k].T
+            dense[k] += multivariate_normal(c.mean[k], covariance).logpdf(c.observed)
+    np.testing.assert_allclose(log_likelihood(problem, theta), dense, rtol=1e-9)
+
+
+def test_covariance_has_noise_the_forwards_error_and_the_discrepancy() -> None:
+    sweep = press()
+    problem = build_problem(experiment(), [sweep], WithError())
+    theta = np.zeros((1, len(problem.parameters)))
+    values = named_values(problem, theta)
+    c = predict_sweep(problem, values, sweep).force
+    assert c is not None
+    r = WithError().respond(specimen_design(problem, values, "sensor 1"), c.depth)
+    assert sweep.force is not None
+    depth = (sweep.force.displacement - onset_reading(sweep.force, 0.1)).clip(0)
+    x = depth / depth.max()
+    correlation = np.exp(-0.5 * ((x[:, None] - x) / 0.3) ** 2)
+    g = values["force_discrepancy"][0] * r.force[0]
+    expected = np.diag(values["force_noise"][0] ** 2 / sweep.force.n_effective) + r.force_error[0] @ r.force_error[0].T
+    expected += correlation * np.outer(g, g)
+    found = np.diag(c.variance[0]) + c.modes[0] @ c.modes[0].T
+    np.testing.assert_allclose(np.diag(found), np.diag(expected), rtol=0.02)
+    scale = np.sqrt(np.diag(expected))
+    np.testing.assert_allclose(found / np.outer(scale, scale), expected / np.outer(scale, scale), atol=0.02)
+
+
+def test_discrepancy_off_leaves_its_parameters_and_modes_out() -> None:
+    problem = build_problem(experiment(discrepancy="off"), [press()], EXACT)
+    assert not {"force_discrepancy", "capacitance_discrepancy"} & set(problem.names)
+    model = predict_sweep(problem, named_values(problem, true_theta(problem)), problem.sweeps[0])
+    assert all(np.all(c.modes == 0) for c in model.channels)
+
+
+def test_draws_are_independent_of_each_other_in_a_batch() -> None:
+    for tie in ("clock", "force"):
+        problem = build_problem(experiment(), [press(tie=tie)], EXACT)
+        theta = 0.7 * np.random.default_rng(5).standard_normal((40, len(problem.parameters)))
+        single = np.concatenate([log_posterior(problem, row[None]) for row in theta])
+        np.testing.assert_allclose(log_posterior(problem, theta), single, rtol=1e-9)
+
+
+def test_law_and_contact_of_the_experiment_reach_the_forward_model() -> None:
+    seen: list[tuple[float, FloatArray]] = []
+
+    class Stripped(WithError):
+        """The closed form whatever the law and contact, which it takes down."""
+
+        def _plain(self, design: Design) -> Design:
+            seen.append((design.indenter.friction_coefficient, np.asarray(design.sensor.stiffening)))
+            return design_from(dict(design.parameters()) | {"stiffening": 0.0})
+
+        def max_depth(self, design: Design) -> FloatArray:
+            return EXACT.max_depth(self._plain(design))
+
+        def outside(self, design: Design, depth: FloatArray) -> str:
+            return EXACT.outside(self._plain(design), depth)
+
+        def respond(self, design: Design, depth: FloatArray) -> Response:
+            return EXACT.respond(self._plain(design), depth)
+
+    plan = replace(experiment({"stiffening": Uniform(0.0, 0.1)}), law="gent", stick=True)
+    problem = build_problem(plan, (press(),), Stripped())
+    seen.clear()
+    theta = np.zeros((3, len(problem.parameters)))
+    theta[:, problem.names.index("stiffening")] = [-1.0, 0.0, 1.0]
+    log_likelihood(problem, theta)
+    assert seen
+    for friction, stiffening in seen:
+        assert friction == np.inf
+        assert np.all(np.isin(np.round(stiffening, 6), np.round(0.1 * norm.cdf([-1.0, 0.0, 1.0]), 6)))
+    assert problem.names[:2] == ("young_modulus", "stiffening")
+
+
+def test_log_prior_is_standard_normal_and_values_follow_the_priors() -> None:
+    problem = build_problem(experiment(), [press()], EXACT)
+    theta = np.vstack([true_theta(problem), true_theta(problem) + 0.01])
+    difference = log_posterior(problem, theta) - log_likelihood(problem, theta)
+    np.testing.assert_allclose(difference, -0.5 * np.sum(theta**2, axis=1))
+    k = problem.names.index("young_modulus")
+    np.testing.assert_allclose(physical(problem, theta)[0, k], 0.7e6)
+
+
+def test_the_truth_is_far_likelier_than_a_wrong_clock_or_contact() -> None:
+    problem = build_problem(experiment(), [press()], EXACT)
+    theta = true_theta(problem)
+    values = log_likelihood(problem, theta)[0]
+    for name, step in (("clock_offset[sensor 1]", 4.0), ("contact_offset[sensor 1]", 0.1), ("load_zero[sensor 1]", 0.1)):
+        wrong = theta.copy()
+        wrong[0, problem.names.index(name)] += step
+        assert log_likelihood(problem, wrong)[0] < values - 10
+
+
+@pytest.mark.parametrize("which", [0, 1])
+def test_the_likelihood_is_as_smooth_in_the_clock_offset_as_the_crosshead_moves(which: int) -> None:
+    folder = Path(__file__).parents[3] / "datasets" / "padded_sensor"
+    plan, truth = read_experiment(folder / "experiment.toml"), json.loads((folder / "truth.json").read_text(encoding="utf-8"))
+    specimen = plan.specimens[which]
+    files = specimen.sweeps[0]
+    sweep = make_sweep(specimen.name, files.name, files.indenter_radius, files.force, files.capacitance)
+    problem = build_problem(plan, (sweep,), load_surrogate())
+    own = {**truth["shared"], **truth[specimen.name], "force_discrepancy": 1e-4, "capacitance_discrepancy": 1e-4}
+    late = np.linspace(-0.3, 0.3, 25)
+    values = {p.name: np.full(late.size, own[p.parameter]) for p in problem.parameters}
+    values |= {name: np.full(late.size, value) for name, value in problem.fixed.items()}
+    values[f"clock_offset[{specimen.name}]"] += late
+    # At constant speed it is a parabola; the noise of the crosshead's record, taken for motion, bends it from -9 to 2.
+    bend = np.diff(log_likelihood_at(problem, problem.forward, problem.plans, values), 2)
+    assert np.max(np.abs(bend / np.mean(bend) - 1)) < 0.35
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("dielectric_thickness[sensor 1]", 0.40e-3), ("electrode_radius", 11e-3), ("contact_offset[sensor 1]", -0.49e-3)],
+)
+def test_an_invalid_design_or_a_depth_beyond_the_range_has_no_density(name: str, value: float) -> None:
+    wide = {"electrode_radius": Normal(9e-3, 1e-3)}
+    problem = build_problem(experiment(wide), [press(depth=0.7e-3)], EXACT)
+    theta = np.vstack([np.zeros(len(problem.parameters))] * 2)
+    column = problem.names.index(name)
+    theta[1, column] = problem.parameters[column].prior.to_normal(value)
+    found = log_likelihood(problem, theta)
+    assert np.isfinite(found[0])
+    assert found[1] == -np.inf
+    assert np.all(log_likelihood_blocks(problem, theta)[1] == -np.inf)
+    assert range_use(problem, theta)[0] < 1 < range_use(problem, theta)[1]
+
+
+def test_a_force_beyond_the_curve_has_no_density() -> None:
+    problem = build_problem(experiment(), [press(tie="force", with_force=False)], EXACT)
+    theta = np.zeros((2, len(problem.parameters)))
+    theta[1, problem.names.index("young_modulus")] = -5.0
+    assert np.isfinite(log_likelihood(problem, theta)[0])
+    assert log_likelihood(problem, theta)[1] == -np.inf
+
+
+def test_blocks_add_up_to_the_likelihood_without_correlation() -> None:
+    problem = build_problem(experiment(discrepancy="off"), [press()], EXACT)
+    theta = 0.3 * np.random.default_rng(3).standard_normal((4, len(problem.parameters)))
+    blocks = log_likelihood_blocks(problem, theta)
+    assert blocks.shape == (4, len(block_names(problem))) == (4, 10)
+    np.testing.assert_allclose(blocks.sum(axis=1), log_likelihood(problem, theta), rtol=1e-10)
+
+
+def test_a_block_is_conditional_on_all_other_points_of_its_channel() -> None:
+    problem = build_problem(experiment(), [press()], WithError())
+    theta = 0.3 * np.random.default_rng(4).standard_normal((1, len(problem.parameters)))
+    c = predict_sweep(problem, named_values(problem, theta), problem.sweeps[0]).force
+    assert c is not None
+    covariance = np.diag(c.variance[0]) + c.modes[0] @ c.modes[0].T
+    rest = np.r_[0:8, 16:40]
+    whole = multivariate_normal(c.mean[0], covariance).logpdf(c.observed)
+    others = multivariate_normal(c.mean[0, rest], covariance[np.ix_(rest, rest)]).logpdf(c.observed[rest])
+    np.testing.assert_allclose(log_likelihood_blocks(problem, theta)[0, 1], whole - others, rtol=1e-8)
+
+
+def test_a_record_far_from_zero_centres_the_default_contact_offset_on_its_onset() -> None:
+    far = replace(RIG, contact_offset=74.3e-3, load_zero=-3.2)
+    problem = build_problem(experiment(), [press(rig=far)], EXACT)
+    by_name = {p.parameter: p for p in problem.parameters}
+    contact, load = by_name["contact_offset"], by_name["load_zero"]
+    assert contact.prior.interval(0.99)[0] < 74.3e-3 < contact.prior.interval(0.99)[1]
+    assert "onset" in contact.origin
+    assert load.prior.interval(0.5)[0] < -3.2 < load.prior.interval(0.5)[1]
+    assert "load before contact" in load.origin
+    near = {p.parameter: p for p in build_problem(experiment(), [press()], EXACT).parameters}
+    assert near["contact_offset"].prior == default_prior("contact_offset")
+    assert near["contact_offset"].origin == "default"
+
+
+def test_noise_priors_are_centred_on_the_scatter_of_the_readings() -> None:
+    by_name = {p.parameter: p for p in build_problem(experiment(), [press()], EXACT).parameters}
+    low, high = by_name["force_noise"].prior.interval(0.6827)
+    assert (low, high) == pytest.approx((RIG.force_noise / 2, RIG.force_noise * 2), rel=1e-3)
+    given = experiment({"force_noise": LogNormal(1e-3, 1.5)})
+    by_name = {p.parameter: p for p in build_problem(given, [press()], EXACT).parameters}
+    assert by_name["force_noise"].prior == LogNormal(1e-3, 1.5)
+
+
+def test_a_thickness_outside_the_models_range_is_refused_with_the_bound() -> None:
+    with pytest.raises(InputError, match=r"at the prior medians: the closed form covers depths up to"):
+        build_problem(experiment(own={"padding_thickness": Normal(0.1e-3, 0.01e-3)}), [press()], EXACT)
+    with pytest.raises(InputError, match=r"dielectric_thickness .* must not exceed half"):
+        build_problem(experiment(own={"dielectric_thickness": Normal(0.5e-3, 0.01e-3)}), [press()], EXACT)
+
+
+def test_a_prior_mostly_outside_the_models_range_is_refused() -> None:
+    vague = experiment({"electrode_radius": Normal(9.9e-3, 0.2e-3)}, {"contact_offset": Uniform(-2e-3, 2e-3)})
+    with pytest.raises(InputError, match=r"covers for \d+% of the prior's draws"):
+        build_problem(vague, [press(depth=1.0e-3)], EXACT)
+
+
+def test_capacitance_that_nothing_ties_to_depth_is_refused() -> None:
+    with pytest.raises(InputError, match="nothing tells how deep"):
+        build_problem(experiment(), [replace(press(), track=None)], EXACT)
+
+
+def test_model_error_beyond_what_arithmetic_holds_is_impossible_rather_than_a_failure() -> None:
+    # A search may come by a modulus of 1e20 Pa: modes of error 1e9 times the noise, alike to the last digit.
+    rng = np.random.default_rng(0)
+    n = 12
+    usual = 0.1 * rng.standard_normal((n, 3))
+    absurd = 1e9 * np.outer(np.linspace(1, 2, n), [1.0, 1.1, 0.9])
+    rows = np.zeros((3, n))
+    channel = Channel(rows, rows, rows + 1.0, np.stack([usual, absurd, usual]), rng.standard_normal(n))
+    found = _log_normal(channel)
+    assert found[1] == -np.inf
+    covariance = np.eye(n) + usual @ usual.T
+    expected = multivariate_normal(np.zeros(n), covariance).logpdf(channel.observed)
+    np.testing.assert_allclose(found[[0, 2]], expected, rtol=1e-12)

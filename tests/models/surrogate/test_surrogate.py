@@ -1,0 +1,311 @@
+"""The surrogate against the finite elements it stands in for, its range, and its file."""
+
+import subprocess
+import sys
+import textwrap
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+from models.analytic import hertz_force
+from models.fem import FiniteElements
+from models.fem.equilibrium import compression
+from models.response import OutOfRangeError
+from models.response import covered as covers
+from models.sensor import design_from
+from models.surrogate.domain import FAMILIES, PATH, mechanical_features
+from models.surrogate.fitting import fit_surrogate, worst_points
+from models.surrogate.surrogate import closed_force, load_surrogate
+from models.surrogate.training import DIELECTRIC_POINTS, ELECTRODE_POINTS, TrainingSet, design_points
+from models.surrogate.validation import random_designs, validate
+
+PAPER = {
+    "indenter_radius": 5e-3,
+    "sensor_thickness": 0.74e-3,
+    "sensor_radius": 10e-3,
+    "young_modulus": 0.62e6,
+    "relative_permittivity": 2.8,
+    "padding_thickness": 1.10e-3,
+}
+
+
+@pytest.fixture(scope="module")
+def shipped():
+    return load_surrogate()
+
+
+def test_shipped_surrogate_agrees_with_fresh_finite_elements(shipped):
+    with ThreadPoolExecutor(2) as executor:
+        result = validate(shipped, random_designs(12, seed=20261121), executor)
+    assert not result.failures
+    assert np.median(np.abs(result.force_error)) < 2e-3
+    assert np.quantile(np.abs(result.force_error), 0.95) < 0.01
+    assert np.median(np.abs(result.change_error)) < 5e-3
+    assert np.quantile(np.abs(result.change_error), 0.95) < 0.02
+    assert [row[0] for row in result.table()] == ["force", "capacitance change"]
+
+
+@pytest.mark.parametrize("family", [FAMILIES["gent"], FAMILIES["stick"]], ids=lambda f: f.name)
+def test_surrogates_of_the_other_families_agree_with_fresh_finite_elements(family):
+    with ThreadPoolExecutor(2) as executor:
+        result = validate(load_surrogate(family=family), random_designs(8, 20261121, family), executor)
+    assert not result.failures
+    for error in (result.force_error, result.change_error):
+        assert np.median(np.abs(error)) < 5e-3
+        assert np.quantile(np.abs(error), 0.95) < 0.03
+
+
+def test_gents_surrogate_is_the_neo_hookean_one_without_stiffening(shipped):
+    gent, depth = load_surrogate(family=FAMILIES["gent"]), np.array([0.2e-3, 0.7e-3])
+    for name in ("force", "capacitance", "contact_radius"):
+        np.testing.assert_array_equal(
+            getattr(gent.respond(design_from(PAPER), depth), name), getattr(shipped.respond(design_from(PAPER), depth), name)
+        )
+
+
+def test_shipped_surrogate_says_where_it_comes_from(shipped):
+    info = shipped.info()
+    assert len(info["training hash (SHA-256)"]) == 64
+    assert info["range of h_p/R"] == "0 to 10"
+    assert {"finite elements", "training paths", "date", "numpy"} <= set(info)
+
+
+def test_shipped_surrogate_covers_every_lab_to_half_the_radius_or_60_percent_compression(shipped):
+    limit = np.array([shipped.max_depth(d)[0] for d in random_designs(300, seed=5)]) / 5e-3
+    assert np.all(limit > 0)
+    assert np.all(limit <= 0.5)
+    assert 0.1 < np.mean(limit == 0.5) < 0.9
+
+
+def test_the_end_of_the_range_is_60_percent_compression(shipped):
+    checked = 0
+    for design in random_designs(12, seed=6):
+        limit = shipped.max_depth(design)[0]
+        if limit == 0.5 * design.indenter.radius:
+            continue
+        state = FiniteElements(4e-3).solve(design, np.array([limit])).checked()
+        assert np.max(compression(state.model, state.states[-1])) == pytest.approx(0.6, abs=0.02)
+        checked += 1
+    assert checked > 3
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"sensor_thickness": 20e-3}, r"h_s/R from 0\.01 to 3, got 4"),
+        ({"padding_thickness": 51e-3}, r"h_p/R from 0 to 10, got 10\.2"),
+        ({"indenter_radius": 11e-3}, r"a/R from 1 to 25, got 0\.9091"),
+        ({"padding_young_modulus": 0.0062e6}, r"E_p/E from 0\.05 to 20, got 0\.01"),
+        ({"padding_thickness": 38e-3}, r"h_p/h_s from 0 to 50, got 51"),
+        ({"dielectric_thickness": 0.05e-3}, r"t_d/h_s from 0\.1 to 0\.5, got 0\.06757"),
+        ({"electrode_radius": 4e-3}, r"a_e/a from 0\.5 to 1, got 0\.4"),
+    ],
+)
+def test_designs_outside_the_training_range_are_refused_with_the_bound(shipped, change, words):
+    design = design_from(PAPER | change)
+    assert shipped.max_depth(design) == 0
+    with pytest.raises(OutOfRangeError, match=words):
+        shipped.respond(design, np.array([0.1e-3]))
+
+
+def test_a_thousand_requests_outside_the_range_are_all_refused_with_the_bound(shipped):
+    rng = np.random.default_rng(9)
+    refused = 0
+    while refused < 1000:
+        values = {k: v * np.exp(rng.normal()) for k, v in PAPER.items()} | {
+            "padding_young_modulus": 0.62e6 * np.exp(2 * rng.normal())
+        }
+        values["electrode_radius"] = values["sensor_radius"] * rng.uniform(0.3, 1)
+        values["dielectric_thickness"] = values["sensor_thickness"] * rng.uniform(0.05, 0.5)
+        design = design_from(values)
+        limit = shipped.max_depth(design)[0]
+        deepest = limit * (1 + rng.exponential()) if limit > 0 else 0.1 * values["sensor_thickness"]
+        with pytest.raises(OutOfRangeError, match=r"^the surrogate covers .*, got [-+.e\d]+( mm)?$"):
+            shipped.respond(design, np.array([0.5, 1.0]) * deepest)
+        refused += 1
+
+
+def test_curves_are_smooth_and_rising_over_the_whole_range(shipped):
+    for design in random_designs(150, seed=3):
+        depth = float(shipped.max_depth(design)[0]) * np.linspace(0.001, 0.9999, 300)
+        response = shipped.respond(design, depth)
+        slope = np.gradient(np.log(response.force), np.log(depth))[1:-1]
+        assert np.all(slope > 1.05)  # a stiff plate on a soft foundation comes near to 1
+        assert np.all(slope < 4)
+        # No wiggles: what a fifth of the path does is told by a cubic.
+        for values in (response.force, response.capacitance_change + 1e-4):
+            y, x = np.log(values[60:]), np.sqrt(depth[60:])
+            for part in np.array_split(np.arange(y.size), 6):
+                t = x[part] - x[part].mean()
+                assert np.std(y[part] - np.polyval(np.polyfit(t, y[part], 3), t)) < 5e-3
+
+
+def test_the_force_goes_over_into_hertz_limit(shipped):
+    design = design_from(PAPER | {"sensor_thickness": 3e-3, "padding_thickness": 0.0})
+    depth = np.array([1e-6, 1e-5]) * 5e-3
+    np.testing.assert_allclose(shipped.respond(design, depth).force, hertz_force(0.62e6, 5e-3, depth), rtol=0.02)
+
+
+def test_gradients_are_the_differences(shipped):
+    values = dict(
+        design_from(
+            PAPER | {"padding_young_modulus": 0.5e6, "electrode_radius": 9e-3, "dielectric_thickness": 0.2e-3}
+        ).parameters()
+    )
+    depth = np.array([0.0, 0.1e-3, 0.6e-3])
+    found = shipped.gradients(design_from(values), depth)
+    assert set(found.force) == {*values, "indentation"}
+    assert not np.any(found.force["stiffening"])
+    del values["stiffening"]
+    for name, value in (*values.items(), ("indentation", 0.0)):
+        h = 1e-2  # the networks are single precision
+        if name == "indentation":
+            up, down = (shipped.respond(design_from(values), depth * (1 + e)) for e in (h, -h))
+            span = 2 * h * np.where(depth > 0, depth, 1.0)
+        else:
+            up, down = (shipped.respond(design_from(values | {name: value * (1 + e)}), depth) for e in (h, -h))
+            span = 2 * h * value
+        for gradient, a, b in ((found.force, up.force, down.force), (found.capacitance, up.capacitance, down.capacitance)):
+            least = 3e-4 * np.max(np.abs(a - a[0])) / (value or depth[-1])
+            np.testing.assert_allclose(gradient[name], (a - b) / span, rtol=1e-2, atol=least)
+
+
+def test_the_first_call_is_there_within_a_tenth_of_a_second_of_processor_time():
+    code = """
+        import time
+        from models.sensor import design_from
+        from models.surrogate.surrogate import load_surrogate
+        import numpy as np
+        start = time.process_time()
+        load_surrogate().respond(design_from(%r), np.linspace(0, 0.7e-3, 40))
+        print(time.process_time() - start)
+        import sys
+        assert "scipy" not in sys.modules
+    """
+    found = subprocess.run([sys.executable, "-c", textwrap.dedent(code % PAPER)], capture_output=True, text=True, check=True)
+    assert float(found.stdout) < 0.1
+
+
+def test_padding_without_thickness_has_no_modulus(shipped):
+    depth = np.array([0.2e-3])
+    bare = PAPER | {"padding_thickness": 0.0}
+    soft, stiff = (shipped.respond(design_from(bare | {"padding_young_modulus": e}), depth) for e in (0.2e6, 2e6))
+    assert soft.force == stiff.force
+
+
+def synthetic_training(n, noise, seed=0, family=FAMILIES["neo-hookean"]):
+    """Paths whose ratios to the closed forms are known smooth functions, plus noise: fast, with a known answer.
+
+    Gent's layers are stiffer by exp(4 s/J_m), a ball that sticks by exp(0.3 s), and change the capacitance less by as much.
+    """
+    rng = np.random.default_rng(seed)
+    groups = design_points(n, seed, family)
+    x = mechanical_features(groups)[:, [0, 2, 4]]
+    h = groups[:, 0] + groups[:, 1]
+    s = PATH
+    depth = np.minimum(0.5, 0.55 * h)[:, None] * s**2
+    wave = np.cos(x @ [0.3, -0.2, 0.25])[:, None]
+    force = closed_force(groups, depth) * np.exp((0.3 * wave + noise * rng.normal(size=(n, 1))) * s)
+    width = (ELECTRODE_POINTS * groups[:, 2:3])[:, None, None, :]
+    factor = (1.5 + 0.3 * wave)[:, :, None, None] * (1 + DIELECTRIC_POINTS[:, None])
+    change = factor * (depth[:, :, None, None] / width) ** 2 * np.exp(noise * rng.normal(size=(n, 1, 1, 1)))
+    compression = depth / (h[:, None] * 0.55) * 0.6
+    stiffer = np.exp((4 * groups[:, 4, None] + 0.3 * family.stick) * s)
+    force, change = force * stiffer, change / stiffer[:, :, None, None]
+    return TrainingSet(groups, depth, force, np.sqrt(depth) * np.exp(0.1 * s), compression, change, ("",) * n, 1.0, family)
+
+
+def fit_small(data, steps=1500, base=None):
+    return fit_surrogate(data, base=base, hidden=((24, 24), (24, 24)), steps=steps)
+
+
+@pytest.fixture(scope="module")
+def noisy():
+    return fit_small(synthetic_training(600, 0.01))
+
+
+@pytest.fixture(scope="module")
+def exact():
+    return fit_small(synthetic_training(600, 0.0))
+
+
+def test_a_fit_recovers_smooth_functions_and_knows_its_error(exact, noisy):
+    design = design_from(PAPER | {"padding_young_modulus": 0.9e6})
+    depth = exact.max_depth(design) * np.array([0.3, 0.999])
+    truth, guess = exact.respond(design, depth), noisy.respond(design, depth)
+    assert np.all(np.linalg.norm(truth.force_error, axis=-1) < 3e-3 * truth.force)
+    # 1 % of noise in the paths: the fit averages it away, the error on the paths kept out still sees it.
+    np.testing.assert_allclose(guess.force, truth.force, rtol=1.5e-2)
+    fresh = synthetic_training(300, 0.01, seed=5)
+    h_s, h_p, a, modulus, _ = fresh.groups.T
+    designs = {"sensor_thickness": h_s, "padding_thickness": h_p, "sensor_radius": a, "padding_young_modulus": 3 * modulus}
+    designs |= {"indenter_radius": np.ones(300), "young_modulus": np.full(300, 3.0), "relative_permittivity": np.ones(300)}
+    covered = covers(noisy, design_from(designs), fresh.depth)
+    found = noisy.respond(design_from({k: v[covered] for k, v in designs.items()}), fresh.depth[covered])
+    sd = np.linalg.norm(found.force_error, axis=-1)
+    assert np.sum(covered) > 150
+    # So short a training of the error leaves it on the wide side.
+    assert 0.85 < np.mean(np.abs(found.force - fresh.force[covered]) < 1.645 * sd) < 0.995
+    assert np.median(sd / found.force) < 0.04
+
+
+@pytest.mark.parametrize("family", [FAMILIES["gent"], FAMILIES["stick"]], ids=lambda f: f.name)
+def test_another_family_is_what_it_adds_to_the_neo_hookean_one(exact, family, tmp_path):
+    fitted = fit_small(synthetic_training(400, 0.0, family=family), base=exact)
+    fitted.save(tmp_path / "s.npz")
+    fitted = load_surrogate(tmp_path / "s.npz")
+    assert (fitted.family, fitted.name) == (family, f"{family.name} surrogate")
+    plain = design_from(PAPER)
+    depth = 0.55 * plain.total_thickness * np.array([0.2, 0.5, 0.9])
+    base = exact.respond(plain, depth)
+    s = np.sqrt([0.2, 0.5, 0.9])
+
+    def of(stiffening):
+        return design_from(PAPER | {"stiffening": stiffening}, friction_coefficient=family.friction_coefficient)
+
+    for stiffening in (0.0, 0.5 * family.stiffening, family.stiffening):
+        found = fitted.respond(of(stiffening), depth)
+        stiffer = np.exp((4 * stiffening + 0.3 * family.stick) * s)
+        np.testing.assert_allclose(found.force, base.force * stiffer, rtol=2e-2)
+        np.testing.assert_allclose(found.capacitance_change, base.capacitance_change / stiffer, rtol=5e-2)
+    if not family.stick:
+        np.testing.assert_array_equal(fitted.respond(of(0.0), depth).force, base.force)
+        assert np.all(fitted.gradients(of(0.0), depth).force["stiffening"] > 0)
+        gradient = fitted.gradients(of(0.05), depth).force["stiffening"]
+        difference = (fitted.respond(of(0.055), depth).force - fitted.respond(of(0.045), depth).force) / 0.01
+        np.testing.assert_allclose(gradient, difference, rtol=2e-2)
+        with pytest.raises(OutOfRangeError, match=r"gent surrogate covers 1/J_m from 0 to 0\.1, got 0\.12"):
+            fitted.respond(of(0.12), depth)
+        with pytest.raises(OutOfRangeError, match=r"the surrogate covers 1/J_m from 0 to 0, got 0\.05"):
+            exact.respond(of(0.05), depth)
+    else:
+        with pytest.raises(OutOfRangeError, match="trained for a ball that sticks; friction_coefficient must be inf, got 0"):
+            fitted.respond(plain, depth)
+        with pytest.raises(OutOfRangeError, match="trained for frictionless contact; friction_coefficient must be 0, got inf"):
+            exact.respond(of(0.0), depth)
+
+
+def test_new_points_go_where_the_error_is_largest(noisy):
+    chosen = worst_points(noisy, 200, seed=1)
+    assert chosen.shape == (200, 5)
+    electric = np.tile([0.3, 0.8], (200, 1))
+    worst, any_ = (noisy.own_error(np.hstack([p, electric])).mean(axis=0) for p in (chosen, design_points(200, seed=1)))
+    assert np.all(worst > any_)
+
+
+def test_surrogate_file_round_trip_is_exact_and_foreign_files_are_refused(tmp_path, noisy):
+    noisy.save(tmp_path / "s.npz")
+    again = load_surrogate(tmp_path / "s.npz")
+    design, depth = design_from(PAPER), np.array([0.1e-3, 0.5e-3])
+    np.testing.assert_array_equal(again.respond(design, depth).capacitance, noisy.respond(design, depth).capacitance)
+    assert again.info() == noisy.info()
+    (tmp_path / "foreign.npz").write_bytes(b"not a surrogate")
+    for path in (tmp_path / "foreign.npz", tmp_path / "missing.npz"):
+        with pytest.raises(ValueError, match="is not a surrogate file"):
+            load_surrogate(path)
+
+
+def test_too_few_paths_are_refused():
+    with pytest.raises(ValueError, match="50 training paths are too few; give at least 64"):
+        fit_small(synthetic_training(50, 0.0))
