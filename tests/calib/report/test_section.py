@@ -11,7 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 from matplotlib.image import imread
 
-from calib import section
+from calib.report import section
 from calib.errors import InputError
 from calib.report.section import revolved_picture, section_figure, write_figure, write_vtk
 from models.fem import FiniteElements

@@ -86,14 +86,18 @@ def stack_of(h_s, h_p, a, modulus=1.0):
 
 
 @pytest.mark.skipif(not REFERENCES.is_dir(), reason="the full reference curves lie beside the checkout, not in it")
-def test_every_listed_reference_point_is_met():
+@pytest.mark.parametrize(("accuracy", "from_force"), [(5e-4, 0.0), (1e-3, 0.02)])
+def test_every_listed_reference_point_is_met(accuracy, from_force):
     # To the error stated with the reference plus 0.2 % in force and 0.5 % in the change of capacitance, where that is more than
-    # 0.2 ppm of the capacitance.
+    # 0.2 ppm of the capacitance. At the default accuracy a contact of a few elements, below 2 % of the largest force, has 0.35 %.
     for case in json.loads((REFERENCES / "index.json").read_text()):
         d, stated = case["design"], case["rel_change_on_mesh_refinement"]
         depth, force, change = np.loadtxt(REFERENCES / case["file"], delimiter=",", skiprows=1).T
-        response = FiniteElements().respond(design_of(d["R"], d["h_s"], d["h_p"], d["mu_s"], d["mu_p"], d["a"]), depth * 1e-3)
-        np.testing.assert_allclose(response.force, force, rtol=2e-3 + stated["F"], err_msg=case["name"])
+        design = design_of(d["R"], d["h_s"], d["h_p"], d["mu_s"], d["mu_p"], d["a"])
+        response = FiniteElements(accuracy).respond(design, depth * 1e-3)
+        allowed = np.where(force >= from_force * np.max(force), 2e-3, 3.5e-3) + stated["F"]
+        off = np.abs(response.force / force - 1)
+        assert np.all(off <= allowed), (case["name"], off)
         np.testing.assert_allclose(
             response.capacitance_change, change, rtol=5e-3 + stated["dC"], atol=2e-7, err_msg=case["name"]
         )
