@@ -11,8 +11,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 from matplotlib.image import imread
 
-from calib.report import section
 from calib.errors import InputError
+from calib.report import section
 from calib.report.section import revolved_picture, section_figure, write_figure, write_vtk
 from models.fem import FiniteElements
 from models.fem.fields import fields_of

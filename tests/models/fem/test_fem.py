@@ -89,7 +89,8 @@ def stack_of(h_s, h_p, a, modulus=1.0):
 @pytest.mark.parametrize(("accuracy", "from_force"), [(5e-4, 0.0), (1e-3, 0.02)])
 def test_every_listed_reference_point_is_met(accuracy, from_force):
     # To the error stated with the reference plus 0.2 % in force and 0.5 % in the change of capacitance, where that is more than
-    # 0.2 ppm of the capacitance. At the default accuracy a contact of a few elements, below 2 % of the largest force, has 0.35 %.
+    # 0.2 ppm of the capacitance. At the default accuracy a contact of a few elements, below 2 % of the largest force,
+    # has 0.35 %.
     for case in json.loads((REFERENCES / "index.json").read_text()):
         d, stated = case["design"], case["rel_change_on_mesh_refinement"]
         depth, force, change = np.loadtxt(REFERENCES / case["file"], delimiter=",", skiprows=1).T
