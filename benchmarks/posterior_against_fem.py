@@ -26,12 +26,11 @@ import numpy as np
 from numpy.polynomial.chebyshev import chebvander
 from scipy.stats import norm, qmc
 
-from calib.checks.reweight import reweight
-from calib.experiment.plan import read_experiment
-from calib.lab.sweep import make_sweep
-from calib.problem.likelihood import Problem, build_problem
-from calib.problem.measurement import model_sweep
-from calib.sampling.posterior import Posterior, sample, thin_draws
+from calib.checks import reweight
+from calib.experiment import read_experiment
+from calib.lab import make_sweep
+from calib.problem import Problem, build_problem, model_sweep
+from calib.sampling import Posterior, sample, thin_draws
 from models.fem import FiniteElements
 from models.response import Response
 from models.sensor import Design, FloatArray, design_from

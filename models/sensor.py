@@ -21,7 +21,7 @@ VACUUM_PERMITTIVITY = 8.8541878128e-12
 
 @dataclass(frozen=True)
 class Parameter:
-    """What the whole project knows of one parameter: name in code, symbol, unit, unit for people, words.
+    """What the project knows of one quantity: name in code, symbol, unit, unit for people, words.
 
     `display_scale` display units make one SI unit: a thickness of 1e-3 m is shown as 1e-3 * 1e3 = 1 mm.
     """
@@ -32,14 +32,13 @@ class Parameter:
     display_unit: str
     display_scale: float
     label: str
-    positive: bool = True
 
 
 def _table(*rows: Parameter) -> Mapping[str, Parameter]:
     return MappingProxyType({row.name: row for row in rows})
 
 
-#: The one table of parameter -> unit -> label.
+#: The quantities of a design: name -> symbol, units, label.
 PARAMETERS: Mapping[str, Parameter] = _table(
     Parameter("young_modulus", "E", "Pa", "MPa", 1e-6, "Young's modulus of the sensor"),
     Parameter("padding_young_modulus", "E_p", "Pa", "MPa", 1e-6, "Young's modulus of the padding"),
@@ -51,22 +50,6 @@ PARAMETERS: Mapping[str, Parameter] = _table(
     Parameter("sensor_radius", "a", "m", "mm", 1e3, "disc radius"),
     Parameter("electrode_radius", "a_e", "m", "mm", 1e3, "electrode radius"),
     Parameter("indenter_radius", "R", "m", "mm", 1e3, "ball radius"),
-    Parameter("contact_offset", "d_0", "m", "mm", 1e3, "crosshead reading at first touch", positive=False),
-    Parameter("machine_compliance", "c_m", "m/N", "µm/N", 1e6, "machine compliance"),
-    Parameter("load_zero", "F_0", "N", "N", 1.0, "load cell reading without contact", positive=False),
-    Parameter("parasitic_capacitance", "C_p", "F", "pF", 1e12, "parasitic capacitance", positive=False),
-    Parameter("clock_offset", "τ", "s", "s", 1.0, "clock of the tester minus clock of the LCR meter", positive=False),
-    Parameter("force_noise", "s_F", "N", "mN", 1e3, "noise of one force reading (sd)"),
-    Parameter("capacitance_noise", "s_C", "F", "fF", 1e15, "noise of one capacitance reading (sd)"),
-    Parameter("force_discrepancy", "δ_F", "", "%", 1e2, "model discrepancy of the force (sd, share of the force)"),
-    Parameter(
-        "capacitance_discrepancy",
-        "δ_C",
-        "",
-        "%",
-        1e2,
-        "model discrepancy of the capacitance change (sd, share of the change)",
-    ),
 )
 
 

@@ -1,1 +1,44 @@
 """A `Posterior` in, whether it may be believed out: predictive, spot check, re-weighting, comparison; changes no draw."""
+
+from calib.checks.comparison import compare_runs, comparison_in_words, doubts
+from calib.checks.predictive import (
+    BAND_LEVELS,
+    Bands,
+    DesignPrediction,
+    FitCheck,
+    Prediction,
+    band,
+    loading_curve,
+    predict,
+    predict_design,
+)
+from calib.checks.refine import error_rows, refinement_in_words, require_own_surrogate, shift_rows, stands, training_points
+from calib.checks.reweight import ACCURACY, LEAST_DRAWS, reweight, with_reweighting
+from calib.checks.spotcheck import compare_draws, with_spot_check
+
+__all__ = [
+    "ACCURACY",
+    "BAND_LEVELS",
+    "LEAST_DRAWS",
+    "Bands",
+    "DesignPrediction",
+    "FitCheck",
+    "Prediction",
+    "band",
+    "compare_draws",
+    "compare_runs",
+    "comparison_in_words",
+    "doubts",
+    "error_rows",
+    "loading_curve",
+    "predict",
+    "predict_design",
+    "refinement_in_words",
+    "require_own_surrogate",
+    "reweight",
+    "shift_rows",
+    "stands",
+    "training_points",
+    "with_reweighting",
+    "with_spot_check",
+]

@@ -8,10 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from calib.catalogue import QUANTITIES
 from calib.errors import Fault, InputError
-from calib.sampling.archive import K_HAT, LeaveOut
-from calib.sampling.posterior import Posterior, leave_out
-from models.sensor import PARAMETERS
+from calib.sampling import K_HAT, LeaveOut, Posterior, leave_out
 
 #: A difference of elpd in units of its standard error, and by itself, above which one model is said to predict better: below 4
 #: models predict alike, and the standard error is too small (Sivula, Magnusson, Matamoros & Vehtari, arXiv 2008.10296).
@@ -52,7 +51,7 @@ class Candidate:
         found = self.posterior.diagnostics.parameters.get(name)
         if found is None:
             return "-"
-        row = PARAMETERS[name]
+        row = QUANTITIES[name]
         return f"{found.mean * row.display_scale:.3g} ± {found.sd * row.display_scale:.2g} {row.display_unit}".rstrip()
 
 
@@ -85,14 +84,7 @@ def compare_runs(named: Sequence[tuple[str, Posterior]]) -> tuple[Candidate, ...
 def _data(posterior: Posterior) -> tuple[object, ...]:
     """What the likelihood of a posterior is of."""
     files = tuple((s.specimen, s.name, tuple(sha for _, sha in s.files)) for s in posterior.sweeps)
-    points = tuple(
-        points.tobytes()
-        for s in posterior.sweeps
-        for points in (
-            s.force.force if s.force is not None else np.zeros(0),
-            s.capacitance.capacitance if s.capacitance is not None else np.zeros(0),
-        )
-    )
+    points = tuple((name, points.value.tobytes()) for s in posterior.sweeps for name, points in s.channels.items())
     return (posterior.blocks, files, points)
 
 
@@ -106,7 +98,7 @@ def doubts(candidates: Sequence[Candidate]) -> list[str]:
     return found
 
 
-def verdict(candidates: Sequence[Candidate]) -> str:
+def comparison_in_words(candidates: Sequence[Candidate]) -> str:
     """Which model predicts the data better, or that they cannot tell."""
     best, second = candidates[:2]
     gap = f"{second.behind:.1f} ± {second.error:.1f} in elpd"

@@ -10,11 +10,10 @@ import numpy as np
 from scipy import stats
 from scipy.linalg import cho_factor, cho_solve
 
-from calib.lab.sweep import CapacitancePoints, ForcePoints, Sweep
-from calib.problem.measurement import Channel as MeasuredChannel
-from calib.problem.measurement import SweepModel, model_sweep, plan_sweep
-from calib.problem.parameters import lookup, specimen_design, tied_by
-from calib.sampling.posterior import Posterior, thin_draws
+from calib.catalogue import UnknownName
+from calib.lab import Points, Sweep
+from calib.problem import PredictedReadings, SweepModel, lookup, model_sweep, plan_sweep, specimen_design
+from calib.sampling import Posterior, thin_draws
 from models.response import Forward, OutOfRangeError, Response, depth_at_force, depth_table
 from models.sensor import BoolArray, Design, FloatArray, design_from
 
@@ -39,7 +38,7 @@ class Bands:
 
 
 @dataclass(frozen=True, eq=False)
-class Check:
+class FitCheck:
     """Data of one channel of a sweep against the posterior, at the points the likelihood uses, arrays (n_point,), SI.
 
     Attributes
@@ -78,11 +77,11 @@ class Check:
 
 
 @dataclass(frozen=True, eq=False)
-class Channel:
-    """One measured channel of a sweep: bands along the sweep and the check at its points."""
+class ChannelFit:
+    """One measured channel of a sweep against the posterior: bands along the sweep and the check at its points."""
 
     bands: Bands
-    check: Check
+    check: FitCheck
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,18 +90,17 @@ class Prediction:
 
     Attributes
     ----------
-    force : load cell [N] against crosshead [m], both as read (contact offset, compliance and load zero included), or none.
-    capacitance : LCR reading [F] against load cell [N] as read, or none.
+    channels : name -> its fit, as read: force against the crosshead [m] (contact offset, compliance and load zero included),
+        every other channel against the load cell [N].
     change : C/C0 - 1 [1] against the true force [N], without parasitic capacitance and load zero, or none.
-    change_x, change_y : (n_point,) the data of `capacitance` in the coordinates of `change`, at posterior means.
+    change_x, change_y : (n_point,) the data of the capacitance in the coordinates of `change`, at posterior means.
     n_draw : draws used. title : name for headings, the specimen and, if it has several, the sweep.
     """
 
     specimen: str
     sweep: str
     indenter_radius: float
-    force: Channel | None
-    capacitance: Channel | None
+    channels: Mapping[str, ChannelFit]
     change: Bands | None
     change_x: FloatArray
     change_y: FloatArray
@@ -205,80 +203,91 @@ def _predict_sweep(
             f"the {forward.name} covers only {np.mean(at_data.covered) * 100:.0f} % of the posterior's draws for "
             f"{sweep.specimen}; the calibration used the {posterior.forward_name}"
         )
-    force = capacitance = change = None
+    fits: dict[str, ChannelFit] = {}
+    change = None
     change_x, change_y = np.empty(0), np.empty(0)
-    if sweep.force is not None and at_data.force is not None:
-        points = sweep.force
-        grid = np.linspace(np.min(points.displacement), np.max(points.displacement), _N_GRID)
-        order = np.argsort(points.displacement)
-        # The load matters here only through the machine's compliance: the data's own, interpolated, will do.
-        along = ForcePoints(grid, np.interp(grid, points.displacement[order], points.force[order]), np.ones(_N_GRID))
-        dense = model_sweep(posterior, forward, plan_sweep(replace(sweep, force=along, capacitance=None)), values)
-        force = Channel(_bands(grid, dense.force, rng), _check(points.displacement, at_data.force))
-    if sweep.capacitance is not None and at_data.capacitance is not None:
-        zero, parasitic, c0 = _zeros(posterior, values, sweep)
-        x = _loads_of_capacitance(forward, posterior, values, sweep)
+    for name, points in sweep.channels.items():
+        if name not in at_data.channels:
+            continue
+        if name == "force":
+            fits[name] = _force_fit(posterior, forward, values, sweep, points, at_data.channels[name], rng)
+            continue
+        x = _loads(forward, posterior, values, sweep, name)
         grid = np.linspace(np.min(x), np.max(x), _N_GRID)
-        capacitance = Channel(
-            _bands(grid, _capacitance_over_force(posterior, forward, values, sweep, grid).capacitance, rng),
-            _check(x, at_data.capacitance),
-        )
-        true_grid = np.linspace(0.0, max(float(np.max(x - np.median(zero))), 1e-9), _N_GRID)
-        none = np.zeros_like(zero)
-        bare = {**values, f"load_zero[{_where(sweep)}]": none, f"parasitic_capacitance[{_where(sweep)}]": none}
-        dense = _capacitance_over_force(posterior, forward, bare, sweep, true_grid)
-        change = _bands(true_grid, dense.capacitance, rng, rest=c0[dense.covered][:, None])
-        change_x = x - float(np.median(zero))
-        change_y = np.median((sweep.capacitance.capacitance - parasitic[:, None]) / c0[:, None] - 1, axis=0)
+        dense = _over_load(posterior, forward, values, sweep, name, grid)
+        fits[name] = ChannelFit(_bands(grid, dense.channels.get(name), rng), _check(x, at_data.channels[name]))
+        if name == "capacitance":
+            zero, parasitic, c0 = _zeros(posterior, values, sweep)
+            true_grid = np.linspace(0.0, max(float(np.max(x - np.median(zero))), 1e-9), _N_GRID)
+            none = np.zeros_like(zero)
+            bare = {**values, **{str(UnknownName(p, sweep.specimen, sweep.name)): none for p in _ZEROS}}
+            dense = _over_load(posterior, forward, bare, sweep, name, true_grid)
+            change = _bands(true_grid, dense.channels.get(name), rng, rest=c0[dense.covered][:, None])
+            change_x = x - float(np.median(zero))
+            change_y = np.median((points.value - parasitic[:, None]) / c0[:, None] - 1, axis=0)
     several = sum(other.specimen == sweep.specimen for other in posterior.sweeps) > 1
     title = f"{sweep.specimen}, {sweep.name}" if several else sweep.specimen
     n_draw = at_data.covered.size
-    return Prediction(
-        sweep.specimen, sweep.name, sweep.indenter_radius, force, capacitance, change, change_x, change_y, n_draw, title
-    )
+    return Prediction(sweep.specimen, sweep.name, sweep.indenter_radius, fits, change, change_x, change_y, n_draw, title)
 
 
-def _where(sweep: Sweep) -> str:
-    return f"{sweep.specimen}, {sweep.name}"
+# What is taken off where readings become force and capacitance of the sensor.
+_ZEROS = ("load_zero", "parasitic_capacitance")
 
 
-def _capacitance_over_force(
-    posterior: Posterior, forward: Forward, values: Mapping[str, FloatArray], sweep: Sweep, load: FloatArray
+def _force_fit(
+    posterior: Posterior,
+    forward: Forward,
+    values: Mapping[str, FloatArray],
+    sweep: Sweep,
+    points: Points,
+    at_data: PredictedReadings,
+    rng: np.random.Generator,
+) -> ChannelFit:
+    assert points.displacement is not None
+    grid = np.linspace(np.min(points.displacement), np.max(points.displacement), _N_GRID)
+    order = np.argsort(points.displacement)
+    # The load matters here only through the machine's compliance: the data's own, interpolated, will do.
+    load = np.interp(grid, points.displacement[order], points.value[order])
+    along = replace(sweep, channels={"force": Points(load, np.ones(_N_GRID), displacement=grid)})
+    dense = model_sweep(posterior, forward, plan_sweep(along), values)
+    return ChannelFit(_bands(grid, dense.channels.get("force"), rng), _check(points.displacement, at_data))
+
+
+def _over_load(
+    posterior: Posterior, forward: Forward, values: Mapping[str, FloatArray], sweep: Sweep, channel: str, load: FloatArray
 ) -> SweepModel:
-    """The capacitance channel of a sweep at given load cell readings [N], however its own readings were tied to depth."""
-    n = load.size
-    points = CapacitancePoints(capacitance=np.zeros(n), n_effective=np.ones(n), time=None, force=load, displacement=None)
-    along = replace(sweep, force=None, capacitance=points, track=None)
+    """A channel of a sweep at given load cell readings [N], however its own readings were tied to depth."""
+    points = Points(np.zeros(load.size), np.ones(load.size), force=load)
+    along = replace(sweep, channels={channel: points}, track=None)
     return model_sweep(posterior, forward, plan_sweep(along), values)
 
 
 def _zeros(posterior: Posterior, values: Mapping[str, FloatArray], sweep: Sweep) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Draws of load zero [N], parasitic capacitance [F] and C0 [F] of a sweep, each (n_draw,)."""
     c0 = np.atleast_1d(np.asarray(specimen_design(posterior, values, sweep.specimen, sweep.name).rest_capacitance, dtype=float))
-    load, parasitic = (lookup(values, p, sweep.specimen, sweep.name) for p in ("load_zero", "parasitic_capacitance"))
+    load, parasitic = (lookup(values, p, sweep.specimen, sweep.name) for p in _ZEROS)
     nothing = np.zeros_like(c0)
     return nothing if load is None else load, nothing if parasitic is None else parasitic, c0
 
 
-def _loads_of_capacitance(forward: Forward, posterior: Posterior, values: Mapping[str, FloatArray], sweep: Sweep) -> FloatArray:
-    """Load cell reading [N] at the capacitance points, (n_point,): as read, or by clock or crosshead from the tester's record.
+def _loads(forward: Forward, posterior: Posterior, values: Mapping[str, FloatArray], sweep: Sweep, channel: str) -> FloatArray:
+    """Load cell reading [N] at the points of a channel, (n_point,): as read, or by clock or crosshead from the tester's record.
 
     Where no load was recorded at all it is the model's, at the medians of the posterior.
     """
-    points = sweep.capacitance
-    assert points is not None
+    points = sweep.channels[channel]
     if points.force is not None:
         return points.force
-    if tied_by(sweep) == "clock" and points.time is not None and sweep.track is not None:
+    if sweep.tied_by(channel) == "clock" and points.time is not None and sweep.track is not None:
         offset = lookup(values, "clock_offset", sweep.specimen, sweep.name)
         late = 0.0 if offset is None else float(np.median(offset))
         return np.asarray(np.interp(points.time + late, sweep.track.time, sweep.track.force), dtype=float)
     assert points.displacement is not None
-    if sweep.force is not None:
-        order = np.argsort(sweep.force.displacement)
-        return np.asarray(
-            np.interp(points.displacement, sweep.force.displacement[order], sweep.force.force[order]), dtype=float
-        )
+    tester = sweep.channels.get("force")
+    if tester is not None and tester.displacement is not None:
+        order = np.argsort(tester.displacement)
+        return np.asarray(np.interp(points.displacement, tester.displacement[order], tester.value[order]), dtype=float)
     middle = {k: np.array([np.median(v)]) for k, v in values.items()}
     offset = lookup(middle, "contact_offset", sweep.specimen, sweep.name)
     depth = np.maximum(points.displacement - (0.0 if offset is None else float(offset[0])), 0.0)
@@ -287,7 +296,7 @@ def _loads_of_capacitance(forward: Forward, posterior: Posterior, values: Mappin
 
 
 def _bands(
-    x: FloatArray, channel: MeasuredChannel | None, rng: np.random.Generator, rest: FloatArray | float | None = None
+    x: FloatArray, channel: PredictedReadings | None, rng: np.random.Generator, rest: FloatArray | float | None = None
 ) -> Bands:
     """Bands of a channel at x (n_x,); with `rest` C0 (n_draw, 1) those of C/C0 - 1.
 
@@ -301,7 +310,7 @@ def _bands(
     return Bands(x, band(mean), band(mean + sd * normal[:, None]))
 
 
-def _check(x: FloatArray, channel: MeasuredChannel) -> Check:
+def _check(x: FloatArray, channel: PredictedReadings) -> FitCheck:
     y, mean = channel.observed, channel.mean
     n = y.size
     p_values = []
@@ -312,7 +321,7 @@ def _check(x: FloatArray, channel: MeasuredChannel) -> Check:
     sd = np.sqrt(np.mean(channel.sd**2, axis=0) + np.var(mean, axis=0))
     residual = (y - centre) / sd
     inside = float(np.mean(np.abs(residual) <= stats.norm.ppf(0.95)))
-    return Check(x, y, centre, sd, residual, inside, float(np.mean(p_values)))
+    return FitCheck(x, y, centre, sd, residual, inside, float(np.mean(p_values)))
 
 
 def loading_curve(

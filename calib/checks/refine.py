@@ -6,15 +6,14 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from calib.catalogue import QUANTITIES
 from calib.checks.reweight import problem_of
 from calib.checks.spotcheck import Comparison, rms
 from calib.errors import Fault, InputError
-from calib.problem.likelihood import log_posterior
-from calib.problem.parameters import specimen_design
-from calib.sampling.diagnostics import Reweighting
-from calib.sampling.posterior import Posterior
+from calib.problem import log_posterior, specimen_design
+from calib.sampling import Posterior, Reweighting
 from models.response import Forward
-from models.sensor import PARAMETERS, FloatArray
+from models.sensor import FloatArray
 from models.surrogate.domain import GROUPS, groups_of
 from models.surrogate.surrogate import Surrogate
 
@@ -75,7 +74,7 @@ def shift_rows(posterior: Posterior, found: Reweighting) -> list[tuple[str, str,
     """Rows: parameter, mean and sd as they are and re-weighted, their unit, shift of the mean in sd with its error."""
     rows = []
     for p in posterior.parameters:
-        s, unit = found.shifts[p.name], PARAMETERS[p.parameter]
+        s, unit = found.shifts[p.name], QUANTITIES[p.parameter]
         k = unit.display_scale
         before, after = (f"{m * k:.5g} ± {sd * k:.2g}" for m, sd in ((s.mean, s.sd), (s.weighted_mean, s.weighted_sd)))
         rows.append((p.name, before, after, unit.display_unit, f"{s.shift:+.2f} ± {s.error:.2f}"))
@@ -87,7 +86,7 @@ def stands(posterior: Posterior, found: Reweighting) -> bool:
     return posterior.diagnostics.converged and found.passed
 
 
-def verdict(posterior: Posterior, found: Reweighting) -> str:
+def refinement_in_words(posterior: Posterior, found: Reweighting) -> str:
     """One sentence: whether to run the posterior again, and why."""
     if stands(posterior, found):
         return f"The posterior stands: {found.in_words()}."

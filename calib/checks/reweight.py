@@ -24,12 +24,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from calib.problem.likelihood import Problem, log_likelihood_at
-from calib.problem.measurement import SweepPlan, model_sweep, plan_sweep
-from calib.problem.parameters import specimen_design
-from calib.sampling.archive import smooth_weights
-from calib.sampling.diagnostics import Reweighting, Shift
-from calib.sampling.posterior import Posterior, thin_draws
+from calib.problem import Problem, SweepPlan, log_likelihood_at, model_sweep, plan_sweep, specimen_design
+from calib.sampling import Posterior, Reweighting, Shift, smooth_weights, thin_draws
 from models.fem import ConvergenceError, FiniteElements
 from models.response import Forward, OutOfRangeError, table_depths
 from models.sensor import FloatArray
@@ -165,7 +161,7 @@ def _table(problem: Problem, plan: SweepPlan, values: Mapping[str, FloatArray]) 
     end soon after the deepest reading: the whole range of the fast model would take the finite elements several times as long
     and may have no equilibrium at its end.
     """
-    if not plan.tabled:
+    if not plan.needs_curve:
         return None
     sweep = plan.sweep
     deepest = model_sweep(problem, problem.forward, plan, values).deepest[0]

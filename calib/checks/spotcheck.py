@@ -15,10 +15,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from calib.problem.measurement import model_sweep, plan_sweep
-from calib.problem.parameters import specimen_design, sweep_title
-from calib.sampling.diagnostics import SpotCheck
-from calib.sampling.posterior import Posterior, thin_draws
+from calib.problem import model_sweep, plan_sweep, specimen_design
+from calib.sampling import Posterior, SpotCheck, thin_draws
 from models.fem import FiniteElements
 from models.response import Forward
 from models.sensor import FloatArray
@@ -118,7 +116,7 @@ def compare_draws(
         force, change, force_score, change_score = (
             np.reshape([c[k] for c in compared], (-1, DEPTHS.size)).astype(float) for k in range(4)
         )
-        found.append(Comparison(sweep_title(sweep), force, change, force_score, change_score, tuple(failures)))
+        found.append(Comparison(sweep.title, force, change, force_score, change_score, tuple(failures)))
     return found
 
 

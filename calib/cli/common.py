@@ -20,7 +20,7 @@ from models.response import Forward, OutOfRangeError
 from models.surrogate.domain import NEO_HOOKEAN, Family
 
 if TYPE_CHECKING:
-    from calib.sampling.posterior import Posterior
+    from calib.sampling import Posterior
 
 #: Something is wrong with the input; nothing was written.
 BAD_INPUT = 2
@@ -154,7 +154,7 @@ def load_run(run: Path) -> tuple[Posterior, Forward]:
     InputError
         If there is no finished run, or the surrogate file it was made with is gone.
     """
-    from calib.sampling.posterior import load_posterior
+    from calib.sampling import load_posterior
 
     path = run / "posterior.nc"
     if not path.is_file():

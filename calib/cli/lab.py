@@ -12,7 +12,7 @@ from calib.cli.common import err, out, refusing_bad_input, say, write_whole
 from calib.errors import Fault, InputError
 
 if TYPE_CHECKING:
-    from calib.lab.observations import Observations
+    from calib.lab import Observations
 
 
 def read(
@@ -52,8 +52,7 @@ def read(
     """
     with refusing_bad_input():
         from calib.files import whole_file
-        from calib.lab.instruments import Reading, read_lab_file
-        from calib.lab.observations import observations_frame, observe
+        from calib.lab import Reading, observations_frame, observe, read_lab_file
 
         for target, option in ((output, "-o"), (picture, "--picture")):
             if target is not None and target.exists() and file.exists() and target.samefile(file):
@@ -65,7 +64,7 @@ def read(
         reading = Reading(_assignments(units, "--units"), _assignments(columns, "--columns"), specimen)
         observations = observe(read_lab_file(file, reading), cycle)
         if picture is not None:
-            from calib.report.picture import file_figure
+            from calib.report import file_figure
 
             with whole_file(picture, advice="Create it, or choose another --picture") as whole:
                 file_figure(observations).savefig(whole, dpi=150, format=picture.suffix[1:].lower())
@@ -100,7 +99,7 @@ def init(
     Exit codes: 0 written; 2 a file that was named was not understood, no file was, or the experiment file exists.
     """
     with refusing_bad_input():
-        from calib.experiment.draft import Found, experiment_text, lab_files_in, pair, read_all
+        from calib.experiment import Found, experiment_text, lab_files_in, pair, read_all
 
         if output.exists():
             raise InputError(Fault("the file exists and is not overwritten", output, advice="Choose another -o"))
@@ -139,7 +138,7 @@ def _assignments(given: Sequence[str] | None, option: str) -> Mapping[str, str]:
     InputError
         If one is of another form, or names a quantity twice or one that there is not.
     """
-    from calib.lab.instruments import QUANTITIES
+    from calib.lab import QUANTITIES
 
     found: dict[str, str] = {}
     for text in given or ():
@@ -159,9 +158,7 @@ _DELIMITERS = {",": "comma", ";": "semicolon", "\t": "tab", " ": "blanks"}
 def _show(o: Observations) -> None:
     from rich.table import Table
 
-    from calib.lab.observations import why_left_out
-    from calib.lab.quality import judge, verdict_rows
-    from calib.lab.sweep import readings_of
+    from calib.lab import judge, readings_of, verdict_rows, why_left_out
 
     table, console = o.table, out()
     say(f"{table.path.name}: {table.recognised_as} ({table.reason})")

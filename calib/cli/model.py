@@ -103,8 +103,8 @@ def simulate(
     rows up to there written.
     """
     with refusing_bad_input():
-        from calib.checks.predictive import loading_curve
-        from calib.experiment.design import read_design
+        from calib.checks import loading_curve
+        from calib.experiment import read_design
         from models.sensor import Design
 
         if (displacement is None) == (force is None):
@@ -182,7 +182,7 @@ def _simulate_fem(
         solution.checked()
     deepest = int(np.argmax([s.depth for s in solution.states]))
     if picture is not None or view is not None or vtk is not None:
-        from calib.report.section import revolved_picture, section_figure, write_figure, write_vtk
+        from calib.report import revolved_picture, section_figure, write_figure, write_vtk
 
         if picture is not None:
             write_figure(section_figure(solution, deepest, field.value), picture)
@@ -422,11 +422,18 @@ def refine(
         from rich.markup import escape
         from rich.table import Table
 
-        from calib.checks.refine import error_rows, require_own_surrogate, shift_rows, stands, training_points, verdict
-        from calib.checks.reweight import ACCURACY
-        from calib.checks.reweight import reweight as weigh
-        from calib.checks.spotcheck import compare_draws
-        from calib.sampling.posterior import thin_draws
+        from calib.checks import (
+            ACCURACY,
+            compare_draws,
+            error_rows,
+            refinement_in_words,
+            require_own_surrogate,
+            shift_rows,
+            stands,
+            training_points,
+        )
+        from calib.checks import reweight as weigh
+        from calib.sampling import thin_draws
         from models.fem import FiniteElements
         from models.surrogate.store import StoreError, open_store
         from models.surrogate.training import run_training, store_settings
@@ -461,7 +468,7 @@ def refine(
                         out().print(table)
                     for failure in (*(f"{c.sweep}: {why}" for c in compared for why in c.failures), *found.failures):
                         say(f"no equilibrium: {failure}")
-                    say(verdict(posterior, found))
+                    say(refinement_in_words(posterior, found))
                     if output is not None:
                         _retrain(output, runs, accuracy, fast, steps, seed)
                 except KeyboardInterrupt:

@@ -34,10 +34,10 @@ from calib.errors import Fault, InputError
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from calib.decision.padding import Recommendation
-    from calib.experiment.plan import Experiment
-    from calib.lab.sweep import Sweep
-    from calib.sampling.posterior import Posterior, Progress
+    from calib.decision import Recommendation
+    from calib.experiment import Experiment
+    from calib.lab import Sweep
+    from calib.sampling import Posterior, Progress
     from models.response import Forward
 
 _DEFAULT_SEED = 1
@@ -80,11 +80,10 @@ def calibrate(
     130 stopped from the keyboard.
     """
     with refusing_bad_input():
-        from calib.checks.reweight import with_reweighting
-        from calib.checks.spotcheck import with_spot_check
-        from calib.experiment.plan import read_experiment
-        from calib.problem.likelihood import build_problem
-        from calib.sampling.posterior import sample, save_posterior
+        from calib.checks import with_reweighting, with_spot_check
+        from calib.experiment import read_experiment
+        from calib.problem import build_problem
+        from calib.sampling import sample, save_posterior
 
         _check_output(output, resume)
         plan = read_experiment(experiment)
@@ -170,8 +169,8 @@ def recommend(
     has not converged, and saying so.
     """
     with refusing_bad_input():
-        from calib.decision.padding import Requirement, recommendation_to_json
-        from calib.decision.padding import recommend as recommend_padding
+        from calib.decision import Requirement, recommendation_to_json
+        from calib.decision import recommend as recommend_padding
 
         lower, upper = _range(padding)
         requirement = Requirement(
@@ -214,7 +213,7 @@ def compare(runs: Annotated[list[Path], typer.Argument(help="Folders of two or m
         from rich.markup import escape
         from rich.table import Table
 
-        from calib.checks.comparison import compare_runs, doubts, verdict
+        from calib.checks import compare_runs, comparison_in_words, doubts
 
         if len(runs) < 2:
             raise InputError(Fault("give at least two runs to compare"))
@@ -223,7 +222,7 @@ def compare(runs: Annotated[list[Path], typer.Argument(help="Folders of two or m
         for candidate in candidates:
             table.add_row(*map(escape, candidate.row))
         out().print(table)
-        say(verdict(candidates))
+        say(comparison_in_words(candidates))
         why = doubts(candidates)
         for doubt in why:
             err().print(f"Warning: {doubt}", style="yellow", markup=False, soft_wrap=True)
@@ -260,7 +259,7 @@ def _check_output(output: Path, resume: bool) -> None:
 
 
 def _check_reweight(n_draw: int, plan: Experiment) -> None:
-    from calib.checks.reweight import LEAST_DRAWS
+    from calib.checks import LEAST_DRAWS
 
     if plan.model == "fem":
         advice = "Leave --reweight out"
@@ -285,8 +284,8 @@ _CERTAIN = 0.99
 
 
 def _read_sweeps(experiment: Experiment) -> tuple[Sweep, ...]:
-    from calib.lab.sweep import make_sweep
-    from calib.priors.prior import default_prior
+    from calib.lab import make_sweep
+    from calib.priors import default_prior
 
     sweeps: list[Sweep] = []
     faults: list[Fault] = []
@@ -352,7 +351,7 @@ class _shown_progress:
 
 
 def _recommendation(run: Path) -> Recommendation | None:
-    from calib.decision.padding import recommendation_from_json
+    from calib.decision import recommendation_from_json
 
     path = run / "recommendation.json"
     return recommendation_from_json(path.read_text(encoding="utf-8"), path) if path.is_file() else None
@@ -361,15 +360,15 @@ def _recommendation(run: Path) -> Recommendation | None:
 def _page(run: Path, posterior: Posterior, forward: Forward, recommendation: Recommendation | None) -> str:
     import numpy as np
 
-    from calib.checks.predictive import predict
-    from calib.report.page import write_report
+    from calib.checks import predict
+    from calib.report import write_report
 
     predictions = predict(posterior, forward, np.random.default_rng(posterior.seed))
     return write_report(posterior, predictions, recommendation, posterior_sha256=_sha256(run / "posterior.nc"))
 
 
 def _write_results(run: Path, posterior: Posterior, forward: Forward) -> None:
-    from calib.report.summary import summary_csv, summary_json
+    from calib.report import summary_csv, summary_json
 
     write_whole(run / "summary.json", summary_json(posterior))
     write_whole(run / "summary.csv", summary_csv(posterior))
@@ -381,7 +380,7 @@ def _say(run: Path, posterior: Posterior) -> None:
     from rich.markup import escape
     from rich.table import Table
 
-    from calib.report.page import AGAINST_PRIOR_WORDS, PRIOR_DRIVEN_WORDS, parameter_rows
+    from calib.report import AGAINST_PRIOR_WORDS, PRIOR_DRIVEN_WORDS, parameter_rows
 
     shown = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for heading in ("parameter", "posterior", "90 % interval", "learned"):

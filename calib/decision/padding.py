@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
-from calib.checks.predictive import BAND_LEVELS, DesignPrediction, band, predict_design
+from calib.checks import BAND_LEVELS, DesignPrediction, band, predict_design
 from calib.errors import Fault, InputError
-from calib.problem.parameters import lookup, specimen_design
-from calib.sampling.posterior import Posterior, thin_draws
+from calib.problem import lookup, specimen_design
+from calib.sampling import Posterior, thin_draws
 from models.response import Forward
 from models.sensor import BoolArray, Design, FloatArray, design_from
 

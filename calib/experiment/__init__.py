@@ -1,1 +1,20 @@
 """A TOML file (or Python) in, a checked `Experiment` out, its sweeps and the forward model it names; knows no likelihood."""
+
+from calib.experiment.design import read_design
+from calib.experiment.draft import Found, experiment_text, lab_files_in, pair, read_all
+from calib.experiment.experiment_file import read_experiment
+from calib.experiment.plan import Experiment
+from calib.experiment.record import experiment_from_json, experiment_to_json
+
+__all__ = [
+    "Experiment",
+    "Found",
+    "experiment_from_json",
+    "experiment_text",
+    "experiment_to_json",
+    "lab_files_in",
+    "pair",
+    "read_all",
+    "read_design",
+    "read_experiment",
+]

@@ -10,21 +10,20 @@ from typing import Any, cast
 
 import numpy as np
 
-from calib.experiment.toml_file import (
-    KeyPath,
-    Toml,
+from calib.catalogue import display
+from calib.experiment.toml_file import Toml, read_toml
+from calib.experiment.toml_places import KeyPath
+from calib.experiment.toml_values import (
     check_keys,
     choice_at,
     get,
     quantity_at,
     quoted,
     raise_faults,
-    read_toml,
     table_at,
     tables_at,
     text_at,
 )
-from calib.priors.prior import display
 from calib.quantity import parse_quantity
 from models.laws import Gent, Law, MooneyRivlin, NeoHookean, Ogden, Yeoh
 from models.layers import Base, Dielectric, Layer, LayeredDesign, Profile, cone, flat_punch, layered, sphere

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from calib.errors import Fault, InputError
-from calib.lab.instruments import LabTable, Reading, SeveralSpecimens, read_lab_file
+from calib.lab import LabTable, Reading, SeveralSpecimens, read_lab_file
 
 #: Endings of files that are looked at in a folder.
 ENDINGS = (".csv", ".tsv", ".txt", ".dat", ".log")

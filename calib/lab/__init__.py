@@ -1,1 +1,33 @@
 """Lab files in, a `Sweep` for every press out, with what was judged of it; knows no prior and no model."""
+
+from calib.lab.instruments import AS_FOUND, QUANTITIES, LabTable, Reading, SeveralSpecimens, read_lab_file
+from calib.lab.observations import Observations, observations_frame, observe, why_left_out
+from calib.lab.pressing import make_sweep, readings_of
+from calib.lab.quality import Verdict, check_name, judge, number_text, quality_in_words, verdict_rows
+from calib.lab.sweep import Points, Sweep, Track, sweeps_from_json, sweeps_to_json
+
+__all__ = [
+    "AS_FOUND",
+    "QUANTITIES",
+    "LabTable",
+    "Observations",
+    "Points",
+    "Reading",
+    "SeveralSpecimens",
+    "Sweep",
+    "Track",
+    "Verdict",
+    "check_name",
+    "judge",
+    "make_sweep",
+    "number_text",
+    "observations_frame",
+    "observe",
+    "quality_in_words",
+    "read_lab_file",
+    "readings_of",
+    "sweeps_from_json",
+    "sweeps_to_json",
+    "verdict_rows",
+    "why_left_out",
+]

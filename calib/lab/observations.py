@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -11,6 +12,7 @@ import numpy.typing as npt
 import pandas as pd
 from scipy.ndimage import median_filter
 
+from calib.catalogue import CHANNELS
 from calib.errors import Fault, InputError
 from calib.lab.instruments import IntArray, LabTable
 from calib.lab.signal import excursion, reading_noise, reversals
@@ -29,7 +31,8 @@ class Observations:
     Attributes
     ----------
     table : what was read.
-    time, displacement, force, capacitance : [s], [m], [N], [F]; nan where the cell was empty or over-range.
+    time, displacement : [s], [m]; nan where the cell was empty or over-range.
+    channels : name of a channel (see `calib.catalogue.CHANNELS`) -> its readings, SI, likewise; those that the file has.
     branch : per row "loading", "unloading", "hold", or "" where neither displacement nor force tells.
     cycle : per row the loading branch it belongs to or follows, counted from 1; 0 before the first and where nothing tells.
     n_cycle : loading branches in the file; 0 where nothing tells.
@@ -42,8 +45,7 @@ class Observations:
     table: LabTable
     time: FloatArray | None
     displacement: FloatArray | None
-    force: FloatArray | None
-    capacitance: FloatArray | None
+    channels: Mapping[str, FloatArray]
     branch: tuple[str, ...]
     cycle: IntArray
     n_cycle: int
@@ -51,6 +53,16 @@ class Observations:
     used: BoolArray
     reason: tuple[str, ...]
     sign_note: str
+
+    @property
+    def force(self) -> FloatArray | None:
+        """Load [N], None where the file has no such column."""
+        return self.channels.get("force")
+
+    @property
+    def capacitance(self) -> FloatArray | None:
+        """Capacitance [F], None where the file has no such column."""
+        return self.channels.get("capacitance")
 
 
 def observe(table: LabTable, cycle: int | None = None) -> Observations:
@@ -73,14 +85,17 @@ def observe(table: LabTable, cycle: int | None = None) -> Observations:
         If time runs backwards in more than one row of a hundred; if the file does not have the cycle that is asked for.
     """
     good = np.array([not r for r in table.reasons], dtype=bool)
-    raw = {name: table.columns.get(name) for name in ("time", "displacement", "force", "capacitance")}
+    raw = {name: table.columns.get(name) for name in ("time", "displacement", *CHANNELS)}
     time = raw["time"]
     reasons = list(table.reasons)
     if time is not None:
         _mark_backward_time(table, time, good, reasons)
     signs, sign_note = _signs(raw["displacement"], raw["force"], good)
     displacement = None if raw["displacement"] is None else raw["displacement"] * signs["displacement"]
-    force = None if raw["force"] is None else raw["force"] * signs["force"]
+    channels = {name: values for name in CHANNELS if (values := raw[name]) is not None}
+    if "force" in channels:
+        channels["force"] = channels["force"] * signs["force"]
+    force = channels.get("force")
     driver = displacement if displacement is not None else force
     n = len(reasons)
     branch = np.full(n, "", dtype=object)
@@ -99,9 +114,8 @@ def observe(table: LabTable, cycle: int | None = None) -> Observations:
             reasons[row] = reasons[row] or "no displacement reading"
     if cycle is not None and not 1 <= cycle <= n_cycle:
         raise InputError(_no_such_cycle(table, cycle, n_cycle, told=driver is not None))
-    readings = [v for v in (force, raw["capacitance"]) if v is not None]
-    if readings:
-        nothing = np.all([~np.isfinite(v) for v in readings], axis=0)
+    if channels:
+        nothing = np.all([~np.isfinite(v) for v in channels.values()], axis=0)
         for row in np.flatnonzero(nothing).tolist():
             reasons[row] = reasons[row] or "no reading"
     used = np.array([not r for r in reasons], dtype=bool)
@@ -109,8 +123,7 @@ def observe(table: LabTable, cycle: int | None = None) -> Observations:
         table=table,
         time=time,
         displacement=displacement,
-        force=force,
-        capacitance=raw["capacitance"],
+        channels=channels,
         branch=tuple(branch.tolist()),
         cycle=cycles,
         n_cycle=n_cycle,
@@ -125,7 +138,8 @@ def observations_frame(obs: Observations) -> pd.DataFrame:
     """The observations as a table for people: columns time_s, displacement_m, force_N, capacitance_F (those the file has),
     branch, cycle, used, reason.
     """
-    named = {"time_s": obs.time, "displacement_m": obs.displacement, "force_N": obs.force, "capacitance_F": obs.capacitance}
+    named = {"time_s": obs.time, "displacement_m": obs.displacement}
+    named |= {f"{name}_{CHANNELS[name].unit}".rstrip("_"): values for name, values in obs.channels.items()}
     frame = pd.DataFrame({name: values for name, values in named.items() if values is not None})
     return frame.assign(branch=list(obs.branch), cycle=obs.cycle, used=obs.used, reason=list(obs.reason))
 

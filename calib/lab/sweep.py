@@ -1,22 +1,17 @@
-"""From the lab files of one pressing to a `Sweep`, what the likelihood eats: tens of points per channel and their tie."""
+"""A `Sweep`, what the likelihood is given of one press: tens of points of every channel, and what tells their depth."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass, replace
-from pathlib import Path
+from dataclasses import dataclass, field, fields, is_dataclass
 from typing import Any
 
 import numpy as np
 
-from calib.errors import Fault, InputError
-from calib.lab.clocks import ClockOffset, clock_offset, loading_window, record
-from calib.lab.instruments import AS_FOUND, LabTable, Reading, read_lab_file
-from calib.lab.observations import UNLOADING, Observations, observe, usable_rows, why_left_out
-from calib.lab.quality import Verdict, first_crest, judge
-from calib.lab.reduction import NoiseEstimate, Reduced, find_onset, fresh_readings, reduce_channel
-from calib.lab.signal import ahead, quiet
+from calib.lab.clocks import ClockOffset
+from calib.lab.quality import Verdict
+from calib.lab.reduction import NoiseEstimate
 from models.sensor import FloatArray
 
 #: Largest number of nodes of a `Track`.
@@ -26,37 +21,23 @@ TRACK_MARGIN = 5.0
 
 
 @dataclass(frozen=True, eq=False)
-class ForcePoints:
-    """Bin means of the loading branch, arrays of shape (n_point,), in order of displacement.
+class Points:
+    """Bin means of one channel on the loading branch, arrays of shape (n_point,), in the order of loading.
 
     Attributes
     ----------
-    displacement : [m], crosshead reading. force : [N], cell reading, both not zeroed, compression positive.
-    n_effective : independent readings in the point: its sd is force_noise / sqrt(n_effective).
+    value : in the unit of the channel, not zeroed; force is positive in compression.
+    n_effective : independent readings in the point: its sd is the channel's noise / sqrt(n_effective).
+    displacement : [m], crosshead reading of the same record; None if it has none.
+    force : [N], load of the same record, not zeroed, compression positive; None if it has none, or if it is the value itself.
+    time : [s], clock of the LCR meter, where that ties the points to the tester's `Track`; else None.
     """
 
-    displacement: FloatArray
-    force: FloatArray
+    value: FloatArray
     n_effective: FloatArray
-
-
-@dataclass(frozen=True, eq=False)
-class CapacitancePoints:
-    """Bin means of the capacitance on the loading branch, arrays of shape (n_point,), in order of loading.
-
-    Attributes
-    ----------
-    capacitance : [F], parallel equivalent. n_effective : as in `ForcePoints`.
-    time : [s], clock of the LCR meter, when tied by clock to the tester's `Track`; else None.
-    force : [N], the file's own force column, not zeroed, compression positive, when tied by force; else None.
-    displacement : [m], the file's own displacement column. Where it is there, it is the tie; else None.
-    """
-
-    capacitance: FloatArray
-    n_effective: FloatArray
-    time: FloatArray | None
-    force: FloatArray | None
-    displacement: FloatArray | None
+    displacement: FloatArray | None = None
+    force: FloatArray | None = None
+    time: FloatArray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,13 +60,15 @@ class Sweep:
 
     Attributes
     ----------
-    specimen, name : of the specimen and the sweep. indenter_radius : [m].
-    force, capacitance, track : points and the tester's record, None where absent.
-    force_noise, capacitance_noise : [N], [F], sd of one reading as estimated from the data; nan if absent.
+    specimen, name : of the specimen and the sweep; the name is empty for the only sweep of a specimen.
+    indenter_radius : [m].
+    channels : name of a channel (see `calib.catalogue.CHANNELS`) -> its points, those that were measured.
+    track : the tester's record; None where no channel is tied to it by time.
+    noise : channel -> sd of one reading as estimated from the data, in the unit of the channel.
     clock_offset, clock_offset_sd : [s], clock of the tester minus clock of the LCR meter; nan if not tied by clock.
     clock : the same with its evidence and whether the data tell it at all; None if not tied by clock.
-    force_readings, capacitance_readings : noise, correlation and resolution of the readings, and how many there are; None
-        where the channel is absent or was not measured.
+    readings : channel -> noise, correlation and resolution of its readings, and how many there are; empty for what was not
+        measured.
     files : (file name, sha256) of each file.
     notes : what the report must say: rows left out with counts and reasons, signs turned, resolution.
     verdicts : on the quality of each file, made before anything was reduced.
@@ -94,345 +77,43 @@ class Sweep:
     specimen: str
     name: str
     indenter_radius: float
-    force: ForcePoints | None
-    capacitance: CapacitancePoints | None
+    channels: Mapping[str, Points]
     track: Track | None
-    force_noise: float
-    capacitance_noise: float
+    noise: Mapping[str, float]
     clock_offset: float
     clock_offset_sd: float
     files: tuple[tuple[str, str], ...]
     notes: tuple[str, ...]
     clock: ClockOffset | None = None
-    force_readings: NoiseEstimate | None = None
-    capacitance_readings: NoiseEstimate | None = None
+    readings: Mapping[str, NoiseEstimate] = field(default_factory=dict)
     verdicts: tuple[Verdict, ...] = ()
 
+    @property
+    def title(self) -> str:
+        """Name for people: its specimen, and its own name if it has one."""
+        return f"{self.specimen}, {self.name}" if self.name else self.specimen
 
-def make_sweep(
-    specimen: str,
-    name: str,
-    indenter_radius: float,
-    force_file: Path | None,
-    capacitance_file: Path | None,
-    n_points: int = 40,
-    *,
-    force_reading: Reading = AS_FOUND,
-    capacitance_reading: Reading = AS_FOUND,
-    cycle: int | None = None,
-    capacitance_cycle: int | None = None,
-    clock_range: tuple[float, float] | None = None,
-    machine_compliance: float | None = None,
-) -> Sweep:
-    """Read the files of a sweep and reduce each channel to about `n_points` points of one loading branch.
+    def tied_by(self, channel: str) -> str:
+        """What tells how deep the ball was at the readings of a channel.
 
-    A quarter of the points at most lies before the estimated onset of contact, the others in equal steps after it. A point
-    is the mean of its bin, less the bias that the curve's bend has on a mean (from a smooth over the branch). Its
-    n_effective is the number of readings over the integrated autocorrelation time of the residuals of that smooth.
+        Returns
+        -------
+        The most direct there is: "displacement", the record's own crosshead; "force", its own load column; "clock", the time
+        that it shares with the tester's record; "" if nothing tells, or the channel was not measured.
+        """
+        points = self.channels.get(channel)
+        if points is None:
+            return ""
+        if points.displacement is not None:
+            return "displacement"
+        if points.force is not None:
+            return "force"
+        return "clock" if points.time is not None and self.track is not None else ""
 
-    Capacitance is tied to the crosshead by its own displacement column, else its own force column, else by the clock:
-    then the offset of the two clocks is estimated from the turning point and the onset (`calib.lab.clocks`). An offset that the
-    data do not tell at all gets an sd as wide as what is possible, which becomes its prior. Where it is ambiguous by discrete
-    steps (whole periods of equal cycles) no normal prior is honest, and the sweep is refused.
-
-    Parameters
-    ----------
-    indenter_radius : [m].
-    force_file : force over displacement, with time if the capacitance is to be tied by clock; None if there is none.
-    capacitance_file : LCR log; may be the same file as `force_file`; None if there is none.
-    n_points : points per channel; fewer where the file has fewer rows.
-    force_reading, capacitance_reading : what the user says of the files, see `Reading`.
-    cycle : the loading branch to use, counted from 1; None for the first. It is the tester's for a log tied by the clock.
-    capacitance_cycle : the same in a capacitance file with a displacement or force column of its own, if it counts otherwise.
-    clock_range : [s], range in which the offset of the clocks is known to lie; it can decide between alternatives.
-    machine_compliance : [m/N], for the verdicts alone, see `calib.lab.quality.judge`.
-
-    Raises
-    ------
-    InputError
-        With the faults of both files; if nothing ties capacitance to the crosshead; if too few rows are usable; if a cycle is
-        asked for that is not there; if the clock offset is ambiguous by discrete steps.
-    """
-    if force_file is None and capacitance_file is None:
-        raise InputError(Fault(f"sweep {name} of {specimen} has neither a force nor a capacitance file"))
-    same = force_file is not None and capacitance_file is not None and _same_file(force_file, capacitance_file)
-    same = same and capacitance_reading in (AS_FOUND, force_reading)
-    tester = lcr = None
-    faults: list[Fault] = []
-    try:
-        tester = None if force_file is None else observe(read_lab_file(force_file, force_reading), cycle)
-    except InputError as error:
-        faults += error.faults
-    try:
-        if same or capacitance_file is None:
-            lcr = tester if same else None
-        else:
-            lcr = _observe_capacitance(read_lab_file(capacitance_file, capacitance_reading), cycle, capacitance_cycle)
-    except InputError as error:
-        faults += error.faults
-    if faults:
-        raise InputError(faults)
-    _check_columns(tester, lcr)
-
-    sources = [obs for obs in ((tester,) if same else (tester, lcr)) if obs is not None]
-    notes = [note for obs in sources for note in _file_notes(obs)]
-    verdicts = tuple(v for obs in sources for v in judge(obs, machine_compliance))
-    force_points: ForcePoints | None = None
-    force_readings: NoiseEstimate | None = None
-    capacitance_readings: NoiseEstimate | None = None
-    offset = offset_sd = float("nan")
-    onset: float | None = None
-    if tester is not None and tester.displacement is not None and tester.force is not None:
-        rows = usable_rows(tester, tester.displacement, tester.force, "force")
-        x, f = tester.displacement[rows], tester.force[rows]
-        onset = find_onset(x, f)
-        reduced = reduce_channel(x, f, n_points, onset)
-        force_points = ForcePoints(reduced.abscissa, reduced.value, reduced.n_effective)
-        force_readings = reduced.estimate
-        notes.append(_noise_note("force", reduced.estimate, "N", 1.0))
-    points: CapacitancePoints | None = None
-    track: Track | None = None
-    clock: ClockOffset | None = None
-    if lcr is not None and lcr.capacitance is not None:
-        if lcr.displacement is not None:
-            points, capacitance_readings = _over_displacement(lcr, n_points, notes, keep_force=not same)
-        elif lcr.force is not None:
-            points, capacitance_readings = _over_force(lcr, n_points, notes)
-        elif tester is not None and tester.time is not None and onset is not None:
-            clock = clock_offset(tester, lcr, clock_range)
-            if clock.alternatives:
-                raise InputError(_discrete(clock, tester, lcr))
-            offset, offset_sd = clock.value, clock.sd
-            notes += clock.evidence
-            track = _track(tester, max(TRACK_MARGIN, 4 * offset_sd))
-            points, capacitance_readings = _over_time(tester, lcr, offset, onset, n_points, notes)
-        if tester is None and lcr.force is not None and lcr.displacement is not None:
-            notes.append(f"{lcr.table.path.name}: its force column is not calibrated against; name the file under force too")
-    seen = {obs.table.path.name: obs.table.sha256 for obs in (tester, lcr) if obs is not None}
-    return Sweep(
-        specimen=specimen,
-        name=name,
-        indenter_radius=float(indenter_radius),
-        force=force_points,
-        capacitance=points,
-        track=track,
-        force_noise=float("nan") if force_readings is None else force_readings.noise,
-        capacitance_noise=float("nan") if capacitance_readings is None else capacitance_readings.noise,
-        clock_offset=offset,
-        clock_offset_sd=offset_sd,
-        files=tuple(seen.items()),
-        notes=tuple(notes),
-        verdicts=verdicts,
-        clock=clock,
-        force_readings=force_readings,
-        capacitance_readings=capacitance_readings,
-    )
-
-
-def readings_of(obs: Observations) -> dict[str, NoiseEstimate]:
-    """Noise, correlation and resolution of force and capacitance of one file: over what it is read against on the used branch.
-
-    A capacitance log without displacement and force is looked at over its time, to its first crest. A channel with fewer than
-    five such readings is left out.
-    """
-    found: dict[str, NoiseEstimate] = {}
-    for name, values in (("force", obs.force), ("capacitance", obs.capacitance)):
-        across = obs.displacement if obs.displacement is not None else obs.force if name == "capacitance" else None
-        if values is None:
-            continue
-        rows = np.flatnonzero(obs.used & np.isfinite(values))
-        if across is not None and across is obs.displacement:
-            rows = rows[np.isfinite(across[rows])]
-            x = across[rows]
-        else:
-            x = np.arange(rows.size, dtype=float) if obs.time is None else obs.time[rows]
-            if across is None and rows.size >= 5:
-                rows = rows[: first_crest(values[rows])]
-                x = x[: rows.size]
-        if rows.size >= 5 and np.all(np.isfinite(x)) and np.ptp(x) > 0:
-            found[name] = reduce_channel(x, values[rows], 40, find_onset(x, values[rows])).estimate
-    return found
-
-
-def _observe_capacitance(table: LabTable, cycle: int | None, own: int | None) -> Observations:
-    """A log with displacement or force has cycles of its own; in one tied by time nothing tells them."""
-    if {"displacement", "force"} & set(table.columns):
-        return observe(table, cycle if own is None else own)
-    return observe(table, own)
-
-
-def _discrete(clock: ClockOffset, tester: Observations, lcr: Observations) -> Fault:
-    many = f" of {tester.n_cycle}" if tester.n_cycle > 1 else ""
-    return Fault(
-        f"{clock.evidence[0]}; cycle {tester.used_cycle}{many} of {tester.table.path.name} is wanted",
-        lcr.table.path,
-        advice="Save both logs over the same cycles, from before the first to after the last; or cut both files to one cycle; "
-        "or state the offset of the clocks",
-    )
-
-
-def _same_file(a: Path, b: Path) -> bool:
-    return Path(a).resolve() == Path(b).resolve()
-
-
-def _check_columns(tester: Observations | None, lcr: Observations | None) -> None:
-    faults: list[Fault] = []
-    if tester is not None:
-        missing = [n for n, v in (("displacement", tester.displacement), ("force", tester.force)) if v is None]
-        if missing:
-            have = ", ".join(f'"{s}"' for s in tester.table.sources.values())
-            faults.append(
-                Fault(
-                    f"the force file has no {' and no '.join(missing)} column, it has {have}",
-                    tester.table.path,
-                    advice="A force file holds force over displacement",
-                )
-            )
-    if lcr is not None:
-        have = ", ".join(f'"{s}"' for s in lcr.table.sources.values())
-        if lcr.capacitance is None:
-            faults.append(Fault(f"the capacitance file has no capacitance column, it has {have}", lcr.table.path))
-        elif lcr.displacement is None and lcr.force is None:
-            ties = (
-                "Capacitance is tied to the crosshead by a displacement or a force column in its own file, or by time "
-                "columns in both files"
-            )
-            if tester is None:
-                faults.append(
-                    Fault("nothing ties the capacitance to the indentation: no force file", lcr.table.path, advice=ties)
-                )
-            elif tester.time is None:
-                faults.append(
-                    Fault("nothing ties the capacitance to the force: this file has no time", tester.table.path, advice=ties)
-                )
-    if faults:
-        raise InputError(faults)
-
-
-def _file_notes(obs: Observations) -> list[str]:
-    name = obs.table.path.name
-    notes = [f"{name}: {note}" for note in (*obs.table.notes, obs.sign_note) if note]
-    if obs.n_cycle > 1:
-        notes.append(f"{name}: {obs.n_cycle} cycles, cycle {obs.used_cycle} is used")
-    out = why_left_out(obs)
-    if out:
-        counts = ", ".join(f"{n} {r}" for r, n in out.most_common(8))
-        more = f", and {len(out) - 8} other reasons" if len(out) > 8 else ""
-        notes.append(f"{name}: {int(np.sum(obs.used))} of {len(obs.reason)} rows used; left out: {counts}{more}")
-    return notes
-
-
-def _noise_note(what: str, readings: NoiseEstimate, unit: str, scale: float) -> str:
-    r = readings
-    seen = f"resolution {r.resolution * scale:.3g} {unit}" if r.resolution else "no visible resolution"
-    far = f"; {r.outliers} reading(s) further than 6 sd from the curve are kept" if r.outliers else ""
-    of = f" ({r.n_row} rows, each reading is written {r.repeat:.3g} times)" if r.repeat > 1 else ""
-    return (
-        f"{what}: {r.n_reading} readings{of} in {r.n_point} points, noise of one reading "
-        f"{r.noise * scale:.3g} {unit}, {seen}, neighbours correlated over {r.correlation:.2g} readings{far}"
-    )
-
-
-def _over_displacement(
-    lcr: Observations, n_points: int, notes: list[str], *, keep_force: bool
-) -> tuple[CapacitancePoints, NoiseEstimate]:
-    assert lcr.displacement is not None
-    assert lcr.capacitance is not None
-    rows = usable_rows(lcr, lcr.displacement, lcr.capacitance, "capacitance")
-    x, c = lcr.displacement[rows], lcr.capacitance[rows]
-    onset = find_onset(x, c)
-    force: FloatArray | None = None
-    reduced = reduce_channel(x, c, n_points, onset)
-    if keep_force and lcr.force is not None:
-        with_force = rows[np.isfinite(lcr.force[rows])]
-        if with_force.size >= 5:
-            force = reduce_channel(lcr.displacement[with_force], lcr.force[with_force], n_points, onset).smooth(
-                reduced.abscissa
-            )
-    notes.append(_noise_note("capacitance over its own displacement", reduced.estimate, "fF", 1e15))
-    return CapacitancePoints(reduced.value, reduced.n_effective, None, force, reduced.abscissa), reduced.estimate
-
-
-def _over_force(lcr: Observations, n_points: int, notes: list[str]) -> tuple[CapacitancePoints, NoiseEstimate]:
-    assert lcr.force is not None
-    assert lcr.capacitance is not None
-    rows = usable_rows(lcr, lcr.force, lcr.capacitance, "capacitance")
-    f, c = lcr.force[rows], lcr.capacitance[rows]
-    # In the order of reading, not of force: before contact the force is noise, and bins of noise would be biased.
-    clock = np.arange(rows.size, dtype=float)
-    if lcr.time is not None and np.all(np.diff(lcr.time[rows]) > 0):
-        clock = lcr.time[rows] - lcr.time[rows][0]
-    onset = find_onset(clock, f)
-    # The two channels are reduced over the rows in which the capacitance was read anew, so that their points belong together.
-    fresh = fresh_readings(c)
-    n_row, clock, f, c = rows.size, clock[fresh], f[fresh], c[fresh]
-    capacitance = reduce_channel(clock, c, n_points, onset, repeats=False)
-    capacitance = replace(
-        capacitance, estimate=replace(capacitance.estimate, n_row=n_row, repeat=n_row / capacitance.estimate.n_reading)
-    )
-    force = reduce_channel(clock, f, n_points, onset, repeats=False)
-    force_there = _at_points(force, capacitance.abscissa)
-    # The force of a point has a noise of its own: dC/dF times it, counted against the point's effective number.
-    rise_f = force.smooth(capacitance.edges[1:]) - force.smooth(capacitance.edges[:-1])
-    rise_c = capacitance.smooth(capacitance.edges[1:]) - capacitance.smooth(capacitance.edges[:-1])
-    slopes = np.where(rise_f > 2 * force.noise, rise_c / np.where(rise_f > 0, rise_f, 1.0), 0.0)
-    slope = np.interp(capacitance.abscissa, (capacitance.edges[1:] + capacitance.edges[:-1]) / 2, slopes)
-    share = (slope * force.noise) ** 2 / np.interp(capacitance.abscissa, force.abscissa, force.n_effective)
-    own = capacitance.noise**2 / capacitance.n_effective
-    n_effective = capacitance.noise**2 / (own + share)
-    notes.append(_noise_note("capacitance over its own force", capacitance.estimate, "fF", 1e15))
-    return CapacitancePoints(capacitance.value, n_effective, None, force_there, None), capacitance.estimate
-
-
-def _at_points(reduced: Reduced, abscissa: FloatArray) -> FloatArray:
-    """Values of a channel at other points than its own: its smooth, and what the nearest of its points deviate from that."""
-    deviation = np.interp(abscissa, reduced.abscissa, reduced.value - reduced.smooth(reduced.abscissa))
-    return np.asarray(reduced.smooth(abscissa) + deviation)
-
-
-def _over_time(
-    tester: Observations, lcr: Observations, offset: float, onset: float, n_points: int, notes: list[str]
-) -> tuple[CapacitancePoints, NoiseEstimate]:
-    assert tester.time is not None
-    assert tester.displacement is not None
-    assert lcr.time is not None
-    assert lcr.capacitance is not None
-    rows = usable_rows(lcr, lcr.time, lcr.capacitance, "capacitance")
-    begin, end = loading_window(tester)
-    on_tester = lcr.time[rows] + offset
-    early, late = int(np.sum(on_tester < begin)), int(np.sum(on_tester > end))
-    rows = rows[(on_tester >= begin) & (on_tester <= end)]
-    name = lcr.table.path.name
-    if early:
-        notes.append(f"{name}: {early} rows left out: before the loading branch of the tester's record")
-    if late:
-        notes.append(f"{name}: {late} rows left out: after the turning point (hold and {UNLOADING})")
-    if rows.size < 5:
-        raise InputError(
-            Fault(
-                f"only {rows.size} capacitance readings fall into the loading branch, with the clock offset {offset:.3g} s",
-                lcr.table.path,
-                advice=f"Check that both files are of the same test and that the log covers cycle {tester.used_cycle}",
-            )
-        )
-    t, c = lcr.time[rows], lcr.capacitance[rows]
-    used = tester.used & np.isfinite(tester.displacement)
-    reached = np.maximum.accumulate(tester.displacement[used])
-    start = float(tester.time[used][min(int(np.searchsorted(reached, onset)), reached.size - 1)]) - offset
-    reduced = reduce_channel(t, c, n_points, start)
-    notes.append(_noise_note("capacitance over the meter's time", reduced.estimate, "fF", 1e15))
-    return CapacitancePoints(reduced.value, reduced.n_effective, reduced.abscissa, None, None), reduced.estimate
-
-
-def _track(tester: Observations, margin: float) -> Track:
-    time, displacement, force, _ = record(tester)
-    begin, end = loading_window(tester)
-    inside = (time >= begin - margin) & (time <= end + margin)
-    groups = np.array_split(np.flatnonzero(inside), min(TRACK_NODES, int(np.sum(inside))))
-    stamps, reading, load = (np.array([v[g].mean() for g in groups]) for v in (time, displacement, force))
-    stamps, reading = quiet(stamps, reading, int(np.sum((stamps >= begin) & (stamps <= end))) // 20)
-    kept = ahead(stamps)
-    return Track(stamps[kept], reading[kept], load[kept])
+    def load_at(self, channel: str) -> FloatArray | None:
+        """Load [N] at the points of a channel, as the same record has it, (n_point,); None if it has none."""
+        points = self.channels[channel]
+        return points.value if channel == "force" else points.force
 
 
 def sweeps_to_json(sweeps: Sequence[Sweep]) -> str:
@@ -445,6 +126,8 @@ def _to_plain(value: object) -> object:
         return value.tolist()
     if is_dataclass(value):
         return {f.name: _to_plain(getattr(value, f.name)) for f in fields(value)}
+    if isinstance(value, Mapping):
+        return {key: _to_plain(v) for key, v in value.items()}
     if isinstance(value, tuple):
         return [_to_plain(v) for v in value]
     return value
@@ -455,46 +138,22 @@ def sweeps_from_json(text: str) -> tuple[Sweep, ...]:
     return tuple(_sweep(plain) for plain in json.loads(text))
 
 
-def _full(values: Sequence[float]) -> FloatArray:
-    return np.array(values, dtype=np.float64)
-
-
-def _array(values: Sequence[float] | None) -> FloatArray | None:
-    return None if values is None else _full(values)
+def _arrays(plain: Mapping[str, Sequence[float] | None]) -> dict[str, Any]:
+    return {name: None if values is None else np.array(values, dtype=np.float64) for name, values in plain.items()}
 
 
 def _sweep(plain: Mapping[str, Any]) -> Sweep:
-    force, capacitance, track = plain["force"], plain["capacitance"], plain["track"]
-    return Sweep(
-        specimen=plain["specimen"],
-        name=plain["name"],
-        indenter_radius=plain["indenter_radius"],
-        force=None if force is None else ForcePoints(**{k: _full(v) for k, v in force.items()}),
-        capacitance=None
-        if capacitance is None
-        else CapacitancePoints(
-            capacitance=_full(capacitance["capacitance"]),
-            n_effective=_full(capacitance["n_effective"]),
-            time=_array(capacitance["time"]),
-            force=_array(capacitance["force"]),
-            displacement=_array(capacitance["displacement"]),
-        ),
-        track=None if track is None else Track(**{k: _full(v) for k, v in track.items()}),
-        force_noise=plain["force_noise"],
-        capacitance_noise=plain["capacitance_noise"],
-        clock_offset=plain["clock_offset"],
-        clock_offset_sd=plain["clock_offset_sd"],
-        files=tuple((file, sha256) for file, sha256 in plain["files"]),
-        notes=tuple(plain["notes"]),
-        verdicts=tuple(Verdict(**v) for v in plain["verdicts"]),
-        clock=_clock(plain.get("clock")),
-        force_readings=_readings(plain.get("force_readings")),
-        capacitance_readings=_readings(plain.get("capacitance_readings")),
-    )
-
-
-def _readings(plain: Mapping[str, Any] | None) -> NoiseEstimate | None:
-    return None if plain is None else NoiseEstimate(**plain)
+    track = plain["track"]
+    made = {
+        "channels": {name: Points(**_arrays(points)) for name, points in plain["channels"].items()},
+        "track": None if track is None else Track(**_arrays(track)),
+        "files": tuple((file, sha256) for file, sha256 in plain["files"]),
+        "notes": tuple(plain["notes"]),
+        "verdicts": tuple(Verdict(**v) for v in plain["verdicts"]),
+        "clock": _clock(plain["clock"]),
+        "readings": {name: NoiseEstimate(**found) for name, found in plain["readings"].items()},
+    }
+    return Sweep(**{**plain, **made})
 
 
 def _clock(plain: Mapping[str, Any] | None) -> ClockOffset | None:

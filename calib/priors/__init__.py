@@ -1,1 +1,19 @@
 """What is believed of an unknown before the data, from its form in a file to a distribution; knows no lab file and no model."""
+
+from calib.priors.defaults import default_prior
+from calib.priors.distributions import Fixed, LogNormal, Normal, Prior, TruncatedNormal, Uniform, prior_from_json
+from calib.priors.forms import parse_prior, parse_value, sign_fault
+
+__all__ = [
+    "Fixed",
+    "LogNormal",
+    "Normal",
+    "Prior",
+    "TruncatedNormal",
+    "Uniform",
+    "default_prior",
+    "parse_prior",
+    "parse_value",
+    "prior_from_json",
+    "sign_fault",
+]

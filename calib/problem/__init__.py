@@ -1,1 +1,27 @@
 """Experiment, sweeps and forward model in, a `Problem` out: unknowns, values at z, likelihood; knows no sampler."""
+
+from calib.problem.likelihood import block_names, log_likelihood_at, log_likelihood_blocks, log_posterior, range_use
+from calib.problem.measurement import PredictedReadings, SweepModel, SweepPlan, model_sweep, plan_sweep
+from calib.problem.problem import Problem, build_problem
+from calib.problem.unknowns import ParameterInfo
+from calib.problem.values import columns_at, lookup, specimen_design, values_at
+
+__all__ = [
+    "ParameterInfo",
+    "PredictedReadings",
+    "Problem",
+    "SweepModel",
+    "SweepPlan",
+    "block_names",
+    "build_problem",
+    "columns_at",
+    "log_likelihood_at",
+    "log_likelihood_blocks",
+    "log_posterior",
+    "lookup",
+    "model_sweep",
+    "plan_sweep",
+    "range_use",
+    "specimen_design",
+    "values_at",
+]

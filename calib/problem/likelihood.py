@@ -6,81 +6,23 @@ The measurement model and its covariance are those of `calib.problem.measurement
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
-from calib.errors import Fault, InputError
-from calib.experiment.plan import Experiment
-from calib.lab.sweep import Sweep
-from calib.problem.measurement import Channel, SweepModel, SweepPlan, model_sweep, plan_sweep, why_outside
-from calib.problem.parameters import Calibrated, ParameterInfo, list_parameters, sweep_title, tied_by
+from calib.lab import Sweep
+from calib.problem.measurement import PredictedReadings, SweepModel, SweepPlan, model_sweep
+from calib.problem.problem import Problem
+from calib.problem.values import Calibrated, values_at
 from models.response import Forward
 from models.sensor import FloatArray
 
-__all__ = [
-    "Channel",
-    "ParameterInfo",
-    "Problem",
-    "SweepModel",
-    "block_names",
-    "build_problem",
-    "log_likelihood",
-    "log_likelihood_at",
-    "log_likelihood_blocks",
-    "log_posterior",
-    "named_values",
-    "physical",
-    "predict_sweep",
-    "range_use",
-]
+#: Raised when the same values of the unknowns get another likelihood: draws of before are then no draws of this posterior.
+LIKELIHOOD_VERSION = 1
 
 #: Points of a block of `log_likelihood_blocks`, about.
 BLOCK_POINTS = 8
 
-#: Prior draws with which `build_problem` checks what the forward model covers.
-_N_PRIOR_CHECK = 512
-
 _LOG_2_PI = float(np.log(2 * np.pi))
-
-
-@dataclass(frozen=True, eq=False)
-class Problem:
-    """A calibration ready to be sampled: unknowns with their priors, data, forward model.
-
-    theta is the vector of standard-normal coordinates of the priors of `parameters`, value = prior.ppf_normal(z), so that
-    the log prior is -z^2/2 summed. `fixed` holds what a prior fixed.
-    """
-
-    experiment: Experiment
-    sweeps: tuple[Sweep, ...]
-    forward: Forward
-    parameters: tuple[ParameterInfo, ...]
-    fixed: Mapping[str, float]
-    plans: tuple[SweepPlan, ...]
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the unknowns, in the order of theta."""
-        return tuple(p.name for p in self.parameters)
-
-
-# --- values of the unknowns ---------------------------------------------------------------------------------------------
-
-
-def physical(problem: Problem, theta: FloatArray) -> FloatArray:
-    """SI values (n_draw, n_parameter) at standard-normal coordinates `theta` of the same shape."""
-    columns = [p.prior.ppf_normal(theta[:, k]) for k, p in enumerate(problem.parameters)]
-    return np.stack(columns, axis=1) if columns else np.empty(theta.shape)
-
-
-def named_values(problem: Problem, theta: FloatArray) -> dict[str, FloatArray]:
-    """Parameter name -> SI values (n_draw,), fixed ones included."""
-    values = {p.name: p.prior.ppf_normal(theta[:, k]) for k, p in enumerate(problem.parameters)}
-    return values | {name: np.full(theta.shape[0], value) for name, value in problem.fixed.items()}
-
-
-# --- probabilities ------------------------------------------------------------------------------------------------------
 
 
 def log_posterior(problem: Problem, theta: FloatArray) -> FloatArray:
@@ -94,7 +36,7 @@ def log_likelihood(problem: Problem, theta: FloatArray) -> FloatArray:
     -inf for a draw whose design is invalid (a dielectric thicker than half the sensor, an electrode wider than the disc) or
     whose largest depth or force the forward model does not cover.
     """
-    return log_likelihood_at(problem, problem.forward, problem.plans, named_values(problem, theta))
+    return log_likelihood_at(problem, problem.forward, problem.plans, values_at(problem, theta))
 
 
 def log_likelihood_at(
@@ -115,7 +57,7 @@ def log_likelihood_at(
     for plan, table in zip(plans, tables or [None] * len(plans), strict=True):
         model = model_sweep(known, forward, plan, values, table)
         total[~model.covered] = -np.inf
-        for channel in model.channels:
+        for channel in model.channels.values():
             total[model.covered] += _log_normal(channel)
     return total
 
@@ -128,11 +70,11 @@ def log_likelihood_blocks(problem: Problem, theta: FloatArray) -> FloatArray:
     This is what leave-block-out needs where residuals are correlated; only without correlation do the blocks add up to
     `log_likelihood`. -inf for draws that are not covered.
     """
-    values = named_values(problem, theta)
+    values = values_at(problem, theta)
     columns = []
     for plan in problem.plans:
         model = model_sweep(problem, problem.forward, plan, values)
-        for channel in model.channels:
+        for channel in model.channels.values():
             block = np.full((theta.shape[0], len(_blocks(channel.observed.size))), -np.inf)
             block[model.covered] = _log_normal_blocks(channel)
             columns.append(block)
@@ -143,10 +85,8 @@ def block_names(problem: Problem) -> tuple[str, ...]:
     """Names of the blocks of `log_likelihood_blocks`: specimen, sweep, channel and number."""
     names = []
     for plan in problem.plans:
-        s = plan.sweep
-        for channel, points in (("force", s.force), ("capacitance", s.capacitance)):
-            n = points.n_effective.size if points is not None else 0
-            names += [f"{sweep_title(s)}, {channel} {k + 1}" for k in range(len(_blocks(n)))]
+        for channel, points in plan.sweep.channels.items():
+            names += [f"{plan.sweep.title}, {channel} {k + 1}" for k in range(len(_blocks(points.value.size)))]
     return tuple(names)
 
 
@@ -158,12 +98,12 @@ def predict_sweep(problem: Problem, values: Mapping[str, FloatArray], sweep: Swe
 
 def range_use(problem: Problem, theta: FloatArray) -> FloatArray:
     """Deepest point over all sweeps relative to the deepest the forward model covers, (n_draw,); above 1 is not covered."""
-    values = named_values(problem, theta)
+    values = values_at(problem, theta)
     uses = [model_sweep(problem, problem.forward, plan, values).range_use for plan in problem.plans]
     return np.asarray(np.max(uses, axis=0), dtype=float)
 
 
-def _log_normal(channel: Channel) -> FloatArray:
+def _log_normal(channel: PredictedReadings) -> FloatArray:
     """Log density of the observed readings, covariance D + W W^T, (n_draw,).
 
     With A = [W r]^T D^-1 [W r] + 1 = L L^T the last diagonal element of L is the root of 1 + r^T (D + W W^T)^-1 r (Woodbury)
@@ -194,7 +134,7 @@ def _cholesky_diagonal(matrices: FloatArray) -> FloatArray:
         return np.concatenate([_cholesky_diagonal(matrices[:half]), _cholesky_diagonal(matrices[half:])])
 
 
-def _log_normal_blocks(channel: Channel) -> FloatArray:
+def _log_normal_blocks(channel: PredictedReadings) -> FloatArray:
     """Log density of each block given the rest of the channel, (n_draw, n_block), see `log_likelihood_blocks`."""
     scale = np.sqrt(channel.variance)
     residual = (channel.observed - channel.mean) / scale
@@ -214,71 +154,3 @@ def _log_normal_blocks(channel: Channel) -> FloatArray:
 def _blocks(n_point: int) -> list[np.ndarray[tuple[int], np.dtype[np.intp]]]:
     """Indices of neighbouring points, about `BLOCK_POINTS` in each block."""
     return list(np.array_split(np.arange(n_point), max(1, round(n_point / BLOCK_POINTS)))) if n_point else []
-
-
-# --- building a problem -------------------------------------------------------------------------------------------------
-
-
-def build_problem(experiment: Experiment, sweeps: Sequence[Sweep], forward: Forward) -> Problem:
-    """The calibration problem of an experiment: unknowns listed, data prepared, and the forward model's range checked.
-
-    Raises
-    ------
-    InputError
-        If a sweep has no readings or nothing that ties its capacitance to depth; if at the prior medians a design is
-        invalid, or a design or its sweep's depth lies outside what the forward model covers; or if more than half of the
-        prior's draws do.
-    """
-    faults = [Fault(problem, experiment.path, advice=advice) for s in sweeps for problem, advice in _unusable(s)]
-    if not sweeps:
-        faults.append(Fault("there is no sweep to calibrate with", experiment.path))
-    if faults:
-        raise InputError(faults)
-    parameters, fixed = list_parameters(experiment, sweeps)
-    problem = Problem(experiment, tuple(sweeps), forward, parameters, fixed, tuple(plan_sweep(s) for s in sweeps))
-    if faults := _outside_faults(problem):
-        raise InputError(faults)
-    return problem
-
-
-def _unusable(sweep: Sweep) -> list[tuple[str, str]]:
-    where = f"sweep of {sweep_title(sweep)}"
-    if sweep.force is None and sweep.capacitance is None:
-        return [(f"{where} has neither force nor capacitance readings", "Leave it out")]
-    if sweep.capacitance is not None and not tied_by(sweep):
-        return [
-            (
-                f"{where}: nothing tells how deep the ball was at the capacitance readings",
-                "Give a force file with a time column beside it, or a force or displacement column in the capacitance file",
-            )
-        ]
-    return []
-
-
-def _outside_faults(problem: Problem) -> list[Fault]:
-    """What of the prior the forward model does not cover, as faults."""
-    n = len(problem.parameters)
-    draws = np.random.default_rng(20190304).standard_normal((_N_PRIOR_CHECK, n))
-    faults = []
-    for theta, share_allowed in ((np.zeros((1, n)), 0.0), (draws, 0.5)):
-        values = named_values(problem, theta)
-        for plan in problem.plans:
-            covered = model_sweep(problem, problem.forward, plan, values).covered
-            share = 1 - float(np.mean(covered))
-            if share <= share_allowed:
-                continue
-            where = f"the sweep of {sweep_title(plan.sweep)}"
-            first = int(np.argmin(covered))
-            single = {name: value[first : first + 1] for name, value in values.items()}
-            reason = why_outside(problem, problem.forward, plan, single)
-            at = "at the prior medians" if share_allowed == 0 else f"for {share:.0%} of the prior's draws"
-            faults.append(
-                Fault(
-                    f"{where} lies outside what the {problem.forward.name} covers {at}: {reason}",
-                    problem.experiment.path,
-                    advice="Check thicknesses, ball radius and contact_offset, narrow their priors, or use a smaller depth",
-                )
-            )
-        if faults:
-            break
-    return faults

@@ -25,8 +25,11 @@ from typing import TypeVar
 
 import numpy as np
 
-from calib.lab.sweep import Sweep, Track
-from calib.problem.parameters import Calibrated, design_values, lookup, nominal_zero, tied_by
+from calib.catalogue import bounds_of
+from calib.lab import Points, Sweep, Track
+from calib.problem.centred import nominal_zero
+from calib.problem.channels import CHANNEL_MODELS
+from calib.problem.values import Calibrated, design_values, lookup
 from models.response import Forward, Lookup, Response, force_scale, look_up, look_up_force, table_depths
 from models.sensor import BoolArray, Design, FloatArray, design_from
 
@@ -48,28 +51,46 @@ class Correlation:
 
 
 @dataclass(frozen=True, eq=False)
-class SweepPlan:
-    """What of a sweep can be computed before any draw is known."""
+class ChannelPlan:
+    """What of one channel of a sweep can be computed before any draw is known.
 
-    sweep: Sweep
+    Attributes
+    ----------
+    points : the data. tie : what tells their depth, see `Sweep.tied_by`.
+    load : [N], (n_point,), load at points that are tied by displacement; None where no record has it.
+    correlation : of the discrepancy, K of (4).
+    """
+
+    points: Points
     tie: str
-    force: Correlation
-    capacitance: Correlation
-    tied_force: FloatArray | None  # load at the readings of a capacitance file that has its own displacement column
+    load: FloatArray | None
+    correlation: Correlation
 
     @property
-    def tabled(self) -> bool:
-        """Whether it takes the forward model to know how deep the capacitance readings are: they are looked up on its curve."""
-        direct = self.tie == "clock" or (self.tie == "displacement" and self.tied_force is not None)
-        return self.sweep.capacitance is not None and not direct
+    def needs_curve(self) -> bool:
+        """Whether it takes the forward model to know how deep the points are: they are looked up on its loading curve."""
+        return not (self.tie == "clock" or (self.tie == "displacement" and self.load is not None))
 
 
 @dataclass(frozen=True, eq=False)
-class Channel:
-    """One channel of a sweep under draws that the forward model covers, arrays (n_covered, n_point), SI.
+class SweepPlan:
+    """What of a sweep can be computed before any draw is known, channel by channel."""
+
+    sweep: Sweep
+    channels: Mapping[str, ChannelPlan]
+
+    @property
+    def needs_curve(self) -> bool:
+        """Whether a channel has to be looked up on the forward model's loading curve."""
+        return any(channel.needs_curve for channel in self.channels.values())
+
+
+@dataclass(frozen=True, eq=False)
+class PredictedReadings:
+    """What one channel of a sweep should read under draws that the forward model covers, arrays (n_covered, n_point), SI.
 
     `mean` is what the instrument should read; the covariance of the readings is diag(variance) + modes modes^T with modes
-    (n_covered, n_point, n_mode). `depth` is the true indentation.
+    (n_covered, n_point, n_mode). `depth` is the true indentation, `observed` (n_point,) what was read.
     """
 
     depth: FloatArray
@@ -92,50 +113,46 @@ class SweepModel:
     ----------
     covered : (n_draw,), draws whose design is valid and whose depths the forward model covers; the channels hold these only.
     range_use : (n_draw,), deepest point over the deepest the forward model covers; inf where the design is not covered.
+    channels : name -> what it should read, in the order of the sweep's channels; empty if no draw is covered.
     """
 
     covered: BoolArray
     range_use: FloatArray
-    force: Channel | None
-    capacitance: Channel | None
-
-    @property
-    def channels(self) -> tuple[Channel, ...]:
-        """The channels that the sweep has, force first."""
-        return tuple(c for c in (self.force, self.capacitance) if c is not None)
+    channels: Mapping[str, PredictedReadings]
 
     @property
     def deepest(self) -> FloatArray:
         """Largest true indentation [m] at a reading, (n_covered,)."""
-        return np.asarray(np.max([np.max(c.depth, axis=1) for c in self.channels], axis=0), dtype=float)
+        return np.asarray(np.max([np.max(c.depth, axis=1) for c in self.channels.values()], axis=0), dtype=float)
 
 
 # --- before any draw is known -------------------------------------------------------------------------------------------
 
 
 def plan_sweep(sweep: Sweep) -> SweepPlan:
+    """All that the likelihood of a sweep needs again and again and that no draw changes: computed once."""
     onset, load = nominal_zero(sweep)
-    tie = tied_by(sweep)
-    empty = Correlation(np.zeros((0, 0)), np.zeros(0))
-    force = _correlation(sweep.force.displacement - onset) if sweep.force is not None else empty
-    tied_force = None
-    capacitance = empty
-    points = sweep.capacitance
-    if points is not None:
-        if tie == "displacement":
-            reading = _present(points.displacement)
-            along = reading - onset
-            tied_force = points.force
-            if tied_force is None and sweep.force is not None:
-                order = np.argsort(sweep.force.displacement)
-                tied_force = np.interp(reading, sweep.force.displacement[order], sweep.force.force[order])
-        elif tie == "force":
-            along = force_scale(_present(points.force) - load)
-        else:
-            time = _present(points.time) + np.nan_to_num(sweep.clock_offset)
-            along = _at_time(_present(sweep.track), time)[0] - onset
-        capacitance = _correlation(along)
-    return SweepPlan(sweep, tie, force, capacitance, tied_force)
+    return SweepPlan(sweep, {name: _plan_channel(sweep, name, onset, load) for name in sweep.channels})
+
+
+def _plan_channel(sweep: Sweep, name: str, onset: float, load: float) -> ChannelPlan:
+    points, tie = sweep.channels[name], sweep.tied_by(name)
+    tied_load = None
+    if tie == "displacement":
+        reading = _present(points.displacement)
+        along = reading - onset
+        tied_load = sweep.load_at(name)
+        tester = sweep.channels.get("force")
+        if tied_load is None and tester is not None:
+            at = _present(tester.displacement)
+            order = np.argsort(at)
+            tied_load = np.interp(reading, at[order], tester.value[order])
+    elif tie == "force":
+        along = force_scale(_present(points.force) - load)
+    else:
+        time = _present(points.time) + np.nan_to_num(sweep.clock_offset)
+        along = _at_time(_present(sweep.track), time)[0] - onset
+    return ChannelPlan(points, tie, tied_load, _correlation(along))
 
 
 def _correlation(along: FloatArray) -> Correlation:
@@ -160,14 +177,14 @@ def model_sweep(
     values: Mapping[str, FloatArray],
     table: FloatArray | None = None,
 ) -> SweepModel:
-    """Equations (1) to (4) for one sweep and a batch of draws, with a single call of the forward model.
+    """What the instruments should read in one sweep: equations (1) to (4) for a batch of draws, in one call of the model.
 
     Parameters
     ----------
-    known : the experiment and all its sweeps.
+    known : the experiment and all its sweeps. forward : the model of the sensor.
     plan : the sweep, from `plan_sweep`.
-    values : parameter name -> SI values (n_draw,), fixed ones included.
-    table : depths [m] (n_draw, n_node) of the loading curve along which a capacitance that is not tied to depth directly is
+    values : name of an unknown -> SI values (n_draw,), fixed ones included.
+    table : depths [m] (n_draw, n_node) of the loading curve along which a channel that is not tied to depth directly is
         looked up, from zero upwards; default `table_depths` to the end of what the forward model covers. A draw whose
         readings lie beyond its last node is not covered.
 
@@ -182,48 +199,52 @@ def model_sweep(
     n_draw = next(iter(design.values())).size
     valid = _valid(design)
     use = np.full(n_draw, np.inf)
-    force_depth = _crosshead_depth(own, sweep.force.displacement, sweep.force.force) if sweep.force is not None else None
-    direct_depth = _direct_depth(own, plan)
-    depths = [d for d in (force_depth, direct_depth) if d is not None]
+    direct = {name: _direct_depth(own, sweep, c) for name, c in plan.channels.items() if not c.needs_curve}
     limit = np.zeros(n_draw)
     friction = known.experiment.friction_coefficient
     batch = _batch(design, valid, friction) if np.any(valid) else None
     if batch is not None:
         limit[valid] = forward.max_depth(batch)
     inside = limit > 0
-    deepest = np.max([np.max(d, axis=1) for d in depths], axis=0) if depths else np.zeros(n_draw)
+    deepest = np.max([np.max(d, axis=1) for d in direct.values()], axis=0) if direct else np.zeros(n_draw)
     use[inside] = np.maximum(deepest[inside], 0.0) / limit[inside]
     covered = inside & (deepest <= limit)
     if batch is None or not np.any(covered):
-        return SweepModel(covered, use, None, None)
+        return SweepModel(covered, use, {})
     batch = batch if np.array_equal(covered, valid) else _batch(design, covered, friction)
     own = own.of(covered)
-    depths = [d[covered] for d in depths]
-    if plan.tabled:
+    depths = [d[covered] for d in direct.values()]
+    if plan.needs_curve:
         depths.append(table_depths(limit[covered]) if table is None else table[covered])
     response = forward.respond(batch, np.concatenate(depths, axis=1))
     _require_finite(forward, response)
 
-    n_force = sweep.force.force.size if sweep.force is not None else 0
-    force = _force_channel(own, plan, _points(response, slice(0, n_force))) if n_force else None
-    if sweep.capacitance is None:
-        return SweepModel(covered, use, force, None)
-    rest = _points(response, slice(n_force, None))
-    if not plan.tabled:
-        return SweepModel(covered, use, force, _capacitance_channel(own, plan, rest, None))
-    place = _look_up_tied(own, plan, rest)
-    reached = ~np.any(np.isnan(place.weight), axis=1)
-    use[covered] = np.where(reached, np.maximum(use[covered], np.max(place.at(rest.depth), axis=1) / limit[covered]), np.inf)
-    capacitance = _capacitance_channel(own, plan, rest, place)
+    ends = np.cumsum([d.shape[1] for d in depths])
+    parts = [_points(response, slice(end - d.shape[1], end)) for end, d in zip(ends, depths, strict=True)]
+    at = dict(zip(direct, parts, strict=False))
+    places: dict[str, Lookup] = {}
+    reached = np.ones(int(np.sum(covered)), dtype=bool)
+    for name, channel in plan.channels.items():
+        if channel.needs_curve:
+            at[name], places[name] = parts[-1], _look_up_tied(own, channel, parts[-1])
+            reached &= ~np.any(np.isnan(places[name].weight), axis=1)
+    for name, place in places.items():
+        looked_up = np.max(place.at(at[name].depth), axis=1) / limit[covered]
+        use[covered] = np.where(reached, np.maximum(use[covered], looked_up), np.inf)
+    predicted = {name: _predict(own, name, c, at[name], places.get(name)) for name, c in plan.channels.items()}
     if not np.all(reached):
-        force = _some(force, reached) if force is not None else None
-        capacitance = _some(capacitance, reached)
+        predicted = {name: _some(readings, reached) for name, readings in predicted.items()}
         covered[covered] = reached
-    return SweepModel(covered, use, force, capacitance)
+    return SweepModel(covered, use, predicted)
 
 
 def why_outside(known: Calibrated, forward: Forward, plan: SweepPlan, values: Mapping[str, FloatArray]) -> str:
-    """One sentence on why one draw, values (1,), is not covered at a sweep's readings: a broken rule or a violated bound."""
+    """Why one draw is not covered at a sweep's readings, in a sentence: a broken rule or a violated bound.
+
+    Parameters
+    ----------
+    known, forward, plan : as in `model_sweep`. values : of the one draw, (1,).
+    """
     sweep = plan.sweep
     try:
         given = design_values(known, values, sweep.specimen, sweep.name)
@@ -231,9 +252,7 @@ def why_outside(known: Calibrated, forward: Forward, plan: SweepPlan, values: Ma
     except ValueError as error:
         return str(error)
     own = _SweepValues(values, sweep)
-    depths = [d for d in (_direct_depth(own, plan),) if d is not None]
-    if sweep.force is not None:
-        depths.append(_crosshead_depth(own, sweep.force.displacement, sweep.force.force))
+    depths = [_direct_depth(own, sweep, channel) for channel in plan.channels.values() if not channel.needs_curve]
     if reason := forward.outside(design, np.concatenate([np.zeros((1, 1)), *depths], axis=1)):
         return reason
     table = forward.respond(design, table_depths(forward.max_depth(design)))
@@ -269,16 +288,11 @@ def _crosshead_depth(own: _SweepValues, reading: FloatArray, force: FloatArray) 
     return np.asarray(reading - own["contact_offset"] - own["machine_compliance"] * force, dtype=float)
 
 
-def _direct_depth(own: _SweepValues, plan: SweepPlan) -> FloatArray | None:
-    """True indentation [m] at the capacitance readings, where it takes no forward model to know it; else None."""
-    points, track = plan.sweep.capacitance, plan.sweep.track
-    if points is None:
-        return None
-    if plan.tie == "clock":
-        return _crosshead_depth(own, *_at_time(_present(track), _present(points.time) + own["clock_offset"]))
-    if plan.tie == "displacement" and plan.tied_force is not None:
-        return _crosshead_depth(own, _present(points.displacement), plan.tied_force)
-    return None
+def _direct_depth(own: _SweepValues, sweep: Sweep, channel: ChannelPlan) -> FloatArray:
+    """True indentation [m] at the points of a channel that needs no loading curve to know it."""
+    if channel.tie == "clock":
+        return _crosshead_depth(own, *_at_time(_present(sweep.track), _present(channel.points.time) + own["clock_offset"]))
+    return _crosshead_depth(own, _present(channel.points.displacement), _present(channel.load))
 
 
 def _at_time(track: Track, time: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -293,40 +307,30 @@ def _at_time(track: Track, time: FloatArray) -> tuple[FloatArray, FloatArray]:
     return reading, load
 
 
-def _look_up_tied(own: _SweepValues, plan: SweepPlan, table: Response) -> Lookup:
-    """Where on each draw's loading curve the capacitance readings were taken, known by force or by crosshead alone."""
-    points = _present(plan.sweep.capacitance)
-    if plan.tie == "force":
-        return look_up_force(table, _present(points.force) - own["load_zero"])
+def _look_up_tied(own: _SweepValues, channel: ChannelPlan, table: Response) -> Lookup:
+    """Where on each draw's loading curve the points of a channel were read, known by force or by crosshead alone."""
+    if channel.tie == "force":
+        return look_up_force(table, _present(channel.points.force) - own["load_zero"])
     # No load was read here: (1) with the model's own force, which grows with depth.
     crosshead = np.maximum.accumulate(table.depth + own["machine_compliance"] * table.force, axis=-1)
-    return look_up(crosshead, _present(points.displacement) - own["contact_offset"])
+    return look_up(crosshead, _present(channel.points.displacement) - own["contact_offset"])
 
 
-def _force_channel(own: _SweepValues, plan: SweepPlan, at: Response) -> Channel:
-    """Equations (2) and (4)."""
-    points = _present(plan.sweep.force)
-    discrepancy = own["force_discrepancy"] * at.force
-    variance = own["force_noise"] ** 2 / points.n_effective + discrepancy**2 * plan.force.rest
-    modes = np.concatenate([at.force_error, discrepancy[..., None] * plan.force.modes], axis=-1)
-    return Channel(at.depth, at.force + own["load_zero"], variance, modes, points.force)
-
-
-def _capacitance_channel(own: _SweepValues, plan: SweepPlan, at: Response, place: Lookup | None) -> Channel:
-    """Equations (3) and (4), directly at the points or interpolated in a table along the loading curve."""
-    points = _present(plan.sweep.capacitance)
-    depth, capacitance, error = at.depth, at.capacitance, at.capacitance_error
-    variance = own["capacitance_noise"] ** 2 / points.n_effective
+def _predict(own: _SweepValues, name: str, channel: ChannelPlan, at: Response, place: Lookup | None) -> PredictedReadings:
+    """Equations (2) to (4) of one channel, directly at its points or interpolated in a table along the loading curve."""
+    model, points = CHANNEL_MODELS[name], channel.points
+    depth, ideal, error = at.depth, model.ideal(at), model.error(at)
+    variance = own[f"{name}_noise"] ** 2 / points.n_effective
     if place is not None:
-        if plan.tie == "force":
-            # A force reading stands for depth here: its noise shows as dC/dF times it.
-            slope = np.gradient(capacitance, axis=-1) / np.maximum(np.gradient(at.force, axis=-1), 1e-12)
+        if channel.tie == "force":
+            # A force reading stands for depth here: its noise shows as its own slope over force times it.
+            slope = np.gradient(ideal, axis=-1) / np.maximum(np.gradient(at.force, axis=-1), 1e-12)
             variance = variance + (place.at(slope) * own["force_noise"]) ** 2 / points.n_effective
-        depth, capacitance, error = place.at(depth), place.at(capacitance), place.at(error)
-    discrepancy = own["capacitance_discrepancy"] * (capacitance - at.rest_capacitance[:, None])
-    variance = variance + discrepancy**2 * plan.capacitance.rest
-    modes = np.concatenate([error, discrepancy[..., None] * plan.capacitance.modes], axis=-1)
-    return Channel(depth, capacitance + own["parasitic_capacitance"], variance, modes, points.capacitance)
+        depth, ideal, error = place.at(depth), place.at(ideal), place.at(error)
+    discrepancy = own[f"{name}_discrepancy"] * model.signal(ideal, at)
+    variance = variance + discrepancy**2 * channel.correlation.rest
+    modes = np.concatenate([error, discrepancy[..., None] * channel.correlation.modes], axis=-1)
+    return PredictedReadings(depth, ideal + own[model.zero], variance, modes, points.value)
 
 
 def _points(response: Response, part: slice) -> Response:
@@ -342,8 +346,10 @@ def _points(response: Response, part: slice) -> Response:
     )
 
 
-def _some(channel: Channel, rows: BoolArray) -> Channel:
-    return Channel(channel.depth[rows], channel.mean[rows], channel.variance[rows], channel.modes[rows], channel.observed)
+def _some(readings: PredictedReadings, rows: BoolArray) -> PredictedReadings:
+    """Some of the draws."""
+    r = readings
+    return PredictedReadings(r.depth[rows], r.mean[rows], r.variance[rows], r.modes[rows], r.observed)
 
 
 def _require_finite(forward: Forward, response: Response) -> None:
@@ -352,14 +358,11 @@ def _require_finite(forward: Forward, response: Response) -> None:
             raise ValueError(f"the {forward.name} gave a {name} that is not finite inside the range it says it covers")
 
 
-_MAY_BE_ZERO = ("padding_thickness", "stiffening")
-
-
 def _valid(design: Mapping[str, FloatArray]) -> BoolArray:
     """Draws whose design breaks no rule of `models.sensor`, (n_draw,)."""
     good = np.ones(next(iter(design.values())).shape, dtype=bool)
     for name, value in design.items():
-        good &= np.isfinite(value) & ((value >= 0) if name in _MAY_BE_ZERO else (value > 0))
+        good &= np.isfinite(value) & ((value >= 0) if bounds_of(name) == "not negative" else (value > 0))
     slack = 1 + 1e-9
     if "dielectric_thickness" in design:
         good &= design["dielectric_thickness"] <= design["sensor_thickness"] / 2 * slack

@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from calib.lab.sweep import CapacitancePoints, ForcePoints, Sweep, Track
+from calib.lab import Points, Sweep, Track
 from models.response import Forward
 from models.sensor import Design, FloatArray
 
@@ -74,24 +74,31 @@ def synthetic_sweep(
         return np.asarray(exact + noise / np.sqrt(n) * rng.standard_normal(n_points), dtype=float)
 
     shift = 0.25 * (at[1] - at[0])  # the two instruments do not read at the same moments
-    points = None
+    channels: dict[str, Points] = {}
+    noise: dict[str, float] = {}
+    capacitance_points = None
     if tie != "none":
-        points = CapacitancePoints(
+        capacitance_points = Points(
             column(capacitance, rig.capacitance_noise, shift),
             n,
-            column(time, 0.0, shift) - rig.clock_offset if tie == "clock" else None,
-            column(force, rig.force_noise, shift) if tie == "force" else None,
-            column(reading, 0.0, shift) if tie == "displacement" else None,
+            time=column(time, 0.0, shift) - rig.clock_offset if tie == "clock" else None,
+            force=column(force, rig.force_noise, shift) if tie == "force" else None,
+            displacement=column(reading, 0.0, shift) if tie == "displacement" else None,
         )
+    if with_force:
+        displacement, load = column(reading), column(force, rig.force_noise)
+        channels["force"] = Points(load, n, displacement=displacement)
+    if with_force or tie == "force":
+        noise["force"] = rig.force_noise
+    if capacitance_points is not None:
+        channels["capacitance"], noise["capacitance"] = capacitance_points, rig.capacitance_noise
     return Sweep(
         specimen=specimen,
         name=name,
         indenter_radius=float(np.asarray(design.indenter.radius)),
-        force=ForcePoints(column(reading), column(force, rig.force_noise), n) if with_force else None,
-        capacitance=points,
+        channels=channels,
         track=Track(time, reading, force) if with_force else None,
-        force_noise=rig.force_noise if with_force or tie == "force" else _NAN,
-        capacitance_noise=rig.capacitance_noise if points is not None else _NAN,
+        noise=noise,
         clock_offset=rig.clock_offset if tie == "clock" else _NAN,
         clock_offset_sd=0.1 if tie == "clock" else _NAN,
         files=(),

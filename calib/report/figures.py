@@ -8,11 +8,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from calib.checks.predictive import Bands, Check, Prediction
-from calib.decision.padding import INTERVAL_PROBABILITY, Recommendation
+from calib.catalogue import QUANTITIES
+from calib.checks import Bands, FitCheck, Prediction
+from calib.decision import INTERVAL_PROBABILITY, Recommendation
 from calib.report.style import BLUE, ENSEMBLE_COLOURS, GREEN, GREY, INK, LIGHT, ORANGE, PURPLE, VERMILION, styled_figure
-from calib.sampling.posterior import Posterior
-from models.sensor import PARAMETERS, FloatArray
+from calib.sampling import Posterior
+from models.sensor import FloatArray
 
 
 @styled_figure
@@ -24,10 +25,15 @@ def force_figure(prediction: Prediction) -> Figure:
     ValueError
         If the sweep has no force readings.
     """
-    if prediction.force is None:
+    if "force" not in prediction.channels:
         raise ValueError(f"{prediction.title} has no force readings")
     return _channel_figure(
-        prediction.force.bands, prediction.force.check, 1e3, 1.0, "crosshead reading (mm)", "load cell reading (N)"
+        prediction.channels["force"].bands,
+        prediction.channels["force"].check,
+        1e3,
+        1.0,
+        "crosshead reading (mm)",
+        "load cell reading (N)",
     )
 
 
@@ -40,9 +46,9 @@ def capacitance_figure(prediction: Prediction) -> Figure:
     ValueError
         If the sweep has no capacitance readings.
     """
-    if prediction.capacitance is None:
+    if "capacitance" not in prediction.channels:
         raise ValueError(f"{prediction.title} has no capacitance readings")
-    channel = prediction.capacitance
+    channel = prediction.channels["capacitance"]
     return _channel_figure(channel.bands, channel.check, 1.0, 1e12, "load cell reading (N)", "LCR reading (pF)")
 
 
@@ -86,7 +92,7 @@ def corner_figure(posterior: Posterior) -> Figure:
         for i, p in enumerate(posterior.parameters)
         if (p.parameter in wanted or (p.parameter in thickness and p.specimen == first)) and np.ptp(flat[:, i]) > 0
     ]
-    rows = [PARAMETERS[posterior.parameters[i].parameter] for i in columns]
+    rows = [QUANTITIES[posterior.parameters[i].parameter] for i in columns]
     shown = flat[:, columns] * np.array([r.display_scale for r in rows])
     n = len(columns)
     fig = Figure(figsize=(1.25 * n + 1.2, 1.25 * n + 1.2))
@@ -134,7 +140,7 @@ def trace_figure(posterior: Posterior, names: Sequence[str]) -> Figure:
     index = [p.name for p in posterior.parameters]
     for row, name in enumerate(names):
         info = posterior.parameters[index.index(name)]
-        scale = PARAMETERS[info.parameter].display_scale
+        scale = QUANTITIES[info.parameter].display_scale
         values = posterior.draws[:, :, index.index(name)] * scale
         _trace(axes[row, 0], values, posterior.n_walkers)
         _ranks(axes[row, 1], values)
@@ -155,7 +161,7 @@ def prior_figure(posterior: Posterior) -> Figure:
     fig = Figure(figsize=(9.4, 1.55 * rows + 0.2), layout="constrained")
     axes = np.atleast_1d(np.asarray(fig.subplots(rows, columns, squeeze=False))).ravel()
     for ax, info, i in zip(axes, posterior.parameters, range(n), strict=False):
-        scale = PARAMETERS[info.parameter].display_scale
+        scale = QUANTITIES[info.parameter].display_scale
         draws = posterior.draws[:, :, i].ravel() * scale
         z = np.linspace(-3.2, 3.2, 241)
         x = np.asarray(info.prior.ppf_normal(z), dtype=float) * scale
@@ -243,7 +249,7 @@ def padding_figure(recommendation: Recommendation) -> Figure:
     return fig
 
 
-def _channel_figure(bands: Bands, check: Check, x_scale: float, y_scale: float, x_label: str, y_label: str) -> Figure:
+def _channel_figure(bands: Bands, check: FitCheck, x_scale: float, y_scale: float, x_label: str, y_label: str) -> Figure:
     fig = Figure(figsize=(4.9, 4.0), layout="constrained")
     upper, lower = fig.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [3.4, 1]})
     x = bands.x * x_scale
@@ -303,7 +309,7 @@ def _ranks(ax: Axes, values: FloatArray, n_slice: int = 20) -> None:
 
 
 def _axis_label(parameter: str, specimen: str) -> str:
-    row = PARAMETERS[parameter]
+    row = QUANTITIES[parameter]
     base, _, index = row.symbol.partition("_")
     symbol = f"${base}_{{{index}}}$" if index else f"${base}$"
     unit = f" ({row.display_unit})" if row.display_unit else ""

@@ -16,17 +16,13 @@ from markupsafe import Markup
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
-from calib.checks.predictive import Prediction
-from calib.decision.padding import Recommendation, percent
-from calib.experiment.plan import Experiment
-from calib.lab.quality import Verdict, check_name, number_text, quality_in_words, verdict_rows
-from calib.priors.prior import DEFAULT_REASONS, display
-from calib.problem.parameters import sweep_title
+from calib.catalogue import QUANTITIES, UNKNOWNS, display
+from calib.checks import Prediction
+from calib.decision import Recommendation, percent
+from calib.experiment import Experiment
+from calib.lab import Verdict, check_name, number_text, quality_in_words, verdict_rows
 from calib.report import figures
-from calib.sampling.archive import K_HAT
-from calib.sampling.diagnostics import PRIOR_CONFLICT, SHIFT_LIMIT, SPOT_CHECK_LIMIT, Gate
-from calib.sampling.posterior import Posterior, leave_out
-from models.sensor import PARAMETERS
+from calib.sampling import K_HAT, PRIOR_CONFLICT, SHIFT_LIMIT, SPOT_CHECK_LIMIT, Gate, Posterior, leave_out
 
 #: A parameter whose prior lost less than this share of its variance is called prior-driven.
 PRIOR_DRIVEN = 0.1
@@ -210,12 +206,7 @@ def verdict(posterior: Posterior, predictions: Sequence[Prediction]) -> str:
 
 def _doubtful(predictions: Sequence[Prediction]) -> list[str]:
     """Channels that the model does not describe."""
-    return [
-        f"the {kind} of {p.title}"
-        for p in predictions
-        for kind, channel in (("force", p.force), ("capacitance", p.capacitance))
-        if channel is not None and not channel.check.passed
-    ]
+    return [f"the {kind} of {p.title}" for p in predictions for kind, channel in p.channels.items() if not channel.check.passed]
 
 
 def parameter_rows(posterior: Posterior) -> list[ParameterRow]:
@@ -223,7 +214,7 @@ def parameter_rows(posterior: Posterior) -> list[ParameterRow]:
     rows = []
     for info in posterior.parameters:
         s = posterior.diagnostics.parameters[info.name]
-        p = PARAMETERS[info.parameter]
+        p = QUANTITIES[info.parameter]
         k = p.display_scale
         lo, hi = s.interval_90
         rows.append(
@@ -234,7 +225,7 @@ def parameter_rows(posterior: Posterior) -> list[ParameterRow]:
                 where=", ".join(w for w in (info.specimen, info.sweep) if w),
                 prior=_short(info.prior.describe(info.parameter)),
                 origin=info.origin,
-                reason=DEFAULT_REASONS.get(info.parameter, "") if info.origin.startswith("default") else "",
+                reason=UNKNOWNS[info.parameter].reason if info.origin.startswith("default") else "",
                 value=with_uncertainty(s.mean * k, s.sd * k),
                 unit=p.display_unit,
                 interval=interval_text(lo * k, hi * k),
@@ -301,7 +292,7 @@ def quality_groups(posterior: Posterior) -> list[QualityGroup]:
     by_file: dict[str, list[Verdict]] = {}
     for s in posterior.sweeps:
         for v in s.verdicts:
-            by_file.setdefault(f"{sweep_title(s)}: {v.file}", []).append(v)
+            by_file.setdefault(f"{s.title}: {v.file}", []).append(v)
     groups = [
         QualityGroup(
             title,
@@ -474,7 +465,7 @@ def run_facts(posterior: Posterior, posterior_sha256: str = "") -> list[tuple[st
             + ", ".join(f"{a:.2f}" for a in d.acceptance_fraction),
         ),
         ("seed", str(posterior.seed)),
-        ("experiment file", f"{posterior.experiment.path.name} (sha256 {posterior.experiment.sha256})"),
+        ("experiment file", f"{posterior.experiment.file_name} (sha256 {posterior.experiment.sha256})"),
     ]
     if posterior_sha256:
         facts.append(("posterior.nc", f"sha256 {posterior_sha256}"))
@@ -504,10 +495,8 @@ def _picture(figure: Figure, alt: str, caption: str, *, vector: bool = True) -> 
 
 def _sweep_section(p: Prediction) -> SweepSection:
     pictures, checks = [], []
-    for kind, channel, draw in (
-        ("force", p.force, figures.force_figure),
-        ("capacitance", p.capacitance, figures.capacitance_figure),
-    ):
+    for kind, draw in (("force", figures.force_figure), ("capacitance", figures.capacitance_figure)):
+        channel = p.channels.get(kind)
         if channel is not None:
             caption = f"{p.title}: {kind} as read, and residuals in units of the predicted standard deviation."
             pictures.append(_picture(draw(p), f"{kind} of {p.title}: data, model and residuals", caption))
@@ -577,7 +566,7 @@ def _short(text: str) -> str:
 
 def _label(name: str) -> str:
     parameter, _, where = name.partition("[")
-    return PARAMETERS[parameter].label + (f" ({where.rstrip(']')})" if where else "")
+    return QUANTITIES[parameter].label + (f" ({where.rstrip(']')})" if where else "")
 
 
 def _html_symbol(symbol: str) -> Markup:

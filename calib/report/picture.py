@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from calib.lab.observations import Observations
+from calib.lab import Observations
 from calib.report.style import BLUE, GREY, ORANGE, VERMILION, styled_figure
 from models.sensor import BoolArray, FloatArray
 

@@ -9,7 +9,7 @@ import math
 from dataclasses import asdict
 from typing import Any
 
-from calib.sampling.posterior import Posterior
+from calib.sampling import Posterior
 
 _VERSION_OF = "version of "
 
@@ -19,7 +19,7 @@ def summary_json(posterior: Posterior) -> str:
     in SI; nan as null.
     """
     d = posterior.diagnostics
-    inputs = {posterior.experiment.path.name: posterior.experiment.sha256}
+    inputs = {posterior.experiment.file_name: posterior.experiment.sha256}
     for sweep in posterior.sweeps:
         inputs |= dict(sweep.files)
     record = {

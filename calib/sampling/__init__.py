@@ -1,1 +1,25 @@
 """A `Problem` in, a `Posterior` out, kept in files that can be resumed and read by ArviZ; knows no report."""
+
+from calib.sampling.archive import K_HAT, LeaveOut, smooth_weights
+from calib.sampling.diagnostics import PRIOR_CONFLICT, SHIFT_LIMIT, SPOT_CHECK_LIMIT, Gate, Reweighting, Shift, SpotCheck
+from calib.sampling.posterior import Posterior, Progress, leave_out, load_posterior, sample, save_posterior, thin_draws
+
+__all__ = [
+    "K_HAT",
+    "PRIOR_CONFLICT",
+    "SHIFT_LIMIT",
+    "SPOT_CHECK_LIMIT",
+    "Gate",
+    "LeaveOut",
+    "Posterior",
+    "Progress",
+    "Reweighting",
+    "Shift",
+    "SpotCheck",
+    "leave_out",
+    "load_posterior",
+    "sample",
+    "save_posterior",
+    "smooth_weights",
+    "thin_draws",
+]

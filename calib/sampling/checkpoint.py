@@ -16,8 +16,8 @@ from pathlib import Path
 import numpy as np
 
 from calib.errors import Fault, InputError
-from calib.lab.sweep import sweeps_to_json
-from calib.problem.likelihood import Problem
+from calib.lab import sweeps_to_json
+from calib.problem import Problem
 from calib.sampling.ensemble import MOVES, STORE_EVERY, Block, EnsembleState
 from models.sensor import FloatArray
 

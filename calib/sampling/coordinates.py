@@ -14,13 +14,22 @@ brings the autocorrelation time of the permittivity from 360 steps to 90.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from calib.problem.likelihood import Problem, log_posterior
+from calib.catalogue import UnknownName
+from calib.problem import Problem, log_posterior, lookup, values_at
 from models.sensor import VACUUM_PERMITTIVITY, FloatArray
+
+# What the capacitance of a specimen at rest, and what is read of it, depends on.
+_IN_CAPACITANCE = (
+    "dielectric_thickness",
+    "sensor_thickness",
+    "electrode_radius",
+    "relative_permittivity",
+    "parasitic_capacitance",
+)
 
 # Step of differences in theta, and prior draws from which w of (1) is computed.
 _STEP = 1e-4
@@ -93,11 +102,9 @@ class Coordinates:
 
     def _capacitances(self, theta: FloatArray, specimen: str) -> tuple[FloatArray, FloatArray]:
         """C0 [F] of a specimen and the parasitic capacitance [F], (n_draw,)."""
-        values = _Values(self.problem, theta)
-        thickness = values.get("dielectric_thickness", specimen)
-        half = values.get("sensor_thickness", specimen)
-        radius = values.get("electrode_radius", "")
-        permittivity, parasitic = values.get("relative_permittivity", ""), values.get("parasitic_capacitance", "")
+        wanted = {str(name) for p in _IN_CAPACITANCE for name in UnknownName(p, specimen).wider}
+        values = values_at(self.problem, theta, wanted)
+        thickness, half, radius, permittivity, parasitic = (lookup(values, p, specimen) for p in _IN_CAPACITANCE)
         if thickness is None and half is not None:
             thickness = half / 2
         if thickness is None or permittivity is None:
@@ -107,34 +114,18 @@ class Coordinates:
         return np.asarray(c0, dtype=float), np.zeros(theta.shape[0]) if parasitic is None else parasitic
 
 
-class _Values:
-    """Values of single parameters at theta, computed when asked for."""
-
-    def __init__(self, problem: Problem, theta: FloatArray) -> None:
-        self._problem, self._theta = problem, theta
-        self._columns: Mapping[str, int] = {name: k for k, name in enumerate(problem.names)}
-
-    def get(self, parameter: str, specimen: str) -> FloatArray | None:
-        for name in (f"{parameter}[{specimen}]", parameter):
-            if name in self._columns:
-                k = self._columns[name]
-                return self._problem.parameters[k].prior.ppf_normal(self._theta[:, k])
-            if name in self._problem.fixed:
-                return np.full(self._theta.shape[0], self._problem.fixed[name])
-        return None
-
-
 def coordinates(problem: Problem) -> Coordinates:
     """Sampling coordinates of a problem, see the module; those of theta where there is no capacitance."""
     columns = {name: k for k, name in enumerate(problem.names)}
     found: list[_Exchange] = []
     for specimen in dict.fromkeys(s.specimen for s in problem.sweeps):
-        readings = [s.capacitance.capacitance for s in problem.sweeps if s.specimen == specimen and s.capacitance is not None]
+        own_sweeps = [s for s in problem.sweeps if s.specimen == specimen]
+        readings = [s.channels["capacitance"].value for s in own_sweeps if "capacitance" in s.channels]
         if not readings:
             continue
-        own = f"dielectric_thickness[{specimen}]"
+        own = str(UnknownName("dielectric_thickness", specimen))
         choices = [(own, -1), ("relative_permittivity", 1)]
-        choices += [(f"sensor_thickness[{specimen}]", -1)] if own not in problem.fixed else []
+        choices += [(str(UnknownName("sensor_thickness", specimen)), -1)] if own not in problem.fixed else []
         taken = {e.column for e in found}
         free = [(columns[name], power) for name, power in choices if name in columns and columns[name] not in taken]
         if free:

@@ -17,9 +17,10 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from calib.problem.parameters import ParameterInfo
+from calib.catalogue import QUANTITIES
+from calib.problem import ParameterInfo
 from calib.sampling.archive import LeaveOut, effective_sample_size, leave_blocks_out, rank_r_hat
-from models.sensor import PARAMETERS, FloatArray
+from models.sensor import FloatArray
 
 __all__ = ["Convergence", "Diagnostics", "Gate", "LeaveOut", "ParameterSummary", "convergence", "leave_blocks_out", "summarise"]
 
@@ -299,7 +300,7 @@ def summarise(
         x = values[:, k]
         low, median, high = (float(q) for q in np.quantile(x, [0.05, 0.5, 0.95]))
         found[p.name] = ParameterSummary(
-            unit=PARAMETERS[p.parameter].unit,
+            unit=QUANTITIES[p.parameter].unit,
             mean=float(np.mean(x)),
             sd=float(np.std(x, ddof=1)),
             median=median,

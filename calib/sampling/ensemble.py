@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from emcee.autocorr import next_pow_two
 
-from calib.problem.likelihood import Problem, log_posterior
+from calib.problem import Problem, log_posterior
 from calib.sampling.coordinates import coordinates
 from models.sensor import FloatArray
 

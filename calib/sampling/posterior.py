@@ -19,11 +19,11 @@ from pathlib import Path
 
 import numpy as np
 
-from calib.experiment.plan import Experiment, experiment_from_json, experiment_to_json
-from calib.lab.sweep import Sweep, sweeps_from_json, sweeps_to_json
-from calib.priors.prior import prior_from_json
-from calib.problem.likelihood import Problem, block_names, log_likelihood_blocks, physical, range_use
-from calib.problem.parameters import ParameterInfo, specimen_design, sweep_title
+from calib.catalogue import UnknownName
+from calib.experiment import Experiment, experiment_from_json, experiment_to_json
+from calib.lab import Sweep, sweeps_from_json, sweeps_to_json
+from calib.priors import prior_from_json
+from calib.problem import ParameterInfo, Problem, block_names, columns_at, log_likelihood_blocks, range_use, specimen_design
 from calib.sampling.archive import Archive, LeaveOut, leave_blocks_out, read_archive, write_archive
 from calib.sampling.checkpoint import (
     fingerprint,
@@ -322,7 +322,7 @@ def _posterior(run: _Run, n_block: int, state: Convergence, gate: Gate, seed: in
     n_ensemble, n_parameter = len(loaded), len(problem.parameters)
     theta = np.stack([chain.reshape(-1, n_parameter) for chain, _ in loaded])
     flat = theta.reshape(-1, n_parameter)
-    values = physical(problem, flat)
+    values = columns_at(problem, flat)
     parts = np.array_split(flat, max(1, math.ceil(flat.shape[0] / _BATCH)))
     blocks = np.concatenate([log_likelihood_blocks(problem, part) for part in parts])
     first = n_block // 2
@@ -411,9 +411,7 @@ def save_posterior(posterior: Posterior, path: Path) -> None:
     """Write a posterior to one NetCDF file, atomically: draws, experiment, data, diagnostics and versions."""
     observed: dict[str, FloatArray] = {}
     for s in posterior.sweeps:
-        title = sweep_title(s)
-        observed |= {f"force[{title}]": s.force.force} if s.force is not None else {}
-        observed |= {f"capacitance[{title}]": s.capacitance.capacitance} if s.capacitance is not None else {}
+        observed |= {f"{channel}[{s.title}]": points.value for channel, points in s.channels.items()}
     attrs = {
         "experiment": experiment_to_json(posterior.experiment),
         "sweeps": sweeps_to_json(posterior.sweeps),
@@ -459,19 +457,11 @@ def load_posterior(path: Path) -> Posterior:
 
 
 def _parameter_to_json(p: ParameterInfo) -> dict[str, object]:
-    return {
-        "name": p.name,
-        "parameter": p.parameter,
-        "specimen": p.specimen,
-        "sweep": p.sweep,
-        "prior": p.prior.to_json(),
-        "origin": p.origin,
-    }
+    return {"name": p.name, "prior": p.prior.to_json(), "origin": p.origin}
 
 
 def _parameter_from_json(data: Mapping[str, object]) -> ParameterInfo:
     prior = data["prior"]
     if not isinstance(prior, dict):
         raise ValueError(f"a prior must be an object, got {prior!r}")
-    texts = {key: str(data[key]) for key in ("name", "parameter", "specimen", "sweep", "origin")}
-    return ParameterInfo(prior=prior_from_json(prior), **texts)
+    return ParameterInfo(UnknownName.parse(str(data["name"])), prior_from_json(prior), str(data["origin"]))

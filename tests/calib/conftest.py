@@ -9,15 +9,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from calib.catalogue import QUANTITIES, bounds_of
 from calib.experiment.plan import Experiment, Specimen, SweepFiles
-from calib.lab.sweep import CapacitancePoints, ForcePoints, Sweep, Track
-from calib.priors.prior import HalfNormal, LogNormal, Normal, Prior, Uniform
-from calib.problem.likelihood import block_names, build_problem, log_likelihood_blocks
-from calib.problem.parameters import list_parameters
+from calib.lab.sweep import Points, Sweep, Track
+from calib.priors.distributions import HalfNormal, LogNormal, Normal, Prior, Uniform
+from calib.problem.likelihood import block_names, log_likelihood_blocks
+from calib.problem.problem import build_problem
+from calib.problem.unknowns import list_unknowns
 from calib.sampling.diagnostics import Diagnostics, ParameterSummary
 from calib.sampling.posterior import Posterior
 from models.analytic import ClosedForm
-from models.sensor import PARAMETERS, design_from
+from models.sensor import design_from
 
 SHARED: dict[str, tuple[float, float, Prior]] = {
     "young_modulus": (0.62e6, 0.004e6, LogNormal(0.7e6, 1.6)),
@@ -60,11 +62,12 @@ def _sweep(specimen: str, rng: np.random.Generator, by_clock: bool) -> Sweep:
         specimen=specimen,
         name="",
         indenter_radius=5e-3,
-        force=ForcePoints(displacement, force, n),
-        capacitance=CapacitancePoints(capacitance, n, time if by_clock else None, None if by_clock else force, None),
+        channels={
+            "force": Points(force, n, displacement=displacement),
+            "capacitance": Points(capacitance, n, time=time if by_clock else None, force=None if by_clock else force),
+        },
         track=Track(time, displacement, r.force + own["load_zero"]) if by_clock else None,
-        force_noise=0.01,
-        capacitance_noise=5e-15,
+        noise={"force": 0.01, "capacitance": 5e-15},
         clock_offset=0.0 if by_clock else np.nan,
         clock_offset_sd=0.1 if by_clock else np.nan,
         files=((f"{specimen}_force.csv", "ab" * 32), (f"{specimen}_lcr.csv", "cd" * 32)),
@@ -104,7 +107,7 @@ def make_posterior() -> Callable[..., Posterior]:
         names = tuple(SPECIMENS)[:n_specimen]
         sweeps = tuple(_sweep(name, rng, by_clock=i == 1) for i, name in enumerate(names))
         experiment = _experiment(names)
-        infos, fixed = list_parameters(experiment, sweeps)
+        infos, fixed = list_unknowns(experiment, sweeps)
         rows = [(SPECIMENS[i.specimen] if i.specimen else SHARED)[i.parameter] for i in infos]
         mean, sd = np.array([r[0] for r in rows]), np.array([r[1] for r in rows]) * widen
         draws = mean + sd * rng.standard_normal((4, 240, len(rows)))
@@ -113,11 +116,11 @@ def make_posterior() -> Callable[..., Posterior]:
         for i, info in enumerate(infos):
             if info.parameter in ("relative_permittivity", "sensor_thickness"):
                 draws[:, :, i] *= 1 + along
-        positive = np.array([PARAMETERS[i.parameter].positive for i in infos])
+        positive = np.array([bounds_of(i.parameter) != "any" for i in infos])
         draws = np.where(positive, np.abs(draws), draws)
         summaries = {
             i.name: ParameterSummary(
-                PARAMETERS[i.parameter].unit,
+                QUANTITIES[i.parameter].unit,
                 float(m),
                 float(s),
                 float(m),

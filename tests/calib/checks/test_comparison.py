@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from calib.checks.comparison import compare_runs, doubts, verdict
+from calib.checks.comparison import compare_runs, comparison_in_words, doubts
 from calib.cli import app
 from calib.errors import InputError
 from calib.sampling.posterior import Posterior, save_posterior
@@ -37,18 +37,18 @@ def test_the_model_that_predicts_every_block_better_is_found(posterior: Posterio
     lost = best.left_out.pointwise - second.left_out.pointwise
     assert second.behind == pytest.approx(best.left_out.elpd - second.left_out.elpd)
     assert second.error == pytest.approx(np.sqrt(n) * np.std(lost, ddof=1))
-    assert "good" in verdict((best, second))
-    assert "better than bad" in verdict((best, second))
+    assert "good" in comparison_in_words((best, second))
+    assert "better than bad" in comparison_in_words((best, second))
 
 
 def test_a_difference_within_its_error_decides_nothing(posterior: Posterior) -> None:
-    assert "cannot tell" in verdict(compare_runs([("a", posterior), ("b", worse(posterior, 0.01))]))
+    assert "cannot tell" in comparison_in_words(compare_runs([("a", posterior), ("b", worse(posterior, 0.01))]))
 
 
 def test_runs_of_other_data_are_refused(posterior: Posterior) -> None:
     sweep = posterior.sweeps[0]
-    assert sweep.force is not None
-    moved = replace(sweep, force=replace(sweep.force, force=sweep.force.force + 0.1))
+    force = sweep.channels["force"]
+    moved = replace(sweep, channels={**sweep.channels, "force": replace(force, value=force.value + 0.1)})
     for other in (replace(posterior, sweeps=(moved,)), replace(posterior, sweeps=(replace(sweep, files=(("x", "y"),)),))):
         with pytest.raises(InputError, match="b and a are of different data"):
             compare_runs([("a", posterior), ("b", other)])

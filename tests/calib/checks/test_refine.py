@@ -42,21 +42,18 @@ def _of_surrogate(posterior: Posterior) -> Posterior:
     rng, sweeps = np.random.default_rng(8), []
     for sweep in p.sweeps:
         at = model_sweep(p, FAST, plan_sweep(sweep), truth)
-        assert sweep.force is not None
-        assert sweep.capacitance is not None
-        assert at.force is not None
-        force = at.force.mean[0] + rng.normal(0, 0.005, sweep.force.force.size)
-        tied = force if sweep.capacitance.force is not None else None
-        sweep = replace(
-            sweep,
-            force=replace(sweep.force, force=force),
-            capacitance=replace(sweep.capacitance, force=tied),
-            track=sweep.track,
-        )
+        assert "force" in sweep.channels
+        assert "capacitance" in sweep.channels
+        assert "force" in at.channels
+        force = at.channels["force"].mean[0] + rng.normal(0, 0.005, sweep.channels["force"].value.size)
+        tied = force if sweep.channels["capacitance"].force is not None else None
+        press = replace(sweep.channels["force"], value=force)
+        lcr = replace(sweep.channels["capacitance"], force=tied)
+        sweep = replace(sweep, channels={"force": press, "capacitance": lcr})
         at = model_sweep(p, FAST, plan_sweep(sweep), truth)
-        assert at.capacitance is not None
-        read = at.capacitance.mean[0] + rng.normal(0, 2.5e-15, force.size)
-        sweeps.append(replace(sweep, capacitance=replace(sweep.capacitance, capacitance=read)))
+        assert "capacitance" in at.channels
+        read = at.channels["capacitance"].mean[0] + rng.normal(0, 2.5e-15, force.size)
+        sweeps.append(replace(sweep, channels={"force": press, "capacitance": replace(lcr, value=read)}))
     p = replace(p, sweeps=tuple(sweeps))
     flat = p.draws.reshape(-1, p.draws.shape[-1])
     theta = np.stack([q.prior.to_normal(flat[:, k]) for k, q in enumerate(p.parameters)], axis=1)

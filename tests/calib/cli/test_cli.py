@@ -14,7 +14,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from calib.cli import app
-from calib.experiment.plan import read_experiment
+from calib.experiment.experiment_file import read_experiment
 from calib.sampling.posterior import Posterior
 from models.analytic import ClosedForm
 from models.sensor import design_from

@@ -11,8 +11,9 @@ from typer.testing import CliRunner, Result
 
 from calib.cli import app
 from calib.errors import InputError
-from calib.experiment.plan import experiment_from_json, experiment_to_json, read_experiment
-from calib.lab.sweep import make_sweep
+from calib.experiment.experiment_file import read_experiment
+from calib.experiment.record import experiment_from_json, experiment_to_json
+from calib.lab.pressing import make_sweep
 
 
 def _run(*words: object) -> Result:
@@ -176,8 +177,8 @@ def test_an_experiment_says_how_a_file_is_to_be_read(tmp_path: Path) -> None:
     assert dict(files.force_reading.columns) == {"force": "3"}
     assert files.cycle == 2
     sweep = make_sweep("s", "", 5e-3, files.force, None, force_reading=files.force_reading, cycle=files.cycle)
-    assert sweep.force is not None
-    assert np.max(sweep.force.force) == pytest.approx(8e-3 * 0.6**1.5, rel=0.1)
+    assert "force" in sweep.channels
+    assert np.max(sweep.channels["force"].value) == pytest.approx(8e-3 * 0.6**1.5, rel=0.1)
     assert any("cycle 2 is used" in note for note in sweep.notes)
 
 

@@ -15,15 +15,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from calib.errors import InputError
-from calib.experiment.plan import (
-    Experiment,
-    experiment_from_json,
-    experiment_to_json,
-    read_experiment,
-)
-from calib.experiment.toml_file import KeyPath, locate_keys
-from calib.priors.prior import Fixed, HalfNormal, LogNormal, Normal, TruncatedNormal, Uniform
-from calib.problem.parameters import list_parameters
+from calib.experiment.experiment_file import read_experiment
+from calib.experiment.plan import Experiment
+from calib.experiment.record import experiment_from_json, experiment_to_json
+from calib.experiment.toml_places import KeyPath, locate_keys
+from calib.priors.distributions import Fixed, HalfNormal, LogNormal, Normal, TruncatedNormal, Uniform
+from calib.problem.unknowns import list_unknowns
 
 GOOD = """\
 name = "Padded sensor, two specimens"
@@ -125,10 +122,10 @@ def test_law_and_contact_choose_the_family(folder: Path, old: str, new: str, fam
 
 def test_stiffening_is_an_unknown_of_gents_law(folder: Path) -> None:
     text = GOOD.replace("[sensor]", '[sensor]\nlaw = "gent"', 1)
-    assert "stiffening" in [p.name for p in list_parameters(read(folder, text), ())[0]]
-    assert "stiffening" not in [p.name for p in list_parameters(read(folder, GOOD), ())[0]]
+    assert "stiffening" in [p.name for p in list_unknowns(read(folder, text), ())[0]]
+    assert "stiffening" not in [p.name for p in list_unknowns(read(folder, GOOD), ())[0]]
     known = text.replace("[priors]", "[priors]\nstiffening = { fixed = 0.02 }", 1)
-    assert list_parameters(read(folder, known), ())[1] == {"stiffening": 0.02}
+    assert list_unknowns(read(folder, known), ())[1] == {"stiffening": 0.02}
 
 
 def test_gents_law_with_a_ball_that_sticks_takes_finite_elements(folder: Path) -> None:

@@ -11,10 +11,11 @@ import pytest
 
 from calib.errors import InputError
 from calib.lab.clocks import ClockOffset, clock_offset
-from calib.lab.instruments import LabTable
+from calib.lab.instruments.labtable import LabTable
 from calib.lab.observations import Observations, observe
-from calib.lab.sweep import make_sweep, sweeps_from_json, sweeps_to_json
-from calib.problem.parameters import list_parameters
+from calib.lab.pressing import make_sweep
+from calib.lab.sweep import sweeps_from_json, sweeps_to_json
+from calib.problem.unknowns import list_unknowns
 from calib.sampling.posterior import Posterior
 from models.sensor import FloatArray
 
@@ -291,7 +292,7 @@ def test_an_offset_that_the_data_do_not_tell_gets_a_wide_prior(
     assert sweep.clock.confidence == "ambiguous"
     assert any("ambiguous" in n for n in sweep.notes)
     experiment = make_posterior(True, 1).experiment
-    infos, _ = list_parameters(experiment, (sweep,))
+    infos, _ = list_unknowns(experiment, (sweep,))
     info = next(i for i in infos if i.parameter == "clock_offset")
     assert "do not tell" in info.origin
     low, high = (float(info.prior.ppf_normal(z)) for z in (-1.0, 1.0))
@@ -313,11 +314,11 @@ def test_the_cycle_of_the_tester_decides_which_readings_of_the_meter_are_used(tm
     files = write(pair, tmp_path)
     for cycle in (1, 3):
         sweep = make_sweep("s", "", 5e-3, *files, cycle=cycle)
-        assert sweep.capacitance is not None
-        assert sweep.capacitance.time is not None
+        assert "capacitance" in sweep.channels
+        assert sweep.channels["capacitance"].time is not None
         start = (cycle - 1) * pair.period - 1.7
-        assert np.all(sweep.capacitance.time > start - 1)
-        assert np.all(sweep.capacitance.time < start + pair.top + 0.2)
+        assert np.all(sweep.channels["capacitance"].time > start - 1)
+        assert np.all(sweep.channels["capacitance"].time < start + pair.top + 0.2)
         assert abs(sweep.clock_offset - 1.7) < 0.05
         assert any(f"cycle {cycle} is used" in n for n in sweep.notes)
     with pytest.raises(InputError, match="no cycle 4, the file has 3 loading branches"):

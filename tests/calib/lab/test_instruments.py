@@ -11,7 +11,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from calib.errors import InputError
-from calib.lab.instruments import LabTable, Reading, read_lab_file
+from calib.lab.instruments import read_lab_file
+from calib.lab.instruments.labtable import LabTable, Reading
 
 LABDATA = Path(__file__).resolve().parents[4] / "shared" / "labdata"
 needs_labdata = pytest.mark.skipif(not LABDATA.is_dir(), reason="the folder of real lab files is not here")

@@ -13,8 +13,9 @@ import pytest
 from calib.errors import InputError
 from calib.lab.instruments import read_lab_file
 from calib.lab.observations import observations_frame, observe, why_left_out
+from calib.lab.pressing import make_sweep
 from calib.lab.reduction import integrated_time
-from calib.lab.sweep import Sweep, make_sweep, sweeps_from_json, sweeps_to_json
+from calib.lab.sweep import Sweep, sweeps_from_json, sweeps_to_json
 from models.sensor import BoolArray, FloatArray
 
 LABDATA = Path(__file__).resolve().parents[4] / "shared" / "labdata"
@@ -187,11 +188,11 @@ def test_a_file_tied_by_displacement_has_its_own_cycles(tmp_path: Path) -> None:
     (tmp_path / "t.csv").write_text("Displacement (mm),Force (N)\n" + rows)
     for arguments, slope in (({"cycle": 2}, 2.0), ({"cycle": 1, "capacitance_cycle": 3}, 3.0), ({}, 1.0)):
         sweep = make_sweep("s", "s", RADIUS, tmp_path / "t.csv", tmp_path / "both.csv", **arguments)
-        assert sweep.capacitance is not None
-        assert np.max(sweep.capacitance.capacitance) == pytest.approx((97 + slope) * 1e-12, rel=3e-4)
+        assert "capacitance" in sweep.channels
+        assert np.max(sweep.channels["capacitance"].value) == pytest.approx((97 + slope) * 1e-12, rel=3e-4)
     same = make_sweep("s", "s", RADIUS, tmp_path / "both.csv", tmp_path / "both.csv", cycle=3)
-    assert same.capacitance is not None
-    assert np.max(same.capacitance.capacitance) == pytest.approx(100e-12, rel=3e-4)
+    assert "capacitance" in same.channels
+    assert np.max(same.channels["capacitance"].value) == pytest.approx(100e-12, rel=3e-4)
     with pytest.raises(InputError, match="no cycle 5"):
         make_sweep("s", "s", RADIUS, tmp_path / "t.csv", tmp_path / "both.csv", cycle=5)
 
@@ -237,16 +238,16 @@ def test_a_real_bluehill_file_is_turned_positive_and_reduced() -> None:
     assert obs.force[0] == pytest.approx(4.319)
     assert obs.used.all()
     sweep = make_sweep("s", "s", RADIUS, LABDATA / "instron" / "i05_bh2_ccyclic_headerblock_crlf.csv", None)
-    assert sweep.force is not None
-    assert np.all(np.diff(sweep.force.force) > 0)
+    assert "force" in sweep.channels
+    assert np.all(np.diff(sweep.channels["force"].value) > 0)
 
 
 @needs_labdata
 def test_a_real_indentation_keeps_its_flat_part_and_its_load_zero() -> None:
     sweep = make_sweep("E5", "E5", 2.5e-3, LABDATA / "p3_asmi_sphere_indentation" / "well_E5_20251030_122001.csv", None)
-    assert sweep.force is not None
-    assert sweep.force.force[0] == pytest.approx(-0.46, abs=0.02)
-    assert 0.002 < sweep.force_noise < 0.02
+    assert "force" in sweep.channels
+    assert sweep.channels["force"].value[0] == pytest.approx(-0.46, abs=0.02)
+    assert 0.002 < sweep.noise["force"] < 0.02
 
 
 # -------------------------------------------------------------------------------------------------------- reduction
@@ -256,15 +257,16 @@ def test_points_lie_on_the_true_curve_within_their_stated_noise(tmp_path: Path) 
     scores_f, scores_c = [], []
     for seed in range(4):
         p, sweep = press(tmp_path, seed)
-        assert sweep.force is not None
-        assert sweep.capacitance is not None
-        assert sweep.capacitance.time is not None
-        assert sweep.force_noise == pytest.approx(5e-3, rel=0.1)
-        assert sweep.capacitance_noise == pytest.approx(5e-15, rel=0.15)
-        f, c = sweep.force, sweep.capacitance
-        scores_f.append((f.force - p.force(f.displacement * 1e3)) / (sweep.force_noise / np.sqrt(f.n_effective)))
-        truth = p.capacitance(p.crosshead(sweep.capacitance.time - 2.5)) * 1e-12
-        scores_c.append((c.capacitance - truth) / (sweep.capacitance_noise / np.sqrt(c.n_effective)))
+        assert "force" in sweep.channels
+        assert "capacitance" in sweep.channels
+        assert sweep.channels["capacitance"].time is not None
+        assert sweep.noise["force"] == pytest.approx(5e-3, rel=0.1)
+        assert sweep.noise["capacitance"] == pytest.approx(5e-15, rel=0.15)
+        f, c = sweep.channels["force"], sweep.channels["capacitance"]
+        assert f.displacement is not None
+        scores_f.append((f.value - p.force(f.displacement * 1e3)) / (sweep.noise["force"] / np.sqrt(f.n_effective)))
+        truth = p.capacitance(p.crosshead(sweep.channels["capacitance"].time - 2.5)) * 1e-12
+        scores_c.append((c.value - truth) / (sweep.noise["capacitance"] / np.sqrt(c.n_effective)))
     for scores in (scores_f, scores_c):
         assert np.sqrt(np.mean(np.square(scores))) == pytest.approx(1, abs=0.2)
         # A bias of the bins (bend of the curve, onset) would show in the mean over the seeds.
@@ -273,8 +275,8 @@ def test_points_lie_on_the_true_curve_within_their_stated_noise(tmp_path: Path) 
 
 def test_the_bend_of_the_curve_does_not_move_the_points(tmp_path: Path) -> None:
     p, sweep = press(tmp_path, p=Press(force_noise=1e-4, capacitance_noise=1e-4), n_points=12)
-    assert sweep.force is not None
-    error = sweep.force.force - p.force(sweep.force.displacement * 1e3)
+    assert "force" in sweep.channels
+    error = sweep.channels["force"].value - p.force(sweep.channels["force"].displacement * 1e3)
     width = 0.9 / 12
     assert np.max(np.abs(error)) < 3e-4  # the resolution is 1 mN; bin means alone are off by F'' w^2 / 24, here 3 mN
     assert 5 * 1.8 * 0.8 / 0.7**2 * width**2 / 24 > 1.5e-3
@@ -282,9 +284,9 @@ def test_the_bend_of_the_curve_does_not_move_the_points(tmp_path: Path) -> None:
 
 def test_a_quarter_of_the_points_lie_before_the_onset(tmp_path: Path) -> None:
     _, sweep = press(tmp_path)
-    assert sweep.force is not None
-    assert len(sweep.force.force) == 40
-    before = np.sum(sweep.force.displacement < CONTACT * 1e-3)
+    assert "force" in sweep.channels
+    assert len(sweep.channels["force"].value) == 40
+    before = np.sum(sweep.channels["force"].displacement < CONTACT * 1e-3)
     assert 7 <= before <= 12
 
 
@@ -304,9 +306,9 @@ def test_readings_that_stay_on_one_level_count_once(tmp_path: Path) -> None:
     rows = "".join(f"{i * 0.02:.2f},{a:.5f},{b:.1f}\n" for i, (a, b) in enumerate(zip(x, f, strict=True)))
     (tmp_path / "t.csv").write_text("Time (s),Extension (mm),Load (N)\n" + rows)
     sweep = make_sweep("s", "s", RADIUS, tmp_path / "t.csv", None)
-    assert sweep.force is not None
-    assert sweep.force_noise >= 0.1 / np.sqrt(12) * 0.999
-    assert np.all(sweep.force.n_effective[sweep.force.displacement < 0.29e-3] == 1)
+    assert "force" in sweep.channels
+    assert sweep.noise["force"] >= 0.1 / np.sqrt(12) * 0.999
+    assert np.all(sweep.channels["force"].n_effective[sweep.channels["force"].displacement < 0.29e-3] == 1)
 
 
 def test_few_readings_are_taken_as_they_are(tmp_path: Path) -> None:
@@ -314,10 +316,10 @@ def test_few_readings_are_taken_as_they_are(tmp_path: Path) -> None:
         "Extension (mm),Load (N)\n" + "".join(f"{i * 0.1:.1f},{0.3 + 0.1 * i**2:.2f}\n" for i in range(8))
     )
     sweep = make_sweep("s", "s", RADIUS, tmp_path / "t.csv", None)
-    assert sweep.force is not None
-    np.testing.assert_allclose(sweep.force.force, 0.3 + 0.1 * np.arange(8) ** 2)
-    assert sweep.force_noise > 0
-    np.testing.assert_array_equal(sweep.force.n_effective, 1)
+    assert "force" in sweep.channels
+    np.testing.assert_allclose(sweep.channels["force"].value, 0.3 + 0.1 * np.arange(8) ** 2)
+    assert sweep.noise["force"] > 0
+    np.testing.assert_array_equal(sweep.channels["force"].n_effective, 1)
 
 
 # ------------------------------------------------------------------------------------------------------------ clocks
@@ -363,12 +365,12 @@ def test_without_unloading_the_onset_tells_the_offset_less_sharply(tmp_path: Pat
 def test_the_track_looks_up_the_crosshead_at_an_lcr_time(tmp_path: Path) -> None:
     p, sweep = press(tmp_path)
     assert sweep.track is not None
-    assert sweep.capacitance is not None
-    assert sweep.capacitance.time is not None
+    assert "capacitance" in sweep.channels
+    assert sweep.channels["capacitance"].time is not None
     assert np.all(np.diff(sweep.track.time) > 0)
     assert sweep.track.time.size <= 2000
     assert sweep.track.time[-1] > p.top + 3
-    t = sweep.capacitance.time - 2.5
+    t = sweep.channels["capacitance"].time - 2.5
     np.testing.assert_allclose(np.interp(t, sweep.track.time, sweep.track.displacement), p.crosshead(t) * 1e-3, atol=1e-7)
     assert t[-1] <= p.top + 0.2
     assert any("after the turning point" in n for n in sweep.notes)
@@ -410,19 +412,18 @@ def test_capacitance_with_its_own_force_is_tied_by_force(tmp_path: Path) -> None
     rows = "".join(f"{a:.3f},{-b:.3f},{d:.3f}\n" for a, b, d in zip(t, f, c, strict=True))
     (tmp_path / "c.csv").write_text("Time (s),Force (N),Cp (pF)\n" + rows)
     sweep = make_sweep("s", "s", RADIUS, None, tmp_path / "c.csv")
-    assert sweep.force is None
+    assert "force" not in sweep.channels
     assert sweep.track is None
     assert np.isnan(sweep.clock_offset)
-    points = sweep.capacitance
-    assert points is not None
+    points = sweep.channels["capacitance"]
     assert points.force is not None
     assert points.time is None
     assert not any("before the first" in n for n in sweep.notes)  # the flat part carries the load zero
     depth = 0.7 * (np.maximum(points.force - LOAD_ZERO, 0) / 5) ** (1 / 1.8)
-    score = (points.capacitance * 1e12 - p.capacitance(depth + CONTACT)) / 5e-3 * np.sqrt(points.n_effective)
+    score = (points.value * 1e12 - p.capacitance(depth + CONTACT)) / 5e-3 * np.sqrt(points.n_effective)
     # Near contact the force does not resolve the depth: C bends there faster than the noise of F allows.
     assert np.sqrt(np.mean(score[points.force > LOAD_ZERO + 0.1] ** 2)) == pytest.approx(1, abs=0.4)
-    assert points.capacitance[:5].mean() == pytest.approx(97.3e-12, abs=3e-15)
+    assert points.value[:5].mean() == pytest.approx(97.3e-12, abs=3e-15)
 
 
 def test_force_and_capacitance_in_one_file_are_tied_by_displacement(tmp_path: Path) -> None:
@@ -434,12 +435,12 @@ def test_force_and_capacitance_in_one_file_are_tied_by_displacement(tmp_path: Pa
     path = tmp_path / "both.csv"
     path.write_text("Displacement (mm),Force (N),Capacitance (pF)\n" + rows)
     sweep = make_sweep("s", "s", RADIUS, path, path)
-    assert sweep.force is not None
-    assert sweep.capacitance is not None
-    assert sweep.capacitance.displacement is not None
-    assert sweep.capacitance.force is None
+    assert "force" in sweep.channels
+    assert "capacitance" in sweep.channels
+    assert sweep.channels["capacitance"].displacement is not None
+    assert sweep.channels["capacitance"].force is None
     assert len(sweep.files) == 1
-    error = sweep.capacitance.capacitance * 1e12 - p.capacitance(sweep.capacitance.displacement * 1e3)
+    error = sweep.channels["capacitance"].value * 1e12 - p.capacitance(sweep.channels["capacitance"].displacement * 1e3)
     assert np.sqrt(np.mean(error**2)) < 5e-3
 
 
@@ -474,13 +475,12 @@ def test_sweeps_survive_json_to_the_last_bit(tmp_path: Path) -> None:
     again = sweeps_from_json(text)
     assert sweeps_to_json(again) == text
     for one, other in zip((clocked, force_only), again, strict=True):
-        for part in ("force", "capacitance", "track"):
-            a, b = getattr(one, part), getattr(other, part)
+        assert list(one.channels) == list(other.channels)
+        for a, b in ((one.track, other.track), *((one.channels[name], other.channels[name]) for name in one.channels)):
             assert (a is None) == (b is None)
             for field in dataclasses.fields(a) if a is not None else ():
                 np.testing.assert_array_equal(getattr(a, field.name), getattr(b, field.name))
-        assert (one.files, one.notes, one.force_noise) == (other.files, other.notes, other.force_noise)
-        assert (one.clock, one.force_readings) == (other.clock, other.force_readings)
-        assert one.capacitance_readings == other.capacitance_readings
-    assert clocked.capacitance_readings is not None
-    assert force_only.capacitance_readings is None
+        assert (one.files, one.notes, one.noise) == (other.files, other.notes, other.noise)
+        assert (one.clock, one.readings) == (other.clock, other.readings)
+    assert "capacitance" in clocked.readings
+    assert "capacitance" not in force_only.readings

@@ -14,8 +14,9 @@ import pytest
 
 from calib.lab.instruments import read_lab_file
 from calib.lab.observations import Observations, observe
+from calib.lab.pressing import make_sweep
 from calib.lab.quality import TYPICAL_COMPLIANCE, Verdict, judge, number_text, quality_in_words, verdict_rows, worst_first
-from calib.lab.sweep import make_sweep, sweeps_from_json, sweeps_to_json
+from calib.lab.sweep import sweeps_from_json, sweeps_to_json
 from models.sensor import FloatArray
 
 SHARED = Path(__file__).resolve().parents[4] / "shared" / "labdata"

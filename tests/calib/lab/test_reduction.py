@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from calib.lab.pressing import make_sweep
 from calib.lab.reduction import NoiseEstimate, Reduced, find_onset, fresh_readings, reduce_channel
-from calib.lab.sweep import make_sweep
 from models.sensor import FloatArray
 
 NOISE = 5e-3  # [N]
@@ -109,10 +109,10 @@ def test_the_sweep_keeps_noise_correlation_and_resolution_as_numbers(tmp_path: P
     text = "".join(f"{a:.5f},{b:.3f}\n" for a, b in zip(x, y, strict=True))
     (tmp_path / "t.csv").write_text("Extension (mm),Load (N)\n" + text)
     sweep = make_sweep("s", "", 5e-3, tmp_path / "t.csv", None)
-    found = sweep.force_readings
+    found = sweep.readings["force"]
     assert isinstance(found, NoiseEstimate)
-    assert sweep.capacitance_readings is None
-    assert sweep.force_noise == found.noise == pytest.approx(NOISE, rel=0.1)
+    assert "capacitance" not in sweep.readings
+    assert sweep.noise["force"] == found.noise == pytest.approx(NOISE, rel=0.1)
     assert found.resolution == pytest.approx(1e-3)
     assert found.correlation == pytest.approx(1, abs=0.2)
     assert (found.n_row, found.n_reading, found.n_point, found.repeat) == (ROWS, ROWS, 40, 1.0)
@@ -126,13 +126,12 @@ def test_readings_written_several_times_count_once_in_a_file_tied_by_force(tmp_p
     rows = "".join(f"{b:.3f},{d:.4f}\n" for b, d in zip(f, c, strict=True))
     (tmp_path / "c.csv").write_text("Force (N),Cp (pF)\n" + rows)
     sweep = make_sweep("s", "", 5e-3, None, tmp_path / "c.csv")
-    assert sweep.capacitance_readings is not None
-    assert sweep.capacitance_readings.repeat == pytest.approx(5, rel=0.01)
-    assert sweep.capacitance_noise == pytest.approx(5e-15, rel=0.15)
-    points = sweep.capacitance
-    assert points is not None
+    assert "capacitance" in sweep.readings
+    assert sweep.readings["capacitance"].repeat == pytest.approx(5, rel=0.01)
+    assert sweep.noise["capacitance"] == pytest.approx(5e-15, rel=0.15)
+    points = sweep.channels["capacitance"]
     assert points.force is not None
     deep = points.force > 0.5
-    error = points.capacitance[deep] * 1e12 - 97 - 0.5 * (points.force[deep] - 0.31)
+    error = points.value[deep] * 1e12 - 97 - 0.5 * (points.force[deep] - 0.31)
     score = error / (5e-3 / np.sqrt(points.n_effective[deep]))
     assert 0.6 < np.sqrt(np.mean(score**2)) < 1.3

@@ -11,24 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import integrate, stats
 
+from calib.catalogue import UNKNOWNS
 from calib.errors import InputError
-from calib.priors.prior import (
-    DEFAULT_PRIORS,
-    DEFAULT_REASONS,
-    EXAMPLES,
-    Fixed,
-    HalfNormal,
-    LogNormal,
-    Normal,
-    Prior,
-    TruncatedNormal,
-    Uniform,
-    default_prior,
-    parse_prior,
-    parse_value,
-    prior_from_json,
-)
-from models.sensor import PARAMETERS
+from calib.priors.defaults import default_prior
+from calib.priors.distributions import Fixed, HalfNormal, LogNormal, Normal, Prior, TruncatedNormal, Uniform, prior_from_json
+from calib.priors.forms import parse_prior, parse_value
 
 # Each prior beside the same distribution in scipy.stats, an independent implementation.
 PRIORS = [
@@ -319,20 +306,25 @@ def test_a_value_is_read_in_si() -> None:
     assert parse_value("relative_permittivity", 3) == 3.0
 
 
-@pytest.mark.parametrize("parameter", EXAMPLES)
+@pytest.mark.parametrize("parameter", UNKNOWNS)
 def test_every_example_in_advice_is_a_prior_that_is_accepted(parameter: str) -> None:
     import tomllib
 
-    assert parse_prior(parameter, tomllib.loads(f"p = {EXAMPLES[parameter]}")["p"])
+    assert parse_prior(parameter, tomllib.loads(f"p = {UNKNOWNS[parameter].example}")["p"])
 
 
-@pytest.mark.parametrize("parameter", DEFAULT_PRIORS)
+@pytest.mark.parametrize("parameter", [name for name, row in UNKNOWNS.items() if row.default])
 def test_every_default_has_a_reason_and_gives_no_impossible_value(parameter: str) -> None:
     prior = default_prior(parameter)
-    assert DEFAULT_REASONS[parameter]
-    assert parameter in PARAMETERS
-    if PARAMETERS[parameter].positive:
+    assert UNKNOWNS[parameter].reason
+    if UNKNOWNS[parameter].bounds != "any":
         assert prior.support[0] >= 0
+
+
+def test_no_stiffening_at_all_is_a_known_value_that_is_accepted() -> None:
+    assert parse_prior("stiffening", {"fixed": 0}) == Fixed(0.0)
+    with pytest.raises(InputError, match="stiffening must not be negative"):
+        parse_prior("stiffening", {"fixed": -0.01})
 
 
 def test_the_default_modulus_covers_the_silicones_of_its_reason() -> None:

@@ -13,26 +13,27 @@ import pytest
 from scipy.stats import multivariate_normal, norm
 
 from calib.errors import InputError
-from calib.experiment.plan import Experiment, Specimen, SweepFiles, read_experiment
-from calib.lab.sweep import Sweep, make_sweep
-from calib.priors.prior import Fixed, LogNormal, Normal, Prior, Uniform, default_prior
+from calib.experiment.experiment_file import read_experiment
+from calib.experiment.plan import Experiment, Specimen, SweepFiles
+from calib.lab.pressing import make_sweep
+from calib.lab.sweep import Sweep
+from calib.priors.defaults import default_prior
+from calib.priors.distributions import Fixed, LogNormal, Normal, Prior, Uniform
+from calib.problem.centred import onset_reading
 from calib.problem.likelihood import (
-    Channel,
-    Problem,
     _log_normal,
     block_names,
-    build_problem,
     log_likelihood,
     log_likelihood_at,
     log_likelihood_blocks,
     log_posterior,
-    named_values,
-    physical,
     predict_sweep,
     range_use,
 )
-from calib.problem.parameters import onset_reading, specimen_design
+from calib.problem.measurement import PredictedReadings
+from calib.problem.problem import Problem, build_problem
 from calib.problem.synthetic import Rig, synthetic_sweep
+from calib.problem.values import columns_at, specimen_design, values_at
 from models.analytic import ClosedForm
 from models.response import Response
 from models.sensor import Design, FloatArray, design_from
@@ -121,7 +122,7 @@ def test_what_a_prior_fixes_is_not_sampled_but_used() -> None:
     problem = build_problem(experiment({"machine_compliance": Fixed(2e-6)}), [press()], EXACT)
     assert "machine_compliance" not in problem.names
     assert problem.fixed == {"machine_compliance": 2e-6}
-    assert named_values(problem, true_theta(problem))["machine_compliance"] == 2e-6
+    assert values_at(problem, true_theta(problem))["machine_compliance"] == 2e-6
 
 
 def test_a_force_only_problem_has_no_electrical_parameters() -> None:
@@ -131,9 +132,9 @@ def test_a_force_only_problem_has_no_electrical_parameters() -> None:
         {"relative_permittivity", "parasitic_capacitance", "capacitance_noise", "dielectric_thickness", "clock_offset"}
     )
     assert np.isfinite(log_likelihood(problem, true_theta(problem)))[0]
-    assert np.asarray(
-        specimen_design(problem, named_values(problem, true_theta(problem)), "sensor 1").sensor.thickness
-    ).shape == (1,)
+    assert np.asarray(specimen_design(problem, values_at(problem, true_theta(problem)), "sensor 1").sensor.thickness).shape == (
+        1,
+    )
 
 
 def test_capacitance_with_a_force_column_needs_no_crosshead() -> None:
@@ -149,29 +150,29 @@ def test_predicted_readings_equal_noiseless_data_at_the_truth(tie: Tie, with_for
     sweep = press(tie=tie, rig=quiet, with_force=with_force)
     noises: dict[str, Prior] = {"force_noise": Fixed(5e-3), "capacitance_noise": Fixed(20e-15)}
     problem = build_problem(experiment(noises), [sweep], EXACT)
-    model = predict_sweep(problem, named_values(problem, true_theta(problem, quiet)), sweep)
-    if model.force is not None:
-        np.testing.assert_allclose(model.force.mean[0], model.force.observed, atol=2e-4)
-    assert model.capacitance is not None
-    np.testing.assert_allclose(model.capacitance.mean[0], model.capacitance.observed, atol=2e-15)
+    model = predict_sweep(problem, values_at(problem, true_theta(problem, quiet)), sweep)
+    if "force" in model.channels:
+        np.testing.assert_allclose(model.channels["force"].mean[0], model.channels["force"].observed, atol=2e-4)
+    assert "capacitance" in model.channels
+    np.testing.assert_allclose(model.channels["capacitance"].mean[0], model.channels["capacitance"].observed, atol=2e-15)
 
 
 def test_the_displacement_of_the_lcr_file_alone_tells_depth_with_the_models_own_force() -> None:
     quiet = replace(RIG, capacitance_noise=1e-21, load_zero=0.0)
     sweep = press(tie="displacement", rig=quiet, with_force=False)
     problem = build_problem(experiment({"capacitance_noise": Fixed(20e-15)}), [sweep], EXACT)
-    model = predict_sweep(problem, named_values(problem, true_theta(problem, quiet)), sweep)
-    assert model.capacitance is not None
-    np.testing.assert_allclose(model.capacitance.mean[0], model.capacitance.observed, atol=2e-15)
+    model = predict_sweep(problem, values_at(problem, true_theta(problem, quiet)), sweep)
+    assert "capacitance" in model.channels
+    np.testing.assert_allclose(model.channels["capacitance"].mean[0], model.channels["capacitance"].observed, atol=2e-15)
 
 
 def test_log_likelihood_equals_a_dense_gaussian() -> None:
     problem = build_problem(experiment(), [press()], WithError())
     theta = 0.3 * np.random.default_rng(3).standard_normal((5, len(problem.parameters)))
-    model = predict_sweep(problem, named_values(problem, theta), problem.sweeps[0])
+    model = predict_sweep(problem, values_at(problem, theta), problem.sweeps[0])
     assert np.all(model.covered)
     dense = np.zeros(5)
-    for c in model.channels:
+    for c in model.channels.values():
         for k in range(5):
             covariance = np.diag(c.variance[k]) + c.modes[k] @ c.modes[k].T
             dense[k] += multivariate_normal(c.mean[k], covariance).logpdf(c.observed)
@@ -182,16 +183,20 @@ def test_covariance_has_noise_the_forwards_error_and_the_discrepancy() -> None:
     sweep = press()
     problem = build_problem(experiment(), [sweep], WithError())
     theta = np.zeros((1, len(problem.parameters)))
-    values = named_values(problem, theta)
-    c = predict_sweep(problem, values, sweep).force
+    values = values_at(problem, theta)
+    c = predict_sweep(problem, values, sweep).channels["force"]
     assert c is not None
     r = WithError().respond(specimen_design(problem, values, "sensor 1"), c.depth)
-    assert sweep.force is not None
-    depth = (sweep.force.displacement - onset_reading(sweep.force, 0.1)).clip(0)
+    assert "force" in sweep.channels
+    points = sweep.channels["force"]
+    assert points.displacement is not None
+    depth = (points.displacement - onset_reading(points.displacement, points.value, 0.1)).clip(0)
     x = depth / depth.max()
     correlation = np.exp(-0.5 * ((x[:, None] - x) / 0.3) ** 2)
     g = values["force_discrepancy"][0] * r.force[0]
-    expected = np.diag(values["force_noise"][0] ** 2 / sweep.force.n_effective) + r.force_error[0] @ r.force_error[0].T
+    expected = (
+        np.diag(values["force_noise"][0] ** 2 / sweep.channels["force"].n_effective) + r.force_error[0] @ r.force_error[0].T
+    )
     expected += correlation * np.outer(g, g)
     found = np.diag(c.variance[0]) + c.modes[0] @ c.modes[0].T
     np.testing.assert_allclose(np.diag(found), np.diag(expected), rtol=0.02)
@@ -202,8 +207,8 @@ def test_covariance_has_noise_the_forwards_error_and_the_discrepancy() -> None:
 def test_discrepancy_off_leaves_its_parameters_and_modes_out() -> None:
     problem = build_problem(experiment(discrepancy="off"), [press()], EXACT)
     assert not {"force_discrepancy", "capacitance_discrepancy"} & set(problem.names)
-    model = predict_sweep(problem, named_values(problem, true_theta(problem)), problem.sweeps[0])
-    assert all(np.all(c.modes == 0) for c in model.channels)
+    model = predict_sweep(problem, values_at(problem, true_theta(problem)), problem.sweeps[0])
+    assert all(np.all(c.modes == 0) for c in model.channels.values())
 
 
 def test_draws_are_independent_of_each_other_in_a_batch() -> None:
@@ -252,7 +257,7 @@ def test_log_prior_is_standard_normal_and_values_follow_the_priors() -> None:
     difference = log_posterior(problem, theta) - log_likelihood(problem, theta)
     np.testing.assert_allclose(difference, -0.5 * np.sum(theta**2, axis=1))
     k = problem.names.index("young_modulus")
-    np.testing.assert_allclose(physical(problem, theta)[0, k], 0.7e6)
+    np.testing.assert_allclose(columns_at(problem, theta)[0, k], 0.7e6)
 
 
 def test_the_truth_is_far_likelier_than_a_wrong_clock_or_contact() -> None:
@@ -319,7 +324,7 @@ def test_blocks_add_up_to_the_likelihood_without_correlation() -> None:
 def test_a_block_is_conditional_on_all_other_points_of_its_channel() -> None:
     problem = build_problem(experiment(), [press()], WithError())
     theta = 0.3 * np.random.default_rng(4).standard_normal((1, len(problem.parameters)))
-    c = predict_sweep(problem, named_values(problem, theta), problem.sweeps[0]).force
+    c = predict_sweep(problem, values_at(problem, theta), problem.sweeps[0]).channels["force"]
     assert c is not None
     covariance = np.diag(c.variance[0]) + c.modes[0] @ c.modes[0].T
     rest = np.r_[0:8, 16:40]
@@ -376,7 +381,7 @@ def test_model_error_beyond_what_arithmetic_holds_is_impossible_rather_than_a_fa
     usual = 0.1 * rng.standard_normal((n, 3))
     absurd = 1e9 * np.outer(np.linspace(1, 2, n), [1.0, 1.1, 0.9])
     rows = np.zeros((3, n))
-    channel = Channel(rows, rows, rows + 1.0, np.stack([usual, absurd, usual]), rng.standard_normal(n))
+    channel = PredictedReadings(rows, rows, rows + 1.0, np.stack([usual, absurd, usual]), rng.standard_normal(n))
     found = _log_normal(channel)
     assert found[1] == -np.inf
     covariance = np.eye(n) + usual @ usual.T

@@ -138,8 +138,9 @@ def test_a_model_that_does_not_describe_the_data_is_no_success(
     make_posterior: MakePosterior, predictions: tuple[Prediction, ...]
 ) -> None:
     first = predictions[0]
-    assert first.force is not None
-    wrong = replace(first, force=replace(first.force, check=replace(first.force.check, p_value=1e-5)))
+    fit = first.channels["force"]
+    doubtful = replace(fit, check=replace(fit.check, p_value=1e-5))
+    wrong = replace(first, channels={**first.channels, "force": doubtful})
     text = _text(write_report(make_posterior(), (wrong, *predictions[1:])))
     assert "Converged, but the model does not describe all data" in text
     assert "The model does not describe the force of sensor 1 within what it claims" in text
@@ -229,9 +230,9 @@ def test_figures_leave_the_settings_of_matplotlib_alone(predictions: tuple[Predi
 
 def test_figures_refuse_a_channel_that_is_not_there(predictions: tuple[Prediction, ...]) -> None:
     with pytest.raises(ValueError, match="sensor 1 has no force readings"):
-        figures.force_figure(replace(predictions[0], force=None))
+        figures.force_figure(replace(predictions[0], channels={}))
     with pytest.raises(ValueError, match="sensor 1 has no capacitance readings"):
-        figures.capacitance_figure(replace(predictions[0], capacitance=None))
+        figures.capacitance_figure(replace(predictions[0], channels={}))
 
 
 def test_report_works_with_force_alone(make_posterior: MakePosterior) -> None:
@@ -245,7 +246,7 @@ def test_report_works_with_force_alone(make_posterior: MakePosterior) -> None:
     d = posterior.diagnostics
     alone = replace(
         posterior,
-        sweeps=tuple(replace(s, capacitance=None) for s in posterior.sweeps),
+        sweeps=tuple(replace(s, channels={"force": s.channels["force"]}) for s in posterior.sweeps),
         parameters=infos,
         draws=posterior.draws[:, :, keep],
         diagnostics=replace(d, parameters={i.name: d.parameters[i.name] for i in infos}),

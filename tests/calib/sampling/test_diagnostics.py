@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from calib.priors.prior import LogNormal, Normal
-from calib.problem.parameters import ParameterInfo
+from calib.priors.distributions import LogNormal, Normal
+from calib.problem.unknowns import ParameterInfo
 from calib.sampling.archive import leave_blocks_out
 from calib.sampling.diagnostics import (
     Convergence,

@@ -15,23 +15,17 @@ import numpy as np
 import pytest
 
 from calib.errors import InputError
-from calib.experiment.plan import Experiment, Specimen, SweepFiles, read_experiment
-from calib.lab.sweep import make_sweep
-from calib.priors.prior import Fixed, LogNormal, Normal, Prior
-from calib.problem.likelihood import Problem, build_problem, log_posterior
+from calib.experiment.experiment_file import read_experiment
+from calib.experiment.plan import Experiment, Specimen, SweepFiles
+from calib.lab.pressing import make_sweep
+from calib.priors.distributions import Fixed, LogNormal, Normal, Prior
+from calib.problem.likelihood import log_posterior
+from calib.problem.problem import Problem, build_problem
 from calib.problem.synthetic import Rig, synthetic_sweep
+from calib.problem.values import specimen_design
+from calib.sampling.diagnostics import Gate
 from calib.sampling.ensemble import advance, start
-from calib.sampling.posterior import (
-    Gate,
-    Posterior,
-    Progress,
-    leave_out,
-    load_posterior,
-    sample,
-    save_posterior,
-    specimen_design,
-    thin_draws,
-)
+from calib.sampling.posterior import Posterior, Progress, leave_out, load_posterior, sample, save_posterior, thin_draws
 from models.analytic import ClosedForm
 from models.response import Forward, Response
 from models.sensor import Design, FloatArray, design_from

@@ -1,0 +1,439 @@
+"""The catalogue of what a calibration deals with: one row for each channel that instruments measure, one for each unknown.
+
+Experiment keys, priors and their defaults, the list of unknowns, labels and units in reports, and docs/unknowns.md follow from
+these rows. A new nuisance is a row here and its line in `calib.problem.measurement`; a new channel is a row here, with the
+unknowns that it brings, and its model in `calib.problem.channels`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import Literal
+
+from models.sensor import PARAMETERS, Parameter
+
+# --- channels -----------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Channel:
+    """A quantity that an instrument measures while the ball presses, and that the likelihood compares with the model.
+
+    Attributes
+    ----------
+    name : in code, in lab tables and in results; its noise is the unknown `<name>_noise`, its discrepancy `<name>_discrepancy`.
+    label : of the reading, for axes. unit : SI. display_unit, display_scale : for people; as in `models.sensor.Parameter`.
+    fine_unit, fine_scale : for people, of noise and resolution.
+    """
+
+    name: str
+    label: str
+    unit: str
+    display_unit: str
+    display_scale: float
+    fine_unit: str
+    fine_scale: float
+
+
+#: All channels, the tester's own first.
+CHANNELS: Mapping[str, Channel] = MappingProxyType(
+    {
+        row.name: row
+        for row in (
+            Channel("force", "load cell reading", "N", "N", 1.0, "N", 1.0),
+            Channel("capacitance", "LCR reading", "F", "pF", 1e12, "fF", 1e15),
+        )
+    }
+)
+
+
+# --- unknowns -----------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What decides whether an unknown exists: what was measured, and what the experiment says.
+
+    Attributes
+    ----------
+    channels : measured, over all sweeps for the material and the rig, over its own for a specimen, of itself for a sweep.
+    ties : what tells the depth of these channels' readings: "displacement", "force" or "clock".
+    padding, law, discrepancy : as the experiment has them.
+    given : whether the experiment names the unknown, with a prior or as a known number.
+    """
+
+    channels: frozenset[str]
+    ties: frozenset[str]
+    padding: str = "sensor"
+    law: str = "neo-hookean"
+    discrepancy: str = "on"
+    given: Literal["", "prior", "fixed"] = ""
+
+
+#: What an unknown belongs to: one value for all specimens (material, rig), for each specimen, or for each sweep.
+Scope = Literal["material", "rig", "specimen", "sweep"]
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """One row of the catalogue: a quantity that a calibration can infer.
+
+    Attributes
+    ----------
+    quantity : name, symbol, unit and label. scope : what it belongs to.
+    bounds : "positive", "not negative" or "any".
+    default : its prior if the experiment names none, as one writes it in an experiment file; "" if it must be given, is
+        derived, or comes from the data.
+    reason : why that default, one sentence; "judgement" means that no citable figure was found.
+    example : a sensible prior as one writes it, for advice.
+    exists : whether there is such an unknown in a `Setting`; `when` says the same in words.
+    derived : what stands in its place where it is none; "" for what has no such thing.
+    """
+
+    quantity: Parameter
+    scope: Scope
+    bounds: Literal["positive", "not negative", "any"]
+    default: str
+    reason: str
+    example: str
+    exists: Callable[[Setting], bool]
+    when: str
+    derived: str = ""
+
+    @property
+    def name(self) -> str:
+        """As in code, in experiment files and in results."""
+        return self.quantity.name
+
+    @property
+    def required(self) -> bool:
+        """Whether an experiment must name a prior: a thickness that nothing else tells."""
+        return self.scope == "specimen" and not self.default and not self.derived
+
+
+def _always(_: Setting) -> bool:
+    return True
+
+
+def _electrical(s: Setting) -> bool:
+    return "capacitance" in s.channels
+
+
+def _pressed(s: Setting) -> bool:
+    return "force" in s.channels
+
+
+def _crosshead(s: Setting) -> bool:
+    return bool(s.ties & {"displacement", "clock"})
+
+
+def _named_and_electrical(s: Setting) -> bool:
+    return s.given == "fixed" or (s.given == "prior" and _electrical(s))
+
+
+_SILICONES = (
+    "casting silicones of this kind: small-strain E = 3 mu of 0.58 MPa (Dragon Skin 30), 0.66 MPa (Elastosil 28), "
+    "1.05 MPa (RTV 615), 2.0 MPa (Sylgard 184, 10:1); within-lab scatter is 3-5 %, but test methods and labs differ by a "
+    "factor of 2 and more (Varner and Cohen, arXiv 2404.16960), hence the factor 1.8 (90 %: 0.3-2.1 MPa)"
+)
+_SCATTER = "wide around the scatter of the sweep's own readings: a factor of 3 either way"
+
+_ROWS: tuple[Unknown, ...] = (
+    Unknown(
+        PARAMETERS["young_modulus"],
+        "material",
+        "positive",
+        default='{ lognormal = ["0.8 MPa", 1.8] }',
+        reason=_SILICONES,
+        example='{ lognormal = ["0.7 MPa", 1.6] }',
+        exists=_always,
+        when="always",
+    ),
+    Unknown(
+        PARAMETERS["padding_young_modulus"],
+        "material",
+        "positive",
+        default='{ lognormal = ["0.8 MPa", 1.8] }',
+        reason=_SILICONES,
+        example='{ lognormal = ["0.7 MPa", 1.6] }',
+        exists=lambda s: s.padding == "own",
+        when='material = "own" in [padding]',
+        derived="young_modulus",
+    ),
+    Unknown(
+        PARAMETERS["stiffening"],
+        "material",
+        "not negative",
+        default="{ uniform = [0, 0.1] }",
+        reason="judgement: casting silicones lock at J_m of 10 to 80, or not within reach (0: neo-Hookean)",
+        example="{ uniform = [0, 0.1] }",
+        exists=lambda s: s.law == "gent",
+        when='law = "gent" in [sensor]',
+        derived="0",
+    ),
+    Unknown(
+        PARAMETERS["relative_permittivity"],
+        "material",
+        "positive",
+        default="{ truncated_normal = [2.85, 0.25, 2, 12] }",
+        reason=(
+            "judgement: values around 2.5-3.2 are usual for unfilled silicones at 1 kHz (silicone fluid PMX-200: 2.7); give "
+            "your own prior for a filled silicone or an acrylic (VHB: 4.7)"
+        ),
+        example="{ normal = [2.8, 0.2] }",
+        exists=lambda s: _electrical(s) or s.given == "fixed",
+        when="there is capacitance",
+        derived="the median of its prior",
+    ),
+    Unknown(
+        PARAMETERS["electrode_radius"],
+        "rig",
+        "positive",
+        default="",
+        reason="",
+        example='{ fixed = "10 mm" }',
+        exists=_named_and_electrical,
+        when="the experiment names it",
+        derived="sensor_radius",
+    ),
+    Unknown(
+        Parameter("parasitic_capacitance", "C_p", "F", "pF", 1e12, "parasitic capacitance"),
+        "rig",
+        "any",
+        default='{ normal = ["0 pF", "0.5 pF"] }',
+        reason=(
+            "judgement: what an open correction of the LCR meter leaves; without one leads add up to 5 pF, then give your own"
+        ),
+        example='{ normal = ["0 pF", "2 pF"] }',
+        exists=_electrical,
+        when="there is capacitance",
+    ),
+    Unknown(
+        Parameter("machine_compliance", "c_m", "m/N", "µm/N", 1e6, "machine compliance"),
+        "rig",
+        "not negative",
+        default='{ halfnormal = "2 um/N" }',
+        reason="judgement: load string and fixtures of a table-top tester, 10 µm at 5 N",
+        example='{ halfnormal = "5 um/N" }',
+        exists=_crosshead,
+        when="a crosshead tells the depth of some readings",
+    ),
+    Unknown(
+        Parameter("force_noise", "s_F", "N", "mN", 1e3, "noise of one force reading (sd)"),
+        "rig",
+        "positive",
+        default='{ lognormal = ["5 mN", 3] }',
+        reason=_SCATTER,
+        example='{ lognormal = ["5 mN", 3] }',
+        exists=lambda s: _pressed(s) or "force" in s.ties,
+        when="there is force",
+    ),
+    Unknown(
+        Parameter("capacitance_noise", "s_C", "F", "fF", 1e15, "noise of one capacitance reading (sd)"),
+        "rig",
+        "positive",
+        default='{ lognormal = ["20 fF", 3] }',
+        reason=_SCATTER,
+        example='{ lognormal = ["20 fF", 3] }',
+        exists=_electrical,
+        when="there is capacitance",
+    ),
+    Unknown(
+        Parameter("force_discrepancy", "δ_F", "", "%", 1e2, "model discrepancy of the force (sd, share of the force)"),
+        "rig",
+        "not negative",
+        default="{ halfnormal = 0.01 }",
+        reason="judgement: neo-Hookean discs without rate effects or tilt describe a good specimen to about 1 %",
+        example="{ halfnormal = 0.01 }",
+        exists=lambda s: s.discrepancy == "on" and _pressed(s),
+        when='there is force and discrepancy = "on"',
+    ),
+    Unknown(
+        Parameter(
+            "capacitance_discrepancy",
+            "δ_C",
+            "",
+            "%",
+            1e2,
+            "model discrepancy of the capacitance change (sd, share of the change)",
+        ),
+        "rig",
+        "not negative",
+        default="{ halfnormal = 0.02 }",
+        reason="judgement: stiff electrodes and fringe fields, both left out, are worth about 2 % of the change",
+        example="{ halfnormal = 0.02 }",
+        exists=lambda s: s.discrepancy == "on" and _electrical(s),
+        when='there is capacitance and discrepancy = "on"',
+    ),
+    Unknown(
+        PARAMETERS["sensor_thickness"],
+        "specimen",
+        "positive",
+        default="",
+        reason="",
+        example='{ normal = ["0.74 mm", "0.02 mm"] }',
+        exists=_always,
+        when="always; must be measured",
+    ),
+    Unknown(
+        PARAMETERS["padding_thickness"],
+        "specimen",
+        "not negative",
+        default="",
+        reason="",
+        example='{ normal = ["1.10 mm", "0.03 mm"] }',
+        exists=_always,
+        when="always; must be measured",
+    ),
+    Unknown(
+        PARAMETERS["dielectric_thickness"],
+        "specimen",
+        "positive",
+        default="",
+        reason="",
+        example='{ normal = ["0.16 mm", "0.01 mm"] }',
+        exists=_named_and_electrical,
+        when="the experiment names it",
+        derived="sensor_thickness / 2",
+    ),
+    Unknown(
+        Parameter("contact_offset", "d_0", "m", "mm", 1e3, "crosshead reading at first touch"),
+        "sweep",
+        "any",
+        default='{ uniform = ["-0.5 mm", "0.5 mm"] }',
+        reason=(
+            "judgement: the crosshead is zeroed by eye near first touch; already a trigger at 0.02 N sits 34 µm deep at 0.6 MPa"
+        ),
+        example='{ uniform = ["-0.5 mm", "0.5 mm"] }',
+        exists=_crosshead,
+        when="a crosshead tells the depth of its readings",
+    ),
+    Unknown(
+        Parameter("load_zero", "F_0", "N", "N", 1.0, "load cell reading without contact"),
+        "sweep",
+        "any",
+        default='{ truncated_normal = ["0 N", "1 N", "-5 N", "5 N"] }',
+        reason="judgement: the cell is usually balanced before the test, but nothing here relies on it",
+        example='{ normal = ["0 N", "1 N"] }',
+        exists=lambda s: _pressed(s) or "force" in s.ties,
+        when="there is force",
+    ),
+    Unknown(
+        Parameter("clock_offset", "τ", "s", "s", 1.0, "clock of the tester minus clock of the LCR meter"),
+        "sweep",
+        "any",
+        default="",
+        reason="",
+        example='{ normal = ["0 s", "5 s"] }',
+        exists=lambda s: "clock" in s.ties,
+        when="readings are tied to the crosshead by time",
+        derived="found in the data",
+    ),
+)
+
+#: The one table of unknowns, in the order in which a problem lists them.
+UNKNOWNS: Mapping[str, Unknown] = MappingProxyType({row.name: row for row in _ROWS})
+
+#: Symbol, unit and label of every quantity of a design or an experiment by name, unknown or not.
+QUANTITIES: Mapping[str, Parameter] = MappingProxyType({**PARAMETERS, **{name: row.quantity for name, row in UNKNOWNS.items()}})
+
+
+def unknowns_of(*scopes: Scope) -> tuple[str, ...]:
+    """Names of the unknowns that belong to one of these scopes, in the order of the catalogue.
+
+    >>> unknowns_of("sweep")
+    ('contact_offset', 'load_zero', 'clock_offset')
+    """
+    return tuple(name for name, row in UNKNOWNS.items() if row.scope in scopes)
+
+
+def bounds_of(name: str) -> Literal["positive", "not negative", "any"]:
+    """What values a quantity may have; all lengths and moduli that are no unknowns are positive.
+
+    >>> bounds_of("padding_thickness"), bounds_of("indenter_radius")
+    ('not negative', 'positive')
+    """
+    return UNKNOWNS[name].bounds if name in UNKNOWNS else "positive"
+
+
+def display(name: str, value: float) -> str:
+    """A value as people write it, in the unit they use for that quantity.
+
+    Parameters
+    ----------
+    name : of a quantity, see `QUANTITIES`. value : SI.
+
+    >>> display("sensor_thickness", 0.74e-3), display("relative_permittivity", 2.8)
+    ('0.74 mm', '2.8')
+    """
+    row = QUANTITIES[name]
+    return f"{value * row.display_scale + 0.0:.6g} {row.display_unit}".rstrip()
+
+
+# --- names --------------------------------------------------------------------------------------------------------------
+
+_NAME = re.compile(r"([^\[\]]+)(?:\[([^\[\],]+)(?:, ([^\[\],]+))?\])?")
+
+
+@dataclass(frozen=True, order=True)
+class UnknownName:
+    """What an unknown of a problem is called in results: the quantity, and the specimen and sweep that it belongs to.
+
+    `str` prints it, `parse` reads it: "young_modulus", "sensor_thickness[sensor 1]", "contact_offset[sensor 1, ball 2]".
+
+    Attributes
+    ----------
+    parameter : a key of `UNKNOWNS`.
+    specimen, sweep : empty for what is shared by all specimens, or by all sweeps of the specimen.
+    """
+
+    parameter: str
+    specimen: str = ""
+    sweep: str = ""
+
+    def __str__(self) -> str:
+        where = ", ".join(part for part in (self.specimen, self.sweep) if part)
+        return f"{self.parameter}[{where}]" if where else self.parameter
+
+    @classmethod
+    def parse(cls, text: str) -> UnknownName:
+        """The name that prints as `text`.
+
+        >>> UnknownName.parse("contact_offset[sensor 1, ball 2]")
+        UnknownName(parameter='contact_offset', specimen='sensor 1', sweep='ball 2')
+
+        Raises
+        ------
+        ValueError
+            If it is no such name.
+        """
+        match = _NAME.fullmatch(text)
+        if match is None:
+            raise ValueError(f"{text!r} is not the name of an unknown, write for example sensor_thickness[sensor 1]")
+        return cls(match[1], match[2] or "", match[3] or "")
+
+    @property
+    def wider(self) -> tuple[UnknownName, ...]:
+        """Itself, then the same of the whole specimen, then of all specimens: where a value for a sweep is looked for."""
+        return tuple(dict.fromkeys((self, replace(self, sweep=""), UnknownName(self.parameter))))
+
+    @property
+    def label(self) -> str:
+        """For people: what it is, and of what."""
+        where = ", ".join(part for part in (self.specimen, self.sweep) if part)
+        return QUANTITIES[self.parameter].label + (f" ({where})" if where else "")
+
+
+def unknowns_table() -> str:
+    """The table of unknowns as Markdown, for docs/unknowns.md."""
+    heads = ("unknown", "symbol", "what it is", "unit", "of", "bounds", "exists", "default prior")
+    lines = [f"| {' | '.join(heads)} |", "|---" * len(heads) + "|"]
+    for name, row in UNKNOWNS.items():
+        q = row.quantity
+        default = f"`{row.default}`" if row.default else f"{row.derived} (none)" if row.derived else "none: give one"
+        cells = (f"`{name}`", q.symbol, q.label, q.display_unit or "1", row.scope, row.bounds, row.when, default)
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,254 @@
+"""Experiment files: from TOML text (or the same tables in Python) to a checked `Experiment`, all faults at once."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, cast
+
+from calib.catalogue import UNKNOWNS, display, unknowns_of
+from calib.errors import InputError
+from calib.experiment.lab_paths import check_name, read_sweeps_of
+from calib.experiment.plan import Discrepancy, Experiment, MaterialLaw, Model, PaddingMaterial, Specimen
+from calib.experiment.signposts import SIGNPOSTS, SWEEP_KEYS
+from calib.experiment.toml_file import Toml, read_toml
+from calib.experiment.toml_places import KeyPath
+from calib.experiment.toml_values import check_keys, choice_at, quantity_at, quoted, raise_faults, table_at, tables_at, text_at
+from calib.priors import Fixed, Prior, parse_prior
+from models.surrogate import family_of
+
+_TOP = ("name", "model", "discrepancy", "indenter", "sensor", "padding", "priors", "specimens")
+
+
+def read_experiment(path: Path) -> Experiment:
+    """Read and check an experiment file; lab files are looked for relative to it, and must exist, but are not opened.
+
+    Parameters
+    ----------
+    path : TOML file in UTF-8, of the form::
+
+        name = "Padded sensor"
+        model = "surrogate"              # optional: surrogate, fem, closed form
+        discrepancy = "on"               # optional: on, off
+        [indenter]
+        radius = "5 mm"
+        friction_coefficient = 0         # optional: 0, or "stick" for a ball that the sensor sticks to
+        [sensor]
+        radius = "10 mm"
+        law = "neo-hookean"              # optional: neo-hookean, or gent with the unknown stiffening; of the padding, too
+        electrode_radius = "9 mm"        # optional, known; or a prior in [priors]; default the disc radius
+        dielectric_thickness = "0.16 mm" # optional, known for all specimens; or a prior in [specimens.priors]
+        [padding]
+        material = "sensor"              # optional: "sensor" (same silicone) or "own"
+        [priors]
+        young_modulus = { lognormal = ["0.7 MPa", 1.6] }
+        [[specimens]]
+        name = "sensor 1"
+        force = "sensor1_instron.csv"    # at least one of force and capacitance, or [[specimens.sweeps]] with them
+        capacitance = "sensor1_lcr.csv"  # or a table that says how to read it, all but file optional:
+                                         # { file = "lcr.csv", units = { capacitance = "pF" }, columns = { time = "T" },
+                                         #   specimen = 2, cycle = 3 }
+        [specimens.priors]
+        sensor_thickness = { normal = ["0.74 mm", "0.02 mm"] }
+        padding_thickness = { normal = ["1.10 mm", "0.03 mm"] }
+
+    Raises
+    ------
+    InputError
+        With every fault of the file, each with line and column.
+    """
+    return _experiment(read_toml(path), path.stem)
+
+
+def experiment_from(tables: Mapping[str, Any], folder: Path | str = ".") -> Experiment:
+    """An experiment built in Python, from the same tables that an experiment file has, with the same checks.
+
+    Parameters
+    ----------
+    tables : what `tomllib.load` would give of an experiment file, see `read_experiment`.
+    folder : that lab files are relative to.
+
+    Raises
+    ------
+    InputError
+        With every fault, each with the keys that lead to it.
+
+    >>> experiment_from({"indenter": {"radius": "5 mm"}, "sensor": {"radius": "10 mm"}, "specimens": [{"name": "a"}]})
+    Traceback (most recent call last):
+    ...
+    calib.errors.InputError: specimens.0.priors: sensor_thickness of specimen "a" is missing...
+    """
+    written = json.dumps(tables, sort_keys=True, default=str)
+    data = json.loads(json.dumps(tables, default=_plain))
+    toml = Toml(None, Path(folder), data, hashlib.sha256(written.encode()).hexdigest(), {})
+    return _experiment(toml, "experiment")
+
+
+def _plain(value: object) -> object:
+    """Paths and numbers of NumPy as TOML would have them."""
+    return str(value) if isinstance(value, Path) else float(cast(Any, value))
+
+
+def _experiment(toml: Toml, name: str) -> Experiment:
+    meant = check_keys(toml, (), _TOP, SIGNPOSTS)
+    indenter_radius = _radius(toml, "indenter", ("radius", "friction_coefficient"), "5 mm", quiet="indenter" in meant)
+    known_sensor = ("radius", "law", "electrode_radius", "dielectric_thickness")
+    sensor_radius = _radius(toml, "sensor", known_sensor, "10 mm", quiet="sensor" in meant)
+
+    padding = table_at(toml, ("padding",))
+    check_keys(toml, ("padding",), ("material",), SIGNPOSTS)
+    material = choice_at(toml, ("padding", "material"), padding.get("material", "sensor"), ("sensor", "own"))
+
+    priors = _priors(toml, ("priors",), unknowns_of("material", "rig"))
+    if material == "sensor" and "padding_young_modulus" in priors:
+        message = 'padding_young_modulus has no meaning for padding of the material "sensor"'
+        toml.fault(("priors", "padding_young_modulus"), message, 'Write material = "own" in [padding] or leave the prior out')
+    model = choice_at(toml, ("model",), toml.data.get("model", "surrogate"), ("surrogate", "fem", "closed form"))
+    law = choice_at(toml, ("sensor", "law"), table_at(toml, ("sensor",)).get("law", "neo-hookean"), ("neo-hookean", "gent"))
+    stick = _sticks(toml)
+    if "stiffening" in priors and law != "gent":
+        toml.fault(
+            ("priors", "stiffening"),
+            f"stiffening has no meaning for the law {law}",
+            'Write law = "gent" in [sensor] or leave it out',
+        )
+    _check_model(toml, model, law, stick)
+    known = _known_geometry(toml)
+    for parameter in priors.keys() & known.keys():
+        toml.fault(("priors", parameter), f"{parameter} is given twice, here and in [sensor]", "Keep one of the two")
+    if "electrode_radius" in known:
+        priors["electrode_radius"] = known["electrode_radius"]
+    if (electrode := priors.get("electrode_radius")) is not None and _median(electrode) > sensor_radius * (1 + 1e-9):
+        place = ("sensor", "electrode_radius") if "electrode_radius" in known else ("priors", "electrode_radius")
+        got = f"{display('electrode_radius', _median(electrode))} on a disc of {display('sensor_radius', sensor_radius)}"
+        toml.fault(place, f"electrode_radius must not exceed the disc radius, got {got}")
+
+    experiment = Experiment(
+        name=text_at(toml, ("name",), default=name),
+        path=None if toml.path is None else toml.path.absolute(),
+        sha256=toml.sha256,
+        indenter_radius=indenter_radius,
+        sensor_radius=sensor_radius,
+        padding_material=cast(PaddingMaterial, material),
+        priors=priors,
+        specimens=_specimens(toml, indenter_radius, known.get("dielectric_thickness"), quiet="specimens" in meant),
+        model=cast(Model, model),
+        discrepancy=cast(Discrepancy, choice_at(toml, ("discrepancy",), toml.data.get("discrepancy", "on"), ("off", "on"))),
+        law=cast(MaterialLaw, law),
+        stick=stick,
+    )
+    raise_faults(toml)
+    return experiment
+
+
+def _sticks(toml: Toml) -> bool:
+    """Whether the ball is one that the sensor sticks to."""
+    at = ("indenter", "friction_coefficient")
+    value = table_at(toml, at[:1]).get(at[1], 0)
+    if value == "stick" or (not isinstance(value, bool) and value == 0):
+        return bool(value == "stick")
+    advice = "Calibrate with both and compare them: the truth lies between (`calib compare`)"
+    toml.fault(at, f'friction_coefficient of a calibration must be 0 or "stick", got {quoted(value)}', advice)
+    return False
+
+
+def _check_model(toml: Toml, model: str, law: str, stick: bool) -> None:
+    """Laws and contacts that the forward model does not know."""
+    place = ("indenter", "friction_coefficient") if stick else ("sensor", "law")
+    if model == "closed form" and (stick or law != "neo-hookean"):
+        toml.fault(place, "the closed form knows neo-Hookean layers and a ball without friction", 'Write model = "surrogate"')
+    elif model == "surrogate" and family_of(stiffening=law == "gent", stick=stick) is None:
+        message = f'there is no surrogate for the law "{law}" with a ball that sticks'
+        toml.fault(place, message, 'Leave one of the two out, or write model = "fem" and have patience')
+
+
+def _radius(toml: Toml, name: str, known: Sequence[str], example: str, *, quiet: bool) -> float:
+    """The required radius in the table `name`, which has the keys `known`; nan and a fault (unless `quiet`) without one."""
+    meant = check_keys(toml, (name,), known, SIGNPOSTS)
+    required = f'radius = "{example}" in [{name}]'
+    return quantity_at(toml, (name, "radius"), f"{name}_radius", required=required, quiet=quiet or "radius" in meant)
+
+
+def _known_geometry(toml: Toml) -> dict[str, Fixed]:
+    """Dimensions that [sensor] gives as known numbers."""
+    known: dict[str, Fixed] = {}
+    for parameter in ("electrode_radius", "dielectric_thickness"):
+        if parameter in table_at(toml, ("sensor",)):
+            value = quantity_at(toml, ("sensor", parameter), parameter)
+            if math.isfinite(value):
+                known[parameter] = Fixed(value)
+    return known
+
+
+def _specimens(toml: Toml, radius: float, dielectric: Fixed | None, *, quiet: bool) -> tuple[Specimen, ...]:
+    required = "" if quiet else 'Give at least one, with name = "sensor 1" and its force or capacitance file'
+    tables = tables_at(toml, ("specimens",), required=required)
+    specimens: list[Specimen] = []
+    lines: dict[str, int] = {}
+    files: dict[tuple[Path | None, int | None, int | None], str] = {}
+    for at in tables:
+        meant = check_keys(toml, at, ("name", *SWEEP_KEYS, "sweeps", "priors"), SIGNPOSTS)
+        name = text_at(toml, (*at, "name"), required='name = "sensor 1"', quiet="name" in meant)
+        check_name(toml, (*at, "name"), name)
+        if name and name in lines:
+            toml.fault(
+                (*at, "name"), f'specimen "{name}" is given twice, first in line {lines[name]}', "Give each its own name"
+            )
+        lines.setdefault(name, toml.place((*at, "name"))[0])
+        priors = _priors(
+            toml, (*at, "priors"), unknowns_of("specimen", "sweep"), required=[u for u, row in UNKNOWNS.items() if row.required]
+        )
+        if dielectric is not None and "dielectric_thickness" in priors:
+            message = "dielectric_thickness is given twice, here and in [sensor]"
+            toml.fault((*at, "priors", "dielectric_thickness"), message, "Keep one of the two")
+        elif dielectric is not None:
+            priors["dielectric_thickness"] = dielectric
+        _check_dielectric(toml, at, priors)
+        sweeps = read_sweeps_of(toml, at, radius, meant)
+        for sweep, place in sweeps:
+            main = sweep.force or sweep.capacitance
+            if main is not None and sweep.own in files:
+                message = f"{main.name} is used twice, it already belongs to {files[sweep.own]}"
+                toml.fault(place, message, "Data counted twice make the result too certain: give each press its own file")
+            elif main is not None:
+                files[sweep.own] = f'specimen "{name}"' + (f', sweep "{sweep.name}"' if sweep.name else "")
+        specimens.append(Specimen(name, tuple(sweep for sweep, _ in sweeps), priors))
+    return tuple(specimens)
+
+
+def _check_dielectric(toml: Toml, at: KeyPath, priors: Mapping[str, Prior]) -> None:
+    """Two dielectrics must fit into the sensor, at least at the medians of the priors."""
+    dielectric, sensor = priors.get("dielectric_thickness"), priors.get("sensor_thickness")
+    if dielectric is None or sensor is None or _median(dielectric) <= _median(sensor) / 2 * (1 + 1e-9):
+        return
+    got = (
+        f"{display('dielectric_thickness', _median(dielectric))} in a sensor of {display('sensor_thickness', _median(sensor))}"
+    )
+    own = (*at, "priors", "dielectric_thickness")
+    place = own if own in toml.places else ("sensor", "dielectric_thickness")
+    toml.fault(place, f"dielectric_thickness (of each of the two) must not exceed half the sensor thickness, got {got}")
+
+
+def _priors(toml: Toml, at: KeyPath, known: Sequence[str], required: Sequence[str] = ()) -> dict[str, Prior]:
+    table = table_at(toml, at)
+    meant = check_keys(toml, at, known, SIGNPOSTS)
+    priors: dict[str, Prior] = {}
+    for parameter, value in table.items():
+        if parameter in known:
+            try:
+                priors[parameter] = parse_prior(parameter, value)
+            except InputError as error:
+                toml.add((*at, parameter), error.faults)
+    for parameter in required:
+        if parameter not in table and parameter not in meant:
+            where = f"specimen {quoted(table_at(toml, at[:-1]).get('name'))}"
+            advice = f"Give {parameter} = {UNKNOWNS[parameter].example} in [specimens.priors], as measured"
+            toml.fault(at, f"{parameter} of {where} is missing", advice)
+    return priors
+
+
+def _median(prior: Prior) -> float:
+    return float(prior.ppf_normal(0.0))

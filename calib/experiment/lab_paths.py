@@ -1,0 +1,131 @@
+"""The lab files that an experiment file names: sweeps of a specimen, how each file is to be read, and whether it is there."""
+
+from __future__ import annotations
+
+import difflib
+import os
+from collections.abc import Mapping
+from pathlib import Path
+
+from calib.experiment.plan import SweepFiles
+from calib.experiment.signposts import SIGNPOSTS, SWEEP_KEYS
+from calib.experiment.toml_file import Toml
+from calib.experiment.toml_places import KeyPath
+from calib.experiment.toml_values import check_keys, quantity_at, quoted, table_at, tables_at, text_at
+from calib.lab import AS_FOUND, QUANTITIES, Reading
+
+
+def read_sweeps_of(toml: Toml, at: KeyPath, radius: float, meant: set[str]) -> list[tuple[SweepFiles, KeyPath]]:
+    """The sweeps of the specimen at `at`, each with the place of its files, for faults found later."""
+    specimen = table_at(toml, at)
+    short = [key for key in SWEEP_KEYS if key in specimen]
+    if "sweeps" not in specimen:
+        if not short and meant.isdisjoint(SWEEP_KEYS) and "sweeps" not in meant:
+            message = f"specimen {quoted(specimen.get('name'))} has neither a force nor a capacitance file"
+            toml.fault(at, message, 'Give for example force = "sensor1_instron.csv"')
+            return []
+        return [_sweep(toml, at, "", radius, quiet=not meant.isdisjoint(SWEEP_KEYS))]
+    if short:
+        message = f"specimen {quoted(specimen.get('name'))} has both {short[0]} and [[specimens.sweeps]]"
+        toml.fault((*at, short[0]), message, "Move it into a [[specimens.sweeps]] of its own, or leave the sweeps out")
+    sweeps: list[tuple[SweepFiles, KeyPath]] = []
+    for number, place in enumerate(tables_at(toml, (*at, "sweeps")), start=1):
+        found = check_keys(toml, place, ("name", *SWEEP_KEYS), SIGNPOSTS)
+        name = text_at(toml, (*place, "name"), default=f"sweep {number}")
+        check_name(toml, (*place, "name"), name)
+        if name in (sweep.name for sweep, _ in sweeps):
+            message = f'sweep "{name}" of specimen {quoted(specimen.get("name"))} is given twice'
+            toml.fault((*place, "name"), message, "Give each its own name")
+        sweeps.append(_sweep(toml, place, name, radius, quiet=not found.isdisjoint(SWEEP_KEYS)))
+    return sweeps
+
+
+def _sweep(toml: Toml, at: KeyPath, name: str, radius: float, *, quiet: bool) -> tuple[SweepFiles, KeyPath]:
+    table = table_at(toml, at)
+    if "indenter_radius" in table:
+        radius = quantity_at(toml, (*at, "indenter_radius"), "indenter_radius")
+    if "force" not in table and "capacitance" not in table and not quiet:
+        what = f'sweep "{name}"' if name else f"specimen {quoted(table.get('name'))}"
+        toml.fault(at, f"{what} has neither a force nor a capacitance file", 'Give for example force = "sensor1_instron.csv"')
+    nothing = (None, AS_FOUND, None)
+    force, capacitance = (_lab_file(toml, (*at, key)) if key in table else nothing for key in ("force", "capacitance"))
+    files = SweepFiles(name, force[0], capacitance[0], radius, force[1], capacitance[1], force[2], capacitance[2])
+    return files, (*at, "force" if "force" in table else "capacitance")
+
+
+def _lab_file(toml: Toml, at: KeyPath) -> tuple[Path | None, Reading, int | None]:
+    """The lab file at `at`, absolute, how it is to be read, and the cycle; None and a fault if the file is not there."""
+    if not isinstance(table_at(toml, at[:-1])[str(at[-1])], Mapping):
+        return _path(toml, at), AS_FOUND, None
+    table = table_at(toml, at)
+    check_keys(toml, at, ("file", "units", "columns", "specimen", "cycle"), SIGNPOSTS)
+    units, columns = (_by_quantity(toml, (*at, key)) for key in ("units", "columns"))
+    specimen, cycle = (_count(toml, (*at, key)) if key in table else None for key in ("specimen", "cycle"))
+    if "file" not in table:
+        toml.fault(at, f"{at[-1]} names no file", 'Give { file = "sensor1_instron.csv", ... }')
+        return None, AS_FOUND, None
+    return _path(toml, (*at, "file")), Reading(units, columns, specimen), cycle
+
+
+def _by_quantity(toml: Toml, at: KeyPath) -> dict[str, str]:
+    """A table of quantity = "text", or a number for a column."""
+    found: dict[str, str] = {}
+    check_keys(toml, at, QUANTITIES, SIGNPOSTS)
+    for quantity, value in table_at(toml, at).items():
+        if isinstance(value, int) and not isinstance(value, bool) and at[-1] == "columns":
+            found[quantity] = str(value)
+        elif quantity in QUANTITIES:
+            found[quantity] = text_at(toml, (*at, quantity))
+    return found
+
+
+def _count(toml: Toml, at: KeyPath) -> int | None:
+    value = table_at(toml, at[:-1])[str(at[-1])]
+    if isinstance(value, int) and not isinstance(value, bool) and value >= 1:
+        return value
+    toml.fault(at, f"{at[-1]} must be a whole number from 1, got {quoted(value)}")
+    return None
+
+
+def _path(toml: Toml, at: KeyPath) -> Path | None:
+    text = text_at(toml, at)
+    if not text:
+        return None
+    if "\0" in text:
+        toml.fault(at, f"{at[-1]} is not the name of a file, got {text!r}")
+        return None
+    path = Path(os.path.abspath(toml.folder / text))  # not resolve(): a symbolic link keeps its name
+    if path.is_file():
+        return path
+    what = f"{at[-1]} file"
+    if path.is_dir():
+        toml.fault(at, f"{what} {path} is a folder", _neighbours(path, path.name))
+    elif "\\" in text:
+        toml.fault(at, f"{what} not found: {path}", "Write paths with forward slashes")
+    elif not path.parent.is_dir():
+        advice = "Write paths relative to the experiment file"
+        toml.fault(at, f"{what} not found, there is no folder {path.parent}", advice)
+    else:
+        toml.fault(at, f"{what} not found: {path}", _neighbours(path.parent, path.name))
+    return None
+
+
+def _neighbours(folder: Path, wanted: str) -> str:
+    """Advice that names the CSV files of a folder, those spelled most like the wanted one first."""
+    suffixes = {".csv", Path(wanted).suffix.lower()} - {""}
+    try:
+        names = sorted(p.name for p in folder.iterdir() if p.suffix.lower() in suffixes and p.is_file())
+    except OSError as error:
+        return f"The folder cannot be listed: {error.strerror}"
+    if not names:
+        return "There are no CSV files in that folder"
+    likely = difflib.get_close_matches(wanted, names, n=3, cutoff=0.6)
+    names = likely + [name for name in names if name not in likely]
+    more = f" and {len(names) - 12} more" if len(names) > 12 else ""
+    return f"CSV files in that folder: {', '.join(names[:12])}{more}"
+
+
+def check_name(toml: Toml, at: KeyPath, name: str) -> None:
+    """Names stand in brackets behind parameters, as in contact_offset[sensor 1, ball 2]."""
+    if any(c in name for c in "[],\n\r"):
+        toml.fault(at, f'name "{name}" must not contain brackets, commas or line breaks')

@@ -1,0 +1,118 @@
+"""An experiment as JSON text, and back: what a run keeps of the experiment that it is of."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from calib.experiment.plan import Experiment, Specimen, SweepFiles
+from calib.lab import Reading
+from calib.priors import Prior, prior_from_json
+
+_JSON_VERSION = 4
+
+
+def experiment_to_json(experiment: Experiment) -> str:
+    """The whole experiment as JSON text, SI; the inverse is `experiment_from_json`."""
+
+    def priors(given: Mapping[str, Prior]) -> dict[str, object]:
+        return {parameter: prior.to_json() for parameter, prior in given.items()}
+
+    def file(path: Path | None) -> str | None:
+        return None if path is None else str(path)
+
+    def reading(how: Reading) -> dict[str, object]:
+        return {"units": dict(how.units), "columns": dict(how.columns), "specimen": how.specimen}
+
+    specimens = [
+        {
+            "name": specimen.name,
+            "sweeps": [
+                {
+                    "name": sweep.name,
+                    "force": file(sweep.force),
+                    "capacitance": file(sweep.capacitance),
+                    "indenter_radius": sweep.indenter_radius,
+                    "force_reading": reading(sweep.force_reading),
+                    "capacitance_reading": reading(sweep.capacitance_reading),
+                    "cycle": sweep.cycle,
+                    "capacitance_cycle": sweep.capacitance_cycle,
+                }
+                for sweep in specimen.sweeps
+            ],
+            "priors": priors(specimen.priors),
+        }
+        for specimen in experiment.specimens
+    ]
+    document = {
+        "version": _JSON_VERSION,
+        "name": experiment.name,
+        "path": None if experiment.path is None else str(experiment.path),
+        "sha256": experiment.sha256,
+        "indenter_radius": experiment.indenter_radius,
+        "sensor_radius": experiment.sensor_radius,
+        "padding_material": experiment.padding_material,
+        "model": experiment.model,
+        "discrepancy": experiment.discrepancy,
+        "law": experiment.law,
+        "stick": experiment.stick,
+        "priors": priors(experiment.priors),
+        "specimens": specimens,
+    }
+    return json.dumps(document, ensure_ascii=False, allow_nan=False)
+
+
+def experiment_from_json(text: str) -> Experiment:
+    """The experiment that `experiment_to_json` wrote; the files it names need not exist any more.
+
+    Raises
+    ------
+    ValueError
+        If the text is not of the version that this program writes.
+    """
+    document: dict[str, Any] = json.loads(text)
+    if document.get("version") != _JSON_VERSION:
+        raise ValueError(f"experiment of version {document.get('version')!r}, this program reads version {_JSON_VERSION}")
+
+    def priors(given: Mapping[str, Mapping[str, object]]) -> dict[str, Prior]:
+        return {parameter: prior_from_json(prior) for parameter, prior in given.items()}
+
+    def file(path: str | None) -> Path | None:
+        return None if path is None else Path(path)
+
+    specimens = tuple(
+        Specimen(
+            specimen["name"],
+            tuple(
+                SweepFiles(
+                    sweep["name"],
+                    file(sweep["force"]),
+                    file(sweep["capacitance"]),
+                    float(sweep["indenter_radius"]),
+                    Reading(**sweep["force_reading"]),
+                    Reading(**sweep["capacitance_reading"]),
+                    sweep["cycle"],
+                    sweep["capacitance_cycle"],
+                )
+                for sweep in specimen["sweeps"]
+            ),
+            priors(specimen["priors"]),
+        )
+        for specimen in document["specimens"]
+    )
+    return Experiment(
+        name=document["name"],
+        path=None if document["path"] is None else Path(document["path"]),
+        sha256=document["sha256"],
+        indenter_radius=float(document["indenter_radius"]),
+        sensor_radius=float(document["sensor_radius"]),
+        padding_material=document["padding_material"],
+        priors=priors(document["priors"]),
+        specimens=specimens,
+        model=document["model"],
+        discrepancy=document["discrepancy"],
+        law=document["law"],
+        stick=document["stick"],
+    )

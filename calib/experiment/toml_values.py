@@ -1,0 +1,148 @@
+"""From a parsed TOML file to its values, each checked, with a fault at its place where it is wrong."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from calib.errors import InputError
+from calib.experiment.toml_file import Toml
+from calib.experiment.toml_places import KeyPath
+from calib.priors import parse_value, sign_fault
+
+
+def raise_faults(toml: Toml) -> None:
+    """All faults at once, in the order of the file."""
+    if toml.faults:
+        raise InputError(sorted(dict.fromkeys(toml.faults), key=lambda f: (f.line or 0, f.column or 0)))
+
+
+def get(toml: Toml, at: KeyPath) -> Any:
+    value: Any = toml.data
+    for key in at:
+        try:
+            value = value[key]
+        except (KeyError, IndexError, TypeError):
+            return None
+    return value
+
+
+def table_at(toml: Toml, at: KeyPath) -> dict[str, Any]:
+    """The table at `at`; an empty one if there is none (`check_keys` has the fault for what is not a table)."""
+    value = get(toml, at)
+    return value if isinstance(value, dict) else {}
+
+
+def tables_at(toml: Toml, at: KeyPath, *, required: str = "") -> list[KeyPath]:
+    """Paths of the tables in the array of tables at `at`."""
+    value = get(toml, at)
+    name = ".".join(str(key) for key in at if isinstance(key, str))
+    if isinstance(value, list) and all(isinstance(entry, dict) for entry in value):
+        if not value:
+            toml.fault(at, f"[[{name}]] is empty", required)
+        return [(*at, i) for i in range(len(value))]
+    if isinstance(value, dict):
+        toml.fault(at, f"[{name}] must be a list of tables", f"Write [[{name}]] in double brackets above each of them")
+    elif value is not None:
+        toml.fault(at, f"{name} must be a list of tables, got {quoted(value)}", f"Write [[{name}]] above each of them")
+    elif required:
+        toml.fault((), f"there is no [[{name}]]", required)
+    return []
+
+
+@dataclass(frozen=True)
+class Signposts:
+    """Where keys belong that stand in the wrong table: `places` by key, `hints` by heading and key."""
+
+    places: Mapping[str, str] = field(default_factory=dict)
+    hints: Mapping[tuple[str, str], str] = field(default_factory=dict)
+
+
+_NO_SIGNPOSTS = Signposts()
+
+
+def check_keys(toml: Toml, at: KeyPath, known: Sequence[str], signposts: Signposts = _NO_SIGNPOSTS) -> set[str]:
+    """Faults for the keys of the table at `at` that are not `known`; returns those known ones that were probably meant."""
+    table = toml.data if not at else get(toml, at)
+    where = heading(at)
+    if table is None:
+        return set()
+    if not isinstance(table, dict):
+        toml.fault(at, f"{where} must be a table, got {quoted(table)}")
+        return set()
+    meant = set()
+    for key in table:
+        if key in known:
+            continue
+        spelled = key.lower().replace("-", "_").replace(" ", "_")
+        close = difflib.get_close_matches(spelled, [*known, *signposts.places], n=1)
+        advice = f"Known here: {', '.join(known)}"
+        if (where, key) in signposts.hints:
+            advice = signposts.hints[where, key]
+        elif key in signposts.places:
+            advice = f"It belongs {signposts.places[key]}"
+        elif close and close[0] in known:
+            advice = f'Did you mean "{close[0]}"?'
+            meant.add(close[0])
+        elif close:
+            advice = f'Did you mean "{close[0]}"? It belongs {signposts.places[close[0]]}'
+        toml.fault((*at, key), f'unknown key "{key}" {"in " + where if at else "at the top of the file"}', advice)
+    return meant
+
+
+def heading(at: KeyPath) -> str:
+    """The TOML heading of a table: [specimens.priors], [[specimens.sweeps]]."""
+    name = ".".join(str(key) for key in at if isinstance(key, str))
+    return f"[[{name}]]" if at and isinstance(at[-1], int) else f"[{name}]"
+
+
+def quantity_at(toml: Toml, at: KeyPath, parameter: str, *, required: str = "", quiet: bool = False) -> float:
+    """The quantity at `at`, SI, its sign checked; nan and a fault if it is wrong, or missing and `required` and not `quiet`."""
+    value = get(toml, at)
+    if value is None:
+        if required and not quiet and isinstance(get(toml, at[:-1]), dict | None):
+            toml.fault(at[:-1], f"{parameter} is missing", f"Give {required}")
+        return math.nan
+    try:
+        number = parse_value(parameter, value)
+    except InputError as error:
+        toml.add(at, error.faults)
+        return math.nan
+    if fault := sign_fault(parameter, number, str(value)):
+        toml.add(at, (fault,))
+        return math.nan
+    return number
+
+
+def text_at(toml: Toml, at: KeyPath, *, default: str = "", required: str = "", quiet: bool = False) -> str:
+    """The text at `at`; "" and a fault if it is not one, is empty, or is missing and `required` (unless `quiet`)."""
+    value = get(toml, at)
+    if value is None:
+        if required and not quiet:
+            toml.fault(at[:-1], f"{at[-1]} is missing in {heading(at[:-1])}", f"Give {required}")
+        return default
+    if not isinstance(value, str) or not value.strip():
+        toml.fault(at, f"{at[-1]} must be a text in quotes, got {quoted(value)}")
+        return ""
+    return value.strip()
+
+
+def choice_at(toml: Toml, at: KeyPath, value: object, choices: Sequence[str]) -> str:
+    if isinstance(value, str) and value in choices:
+        return value
+    close = difflib.get_close_matches(str(value).lower(), choices, n=1)
+    one_of = " or ".join(f'"{choice}"' for choice in choices)
+    toml.fault(at, f"{at[-1]} must be {one_of}, got {quoted(value)}", f'Did you mean "{close[0]}"?' if close else "")
+    return choices[0]
+
+
+def quoted(value: object) -> str:
+    """A value as it stands in a TOML file, good enough for a message."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if value is None:
+        return "without a name"
+    return f'"{value}"' if isinstance(value, str) else "a table" if isinstance(value, dict) else str(value)

@@ -1,0 +1,346 @@
+"""From the lab files of one press to its `Sweep`: files read and judged, clocks tied, every channel reduced to points."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from calib.catalogue import CHANNELS
+from calib.errors import Fault, InputError
+from calib.lab.clocks import ClockOffset, clock_offset, loading_window, record
+from calib.lab.instruments import AS_FOUND, LabTable, Reading, read_lab_file
+from calib.lab.observations import UNLOADING, Observations, observe, usable_rows, why_left_out
+from calib.lab.quality import first_crest, judge
+from calib.lab.reduction import NoiseEstimate, Reduced, find_onset, fresh_readings, reduce_channel
+from calib.lab.signal import ahead, quiet
+from calib.lab.sweep import TRACK_MARGIN, TRACK_NODES, Points, Sweep, Track
+from models.sensor import FloatArray
+
+
+def make_sweep(
+    specimen: str,
+    name: str,
+    indenter_radius: float,
+    force_file: Path | None,
+    capacitance_file: Path | None,
+    n_points: int = 40,
+    *,
+    force_reading: Reading = AS_FOUND,
+    capacitance_reading: Reading = AS_FOUND,
+    cycle: int | None = None,
+    capacitance_cycle: int | None = None,
+    clock_range: tuple[float, float] | None = None,
+    machine_compliance: float | None = None,
+) -> Sweep:
+    """Read the files of a sweep and reduce each channel to about `n_points` points of one loading branch.
+
+    A quarter of the points at most lies before the estimated onset of contact, the others in equal steps after it. A point
+    is the mean of its bin, less the bias that the curve's bend has on a mean (from a smooth over the branch). Its
+    n_effective is the number of readings over the integrated autocorrelation time of the residuals of that smooth.
+
+    Capacitance is tied to the crosshead by its own displacement column, else its own force column, else by the clock:
+    then the offset of the two clocks is estimated from the turning point and the onset (`calib.lab.clocks`). An offset that the
+    data do not tell at all gets an sd as wide as what is possible, which becomes its prior. Where it is ambiguous by discrete
+    steps (whole periods of equal cycles) no normal prior is honest, and the sweep is refused.
+
+    Parameters
+    ----------
+    indenter_radius : [m].
+    force_file : force over displacement, with time if the capacitance is to be tied by clock; None if there is none.
+    capacitance_file : LCR log; may be the same file as `force_file`; None if there is none.
+    n_points : points per channel; fewer where the file has fewer rows.
+    force_reading, capacitance_reading : what the user says of the files, see `Reading`.
+    cycle : the loading branch to use, counted from 1; None for the first. It is the tester's for a log tied by the clock.
+    capacitance_cycle : the same in a capacitance file with a displacement or force column of its own, if it counts otherwise.
+    clock_range : [s], range in which the offset of the clocks is known to lie; it can decide between alternatives.
+    machine_compliance : [m/N], for the verdicts alone, see `calib.lab.quality.judge`.
+
+    Raises
+    ------
+    InputError
+        With the faults of both files; if nothing ties capacitance to the crosshead; if too few rows are usable; if a cycle is
+        asked for that is not there; if the clock offset is ambiguous by discrete steps.
+    """
+    if force_file is None and capacitance_file is None:
+        raise InputError(Fault(f"sweep {name} of {specimen} has neither a force nor a capacitance file"))
+    same = force_file is not None and capacitance_file is not None and _same_file(force_file, capacitance_file)
+    same = same and capacitance_reading in (AS_FOUND, force_reading)
+    tester = lcr = None
+    faults: list[Fault] = []
+    try:
+        tester = None if force_file is None else observe(read_lab_file(force_file, force_reading), cycle)
+    except InputError as error:
+        faults += error.faults
+    try:
+        if same or capacitance_file is None:
+            lcr = tester if same else None
+        else:
+            lcr = _observe_capacitance(read_lab_file(capacitance_file, capacitance_reading), cycle, capacitance_cycle)
+    except InputError as error:
+        faults += error.faults
+    if faults:
+        raise InputError(faults)
+    _check_columns(tester, lcr)
+
+    sources = [obs for obs in ((tester,) if same else (tester, lcr)) if obs is not None]
+    notes = [note for obs in sources for note in _file_notes(obs)]
+    verdicts = tuple(v for obs in sources for v in judge(obs, machine_compliance))
+    channels: dict[str, Points] = {}
+    readings: dict[str, NoiseEstimate] = {}
+    offset = offset_sd = float("nan")
+    onset: float | None = None
+    if tester is not None and tester.displacement is not None and tester.force is not None:
+        rows = usable_rows(tester, tester.displacement, tester.force, "force")
+        x, f = tester.displacement[rows], tester.force[rows]
+        onset = find_onset(x, f)
+        reduced = reduce_channel(x, f, n_points, onset)
+        channels["force"] = Points(reduced.value, reduced.n_effective, displacement=reduced.abscissa)
+        readings["force"] = reduced.estimate
+        notes.append(_noise_note("force", "force", reduced.estimate))
+    track: Track | None = None
+    clock: ClockOffset | None = None
+    if lcr is not None and lcr.capacitance is not None:
+        if (
+            lcr.displacement is None
+            and lcr.force is None
+            and tester is not None
+            and tester.time is not None
+            and onset is not None
+        ):
+            clock = clock_offset(tester, lcr, clock_range)
+            if clock.alternatives:
+                raise InputError(_discrete(clock, tester, lcr))
+            offset, offset_sd = clock.value, clock.sd
+            notes += clock.evidence
+            track = _track(tester, max(TRACK_MARGIN, 4 * offset_sd))
+        for name in lcr.channels:
+            if name == "force":
+                continue
+            if lcr.displacement is not None:
+                channels[name], readings[name] = _over_displacement(lcr, name, n_points, notes, keep_force=not same)
+            elif lcr.force is not None:
+                channels[name], readings[name] = _over_force(lcr, name, n_points, notes)
+            elif tester is not None and onset is not None and track is not None:
+                channels[name], readings[name] = _over_time(tester, lcr, name, offset, onset, n_points, notes)
+        if tester is None and lcr.force is not None and lcr.displacement is not None:
+            notes.append(f"{lcr.table.path.name}: its force column is not calibrated against; name the file under force too")
+    seen = {obs.table.path.name: obs.table.sha256 for obs in (tester, lcr) if obs is not None}
+    return Sweep(
+        specimen=specimen,
+        name=name,
+        indenter_radius=float(indenter_radius),
+        channels=channels,
+        track=track,
+        noise={channel: found.noise for channel, found in readings.items()},
+        clock_offset=offset,
+        clock_offset_sd=offset_sd,
+        files=tuple(seen.items()),
+        notes=tuple(notes),
+        verdicts=verdicts,
+        clock=clock,
+        readings=readings,
+    )
+
+
+def readings_of(obs: Observations) -> dict[str, NoiseEstimate]:
+    """Noise, correlation and resolution of every channel of one file: over what it is read against on the used branch.
+
+    A capacitance log without displacement and force is looked at over its time, to its first crest. A channel with fewer than
+    five such readings is left out.
+    """
+    found: dict[str, NoiseEstimate] = {}
+    for name, values in obs.channels.items():
+        across = obs.displacement if obs.displacement is not None else obs.force if name != "force" else None
+        rows = np.flatnonzero(obs.used & np.isfinite(values))
+        if across is not None and across is obs.displacement:
+            rows = rows[np.isfinite(across[rows])]
+            x = across[rows]
+        else:
+            x = np.arange(rows.size, dtype=float) if obs.time is None else obs.time[rows]
+            if across is None and rows.size >= 5:
+                rows = rows[: first_crest(values[rows])]
+                x = x[: rows.size]
+        if rows.size >= 5 and np.all(np.isfinite(x)) and np.ptp(x) > 0:
+            found[name] = reduce_channel(x, values[rows], 40, find_onset(x, values[rows])).estimate
+    return found
+
+
+def _observe_capacitance(table: LabTable, cycle: int | None, own: int | None) -> Observations:
+    """A log with displacement or force has cycles of its own; in one tied by time nothing tells them."""
+    if {"displacement", "force"} & set(table.columns):
+        return observe(table, cycle if own is None else own)
+    return observe(table, own)
+
+
+def _discrete(clock: ClockOffset, tester: Observations, lcr: Observations) -> Fault:
+    many = f" of {tester.n_cycle}" if tester.n_cycle > 1 else ""
+    return Fault(
+        f"{clock.evidence[0]}; cycle {tester.used_cycle}{many} of {tester.table.path.name} is wanted",
+        lcr.table.path,
+        advice="Save both logs over the same cycles, from before the first to after the last; or cut both files to one cycle; "
+        "or state the offset of the clocks",
+    )
+
+
+def _same_file(a: Path, b: Path) -> bool:
+    return Path(a).resolve() == Path(b).resolve()
+
+
+def _check_columns(tester: Observations | None, lcr: Observations | None) -> None:
+    faults: list[Fault] = []
+    if tester is not None:
+        missing = [n for n, v in (("displacement", tester.displacement), ("force", tester.force)) if v is None]
+        if missing:
+            have = ", ".join(f'"{s}"' for s in tester.table.sources.values())
+            faults.append(
+                Fault(
+                    f"the force file has no {' and no '.join(missing)} column, it has {have}",
+                    tester.table.path,
+                    advice="A force file holds force over displacement",
+                )
+            )
+    if lcr is not None:
+        have = ", ".join(f'"{s}"' for s in lcr.table.sources.values())
+        if lcr.capacitance is None:
+            faults.append(Fault(f"the capacitance file has no capacitance column, it has {have}", lcr.table.path))
+        elif lcr.displacement is None and lcr.force is None:
+            ties = (
+                "Capacitance is tied to the crosshead by a displacement or a force column in its own file, or by time "
+                "columns in both files"
+            )
+            if tester is None:
+                faults.append(
+                    Fault("nothing ties the capacitance to the indentation: no force file", lcr.table.path, advice=ties)
+                )
+            elif tester.time is None:
+                faults.append(
+                    Fault("nothing ties the capacitance to the force: this file has no time", tester.table.path, advice=ties)
+                )
+    if faults:
+        raise InputError(faults)
+
+
+def _file_notes(obs: Observations) -> list[str]:
+    name = obs.table.path.name
+    notes = [f"{name}: {note}" for note in (*obs.table.notes, obs.sign_note) if note]
+    if obs.n_cycle > 1:
+        notes.append(f"{name}: {obs.n_cycle} cycles, cycle {obs.used_cycle} is used")
+    out = why_left_out(obs)
+    if out:
+        counts = ", ".join(f"{n} {r}" for r, n in out.most_common(8))
+        more = f", and {len(out) - 8} other reasons" if len(out) > 8 else ""
+        notes.append(f"{name}: {int(np.sum(obs.used))} of {len(obs.reason)} rows used; left out: {counts}{more}")
+    return notes
+
+
+def _noise_note(channel: str, what: str, readings: NoiseEstimate) -> str:
+    r, unit, scale = readings, CHANNELS[channel].fine_unit, CHANNELS[channel].fine_scale
+    seen = f"resolution {r.resolution * scale:.3g} {unit}" if r.resolution else "no visible resolution"
+    far = f"; {r.outliers} reading(s) further than 6 sd from the curve are kept" if r.outliers else ""
+    of = f" ({r.n_row} rows, each reading is written {r.repeat:.3g} times)" if r.repeat > 1 else ""
+    return (
+        f"{what}: {r.n_reading} readings{of} in {r.n_point} points, noise of one reading "
+        f"{r.noise * scale:.3g} {unit}, {seen}, neighbours correlated over {r.correlation:.2g} readings{far}"
+    )
+
+
+def _over_displacement(
+    lcr: Observations, channel: str, n_points: int, notes: list[str], *, keep_force: bool
+) -> tuple[Points, NoiseEstimate]:
+    """Points of a channel over the displacement in its own file."""
+    assert lcr.displacement is not None
+    rows = usable_rows(lcr, lcr.displacement, lcr.channels[channel], channel)
+    x, c = lcr.displacement[rows], lcr.channels[channel][rows]
+    onset = find_onset(x, c)
+    force: FloatArray | None = None
+    reduced = reduce_channel(x, c, n_points, onset)
+    if keep_force and lcr.force is not None:
+        with_force = rows[np.isfinite(lcr.force[rows])]
+        if with_force.size >= 5:
+            force = reduce_channel(lcr.displacement[with_force], lcr.force[with_force], n_points, onset).smooth(
+                reduced.abscissa
+            )
+    notes.append(_noise_note(channel, f"{channel} over its own displacement", reduced.estimate))
+    return Points(reduced.value, reduced.n_effective, displacement=reduced.abscissa, force=force), reduced.estimate
+
+
+def _over_force(lcr: Observations, channel: str, n_points: int, notes: list[str]) -> tuple[Points, NoiseEstimate]:
+    """Points of a channel over the force in its own file."""
+    assert lcr.force is not None
+    rows = usable_rows(lcr, lcr.force, lcr.channels[channel], channel)
+    f, c = lcr.force[rows], lcr.channels[channel][rows]
+    # In the order of reading, not of force: before contact the force is noise, and bins of noise would be biased.
+    clock = np.arange(rows.size, dtype=float)
+    if lcr.time is not None and np.all(np.diff(lcr.time[rows]) > 0):
+        clock = lcr.time[rows] - lcr.time[rows][0]
+    onset = find_onset(clock, f)
+    # The two channels are reduced over the rows in which the channel was read anew, so that their points belong together.
+    fresh = fresh_readings(c)
+    n_row, clock, f, c = rows.size, clock[fresh], f[fresh], c[fresh]
+    reduced = reduce_channel(clock, c, n_points, onset, repeats=False)
+    reduced = replace(reduced, estimate=replace(reduced.estimate, n_row=n_row, repeat=n_row / reduced.estimate.n_reading))
+    force = reduce_channel(clock, f, n_points, onset, repeats=False)
+    force_there = _at_points(force, reduced.abscissa)
+    # The force of a point has a noise of its own: dC/dF times it, counted against the point's effective number.
+    rise_f = force.smooth(reduced.edges[1:]) - force.smooth(reduced.edges[:-1])
+    rise_c = reduced.smooth(reduced.edges[1:]) - reduced.smooth(reduced.edges[:-1])
+    slopes = np.where(rise_f > 2 * force.noise, rise_c / np.where(rise_f > 0, rise_f, 1.0), 0.0)
+    slope = np.interp(reduced.abscissa, (reduced.edges[1:] + reduced.edges[:-1]) / 2, slopes)
+    share = (slope * force.noise) ** 2 / np.interp(reduced.abscissa, force.abscissa, force.n_effective)
+    own = reduced.noise**2 / reduced.n_effective
+    n_effective = reduced.noise**2 / (own + share)
+    notes.append(_noise_note(channel, f"{channel} over its own force", reduced.estimate))
+    return Points(reduced.value, n_effective, force=force_there), reduced.estimate
+
+
+def _at_points(reduced: Reduced, abscissa: FloatArray) -> FloatArray:
+    """Values of a channel at other points than its own: its smooth, and what the nearest of its points deviate from that."""
+    deviation = np.interp(abscissa, reduced.abscissa, reduced.value - reduced.smooth(reduced.abscissa))
+    return np.asarray(reduced.smooth(abscissa) + deviation)
+
+
+def _over_time(
+    tester: Observations, lcr: Observations, channel: str, offset: float, onset: float, n_points: int, notes: list[str]
+) -> tuple[Points, NoiseEstimate]:
+    """Points of a channel over the time of its meter."""
+    assert tester.time is not None
+    assert tester.displacement is not None
+    assert lcr.time is not None
+    rows = usable_rows(lcr, lcr.time, lcr.channels[channel], channel)
+    begin, end = loading_window(tester)
+    on_tester = lcr.time[rows] + offset
+    early, late = int(np.sum(on_tester < begin)), int(np.sum(on_tester > end))
+    rows = rows[(on_tester >= begin) & (on_tester <= end)]
+    name = lcr.table.path.name
+    if early:
+        notes.append(f"{name}: {early} rows left out: before the loading branch of the tester's record")
+    if late:
+        notes.append(f"{name}: {late} rows left out: after the turning point (hold and {UNLOADING})")
+    if rows.size < 5:
+        raise InputError(
+            Fault(
+                f"only {rows.size} {channel} readings fall into the loading branch, with the clock offset {offset:.3g} s",
+                lcr.table.path,
+                advice=f"Check that both files are of the same test and that the log covers cycle {tester.used_cycle}",
+            )
+        )
+    t, c = lcr.time[rows], lcr.channels[channel][rows]
+    used = tester.used & np.isfinite(tester.displacement)
+    reached = np.maximum.accumulate(tester.displacement[used])
+    start = float(tester.time[used][min(int(np.searchsorted(reached, onset)), reached.size - 1)]) - offset
+    reduced = reduce_channel(t, c, n_points, start)
+    notes.append(_noise_note(channel, f"{channel} over the meter's time", reduced.estimate))
+    return Points(reduced.value, reduced.n_effective, time=reduced.abscissa), reduced.estimate
+
+
+def _track(tester: Observations, margin: float) -> Track:
+    time, displacement, force, _ = record(tester)
+    begin, end = loading_window(tester)
+    inside = (time >= begin - margin) & (time <= end + margin)
+    groups = np.array_split(np.flatnonzero(inside), min(TRACK_NODES, int(np.sum(inside))))
+    stamps, reading, load = (np.array([v[g].mean() for g in groups]) for v in (time, displacement, force))
+    stamps, reading = quiet(stamps, reading, int(np.sum((stamps >= begin) & (stamps <= end))) // 20)
+    kept = ahead(stamps)
+    return Track(stamps[kept], reading[kept], load[kept])

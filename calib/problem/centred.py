@@ -1,0 +1,134 @@
+"""Default priors that the data centre: where the contact, the load zero and the noise of a sweep may lie, from its readings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from calib.lab import Sweep
+from calib.priors import LogNormal, Normal, Prior, TruncatedNormal, Uniform, default_prior
+from models.sensor import FloatArray
+
+#: Within this distance of zero [m] the onset found in the data agrees with the default prior of the contact offset.
+ONSET_NEAR_ZERO = 0.25e-3
+
+#: Within this distance of zero [N] the load before contact agrees with the default prior of the load zero.
+LOAD_NEAR_ZERO = 1.0
+
+#: Geometric sd of the prior of a noise around its estimate from the sweeps.
+NOISE_FACTOR = 2.0
+
+#: Least sd [s] of the prior of a clock offset around its estimate from the data.
+CLOCK_OFFSET_SD = 0.2
+
+
+def load_before_contact(displacement: FloatArray, force: FloatArray, n_effective: FloatArray, noise: float) -> float:
+    """What the load cell reads before the ball touches: the median of the points that come before contact.
+
+    Before contact: the leading points that stay within five sd of a point, or 1 % of the range of force, of the first; at
+    least three.
+
+    Parameters
+    ----------
+    displacement : crosshead reading [m], (n_point,). force : [N], (n_point,). n_effective : independent readings in a point.
+    noise : sd [N] of one reading; nan if it is not known.
+
+    Returns
+    -------
+    [N]; nan if the sweep starts in contact.
+    """
+    order = np.argsort(displacement)
+    force, n = force[order], n_effective[order]
+    sd = noise / np.sqrt(n) if np.isfinite(noise) else np.zeros(force.size)
+    close = np.abs(force - force[0]) <= np.maximum(5 * sd, 0.01 * np.ptp(force))
+    n_before = int(np.argmin(close)) if not np.all(close) else force.size
+    return float(np.median(force[:n_before])) if n_before >= 3 else float("nan")
+
+
+def onset_reading(displacement: FloatArray, force: FloatArray, load_zero: float) -> float:
+    """Where the crosshead stood at first touch, roughly: where a line through F^(2/3) (Hertz) meets zero load.
+
+    The line goes through the first half of the loading. Good to some tens of micrometres: it centres a prior, it is not an
+    estimate of the contact offset.
+
+    Parameters
+    ----------
+    displacement : crosshead reading [m], (n_point,). force : [N], (n_point,). load_zero : [N].
+
+    Returns
+    -------
+    Crosshead reading [m].
+    """
+    force = np.maximum(force - load_zero, 0.0)
+    top = float(np.max(force))
+    part = (force > 0.03 * top) & (force < 0.5 * top)
+    if np.count_nonzero(part) < 3:
+        part = force > 0
+    if np.count_nonzero(part) < 3 or np.ptp(displacement[part]) == 0:
+        return float(np.min(displacement))
+    slope, intercept = np.polyfit(displacement[part], np.cbrt(force[part]) ** 2, 1)
+    onset = -intercept / slope if slope > 0 else np.min(displacement)
+    return float(np.clip(onset, np.min(displacement) - 0.5e-3, np.max(displacement)))
+
+
+def nominal_zero(sweep: Sweep) -> tuple[float, float]:
+    """Crosshead reading at first touch [m] and load before contact [N] as the data show them; (0, 0) where they do not."""
+    for channel, points in sweep.channels.items():  # the tester's record comes first
+        force = sweep.load_at(channel)
+        if points.displacement is None or force is None:
+            continue
+        load = load_before_contact(points.displacement, force, points.n_effective, sweep.noise.get("force", float("nan")))
+        load = 0.0 if np.isnan(load) else load
+        return onset_reading(points.displacement, force, load), load
+    return 0.0, 0.0
+
+
+def sweep_defaults(sweep: Sweep) -> Mapping[str, tuple[Prior, str]]:
+    """Default priors of what belongs to one sweep, those whose centre the data move included, with their origin in words."""
+    priors = {p: (default_prior(p), "default") for p in ("contact_offset", "load_zero")}
+    onset, load = nominal_zero(sweep)
+    if abs(onset) > ONSET_NEAR_ZERO:
+        centre = round(onset, 5)
+        priors["contact_offset"] = (
+            Uniform(centre - 0.5e-3, centre + 0.5e-3),
+            f"default, centred on the onset of force in the data at {centre * 1e3:.2f} mm of crosshead reading",
+        )
+    if abs(load) > LOAD_NEAR_ZERO:
+        centre = round(load, 2)
+        priors["load_zero"] = (
+            TruncatedNormal(centre, 1.0, centre - 5.0, centre + 5.0),
+            f"default, centred on the load before contact in the data, {centre:.2f} N",
+        )
+    if np.isfinite(sweep.clock_offset):
+        told = sweep.clock is None or sweep.clock.confidence != "ambiguous"
+        # Where the data do not tell, the sd is that of all that is possible and needs no factor.
+        sd = (3 if told else 1) * sweep.clock_offset_sd if np.isfinite(sweep.clock_offset_sd) else 0.0
+        origin = (
+            f"default, centred on the offset found in the data, {sweep.clock_offset:.3g} s"
+            if told
+            else "default, as wide as what is possible: the data do not tell the offset of the clocks"
+        )
+        priors["clock_offset"] = Normal(sweep.clock_offset, max(sd, CLOCK_OFFSET_SD)), origin
+    return priors
+
+
+def noise_default(channel: str, sweeps: Sequence[Sweep]) -> tuple[Prior, str]:
+    """Prior of the noise of one reading of a channel: log-normal around the sweeps' estimates; the catalogue's without one.
+
+    Parameters
+    ----------
+    channel : see `calib.catalogue.CHANNELS`. sweeps : of the experiment.
+
+    Returns
+    -------
+    The prior, and its origin in words.
+    """
+    estimates = [s.noise.get(channel, float("nan")) for s in sweeps]
+    good = [e for e in estimates if np.isfinite(e) and e > 0]
+    if good:
+        return LogNormal(float(np.exp(np.mean(np.log(good)))), NOISE_FACTOR), "default, centred on the scatter of the readings"
+    spans = [span for s in sweeps if channel in s.channels and (span := float(np.ptp(s.channels[channel].value))) > 0]
+    if any(e == 0 for e in estimates) and spans:
+        return LogNormal(1e-4 * max(spans), 3.0), "default, a ten-thousandth of the range: the readings show no scatter"
+    return default_prior(f"{channel}_noise"), "default"

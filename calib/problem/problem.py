@@ -1,0 +1,105 @@
+"""A `Problem`: experiment, reduced data and forward model put together, checked, with its unknowns listed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.errors import Fault, InputError
+from calib.experiment import Experiment
+from calib.lab import Sweep
+from calib.problem.measurement import SweepPlan, model_sweep, plan_sweep, why_outside
+from calib.problem.unknowns import ParameterInfo, list_unknowns
+from calib.problem.values import values_at
+from models.response import Forward
+
+#: Prior draws with which `build_problem` checks what the forward model covers.
+_N_PRIOR_CHECK = 512
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """A calibration ready to be sampled: unknowns with their priors, data, forward model.
+
+    theta is the vector of standard-normal coordinates of the priors of `parameters`, value = prior.ppf_normal(z), so that
+    the log prior is -z^2/2 summed. `fixed` holds what a prior fixed.
+    """
+
+    experiment: Experiment
+    sweeps: tuple[Sweep, ...]
+    forward: Forward
+    parameters: tuple[ParameterInfo, ...]
+    fixed: Mapping[str, float]
+    plans: tuple[SweepPlan, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the unknowns, in the order of theta."""
+        return tuple(p.name for p in self.parameters)
+
+
+def build_problem(experiment: Experiment, sweeps: Sequence[Sweep], forward: Forward) -> Problem:
+    """The calibration problem of an experiment: unknowns listed, data prepared, and the forward model's range checked.
+
+    Raises
+    ------
+    InputError
+        If a sweep has no readings or nothing that ties its capacitance to depth; if at the prior medians a design is
+        invalid, or a design or its sweep's depth lies outside what the forward model covers; or if more than half of the
+        prior's draws do.
+    """
+    faults = [Fault(problem, experiment.path, advice=advice) for s in sweeps for problem, advice in _unusable(s)]
+    if not sweeps:
+        faults.append(Fault("there is no sweep to calibrate with", experiment.path))
+    if faults:
+        raise InputError(faults)
+    parameters, fixed = list_unknowns(experiment, sweeps)
+    problem = Problem(experiment, tuple(sweeps), forward, parameters, fixed, tuple(plan_sweep(s) for s in sweeps))
+    if faults := _outside_faults(problem):
+        raise InputError(faults)
+    return problem
+
+
+def _unusable(sweep: Sweep) -> list[tuple[str, str]]:
+    where = f"sweep of {sweep.title}"
+    if not sweep.channels:
+        return [(f"{where} has neither force nor capacitance readings", "Leave it out")]
+    if any(not sweep.tied_by(channel) for channel in sweep.channels):
+        return [
+            (
+                f"{where}: nothing tells how deep the ball was at the capacitance readings",
+                "Give a force file with a time column beside it, or a force or displacement column in the capacitance file",
+            )
+        ]
+    return []
+
+
+def _outside_faults(problem: Problem) -> list[Fault]:
+    """What of the prior the forward model does not cover, as faults."""
+    n = len(problem.parameters)
+    draws = np.random.default_rng(20190304).standard_normal((_N_PRIOR_CHECK, n))
+    faults = []
+    for theta, share_allowed in ((np.zeros((1, n)), 0.0), (draws, 0.5)):
+        values = values_at(problem, theta)
+        for plan in problem.plans:
+            covered = model_sweep(problem, problem.forward, plan, values).covered
+            share = 1 - float(np.mean(covered))
+            if share <= share_allowed:
+                continue
+            where = f"the sweep of {plan.sweep.title}"
+            first = int(np.argmin(covered))
+            single = {name: value[first : first + 1] for name, value in values.items()}
+            reason = why_outside(problem, problem.forward, plan, single)
+            at = "at the prior medians" if share_allowed == 0 else f"for {share:.0%} of the prior's draws"
+            faults.append(
+                Fault(
+                    f"{where} lies outside what the {problem.forward.name} covers {at}: {reason}",
+                    problem.experiment.path,
+                    advice="Check thicknesses, ball radius and contact_offset, narrow their priors, or use a smaller depth",
+                )
+            )
+        if faults:
+            break
+    return faults

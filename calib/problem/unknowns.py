@@ -1,0 +1,107 @@
+"""An experiment and its sweeps in, the list of unknowns with their priors out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from calib.catalogue import CHANNELS, UNKNOWNS, Setting, UnknownName, unknowns_of
+from calib.experiment import Experiment
+from calib.lab import Sweep
+from calib.priors import Fixed, Prior, default_prior
+from calib.problem.centred import noise_default, sweep_defaults
+
+
+@dataclass(frozen=True)
+class ParameterInfo:
+    """One unknown of a problem: what it is called, what is believed of it before the data, and where that belief comes from.
+
+    Attributes
+    ----------
+    key : its name in parts: which quantity, of which specimen and sweep.
+    prior : its distribution before the data.
+    origin : where the prior comes from: "experiment file", "default", or a sentence for a default centred on the data.
+    """
+
+    key: UnknownName
+    prior: Prior
+    origin: str = "experiment file"
+
+    @property
+    def name(self) -> str:
+        """As in results: "young_modulus", "sensor_thickness[sensor 1]", "contact_offset[sensor 1, ball 2]"."""
+        return str(self.key)
+
+    @property
+    def parameter(self) -> str:
+        """Which quantity it is, a key of `calib.catalogue.UNKNOWNS`."""
+        return self.key.parameter
+
+    @property
+    def specimen(self) -> str:
+        """The specimen it belongs to, empty for what all share."""
+        return self.key.specimen
+
+    @property
+    def sweep(self) -> str:
+        """The sweep it belongs to, empty for what all sweeps of the specimen share."""
+        return self.key.sweep
+
+
+def list_unknowns(experiment: Experiment, sweeps: Sequence[Sweep]) -> tuple[tuple[ParameterInfo, ...], dict[str, float]]:
+    """All unknowns of an experiment in a fixed order, and the values of those that are fixed.
+
+    Shared ones come first, then those of each specimen, then those of each of its sweeps; which of the catalogue's there are
+    is told there by `exists`. Those of a measurement that nobody made are left out: nothing electrical without capacitance.
+
+    Parameters
+    ----------
+    experiment : with the priors that it names. sweeps : its reduced data, which decide what else there is.
+
+    Returns
+    -------
+    The unknowns that are free, and name -> value [SI] of those that a prior fixes.
+    """
+    found: list[ParameterInfo] = []
+    noises = {f"{channel}_noise": noise_default(channel, sweeps) for channel in CHANNELS}
+    for parameter in unknowns_of("material", "rig"):
+        given = experiment.priors.get(parameter)
+        if UNKNOWNS[parameter].exists(_setting(experiment, sweeps, given)):
+            found.append(_info(UnknownName(parameter), given, noises.get(parameter)))
+    for specimen in experiment.specimens:
+        own = [s for s in sweeps if s.specimen == specimen.name]
+        if not own:
+            continue
+        for parameter in unknowns_of("specimen"):
+            given = specimen.priors.get(parameter, experiment.priors.get(parameter))
+            if UNKNOWNS[parameter].exists(_setting(experiment, own, given)):
+                found.append(_info(UnknownName(parameter, specimen.name), given, None))
+        for sweep in own:
+            defaults = sweep_defaults(sweep)
+            for parameter in unknowns_of("sweep"):
+                given = specimen.priors.get(parameter, experiment.priors.get(parameter))
+                if UNKNOWNS[parameter].exists(_setting(experiment, [sweep], given)):
+                    name = UnknownName(parameter, specimen.name, sweep.name if len(own) > 1 else "")
+                    found.append(_info(name, given, defaults.get(parameter)))
+    fixed = {i.name: i.prior.value for i in found if isinstance(i.prior, Fixed)}
+    return tuple(i for i in found if i.name not in fixed), fixed
+
+
+def _setting(experiment: Experiment, sweeps: Sequence[Sweep], given: Prior | None) -> Setting:
+    named: Literal["", "prior", "fixed"] = "" if given is None else "fixed" if isinstance(given, Fixed) else "prior"
+    return Setting(
+        channels=frozenset(c for s in sweeps for c in s.channels),
+        ties=frozenset(s.tied_by(c) for s in sweeps for c in s.channels),
+        padding=experiment.padding_material,
+        law=experiment.law,
+        discrepancy=experiment.discrepancy,
+        given=named,
+    )
+
+
+def _info(name: UnknownName, given: Prior | None, fallback: tuple[Prior, str] | None) -> ParameterInfo:
+    if given is not None:
+        return ParameterInfo(name, given)
+    prior, origin = fallback or (default_prior(name.parameter), "default")
+    return ParameterInfo(name, prior, origin)

@@ -1,0 +1,181 @@
+"""Values of the unknowns: from standard-normal coordinates z to SI by name, to what holds for a sweep, to designs."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from typing import Protocol
+
+import numpy as np
+
+from calib.catalogue import UnknownName
+from calib.experiment import Experiment
+from calib.lab import Sweep
+from calib.priors import default_prior
+from calib.problem.unknowns import ParameterInfo
+from models.sensor import Design, FloatArray, Scalar, design_from
+
+
+class Unknowns(Protocol):
+    """What has unknowns: a `Problem` or a `Posterior`."""
+
+    @property
+    def parameters(self) -> tuple[ParameterInfo, ...]:
+        """Those that are free, in the order of z."""
+        ...
+
+    @property
+    def fixed(self) -> Mapping[str, float]:
+        """Name -> value [SI] of those that a prior fixes."""
+        ...
+
+
+class Calibrated(Protocol):
+    """What knows the experiment and its sweeps: a `Problem` or a `Posterior`."""
+
+    @property
+    def experiment(self) -> Experiment:
+        """The experiment."""
+        ...
+
+    @property
+    def sweeps(self) -> tuple[Sweep, ...]:
+        """Its reduced data."""
+        ...
+
+
+def values_at(of: Unknowns, z: FloatArray, only: Collection[str] | None = None) -> dict[str, FloatArray]:
+    """The values of the unknowns at standard-normal coordinates: the one way from what is sampled to what it means.
+
+    Value = F^-1(Phi(z)) with F the distribution function of the unknown's prior.
+
+    Parameters
+    ----------
+    of : a problem or a posterior.
+    z : (n_draw, n_unknown), in the order of `of.parameters`.
+    only : names that are wanted; default all.
+
+    Returns
+    -------
+    Name -> SI values (n_draw,), fixed ones included.
+    """
+    free = ((k, p) for k, p in enumerate(of.parameters) if only is None or p.name in only)
+    values = {p.name: p.prior.ppf_normal(z[:, k]) for k, p in free}
+    known = {name: np.full(z.shape[0], value) for name, value in of.fixed.items() if only is None or name in only}
+    return values | known
+
+
+def columns_at(of: Unknowns, z: FloatArray) -> FloatArray:
+    """The values of the free unknowns as an array, SI, for storing and summarising draws.
+
+    Parameters
+    ----------
+    of : a problem or a posterior. z : (n_draw, n_unknown).
+
+    Returns
+    -------
+    (n_draw, n_unknown), the columns in the order of `of.parameters`.
+    """
+    values = values_at(of, z)
+    return np.stack([values[p.name] for p in of.parameters], axis=1) if of.parameters else np.empty(z.shape)
+
+
+def coordinates_of(of: Unknowns, columns: FloatArray) -> FloatArray:
+    """The standard-normal coordinates at which the unknowns have given values: the inverse of `columns_at`.
+
+    Parameters
+    ----------
+    of : a problem or a posterior. columns : SI values (n_draw, n_unknown).
+
+    Returns
+    -------
+    z (n_draw, n_unknown); infinite at a bound of a prior, nan outside.
+    """
+    return np.stack([p.prior.to_normal(columns[:, k]) for k, p in enumerate(of.parameters)], axis=1)
+
+
+def lookup(values: Mapping[str, FloatArray], parameter: str, specimen: str = "", sweep: str = "") -> FloatArray | None:
+    """The value that holds for a sweep: its own, else its specimen's, else the one that all share.
+
+    Parameters
+    ----------
+    values : name -> SI values (n_draw,). parameter : which quantity. specimen, sweep : empty for the shared one.
+
+    Returns
+    -------
+    (n_draw,), or None if there is none.
+    """
+    for name in UnknownName(parameter, specimen, sweep).wider:
+        if (found := values.get(str(name))) is not None:
+            return found
+    return None
+
+
+def design_values(known: Calibrated, values: Mapping[str, FloatArray], specimen: str, sweep: str) -> dict[str, FloatArray]:
+    """What `models.sensor.design_from` takes, for the draws of one sweep; nothing is checked.
+
+    Without capacitance readings nothing electrical was inferred; the permittivity is then the median of its prior.
+
+    Parameters
+    ----------
+    known : a `Problem` or a `Posterior`. values : name -> SI values (n_draw,), fixed ones included.
+    specimen, sweep : of the sweep, whose ball it is.
+
+    Returns
+    -------
+    Quantity -> SI values (n_draw,).
+
+    Raises
+    ------
+    KeyError
+        If a value that the design needs is not there.
+    """
+    experiment = known.experiment
+    ball = next(s.indenter_radius for s in known.sweeps if s.specimen == specimen and s.name == sweep)
+    wanted = ["young_modulus", "sensor_thickness", "padding_thickness", "relative_permittivity"]
+    optional = ["electrode_radius", "dielectric_thickness"]
+    if experiment.padding_material == "own":
+        wanted.append("padding_young_modulus")
+    if experiment.law == "gent":
+        wanted.append("stiffening")
+    found = {p: lookup(values, p, specimen, sweep) for p in wanted + optional}
+    shape = np.broadcast_shapes(*(np.shape(v) for v in found.values() if v is not None))
+    design: dict[str, FloatArray] = {
+        "indenter_radius": np.full(shape, ball),
+        "sensor_radius": np.full(shape, experiment.sensor_radius),
+    }
+    for p, v in found.items():
+        if v is not None:
+            design[p] = np.broadcast_to(v, shape)
+        elif p == "relative_permittivity":
+            prior = experiment.priors.get(p, default_prior(p))
+            design[p] = np.full(shape, float(prior.ppf_normal(0.0)))
+        elif p in wanted:
+            raise KeyError(f"{p} of specimen {specimen!r} is not among {', '.join(values)}")
+    return design
+
+
+def specimen_design(known: Calibrated, values: Mapping[str, FloatArray], specimen: str, sweep: str = "") -> Design:
+    """The sensor that draws of the unknowns stand for: designs of a specimen under the ball of one of its sweeps.
+
+    Parameters
+    ----------
+    known : a `Problem` or a `Posterior`.
+    values : name -> SI values (n_draw,), those that are fixed included, as `thin_draws` gives them.
+    specimen, sweep : default the specimen's first sweep.
+
+    Returns
+    -------
+    One batch of the draws.
+
+    Raises
+    ------
+    KeyError
+        If a value that the design needs is not there, or the specimen or sweep does not exist.
+    ValueError
+        If a value breaks a rule of a design (see `models.sensor`).
+    """
+    names = [s.name for s in known.sweeps if s.specimen == specimen]
+    if not names or (sweep and sweep not in names):
+        raise KeyError(f"there is no sweep {sweep!r} of a specimen {specimen!r}")
+    design: Mapping[str, Scalar] = design_values(known, values, specimen, sweep or names[0])
+    return design_from(design, friction_coefficient=known.experiment.friction_coefficient)
