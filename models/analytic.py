@@ -22,6 +22,9 @@ from models.sensor import Design, FloatArray, Scalar
 #: Largest chi = sqrt(R d) / h at which the fit of `bonded_layer_factor` is valid.
 CHI_MAX = 1.69
 
+#: Version of the formulas of `ClosedForm`: to be raised with every change that changes its numbers.
+_FORMULAS = 1
+
 # Least-squares fit to the exact solution of [HK] for nu = 0.5, 0 <= chi <= 1.69, largest error 0.25 %.
 _BONDED = np.array([1.0, 1.12696, 1.48170, 1.89668, 0.07652, -0.72302, 0.26060])
 
@@ -102,6 +105,11 @@ class ClosedForm:
     name: str = "closed form"
     force_error: float = 0.10
     capacitance_error: float = 0.50
+
+    @property
+    def identity(self) -> str:
+        """Version of the formulas, and the errors it claims: see `models.response.Forward.identity`."""
+        return f"closed form, formulas {_FORMULAS}, errors {float(self.force_error)!r} {float(self.capacitance_error)!r}"
 
     def max_depth(self, design: Design) -> FloatArray:
         """Largest depth [m] covered, shape (n_draw,)."""

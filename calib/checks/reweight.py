@@ -30,8 +30,9 @@ from calib.problem.parameters import specimen_design
 from calib.sampling.archive import smooth_weights
 from calib.sampling.diagnostics import Reweighting, Shift
 from calib.sampling.posterior import Posterior, thin_draws
-from models.fem import ConvergenceError, FiniteElements
-from models.response import Forward, OutOfRangeError, table_depths
+from models.curves import table_depths
+from models.fem import FiniteElements
+from models.response import ConvergenceError, Forward, OutOfRangeError
 from models.sensor import FloatArray
 from models.surrogate.validation import toleranced
 

@@ -28,7 +28,7 @@ from calib.experiment.toml_file import (
 )
 from calib.lab.instruments import AS_FOUND, QUANTITIES, Reading
 from calib.priors.prior import EXAMPLES, Fixed, Prior, display, parse_prior, prior_from_json
-from models.surrogate.domain import Family, family_of
+from models.surrogate.families import Family, family_of
 
 Model = Literal["surrogate", "fem", "closed form"]
 Discrepancy = Literal["off", "on"]

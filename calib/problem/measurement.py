@@ -27,7 +27,8 @@ import numpy as np
 
 from calib.lab.sweep import Sweep, Track
 from calib.problem.parameters import Calibrated, design_values, lookup, nominal_zero, tied_by
-from models.response import Forward, Lookup, Response, force_scale, look_up, look_up_force, table_depths
+from models.curves import Lookup, force_scale, look_up, look_up_force, table_depths
+from models.response import Forward, Response
 from models.sensor import BoolArray, Design, FloatArray, design_from
 
 #: Length over which the model discrepancy stays alike, as a share of the sweep's largest depth.

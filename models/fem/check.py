@@ -8,9 +8,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from models.fem import FiniteElements, Solution, one_thread
 from models.fem.equilibrium import State, stored_energy
+from models.fem.finite_elements import FiniteElements
+from models.fem.solution import Solution
 from models.sensor import FloatArray
+from models.threads import one_thread
 
 
 @dataclass(frozen=True, eq=False)

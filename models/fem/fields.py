@@ -14,9 +14,10 @@ from typing import Literal
 
 import numpy as np
 
-from models.fem import Solution, material
+from models.fem import material
 from models.fem.elements import shape_1d
 from models.fem.mesh import with_midpoints
+from models.fem.solution import Solution
 from models.sensor import FloatArray, IntArray
 
 _GAUSS2 = np.polynomial.legendre.leggauss(2)[0]

@@ -17,7 +17,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.fem import Solution, capacitance_of, one_thread
 from models.fem import contact as contacts
 from models.fem.elements import (
     Condensed,
@@ -31,8 +30,10 @@ from models.fem.elements import (
 )
 from models.fem.equilibrium import Linearised, Model, State, linearise
 from models.fem.mesh import moved
+from models.fem.solution import Solution, capacitance_of
 from models.layers import LayeredDesign, layered
 from models.sensor import Design, FloatArray, design_from
+from models.threads import one_thread
 
 #: Relative step of the differences: their error is about its square.
 _STEP = 3e-5

@@ -8,12 +8,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.fem import ConvergenceError, FiniteElements
-from models.response import Forward, OutOfRangeError, Response
+from models.fem import FiniteElements
+from models.response import ConvergenceError, Forward, OutOfRangeError, Response
 from models.sensor import Design, FloatArray, design_from
-from models.surrogate.domain import DIELECTRIC, ELECTRODE, NEO_HOOKEAN, PATH, Family
+from models.surrogate.domain import DIELECTRIC, ELECTRODE, PATH
+from models.surrogate.families import NEO_HOOKEAN, Family
+from models.surrogate.points import random_groups
 from models.surrogate.surrogate import Surrogate
-from models.surrogate.training import random_groups
 
 #: Changes of capacitance below this share of C0 are compared to it instead of to themselves.
 CHANGE_FLOOR = 1e-4
@@ -62,7 +63,7 @@ class Validation:
 
 
 def random_designs(n: int, seed: int, family: Family = NEO_HOOKEAN) -> list[Design]:
-    """Designs spread over the whole range of a surrogate (see `training.random_groups`), R 5 mm, E 0.6 MPa, eps_r 2.8."""
+    """Designs spread over the whole range of a surrogate (see `points.random_groups`), R 5 mm, E 0.6 MPa, eps_r 2.8."""
     rng = np.random.default_rng(seed)
     radius, modulus = 5e-3, 0.6e6
     designs = []
@@ -103,6 +104,11 @@ class Toleranced:
     def name(self) -> str:
         """That of the model inside."""
         return self.inner.name
+
+    @property
+    def identity(self) -> str:
+        """That of the model inside, and the share."""
+        return f"{self.inner.identity}, error {float(self.share)!r}"
 
     def max_depth(self, design: Design) -> FloatArray:
         """That of the model inside."""
