@@ -68,9 +68,18 @@ def layer_weight(ratio: FloatArray) -> FloatArray:
 
 
 def effective_modulus(design: Design, depth: FloatArray) -> FloatArray:
-    """Modulus [Pa] of the homogeneous stack equivalent to sensor on padding: layer and padding in series ([G]).
+    """Modulus of the homogeneous stack that would feel as stiff as sensor on padding: layer and padding in series ([G]).
 
-    Shape (n_draw, n_depth). Exact for equal moduli; within about 10 % for a ratio of two.
+    Exact for equal moduli; within about 10 % for a ratio of two.
+
+    Parameters
+    ----------
+    design : one, or a batch of draws.
+    depth : [m], indentation, shape (n_depth,) or (n_draw, n_depth): the deeper, the more the padding counts.
+
+    Returns
+    -------
+    Modulus [Pa], shape (n_draw, n_depth).
     """
     p = {k: np.asarray(v)[:, None] for k, v in design.draws().parameters().items()}
     contact = np.sqrt(p["indenter_radius"] * np.maximum(depth, 1e-12))
@@ -87,6 +96,17 @@ def plate_capacitance_change(thickness: Scalar, radius: Scalar, electrode_radius
     With local compression u(r) = d - r^2/(2R) of a stack of thickness h, integrating 2 r dr / a_e^2 [h/(h-u) - 1] over the
     contact gives (2R/a_e^2) [-h ln(1 - d/h) - d]. Leaves out the thickening around the contact and friction of the bond: an
     order of magnitude (within a factor of about two for full-disc electrodes), used to make the surrogate's task smooth.
+
+    Parameters
+    ----------
+    thickness : h [m], of the whole stack.
+    radius : R [m], of the sphere.
+    electrode_radius : a_e [m].
+    depth : d [m], below h. All broadcast against each other.
+
+    Returns
+    -------
+    The change [1]; zero before contact.
     """
     d = np.maximum(depth, 0.0)
     bracket = -thickness * np.log1p(-d / thickness) - d
@@ -118,7 +138,7 @@ class ClosedForm:
         return np.asarray(np.minimum(0.6 * h, CHI_MAX**2 * h**2 / np.asarray(batch.indenter.radius)), dtype=float)
 
     def outside(self, design: Design, depth: FloatArray) -> str:
-        """Empty, or the violated bound."""
+        """Empty, or the violated bound; see `models.response.Forward.outside`."""
         if design.indenter.friction_coefficient:
             return "the closed form is frictionless; friction_coefficient must be 0"
         if np.any(np.asarray(design.sensor.stiffening) > 0):
@@ -131,7 +151,7 @@ class ClosedForm:
         return ""
 
     def respond(self, design: Design, depth: FloatArray) -> Response:
-        """See `models.response.Forward.respond`."""
+        """Force, contact and capacitance at given depths, see `models.response.Forward.respond`."""
         if reason := self.outside(design, depth):
             raise OutOfRangeError(reason)
         batch = design.draws()

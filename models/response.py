@@ -81,7 +81,7 @@ class Forward(Protocol):
 
     @property
     def identity(self) -> str:
-        """One line that two models share if, and only if, they give the same numbers for every design and depth.
+        """One line about what a model computes: two models that share it give the same numbers for every design and depth.
 
         It holds what decides the numbers (the content of a surrogate, the accuracy of finite elements, the version of a
         formula) and nothing else: no name for people, no path of a file. Whoever keeps results of a model keeps this beside

@@ -35,10 +35,19 @@ class Check:
 
 
 def check(elements: FiniteElements, solution: Solution) -> Check:
-    """Solve once more at the depths of `solution` on elements of half the size, and compare.
+    """Estimate how wrong a solution is: solve once more at its depths on elements of half the size, and compare.
 
     As errors fall with the square of the element size, the difference is three quarters of the error of the coarser mesh; as
     the rim of the contact moves from node to node, that is good to a factor of two and not of every single step.
+
+    Parameters
+    ----------
+    elements : with which the solution was found.
+    solution : what to check.
+
+    Returns
+    -------
+    Estimated errors, step by step.
 
     Raises
     ------

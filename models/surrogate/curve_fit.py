@@ -23,7 +23,18 @@ _ONWARD_WEIGHT = 0.1
 
 
 def curve(coefficients: FloatArray, s: FloatArray, power: int) -> FloatArray:
-    """Curves (n, n_depth) of coefficients (n, N_DEPTH_TERMS) at s (n, n_depth); nan where s is."""
+    """Curves that coefficients stand for.
+
+    Parameters
+    ----------
+    coefficients : (n, N_DEPTH_TERMS).
+    s : places along the path, (n, n_depth).
+    power : of s that the polynomial is multiplied with.
+
+    Returns
+    -------
+    Shape (n, n_depth); nan where s is.
+    """
     values = s**power * (coefficients[:, None] @ depth_terms(np.nan_to_num(s, nan=1.0)))[:, 0]
     return np.where(np.isfinite(s), values, np.nan)  # nan to the power of nothing is one
 
@@ -46,9 +57,20 @@ class Curves:
 
 
 def curves_along(s: FloatArray, values: FloatArray, weight: FloatArray, power: int) -> Curves:
-    """Curves (n, n_curve, n_depth) over s (n_path, n_depth), nan where they are not known, and on from there to `S_END`.
+    """Prepare curves for the training: on from where they end to `S_END`, weighted, in single precision.
 
     The first steps, where few elements touch, hold what noise there is and weigh less.
+
+    Parameters
+    ----------
+    s : places along the paths, (n_path, n_depth), nan where they have ended.
+    values : (n, n_curve, n_depth), the curves; n a multiple of n_path, rows of one path together.
+    weight : (n, n_curve, n_depth), of what is missed of them.
+    power : of s that the polynomials are multiplied with.
+
+    Returns
+    -------
+    What `train_curves` takes.
     """
     per_path = len(values) // len(s)
     n_point = s.shape[1] + _ONWARD.size
@@ -82,10 +104,26 @@ def train_curves(
     rng: np.random.Generator,
     progress: Callable[[int, int], None] | None,
 ) -> Network:
-    """A network to the coefficients (n, n_curve * N_DEPTH_TERMS) of `curves`, each `share` (n,) times what the network says.
+    """Train a network that says, for a design, the coefficients of polynomials which follow its curves.
 
-    All curves weigh the same at first, then each `usual` (n,) more, if it is given. The network learns what is left of the
-    mean curve, as coefficients of the turned terms; its last layer is then turned to those of the terms themselves.
+    All curves weigh the same at first, then, in a second half, as `usual` has it. The network learns what is left of the mean
+    curve, as coefficients of the turned terms; its last layer is then turned to those of the terms themselves.
+
+    Parameters
+    ----------
+    features : (n, n_feature), of the designs.
+    curves : of the designs.
+    fitted : (n,), which take part.
+    share : (n,), by which what the network says is multiplied.
+    usual : (n,), weights of the second half; None for no second half.
+    hidden : sizes of the hidden layers.
+    steps : of each half.
+    rng : of the network's start and the order of the points.
+    progress : called with the steps done and their number.
+
+    Returns
+    -------
+    A network to coefficients (n, n_curve * N_DEPTH_TERMS), to be multiplied by the share.
     """
     rows_fitted = np.flatnonzero(fitted)
     n_curve, n_point = curves.values.shape[1:]

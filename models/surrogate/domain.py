@@ -119,12 +119,32 @@ def groups_of(batch: Design) -> FloatArray:
 
 
 def inside(groups: FloatArray, family: Family = NEO_HOOKEAN) -> npt.NDArray[np.bool_]:
-    """Which designs with `groups` (n, 7) keep every bound of the `family`, (n,)."""
+    """Which designs a surrogate is trained for.
+
+    Parameters
+    ----------
+    groups : (n, 7).
+    family : whose bounds they must keep.
+
+    Returns
+    -------
+    Whether they keep every bound, (n,).
+    """
     return np.asarray(np.all([bound.holds(groups) for bound in bounds(family)], axis=0), dtype=bool)
 
 
 def violated(groups: FloatArray, family: Family = NEO_HOOKEAN) -> str:
-    """Empty if all of `groups` (n, 7) keep every bound, else the first that does not: its name, range and value."""
+    """Say which bound designs do not keep.
+
+    Parameters
+    ----------
+    groups : (n, 7).
+    family : whose bounds they must keep.
+
+    Returns
+    -------
+    Empty if all keep every bound, else the first bound that one does not: its name, range and value.
+    """
     for bound in bounds(family):
         holds = bound.holds(groups)
         if not np.all(holds):

@@ -23,10 +23,22 @@ _Z90 = 1.645
 def learn_error(
     features: FloatArray, s: FloatArray, missed: FloatArray, n_path: int, steps: int, rng: np.random.Generator
 ) -> tuple[Network, FloatArray]:
-    """From what a fit missed (n, n_depth) at s: a network to the log of its sd, and the modes of its correlation.
+    """Learn from what a fit missed how large its error is for any design, and how it goes along the path.
 
-    Rows belong to `n_path` paths, one after the other. The network's scale is that of the scores of paths by networks trained
-    without them, a quarter of the paths at a time.
+    The network's scale is that of the scores of paths by networks trained without them, a quarter of the paths at a time.
+
+    Parameters
+    ----------
+    features : (n, n_feature), of the designs; rows of one path together, paths one after the other.
+    s : places along the paths, (n, n_depth), nan where they have ended.
+    missed : curve less fit there, (n, n_depth).
+    n_path : number of paths.
+    steps : most steps of the training.
+    rng : of the networks' start and the parts left out.
+
+    Returns
+    -------
+    A network to the N_ERROR_TERMS of the logarithm of the error's sd, and the modes (n_mode, N_MODE_TERMS) of its correlation.
     """
     squares = np.full((len(s), _WINDOWS.size), np.nan)
     for k, middle in enumerate(_WINDOWS):

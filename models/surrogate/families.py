@@ -42,6 +42,16 @@ FAMILIES = MappingProxyType(
 
 
 def family_of(*, stiffening: bool, stick: bool) -> Family | None:
-    """The family of designs whose layers stiffen or not and whose ball sticks or slides; None if no surrogate serves them."""
+    """The family that a law and a kind of contact belong to.
+
+    Parameters
+    ----------
+    stiffening : whether the layers stiffen as Gent's law has it.
+    stick : whether the ball sticks to the sensor.
+
+    Returns
+    -------
+    The family; None if no surrogate serves such designs.
+    """
     found = [f for f in FAMILIES.values() if (f.stiffening > 0) == stiffening and f.stick == stick]
     return found[0] if found else None

@@ -18,10 +18,20 @@ _PADDING_OFFSET = 0.15
 
 
 def design_points(n: int, seed: int, family: Family = NEO_HOOKEAN) -> FloatArray:
-    """Space-filling points (n, 5) in the groups, a little beyond the range of `domain`: a scrambled Sobol sequence.
+    """Space-filling points for training paths, a little beyond the range of `domain`: a scrambled Sobol sequence.
 
     Even in the logarithms of R, h_s, a and E_p/E, in the padding's own coordinate and in 1/J_m, but half of the weight follows
     the Chebyshev density, which is denser towards the borders.
+
+    Parameters
+    ----------
+    n : number of points; the first points are the same for any number.
+    seed : of the scrambling.
+    family : whose designs they are.
+
+    Returns
+    -------
+    Groups (n, 5), in the order of `domain.GROUPS`.
     """
     with np.errstate(all="ignore"):
         sobol = qmc.Sobol(_n_coordinate(family), rng=np.random.default_rng(seed))
@@ -30,7 +40,18 @@ def design_points(n: int, seed: int, family: Family = NEO_HOOKEAN) -> FloatArray
 
 
 def random_groups(n: int, rng: np.random.Generator, family: Family = NEO_HOOKEAN) -> FloatArray:
-    """Random points (n, 5) in the groups inside the range, even in the same coordinates."""
+    """Random points inside the range, even in the same coordinates: for tests of a surrogate.
+
+    Parameters
+    ----------
+    n : number of points.
+    rng : they are drawn with.
+    family : whose designs they are.
+
+    Returns
+    -------
+    Groups (n, 5), in the order of `domain.GROUPS`.
+    """
     return _points_at(rng.uniform(size=(n, _n_coordinate(family))), 1.0, family)
 
 
@@ -52,10 +73,20 @@ def _points_at(u: FloatArray, margin: float, family: Family) -> FloatArray:
 
 
 def worst_points(surrogate: Surrogate, n: int, seed: int) -> FloatArray:
-    """Points (n, 5) for new training paths where `surrogate` states the largest errors, of force or of capacitance.
+    """Points for new training paths where a surrogate states the largest errors, of force or of capacitance.
 
     Drawn without repetition from eight times as many points all over the range, each with a chance in proportion to its squared
     error (Efraimidis & Spirakis, Inf. Process. Lett. 97 (2006) 181).
+
+    Parameters
+    ----------
+    surrogate : to be improved.
+    n : number of points.
+    seed : of the points they are drawn from, and of the draw.
+
+    Returns
+    -------
+    Groups (n, 5), in the order of `domain.GROUPS`.
     """
     rng = np.random.default_rng(seed)
     points = design_points(8 * n, seed, surrogate.family)
