@@ -28,6 +28,10 @@ class ConvergenceError(RuntimeError):
         self.response = response
         super().__init__(f"no equilibrium beyond an indentation of {depth_reached * 1e3:.4g} mm: {reason}")
 
+    def __reduce__(self) -> tuple[type[ConvergenceError], tuple[float, str, Response | None]]:
+        # By default an exception is made anew from its message alone, which a worker process could not send back.
+        return type(self), (self.depth_reached, self.reason, self.response)
+
 
 @dataclass(frozen=True, eq=False)
 class Response:

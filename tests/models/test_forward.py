@@ -140,3 +140,10 @@ def test_a_surrogate_is_hashed_once():
 def test_no_equilibrium_is_told_by_one_class_wherever_it_is_imported_from():
     assert models.fem.ConvergenceError is ConvergenceError
     assert models.fem.ConvergenceError.__module__ == "models.response"
+
+
+def test_no_equilibrium_is_told_by_a_worker_process_as_it_is_here():
+    told = pickle.loads(pickle.dumps(ConvergenceError(0.4e-3, "Newton diverged", None)))
+    assert isinstance(told, ConvergenceError)
+    assert str(told) == "no equilibrium beyond an indentation of 0.4 mm: Newton diverged"
+    assert (told.depth_reached, told.reason, told.response) == (0.4e-3, "Newton diverged", None)
