@@ -19,9 +19,10 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
-from forward_models import PAPER, STEPS
+from forward_models import STEPS
 
 from models.analytic import bonded_layer_factor, hertz_force
+from models.examples import PAPER_SENSOR
 from models.fem import FiniteElements
 from models.fem.check import energy_error
 from models.fem.laplace import laplace_capacitance
@@ -30,7 +31,7 @@ from models.sensor import VACUUM_PERMITTIVITY, Design, FloatArray, design_from
 
 def convergence() -> None:
     """Error against the finest mesh, rms over the steps, with the rate in the element size."""
-    design = design_from(PAPER)
+    design = design_from(PAPER_SENSOR)
     exact = FiniteElements(2e-5).solve(design, STEPS)
     print("accuracy   elements   seconds   error of force (rms, worst)   rate   of capacitance change     energy balance")
     last = np.nan
@@ -54,7 +55,7 @@ def rings_and_laplace() -> None:
     """Change of capacitance by both, for dielectrics from thin to half the sensor."""
     print("t_d/h_s   depth     rings      Laplace    difference, share of the change")
     for share in (0.1, 0.2, 0.3, 0.4, 0.5):
-        design = design_from(PAPER | {"dielectric_thickness": share * 0.74e-3})
+        design = design_from(PAPER_SENSOR | {"dielectric_thickness": share * 0.74e-3})
         solution = FiniteElements().solve(design, np.array([0.1, 0.2, 0.4, 0.6]) * 1e-3)
         length, mesh = solution.units.length, solution.model.mesh
         for state, rings in zip(solution.states, solution.response.capacitance_change, strict=True):
@@ -75,7 +76,7 @@ def exact_solutions() -> None:
     print("R, h, d (mm)          chi     force against Hertz with a bonded layer")
     for radius, h, depth in ((5, 5, 0.02), (5, 5, 0.05), (5, 2, 0.02), (10, 2, 0.05), (20, 1, 0.02), (20, 1, 0.05)):
         design = design_from(
-            PAPER
+            PAPER_SENSOR
             | {
                 "indenter_radius": radius * 1e-3,
                 "sensor_thickness": 0.5e-3,

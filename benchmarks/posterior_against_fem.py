@@ -20,6 +20,7 @@ import tempfile
 import time
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
+from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
@@ -129,6 +130,12 @@ class Interpolated:
         """Short name."""
         return "interpolated finite elements"
 
+    @property
+    def identity(self) -> str:
+        """That of the surrogate, and the corrections' numbers."""
+        numbers = b"".join(c.coefficients.tobytes() + np.float64(c.end).tobytes() for c in (self.force, self.change))
+        return f"{self.surrogate.identity}, corrected, sha256 {sha256(numbers).hexdigest()}"
+
     def max_depth(self, design: Design) -> FloatArray:
         """Up to the end of the paths."""
         return np.minimum(self.surrogate.max_depth(design), self.force.end)
@@ -143,7 +150,7 @@ class Interpolated:
         """See `models.response.Forward.respond`."""
         batch = design.draws()
         rough = self.surrogate.respond(batch, depth)
-        layers = (batch.sensor.thickness, batch.padding.thickness, batch.sensor.dielectric_thickness)
+        layers = (batch.sensor.thickness, batch.padding.thickness, batch.dielectric_thickness)
         thickness = np.stack([np.asarray(t) for t in layers], axis=1)
         rest = rough.rest_capacitance[:, None]
         change = (rough.capacitance - rest) * np.exp(self.change.log_ratio(thickness, rough.depth))

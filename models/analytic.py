@@ -22,6 +22,9 @@ from models.sensor import Design, FloatArray, Scalar
 #: Largest chi = sqrt(R d) / h at which the fit of `bonded_layer_factor` is valid.
 CHI_MAX = 1.69
 
+#: Version of the formulas of `ClosedForm`: to be raised with every change that changes its numbers.
+_FORMULAS = 1
+
 # Least-squares fit to the exact solution of [HK] for nu = 0.5, 0 <= chi <= 1.69, largest error 0.25 %.
 _BONDED = np.array([1.0, 1.12696, 1.48170, 1.89668, 0.07652, -0.72302, 0.26060])
 
@@ -65,9 +68,18 @@ def layer_weight(ratio: FloatArray) -> FloatArray:
 
 
 def effective_modulus(design: Design, depth: FloatArray) -> FloatArray:
-    """Modulus [Pa] of the homogeneous stack equivalent to sensor on padding: layer and padding in series ([G]).
+    """Modulus of the homogeneous stack that would feel as stiff as sensor on padding: layer and padding in series ([G]).
 
-    Shape (n_draw, n_depth). Exact for equal moduli; within about 10 % for a ratio of two.
+    Exact for equal moduli; within about 10 % for a ratio of two.
+
+    Parameters
+    ----------
+    design : one, or a batch of draws.
+    depth : [m], indentation, shape (n_depth,) or (n_draw, n_depth): the deeper, the more the padding counts.
+
+    Returns
+    -------
+    Modulus [Pa], shape (n_draw, n_depth).
     """
     p = {k: np.asarray(v)[:, None] for k, v in design.draws().parameters().items()}
     contact = np.sqrt(p["indenter_radius"] * np.maximum(depth, 1e-12))
@@ -84,6 +96,17 @@ def plate_capacitance_change(thickness: Scalar, radius: Scalar, electrode_radius
     With local compression u(r) = d - r^2/(2R) of a stack of thickness h, integrating 2 r dr / a_e^2 [h/(h-u) - 1] over the
     contact gives (2R/a_e^2) [-h ln(1 - d/h) - d]. Leaves out the thickening around the contact and friction of the bond: an
     order of magnitude (within a factor of about two for full-disc electrodes), used to make the surrogate's task smooth.
+
+    Parameters
+    ----------
+    thickness : h [m], of the whole stack.
+    radius : R [m], of the sphere.
+    electrode_radius : a_e [m].
+    depth : d [m], below h. All broadcast against each other.
+
+    Returns
+    -------
+    The change [1]; zero before contact.
     """
     d = np.maximum(depth, 0.0)
     bracket = -thickness * np.log1p(-d / thickness) - d
@@ -103,6 +126,11 @@ class ClosedForm:
     force_error: float = 0.10
     capacitance_error: float = 0.50
 
+    @property
+    def identity(self) -> str:
+        """Version of the formulas, and the errors it claims: see `models.response.Forward.identity`."""
+        return f"closed form, formulas {_FORMULAS}, errors {float(self.force_error)!r} {float(self.capacitance_error)!r}"
+
     def max_depth(self, design: Design) -> FloatArray:
         """Largest depth [m] covered, shape (n_draw,)."""
         batch = design.draws()
@@ -110,7 +138,7 @@ class ClosedForm:
         return np.asarray(np.minimum(0.6 * h, CHI_MAX**2 * h**2 / np.asarray(batch.indenter.radius)), dtype=float)
 
     def outside(self, design: Design, depth: FloatArray) -> str:
-        """Empty, or the violated bound."""
+        """Empty, or the violated bound; see `models.response.Forward.outside`."""
         if design.indenter.friction_coefficient:
             return "the closed form is frictionless; friction_coefficient must be 0"
         if np.any(np.asarray(design.sensor.stiffening) > 0):
@@ -123,7 +151,7 @@ class ClosedForm:
         return ""
 
     def respond(self, design: Design, depth: FloatArray) -> Response:
-        """See `models.response.Forward.respond`."""
+        """Force, contact and capacitance at given depths, see `models.response.Forward.respond`."""
         if reason := self.outside(design, depth):
             raise OutOfRangeError(reason)
         batch = design.draws()

@@ -35,15 +35,44 @@ class Law(Protocol):
         ...
 
     def energy(self, a: FloatArray, det: FloatArray, hoop: FloatArray) -> FloatArray:
-        """W(a, D, t)."""
+        """Strain energy per reference volume, W(a, D, t), of the invariants (1).
+
+        Parameters
+        ----------
+        a : A : A.
+        det : D = det A.
+        hoop : t; all of any shape that broadcasts.
+
+        Returns
+        -------
+        W in units of the shear modulus.
+        """
         ...
 
     def derivatives(self, a: FloatArray, det: FloatArray, hoop: FloatArray) -> tuple[First, Second]:
-        """First and second derivatives of W."""
+        """First and second derivatives of the energy, from which stress and tangent follow.
+
+        Parameters
+        ----------
+        a, det, hoop : the invariants, as in `energy`.
+
+        Returns
+        -------
+        W_a, W_D, W_t, and W_aa, W_aD, W_at, W_DD, W_Dt, W_tt.
+        """
         ...
 
     def admissible(self, a: FloatArray, det: FloatArray, hoop: FloatArray) -> BoolArray:
-        """Where the energy exists, given D > 0 and t > 0."""
+        """Where the energy exists, given D > 0 and t > 0; Gent's chains end at a stretch.
+
+        Parameters
+        ----------
+        a, det, hoop : the invariants, as in `energy`.
+
+        Returns
+        -------
+        Whether, for each.
+        """
         ...
 
 
@@ -71,7 +100,7 @@ def _by_invariants(
 
 @dataclass(frozen=True)
 class NeoHookean:
-    """W = (I1 - 3)/2 - ln J (Treloar 1943): Gaussian chains, one modulus, no shape parameter."""
+    """The simplest rubber, with one modulus and no shape parameter: W = (I1 - 3)/2 - ln J, Gaussian chains (Treloar 1943)."""
 
     name: str = field(default="neo-hookean", init=False)
 
@@ -92,7 +121,7 @@ class NeoHookean:
 
 @dataclass(frozen=True)
 class MooneyRivlin:
-    """W = [(1 - c)(I1 - 3) + c (I2 - 3)]/2 - (1 + c) ln J (Mooney 1940, Rivlin 1948).
+    """Rubber that softens in tension: W = [(1 - c)(I1 - 3) + c (I2 - 3)]/2 - (1 + c) ln J (Mooney 1940, Rivlin 1948).
 
     `c01_share` is c = C01/(C10 + C01), with mu = 2 (C10 + C01); 0 is neo-Hookean. Negative values, as fits to tension give
     them, stiffen without bound in tension and soften in compression: not to be carried over from tension.
@@ -128,7 +157,9 @@ class MooneyRivlin:
 
 @dataclass(frozen=True)
 class Yeoh:
-    """W = [(I1 - 3) + c2 (I1 - 3)^2 + c3 (I1 - 3)^3]/2 - ln J (Yeoh 1993, Rubber Chem. Technol. 66:754).
+    """Rubber that softens and stiffens again, as a cubic in I1 - 3.
+
+    W = [(I1 - 3) + c2 (I1 - 3)^2 + c3 (I1 - 3)^3]/2 - ln J (Yeoh 1993, Rubber Chem. Technol. 66:754).
 
     `c2` = C2/C1 and `c3` = C3/C1, with mu = 2 C1.
     """
@@ -155,7 +186,9 @@ class Yeoh:
 
 @dataclass(frozen=True)
 class Gent:
-    """W = -(Jm/2) ln(1 - (I1 - 3)/Jm) - ln J (Gent 1996, Rubber Chem. Technol. 69:59).
+    """Rubber whose chains can be stretched so far and no further: W = -(Jm/2) ln(1 - (I1 - 3)/Jm) - ln J.
+
+    Gent 1996, Rubber Chem. Technol. 69:59.
 
     `locking` is Jm, the value of I1 - 3 at which the chains are fully stretched; silicones have 10 to 80.
 
@@ -191,7 +224,9 @@ class Gent:
 
 @dataclass(frozen=True)
 class Ogden:
-    """W = sum_i (2 m_i / alpha_i^2) (l1^alpha_i + l2^alpha_i + l3^alpha_i - 3) - sum_i (2 m_i / alpha_i) ln J (Ogden 1972).
+    """Rubber of any curve, as a sum of powers of the principal stretches.
+
+    W = sum_i (2 m_i / alpha_i^2) (l1^alpha_i + l2^alpha_i + l3^alpha_i - 3) - sum_i (2 m_i / alpha_i) ln J (Ogden 1972).
 
     `shares` are m_i = mu_i/mu, which sum to one; `exponents` are alpha_i. One term with alpha 2 is neo-Hookean.
 

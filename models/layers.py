@@ -79,7 +79,16 @@ def sphere(radius: float) -> Profile:
 
 
 def flat_punch(radius: float, edge_radius: float) -> Profile:
-    """A flat-ended cylinder of `radius` [m] whose edge is rounded with `edge_radius` [m].
+    """A flat-ended cylinder with a rounded edge.
+
+    Parameters
+    ----------
+    radius : [m], of the cylinder.
+    edge_radius : [m], of the rounding of its edge.
+
+    Returns
+    -------
+    Its profile.
 
     Raises
     ------
@@ -92,7 +101,17 @@ def flat_punch(radius: float, edge_radius: float) -> Profile:
 
 
 def cone(half_angle: float, tip_radius: float) -> Profile:
-    """A cone of `half_angle` [rad] between axis and flank, its tip rounded with `tip_radius` [m]."""
+    """A cone with a rounded tip.
+
+    Parameters
+    ----------
+    half_angle : [rad], between axis and flank.
+    tip_radius : [m], of the rounding of its tip.
+
+    Returns
+    -------
+    Its profile.
+    """
     return Profile(0.0, tip_radius, np.pi / 2 - half_angle)
 
 
@@ -188,7 +207,17 @@ class LayeredDesign:
         return float(sum(layer.thickness for layer in self.layers))
 
     def scaled(self, length: float, modulus: float) -> LayeredDesign:
-        """The same design with every length in units of `length` [m] and every modulus in units of `modulus` [Pa]."""
+        """The same design in other units.
+
+        Parameters
+        ----------
+        length : [m], the new unit of length.
+        modulus : [Pa], the new unit of the moduli.
+
+        Returns
+        -------
+        The design with lengths and moduli in these units.
+        """
         return replace(
             self,
             profile=self.profile.scaled(1 / length),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
@@ -67,7 +67,9 @@ def _require_positive(name: str, value: Scalar, *, zero_allowed: bool = False) -
 
 @dataclass(frozen=True, eq=False)
 class Indenter:
-    """A rigid sphere of `radius` [m], pressed down with Coulomb `friction_coefficient` [1], inf for full stick.
+    """A rigid ball of `radius` [m] that is pressed into the sensor.
+
+    `friction_coefficient` [1] is Coulomb's, inf for full stick.
 
     Raises
     ------
@@ -88,9 +90,10 @@ class Indenter:
 class Sensor:
     """A disc of two dielectric layers between three compliant electrodes, all lengths in [m], modulus in [Pa].
 
-    The signal electrode lies at mid-plane, the grounds at +- `dielectric_thickness` from it. `electrode_radius` defaults
-    to the disc `radius`, `dielectric_thickness` to half the sensor `thickness`. `stiffening` [1] is 1/J_m of Gent's law
-    (`models.laws.Gent`) in sensor and padding; 0, the default, is neo-Hookean.
+    The signal electrode lies at mid-plane, the grounds at +- the dielectric thickness from it. `electrode_radius` and
+    `dielectric_thickness` are what was given, None where they follow from the disc: read them from a `Design`, which knows
+    what they are then. `stiffening` [1] is 1/J_m of Gent's law (`models.laws.Gent`) in sensor and padding; 0, the default, is
+    neo-Hookean.
 
     Raises
     ------
@@ -103,8 +106,8 @@ class Sensor:
     radius: Scalar
     young_modulus: Scalar
     relative_permittivity: Scalar
-    electrode_radius: Scalar = field(default=np.nan)
-    dielectric_thickness: Scalar = field(default=np.nan)
+    electrode_radius: Scalar | None = None
+    dielectric_thickness: Scalar | None = None
     stiffening: Scalar = 0.0
 
     def __post_init__(self) -> None:
@@ -113,30 +116,28 @@ class Sensor:
         _require_positive("young_modulus", self.young_modulus)
         _require_positive("relative_permittivity", self.relative_permittivity)
         _require_positive("stiffening", self.stiffening, zero_allowed=True)
-        if isinstance(self.electrode_radius, float) and np.isnan(self.electrode_radius):
-            object.__setattr__(self, "electrode_radius", self.radius)
-        if isinstance(self.dielectric_thickness, float) and np.isnan(self.dielectric_thickness):
-            object.__setattr__(self, "dielectric_thickness", self.thickness / 2)
-        _require_positive("electrode_radius", self.electrode_radius)
-        _require_positive("dielectric_thickness", self.dielectric_thickness)
         slack = 1 + 1e-9
-        if np.any(np.asarray(self.electrode_radius) > np.asarray(self.radius) * slack):
-            raise ValueError(
-                f"electrode_radius must not exceed the disc radius, got {np.max(self.electrode_radius) * 1e3:.6g} mm "
-                f"on a disc of {np.min(self.radius) * 1e3:.6g} mm"
-            )
-        if np.any(np.asarray(self.dielectric_thickness) > np.asarray(self.thickness) / 2 * slack):
-            raise ValueError(
-                "dielectric_thickness (of each of the two) must not exceed half the sensor thickness, got "
-                f"{np.max(self.dielectric_thickness) * 1e3:.6g} mm in a sensor of {np.min(self.thickness) * 1e3:.6g} mm"
-            )
+        if self.electrode_radius is not None:
+            _require_positive("electrode_radius", self.electrode_radius)
+            if np.any(np.asarray(self.electrode_radius) > np.asarray(self.radius) * slack):
+                raise ValueError(
+                    f"electrode_radius must not exceed the disc radius, got {np.max(self.electrode_radius) * 1e3:.6g} mm "
+                    f"on a disc of {np.min(self.radius) * 1e3:.6g} mm"
+                )
+        if self.dielectric_thickness is not None:
+            _require_positive("dielectric_thickness", self.dielectric_thickness)
+            if np.any(np.asarray(self.dielectric_thickness) > np.asarray(self.thickness) / 2 * slack):
+                raise ValueError(
+                    "dielectric_thickness (of each of the two) must not exceed half the sensor thickness, got "
+                    f"{np.max(self.dielectric_thickness) * 1e3:.6g} mm in a sensor of {np.min(self.thickness) * 1e3:.6g} mm"
+                )
 
 
 @dataclass(frozen=True, eq=False)
 class Padding:
     """Soft padding of `thickness` [m] (0 for none) and `young_modulus` [Pa] bonded to the rigid base below the sensor.
 
-    `young_modulus` left out (nan) means the same silicone as the sensor; `Design.padding_young_modulus` resolves it.
+    `young_modulus` is None for the same silicone as the sensor; `Design.padding_young_modulus` says what that is.
 
     Raises
     ------
@@ -145,11 +146,11 @@ class Padding:
     """
 
     thickness: Scalar
-    young_modulus: Scalar = field(default=np.nan)
+    young_modulus: Scalar | None = None
 
     def __post_init__(self) -> None:
         _require_positive("padding_thickness", self.thickness, zero_allowed=True)
-        if not (isinstance(self.young_modulus, float) and np.isnan(self.young_modulus)):
+        if self.young_modulus is not None:
             _require_positive("padding_young_modulus", self.young_modulus)
 
 
@@ -157,7 +158,9 @@ class Padding:
 class Design:
     """Indenter on sensor on padding: everything a `Forward` needs but the depth.
 
-    Every quantity is one number or an array of shape (n_draw,): a design may stand for a batch of draws.
+    Every quantity is one number or an array of shape (n_draw,): a design may stand for a batch of draws. What follows from
+    other quantities (electrode radius, dielectric thickness, modulus of the padding) is worked out when it is asked for, so
+    that it follows when `dataclasses.replace` changes them.
     """
 
     indenter: Indenter
@@ -165,42 +168,65 @@ class Design:
     padding: Padding
 
     @property
+    def electrode_radius(self) -> Scalar:
+        """Radius of the electrodes [m]; the disc's where none was given."""
+        own = self.sensor.electrode_radius
+        return self.sensor.radius if own is None else own
+
+    @property
+    def dielectric_thickness(self) -> Scalar:
+        """Thickness of each of the two dielectrics [m]; half the sensor where none was given."""
+        own = self.sensor.dielectric_thickness
+        return self.sensor.thickness / 2 if own is None else own
+
+    @property
     def padding_young_modulus(self) -> Scalar:
         """Young's modulus of the padding [Pa]; the sensor's where none was given."""
         own = self.padding.young_modulus
-        return self.sensor.young_modulus if isinstance(own, float) and np.isnan(own) else own
+        return self.sensor.young_modulus if own is None else own
 
     @property
     def total_thickness(self) -> Scalar:
-        """h_s + h_p [m]."""
+        """Thickness of sensor and padding together, h_s + h_p [m]."""
         return self.sensor.thickness + self.padding.thickness
 
     @property
     def rest_capacitance(self) -> Scalar:
-        """C0 = 2 eps_0 eps_r pi a_e^2 / t_d [F] of the two dielectrics in parallel (Zhu et al. 2019, Eq. 1)."""
-        s = self.sensor
-        area = np.pi * np.asarray(s.electrode_radius, dtype=float) ** 2
-        c0 = 2 * VACUUM_PERMITTIVITY * s.relative_permittivity * area / s.dielectric_thickness
+        """Capacitance without contact, C0 = 2 eps_0 eps_r pi a_e^2 / t_d [F] (Zhu et al. 2019, Eq. 1).
+
+        Of the two dielectrics in parallel, without fringe fields.
+        """
+        area = np.pi * np.asarray(self.electrode_radius, dtype=float) ** 2
+        c0 = 2 * VACUUM_PERMITTIVITY * self.sensor.relative_permittivity * area / self.dielectric_thickness  # Eq. (1)
         return float(c0) if np.ndim(c0) == 0 else np.asarray(c0, dtype=float)
 
     def parameters(self) -> dict[str, Scalar]:
-        """The design as parameter name -> value [SI], the inverse of `design_from`."""
+        """Every quantity of the design as parameter name -> value [SI], with what follows from others worked out."""
         return {
             "indenter_radius": self.indenter.radius,
             "sensor_thickness": self.sensor.thickness,
             "sensor_radius": self.sensor.radius,
             "young_modulus": self.sensor.young_modulus,
             "relative_permittivity": self.sensor.relative_permittivity,
-            "electrode_radius": self.sensor.electrode_radius,
-            "dielectric_thickness": self.sensor.dielectric_thickness,
+            "electrode_radius": self.electrode_radius,
+            "dielectric_thickness": self.dielectric_thickness,
             "padding_thickness": self.padding.thickness,
             "padding_young_modulus": self.padding_young_modulus,
             "stiffening": self.sensor.stiffening,
         }
 
+    def given(self) -> dict[str, Scalar]:
+        """The `parameters` that were given, without those that follow from others: the inverse of `design_from`."""
+        follows = {
+            "electrode_radius": self.sensor.electrode_radius is None,
+            "dielectric_thickness": self.sensor.dielectric_thickness is None,
+            "padding_young_modulus": self.padding.young_modulus is None,
+        }
+        return {name: value for name, value in self.parameters().items() if not follows.get(name, False)}
+
     def draws(self) -> Design:
         """The same design with every quantity of shape (n_draw,); a design of plain numbers gets n_draw = 1."""
-        values = self.parameters()
+        values = self.given()
         shapes = {np.shape(v) for v in values.values()}
         if len(shapes) == 1 and shapes != {()}:
             return self
@@ -210,9 +236,14 @@ class Design:
 
     def draw(self, index: int) -> Design:
         """Draw number `index` as a design of plain numbers."""
-        batch = self.draws().parameters()
+        batch = self.draws().given()
         single = {k: float(np.asarray(v)[index]) for k, v in batch.items()}
         return design_from(single, friction_coefficient=self.indenter.friction_coefficient)
+
+    def only(self, rows: BoolArray) -> Design:
+        """The batch of those draws that `rows` (n_draw,) marks."""
+        chosen = {k: np.asarray(v)[rows] for k, v in self.draws().given().items()}
+        return design_from(chosen, friction_coefficient=self.indenter.friction_coefficient)
 
     @property
     def is_batch(self) -> bool:
@@ -221,10 +252,18 @@ class Design:
 
 
 def design_from(values: Mapping[str, Scalar], *, friction_coefficient: float = 0.0) -> Design:
-    """A `Design` from parameter names (see `PARAMETERS`) and SI values, each a number or of shape (n_draw,).
+    """Make a `Design` from a mapping of names to numbers.
 
-    `electrode_radius`, `dielectric_thickness`, `padding_young_modulus` and `stiffening` may be left out and get their
-    defaults.
+    Parameters
+    ----------
+    values : parameter name (see `PARAMETERS`) -> value [SI], each a number or of shape (n_draw,). `electrode_radius`,
+        `dielectric_thickness` and `padding_young_modulus` may be left out and then follow from the others (see `Design`);
+        `stiffening` is 0 by default.
+    friction_coefficient : [1], of ball on sensor, inf for full stick.
+
+    Returns
+    -------
+    The design; other names in `values` are not looked at.
 
     Raises
     ------
@@ -240,9 +279,9 @@ def design_from(values: Mapping[str, Scalar], *, friction_coefficient: float = 0
             radius=values["sensor_radius"],
             young_modulus=values["young_modulus"],
             relative_permittivity=values["relative_permittivity"],
-            electrode_radius=values.get("electrode_radius", np.nan),
-            dielectric_thickness=values.get("dielectric_thickness", np.nan),
+            electrode_radius=values.get("electrode_radius"),
+            dielectric_thickness=values.get("dielectric_thickness"),
             stiffening=values.get("stiffening", 0.0),
         ),
-        Padding(values["padding_thickness"], values.get("padding_young_modulus", np.nan)),
+        Padding(values["padding_thickness"], values.get("padding_young_modulus")),
     )

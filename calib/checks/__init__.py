@@ -1,17 +1,7 @@
 """A `Posterior` in, whether it may be believed out: predictive, spot check, re-weighting, comparison; changes no draw."""
 
 from calib.checks.comparison import compare_runs, comparison_in_words, doubts
-from calib.checks.predictive import (
-    BAND_LEVELS,
-    Bands,
-    DesignPrediction,
-    FitCheck,
-    Prediction,
-    band,
-    loading_curve,
-    predict,
-    predict_design,
-)
+from calib.checks.predictive import BAND_LEVELS, Bands, FitCheck, Prediction, band, predict
 from calib.checks.refine import error_rows, refinement_in_words, require_own_surrogate, shift_rows, stands, training_points
 from calib.checks.reweight import ACCURACY, LEAST_DRAWS, reweight, with_reweighting
 from calib.checks.spotcheck import compare_draws, with_spot_check
@@ -21,7 +11,6 @@ __all__ = [
     "BAND_LEVELS",
     "LEAST_DRAWS",
     "Bands",
-    "DesignPrediction",
     "FitCheck",
     "Prediction",
     "band",
@@ -30,9 +19,7 @@ __all__ = [
     "comparison_in_words",
     "doubts",
     "error_rows",
-    "loading_curve",
     "predict",
-    "predict_design",
     "refinement_in_words",
     "require_own_surrogate",
     "reweight",

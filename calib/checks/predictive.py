@@ -1,10 +1,9 @@
-"""Posterior and forward model in, predictive bands and checks of every sweep, and predictions of new designs, out."""
+"""Posterior and forward model in, predictive bands and checks of every sweep out."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Protocol, runtime_checkable
 
 import numpy as np
 from scipy import stats
@@ -14,8 +13,8 @@ from calib.catalogue import UnknownName
 from calib.lab import Points, Sweep
 from calib.problem import PredictedReadings, SweepModel, lookup, model_sweep, plan_sweep, specimen_design
 from calib.sampling import Posterior, thin_draws
-from models.response import Forward, OutOfRangeError, Response, depth_at_force, depth_table
-from models.sensor import BoolArray, Design, FloatArray, design_from
+from models.response import Forward, OutOfRangeError
+from models.sensor import FloatArray
 
 #: Quantiles that a band consists of.
 BAND_LEVELS = (0.05, 0.25, 0.5, 0.75, 0.95)
@@ -108,78 +107,11 @@ class Prediction:
     title: str
 
 
-@dataclass(frozen=True, eq=False)
-class DesignPrediction:
-    """Prediction of designs at given forces, arrays (n_draw, n_force); nan where the force lies outside the model's range.
-
-    Attributes
-    ----------
-    depth : [m]. change : C/C0 - 1 [1]. change_slope : its derivative with respect to force [1/N].
-    change_error : sd [1] of `change` from the forward model's own error, of capacitance and of force.
-    rest_capacitance : C0 [F], (n_draw,). reach : largest force [N] inside the model's range, (n_draw,), 0 if none.
-    """
-
-    depth: FloatArray
-    change: FloatArray
-    change_slope: FloatArray
-    change_error: FloatArray
-    rest_capacitance: FloatArray
-    reach: FloatArray
-
-
-@runtime_checkable
-class ForceControlled(Protocol):
-    """A forward model that finds the depths for given forces itself."""
-
-    def respond_to_force(self, design: Design, force: FloatArray) -> Response:
-        """Response of `design` at `force` [N], shape (n_force,)."""
-        ...
-
-
 def band(values: FloatArray) -> FloatArray:
     """Quantiles `BAND_LEVELS` over the first axis (draws), shape (5, ...); nan where more than 5 % of the draws are nan."""
     missing = np.mean(np.isnan(values), axis=0) > UNCOVERED_SHARE
     quantiles = np.nanquantile(np.where(missing, 0.0, values), BAND_LEVELS, axis=0)
     return np.asarray(np.where(missing, np.nan, quantiles), dtype=float)
-
-
-def predict_design(forward: Forward, design: Design, force: FloatArray) -> DesignPrediction:
-    """Depth, capacitance change and its slope of each draw of `design` at `force` [N], shape (n_force,).
-
-    The depth comes from a table of 64 depths (`models.response.depth_table`); the change is corrected to first order for what
-    the table's interpolation leaves, slopes are central differences over 2 % of the depth.
-    """
-    batch = design.draws()
-    wanted = np.asarray(force, dtype=float)
-    limit = forward.max_depth(batch)
-    n_draw = limit.size
-    inside = limit > 0
-    depth, change, slope, error = (np.full((n_draw, wanted.size), np.nan) for _ in range(4))
-    reach = np.zeros(n_draw)
-    if np.any(inside):
-        some = _subset(batch, inside)
-        table = depth_table(forward, some)
-        reach[inside] = np.max(table.force, axis=1)
-        found = depth_at_force(table, wanted)
-        safe = np.where(np.isnan(found), 0.5 * table.depth[:, -1:], np.maximum(found, 1e-3 * table.depth[:, -1:]))
-        before, after = 0.99 * safe, np.minimum(1.01 * safe, table.depth[:, -1:])
-        n = wanted.size
-        r = forward.respond(some, np.concatenate([before, safe, after], axis=1))
-        c = r.capacitance_change
-        with np.errstate(divide="ignore", invalid="ignore"):
-            df_dd = (r.force[:, 2 * n :] - r.force[:, :n]) / (after - before)
-            dc_dd = (c[:, 2 * n :] - c[:, :n]) / (after - before)
-            rise = np.where(df_dd > 0, dc_dd / df_dd, np.nan)
-        middle = slice(n, 2 * n)
-        nothing = np.where(np.isnan(found), np.nan, 0.0)
-        slope[inside] = rise + nothing
-        positive = np.broadcast_to(wanted > 0, found.shape)
-        change[inside] = np.where(positive, c[:, middle] + rise * (wanted - r.force[:, middle]), 0.0) + nothing
-        by_capacitance = _sd(r.capacitance_error[:, middle]) / r.rest_capacitance[:, None]
-        error[inside] = np.hypot(by_capacitance, rise * _sd(r.force_error[:, middle])) + nothing
-        depth[inside] = found
-    c0 = np.asarray(batch.rest_capacitance, dtype=float)
-    return DesignPrediction(depth, change, slope, error, c0, reach)
 
 
 def predict(posterior: Posterior, forward: Forward, rng: np.random.Generator, *, n_draw: int = 400) -> tuple[Prediction, ...]:
@@ -322,51 +254,3 @@ def _check(x: FloatArray, channel: PredictedReadings) -> FitCheck:
     residual = (y - centre) / sd
     inside = float(np.mean(np.abs(residual) <= stats.norm.ppf(0.95)))
     return FitCheck(x, y, centre, sd, residual, inside, float(np.mean(p_values)))
-
-
-def loading_curve(
-    forward: Forward, design: Design, *, displacement: float | None = None, force: float | None = None, steps: int = 14
-) -> Response:
-    """Loading curve of one design in `steps` equal steps up to an indentation [m] or a force [N], the last one at the target.
-
-    Raises
-    ------
-    ValueError
-        If not exactly one target is given, or it or `steps` is not positive.
-    OutOfRangeError
-        If the model does not cover the target; the message names how far it reaches.
-    """
-    target, unit = (displacement, "m") if displacement is not None else (force, "N")
-    if target is None or (displacement is not None and force is not None):
-        raise ValueError("give either a displacement or a force, not both")
-    if target <= 0 or not np.isfinite(target):
-        raise ValueError(f"{'displacement' if unit == 'm' else 'force'} must be positive, got {target:.6g} {unit}")
-    if steps < 1:
-        raise ValueError(f"steps must be at least 1, got {steps}")
-    ramp = np.linspace(0.0, target, steps + 1)[1:]
-    if displacement is not None:
-        return forward.respond(design, ramp)
-    if isinstance(forward, ForceControlled):
-        return forward.respond_to_force(design, ramp)
-    table = depth_table(forward, design, 128)
-    depth = depth_at_force(table, ramp)[0]
-    if np.any(np.isnan(depth)):
-        raise OutOfRangeError(
-            f"the {forward.name} reaches forces up to {np.max(table.force):.4g} N "
-            f"(a depth of {table.depth[0, -1] * 1e3:.4g} mm) for this design, got {target:.6g} N"
-        )
-    for _ in range(4):  # Newton on F(d) = force by secants of 1 %: the table alone is good to about 1e-4
-        near = forward.respond(design, np.concatenate([0.99 * depth, depth]))
-        slope = (near.force[steps:] - near.force[:steps]) / (0.01 * depth)
-        depth = np.minimum(depth + (ramp - near.force[steps:]) / slope, table.depth[0, -1])
-    return forward.respond(design, depth)
-
-
-def _subset(batch: Design, rows: BoolArray) -> Design:
-    values = {k: np.asarray(v)[rows] for k, v in batch.parameters().items()}
-    return design_from(values, friction_coefficient=batch.indenter.friction_coefficient)
-
-
-def _sd(modes: FloatArray) -> FloatArray:
-    """Marginal sd of V V^T: modes (..., n_depth, n_mode) -> (..., n_depth)."""
-    return np.asarray(np.sqrt(np.sum(modes**2, axis=-1)), dtype=float)

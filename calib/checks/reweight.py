@@ -26,8 +26,9 @@ import numpy as np
 
 from calib.problem import Problem, SweepPlan, log_likelihood_at, model_sweep, plan_sweep, specimen_design
 from calib.sampling import Posterior, Reweighting, Shift, smooth_weights, thin_draws
-from models.fem import ConvergenceError, FiniteElements
-from models.response import Forward, OutOfRangeError, table_depths
+from models.curves import table_depths
+from models.fem import FiniteElements
+from models.response import ConvergenceError, Forward, OutOfRangeError
 from models.sensor import FloatArray
 from models.surrogate.validation import toleranced
 

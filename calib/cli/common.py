@@ -16,8 +16,8 @@ from rich.console import Console
 
 from calib.errors import Fault, InputError
 from calib.files import whole_file
-from models.response import Forward, OutOfRangeError
-from models.surrogate.domain import NEO_HOOKEAN, Family
+from models.response import ConvergenceError, Forward, OutOfRangeError
+from models.surrogate import NEO_HOOKEAN, Family
 
 if TYPE_CHECKING:
     from calib.sampling import Posterior
@@ -75,14 +75,10 @@ def refusing_bad_input() -> Iterator[None]:
         yield
     except InputError as error:
         _refuse([str(fault) for fault in error.faults])
-    except OutOfRangeError as error:
+    except (OutOfRangeError, ConvergenceError) as error:
         _refuse([str(error)])
     except (IsADirectoryError, PermissionError, FileExistsError) as error:
         _refuse([f"{error.filename}: {error.strerror}"])
-    except RuntimeError as error:
-        if type(error).__name__ != "ConvergenceError":
-            raise
-        _refuse([str(error)])
 
 
 def _refuse(messages: list[str]) -> None:

@@ -33,7 +33,7 @@ from calib.cli.common import (
     write_whole,
 )
 from calib.errors import Fault, InputError
-from models.surrogate.domain import FAMILIES, NEO_HOOKEAN, family_of
+from models.surrogate import FAMILIES, NEO_HOOKEAN, family_of
 
 if TYPE_CHECKING:
     from models.fem import FiniteElements, Solution
@@ -103,8 +103,8 @@ def simulate(
     rows up to there written.
     """
     with refusing_bad_input():
-        from calib.checks import loading_curve
         from calib.experiment import read_design
+        from models.curves import loading_curve
         from models.sensor import Design
 
         if (displacement is None) == (force is None):
@@ -343,9 +343,10 @@ def train(
     Exit codes: 0 done; 2 too few points, or no place to write; 130 stopped from the keyboard, the curves so far kept.
     """
     with refusing_bad_input():
-        from models.surrogate.fitting import LEAST_PATHS, STEPS, fit_surrogate, worst_points
+        from models.surrogate.fitting import LEAST_PATHS, STEPS, fit_surrogate
+        from models.surrogate.points import design_points, worst_points
         from models.surrogate.store import StoreError, open_store
-        from models.surrogate.training import design_points, points_wanted, run_training, store_settings, training_set
+        from models.surrogate.training import points_wanted, run_training, store_settings, training_set
 
         # Better said before an hour of finite elements than after.
         if points < LEAST_PATHS:

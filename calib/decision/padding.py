@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
-from calib.checks import BAND_LEVELS, DesignPrediction, band, predict_design
+from calib.checks import BAND_LEVELS, band
 from calib.errors import Fault, InputError
 from calib.problem import lookup, specimen_design
 from calib.sampling import Posterior, thin_draws
+from models.curves import DesignPrediction, predict_design
 from models.response import Forward
 from models.sensor import BoolArray, Design, FloatArray, design_from
 
@@ -456,7 +457,7 @@ def _not_covered(
 
 
 def _conditions(posterior: Posterior, base: Design) -> tuple[str, ...]:
-    radius = np.asarray(base.sensor.electrode_radius) * 1e3
+    radius = np.asarray(base.electrode_radius) * 1e3
     spread = f"{np.median(radius):.3g} mm"
     if np.ptp(radius) > 1e-6:
         spread = (

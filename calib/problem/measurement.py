@@ -30,7 +30,8 @@ from calib.lab import Points, Sweep, Track
 from calib.problem.centred import nominal_zero
 from calib.problem.channels import CHANNEL_MODELS
 from calib.problem.values import Calibrated, design_values, lookup
-from models.response import Forward, Lookup, Response, force_scale, look_up, look_up_force, table_depths
+from models.curves import Lookup, force_scale, look_up, look_up_force, table_depths
+from models.response import Forward, Response
 from models.sensor import BoolArray, Design, FloatArray, design_from
 
 #: Length over which the model discrepancy stays alike, as a share of the sweep's largest depth.

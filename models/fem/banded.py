@@ -40,7 +40,17 @@ class Band:
         return np.where(self.number >= 0, solution[self.number], 0.0)
 
     def gather(self, elements: FloatArray, edges: FloatArray) -> FloatArray:
-        """Forces on the unknowns from those of elements and edges, shape (n,)."""
+        """Sum the forces of elements and of contact edges at the unknowns.
+
+        Parameters
+        ----------
+        elements : (n_element, 16), forces on the border of the elements.
+        edges : (n_edge, 6), forces on the contact edges.
+
+        Returns
+        -------
+        Shape (n,).
+        """
         return np.asarray(self.element_forces @ elements.ravel() + self.edge_forces @ edges.ravel())
 
     def _lower(self, elements: FloatArray) -> FloatArray:
@@ -48,7 +58,17 @@ class Band:
         return np.asarray(self.elements @ elements.ravel()).reshape(self.n, self.width + 1).T
 
     def factorise(self, elements: FloatArray, edges: FloatArray, *, symmetric: bool) -> Factor:
-        """Assemble and factorise.
+        """Assemble the tangent and factorise it: Cholesky if it is symmetric and positive definite, else LU.
+
+        Parameters
+        ----------
+        elements : (n_element, 16, 16), stiffness of the elements.
+        edges : (n_edge, 6, 6), stiffness of the contact edges.
+        symmetric : whether Cholesky is worth trying; with friction the tangent is not symmetric.
+
+        Returns
+        -------
+        The factorised tangent, to be solved with.
 
         Raises
         ------
@@ -97,7 +117,18 @@ class Factor:
 
 
 def make_band(held: BoolArray, border_dofs: IntArray, edge_dofs: IntArray) -> Band:
-    """Number the unknowns, the displacement components (n_dof,) that are not `held`, and place every matrix entry."""
+    """Number the unknowns and place every entry of the element and edge matrices among them.
+
+    Parameters
+    ----------
+    held : (n_dof,), displacement components that are no unknowns.
+    border_dofs : (n_element, 16), components on the border of each element.
+    edge_dofs : (n_edge, 6), components of each contact edge.
+
+    Returns
+    -------
+    Where everything goes.
+    """
     n = int(np.sum(~held))
     number = np.where(held, -1, np.cumsum(~held) - 1)
     rows = number[border_dofs]

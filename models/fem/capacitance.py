@@ -43,7 +43,7 @@ def _on_line(line: FloatArray, mesh: Mesh, r: FloatArray) -> tuple[FloatArray, F
 
 
 def ring_capacitance(mesh: Mesh, u: FloatArray, lower: FloatArray, upper: FloatArray, electrode: FloatArray) -> FloatArray:
-    """C / (eps_0 eps_r) of every dielectric for every electrode radius at once.
+    """Capacitance of every dielectric for every electrode radius at once, by rings.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def ring_capacitance(mesh: Mesh, u: FloatArray, lower: FloatArray, upper: FloatA
 
     Returns
     -------
-    Shape (n_dielectric, n_electrode), in the unit of length of the grid. Undeformed: pi a_e^2 / (upper - lower).
+    C / (eps_0 eps_r), (n_dielectric, n_electrode), in the unit of length of the grid. Undeformed: pi a_e^2 / (upper - lower).
     """
     ends = mesh.r[::2]
     # Rings are cut at every electrode radius, so that each electrode is a whole number of rings.

@@ -8,9 +8,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from models.fem import FiniteElements, Solution, one_thread
 from models.fem.equilibrium import State, stored_energy
+from models.fem.finite_elements import FiniteElements
+from models.fem.solution import Solution
 from models.sensor import FloatArray
+from models.threads import one_thread
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,10 +35,19 @@ class Check:
 
 
 def check(elements: FiniteElements, solution: Solution) -> Check:
-    """Solve once more at the depths of `solution` on elements of half the size, and compare.
+    """Estimate how wrong a solution is: solve once more at its depths on elements of half the size, and compare.
 
     As errors fall with the square of the element size, the difference is three quarters of the error of the coarser mesh; as
     the rim of the contact moves from node to node, that is good to a factor of two and not of every single step.
+
+    Parameters
+    ----------
+    elements : with which the solution was found.
+    solution : what to check.
+
+    Returns
+    -------
+    Estimated errors, step by step.
 
     Raises
     ------

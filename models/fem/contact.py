@@ -95,7 +95,18 @@ class Gap:
 
 
 def distance(profile: Profile, x: FloatArray, z: FloatArray) -> Gap:
-    """Nearest point of the indenter's meridian to points at radius `x` and height `z` above its lowest point."""
+    """Nearest point of the indenter's meridian to each of given points.
+
+    Parameters
+    ----------
+    profile : of the indenter.
+    x : radius of the points, (n_edge, 3) or any other shape.
+    z : their height above the lowest point of the indenter, of the same shape.
+
+    Returns
+    -------
+    Distance, normal, curvature and place on the meridian.
+    """
     b, rho, angle = profile.flat_radius, profile.rounding_radius, profile.flank_angle
     cos, sin = np.cos(angle), np.sin(angle)
     phi = np.arctan2(x - b, rho - z)
@@ -116,13 +127,34 @@ def distance(profile: Profile, x: FloatArray, z: FloatArray) -> Gap:
 
 
 def gap(surface: Surface, profile: Profile, u: FloatArray, depth: float) -> Gap:
-    """Gap between the deformed surface and the indenter lowered by `depth` from first touch."""
+    """Where the deformed surface is relative to the indenter.
+
+    Parameters
+    ----------
+    surface : the top surface.
+    profile : of the indenter.
+    u : (n_dof,), displacements.
+    depth : of the indenter below first touch.
+
+    Returns
+    -------
+    At the nodes of the surface, (n_edge, 3).
+    """
     ue = u.reshape(-1, 2)[surface.edges]
     return distance(profile, surface.radius + ue[..., 0], ue[..., 1] + depth)
 
 
 def overlap(surface: Surface, profile: Profile, u: FloatArray, depth: float) -> float:
-    """Largest overlap of the deformed edges with the indenter, between their nodes too: 33 points on every edge."""
+    """How far the deformed surface reaches into the indenter at the worst: a hard contact has none.
+
+    Parameters
+    ----------
+    surface, profile, u, depth : as in `gap`.
+
+    Returns
+    -------
+    Largest overlap at 33 points on every edge, between the nodes too; 0 if there is none.
+    """
     ue = u.reshape(-1, 2)[surface.edges]
     x, z = (surface.radius + ue[..., 0]) @ _SAMPLES, ue[..., 1] @ _SAMPLES + depth
     return float(max(0.0, -np.min(distance(profile, x, z).gap)))
@@ -155,10 +187,19 @@ def no_contact(at: Gap) -> Contact:
 
 
 def touched(before: Contact, gap: Gap) -> FloatArray:
-    """Places s_0 at which points that did not touch `before` did so on their straight way from there to `gap`.
+    """Where on the indenter points came into contact that did not touch at the last equilibrium.
 
     The first touch lies within a step of the depth; to anchor a point where the step began, or where it ends, would be an error
     of first order in the step.
+
+    Parameters
+    ----------
+    before : contact at the last equilibrium.
+    gap : where the surface is now; the way from there to here is taken as straight.
+
+    Returns
+    -------
+    Places s_0 along the meridian, (n_edge, 3).
     """
     closing = before.opening - gap.control_gap
     share = np.divide(before.opening, closing, out=np.ones_like(closing), where=closing > 0)
@@ -166,7 +207,19 @@ def touched(before: Contact, gap: Gap) -> FloatArray:
 
 
 def traction(contact: Contact, gap: FloatArray, place: FloatArray, coefficient: float) -> tuple[FloatArray, FloatArray]:
-    """Pressure and friction that control gaps and places ask for: -eps b, and -eps (s - s_0) or -+ f lambda; 0 if inactive."""
+    """Pressure and friction that the laws of contact ask for: -eps b, and -eps (s - s_0) or -+ f lambda.
+
+    Parameters
+    ----------
+    contact : which points touch, slip, and where they are anchored.
+    gap : control values b of the gap, (n_edge, 3).
+    place : control values of the place s, (n_edge, 3).
+    coefficient : f, of friction.
+
+    Returns
+    -------
+    Pressure and friction, each (n_edge, 3); 0 where nothing touches.
+    """
     pressure = np.where(contact.active, -CONTACT_STIFFNESS * gap, 0.0)
     if coefficient == 0:
         return pressure, np.zeros_like(pressure)
@@ -177,7 +230,17 @@ def traction(contact: Contact, gap: FloatArray, place: FloatArray, coefficient: 
 
 
 def nodal(surface: Surface, values: FloatArray) -> FloatArray:
-    """Forces at the nodes of the edges that do the work of tractions `values` at their control points, (n_edge, 3)."""
+    """Turn tractions at control points into forces at nodes that do the same work.
+
+    Parameters
+    ----------
+    surface : the top surface.
+    values : tractions at the control points, (n_edge, 3).
+
+    Returns
+    -------
+    Forces at the nodes of the edges, (n_edge, 3).
+    """
     return np.asarray((surface.weight * values) @ _CONTROL)
 
 
@@ -191,12 +254,23 @@ class System:
 
 
 def contact_system(surface: Surface, state: Gap, contact: Contact, coefficient: float) -> System:
-    """Linearisation of the active points with the stepped traction already eliminated.
+    """Linearise the contact for Newton's method, with the stepped traction already eliminated.
 
     The control gap b_i moves with sum_j C_ij n_j . dx_j, C the matrix of (1) and j the nodes, so lambda_i presses on node j by
     C_ij lambda_i n_j; place and friction likewise, with t. With dn = k t (t.dx), dt = -k n (t.dx), k the curvature, and lambda,
     tau stepped by their laws, the stiffness is eps (C n)(C n) + eps (C t)(C s' t) where sticking, -+ f eps (C t)(C n) where
     slipping, and at the nodes -lambda k t t + tau k n t. The indenter moving down is the surface moving up.
+
+    Parameters
+    ----------
+    surface : the top surface.
+    state : where it is relative to the indenter.
+    contact : which points touch and slip, and their tractions.
+    coefficient : f, of friction.
+
+    Returns
+    -------
+    Residual and stiffness of the edges; points that do not touch give nothing.
     """
     weight, eps = np.where(contact.active, surface.weight, 0.0), CONTACT_STIFFNESS
     n, t, k = state.normal, state.tangent, state.curvature
@@ -228,12 +302,34 @@ def _rows(vectors: FloatArray) -> FloatArray:
 
 
 def moved_by(surface: Surface, du: FloatArray) -> FloatArray:
-    """Displacement of the nodes of the surface, shape (2, n_edge, 3)."""
+    """Pick the displacements of the surface out of all.
+
+    Parameters
+    ----------
+    surface : the top surface.
+    du : (n_dof,), displacements.
+
+    Returns
+    -------
+    Of its nodes, (2, n_edge, 3).
+    """
     return np.moveaxis(du.reshape(-1, 2)[surface.edges], 2, 0)
 
 
 def stepped(state: Gap, contact: Contact, coefficient: float, dx: FloatArray) -> Contact:
-    """Linearised traction after the displacement `dx` (2, n_edge, 3) of the nodes relative to the indenter."""
+    """Contact after a small displacement, by the linearised laws of traction.
+
+    Parameters
+    ----------
+    state : where the surface is relative to the indenter.
+    contact : the contact there.
+    coefficient : f, of friction.
+    dx : (2, n_edge, 3), displacement of the nodes relative to the indenter.
+
+    Returns
+    -------
+    The contact with stepped pressure and friction; which points touch or slip stays.
+    """
     along, across = np.sum(state.normal * dx, axis=0), np.sum(state.tangent * dx, axis=0)
     there = replace(state, gap=state.gap + along, place=state.place + state.rate * across)
     pressure, friction = traction(contact, there.control_gap, there.control_place, coefficient)
@@ -241,16 +337,38 @@ def stepped(state: Gap, contact: Contact, coefficient: float, dx: FloatArray) ->
 
 
 def indenter_force(surface: Surface, state: Gap, contact: Contact) -> float:
-    """Upward force on the indenter, in units of shear modulus times length^2."""
+    """Force of the surface on the indenter.
+
+    Parameters
+    ----------
+    surface : the top surface.
+    state : where it is relative to the indenter.
+    contact : the tractions.
+
+    Returns
+    -------
+    Upwards, in units of shear modulus times length^2.
+    """
     up = nodal(surface, contact.pressure) * state.normal[1] + nodal(surface, contact.friction) * state.tangent[1]
     return float(-np.sum(up))
 
 
 def contact_radius(surface: Surface, state: Gap, pressure: FloatArray) -> float:
-    """Deformed radius of the rim of the contact: of a pressure as Hertz's that carries what the last two loaded edges carry.
+    """Deformed radius of the rim of the contact, found between the nodes.
 
-    With p = p_s ((rho^2 - r^2) / (rho^2 - s^2))^(1/2) beyond the undeformed radius s, the load beyond it is
+    Of a pressure as Hertz's that carries what the last two loaded edges carry: with
+    p = p_s ((rho^2 - r^2) / (rho^2 - s^2))^(1/2) beyond the undeformed radius s, the load beyond it is
     Q = (2 pi / 3) p_s (rho^2 - s^2).
+
+    Parameters
+    ----------
+    surface : the top surface.
+    state : where it is relative to the indenter.
+    pressure : at the control points, (n_edge, 3).
+
+    Returns
+    -------
+    In the model's unit of length; 0 without contact.
     """
     if not np.any(pressure > 0):
         return 0.0

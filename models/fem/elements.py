@@ -99,7 +99,17 @@ class Elements:
 
 
 def make_elements(mesh: Mesh, design: LayeredDesign) -> Elements:
-    """Weights, scales and materials of every element; the shear modulus of a layer is a third of its Young's modulus."""
+    """Everything of the elements that does not change while loading: weights, scales and materials.
+
+    Parameters
+    ----------
+    mesh : the grid.
+    design : whose layers they are made of; the shear modulus of a layer is a third of its Young's modulus.
+
+    Returns
+    -------
+    The elements.
+    """
     nr, nz = mesh.shape
     half_r = (mesh.r[2::2] - mesh.r[:-2:2]) / 2
     half_z = (mesh.z[2::2] - mesh.z[:-2:2]) / 2
@@ -128,7 +138,17 @@ def make_elements(mesh: Mesh, design: LayeredDesign) -> Elements:
 
 
 def deformation(elements: Elements, u: FloatArray) -> FloatArray:
-    """Stacked gradient f at every quadrature point, shape (5, n_element, n_quad)."""
+    """Deformation gradient at every quadrature point.
+
+    Parameters
+    ----------
+    elements : of the grid.
+    u : (n_dof,), displacements.
+
+    Returns
+    -------
+    Stacked gradient f (see `models.fem.material`), shape (5, n_element, n_quad).
+    """
     n = elements.weight.shape[0]
     ub, ui = u[elements.border_dofs], u[elements.inner_dofs]
     f = np.empty((5, n, 9))
@@ -196,10 +216,20 @@ class Condensed:
 
 
 def condense(elements: Elements, f: FloatArray, pressure: FloatArray) -> Condensed:
-    """Force and tangent at deformation `f` with pressure coefficients `pressure` (n_element, 3).
+    """Force and tangent of the elements, their pressure and inner node eliminated.
 
     The element pressure obeys integral psi (J - 1 - p/K) = 0; its linearisation is eliminated exactly, so Newton on the
     displacement is Newton on both.
+
+    Parameters
+    ----------
+    elements : of the grid.
+    f : (5, n_element, n_quad), deformation.
+    pressure : (n_element, 3), coefficients of the pressure.
+
+    Returns
+    -------
+    Force and stiffness on the border of the elements, and what gives inner node and pressure back.
     """
     p = pressure @ PRESSURE_SHAPE.T
     point = material.at_point(elements.material, f, p)
@@ -236,15 +266,32 @@ def condense(elements: Elements, f: FloatArray, pressure: FloatArray) -> Condens
 
 
 def residual(elements: Elements, f: FloatArray, pressure: FloatArray) -> Residual:
-    """Force and volume residual alone, without the tangent."""
+    """Force and volume residual of the elements alone, without the tangent.
+
+    Parameters
+    ----------
+    elements, f, pressure : as in `condense`.
+
+    Returns
+    -------
+    Before condensation.
+    """
     p = pressure @ PRESSURE_SHAPE.T
     return _residual(elements, material.at_point(elements.material, f, p), p)
 
 
 def condensed_change(at: Condensed, force: FloatArray, volume: FloatArray) -> tuple[FloatArray, Condensed]:
-    """What changes of the force (n_element, 18) and volume residual (n_element, 3) at an equilibrium `at` are on the border.
+    """Carry a change of the elements' residual to their border, as the condensed tangent does.
 
-    Returns the change of the border force, and `at` with the changes in the place of offset and volume residual, for
+    Parameters
+    ----------
+    at : condensed elements at an equilibrium.
+    force : (n_element, 18), change of the force.
+    volume : (n_element, 3), change of the volume residual.
+
+    Returns
+    -------
+    The change of the border force (n_element, 16), and `at` with the changes in the place of offset and volume residual, for
     `displacement_step` and `pressure_step` to follow them.
     """
     total = force + (at.residual.coupling @ volume[:, :, None])[:, :, 0]
@@ -255,12 +302,30 @@ def condensed_change(at: Condensed, force: FloatArray, volume: FloatArray) -> tu
 
 
 def displacement_step(elements: Elements, at: Condensed, du: FloatArray) -> None:
-    """The step of the inner nodes that goes with the border's, written into `du` (n_dof,)."""
+    """Complete a step of the displacements by the inner nodes, which follow the border.
+
+    Parameters
+    ----------
+    elements : of the grid.
+    at : condensed elements that the step came from.
+    du : (n_dof,), the step; the inner nodes' part is written into it.
+    """
     border = du[elements.border_dofs]
     du[elements.inner_dofs] = -at.offset - (at.slope @ border[:, :, None])[:, :, 0]
 
 
 def pressure_step(elements: Elements, at: Condensed, du: FloatArray) -> FloatArray:
-    """Change of the pressure coefficients that goes with the displacement change `du`, shape (n_element, 3)."""
+    """Step of the pressure that goes with a step of the displacements.
+
+    Parameters
+    ----------
+    elements : of the grid.
+    at : condensed elements that the step came from.
+    du : (n_dof,), the step, inner nodes included.
+
+    Returns
+    -------
+    Change of the pressure coefficients, shape (n_element, 3).
+    """
     rate = at.residual.volume + (du[elements.dofs][:, None, :] @ at.residual.coupling)[:, 0]
     return np.asarray((elements.bulk_root @ rate[:, :, None])[..., 0])

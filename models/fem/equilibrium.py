@@ -43,15 +43,33 @@ class Model:
 
 
 def make_model(design: LayeredDesign, depth: float, accuracy: float = 1e-3) -> Model:
-    """Discretise `design` for indentations up to `depth` and a relative `accuracy`.
+    """Discretise a design: the axis keeps its radius, the lateral side is free.
 
-    The axis keeps its radius, the lateral side is free.
+    Parameters
+    ----------
+    design : in the units of the finite elements, see `models.fem.dimensionless`.
+    depth : largest indentation that the grid is made for.
+    accuracy : relative, of force and capacitance change.
+
+    Returns
+    -------
+    The discretised design.
     """
     return on_mesh(design, make_mesh(design, depth, accuracy))
 
 
 def on_mesh(design: LayeredDesign, mesh: Mesh) -> Model:
-    """The model of `design` on a given grid."""
+    """Discretise a design on a given grid.
+
+    Parameters
+    ----------
+    design : in the units of the finite elements.
+    mesh : the grid, in the same units.
+
+    Returns
+    -------
+    The discretised design.
+    """
     parts = elements.make_elements(mesh, design)
     surface = contact.make_surface(mesh)
     held = np.zeros((mesh.r.size, mesh.n_row, 2), dtype=bool)
@@ -115,7 +133,19 @@ class Linearised:
 
 
 def linearise(model: Model, f: FloatArray, gap: Gap, pressure: FloatArray, touching: Contact) -> Linearised:
-    """Assemble and factorise at deformation `f`.
+    """Assemble the tangent at a state, factorise it, and find Newton's step and the rate with depth.
+
+    Parameters
+    ----------
+    model : the discretised design.
+    f : (5, n_element, n_quad), deformation.
+    gap : where the surface is relative to the indenter.
+    pressure : (n_element, 3), of the elements.
+    touching : contact.
+
+    Returns
+    -------
+    Tangent, step and rate.
 
     Raises
     ------
@@ -139,12 +169,22 @@ def linearise(model: Model, f: FloatArray, gap: Gap, pressure: FloatArray, touch
 
 
 def equilibrium(model: Model, guess: State, depth: float) -> State | Failure:
-    """Newton from `guess` to equilibrium with the indenter at `depth`.
+    """Find the equilibrium at a depth by Newton's method.
 
     Contact points enter when they overlap and leave when they pull, stick until the friction is too much for them and slip
     until they would turn back (primal-dual active set; Hueber & Wohlmuth, Comput. Methods Appl. Mech. Eng. 194 (2005) 3147;
     Hueber, Stadler & Wohlmuth, SIAM J. Sci. Comput. 30 (2008) 572). Ends when the sets stay and the step to come, by the
     quadratic rate seen so far, is below 1e-7 of the depth.
+
+    Parameters
+    ----------
+    model : the discretised design.
+    guess : a state near by, from which friction goes on.
+    depth : of the indenter, in the model's unit.
+
+    Returns
+    -------
+    The equilibrium, or why none was found.
     """
     parts, surface, profile = model.elements, model.surface, model.design.profile
     friction = model.design.friction_coefficient
@@ -264,7 +304,17 @@ def _finish(model: Model, state: State, gap: Gap, at: Linearised, sizes: list[fl
 
 
 def stored_energy(model: Model, state: State) -> float:
-    """Strain energy of the whole stack, in units of shear modulus times length^3."""
+    """Strain energy of the whole stack.
+
+    Parameters
+    ----------
+    model : the discretised design.
+    state : an equilibrium of it.
+
+    Returns
+    -------
+    In units of shear modulus times length^3.
+    """
     parts = model.elements
     f = elements.deformation(parts, state.u)
     density = material.energy(parts.material, f, state.pressure @ elements.PRESSURE_SHAPE.T, elements.BULK_RATIO)
@@ -272,14 +322,34 @@ def stored_energy(model: Model, state: State) -> float:
 
 
 def compression(model: Model, state: State) -> FloatArray:
-    """Thinning on the axis of every layer as a share of its thickness, shape (n_layer,)."""
+    """How much thinner every layer has become on the axis.
+
+    Parameters
+    ----------
+    model : the discretised design.
+    state : an equilibrium of it.
+
+    Returns
+    -------
+    Thinning as a share of the layer's thickness, shape (n_layer,).
+    """
     ends = np.concatenate([[0], 2 * np.cumsum(np.bincount(model.mesh.layer))])
     height = model.mesh.z[ends] + state.u.reshape(model.mesh.r.size, -1, 2)[0, ends, 1]
     return np.asarray(1 - np.diff(height) / np.diff(model.mesh.z[ends]))
 
 
 def instability(model: Model, state: State) -> str:
-    """What has been lost at `state`, strong ellipticity of a layer or positive definiteness of the tangent, or nothing."""
+    """Say whether the material or the surface has become unstable, which ends a path.
+
+    Parameters
+    ----------
+    model : the discretised design.
+    state : an equilibrium of it.
+
+    Returns
+    -------
+    What has been lost, strong ellipticity of a layer or positive definiteness of the tangent; empty if nothing.
+    """
     f = elements.deformation(model.elements, state.u)
     point = material.at_point(model.elements.material, f, state.pressure @ elements.PRESSURE_SHAPE.T)
     lost: BoolArray = material.least_acoustic(point) <= 0

@@ -14,9 +14,10 @@ from typing import Literal
 
 import numpy as np
 
-from models.fem import Solution, material
+from models.fem import material
 from models.fem.elements import shape_1d
 from models.fem.mesh import with_midpoints
+from models.fem.solution import Solution
 from models.sensor import FloatArray, IntArray
 
 _GAUSS2 = np.polynomial.legendre.leggauss(2)[0]
@@ -55,18 +56,34 @@ class Fields:
 
 
 def sheet(fields: Fields, values: FloatArray, layer: int) -> FloatArray:
-    """`values` (n_point,) of one layer as (n_column, n_row), columns from the axis outwards, rows from the base up."""
+    """Values of one layer as a rectangle of columns and rows.
+
+    Parameters
+    ----------
+    fields : which the values belong to.
+    values : (n_point,).
+    layer : counted from the base.
+
+    Returns
+    -------
+    Shape (n_column, n_row), columns from the axis outwards, rows from the base up.
+    """
     sizes = [columns * rows for columns, rows in fields.shapes]
     start = sum(sizes[:layer])
     return values[start : start + sizes[layer]].reshape(fields.shapes[layer])
 
 
 def fields_of(solution: Solution, step: int = -1) -> Fields:
-    """Fields of one state of a solution, in SI.
+    """Stress, stretch and position everywhere in one state of a solution.
 
     Parameters
     ----------
+    solution : the path.
     step : index into `solution.states`; negative ones count from the end.
+
+    Returns
+    -------
+    On the nodes of every layer, SI.
 
     Raises
     ------

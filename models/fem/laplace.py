@@ -42,17 +42,38 @@ def _shapes(ends: FloatArray, x: FloatArray) -> FloatArray:
 
 
 def positions(mesh: Mesh, u: FloatArray, r: FloatArray, z: FloatArray) -> FloatArray:
-    """Deformed positions (2, n_r, n_z) of the material points on the grid of reference coordinates r, z."""
+    """Where material points have gone.
+
+    Parameters
+    ----------
+    mesh : the grid, undeformed.
+    u : (n_dof,), displacements.
+    r, z : (n_r,), (n_z,), undeformed coordinates.
+
+    Returns
+    -------
+    Deformed r and z of the points of their grid, (2, n_r, n_z).
+    """
     grid = u.reshape(mesh.r.size, mesh.n_row, 2)
     moved = np.einsum("im,mnc,jn->cij", _shapes(mesh.r[::2], r), grid, _shapes(mesh.z[::2], z), optimize=True)
     return np.stack([r[:, None] + moved[0], z[None, :] + moved[1]])
 
 
 def laplace_capacitance(mesh: Mesh, u: FloatArray, lower: float, upper: float, electrode: float) -> float:
-    """C / (eps_0 eps_r) of one dielectric between heights `lower` and `upper`, with electrodes of material radius `electrode`.
+    """Capacitance of one dielectric from the electric field in it, to check the rings against.
 
-    Q2 elements, each within one of the mesh, so that the deformed geometry is the finite elements' own. Lengths in the
-    units of the mesh; undeformed: pi a_e^2 / (upper - lower).
+    Q2 elements, each within one of the mesh, so that the deformed geometry is the finite elements' own.
+
+    Parameters
+    ----------
+    mesh : the grid, undeformed.
+    u : (n_dof,), displacements.
+    lower, upper : heights of its electrodes above the base, undeformed.
+    electrode : material radius of the electrodes.
+
+    Returns
+    -------
+    C / (eps_0 eps_r) in the mesh's unit of length; undeformed pi a_e^2 / (upper - lower).
     """
     columns, rows = _cut(mesh.r[::2], 0.0, electrode, 1), _cut(mesh.z[::2], lower, upper, _ROWS)
     x = positions(mesh, u, with_midpoints(columns), with_midpoints(rows))

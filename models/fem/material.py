@@ -34,7 +34,19 @@ def _arguments(f: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 
 def energy(material: Material, f: FloatArray, p: FloatArray, bulk_ratio: float) -> FloatArray:
-    """Energy density of the module's formula, shape (n_element, n_quad) of one component, with K = `bulk_ratio` mu."""
+    """Energy density of the module's formula.
+
+    Parameters
+    ----------
+    material : laws and shear moduli.
+    f : (5, n_element, n_quad), deformation.
+    p : (n_element, n_quad), pressure.
+    bulk_ratio : K / mu.
+
+    Returns
+    -------
+    Per reference volume, (n_element, n_quad).
+    """
     a, det, hoop = _arguments(f)
     w = np.empty_like(a)
     for law, at in zip(material.laws, material.where, strict=True):
@@ -44,7 +56,18 @@ def energy(material: Material, f: FloatArray, p: FloatArray, bulk_ratio: float) 
 
 
 def admissible(material: Material, f: FloatArray, least: float) -> BoolArray:
-    """Where every stretch is positive with J above `least` and the law's energy exists, shape (n_element, n_quad)."""
+    """Where a deformation can be: every stretch positive, and no chain stretched beyond its end.
+
+    Parameters
+    ----------
+    material : laws and shear moduli.
+    f : (5, n_element, n_quad), deformation.
+    least : J must be above.
+
+    Returns
+    -------
+    Shape (n_element, n_quad).
+    """
     a, det, hoop = _arguments(f)
     good = (det * hoop > least) & (hoop > 0)
     for law, at in zip(material.laws, material.where, strict=True):
@@ -79,7 +102,18 @@ class Point:
 
 
 def at_point(material: Material, f: FloatArray, p: FloatArray) -> Point:
-    """First Piola-Kirchhoff stress and its derivative at fixed pressure, Eqs. (1)-(3), of f (5, n_element, n_quad)."""
+    """Stress and tangent of the material, Eqs. (1)-(3).
+
+    Parameters
+    ----------
+    material : laws and shear moduli.
+    f : (5, n_element, n_quad), deformation.
+    p : (n_element, n_quad), pressure.
+
+    Returns
+    -------
+    First Piola-Kirchhoff stress, its derivative at fixed pressure, cof F and J.
+    """
     (w_a, w_d, w_t), (w_aa, w_ad, w_at, w_dd, w_dt, w_tt) = _derivatives(material, f)
     det = f[0] * f[3] - f[1] * f[2]
     hoop = f[4]
@@ -110,10 +144,19 @@ def at_point(material: Material, f: FloatArray, p: FloatArray) -> Point:
 
 
 def least_acoustic(point: Point, directions: int = 36) -> FloatArray:
-    """Smallest m.Q(n).m over in-plane directions n and the shear m that keeps the volume, (n_element, n_quad), over mu.
+    """How far the material is from losing its stability: the least m.Q(n).m over directions n and volume-keeping shears m.
 
-    Q_ik = H_iJkL n_J n_L with m . (cof A n) = 0; strong ellipticity of an incompressible solid asks for a positive value
-    (Knowles & Sternberg, J. Elasticity 8 (1978) 329; Zee & Sternberg, Arch. Ration. Mech. Anal. 83 (1983) 53).
+    Q_ik = H_iJkL n_J n_L with m . (cof A n) = 0, n and m in the plane; strong ellipticity of an incompressible solid asks for a
+    positive value (Knowles & Sternberg, J. Elasticity 8 (1978) 329; Zee & Sternberg, Arch. Ration. Mech. Anal. 83 (1983) 53).
+
+    Parameters
+    ----------
+    point : stress and tangent.
+    directions : number of directions n over half a turn.
+
+    Returns
+    -------
+    In the unit of the tangent, (n_element, n_quad).
     """
     least = np.full(point.jacobian.shape, np.inf)
     c, h = point.cofactor, point.tangent

@@ -74,11 +74,21 @@ def _fill(low: float, high: float, size: Callable[[FloatArray], FloatArray], ref
 
 
 def make_mesh(design: LayeredDesign, depth: float, accuracy: float = 1e-3) -> Mesh:
-    """Grid for indentations up to `depth` and a relative `accuracy` of force and capacitance change.
+    """Make the grid of a design, fine where the contact will be.
 
     Columns are fine where the contact will be and, as the contact of a round indenter grows from a point, finer towards
     where it begins; they grow geometrically beyond and end fine at the free rim, over which the disc bulges. Rows are fine
     under the contact and at the base, and no layer has fewer than two.
+
+    Parameters
+    ----------
+    design : in any unit of length.
+    depth : largest indentation that it is for, in the same unit.
+    accuracy : relative, of force and capacitance change.
+
+    Returns
+    -------
+    The grid.
     """
     # Errors fall with the square of the element size; the sizes below are for 0.1 %.
     refinement = float(np.sqrt(1e-3 / accuracy))
@@ -120,9 +130,17 @@ def make_mesh(design: LayeredDesign, depth: float, accuracy: float = 1e-3) -> Me
 
 
 def moved(mesh: Mesh, old: LayeredDesign, new: LayeredDesign) -> Mesh:
-    """The grid of `old` carried over to `new`, which has the same layers with other thicknesses and another radius.
+    """Carry a grid over to a design that differs a little, so that derivatives see no other elements.
 
-    Rows follow their layer; columns follow the rim beyond the fine part and stay within it.
+    Parameters
+    ----------
+    mesh : the grid of
+    old : this design.
+    new : one with the same layers, of other thicknesses, and another radius.
+
+    Returns
+    -------
+    The grid of the new design: rows follow their layer, columns follow the rim beyond the fine part and stay within it.
     """
     below, above = (np.concatenate([[0.0], np.cumsum([x.thickness for x in d.layers])]) for d in (old, new))
     beyond = np.clip((mesh.r - mesh.fine_radius) / (old.radius - mesh.fine_radius), 0.0, 1.0)

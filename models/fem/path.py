@@ -11,7 +11,7 @@ from models.fem.equilibrium import Failure, Model, State, equilibrium, instabili
 from models.sensor import FloatArray
 
 #: With friction the result depends on the path: substeps are at most this share of the largest depth.
-_FRICTION_STEP = 1 / 40
+FRICTION_STEP = 1 / 40
 
 
 def _extrapolate(last: State, before: State | None, depth: float) -> State:
@@ -28,14 +28,25 @@ def _extrapolate(last: State, before: State | None, depth: float) -> State:
     )
 
 
-def walk(model: Model, depths: FloatArray, smallest_step: float = 1e-3) -> Iterator[State | Failure]:
-    """Equilibria at each of the `depths` in their order, deeper or shallower; ends with a `Failure` if stuck.
+def walk(
+    model: Model, depths: FloatArray, smallest_step: float = 1e-3, friction_step: float = FRICTION_STEP
+) -> Iterator[State | Failure]:
+    """Go through depths in their order, deeper or shallower, from equilibrium to equilibrium.
 
-    `smallest_step` is the smallest substep as a share of the largest depth. A depth of zero or less is first touch again.
+    Parameters
+    ----------
+    model : the discretised design.
+    depths : in the model's units, shape (n_depth,). Zero or less is first touch again.
+    smallest_step : smallest substep as a share of the largest depth; Newton's failure there is the path's.
+    friction_step : largest substep with friction, as a share of the largest depth.
+
+    Yields
+    ------
+    A state for each depth; a `Failure` as the last if stuck.
     """
     last, before = rest(model), None
     deepest = float(np.max(depths))
-    largest = np.inf if model.frictionless else _FRICTION_STEP * deepest
+    largest = np.inf if model.frictionless else friction_step * deepest
     for target in depths:
         result = _advance(model, last, before, float(target), smallest_step * deepest, largest)
         if isinstance(result, Failure):
@@ -70,14 +81,24 @@ def _advance(
 
 
 def walk_to_forces(model: Model, forces: FloatArray, deepest: float) -> Iterator[State | Failure]:
-    """Equilibria at each of the positive `forces` (the model's units) in their order, found by depth.
+    """Go through forces in their order, from equilibrium to equilibrium, finding the depth of each.
 
     F^(2/3), nearly linear in depth for a sphere, is stepped by Newton's method with the consistent dF/dd until the force is met
-    to 1e-7. Ends with a `Failure` if that takes the indenter below `deepest`.
+    to 1e-7.
+
+    Parameters
+    ----------
+    model : the discretised design.
+    forces : positive, in the model's units, shape (n_force,).
+    deepest : largest depth allowed, in the model's units.
+
+    Yields
+    ------
+    A state for each force; a `Failure` as the last if stuck, or if a force takes the indenter below `deepest`.
     """
     last, before = rest(model), None
     least = 1e-3 * deepest
-    largest = np.inf if model.frictionless else _FRICTION_STEP * deepest
+    largest = np.inf if model.frictionless else FRICTION_STEP * deepest
     for target in forces:
         for _ in range(40):
             if last.force <= 0:

@@ -17,7 +17,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.fem import Solution, capacitance_of, one_thread
 from models.fem import contact as contacts
 from models.fem.elements import (
     Condensed,
@@ -31,8 +30,10 @@ from models.fem.elements import (
 )
 from models.fem.equilibrium import Linearised, Model, State, linearise
 from models.fem.mesh import moved
+from models.fem.solution import Solution, capacitance_of
 from models.layers import LayeredDesign, layered
 from models.sensor import Design, FloatArray, design_from
+from models.threads import one_thread
 
 #: Relative step of the differences: their error is about its square.
 _STEP = 3e-5
@@ -54,7 +55,16 @@ class Sensitivities:
 
 
 def sensitivities(solution: Solution, design: Design) -> Sensitivities:
-    """Derivatives of `solution`, which is that of `design` (one, not a batch), with respect to its every parameter.
+    """Derivatives of force and capacitance with respect to every parameter of the design.
+
+    Parameters
+    ----------
+    solution : without friction.
+    design : that it is of, one, not a batch; its parameters are taken as independent of each other, given or not.
+
+    Returns
+    -------
+    By parameter, arrays (n_state,).
 
     Raises
     ------
@@ -76,10 +86,17 @@ def sensitivities(solution: Solution, design: Design) -> Sensitivities:
 
 
 def derivatives(solution: Solution, families: dict[str, Family]) -> Sensitivities:
-    """Derivatives with respect to the variable t of `families`, each a design at t that is the solution's own at t = 0.
+    """Derivatives of force and capacitance along any change of the design.
 
-    A family may refuse one side of t = 0 with a ValueError (an electrode as wide as its disc can only shrink); the difference
-    is then one-sided.
+    Parameters
+    ----------
+    solution : without friction.
+    families : by name, a design at t that is the solution's own at t = 0, to be differentiated by t there. It may refuse one
+        side with a ValueError (an electrode as wide as its disc can only shrink); the difference is then one-sided.
+
+    Returns
+    -------
+    By name, arrays (n_state,).
 
     Raises
     ------

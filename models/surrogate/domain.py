@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from models.sensor import Design, FloatArray
+from models.surrogate.families import NEO_HOOKEAN, Family
 
 #: Real, or complex where a derivative is taken by a complex step.
 Values = npt.NDArray[Any]
@@ -41,48 +42,8 @@ GROUPS = ("h_s/R", "h_p/R", "a/R", "E_p/E", "1/J_m")
 SENSOR, PADDING, DISC, STIFFNESS, STIFFENING, GAP, WIDTH = range(7)
 
 
-@dataclass(frozen=True)
-class Family:
-    """Designs of one material law and one kind of contact, which one surrogate serves.
-
-    Attributes
-    ----------
-    stiffening : largest 1/J_m of Gent's law in sensor and padding; 0 for neo-Hookean layers alone.
-    stick : whether the sensor sticks to the ball, or slides on it without friction.
-    """
-
-    name: str
-    words: str
-    stiffening: float = 0.0
-    stick: bool = False
-
-    @property
-    def friction_coefficient(self) -> float:
-        """As in `models.sensor.Indenter`."""
-        return float("inf") if self.stick else 0.0
-
-
-NEO_HOOKEAN = Family("neo-hookean", "neo-Hookean sensor on padding, bonded base, frictionless sphere")
-#: Families with surrogates of their own, by name. Silicones have a J_m of 10 and more.
-FAMILIES = MappingProxyType(
-    {
-        family.name: family
-        for family in (
-            NEO_HOOKEAN,
-            Family("gent", "Gent sensor on padding of the same J_m, bonded base, frictionless sphere", stiffening=0.1),
-            Family("stick", "neo-Hookean sensor on padding, bonded base, sphere that sticks", stick=True),
-        )
-    }
-)
-
 # Relative rounding that a bound forgives.
 _SLACK = 1e-9
-
-
-def family_of(*, stiffening: bool, stick: bool) -> Family | None:
-    """The family of designs whose layers stiffen or not and whose ball sticks or slides; None if no surrogate serves them."""
-    found = [f for f in FAMILIES.values() if (f.stiffening > 0) == stiffening and f.stick == stick]
-    return found[0] if found else None
 
 
 @dataclass(frozen=True)
@@ -158,45 +119,35 @@ def groups_of(batch: Design) -> FloatArray:
 
 
 def inside(groups: FloatArray, family: Family = NEO_HOOKEAN) -> npt.NDArray[np.bool_]:
-    """Which designs with `groups` (n, 7) keep every bound of the `family`, (n,)."""
+    """Which designs a surrogate is trained for.
+
+    Parameters
+    ----------
+    groups : (n, 7).
+    family : whose bounds they must keep.
+
+    Returns
+    -------
+    Whether they keep every bound, (n,).
+    """
     return np.asarray(np.all([bound.holds(groups) for bound in bounds(family)], axis=0), dtype=bool)
 
 
 def violated(groups: FloatArray, family: Family = NEO_HOOKEAN) -> str:
-    """Empty if all of `groups` (n, 7) keep every bound, else the first that does not: its name, range and value."""
+    """Say which bound designs do not keep.
+
+    Parameters
+    ----------
+    groups : (n, 7).
+    family : whose bounds they must keep.
+
+    Returns
+    -------
+    Empty if all keep every bound, else the first bound that one does not: its name, range and value.
+    """
     for bound in bounds(family):
         holds = bound.holds(groups)
         if not np.all(holds):
             worst = float(bound.of(groups)[~holds][0])
             return f"{bound.name} from {bound.low:.4g} to {bound.high:.4g}, got {worst:.4g}"
     return ""
-
-
-def mechanical_features(groups: Values) -> Values:
-    """Coordinates (n, 8) in which the mechanics is smooth, from groups (n, >= 4).
-
-    Logarithms of the groups and of what the design is in thicknesses of the stack h = h_s + h_p; of thin padding log(h_p/h_s +
-    0.3) and log(h_p/R + 0.03), which are linear where it vanishes.
-    """
-    h_s, h_p, a, modulus = (groups[:, k] for k in (SENSOR, PADDING, DISC, STIFFNESS))
-    h = h_s + h_p
-    logs = np.log(np.stack([h_s, h_p / h_s + 0.3, h_p + 0.03, a, modulus, h, a / h], axis=1))
-    return np.concatenate([logs, 1 / a[:, None] ** 2], axis=1)
-
-
-#: Number of the features of the mechanics, which come first among those of the capacitance.
-N_MECHANICAL = 8
-
-
-def electric_features(groups: Values) -> Values:
-    """Coordinates (n, 13) of the capacitance, from groups (n, 7): those of the mechanics, of the electrode and of the gap."""
-    a, share = groups[:, DISC], groups[:, WIDTH]
-    width = share * a
-    h = groups[:, SENSOR] + groups[:, PADDING]
-    own = [np.log(width), np.log(width / h), np.log(share), share**4, groups[:, GAP]]
-    return np.concatenate([mechanical_features(groups), np.stack(own, axis=1)], axis=1)
-
-
-def with_stiffening(features: Values, groups: Values, family: Family) -> Values:
-    """Features and, in a `family` that stiffens, 1/J_m beside them."""
-    return np.concatenate([features, groups[:, STIFFENING, None]], axis=1) if family.stiffening else features

@@ -69,7 +69,16 @@ class Network:
 
 
 def network_from(arrays: Mapping[str, _Array], name: str) -> Network:
-    """The network that `Network.arrays` gave.
+    """Read a network back from arrays by name.
+
+    Parameters
+    ----------
+    arrays : among them those that `Network.arrays` gave.
+    name : that it was given there.
+
+    Returns
+    -------
+    The network.
 
     Raises
     ------
@@ -83,7 +92,17 @@ def network_from(arrays: Mapping[str, _Array], name: str) -> Network:
 
 
 def least_squares(y: FloatArray, weight: FloatArray | None = None) -> Slope:
-    """Slope of the mean over the points of the squared error from y (n, n_out), each point times its `weight` (n,)."""
+    """Slope of the mean squared error, for training on plain values.
+
+    Parameters
+    ----------
+    y : (n, n_out), the values.
+    weight : (n,), of the points; None for equal weight.
+
+    Returns
+    -------
+    What `train_network` takes.
+    """
     values = y.astype(np.float32)
     weights = np.ones((len(y), 1), np.float32) if weight is None else (weight / np.mean(weight)).astype(np.float32)[:, None]
 
@@ -104,14 +123,22 @@ def train_network(
     progress: Callable[[int, int], None] | None = None,
     start: Network | None = None,
 ) -> Network:
-    """A network of layers of `sizes`, the last its outputs, that makes a loss small over the points x (n, n_in).
+    """Train a network that makes a loss small over given points.
 
     Parameters
     ----------
+    x : (n, n_in), the points.
     slope : of the loss, see `Slope`.
+    sizes : of the layers, the last its outputs.
+    steps : of the training.
+    rng : of its start and the order of the points.
     batch : points a step, drawn without repetition until all have been seen.
-    start : a network of these sizes to go on from, at half the rate; a random one if None.
     progress : called now and then with the steps done and `steps`.
+    start : a network of these sizes to go on from, at half the rate; a random one if None.
+
+    Returns
+    -------
+    The network.
 
     Raises
     ------

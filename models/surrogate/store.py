@@ -45,7 +45,14 @@ class RunStore:
             yield np.frombuffer(point, dtype="<f8"), _arrays(arrays), str(failure)
 
     def add(self, point: FloatArray, arrays: Mapping[str, FloatArray], failure: str = "") -> None:
-        """Keep the run at `point`, and why it ended early if it did; what was there before is replaced."""
+        """Keep a run; what was there at its point before is replaced.
+
+        Parameters
+        ----------
+        point : groups that the run is at.
+        arrays : its results, by name.
+        failure : why it ended early; empty if it did not.
+        """
         blob = io.BytesIO()
         np.savez(blob, **dict(arrays))  # type: ignore[arg-type]  # an array by the name of an option is not among them
         with self.connection:
@@ -67,7 +74,16 @@ def _key(point: FloatArray) -> bytes:
 
 @contextmanager
 def open_store(path: Path, settings: Mapping[str, object]) -> Iterator[RunStore]:
-    """Open or begin the store at `path` for runs made with `settings` (what tells them from other runs: accuracy, depths, ...).
+    """Open the file of a campaign, or begin it.
+
+    Parameters
+    ----------
+    path : of the file.
+    settings : what tells its runs from others: accuracy, depths, ...
+
+    Yields
+    ------
+    The store.
 
     Raises
     ------

@@ -17,37 +17,33 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
+from hashlib import sha256
 from importlib.resources import as_file, files
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from models.analytic import layer_weight
 from models.response import OutOfRangeError, Response
-from models.sensor import VACUUM_PERMITTIVITY, BoolArray, Design, FloatArray
+from models.sensor import BoolArray, Design, FloatArray
 from models.surrogate import domain
-from models.surrogate.domain import (
-    DEPTH,
-    DISC,
-    FAMILIES,
+from models.surrogate.coordinates import (
+    N_DEPTH_TERMS,
     N_MECHANICAL,
-    NEO_HOOKEAN,
-    PADDING,
-    PATH,
-    SENSOR,
-    STIFFENING,
-    STIFFNESS,
-    WIDTH,
-    Family,
-    Values,
+    closed_change,
+    closed_force,
+    depth_terms,
     electric_features,
+    share_of_family,
+    smooth_end,
     with_stiffening,
 )
+from models.surrogate.domain import DEPTH, PADDING, PATH, SENSOR, Values
+from models.surrogate.families import FAMILIES, NEO_HOOKEAN, Family
 from models.surrogate.network import Network, network_from
 
-#: Terms of the polynomials in s: of the curves, of the logarithm of their error's standard deviation, and of its modes.
-N_DEPTH_TERMS = 12
+#: Terms of the polynomials in s of the logarithm of the error's standard deviation, and of its modes.
 N_ERROR_TERMS = 3
 N_MODE_TERMS = 6
 
@@ -57,73 +53,26 @@ N_ERROR_MODES = 5
 #: Change of capacitance, delta, that counts as nothing.
 CHANGE_SCALE = 5e-5
 
-#: Largest s: R/2 and the depth of 60 % compression are up to 9 % beyond their smooth minimum. The polynomials are Chebyshev's
-#: on 0 <= s <= S_END.
-S_END = 1.045
-
 #: Designs evaluated together: their arrays stay in the processor's cache.
 _CHUNK = 128
 
+# Of the file, and of the formulas that turn its networks into curves: to be raised when either changes.
 _FORMAT = 3
 
 # Relative rounding that a bound forgives.
 _SLACK = 1e-9
 
 
-def depth_terms(s: Values, n: int = N_DEPTH_TERMS) -> Values:
-    """The first `n` terms (..., n, n_depth) of the polynomials in s (..., n_depth), Chebyshev's T_0, T_1, ..."""
-    x = 2 / S_END * s - 1
-    terms = np.empty((*x.shape[:-1], n, x.shape[-1]), dtype=x.dtype)
-    terms[..., 0, :] = 1
-    terms[..., 1, :] = x
-    double = 2 * x
-    for k in range(2, n):
-        terms[..., k, :] = double * terms[..., k - 1, :] - terms[..., k - 2, :]
-    return terms
-
-
-def closed_force(groups: Values, depth: Values) -> Values:
-    """Closed-form F / (mu R^2) that the surrogate corrects; groups (n, >= 4), depth (n, n_depth) in units of R.
-
-    Hertz times the thin-layer series 1 + 1.133 chi + 1.497 chi^2 + 1.469 chi^3 (Garcia & Garcia, Biophys. J. 114 (2018) 2923,
-    without its quartic term, so that it keeps the chi^3 growth of a thin incompressible layer). Its first three terms carry a
-    modulus that weights sensor and padding by their share in the compliance of a half space (`layer_weight`), the last that of
-    a thin bonded film, where the lubrication flow under the sphere weights each height with the square of its depth below the
-    surface: shares (h_s/h)^3 and 1 - (h_s/h)^3.
-    """
-    h_s, h_p, modulus = (groups[:, k, None] for k in (SENSOR, PADDING, STIFFNESS))
-    contact = np.sqrt(depth)
-    sensor = layer_weight(h_s / contact)
-    both = layer_weight((h_s + h_p) / contact)
-    deep, thin = 1 - sensor / both, 1 - (h_s / (h_s + h_p)) ** 3
-    young_deep, young_thin = (3 / (1 - share + share / modulus) for share in (deep, thin))
-    chi = contact / (h_s + h_p)
-    series = young_deep * (1 + chi * (1.133 + chi * 1.497)) + young_thin * 1.469 * chi * chi * chi
-    return np.asarray(16 / 9 * depth * contact * series)
-
-
-def closed_change(groups: Values, depth: Values, force: Values) -> Values:
-    """Rough C/C0 - 1 that the surrogate corrects; groups (n, 7), depth and force over R and mu R^2 (n, n_depth).
-
-    Two parts over the electrode's area: d^2 for the quadratic effect of the strain under the sphere, and, in proportion to the
-    force, the net outflow of material through the electrode's rim, which falls off within a few thicknesses of the stack and is
-    the larger the softer the padding. Constants by eye, within a factor of about three.
-    """
-    h_s, h_p, modulus, width = (groups[:, k, None] for k in (SENSOR, PADDING, STIFFNESS, WIDTH))
-    electrode, h = width * groups[:, DISC, None], h_s + h_p
-    reach = electrode / (2.5 * h)
-    outflow = 0.15 * force * modulus ** (-0.55 * h_p / h) / (1 + reach * reach * reach)
-    return np.asarray((depth * depth + outflow) / (electrode * electrode))
-
-
-def smooth_end(thinned: Values) -> Values:
-    """Scale of depth over R: the smooth minimum of R/2 and the depth at which a layer is `thinned` to 40 %."""
-    return np.asarray((DEPTH**-8.0 + thinned**-8.0) ** (-1 / 8))
-
-
 @dataclass(frozen=True, eq=False)
-class _Paths:
-    """Dimensionless curves of a batch of designs and depths (n_draw, n_depth): what the networks say."""
+class Paths:
+    """Dimensionless curves of a batch of designs: what the networks say, before units and errors.
+
+    Attributes
+    ----------
+    force, contact_radius, change : F/(mu R^2), over R, and C/C0 - 1, (n_draw, n_depth); complex if the groups or depths are.
+    s : place along the path, (n_draw, n_depth).
+    terms : of the polynomials there, (n_draw, N_DEPTH_TERMS, n_depth).
+    """
 
     force: Values
     contact_radius: Values
@@ -132,14 +81,11 @@ class _Paths:
     terms: Values
 
 
-def share_of_family(groups: Values, family: Family) -> Values:
-    """How much of the difference between its `family` and the neo-Hookean, frictionless one a design has, (n,)."""
-    return groups[:, STIFFENING] / family.stiffening if family.stiffening else np.ones(len(groups))
-
-
 @dataclass(frozen=True, eq=False)
 class Surrogate:
-    """The fast `Forward`. Refuses what lies outside its training range.
+    """The fast `Forward`: networks that have learnt finite-element curves, with the error that they still have.
+
+    Refuses what lies outside its training range.
 
     The surrogate of a family has networks of its own that add to the coefficients of the neo-Hookean, frictionless one, its
     `base`, on the same scale of depth: of Gent's in proportion to 1/J_m, so that it goes over into the base where that is 0.
@@ -171,6 +117,16 @@ class Surrogate:
         """Short name for tables and reports."""
         return "surrogate" if self.base is None else f"{self.family.name} surrogate"
 
+    @cached_property
+    def identity(self) -> str:
+        """Hash of everything in it, base included, but not of the file it came from: see `models.response.Forward.identity`."""
+        content = sha256(f"{self.family.stiffening!r} {self.family.stick!r} ".encode())
+        for name, array in sorted(self._arrays().items()):
+            values = np.ascontiguousarray(array)
+            content.update(f"{name} {values.dtype.str} {values.shape} ".encode())
+            content.update(values.tobytes())
+        return f"surrogate, sha256 {content.hexdigest()}"
+
     def info(self) -> dict[str, str]:
         """Provenance, error and range as words."""
         ranges = {f"range of {b.name}": f"{b.low:.4g} to {b.high:.4g}" for b in domain.bounds(self.family) if b.high > 0}
@@ -178,9 +134,16 @@ class Surrogate:
         return {**self.provenance, **ranges, "range of d": f"up to {depth}"}
 
     def ends(self, groups: Values, features: Values) -> tuple[Values, Values]:
-        """Largest depth covered and the scale of depth, over R, each (n,).
+        """Where loading curves end.
 
-        For groups (n, 7) inside the range and their features (n, >= N_MECHANICAL), see `domain.electric_features`.
+        Parameters
+        ----------
+        groups : (n, 7), inside the range.
+        features : of these, (n, >= N_MECHANICAL), see `electric_features`.
+
+        Returns
+        -------
+        Largest depth covered and the scale of depth, both over R, each (n,).
         """
         own = with_stiffening(features[:, :N_MECHANICAL], groups, self.family)
         thinned = (groups[:, SENSOR] + groups[:, PADDING]) * np.exp(self.end(own)[:, 0])
@@ -190,7 +153,17 @@ class Surrogate:
         return np.minimum(limit, thinned), reach
 
     def coefficients(self, groups: Values, features: Values) -> Values:
-        """Of p_F, p_a and p_C side by side, (n, 3 * N_DEPTH_TERMS), for groups (n, 7) and their features (n, 13)."""
+        """Coefficients of the polynomials along the path, as the networks say them.
+
+        Parameters
+        ----------
+        groups : (n, 7), inside the range.
+        features : of these, (n, 13), see `electric_features`.
+
+        Returns
+        -------
+        Of p_F, p_a and p_C side by side, (n, 3 * N_DEPTH_TERMS).
+        """
         mechanics = self.mechanics(with_stiffening(features[:, :N_MECHANICAL], groups, self.family))
         capacitance = self.capacitance(with_stiffening(features, groups, self.family))
         own = np.concatenate([mechanics, capacitance], axis=1)
@@ -215,7 +188,7 @@ class Surrogate:
         return self._limit(domain.groups_of(batch), batch)
 
     def outside(self, design: Design, depth: FloatArray) -> str:
-        """Empty, or one sentence that names the violated bound, the value, and how it comes about."""
+        """Empty, or one sentence that names the violated bound, the value, and how it comes about; see `Forward.outside`."""
         friction, covered = design.indenter.friction_coefficient, self.family.friction_coefficient
         if friction != covered:
             kind = "a ball that sticks" if self.family.stick else "frictionless contact"
@@ -237,7 +210,7 @@ class Surrogate:
         return ""
 
     def respond(self, design: Design, depth: FloatArray) -> Response:
-        """See `models.response.Forward.respond`."""
+        """Force, contact and capacitance at given depths with their error, see `models.response.Forward.respond`."""
         batch = design.draws()
         groups = domain.groups_of(batch)
         inside = self._inside(groups, batch)
@@ -258,7 +231,7 @@ class Surrogate:
             part = slice(first, first + _CHUNK)
             touching = depths[part] > 0
             over_radius = np.where(touching, depths[part] / radius[part], 1e-12)
-            paths = self._paths(groups[part], features[part], over_radius, reach[part])
+            paths = self.paths(groups[part], features[part], over_radius, reach[part])
             force_sd, change_sd = self._error(groups[part], features[part], paths)
             force[part] = np.where(touching, paths.force, 0.0) * scale[part]
             contact[part] = np.where(touching, paths.contact_radius, 0.0) * radius[part]
@@ -278,13 +251,25 @@ class Surrogate:
         )
         return response if design.is_batch else response.draw(0)
 
-    def _paths(self, groups: Values, features: Values, depth: Values, reach: Values) -> _Paths:
-        """Curves at depths over R (n_draw, n_depth), for groups (n_draw, 7) and what follows from them; complex if any is."""
+    def paths(self, groups: Values, features: Values, depth: Values, reach: Values) -> Paths:
+        """Loading curves in dimensionless form.
+
+        Parameters
+        ----------
+        groups : (n_draw, 7), inside the range.
+        features : of these, (n_draw, 13), see `electric_features`.
+        depth : over R, positive, (n_draw, n_depth).
+        reach : scale of depth over R, (n_draw,), see `ends`.
+
+        Returns
+        -------
+        Curves, complex if any of the arguments is.
+        """
         s = np.sqrt(depth / reach[:, None])
         terms = depth_terms(s)
         logs = self.coefficients(groups, features).reshape(-1, 3, N_DEPTH_TERMS) @ terms
         closed = closed_force(groups, depth)
-        return _Paths(
+        return Paths(
             force=closed * np.exp(s * logs[:, 0]),
             contact_radius=np.sqrt(depth) * np.exp(s * logs[:, 1]),
             change=closed_change(groups, depth, closed) * np.exp(logs[:, 2]),
@@ -297,7 +282,7 @@ class Surrogate:
         force = self.force_sd(with_stiffening(features[:, :N_MECHANICAL], groups, self.family))
         return np.stack([force, self.capacitance_sd(with_stiffening(features, groups, self.family))], axis=1)
 
-    def _error(self, groups: FloatArray, features: FloatArray, paths: _Paths) -> tuple[FloatArray, FloatArray]:
+    def _error(self, groups: FloatArray, features: FloatArray, paths: Paths) -> tuple[FloatArray, FloatArray]:
         """Standard deviations (n_draw, n_depth) of log F and of C/C0."""
         sd = np.exp(self._error_terms(groups, features) @ paths.terms[:, :N_ERROR_TERMS])
         # The error is known from `PATH` on; nearer to first touch there is less and less to be wrong about.
@@ -305,56 +290,19 @@ class Surrogate:
         return sd[:, 0], change_sd * np.minimum(paths.s / PATH[0], 1.0)
 
     def own_error(self, groups: FloatArray) -> FloatArray:
-        """Rms along the path of the errors' sd, of log F and of C/C0 - 1 over itself + delta: (n, 2), for groups (n, 7)."""
+        """How wrong the surrogate thinks it is, of designs with groups (n, 7): one number for force and one for capacitance.
+
+        Returns the rms along the path of the errors' sd, of log F and of C/C0 - 1 over itself + delta, (n, 2).
+        """
         logs = self._error_terms(groups, electric_features(groups)) @ depth_terms(PATH, N_ERROR_TERMS)
         return np.asarray(np.sqrt(np.mean(np.exp(2 * logs), axis=2)))
-
-    def gradients(self, design: Design, depth: FloatArray) -> Gradients:
-        """Derivatives of force and capacitance with respect to every parameter and to the indentation, to rounding.
-
-        By complex steps (Squire & Trapp, SIAM Rev. 40 (1998) 110) through closed forms, networks and polynomials.
-
-        Raises
-        ------
-        OutOfRangeError
-            If the surrogate does not cover the design or a depth.
-        """
-        if why := self.outside(design, depth):
-            raise OutOfRangeError(why)
-        values = {k: np.asarray(v, dtype=float) for k, v in design.draws().parameters().items()}
-        n_draw = values["indenter_radius"].size
-        depths = np.broadcast_to(np.asarray(depth, dtype=float), (n_draw, np.shape(depth)[-1]))
-        force: dict[str, FloatArray] = {}
-        capacitance: dict[str, FloatArray] = {}
-        # Each step in units of what it changes: a padding of nothing has no modulus to change.
-        sizes = values | {"stiffening": np.full(n_draw, self.family.stiffening)}
-        for name in (*values, "indentation"):
-            size = depths if name == "indentation" else np.broadcast_to(sizes[name][:, None], depths.shape)
-            moved = values if name == "indentation" else values | {name: values[name] + 1e-30j * sizes[name]}
-            f, c = self._dimensional(moved, depths + (1e-30j * depths if name == "indentation" else 0j))
-            for found, into in ((f, force), (c, capacitance)):
-                into[name] = np.divide(np.imag(found) / 1e-30, size, out=np.zeros(depths.shape), where=size > 0)
-        if not design.is_batch:
-            force, capacitance = ({k: v[0] for k, v in d.items()} for d in (force, capacitance))
-        return Gradients(force, capacitance)
-
-    def _dimensional(self, values: Mapping[str, Values], depth: Values) -> tuple[Values, Values]:
-        """Force [N] and capacitance [F] (n_draw, n_depth) in complex arithmetic."""
-        radius = values["indenter_radius"][:, None]
-        groups = domain.groups_from(values).astype(complex)
-        touching = np.real(depth) > 0
-        features = electric_features(groups)
-        paths = self._paths(groups, features, np.where(touching, depth / radius, 1e-12), self.ends(groups, features)[1])
-        area = np.pi * values["electrode_radius"] ** 2
-        c0 = 2 * VACUUM_PERMITTIVITY * values["relative_permittivity"] * area / values["dielectric_thickness"]
-        force = values["young_modulus"][:, None] / 3 * radius**2 * np.where(touching, paths.force, 0.0)
-        return force, c0[:, None] * (1 + np.where(touching, paths.change, 0.0))
 
     def save(self, path: Path) -> None:
         """Write as npz, with what it adds to; nothing in it is executed on reading."""
         np.savez_compressed(path, **self._arrays())
 
     def _arrays(self, prefix: str = "") -> dict[str, Any]:
+        """Everything it consists of by name, that of its base with a prefix more: see `_from_arrays`."""
         arrays: dict[str, Any] = {
             "format": _FORMAT,
             "family": self.family.name,
@@ -379,20 +327,17 @@ def _safe(groups: FloatArray, inside: BoolArray) -> FloatArray:
 _NETWORKS = ("end", "mechanics", "capacitance", "force_sd", "capacitance_sd")
 
 
-@dataclass(frozen=True, eq=False)
-class Gradients:
-    """Derivatives by parameter name, in SI: [N] and [F] per unit of the parameter, of the shape of the response's arrays.
-
-    `indentation` is among the names. A parameter that is zero (no padding) has the derivative zero here, and so has the
-    stiffening in a family without.
-    """
-
-    force: dict[str, FloatArray]
-    capacitance: dict[str, FloatArray]
-
-
 def load_surrogate(path: Path | None = None, family: Family = NEO_HOOKEAN) -> Surrogate:
-    """Read a surrogate that `Surrogate.save` wrote; without a path the one of the `family` shipped with the package.
+    """Read a surrogate from its file, or the one that is shipped with the package.
+
+    Parameters
+    ----------
+    path : file that `Surrogate.save` wrote; None for the shipped one of
+    family : the kind of physics. A file says itself which it stands for.
+
+    Returns
+    -------
+    The surrogate, with the base that it adds to.
 
     Raises
     ------

@@ -3,32 +3,21 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor, as_completed
 from dataclasses import dataclass, replace
 from itertools import islice
 
 import numpy as np
-from scipy.stats import qmc
 
-from models.fem import dimensionless
 from models.fem.capacitance import ring_capacitance
-from models.fem.equilibrium import Failure, compression, make_model
+from models.fem.equilibrium import Failure, Model, State, compression, make_model
 from models.fem.path import walk
+from models.fem.solution import dimensionless
 from models.layers import LayeredDesign, layered
 from models.sensor import BoolArray, FloatArray, IntArray, design_from
-from models.surrogate.domain import (
-    COMPRESSION,
-    DEPTH,
-    DIELECTRIC,
-    ELECTRODE,
-    GROUPS,
-    LENGTHS,
-    MODULUS,
-    NEO_HOOKEAN,
-    PATH,
-    Family,
-)
+from models.surrogate.domain import COMPRESSION, DEPTH, DIELECTRIC, ELECTRODE, GROUPS, PATH
+from models.surrogate.families import NEO_HOOKEAN, Family
 from models.surrogate.store import RunStore
 
 
@@ -41,46 +30,8 @@ DIELECTRIC_POINTS = _lobatto(6, *DIELECTRIC)
 ELECTRODE_POINTS = np.sqrt(_lobatto(7, ELECTRODE[0] ** 2, ELECTRODE[1] ** 2))
 
 
-#: By how much the points go beyond the range: a fit is worst where its points end.
-_MARGIN = 1.1
-
-#: Padding coordinate log(h_p + c), c = 0.15 mm: linear for thin padding, logarithmic for thick.
-_PADDING_OFFSET = 0.15
-
-
-def design_points(n: int, seed: int, family: Family = NEO_HOOKEAN) -> FloatArray:
-    """Space-filling points (n, 5) in the groups, a little beyond the range of `domain`: a scrambled Sobol sequence.
-
-    Even in the logarithms of R, h_s, a and E_p/E, in the padding's own coordinate and in 1/J_m, but half of the weight follows
-    the Chebyshev density, which is denser towards the borders.
-    """
-    with np.errstate(all="ignore"):
-        sobol = qmc.Sobol(_n_coordinate(family), rng=np.random.default_rng(seed))
-        u = sobol.random_base2(max(0, int(np.ceil(np.log2(n)))))[:n]
-    return _points_at((1 - np.cos(np.pi * u)) / 4 + u / 2, _MARGIN, family)
-
-
-def random_groups(n: int, rng: np.random.Generator, family: Family = NEO_HOOKEAN) -> FloatArray:
-    """Random points (n, 5) in the groups inside the range, even in the same coordinates."""
-    return _points_at(rng.uniform(size=(n, _n_coordinate(family))), 1.0, family)
-
-
-def _n_coordinate(family: Family) -> int:
-    return 6 if family.stiffening else 5
-
-
-def _points_at(u: FloatArray, margin: float, family: Family) -> FloatArray:
-    """Groups (n, 5) at u in [0, 1]: R, h_s, h_p, a, E_p/E and 1/J_m over their ranges, widened by the factor `margin`."""
-    low, high = np.array(list(LENGTHS.values())).T
-    low, high = low / margin, high * margin
-    radius, h_s = (low[k] * (high[k] / low[k]) ** u[:, k] for k in (0, 1))
-    h_p = _PADDING_OFFSET * ((high[2] / _PADDING_OFFSET + 1) ** u[:, 2] - 1)
-    narrow = np.maximum(low[3], radius / margin**0.3)
-    a = narrow * (high[3] / narrow) ** u[:, 3]
-    modulus = MODULUS[0] / margin * (MODULUS[1] / MODULUS[0] * margin**2) ** u[:, 4]
-    stiffening = margin * family.stiffening * u[:, 5] if family.stiffening else np.zeros(len(u))
-    return np.stack([h_s / radius, h_p / radius, a / radius, modulus, stiffening], axis=1)
-
+#: How depths of a discretised design are gone through, as `models.fem.path.walk` does.
+Path = Callable[[Model, FloatArray], Iterator[State | Failure]]
 
 # What is kept of a run, by name.
 _ARRAYS = ("depth", "force", "contact_radius", "compression", "capacitance")
@@ -143,7 +94,17 @@ class Run:
 
 
 def design_of(groups: FloatArray, family: Family = NEO_HOOKEAN) -> LayeredDesign:
-    """The design with groups (5,) in the units of the finite elements: R = 1 and shear modulus 1 in the sensor."""
+    """Make the design that has given groups.
+
+    Parameters
+    ----------
+    groups : (5,), in the order of `GROUPS`.
+    family : whose law and contact it has.
+
+    Returns
+    -------
+    In the units of the finite elements: R = 1 and shear modulus 1 in the sensor.
+    """
     h_s, h_p, a, modulus, stiffening = (float(g) for g in groups)
     design = design_from(
         {
@@ -161,8 +122,20 @@ def design_of(groups: FloatArray, family: Family = NEO_HOOKEAN) -> LayeredDesign
     return dimensionless(layered(design))[0]
 
 
-def run_point(groups: FloatArray, accuracy: float, family: Family = NEO_HOOKEAN) -> Run:
-    """Finite-element path for one point (5,) of the groups, at `PATH` until a layer is thinned by `COMPRESSION`."""
+def run_point(groups: FloatArray, accuracy: float, family: Family = NEO_HOOKEAN, path: Path = walk) -> Run:
+    """Press one design with the finite elements, as deep as a surrogate goes, and keep its curves.
+
+    Parameters
+    ----------
+    groups : (5,), the design, in the order of `GROUPS`.
+    accuracy : of the finite elements.
+    family : whose law and contact it has.
+    path : how depths are gone through.
+
+    Returns
+    -------
+    Curves at `PATH` until a layer is thinned by `COMPRESSION`, or as far as equilibrium was found.
+    """
     h_s, h_p, a = (float(g) for g in groups[:3])
     end = min(DEPTH, COMPRESSION * (h_s + h_p))
     model = make_model(design_of(groups, family), end, accuracy)
@@ -171,7 +144,7 @@ def run_point(groups: FloatArray, accuracy: float, family: Family = NEO_HOOKEAN)
     lower, upper = np.concatenate([middle - dielectric, middle]), np.concatenate([middle, middle + dielectric])
     at_rest = 2 * np.pi * electrode**2 / dielectric[:, None]
     rows, capacitance, failure = [], [], ""
-    for state in walk(model, end * PATH**2):
+    for state in path(model, end * PATH**2):
         if isinstance(state, Failure):
             names = ", ".join(f"{k} = {g:.4g}" for k, g in zip(GROUPS, groups, strict=True))
             failure = f"{names}: {state.reason} at d/R = {state.depth:.4g} of {end:.4g}"
@@ -187,7 +160,17 @@ def run_point(groups: FloatArray, accuracy: float, family: Family = NEO_HOOKEAN)
 
 
 def store_settings(accuracy: float, family: Family = NEO_HOOKEAN) -> dict[str, object]:
-    """What the runs of a campaign have in common, for `models.surrogate.store.open_store`."""
+    """What the runs of a campaign have in common, so that no others get among them.
+
+    Parameters
+    ----------
+    accuracy : of the finite elements.
+    family : whose designs they are.
+
+    Returns
+    -------
+    Settings for `models.surrogate.store.open_store`.
+    """
     return {
         "family": family.name,
         "groups": list(GROUPS),
@@ -207,21 +190,31 @@ def run_training(
     accuracy: float,
     family: Family = NEO_HOOKEAN,
     progress: Callable[[int, int], None] | None = None,
+    run: Callable[[FloatArray, float, Family], Run] = run_point,
 ) -> None:
-    """Run every point (n, 5) that is not in the `store` yet on `executor`; every result is kept there as it comes in.
+    """Run every point that is not in the store yet; every result is kept there as it comes in.
 
-    Any `concurrent.futures` executor will do: processes, or a Dask cluster's `Client.get_executor()`. `progress(done, total)`
-    is called as results come in. A path that ends early is kept as far as it came, with the reason.
+    A path that ends early is kept as far as it came, with the reason.
+
+    Parameters
+    ----------
+    points : (n, 5), in the order of `GROUPS`.
+    executor : any of `concurrent.futures`: processes, or a Dask cluster's `Client.get_executor()`.
+    store : where results are kept.
+    accuracy : of the finite elements.
+    family : whose designs they are.
+    progress : called with the points done and their number, as results come in.
+    run : what is done for a point, its accuracy and its family; the executor must be able to send it.
     """
     missing = [p for p in points if p not in store]
     done = len(points) - len(missing)
     if progress is not None and done:
         progress(done, len(points))
-    futures = {executor.submit(run_point, p, accuracy, family): p for p in missing}
+    futures = {executor.submit(run, p, accuracy, family): p for p in missing}
     try:
         for count, future in enumerate(as_completed(futures), start=done + 1):
-            run = future.result()
-            store.add(futures[future], {name: getattr(run, name) for name in _ARRAYS}, run.failure)
+            done_run = future.result()
+            store.add(futures[future], {name: getattr(done_run, name) for name in _ARRAYS}, done_run.failure)
             if progress is not None:
                 progress(count, len(points))
     except BaseException:
@@ -231,13 +224,34 @@ def run_training(
 
 
 def points_wanted(store: RunStore, sequence: Iterable[FloatArray], n: int) -> FloatArray:
-    """The first points of `sequence` that bring the runs in the store to `n`; none if it holds as many."""
+    """Choose which points to run next.
+
+    Parameters
+    ----------
+    store : the runs there are.
+    sequence : points (5,) in the order in which they are wanted; those in the store are passed over.
+    n : number of runs that the store is to hold.
+
+    Returns
+    -------
+    The first of the sequence that bring the store to `n`, (n_new, 5); none if it holds as many.
+    """
     new = (point for point in sequence if point not in store)
     return np.array(list(islice(new, max(0, n - len(store))))).reshape(-1, len(GROUPS))
 
 
 def training_set(store: RunStore, accuracy: float, family: Family = NEO_HOOKEAN) -> TrainingSet:
-    """Every run in the store, in the order of the points.
+    """Every run in a store as one set, in the order of the points.
+
+    Parameters
+    ----------
+    store : the runs.
+    accuracy : of the finite elements they were made with.
+    family : whose designs they are.
+
+    Returns
+    -------
+    The training set, failed runs included.
 
     Raises
     ------

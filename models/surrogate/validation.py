@@ -8,12 +8,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.fem import ConvergenceError, FiniteElements
-from models.response import Forward, OutOfRangeError, Response
+from models.fem import FiniteElements
+from models.response import ConvergenceError, Forward, OutOfRangeError, Response
 from models.sensor import Design, FloatArray, design_from
-from models.surrogate.domain import DIELECTRIC, ELECTRODE, NEO_HOOKEAN, PATH, Family
+from models.surrogate.domain import DIELECTRIC, ELECTRODE, PATH
+from models.surrogate.families import NEO_HOOKEAN, Family
+from models.surrogate.points import random_groups
 from models.surrogate.surrogate import Surrogate
-from models.surrogate.training import random_groups
 
 #: Changes of capacitance below this share of C0 are compared to it instead of to themselves.
 CHANGE_FLOOR = 1e-4
@@ -62,7 +63,18 @@ class Validation:
 
 
 def random_designs(n: int, seed: int, family: Family = NEO_HOOKEAN) -> list[Design]:
-    """Designs spread over the whole range of a surrogate (see `training.random_groups`), R 5 mm, E 0.6 MPa, eps_r 2.8."""
+    """Designs spread over the whole range of a surrogate (see `points.random_groups`), R 5 mm, E 0.6 MPa, eps_r 2.8.
+
+    Parameters
+    ----------
+    n : number of designs.
+    seed : of the draw.
+    family : that they belong to.
+
+    Returns
+    -------
+    One design each, no batch.
+    """
     rng = np.random.default_rng(seed)
     radius, modulus = 5e-3, 0.6e6
     designs = []
@@ -104,16 +116,21 @@ class Toleranced:
         """That of the model inside."""
         return self.inner.name
 
+    @property
+    def identity(self) -> str:
+        """That of the model inside, and the share."""
+        return f"{self.inner.identity}, error {float(self.share)!r}"
+
     def max_depth(self, design: Design) -> FloatArray:
         """That of the model inside."""
         return self.inner.max_depth(design)
 
     def outside(self, design: Design, depth: FloatArray) -> str:
-        """That of the model inside."""
+        """That of the model inside, see `models.response.Forward.outside`."""
         return self.inner.outside(design, depth)
 
     def respond(self, design: Design, depth: FloatArray) -> Response:
-        """See `models.response.Forward.respond`."""
+        """That of the model inside, with the error added; see `models.response.Forward.respond`."""
         found = self.inner.respond(design, depth)
         each = self.share * np.eye(found.depth.shape[-1])
         change = found.capacitance - found.rest_capacitance[..., None]
@@ -130,10 +147,17 @@ def toleranced(exact: FiniteElements) -> Toleranced:
 
 
 def compare(fast: Response, truth: Response) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Errors of `fast` and the same in units of the sd it states (with that of `truth`, if any), of the shape of its arrays.
+    """How wrong a fast response is, and whether it knows.
 
-    Relative error of force; of the change of capacitance, above `CHANGE_FLOOR`; scores of force and capacitance, inf where
-    `fast` states no error.
+    Parameters
+    ----------
+    fast : the response to judge, with the error that it states.
+    truth : of the same design and depths; its own error, if any, is allowed for.
+
+    Returns
+    -------
+    Four arrays of the shape of the responses': relative error of force; of the change of capacitance, in comparison with at
+    least `CHANGE_FLOOR`; and errors of force and of capacitance in units of their stated sd, inf where `fast` states none.
     """
     floor = np.maximum(np.abs(truth.capacitance_change), CHANGE_FLOOR)
     force, capacitance = fast.force - truth.force, fast.capacitance - truth.capacitance
@@ -149,7 +173,18 @@ def compare(fast: Response, truth: Response) -> tuple[FloatArray, FloatArray, Fl
 
 
 def response_or_why(exact: Forward, design: Design, depth: FloatArray) -> Response | str:
-    """The response of `exact`, or the sentence why there is none: no equilibrium, or out of its range."""
+    """Ask a model that may fail, in a way that a worker process can send back.
+
+    Parameters
+    ----------
+    exact : the model.
+    design : one, or a batch of draws.
+    depth : [m], shape (n_depth,) or (n_draw, n_depth).
+
+    Returns
+    -------
+    The response, or the sentence why there is none: no equilibrium, or out of its range.
+    """
     try:
         return exact.respond(design, depth)
     except (ConvergenceError, OutOfRangeError) as error:
@@ -164,7 +199,20 @@ def validate(
     accuracy: float = 1e-3,
     progress: Callable[[int, int], None] | None = None,
 ) -> Validation:
-    """Compare at `domain.PATH` depths of each design, up to the largest the surrogate covers."""
+    """Compare a surrogate with fresh finite elements, at `domain.PATH` depths of each design, up to the largest it covers.
+
+    Parameters
+    ----------
+    surrogate : to be judged.
+    designs : one each, no batch.
+    executor : any of `concurrent.futures`, that the finite elements run on.
+    accuracy : of the finite elements.
+    progress : called with the designs done and their number.
+
+    Returns
+    -------
+    Errors point by point.
+    """
     depths = [float(surrogate.max_depth(d)[0]) * (1 - 1e-12) * PATH**2 for d in designs]
     exact = FiniteElements(accuracy)
     futures = {executor.submit(response_or_why, exact, d, z): i for i, (d, z) in enumerate(zip(designs, depths, strict=True))}

@@ -1,23 +1,22 @@
 """What every forward model owes its users, checked over all of them."""
 
+import pickle
+from dataclasses import fields, replace
+
 import numpy as np
 import pytest
 
+import models.fem
 from models.analytic import ClosedForm
+from models.curves import covered
+from models.examples import PAPER_SENSOR
 from models.fem import FiniteElements
-from models.response import Forward, OutOfRangeError, covered, depth_at_force, depth_table
+from models.response import ConvergenceError, Forward, OutOfRangeError
 from models.sensor import design_from
-from models.surrogate.surrogate import load_surrogate
+from models.surrogate import FAMILIES, load_surrogate
+from models.surrogate.validation import Toleranced, toleranced
 
-PAPER = {
-    "indenter_radius": 5e-3,
-    "sensor_thickness": 0.74e-3,
-    "sensor_radius": 10e-3,
-    "young_modulus": 0.62e6,
-    "relative_permittivity": 2.8,
-    "dielectric_thickness": 0.16e-3,
-    "padding_thickness": 1.10e-3,
-}
+PAPER = PAPER_SENSOR | {"young_modulus": 0.62e6, "dielectric_thickness": 0.16e-3}
 
 FORWARDS = [ClosedForm(), FiniteElements(2e-3), load_surrogate()]
 
@@ -76,12 +75,75 @@ def test_forward_refuses_what_it_does_not_cover(forward: Forward):
             forward.respond(design_from(PAPER, friction_coefficient=0.2), np.array([1e-4]))
 
 
-@pytest.mark.parametrize("forward", FORWARDS, ids=lambda f: f.name)
-def test_depth_at_force_inverts_the_curve(forward: Forward):
-    design = design_from(PAPER)
-    table = depth_table(forward, design, 96)
-    force = np.array([-1.0, 0.0, 0.01, 0.5, 5.0, 1e6])
-    depth = depth_at_force(table, force)[0]
-    np.testing.assert_array_equal(depth[:2], 0)
-    assert np.isnan(depth[-1])
-    np.testing.assert_allclose(forward.respond(design, depth[2:5]).force, force[2:5], rtol=1e-2)
+def kinds() -> dict[str, Forward]:
+    shipped = load_surrogate()
+    wider = replace(shipped.mechanics, width=shipped.mechanics.width * (1 + 1e-15))
+    return {
+        "closed form": ClosedForm(),
+        "closed form that claims less error": ClosedForm(force_error=0.05),
+        "closed form that claims less error of capacitance": ClosedForm(capacitance_error=0.05),
+        "finite elements": FiniteElements(),
+        "coarse finite elements": FiniteElements(2e-3),
+        "finite elements with the error of their accuracy": toleranced(FiniteElements()),
+        "the same, twice the error": Toleranced(FiniteElements(), 2 * toleranced(FiniteElements()).share),
+        "coarse finite elements with the error of their accuracy": toleranced(FiniteElements(2e-3)),
+        "surrogate": shipped,
+        "surrogate of another training": replace(shipped, provenance={**shipped.provenance, "date": "2020-01-01"}),
+        "surrogate with another network": replace(shipped, mechanics=wider),
+        "surrogate with other modes of its error": replace(shipped, force_modes=shipped.force_modes * 2),
+        "surrogate for twice the stiffening": replace(shipped, family=replace(shipped.family, stiffening=0.2)),
+        "surrogate of Gent's law": load_surrogate(family=FAMILIES["gent"]),
+        "surrogate of Gent's law on another base": replace(
+            load_surrogate(family=FAMILIES["gent"]), base=replace(shipped, mechanics=wider)
+        ),
+        "surrogate of a ball that sticks": load_surrogate(family=FAMILIES["stick"]),
+    }
+
+
+def test_models_that_give_other_numbers_have_another_identity():
+    identities = {name: forward.identity for name, forward in kinds().items()}
+    assert len(set(identities.values())) == len(identities)
+    assert all(len(identity.splitlines()) == 1 for identity in identities.values())
+
+
+def test_models_that_give_the_same_numbers_have_the_same_identity(tmp_path):
+    assert {name: forward.identity for name, forward in kinds().items()} == {n: f.identity for n, f in kinds().items()}
+    # A name for people does not count.
+    assert ClosedForm(name="rough").identity == ClosedForm().identity
+    assert FiniteElements(name="exact").identity == FiniteElements().identity
+    assert FiniteElements(np.float64(1e-3)).identity == FiniteElements(1e-3).identity
+    # Nor does the file.
+    for family in FAMILIES.values():
+        shipped = load_surrogate(family=family)
+        shipped.save(tmp_path / f"mine {family.name}.npz")
+        assert load_surrogate(tmp_path / f"mine {family.name}.npz").identity == shipped.identity
+
+
+def test_every_setting_of_the_finite_elements_but_the_name_is_in_their_identity():
+    # A setting that comes is to be put there, and into this list.
+    assert {field.name for field in fields(FiniteElements)} == {"accuracy", "name"}
+
+
+@pytest.mark.parametrize("asked_before", [True, False])
+def test_identity_is_the_same_in_another_process(asked_before):
+    for forward in kinds().values():
+        told = forward.identity if asked_before else None
+        there = pickle.loads(pickle.dumps(forward))
+        assert there.identity == (told or forward.identity)
+
+
+def test_a_surrogate_is_hashed_once():
+    shipped = load_surrogate()
+    assert shipped.identity is shipped.identity
+
+
+def test_no_equilibrium_is_told_by_one_class_wherever_it_is_imported_from():
+    assert models.fem.ConvergenceError is ConvergenceError
+    assert models.fem.ConvergenceError.__module__ == "models.response"
+
+
+def test_no_equilibrium_is_told_by_a_worker_process_as_it_is_here():
+    told = pickle.loads(pickle.dumps(ConvergenceError(0.4e-3, "Newton diverged", None)))
+    assert isinstance(told, ConvergenceError)
+    assert str(told) == "no equilibrium beyond an indentation of 0.4 mm: Newton diverged"
+    assert (told.depth_reached, told.reason, told.response) == (0.4e-3, "Newton diverged", None)

@@ -1,30 +1,24 @@
 """A design checks itself and knows its defaults."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from models.examples import PAPER_SENSOR
 from models.sensor import Design, Indenter, Padding, Sensor, design_from
-
-PAPER = {
-    "indenter_radius": 5e-3,
-    "sensor_thickness": 0.74e-3,
-    "sensor_radius": 10e-3,
-    "young_modulus": 0.69e6,
-    "relative_permittivity": 2.8,
-    "padding_thickness": 1.1e-3,
-}
 
 
 def test_defaults_are_full_disc_electrodes_half_the_sensor_and_one_silicone():
-    design = design_from(PAPER)
-    assert design.sensor.electrode_radius == 10e-3
-    assert design.sensor.dielectric_thickness == 0.37e-3
+    design = design_from(PAPER_SENSOR)
+    assert design.electrode_radius == 10e-3
+    assert design.dielectric_thickness == 0.37e-3
     assert design.padding_young_modulus == 0.69e6
 
 
 def test_rest_capacitance_is_two_parallel_plates():
     # C = 2 eps_0 eps_r A / t, the paper's Eq. (1), for 161 um dielectrics: about 97 pF.
-    design = design_from(PAPER | {"dielectric_thickness": 0.161e-3})
+    design = design_from(PAPER_SENSOR | {"dielectric_thickness": 0.161e-3})
     assert design.rest_capacitance == pytest.approx(2 * 8.8541878128e-12 * 2.8 * np.pi * 1e-4 / 0.161e-3)
     assert design.rest_capacitance == pytest.approx(97e-12, rel=0.01)
 
@@ -42,16 +36,70 @@ def test_rest_capacitance_is_two_parallel_plates():
 )
 def test_impossible_values_are_refused_with_the_number(change, words):
     with pytest.raises(ValueError, match=words.replace("(", r"\(").replace(")", r"\)")):
-        design_from(PAPER | change)
+        design_from(PAPER_SENSOR | change)
 
 
 def test_a_batch_gives_its_draws_back():
     modulus = np.array([0.5e6, 0.7e6, 0.9e6])
-    batch = design_from(PAPER | {"young_modulus": modulus})
+    batch = design_from(PAPER_SENSOR | {"young_modulus": modulus})
     assert batch.is_batch
     assert batch.draw(2).sensor.young_modulus == 0.9e6
     assert not batch.draw(2).is_batch
     np.testing.assert_array_equal(batch.draws().padding_young_modulus, modulus)
+
+
+def test_what_follows_from_a_quantity_follows_when_that_is_changed():
+    design = design_from(PAPER_SENSOR)
+    thick = replace(design, sensor=replace(design.sensor, thickness=2e-3))
+    assert thick.dielectric_thickness == 1e-3
+    assert thick.rest_capacitance == pytest.approx(design.rest_capacitance * 0.74 / 2)
+    wide = replace(design, sensor=replace(design.sensor, radius=20e-3))
+    assert wide.electrode_radius == 20e-3
+    assert wide.rest_capacitance == pytest.approx(design.rest_capacitance * 4)
+    stiff = replace(design, sensor=replace(design.sensor, young_modulus=2e6))
+    assert stiff.padding_young_modulus == 2e6
+    assert thick.parameters() == design.parameters() | {"sensor_thickness": 2e-3, "dielectric_thickness": 1e-3}
+
+
+def test_what_was_given_stays_when_another_quantity_is_changed():
+    own = {"electrode_radius": 9e-3, "dielectric_thickness": 0.2e-3, "padding_young_modulus": 0.3e6}
+    design = design_from(PAPER_SENSOR | own)
+    other = replace(design, sensor=replace(design.sensor, thickness=2e-3, radius=20e-3, young_modulus=2e6))
+    assert (other.electrode_radius, other.dielectric_thickness, other.padding_young_modulus) == tuple(own.values())
+    with pytest.raises(ValueError, match=r"must not exceed half the sensor thickness, got 0\.2 mm in a sensor of 0\.3 mm"):
+        replace(design.sensor, thickness=0.3e-3)
+
+
+def test_what_follows_still_follows_in_a_batch_and_in_its_draws():
+    modulus = np.array([0.5e6, 0.7e6, 0.9e6])
+    batch = design_from(PAPER_SENSOR | {"young_modulus": modulus}).draws()
+    thickness = np.array([1e-3, 2e-3, 3e-3])
+    thick = replace(batch, sensor=replace(batch.sensor, thickness=thickness))
+    np.testing.assert_array_equal(thick.dielectric_thickness, thickness / 2)
+    np.testing.assert_array_equal(thick.draws().dielectric_thickness, thickness / 2)
+    assert thick.draw(1).dielectric_thickness == 1e-3
+    one = thick.draw(1)
+    assert replace(one, sensor=replace(one.sensor, thickness=4e-3)).dielectric_thickness == 2e-3
+    some = thick.only(np.array([True, False, True]))
+    np.testing.assert_array_equal(some.padding_young_modulus, modulus[[0, 2]])
+    moved = replace(some, sensor=replace(some.sensor, radius=np.array([5e-3, 6e-3])))
+    np.testing.assert_array_equal(moved.electrode_radius, [5e-3, 6e-3])
+    # One quantity that was given stays, draw by draw.
+    given = replace(batch, sensor=replace(batch.sensor, dielectric_thickness=thickness / 10))
+    np.testing.assert_array_equal(given.only(np.array([False, True, True])).dielectric_thickness, thickness[1:] / 10)
+
+
+def test_a_design_is_made_again_from_what_was_given():
+    for given in (PAPER_SENSOR, PAPER_SENSOR | {"dielectric_thickness": 0.2e-3, "padding_young_modulus": 0.3e6}):
+        design = design_from(given)
+        assert design.given() == given | {"stiffening": 0.0}
+        assert design_from(design.given()).parameters() == design.parameters()
+
+
+def test_a_missing_number_is_no_number():
+    for name in ("electrode_radius", "dielectric_thickness", "padding_young_modulus"):
+        with pytest.raises(ValueError, match=f"{name} must be positive, got nan"):
+            design_from(PAPER_SENSOR | {name: float("nan")})
 
 
 def test_no_padding_is_a_design():

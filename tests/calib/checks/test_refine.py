@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -24,11 +25,11 @@ from models.analytic import ClosedForm
 from models.fem import FiniteElements
 from models.response import Response
 from models.sensor import Design, FloatArray
-from models.surrogate.domain import Family
+from models.surrogate import Family
 from models.surrogate.fitting import LEAST_PATHS
 from models.surrogate.store import open_store
 from models.surrogate.surrogate import Surrogate, load_surrogate
-from models.surrogate.training import Run, run_point, store_settings
+from models.surrogate.training import Run, run_point, run_training, store_settings
 
 MakePosterior = Callable[..., Posterior]
 ACCURACY = 1e-4  # as the store has it; the runs of these tests are coarser
@@ -92,7 +93,7 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> Callable[[float], None]:
         monkeypatch.setattr(FiniteElements, "respond", respond)
 
     monkeypatch.setattr("calib.cli.model.workers", here)
-    monkeypatch.setattr("models.surrogate.training.run_point", coarse)
+    monkeypatch.setattr("models.surrogate.training.run_training", partial(run_training, run=coarse))
     return put
 
 
@@ -158,7 +159,7 @@ def test_runs_are_kept_when_it_is_stopped(
         return run_point(point, 5e-2, family)
 
     with monkeypatch.context() as patch:
-        patch.setattr("models.surrogate.training.run_point", stopped)
+        patch.setattr("models.surrogate.training.run_training", partial(run_training, run=stopped))
         result = _refine(run, "--store", tmp_path / "mine.sqlite", "--draws", 4)
     assert result.exit_code == 130
     assert "Stopped with 2 curves in" in _line(result.stderr)

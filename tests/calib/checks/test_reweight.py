@@ -41,6 +41,10 @@ class Stiffened:
     name: str = "finite elements"
     stuck_below: float = 0.0
 
+    @property
+    def identity(self) -> str:
+        return repr(self)
+
     def max_depth(self, design: Design) -> FloatArray:
         return self.inner.max_depth(design)
 

@@ -30,6 +30,10 @@ class Stiffened:
     inner: Forward
     name: str = "surrogate"
 
+    @property
+    def identity(self) -> str:
+        return f"{self.inner.identity}, force times {self.factor}"
+
     def max_depth(self, design: Design) -> FloatArray:
         return self.inner.max_depth(design)
 

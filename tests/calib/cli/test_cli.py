@@ -11,12 +11,15 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+import typer
 from typer.testing import CliRunner, Result
 
 from calib.cli import app
+from calib.cli.common import refusing_bad_input
 from calib.experiment.experiment_file import read_experiment
 from calib.sampling.posterior import Posterior
 from models.analytic import ClosedForm
+from models.response import ConvergenceError
 from models.sensor import design_from
 
 DESIGN = """
@@ -548,3 +551,16 @@ def test_help_starts_without_loading_the_heavy_libraries() -> None:
     code = "import sys, calib.cli; print([m for m in ('arviz', 'emcee', 'matplotlib', 'scipy', 'pandas') if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_a_model_that_finds_no_equilibrium_is_known_by_its_class_and_not_by_a_name(capsys: pytest.CaptureFixture[str]) -> None:
+    class Stuck(ConvergenceError):
+        """Another kind of the same."""
+
+    with pytest.raises(typer.Exit) as refused, refusing_bad_input():
+        raise Stuck(0.4e-3, "Newton diverged", None)
+    assert refused.value.exit_code == 2
+    assert "no equilibrium beyond an indentation of 0.4 mm: Newton diverged" in capsys.readouterr().err
+    namesake = type("ConvergenceError", (RuntimeError,), {})
+    with pytest.raises(namesake), refusing_bad_input():
+        raise namesake("of a library that has its own")

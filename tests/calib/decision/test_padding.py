@@ -35,6 +35,10 @@ class Hill:
     reach: float = 20.0
     name: str = "hill"
 
+    @property
+    def identity(self) -> str:
+        return repr(self)
+
     def max_depth(self, design: Design) -> FloatArray:
         h = np.asarray(design.draws().padding.thickness)
         return np.where(h < 1e-3, 2e-3, self.reach * 1e-3)

@@ -67,8 +67,8 @@ def test_what_a_design_leaves_out_is_derived(tmp_path: Path) -> None:
     optional = ("friction", "electrode", "dielectric", 'young_modulus = "0.3')
     design = read_design(write(tmp_path, "\n".join(line for line in DESIGN.splitlines() if not line.startswith(optional))))
     assert design.indenter.friction_coefficient == 0
-    assert design.sensor.electrode_radius == 10e-3
-    assert design.sensor.dielectric_thickness == 0.37e-3
+    assert design.electrode_radius == 10e-3
+    assert design.dielectric_thickness == 0.37e-3
     assert design.padding_young_modulus == 0.69e6
 
 

@@ -92,6 +92,10 @@ class WithError:
 
     name: str = "closed form with errors"
 
+    @property
+    def identity(self) -> str:
+        return self.name
+
     def max_depth(self, design: Design) -> FloatArray:
         return EXACT.max_depth(design)
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from models.examples import PAPER_SENSOR
 from models.fem import FiniteElements, dimensionless
 from models.fem.contact import distance, make_surface, nodal
 from models.fem.elements import shape_1d
@@ -148,14 +149,14 @@ def test_friction_does_not_depend_on_the_step():
     assert end(2) == pytest.approx(end(160), rel=2e-3)
 
 
-def test_a_point_that_sticks_is_anchored_where_it_touched_and_not_where_the_step_began(monkeypatch):
+def test_a_point_that_sticks_is_anchored_where_it_touched_and_not_where_the_step_began():
     # Anchored at either end of its step, these forces differ by 2 to 6 %.
     thin = (Layer(0.5e-3, 6e6, name="padding"), Layer(0.4e-3, 0.6e6, name="sensor"))
     design = dimensionless(stack(sphere(5e-3), friction=np.inf, layers=thin))[0]
     force = {}
     for n in (20, 160):
-        monkeypatch.setattr("models.fem.path._FRICTION_STEP", 1 / n)
-        force[n] = [s.force for s in walk(make_model(design, 0.08, 4e-3), 0.08 * np.array([0.4, 0.7, 1.0]))]
+        path = walk(make_model(design, 0.08, 4e-3), 0.08 * np.array([0.4, 0.7, 1.0]), friction_step=1 / n)
+        force[n] = [s.force for s in path]
     np.testing.assert_allclose(force[20], force[160], rtol=3e-3)
 
 
@@ -194,18 +195,8 @@ def test_a_stiff_skin_takes_load_and_a_soft_one_gives_way():
 
 
 def test_a_design_and_its_layers_give_the_same():
-    values = {
-        "indenter_radius": 5e-3,
-        "sensor_thickness": 0.74e-3,
-        "sensor_radius": 10e-3,
-        "young_modulus": 0.69e6,
-        "relative_permittivity": 2.8,
-        "padding_thickness": 1.1e-3,
-        "padding_young_modulus": 0.3e6,
-        "electrode_radius": 8e-3,
-        "dielectric_thickness": 0.2e-3,
-    }
-    design, depth = design_from(values), np.array([0.2e-3, 0.5e-3])
+    own = {"padding_young_modulus": 0.3e6, "electrode_radius": 8e-3, "dielectric_thickness": 0.2e-3}
+    design, depth = design_from(PAPER_SENSOR | own), np.array([0.2e-3, 0.5e-3])
     one, two = FiniteElements(4e-3).respond(design, depth), FiniteElements(4e-3).respond(layered(design), depth)
     np.testing.assert_array_equal(one.force, two.force)
     np.testing.assert_array_equal(one.capacitance, two.capacitance)

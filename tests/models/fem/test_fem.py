@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from models.analytic import bonded_layer_factor, hertz_force
+from models.examples import PAPER_SENSOR
 from models.fem import FiniteElements, dimensionless
 from models.fem.capacitance import ring_capacitance
 from models.fem.check import check
@@ -22,14 +23,6 @@ from models.sensor import design_from
 
 REFERENCES = Path(__file__).parents[4] / "shared" / "references"
 
-PAPER = {
-    "indenter_radius": 5e-3,
-    "sensor_thickness": 0.74e-3,
-    "sensor_radius": 10e-3,
-    "young_modulus": 0.69e6,
-    "relative_permittivity": 2.8,
-    "padding_thickness": 1.1e-3,
-}
 
 # Golden numbers: an independent axisymmetric Q2/P1 finite-element code (K/mu 1e4, hard contact by augmentation, bonded base,
 # frictionless sphere, a = 10 mm, electrodes over the disc, two dielectrics of half the sensor). Its mechanics of the first case
@@ -120,7 +113,7 @@ def test_force_matches_the_exact_thin_bonded_layer_at_small_strain():
 
 
 def test_errors_fall_with_the_accuracy_asked_for_and_stay_within_it():
-    design, depth = design_from(PAPER), np.linspace(0.1e-3, 0.6e-3, 8)
+    design, depth = design_from(PAPER_SENSOR), np.linspace(0.1e-3, 0.6e-3, 8)
     exact = FiniteElements(1e-4).respond(design, depth)
     for accuracy in (1.6e-2, 4e-3, 1e-3):
         found = FiniteElements(accuracy).respond(design, depth)
@@ -129,7 +122,7 @@ def test_errors_fall_with_the_accuracy_asked_for_and_stay_within_it():
 
 
 def test_the_check_on_a_finer_mesh_knows_the_error_of_the_mesh_and_of_the_energy():
-    design, depth = design_from(PAPER), np.linspace(0.05e-3, 0.6e-3, 12)
+    design, depth = design_from(PAPER_SENSOR), np.linspace(0.05e-3, 0.6e-3, 12)
     coarse = FiniteElements(1e-2)
     solution = coarse.solve(design, depth)
     exact = FiniteElements(2e-4).respond(design, depth)
@@ -142,7 +135,7 @@ def test_the_check_on_a_finer_mesh_knows_the_error_of_the_mesh_and_of_the_energy
         assert 0.5 < size / true_size < 2
     assert abs(found.energy_error) < 1e-3
     assert found.penetration < 1e-4
-    assert np.isnan(check(coarse, coarse.solve(design_from(PAPER, friction_coefficient=0.2), depth[:3])).energy_error)
+    assert np.isnan(check(coarse, coarse.solve(design_from(PAPER_SENSOR, friction_coefficient=0.2), depth[:3])).energy_error)
 
 
 def test_the_internal_energy_converges_at_second_order_or_better_in_the_mesh_size():
@@ -230,7 +223,7 @@ def test_contact_is_hard_between_the_nodes_too_and_never_pulls(accuracy):
 def test_force_and_contact_radius_are_smooth_as_the_rim_runs_through_the_elements():
     # A cubic in the logarithms leaves out what moves in step with the elements; the rim passes six of them.
     depth = np.linspace(0.3e-3, 0.5e-3, 41)
-    found = FiniteElements().respond(design_from(PAPER), depth)
+    found = FiniteElements().respond(design_from(PAPER_SENSOR), depth)
     x = np.log(depth / 0.4e-3)
     for values, noise in ((found.force, 6e-4), (found.capacitance_change, 6e-4), (found.contact_radius, 5e-3)):
         y = np.log(values)
@@ -263,8 +256,10 @@ def test_stiffness_is_the_slope_of_the_force():
 
 def test_modulus_scales_force_and_permittivity_scales_capacitance_exactly():
     depth = np.array([0.3e-3])
-    one = FiniteElements(2e-3).respond(design_from(PAPER), depth)
-    two = FiniteElements(2e-3).respond(design_from(PAPER | {"young_modulus": 3 * 0.69e6, "relative_permittivity": 5.6}), depth)
+    one = FiniteElements(2e-3).respond(design_from(PAPER_SENSOR), depth)
+    two = FiniteElements(2e-3).respond(
+        design_from(PAPER_SENSOR | {"young_modulus": 3 * 0.69e6, "relative_permittivity": 5.6}), depth
+    )
     assert two.force == pytest.approx(3 * one.force, rel=1e-12)
     assert two.capacitance == pytest.approx(2 * one.capacitance, rel=1e-12)
 
@@ -304,7 +299,7 @@ def test_rings_and_laplace_agree_with_a_second_code_at_10_newton(h_p, depth, cha
 
 
 def test_force_control_ends_at_the_force_and_agrees_with_displacement_control():
-    design = design_from(PAPER)
+    design = design_from(PAPER_SENSOR)
     by_force = FiniteElements().solve_to_force(design, np.array([1.0, 3.0, 5.0, 2.0])).response
     np.testing.assert_allclose(by_force.force, [1, 3, 5, 2], rtol=1e-6)
     by_depth = FiniteElements().respond(design, by_force.depth)
@@ -312,7 +307,7 @@ def test_force_control_ends_at_the_force_and_agrees_with_displacement_control():
 
 
 def test_unloading_goes_back_the_same_way_without_friction():
-    design, up = design_from(PAPER), np.array([0.1, 0.25, 0.4, 0.5]) * 1e-3
+    design, up = design_from(PAPER_SENSOR), np.array([0.1, 0.25, 0.4, 0.5]) * 1e-3
     there_and_back = FiniteElements().solve(design, np.concatenate([up, up[-2::-1], [0.0]])).response
     np.testing.assert_allclose(there_and_back.force[4:7], there_and_back.force[2::-1], rtol=1e-6)
     np.testing.assert_allclose(there_and_back.capacitance_change[4:7], there_and_back.capacitance_change[2::-1], rtol=1e-5)
@@ -322,7 +317,7 @@ def test_unloading_goes_back_the_same_way_without_friction():
 
 def test_a_force_out_of_reach_is_refused_with_the_depth_covered():
     with pytest.raises(OutOfRangeError, match=r"500 N is not reached .* up to 1\.196 mm"):
-        FiniteElements(4e-3).solve_to_force(design_from(PAPER), np.array([1.0, 500.0]))
+        FiniteElements(4e-3).solve_to_force(design_from(PAPER_SENSOR), np.array([1.0, 500.0]))
 
 
 @pytest.mark.parametrize(
@@ -341,4 +336,4 @@ def test_local_compression_of_60_percent_is_reached(h_s, h_p, a, modulus):
 
 def test_depths_beyond_the_stack_are_refused():
     with pytest.raises(OutOfRangeError, match=r"cover depths up to 1\.196 mm"):
-        FiniteElements().respond(design_from(PAPER), np.array([1.5e-3]))
+        FiniteElements().respond(design_from(PAPER_SENSOR), np.array([1.5e-3]))

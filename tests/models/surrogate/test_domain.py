@@ -4,18 +4,9 @@ import numpy as np
 import pytest
 
 from models.sensor import design_from
-from models.surrogate.domain import (
-    BOUNDS,
-    FAMILIES,
-    LENGTHS,
-    STIFFENING,
-    electric_features,
-    family_of,
-    groups_of,
-    inside,
-    mechanical_features,
-    violated,
-)
+from models.surrogate import FAMILIES, family_of
+from models.surrogate.coordinates import electric_features, mechanical_features
+from models.surrogate.domain import BOUNDS, LENGTHS, STIFFENING, groups_of, inside, violated
 
 
 def lengths_to_groups(lengths, modulus=1.0):

@@ -4,18 +4,19 @@ import subprocess
 import sys
 import textwrap
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 
 import numpy as np
 import pytest
 
 from models.fem.equilibrium import Failure
 from models.fem.path import walk
-from models.surrogate.domain import COMPRESSION, DEPTH, FAMILIES, PATH, inside
+from models.surrogate import FAMILIES
+from models.surrogate.domain import COMPRESSION, DEPTH, PATH, inside
+from models.surrogate.points import design_points, random_groups
 from models.surrogate.store import StoreError, open_store
 from models.surrogate.training import (
-    design_points,
     points_wanted,
-    random_groups,
     run_point,
     run_training,
     store_settings,
@@ -63,13 +64,12 @@ def test_paths_of_the_other_families_are_stiffer():
     assert 0.1 < points[:, 4].max() < 0.111
 
 
-def test_a_path_without_an_end_is_kept_as_far_as_it_came_and_says_why(monkeypatch):
+def test_a_path_without_an_end_is_kept_as_far_as_it_came_and_says_why():
     def stuck(model, depths):
         yield from walk(model, depths[:5])
         yield Failure(0.07, "an element would be inverted (J <= 0)")
 
-    monkeypatch.setattr("models.surrogate.training.walk", stuck)
-    run = run_point(np.array([0.15, 0.2, 2.0, 1.0, 0.0]), COARSE)
+    run = run_point(np.array([0.15, 0.2, 2.0, 1.0, 0.0]), COARSE, path=stuck)
     assert run.depth.size == 5
     assert run.failure == (
         "h_s/R = 0.15, h_p/R = 0.2, a/R = 2, E_p/E = 1, 1/J_m = 0: an element would be inverted (J <= 0) at d/R = 0.07 of 0.21"
@@ -79,7 +79,7 @@ def test_a_path_without_an_end_is_kept_as_far_as_it_came_and_says_why(monkeypatc
 POINTS = np.array([[0.15, 0.2, 2.0, 1.0, 0.0], [0.2, 0.0, 1.5, 1.0, 0.0], [0.1, 0.3, 1.8, 2.0, 0.0]])
 
 
-def test_a_campaign_that_was_stopped_goes_on_where_it_was(tmp_path, monkeypatch):
+def test_a_campaign_that_was_stopped_goes_on_where_it_was(tmp_path):
     settings = store_settings(COARSE)
     seen = []
     with ThreadPoolExecutor(1) as executor:
@@ -99,19 +99,23 @@ def test_a_campaign_that_was_stopped_goes_on_where_it_was(tmp_path, monkeypatch)
                 run_training(POINTS, executor, store, accuracy=COARSE, progress=interrupted)
             assert len(store) == 2
         asked = []
-        monkeypatch.setattr("models.surrogate.training.run_point", lambda p, a, f: asked.append(p) or run_point(p, a, f))
+
+        def counted(point, accuracy, family):
+            asked.append(point)
+            return run_point(point, accuracy, family)
+
         with open_store(tmp_path / "s.sqlite", settings) as store:
-            run_training(POINTS, executor, store, accuracy=COARSE)
+            run_training(POINTS, executor, store, accuracy=COARSE, run=counted)
             assert len(store) == 3
             again = training_set(store, COARSE)
     assert len(asked) == 1
     assert again.digest == whole.digest
 
 
-def test_failed_runs_are_kept_and_not_made_again(tmp_path, monkeypatch):
-    monkeypatch.setattr("models.surrogate.training.walk", lambda model, depths: iter([Failure(0.07, "stuck")]))
+def test_failed_runs_are_kept_and_not_made_again(tmp_path):
+    stuck = partial(run_point, path=lambda model, depths: iter([Failure(0.07, "stuck")]))
     with ThreadPoolExecutor(1) as executor, open_store(tmp_path / "s.sqlite", store_settings(COARSE)) as store:
-        run_training(POINTS[:1], executor, store, accuracy=COARSE)
+        run_training(POINTS[:1], executor, store, accuracy=COARSE, run=stuck)
         assert "stuck" in store.find(POINTS[0])[1]
         assert points_wanted(store, POINTS, 1).shape == (0, 5)
         data = training_set(store, COARSE)

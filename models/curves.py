@@ -1,0 +1,294 @@
+"""From a forward model and designs to loading curves: tables over depth, look-ups by depth or force, predictions at forces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+import numpy.typing as npt
+
+from models.response import Forward, OutOfRangeError, Response
+from models.sensor import BoolArray, Design, FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class DesignPrediction:
+    """What designs do at given forces, arrays (n_draw, n_force); nan where the force lies outside the model's range.
+
+    Attributes
+    ----------
+    depth : [m].
+    change : C/C0 - 1 [1].
+    change_slope : its derivative with respect to force [1/N].
+    change_error : sd [1] of `change` from the forward model's own error, of capacitance and of force.
+    rest_capacitance : C0 [F], (n_draw,).
+    reach : largest force [N] inside the model's range, (n_draw,), 0 if none.
+    """
+
+    depth: FloatArray
+    change: FloatArray
+    change_slope: FloatArray
+    change_error: FloatArray
+    rest_capacitance: FloatArray
+    reach: FloatArray
+
+
+@runtime_checkable
+class ForceControlled(Protocol):
+    """A forward model that finds the depths for given forces itself."""
+
+    def respond_to_force(self, design: Design, force: FloatArray) -> Response:
+        """Press until given forces are met.
+
+        Parameters
+        ----------
+        design : one, not a batch.
+        force : [N], positive, shape (n_force,).
+
+        Returns
+        -------
+        At the depths found, arrays of shape (n_force,).
+        """
+        ...
+
+
+def depth_table(forward: Forward, design: Design, n_depth: int = 64) -> Response:
+    """Tabulate the loading curve of every draw, from zero to the largest depth covered: what look-ups by force start from.
+
+    Parameters
+    ----------
+    forward : the model.
+    design : one, or a batch of draws.
+    n_depth : rows of the table, finer near contact (`table_depths`).
+
+    Returns
+    -------
+    Arrays of shape (n_draw, n_depth), also for one design.
+
+    Raises
+    ------
+    OutOfRangeError
+        If a draw of the design is not covered at all.
+    """
+    batch = design.draws()
+    end = forward.max_depth(batch)
+    if np.any(end <= 0):
+        raise OutOfRangeError(forward.outside(batch, np.zeros(1)))
+    return forward.respond(batch, table_depths(end, n_depth))
+
+
+def table_depths(end: FloatArray, n_depth: int = 64) -> FloatArray:
+    """Choose the depths of a table, finer near contact, where curves bend most.
+
+    Parameters
+    ----------
+    end : [m], (n_draw,), the last depth of each draw.
+    n_depth : number of depths.
+
+    Returns
+    -------
+    From zero to `end` exactly [m], shape (n_draw, n_depth).
+    """
+    ramp = np.linspace(0.0, 1.0, n_depth) ** 1.5
+    return np.asarray(end[:, None] * ramp, dtype=float)
+
+
+@dataclass(frozen=True, eq=False)
+class Lookup:
+    """Where wanted values lie between the nodes of each draw's own table: `at` interpolates any other column there.
+
+    Attributes
+    ----------
+    index, weight : shape (n_draw, n_wanted); the value lies `weight` of the way from node `index` to the next. The weight is
+        0 below the first node (clamped) and nan above the last.
+    """
+
+    index: npt.NDArray[np.intp]
+    weight: FloatArray
+
+    def at(self, column: FloatArray) -> FloatArray:
+        """Column of the table, shape (n_draw, n_node) or (n_draw, n_node, n_mode), interpolated linearly."""
+        extra = (...,) + (None,) * (column.ndim - 2)
+        index, weight = self.index[extra], self.weight[extra]
+        low = np.take_along_axis(column, index, axis=1)
+        return np.asarray(low + weight * (np.take_along_axis(column, index + 1, axis=1) - low), dtype=float)
+
+
+def look_up(nodes: FloatArray, wanted: FloatArray) -> Lookup:
+    """Find wanted values in the tables of all draws at once.
+
+    Parameters
+    ----------
+    nodes : ascending along the table, shape (n_draw, n_node).
+    wanted : shape (n_draw, n_wanted).
+
+    Returns
+    -------
+    Their places, with which `Lookup.at` interpolates other columns.
+    """
+    index = np.sum(nodes[:, None, :] <= wanted[:, :, None], axis=-1) - 1
+    index = np.clip(index, 0, nodes.shape[1] - 2)
+    low = np.take_along_axis(nodes, index, axis=1)
+    width = np.take_along_axis(nodes, index + 1, axis=1) - low
+    weight = np.maximum(wanted - low, 0.0) / np.where(width > 0, width, 1.0)
+    return Lookup(index, np.where(weight > 1 + 1e-12, np.nan, weight))
+
+
+def force_scale(force: FloatArray) -> FloatArray:
+    """F^(2/3), nearly linear in depth (Hertz): what tables over force are interpolated in. Zero for tension."""
+    return np.asarray(np.cbrt(np.maximum(force, 0.0)) ** 2, dtype=float)
+
+
+def look_up_force(table: Response, force: FloatArray) -> Lookup:
+    """Find forces on tabulated loading curves.
+
+    Parameters
+    ----------
+    table : from `depth_table`.
+    force : [N], shape (n_draw, n_force). Zero or less is at depth 0: force does not tell how far the ball is away.
+
+    Returns
+    -------
+    Their places; F^(2/3) is interpolated (`force_scale`).
+    """
+    return look_up(np.maximum.accumulate(force_scale(table.force), axis=-1), force_scale(force))
+
+
+def depth_at_force(table: Response, force: FloatArray) -> FloatArray:
+    """Depth at which each curve of a table carries a force: F^-1.
+
+    Parameters
+    ----------
+    table : from `depth_table`.
+    force : [N], shape (n_force,) or (n_draw, n_force). Zero or less gives depth 0, see `look_up_force`.
+
+    Returns
+    -------
+    Depth [m], shape (n_draw, n_force); nan where a curve ends below the force.
+    """
+    wanted = np.broadcast_to(np.asarray(force, dtype=float), (table.force.shape[0], np.shape(force)[-1]))
+    return look_up_force(table, wanted).at(table.depth)
+
+
+def covered(forward: Forward, design: Design, depth: FloatArray) -> BoolArray:
+    """Which draws a model covers down to their largest depth.
+
+    Parameters
+    ----------
+    forward : the model.
+    design : one, or a batch of draws.
+    depth : [m], shape (n_depth,) or (n_draw, n_depth).
+
+    Returns
+    -------
+    Shape (n_draw,).
+    """
+    batch = design.draws()
+    limit = forward.max_depth(batch)
+    deepest = np.max(np.broadcast_to(depth, (limit.size, np.shape(depth)[-1])), axis=-1)
+    return np.asarray((limit > 0) & (deepest <= limit), dtype=bool)
+
+
+def predict_design(forward: Forward, design: Design, force: FloatArray) -> DesignPrediction:
+    """Predict what a design does at given forces: how deep the ball goes, how much the capacitance changes, how steeply.
+
+    The depth comes from a table of 64 depths (`depth_table`); the change is corrected to first order for what the table's
+    interpolation leaves, slopes are central differences over 2 % of the depth.
+
+    Parameters
+    ----------
+    forward : the model.
+    design : one, or a batch of draws; a draw that the model does not cover gives nan.
+    force : [N], shape (n_force,).
+
+    Returns
+    -------
+    Arrays of shape (n_draw, n_force), also for one design.
+    """
+    batch = design.draws()
+    wanted = np.asarray(force, dtype=float)
+    limit = forward.max_depth(batch)
+    n_draw = limit.size
+    inside = limit > 0
+    depth, change, slope, error = (np.full((n_draw, wanted.size), np.nan) for _ in range(4))
+    reach = np.zeros(n_draw)
+    if np.any(inside):
+        some = batch.only(inside)
+        table = depth_table(forward, some)
+        reach[inside] = np.max(table.force, axis=1)
+        found = depth_at_force(table, wanted)
+        safe = np.where(np.isnan(found), 0.5 * table.depth[:, -1:], np.maximum(found, 1e-3 * table.depth[:, -1:]))
+        before, after = 0.99 * safe, np.minimum(1.01 * safe, table.depth[:, -1:])
+        n = wanted.size
+        r = forward.respond(some, np.concatenate([before, safe, after], axis=1))
+        c = r.capacitance_change
+        with np.errstate(divide="ignore", invalid="ignore"):
+            df_dd = (r.force[:, 2 * n :] - r.force[:, :n]) / (after - before)
+            dc_dd = (c[:, 2 * n :] - c[:, :n]) / (after - before)
+            rise = np.where(df_dd > 0, dc_dd / df_dd, np.nan)
+        middle = slice(n, 2 * n)
+        nothing = np.where(np.isnan(found), np.nan, 0.0)
+        slope[inside] = rise + nothing
+        positive = np.broadcast_to(wanted > 0, found.shape)
+        change[inside] = np.where(positive, c[:, middle] + rise * (wanted - r.force[:, middle]), 0.0) + nothing
+        by_capacitance = _sd(r.capacitance_error[:, middle]) / r.rest_capacitance[:, None]
+        error[inside] = np.hypot(by_capacitance, rise * _sd(r.force_error[:, middle])) + nothing
+        depth[inside] = found
+    c0 = np.asarray(batch.rest_capacitance, dtype=float)
+    return DesignPrediction(depth, change, slope, error, c0, reach)
+
+
+def loading_curve(
+    forward: Forward, design: Design, *, displacement: float | None = None, force: float | None = None, steps: int = 14
+) -> Response:
+    """Press one design in equal steps up to an indentation or up to a force, as a tester would.
+
+    Parameters
+    ----------
+    forward : the model.
+    design : one, not a batch.
+    displacement : [m], the last indentation; or
+    force : [N], the last force.
+    steps : how many, the last one at the target.
+
+    Returns
+    -------
+    Arrays of shape (steps,).
+
+    Raises
+    ------
+    ValueError
+        If not exactly one target is given, or it or `steps` is not positive.
+    OutOfRangeError
+        If the model does not cover the target; the message names how far it reaches.
+    """
+    target, unit = (displacement, "m") if displacement is not None else (force, "N")
+    if target is None or (displacement is not None and force is not None):
+        raise ValueError("give either a displacement or a force, not both")
+    if target <= 0 or not np.isfinite(target):
+        raise ValueError(f"{'displacement' if unit == 'm' else 'force'} must be positive, got {target:.6g} {unit}")
+    if steps < 1:
+        raise ValueError(f"steps must be at least 1, got {steps}")
+    ramp = np.linspace(0.0, target, steps + 1)[1:]
+    if displacement is not None:
+        return forward.respond(design, ramp)
+    if isinstance(forward, ForceControlled):
+        return forward.respond_to_force(design, ramp)
+    table = depth_table(forward, design, 128)
+    depth = depth_at_force(table, ramp)[0]
+    if np.any(np.isnan(depth)):
+        raise OutOfRangeError(
+            f"the {forward.name} reaches forces up to {np.max(table.force):.4g} N "
+            f"(a depth of {table.depth[0, -1] * 1e3:.4g} mm) for this design, got {target:.6g} N"
+        )
+    for _ in range(4):  # Newton on F(d) = force by secants of 1 %: the table alone is good to about 1e-4
+        near = forward.respond(design, np.concatenate([0.99 * depth, depth]))
+        slope = (near.force[steps:] - near.force[:steps]) / (0.01 * depth)
+        depth = np.minimum(depth + (ramp - near.force[steps:]) / slope, table.depth[0, -1])
+    return forward.respond(design, depth)
+
+
+def _sd(modes: FloatArray) -> FloatArray:
+    """Marginal sd of V V^T: modes (..., n_depth, n_mode) -> (..., n_depth)."""
+    return np.asarray(np.sqrt(np.sum(modes**2, axis=-1)), dtype=float)

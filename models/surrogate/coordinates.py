@@ -1,0 +1,155 @@
+"""From groups and depths to what the networks work with: features they see, terms along a path, closed forms they correct."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from models.analytic import layer_weight
+from models.surrogate.domain import DEPTH, DISC, GAP, PADDING, SENSOR, STIFFENING, STIFFNESS, WIDTH, Values
+from models.surrogate.families import Family
+
+#: Terms of the polynomials in s of the curves.
+N_DEPTH_TERMS = 12
+
+#: Largest s: R/2 and the depth of 60 % compression are up to 9 % beyond their smooth minimum. The polynomials are Chebyshev's
+#: on 0 <= s <= S_END.
+S_END = 1.045
+
+
+def mechanical_features(groups: Values) -> Values:
+    """Coordinates (n, 8) of a design in which the mechanics is smooth, from groups (n, >= 4): what networks see.
+
+    Logarithms of the groups and of what the design is in thicknesses of the stack h = h_s + h_p; of thin padding log(h_p/h_s +
+    0.3) and log(h_p/R + 0.03), which are linear where it vanishes.
+    """
+    h_s, h_p, a, modulus = (groups[:, k] for k in (SENSOR, PADDING, DISC, STIFFNESS))
+    h = h_s + h_p
+    logs = np.log(np.stack([h_s, h_p / h_s + 0.3, h_p + 0.03, a, modulus, h, a / h], axis=1))
+    return np.concatenate([logs, 1 / a[:, None] ** 2], axis=1)
+
+
+#: Number of the features of the mechanics, which come first among those of the capacitance.
+N_MECHANICAL = 8
+
+
+def electric_features(groups: Values) -> Values:
+    """Coordinates (n, 13) of a design in which the capacitance is smooth, from groups (n, 7).
+
+    Those of the mechanics, then of the electrode and of the gap.
+    """
+    a, share = groups[:, DISC], groups[:, WIDTH]
+    width = share * a
+    h = groups[:, SENSOR] + groups[:, PADDING]
+    own = [np.log(width), np.log(width / h), np.log(share), share**4, groups[:, GAP]]
+    return np.concatenate([mechanical_features(groups), np.stack(own, axis=1)], axis=1)
+
+
+def with_stiffening(features: Values, groups: Values, family: Family) -> Values:
+    """Features and, in a family that stiffens, 1/J_m beside them.
+
+    Parameters
+    ----------
+    features : (n, n_feature), of the mechanics or the capacitance.
+    groups : (n, >= 5), of the same designs.
+    family : whose networks are to see them.
+
+    Returns
+    -------
+    Inputs of its networks.
+    """
+    return np.concatenate([features, groups[:, STIFFENING, None]], axis=1) if family.stiffening else features
+
+
+def share_of_family(groups: Values, family: Family) -> Values:
+    """How much of the difference between its family and the neo-Hookean, frictionless one a design has.
+
+    Parameters
+    ----------
+    groups : (n, >= 5).
+    family : that the designs belong to.
+
+    Returns
+    -------
+    From 0 to 1, (n,).
+    """
+    return groups[:, STIFFENING] / family.stiffening if family.stiffening else np.ones(len(groups))
+
+
+def depth_terms(s: Values, n: int = N_DEPTH_TERMS) -> Values:
+    """Terms of the polynomials along a path, Chebyshev's T_0, T_1, ... on 0 <= s <= `S_END`.
+
+    Parameters
+    ----------
+    s : place along the path, (..., n_depth).
+    n : number of terms.
+
+    Returns
+    -------
+    Their values, (..., n, n_depth).
+    """
+    x = 2 / S_END * s - 1
+    terms = np.empty((*x.shape[:-1], n, x.shape[-1]), dtype=x.dtype)
+    terms[..., 0, :] = 1
+    terms[..., 1, :] = x
+    double = 2 * x
+    for k in range(2, n):
+        terms[..., k, :] = double * terms[..., k - 1, :] - terms[..., k - 2, :]
+    return terms
+
+
+def closed_force(groups: Values, depth: Values) -> Values:
+    """Closed-form force that the networks correct: near enough for a smooth correction, right where the indentation vanishes.
+
+    Hertz times the thin-layer series 1 + 1.133 chi + 1.497 chi^2 + 1.469 chi^3 (Garcia & Garcia, Biophys. J. 114 (2018) 2923,
+    without its quartic term, so that it keeps the chi^3 growth of a thin incompressible layer). Its first three terms carry a
+    modulus that weights sensor and padding by their share in the compliance of a half space (`layer_weight`), the last that of
+    a thin bonded film, where the lubrication flow under the sphere weights each height with the square of its depth below the
+    surface: shares (h_s/h)^3 and 1 - (h_s/h)^3.
+
+    Parameters
+    ----------
+    groups : (n, >= 4).
+    depth : d/R, (n, n_depth).
+
+    Returns
+    -------
+    F / (mu R^2), (n, n_depth).
+    """
+    h_s, h_p, modulus = (groups[:, k, None] for k in (SENSOR, PADDING, STIFFNESS))
+    contact = np.sqrt(depth)
+    sensor = layer_weight(h_s / contact)
+    both = layer_weight((h_s + h_p) / contact)
+    deep, thin = 1 - sensor / both, 1 - (h_s / (h_s + h_p)) ** 3
+    young_deep, young_thin = (3 / (1 - share + share / modulus) for share in (deep, thin))
+    chi = contact / (h_s + h_p)
+    series = young_deep * (1 + chi * (1.133 + chi * 1.497)) + young_thin * 1.469 * chi * chi * chi
+    return np.asarray(16 / 9 * depth * contact * series)
+
+
+def closed_change(groups: Values, depth: Values, force: Values) -> Values:
+    """Rough change of capacitance that the networks correct.
+
+    Two parts over the electrode's area: d^2 for the quadratic effect of the strain under the sphere, and, in proportion to the
+    force, the net outflow of material through the electrode's rim, which falls off within a few thicknesses of the stack and is
+    the larger the softer the padding. Constants by eye, within a factor of about three.
+
+    Parameters
+    ----------
+    groups : (n, 7).
+    depth : d/R, (n, n_depth).
+    force : F/(mu R^2), (n, n_depth), see `closed_force`.
+
+    Returns
+    -------
+    C/C0 - 1, (n, n_depth).
+    """
+    h_s, h_p, modulus, width = (groups[:, k, None] for k in (SENSOR, PADDING, STIFFNESS, WIDTH))
+    electrode, h = width * groups[:, DISC, None], h_s + h_p
+    reach = electrode / (2.5 * h)
+    outflow = 0.15 * force * modulus ** (-0.55 * h_p / h) / (1 + reach * reach * reach)
+    return np.asarray((depth * depth + outflow) / (electrode * electrode))
+
+
+def smooth_end(thinned: Values) -> Values:
+    """Scale of depth over R: the smooth minimum of R/2 and the depth at which a layer is `thinned` to 40 %."""
+    return np.asarray((DEPTH**-8.0 + thinned**-8.0) ** (-1 / 8))
