@@ -103,6 +103,11 @@ class ClosedForm:
     force_error: float = 0.10
     capacitance_error: float = 0.50
 
+    @property
+    def identity(self) -> str:
+        """The errors it claims are all that one differs from another in."""
+        return f"closed form, errors {self.force_error!r} {self.capacitance_error!r}"
+
     def max_depth(self, design: Design) -> FloatArray:
         """Largest depth [m] covered, shape (n_draw,)."""
         batch = design.draws()

@@ -65,6 +65,11 @@ class Forward(Protocol):
         """Short name for tables and reports."""
         ...
 
+    @property
+    def identity(self) -> str:
+        """Text that two models share only if they answer alike: their settings, or a hash of what they consist of."""
+        ...
+
     def max_depth(self, design: Design) -> FloatArray:
         """Largest depth [m] the model covers, per draw, shape (n_draw,); 0 where the design itself is not covered."""
         ...

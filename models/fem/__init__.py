@@ -121,6 +121,11 @@ class FiniteElements:
         if not 1e-5 <= self.accuracy <= 0.1:
             raise ValueError(f"accuracy must lie between 1e-5 and 0.1, got {self.accuracy:g}")
 
+    @property
+    def identity(self) -> str:
+        """Its accuracy is all that one differs from another in."""
+        return f"finite elements, accuracy {self.accuracy!r}"
+
     def max_depth(self, design: Design) -> FloatArray:
         """Largest depth [m] covered, shape (n_draw,)."""
         batch = design.draws()

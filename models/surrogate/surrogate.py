@@ -14,6 +14,7 @@ too, and rho the correlation of what the fit missed on paths kept out of it (`mo
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -170,6 +171,16 @@ class Surrogate:
     def name(self) -> str:
         """Short name for tables and reports."""
         return "surrogate" if self.base is None else f"{self.family.name} surrogate"
+
+    @property
+    def identity(self) -> str:
+        """SHA-256 of its family and of every number in it and in its base, not of where they come from."""
+        digest = hashlib.sha256()
+        arrays = {name: array for name, array in self._arrays().items() if not name.endswith("provenance")}
+        for name, value in sorted(arrays.items()):
+            array = np.ascontiguousarray(value)
+            digest.update(f"{name} {array.dtype} {array.shape}".encode() + array.tobytes())
+        return f"surrogate {digest.hexdigest()}"
 
     def info(self) -> dict[str, str]:
         """Provenance, error and range as words."""

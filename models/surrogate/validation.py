@@ -104,6 +104,11 @@ class Toleranced:
         """That of the model inside."""
         return self.inner.name
 
+    @property
+    def identity(self) -> str:
+        """That of the model inside, and the share."""
+        return f"{self.inner.identity}, tolerance {self.share!r}"
+
     def max_depth(self, design: Design) -> FloatArray:
         """That of the model inside."""
         return self.inner.max_depth(design)

@@ -60,6 +60,10 @@ class Quick:
     name: str = "quick"
     reach: float = 1e-3
 
+    @property
+    def identity(self) -> str:
+        return f"quick, reach {self.reach!r}"
+
     def max_depth(self, design: Design) -> FloatArray:
         return np.full(np.shape(design.sensor.thickness) or (1,), self.reach)
 
