@@ -19,6 +19,7 @@ from models.response import Forward
 from models.sensor import FloatArray
 
 __all__ = [
+    "LIKELIHOOD_VERSION",
     "Channel",
     "ParameterInfo",
     "Problem",
@@ -34,6 +35,11 @@ __all__ = [
     "predict_sweep",
     "range_use",
 ]
+
+#: Version of what the log posterior is at given unknowns and data. Raise it with every change that moves its values by more
+#: than rounding (measurement model, covariance, priors' coordinates, default priors aside, which are hashed themselves), so
+#: that no chain of the earlier density is continued with the later one.
+LIKELIHOOD_VERSION = 1
 
 #: Points of a block of `log_likelihood_blocks`, about.
 BLOCK_POINTS = 8
