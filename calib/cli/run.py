@@ -34,7 +34,7 @@ from calib.errors import Fault, InputError
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from calib.decision.padding import Recommendation
+    from calib.decision import Recommendation
     from calib.experiment.plan import Experiment
     from calib.lab.sweep import Sweep
     from calib.sampling.posterior import Posterior, Progress
@@ -170,8 +170,8 @@ def recommend(
     has not converged, and saying so.
     """
     with refusing_bad_input():
-        from calib.decision.padding import Requirement, recommendation_to_json
-        from calib.decision.padding import recommend as recommend_padding
+        from calib.decision import Requirement, recommendation_to_json
+        from calib.decision import recommend as recommend_padding
 
         lower, upper = _range(padding)
         requirement = Requirement(
@@ -352,7 +352,7 @@ class _shown_progress:
 
 
 def _recommendation(run: Path) -> Recommendation | None:
-    from calib.decision.padding import recommendation_from_json
+    from calib.decision import recommendation_from_json
 
     path = run / "recommendation.json"
     return recommendation_from_json(path.read_text(encoding="utf-8"), path) if path.is_file() else None

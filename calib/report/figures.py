@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from calib.checks.predictive import Bands, Check, Prediction
-from calib.decision.padding import INTERVAL_PROBABILITY, Recommendation
+from calib.decision import INTERVAL_PROBABILITY, Recommendation
 from calib.report.style import BLUE, ENSEMBLE_COLOURS, GREEN, GREY, INK, LIGHT, ORANGE, PURPLE, VERMILION, styled_figure
 from calib.sampling.posterior import Posterior
 from models.sensor import PARAMETERS, FloatArray

@@ -17,7 +17,7 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 from calib.checks.predictive import Prediction
-from calib.decision.padding import Recommendation, percent
+from calib.decision import Recommendation, percent
 from calib.experiment.plan import Experiment
 from calib.lab.quality import Verdict, check_name, number_text, quality_in_words, verdict_rows
 from calib.priors.prior import DEFAULT_REASONS, display

@@ -95,7 +95,7 @@ def test_permissions_are_those_that_other_new_files_have(tmp_path: Path) -> None
 
 
 def test_a_missing_folder_is_refused_with_advice(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="does not exist. Create it, or choose another -o"):
+    with pytest.raises(InputError, match=r"does not exist\. Create it, or choose another -o"):
         write_text(tmp_path / "no" / "a.txt", "")
 
 
