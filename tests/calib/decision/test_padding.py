@@ -169,7 +169,7 @@ def test_a_table_has_one_row_for_each_thickness(make_posterior: MakePosterior) -
     np.testing.assert_array_equal(table["thickness_m"], r.thickness)
     np.testing.assert_array_equal(table["covered"], r.covered)
     np.testing.assert_array_equal(table["probability"], r.probability)
-    for name, unit in UNITS:
+    for name, _ in UNITS:
         np.testing.assert_array_equal(table[[b for b in bands if b.startswith(name)]].to_numpy().T, getattr(r, name))
     assert table.loc[~table["covered"], bands].isna().all(axis=None)
     best = table.set_index("thickness_m").loc[r.best]
