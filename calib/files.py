@@ -1,51 +1,124 @@
-"""From a path to a file that is there whole or not at all."""
+"""From a path to a file that is there whole or not at all, and from a file to its hash."""
 
 from __future__ import annotations
 
+import hashlib
 import os
-import tempfile
+import secrets
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from calib.errors import Fault, InputError
 
+# What the names of unfinished files have in common: a dot in front, and this before the ending.
+_PART = ".part"
+
 
 @contextmanager
 def whole_file(path: Path, advice: str = "Create it, or choose another") -> Iterator[Path]:
-    """A name beside `path` to write to, which becomes `path` when all went well and is gone when not.
+    """Write a file so that at any moment, power cuts included, it is there whole or not at all.
+
+    What is written to the name that this gives becomes `path` when the block ends well: flushed to the disk first, then named,
+    in place of an earlier `path` if there was one. When the block fails, nothing is left behind.
+
+    Parameters
+    ----------
+    path : the file to be.
+    advice : what to do if its folder does not exist.
+
+    Yields
+    ------
+    A name beside `path`, with the same ending, of an empty file with the permissions that new files have.
 
     Raises
     ------
     InputError
-        If the folder does not exist, with `advice`.
+        If the folder does not exist.
     """
     require_folder(path, advice)
-    descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}.", suffix=path.suffix)
-    os.close(descriptor)
+    part = path.with_name(f".{path.stem}.{secrets.token_hex(4)}{_PART}{path.suffix}")
+    part.open("xb").close()
     try:
-        yield Path(name)
-        open_up(Path(name), 0o666)
-        os.replace(name, path)
+        yield part
+        _flush(part)
+        os.replace(part, path)
     except BaseException:
-        Path(name).unlink(missing_ok=True)
+        part.unlink(missing_ok=True)
         raise
+    _flush_folder(path.parent)
+
+
+def write_text(path: Path, text: str, advice: str = "Create it, or choose another -o") -> None:
+    """Write a text file in UTF-8, whole or not at all.
+
+    Parameters
+    ----------
+    path : the file to be.
+    text : its content; lines end in a line feed on every system.
+    advice : what to do if the folder does not exist.
+
+    Raises
+    ------
+    InputError
+        If the folder does not exist.
+    """
+    with whole_file(path, advice) as whole:
+        whole.write_text(text, encoding="utf-8", newline="\n")
+
+
+def remove_leftovers(folder: Path) -> None:
+    """Remove the unfinished files that killed processes left in a folder."""
+    for leftover in folder.glob(f".*{_PART}*"):
+        leftover.unlink(missing_ok=True)
 
 
 def require_folder(path: Path, advice: str = "Create it, or choose another") -> None:
     """Refuse a file whose folder does not exist.
 
+    Parameters
+    ----------
+    path : the file.
+    advice : what to do then.
+
     Raises
     ------
     InputError
-        If so, with `advice`.
+        If so.
     """
     if not path.absolute().parent.is_dir():
         raise InputError(Fault(f"the folder {path.parent} does not exist", path, advice=advice))
 
 
 def open_up(path: Path, mode: int) -> None:
-    """Give a file or folder that was made for its owner alone the permissions that others have."""
+    """Give a file or folder that was made for its owner alone the permissions that others have.
+
+    Parameters
+    ----------
+    path : the file or folder.
+    mode : what is asked for, such as 0o777; the system's mask takes away from it.
+    """
     umask = os.umask(0)
     os.umask(umask)
     path.chmod(mode & ~umask)
+
+
+def sha256_of(path: Path) -> str:
+    """SHA-256 of a file's bytes, in hexadecimal digits."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def _flush(path: Path) -> None:
+    with path.open("rb+") as file:
+        os.fsync(file.fileno())
+
+
+def _flush_folder(folder: Path) -> None:
+    """Make the names in a folder last, where the system has a way to; some network drives have none and say so."""
+    if hasattr(os, "O_DIRECTORY"):
+        with suppress(OSError):
+            descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+            try:
+                os.fsync(descriptor)
+            finally:
+                os.close(descriptor)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typer
 
-from calib.cli import lab, model, run
+from calib.cli import calibrate, lab, refine, runs, simulate, surrogate
 
 __all__ = ["app"]
 
@@ -37,9 +37,19 @@ calibration has not converged.
 _FROM_LAB, _CALIBRATION, _MODEL = "From the lab", "Calibration", "Model of the sensor"
 app.command("init", rich_help_panel=_FROM_LAB)(lab.init)
 app.command("read", rich_help_panel=_FROM_LAB)(lab.read)
-app.command("calibrate", rich_help_panel=_CALIBRATION)(run.calibrate)
-app.command("recommend", rich_help_panel=_CALIBRATION)(run.recommend)
-app.command("compare", rich_help_panel=_CALIBRATION)(run.compare)
-app.command("report", rich_help_panel=_CALIBRATION)(run.report)
-app.command("simulate", rich_help_panel=_MODEL)(model.simulate)
-app.add_typer(model.surrogate, name="surrogate", rich_help_panel=_MODEL)
+app.command("calibrate", rich_help_panel=_CALIBRATION)(calibrate.calibrate)
+app.command("recommend", rich_help_panel=_CALIBRATION)(runs.recommend)
+app.command("compare", rich_help_panel=_CALIBRATION)(runs.compare)
+app.command("report", rich_help_panel=_CALIBRATION)(runs.report)
+app.command("simulate", rich_help_panel=_MODEL)(simulate.simulate)
+
+_of_surrogate = typer.Typer(
+    no_args_is_help=True,
+    rich_markup_mode="markdown",
+    help="The fast stand-in for the finite elements: describe it, check it, train another, refine it.",
+)
+_of_surrogate.command("info")(surrogate.info)
+_of_surrogate.command("validate")(surrogate.validate)
+_of_surrogate.command("train")(surrogate.train)
+_of_surrogate.command("refine")(refine.refine)
+app.add_typer(_of_surrogate, name="surrogate", rich_help_panel=_MODEL)

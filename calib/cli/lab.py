@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from calib.cli.common import err, out, refusing_bad_input, say, write_whole
+from calib.cli.common import err, out, refusing_bad_input, say
 from calib.errors import Fault, InputError
+from calib.files import write_text
 
 if TYPE_CHECKING:
     from calib.lab import Observations
@@ -69,7 +70,7 @@ def read(
             with whole_file(picture, advice="Create it, or choose another --picture") as whole:
                 file_figure(observations).savefig(whole, dpi=150, format=picture.suffix[1:].lower())
         if output is not None:
-            write_whole(output, observations_frame(observations).to_csv(index=False, lineterminator="\n"))
+            write_text(output, observations_frame(observations).to_csv(index=False, lineterminator="\n"))
         _show(observations)
         for written in (output, picture):
             if written is not None:
@@ -120,7 +121,7 @@ def init(
         if not records:
             raise InputError([Fault(reason, file) for file, reason in left_out])
         specimens = pair(records)
-        write_whole(output, experiment_text(specimens, output.absolute().parent, left_out))
+        write_text(output, experiment_text(specimens, output.absolute().parent, left_out))
         for paired in specimens:
             parts = [f"force {paired.force.table.path.name}"] if paired.force else []
             parts += [f"capacitance {paired.capacitance.table.path.name}"] if paired.capacitance else []

@@ -1,17 +1,16 @@
-"""Posterior and a requirement in, padding recommendation with its uncertainty out."""
+"""From a posterior and a requirement to the padding to build: which thickness is most probably near the best, and how sure."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields, replace
-from pathlib import Path
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import stats
 
-from calib.checks import BAND_LEVELS, band
+from calib.checks import band
+from calib.decision.recommendation import INTERVAL_PROBABILITY, Recommendation
+from calib.decision.requirement import Requirement
 from calib.errors import Fault, InputError
 from calib.problem import lookup, specimen_design
 from calib.sampling import Posterior, thin_draws
@@ -19,183 +18,33 @@ from models.curves import DesignPrediction, predict_design
 from models.response import Forward
 from models.sensor import BoolArray, Design, FloatArray, design_from
 
-#: Layout version of recommendation.json.
-FORMAT = 1
 #: A thickness is covered when at least this share of the draws stays inside the model's range.
 COVERED_SHARE = 0.95
-#: A thickness belongs to the recommended interval when it is near the best with at least this probability.
-INTERVAL_PROBABILITY = 0.8
 # The error of a model is alike for alike designs: its correlation falls off over this factor in total thickness.
 _ERROR_FACTOR = 1.5
-
-
-@dataclass(frozen=True)
-class Requirement:
-    """What the padding is asked for: the largest capacitance change at `force` [N] with padding from `lower` to `upper` [m].
-
-    `tolerance` [1] is the loss of signal that counts as "as good as the best"; `indenter_radius` [m] defaults to the ball
-    of the experiment.
-
-    Raises
-    ------
-    InputError
-        If the force is not positive, the range is empty or negative, or there are too few thicknesses or draws.
-    """
-
-    force: float
-    lower: float
-    upper: float
-    n_thickness: int = 37
-    tolerance: float = 0.05
-    indenter_radius: float | None = None
-    n_draw: int = 400
-
-    def __post_init__(self) -> None:
-        rules = (
-            (self.force > 0, f"force must be positive, got {self.force:.6g} N", 'Write for example --force "10 N".'),
-            (
-                self.lower >= 0,
-                f"padding thickness must not be negative, got {self.lower * 1e3:.6g} mm",
-                "Start at 0 mm or above.",
-            ),
-            (
-                self.upper > self.lower,
-                f"the padding range is empty: {self.lower * 1e3:.6g} mm to {self.upper * 1e3:.6g} mm",
-                'Write the smaller thickness first, for example --padding "0 mm:9 mm".',
-            ),
-            (self.n_thickness >= 3, f"n_thickness must be at least 3, got {self.n_thickness}", ""),
-            (0 < self.tolerance < 1, f"tolerance must lie between 0 and 1, got {self.tolerance:.6g}", ""),
-            (
-                self.indenter_radius is None or self.indenter_radius > 0,
-                f"indenter_radius must be positive, got {(self.indenter_radius or 0) * 1e3:.6g} mm",
-                "",
-            ),
-            (self.n_draw >= 50, f"n_draw must be at least 50, got {self.n_draw}", ""),
-        )
-        if faults := [Fault(message, advice=advice) for holds, message, advice in rules if not holds]:
-            raise InputError(faults)
-
-
-@dataclass(frozen=True, eq=False)
-class Recommendation:
-    """Which padding to build, and how sure that is. SI; bands are quantiles (5, 25, 50, 75, 95 %) over draws, (5, n_thickness).
-
-    Attributes
-    ----------
-    thickness : [m], (n_thickness,), the grid.
-    coverage : [1], (n_thickness,), share of draws whose force is reached inside the model's range.
-    covered : (n_thickness,), whether `coverage` is at least 95 %; bands and probability are nan where it is not.
-    change : [1], capacitance change C/C0 - 1 at the force, with the model's own error and discrepancy.
-    depth : [m], indentation at the force: the stiffness one feels.
-    resolution : [N], force that one reading can tell from noise, capacitance_noise / (dC/dF).
-    probability : [1], (n_thickness,), that this thickness gives at least 1 - tolerance of the draw's best; a draw that is not
-        covered counts as not doing so.
-    optimum : [m], (n_draw,), each draw's best thickness.
-    best : [m], the recommended thickness: the largest `probability`, among equals the largest mean share of the best change.
-    interval : [m], the run of thicknesses around `best` with a probability of at least 80 %, or none.
-    change_at_best, depth_at_best, resolution_at_best : (5,), bands at `best`.
-    present_padding [m], present_change (5,), gain (5,) : padding of the measured specimens, what it gives, and the ratio
-        change at `best` / present change, draw by draw; nan where the model does not cover it.
-    border : empty, or in words that `best` lies at the end of the asked or of the covered range.
-    """
-
-    requirement: Requirement
-    indenter_radius: float
-    thickness: FloatArray
-    coverage: FloatArray
-    covered: BoolArray
-    change: FloatArray
-    depth: FloatArray
-    resolution: FloatArray
-    probability: FloatArray
-    optimum: FloatArray
-    best: float
-    best_probability: float
-    interval: tuple[float, float] | None
-    change_at_best: FloatArray
-    depth_at_best: FloatArray
-    resolution_at_best: FloatArray
-    present_padding: float
-    present_change: FloatArray
-    gain: FloatArray
-    border: str
-    conditions: tuple[str, ...]
-    converged: bool
-    reasons: tuple[str, ...]
-    forward_name: str
-    seed: int
-    posterior_sha256: str
-
-    @property
-    def sureness(self) -> str:
-        """How sure the recommendation is, in one word or two."""
-        p = self.best_probability
-        return "very sure" if p >= 0.95 else "fairly sure" if p >= 0.8 else "not sure" if p >= 0.5 else "no clear best"
-
-    @property
-    def _open_end(self) -> str:
-        """Whether the interval may go on beyond what was asked for or is covered."""
-        if self.interval is None or self.border:
-            return ""
-        first, last = self.thickness[self.covered][[0, -1]]
-        sides = [s for s, holds in (("thinner", self.interval[0] == first > 0), ("thicker", self.interval[1] == last)) if holds]
-        return f" (and perhaps {' and '.join(sides)} padding, which was not asked for or is not covered)" if sides else ""
-
-    @property
-    def verdict(self) -> str:
-        """The recommendation in words and numbers, in a few sentences."""
-        r, mm = self.requirement, 1e3
-        lo, middle, hi = self.change_at_best[[0, 2, 4]] * 100
-        start = f"Build about {self.best * mm:.2f} mm of padding."
-        if self.best_probability < 0.5:
-            start = f"There is no clear best padding; the least doubtful choice is about {self.best * mm:.2f} mm."
-        text = (
-            f"{start} At {r.force:g} N it gives a capacitance change of {middle:.2f} % "
-            f"(90 % interval {lo:.2f} to {hi:.2f} %), and with a probability of {percent(self.best_probability)} it is within "
-            f"{r.tolerance * 100:g} % of the best this sensor can do between {r.lower * mm:g} and {r.upper * mm:g} mm "
-            f"({self.sureness}). "
-        )
-        if self.interval is None:
-            text += (
-                f"No thickness reaches a probability of {INTERVAL_PROBABILITY * 100:g} %: the data do not single out a range. "
-            )
-        elif self.interval[0] < self.interval[1]:
-            text += (
-                f"Anything from {self.interval[0] * mm:.2f} to {self.interval[1] * mm:.2f} mm is as good with a probability "
-                f"of at least {INTERVAL_PROBABILITY * 100:g} %{self._open_end}. "
-            )
-        else:
-            text += f"Its neighbours on the grid fall below a probability of {INTERVAL_PROBABILITY * 100:g} %. "
-        if np.isfinite(self.gain[2]):
-            text += (
-                f"The measured specimens ({self.present_padding * mm:.2f} mm of padding) give "
-                f"{self.present_change[2] * 100:.2f} %: it is {self.gain[2]:.2f} times as much "
-                f"signal (90 % interval {self.gain[0]:.2f} to {self.gain[4]:.2f}). "
-            )
-        if self.border:
-            text += f"{self.border} "
-        if not self.converged:
-            more = f"; {len(self.reasons) - 2} more reasons" if len(self.reasons) > 2 else ""
-            text = f"Preliminary, because the calibration has not converged ({'; '.join(self.reasons[:2])}{more}). {text}"
-        return text.strip()
-
-
-def percent(probability: float) -> str:
-    """A probability for people: never "100 %" or "0 %", which a finite number of draws cannot tell."""
-    if probability > 0.99:
-        return "more than 99 %"
-    return "less than 1 %" if probability < 0.01 else f"{probability * 100:.0f} %"
 
 
 def recommend(
     posterior: Posterior, forward: Forward, requirement: Requirement, *, seed: int, posterior_sha256: str = ""
 ) -> Recommendation:
-    """Recommend a padding for a sensor like those measured.
+    """Recommend a padding thickness for a sensor like those measured, and say how sure that is.
 
     Each draw of the posterior takes the thicknesses of one specimen (picked at random), so that the spread from specimen to
     specimen is part of the answer; its padding is replaced by each thickness of the grid. The model's own error and the
     discrepancy found in calibration are added as a smooth random function of thickness (correlation exp(-x^2/2) with
     x = ln(h_i/h_j) / ln 1.5, h the total thickness).
+
+    Parameters
+    ----------
+    posterior : of the calibration.
+    forward : the model that predicts, the one of the calibration.
+    requirement : what is wanted.
+    seed : of the choice of draws and specimens.
+    posterior_sha256 : hash of the posterior's file, kept with the result, so that one can tell whether it is of this posterior.
+
+    Returns
+    -------
+    The recommendation; it says itself if the posterior has not converged.
 
     Raises
     ------
@@ -266,56 +115,6 @@ def recommend(
         seed=seed,
         posterior_sha256=posterior_sha256,
     )
-
-
-def recommendation_to_json(recommendation: Recommendation) -> str:
-    """The content of recommendation.json: SI, versioned, nan as null; the verdict in words comes along."""
-    r = recommendation
-    record: dict[str, Any] = {
-        "format": FORMAT,
-        "verdict": r.verdict,
-        "sureness": r.sureness,
-        "band_levels": list(BAND_LEVELS),
-        "requirement": asdict(r.requirement),
-    }
-    for f in fields(r):
-        if f.name != "requirement":
-            value = getattr(r, f.name)
-            record[f.name] = value.tolist() if isinstance(value, np.ndarray) else value
-    return json.dumps(_null_for_nan(record), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
-
-
-def recommendation_from_json(text: str, path: Path | None = None) -> Recommendation:
-    """Inverse of `recommendation_to_json`.
-
-    Raises
-    ------
-    InputError
-        If the text is not a recommendation of this format.
-    """
-    try:
-        record = json.loads(text)
-        if record["format"] != FORMAT:
-            raise ValueError(f"format {record['format']} is not known")
-        read: dict[str, Any] = {f.name: record[f.name] for f in fields(Recommendation)}
-        for name in _ARRAYS:
-            read[name] = np.asarray(read[name], dtype=float)
-        read["covered"] = np.asarray(read["covered"], dtype=bool)
-        read["requirement"] = Requirement(**read["requirement"])
-        read["interval"] = None if read["interval"] is None else tuple(read["interval"])
-        read["conditions"], read["reasons"] = tuple(read["conditions"]), tuple(read["reasons"])
-        return Recommendation(**read)
-    except (ValueError, KeyError, TypeError) as error:
-        if isinstance(error, InputError):
-            raise
-        advice = "Delete it and run `calib recommend` again."
-        raise InputError(Fault(f"not a recommendation this version can read ({error})", path=path, advice=advice)) from None
-
-
-_ARRAYS = (
-    *("thickness", "coverage", "change", "depth", "resolution", "probability", "optimum"),
-    *("change_at_best", "depth_at_best", "resolution_at_best", "present_change", "gain"),
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -475,13 +274,3 @@ def _conditions(posterior: Posterior, base: Design) -> tuple[str, ...]:
         f"ball radius {float(np.asarray(base.indenter.radius)[0]) * 1e3:.3g} mm, {contact}",
         padding,
     )
-
-
-def _null_for_nan(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {k: _null_for_nan(v) for k, v in value.items()}
-    if isinstance(value, list | tuple):
-        return [_null_for_nan(v) for v in value]
-    if isinstance(value, float | np.floating):
-        return float(value) if np.isfinite(value) else None
-    return value

@@ -1,12 +1,20 @@
 """Experiment, sweeps and forward model in, a `Problem` out: unknowns, values at z, likelihood; knows no sampler."""
 
-from calib.problem.likelihood import block_names, log_likelihood_at, log_likelihood_blocks, log_posterior, range_use
+from calib.problem.likelihood import (
+    LIKELIHOOD_VERSION,
+    block_names,
+    log_likelihood_at,
+    log_likelihood_blocks,
+    log_posterior,
+    range_use,
+)
 from calib.problem.measurement import PredictedReadings, SweepModel, SweepPlan, model_sweep, plan_sweep
 from calib.problem.problem import Problem, build_problem
 from calib.problem.unknowns import ParameterInfo
 from calib.problem.values import columns_at, lookup, specimen_design, values_at
 
 __all__ = [
+    "LIKELIHOOD_VERSION",
     "ParameterInfo",
     "PredictedReadings",
     "Problem",

@@ -19,6 +19,11 @@ from models.sensor import FloatArray
 #: Raised when the same values of the unknowns get another likelihood: draws of before are then no draws of this posterior.
 LIKELIHOOD_VERSION = 1
 
+#: Version of what the log posterior is at given unknowns and data. Raise it with every change that moves its values by more
+#: than rounding (measurement model, covariance, priors' coordinates, default priors aside, which are hashed themselves), so
+#: that no chain of the earlier density is continued with the later one.
+LIKELIHOOD_VERSION = 1
+
 #: Points of a block of `log_likelihood_blocks`, about.
 BLOCK_POINTS = 8
 

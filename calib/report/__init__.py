@@ -1,5 +1,6 @@
 """Results in, pages, figures, tables and summaries for people and programs out; computes no result."""
 
+from calib.report.curve import check_in_words, curve_csv
 from calib.report.page import AGAINST_PRIOR_WORDS, PRIOR_DRIVEN_WORDS, parameter_rows, verdict, write_report
 from calib.report.picture import file_figure
 from calib.report.section import revolved_picture, section_figure, write_figure, write_vtk
@@ -16,6 +17,8 @@ __all__ = [
     "PRIOR_DRIVEN_WORDS",
     "SKY",
     "VERMILION",
+    "check_in_words",
+    "curve_csv",
     "file_figure",
     "parameter_rows",
     "revolved_picture",

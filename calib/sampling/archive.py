@@ -6,7 +6,6 @@ The one module that knows ArviZ's containers.
 from __future__ import annotations
 
 import json
-import os
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -16,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from calib.errors import Fault, InputError
+from calib.files import whole_file
 from models.sensor import FloatArray
 
 with warnings.catch_warnings():
@@ -138,11 +138,8 @@ def write_archive(archive: Archive, path: Path) -> None:
         dims={_safe(name): [f"{_safe(name)} point"] for name in archive.observed} | {"blocks": ["block"]},
         attrs={**archive.attrs, "names": json.dumps([list(archive.posterior), list(archive.observed)])},
     )
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    data.to_netcdf(str(part), engine=_ENGINE)
-    with part.open("rb+") as file:
-        os.fsync(file.fileno())
-    os.replace(part, path)
+    with whole_file(path) as whole:
+        data.to_netcdf(str(whole), engine=_ENGINE)
 
 
 def read_archive(path: Path) -> Archive:

@@ -1,47 +1,80 @@
 """Checkpoints of a sampling run: starts and blocks of each ensemble to files written atomically, and back.
 
 A folder holds `manifest.json` (what the run is of), and for each ensemble `ensemble-0-start.npz` and one
-`ensemble-0-00000.npz` per block. A file is there whole or not at all: it is written beside its place, synced and renamed.
+`ensemble-0-00000.npz` per block. A file is there whole or not at all (`calib.files.whole_file`).
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
-import os
 import zipfile
 from collections.abc import Mapping
+from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
 
 from calib.errors import Fault, InputError
+from calib.files import remove_leftovers, whole_file, write_text
 from calib.lab import sweeps_to_json
-from calib.problem import Problem
+from calib.problem import LIKELIHOOD_VERSION, Problem
+from calib.records import record_from_text, record_to_text
 from calib.sampling.ensemble import MOVES, STORE_EVERY, Block, EnsembleState
 from models.sensor import FloatArray
 
-_FORMAT = 1
+_KIND = "checkpoint"
+_FORMAT = 2
+
+# What the padding lies on. Only one kind of base is modelled so far; another must not continue a chain of this one.
+_BASE = "bonded"
 
 
 def fingerprint(problem: Problem, seed: int, n_ensemble: int, n_walker: int) -> str:
-    """Hash of all that a chain depends on: unknowns and priors, data, forward model, seed, ensembles, moves. Not of paths."""
+    """Hash all that the draws of a chain depend on, so that a chain is never continued as that of another posterior.
+
+    That is the data, the unknowns with their priors, what is known of the specimens and the rig, the forward model by its
+    content, the likelihood's version, seed, ensembles and moves, and the version of emcee, whose code the moves are. Not where
+    files lie, and not the version of this package, in whose place the versions of likelihood, moves and format stand.
+
+    Parameters
+    ----------
+    problem : what is sampled.
+    seed : of the whole run.
+    n_ensemble, n_walker : how many ensembles, and how many walkers in each.
+
+    Returns
+    -------
+    64 hexadecimal digits.
+    """
+    e = problem.experiment
     content = {
         "format": _FORMAT,
         "parameters": [[p.name, p.prior.to_json()] for p in problem.parameters],
         "fixed": dict(problem.fixed),
-        "radius": problem.experiment.sensor_radius,
-        "padding": problem.experiment.padding_material,
-        "discrepancy": problem.experiment.discrepancy,
+        "radius": e.sensor_radius,
+        "padding": e.padding_material,
+        "law": e.law,
+        "contact": "stick" if e.stick else "frictionless",
+        "base": _BASE,
+        "discrepancy": e.discrepancy,
         "sweeps": sweeps_to_json(problem.sweeps),
-        "forward": problem.forward.name,
+        "forward": [problem.forward.name, problem.forward.identity],
+        "likelihood": LIKELIHOOD_VERSION,
+        "emcee": version("emcee"),
         "run": [seed, n_ensemble, n_walker, MOVES, STORE_EVERY],
     }
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
 def open_checkpoint(folder: Path, mark: str, *, resume: bool) -> None:
-    """Make `folder` ready for a run with this `fingerprint`: check that it is the same run to resume, or empty it.
+    """Make a folder ready for the checkpoints of a run: check that it is the same run to resume, or empty the folder.
+
+    Parameters
+    ----------
+    folder : made if need be.
+    mark : the run's `fingerprint`.
+    resume : whether to go on from the checkpoints that are there.
 
     Raises
     ------
@@ -52,9 +85,9 @@ def open_checkpoint(folder: Path, mark: str, *, resume: bool) -> None:
     manifest = folder / "manifest.json"
     if resume and manifest.exists():
         try:
-            found = json.loads(manifest.read_text(encoding="utf-8"))["fingerprint"]
-        except (ValueError, KeyError, TypeError):
-            found = ""
+            found = record_from_text(_KIND, _FORMAT, manifest.read_text(encoding="utf-8")).get("fingerprint")
+        except ValueError:
+            found = None
         if found != mark:
             raise InputError(
                 Fault(
@@ -63,37 +96,16 @@ def open_checkpoint(folder: Path, mark: str, *, resume: bool) -> None:
                     advice="Start anew without resuming, or put the inputs back",
                 )
             )
-        for leftover in folder.glob(".*.part"):
-            leftover.unlink()
+        remove_leftovers(folder)
         return
-    for old in [*folder.glob("ensemble-*.npz"), *folder.glob(".*.part"), *folder.glob("manifest.json")]:
+    for old in [*folder.glob("ensemble-*.npz"), *folder.glob("manifest.json")]:
         old.unlink()
-    write_atomically(manifest, json.dumps({"fingerprint": mark, "format": _FORMAT}, indent=1).encode())
-
-
-def write_atomically(path: Path, content: bytes) -> None:
-    """Write a file so that at any moment, power cuts included, it is there whole or not at all."""
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    with part.open("wb") as file:
-        file.write(content)
-        file.flush()
-        os.fsync(file.fileno())
-    publish(part, path)
-
-
-def publish(part: Path, path: Path) -> None:
-    """Give a synced file its final name and sync the folder, where the system can."""
-    os.replace(part, path)
-    if hasattr(os, "O_DIRECTORY"):
-        folder = os.open(path.parent, os.O_RDONLY | os.O_DIRECTORY)
-        try:
-            os.fsync(folder)
-        finally:
-            os.close(folder)
+    remove_leftovers(folder)
+    write_text(manifest, record_to_text(_KIND, _FORMAT, {"fingerprint": mark}))
 
 
 def save_start(folder: Path, ensemble: int, state: EnsembleState) -> None:
-    """Write the start of an ensemble."""
+    """Write the start of an ensemble, numbered from 0, into the folder of a run."""
     _save(folder / f"ensemble-{ensemble}-start.npz", _state_arrays(state))
 
 
@@ -161,12 +173,9 @@ def _state_arrays(state: EnsembleState) -> dict[str, np.ndarray[tuple[int, ...],
 
 
 def _save(path: Path, arrays: Mapping[str, np.ndarray[tuple[int, ...], np.dtype[np.generic]]]) -> None:
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    with part.open("wb") as file:
+    # To an open file, as NumPy appends an ending to a name.
+    with whole_file(path) as whole, whole.open("wb") as file:
         np.savez(file, allow_pickle=False, **arrays)
-        file.flush()
-        os.fsync(file.fileno())
-    publish(part, path)
 
 
 def _load_state(path: Path) -> EnsembleState | None:

@@ -5,16 +5,14 @@ from __future__ import annotations
 import importlib.metadata
 import json
 import math
-import multiprocessing
 import os
 import platform
-import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -46,6 +44,7 @@ from calib.sampling.diagnostics import (
     summarise,
 )
 from calib.sampling.ensemble import STORE_EVERY, Block, EnsembleState, advance, autocorrelation_time, start
+from calib.workers import workers
 from models.sensor import FloatArray
 
 __all__ = [
@@ -78,7 +77,6 @@ RANGE_TOUCH_SHARE = 0.01
 # Most steps of a chain that the autocorrelation time is computed from.
 _MAX_TAU_STEPS = 500
 _BATCH = 512
-_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,7 +181,8 @@ def sample(
 
     last = max(1, max_steps // BLOCK_STEPS)
     look = min(last, FIRST_CHECK // BLOCK_STEPS)
-    with _executor(os.cpu_count() if processes is None else processes, n_ensembles) as executor:
+    # More processes than ensembles would idle.
+    with workers(0 if processes == 0 else min(4, n_ensembles, processes or os.cpu_count() or 1)) as executor:
         while True:
             n_block = _advance_to(run, executor, look, clock + max_seconds, report)
             state = _look(run, n_block)
@@ -206,20 +205,21 @@ class _Run:
     n_walker: int
 
 
-def _advance_to(run: _Run, executor: Executor | None, n_block: int, deadline: float, report: Callable[[int], None]) -> int:
+def _advance_to(run: _Run, executor: Executor, n_block: int, deadline: float, report: Callable[[int], None]) -> int:
     """Advance all ensembles to `n_block` blocks or until the deadline; the number of blocks that all of them have."""
     count: dict[int, int] = {}
     pending: dict[Future[EnsembleState | Block], int] = {}
 
     def submit(ensemble: int) -> None:
         state, count[ensemble] = load_state(run.folder, ensemble)
+        work: Callable[[], EnsembleState | Block]
         if state is None:
-            future = _submit(executor, start, run.problem, run.seeds[ensemble], run.n_walker)
+            work = partial(start, run.problem, run.seeds[ensemble], run.n_walker)
         elif count[ensemble] >= n_block:
             return
         else:
-            future = _submit(executor, advance, run.problem, state, BLOCK_STEPS)
-        pending[future] = ensemble
+            work = partial(advance, run.problem, state, BLOCK_STEPS)
+        pending[executor.submit(work)] = ensemble
 
     for ensemble in range(len(run.seeds)):
         submit(ensemble)
@@ -236,50 +236,6 @@ def _advance_to(run: _Run, executor: Executor | None, n_block: int, deadline: fl
                 submit(ensemble)
         report(min(n_block, *count.values()))
     return min(n_block, *count.values())
-
-
-def _submit(
-    executor: Executor | None, work: Callable[..., EnsembleState | Block], *arguments: object
-) -> Future[EnsembleState | Block]:
-    if executor is not None:
-        return executor.submit(work, *arguments)
-    future: Future[EnsembleState | Block] = Future()
-    future.set_result(work(*arguments))
-    return future
-
-
-@contextmanager
-def _executor(processes: int | None, n_ensemble: int) -> Iterator[Executor | None]:
-    """Worker processes with one BLAS thread each, or None for none."""
-    if processes == 0:
-        yield None
-        return
-    n = min(4, n_ensemble, processes or 1)
-    before = {name: os.environ.get(name) for name in _THREADS}
-    # Workers read these when they import NumPy, and they start while this context is open.
-    os.environ.update(dict.fromkeys(_THREADS, "1"))
-    pool = ProcessPoolExecutor(n, mp_context=multiprocessing.get_context("spawn"), initializer=_end_with_parent)
-    try:
-        yield pool
-    finally:
-        pool.shutdown(wait=True, cancel_futures=True)
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value
-
-
-def _end_with_parent() -> None:
-    """Let this worker end if its parent is killed: it would wait for work for ever."""
-
-    def watch() -> None:
-        parent = multiprocessing.parent_process()
-        if parent is not None:
-            parent.join()
-            os._exit(1)
-
-    threading.Thread(target=watch, daemon=True).start()
 
 
 # --- looking ------------------------------------------------------------------------------------------------------------

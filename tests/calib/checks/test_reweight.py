@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -18,11 +19,13 @@ from calib.problem.likelihood import log_likelihood_at
 from calib.problem.measurement import model_sweep
 from calib.report.page import gates
 from calib.report.summary import summary_json
+from calib.runs.calibrate import Stages
 from calib.sampling.archive import smooth_weights
 from calib.sampling.diagnostics import Reweighting, Shift, diagnostics_from_json, diagnostics_to_json
 from calib.sampling.posterior import Posterior, load_posterior, save_posterior, thin_draws
 from models.analytic import ClosedForm
 from models.fem import ConvergenceError, FiniteElements
+from models.layers import LayeredDesign
 from models.response import Forward, Response
 from models.sensor import Design, FloatArray
 from models.surrogate.surrogate import load_surrogate
@@ -43,7 +46,7 @@ class Stiffened:
 
     @property
     def identity(self) -> str:
-        return repr(self)
+        return f"{self.inner.identity} times {self.factor!r}"
 
     def max_depth(self, design: Design) -> FloatArray:
         return self.inner.max_depth(design)
@@ -245,20 +248,17 @@ def test_finite_elements_answer_for_either_tie_of_the_capacitance(make_posterior
     assert reason == ""
 
 
-def test_a_table_for_the_finite_elements_ends_soon_after_the_readings(
-    make_posterior: MakePosterior, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_table_for_the_finite_elements_ends_soon_after_the_readings(make_posterior: MakePosterior) -> None:
     p = make_posterior(n_specimen=1)
     fast, asked = load_surrogate(), []
     deepest = model_sweep(p, fast, problem_of(p, fast).plans[0], thin_draws(p, 1, np.random.default_rng(1))).deepest[0]
-    respond = FiniteElements.respond
 
-    def watched(self: FiniteElements, design: Design, depth: FloatArray) -> Response:
-        asked.append(depth)
-        return respond(self, design, depth)
+    class Watched(FiniteElements):
+        def respond(self, design: Design | LayeredDesign, depth: FloatArray) -> Response:
+            asked.append(depth)
+            return super().respond(design, depth)
 
-    monkeypatch.setattr(FiniteElements, "respond", watched)
-    log_ratio(problem_of(p, fast), FiniteElements(2e-2), thin_draws(p, 1, np.random.default_rng(1)))
+    log_ratio(problem_of(p, fast), Watched(2e-2), thin_draws(p, 1, np.random.default_rng(1)))
     (depth,) = asked
     assert deepest < np.max(depth) < 1.4 * deepest
     assert depth.size < 40 + 64
@@ -303,20 +303,20 @@ def lab(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def _calibrate(lab: Path, model: str, n: int) -> tuple[int, str, str]:
+def _calibrate(lab: Path, model: str, n: int, stages: Stages | None = None) -> tuple[int, str, str]:
     words = ["calibrate", lab / f"{model}.toml", "-o", lab / "run", "--reweight", n, "--processes", 0]
-    result = CliRunner().invoke(app, [str(w) for w in words])
+    result = CliRunner().invoke(app, [str(w) for w in words], obj=stages)
     return result.exit_code, " ".join(result.stdout.split()), " ".join(result.stderr.split())
 
 
-def test_calibrate_reweights_if_asked_and_says_so(
-    lab: Path, make_posterior: MakePosterior, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("calib.sampling.posterior.sample", lambda *_, **__: make_posterior(n_specimen=1))
-    monkeypatch.setattr("calib.checks.spotcheck.with_spot_check", lambda posterior, forward: posterior)
-    monkeypatch.setattr(FiniteElements, "respond", lambda self, design, depth: ClosedForm().respond(design, depth))
-    monkeypatch.setattr(FiniteElements, "max_depth", lambda self, design: ClosedForm().max_depth(design))
-    code, said, _ = _calibrate(lab, "closed form", 30)
+def _stages(make_posterior: MakePosterior, reweight: Callable[..., Posterior]) -> Stages:
+    """A posterior made by hand, no spot check."""
+    return Stages(lambda *_, **__: make_posterior(n_specimen=1), lambda posterior, _: posterior, reweight)
+
+
+def test_calibrate_reweights_if_asked_and_says_so(lab: Path, make_posterior: MakePosterior) -> None:
+    exact = Stiffened(inner=ClosedForm())
+    code, said, _ = _calibrate(lab, "closed form", 30, _stages(make_posterior, partial(with_reweighting, exact=exact)))
     assert code == 0, said
     assert "Re-weighting: re-weighted to the finite elements at 30 draws" in said
     summary = json.loads((lab / "run" / "summary.json").read_text(encoding="utf-8"))
@@ -324,16 +324,11 @@ def test_calibrate_reweights_if_asked_and_says_so(
     assert "closed form posterior against finite elements" in (lab / "run" / "report.html").read_text(encoding="utf-8")
 
 
-def test_stopping_the_reweighting_leaves_the_rest_written(
-    lab: Path, make_posterior: MakePosterior, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def stopped(*_: object, **__: object) -> None:
+def test_stopping_the_reweighting_leaves_the_rest_written(lab: Path, make_posterior: MakePosterior) -> None:
+    def stopped(*_: object, **__: object) -> Posterior:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("calib.sampling.posterior.sample", lambda *_, **__: make_posterior(n_specimen=1))
-    monkeypatch.setattr("calib.checks.spotcheck.with_spot_check", lambda posterior, forward: posterior)
-    monkeypatch.setattr("calib.checks.reweight.reweight", stopped)
-    code, _, told = _calibrate(lab, "closed form", 30)
+    code, _, told = _calibrate(lab, "closed form", 30, _stages(make_posterior, stopped))
     assert code == 130
     assert "--resume --reweight 30" in told
     assert json.loads((lab / "run" / "summary.json").read_text(encoding="utf-8"))["reweighting"] is None

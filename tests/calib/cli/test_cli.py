@@ -6,6 +6,7 @@ import json
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,11 +17,18 @@ from typer.testing import CliRunner, Result
 
 from calib.cli import app
 from calib.cli.common import refusing_bad_input
+from calib.cli.surrogate import STEPS, FamilyName
+from calib.decision.requirement import Requirement
 from calib.experiment.experiment_file import read_experiment
+from calib.problem.problem import Problem
+from calib.runs.calibrate import Stages, calibrate
+from calib.runs.folder import load_recommendation, load_run, recommend_in
 from calib.sampling.posterior import Posterior
 from models.analytic import ClosedForm
 from models.response import ConvergenceError
 from models.sensor import design_from
+from models.surrogate import FAMILIES, fitting
+from models.surrogate.surrogate import load_surrogate
 
 DESIGN = """
 [indenter]
@@ -51,8 +59,8 @@ padding_thickness = { normal = ["1.10 mm", "0.03 mm"] }
 """
 
 
-def _run(*words: object) -> Result:
-    return CliRunner().invoke(app, [str(w) for w in words])
+def _run(*words: object, stages: Stages | None = None) -> Result:
+    return CliRunner().invoke(app, [str(w) for w in words], obj=stages)
 
 
 def _said(result: Result) -> str:
@@ -143,25 +151,25 @@ def test_resumed_run_goes_on_with_its_seed(finished: tuple[Path, Result]) -> Non
     assert json.loads((run / "summary.json").read_text())["seed"] == 4
 
 
-def test_converged_calibration_exits_with_0(
-    lab: Path, make_posterior: Callable[..., Posterior], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("calib.sampling.posterior.sample", lambda *_, **__: make_posterior(n_specimen=1))
-    result = _run("calibrate", lab / "experiment.toml", "-o", lab / "run")
+def test_converged_calibration_exits_with_0(lab: Path, make_posterior: Callable[..., Posterior]) -> None:
+    stages = Stages(sample=lambda *_, **__: make_posterior(n_specimen=1))
+    result = _run("calibrate", lab / "experiment.toml", "-o", lab / "run", stages=stages)
     assert result.exit_code == 0, result.output
     assert json.loads((lab / "run" / "summary.json").read_text())["converged"] is True
     assert "sensor_thickness[sensor 1]" in result.stdout
 
 
-def test_stopping_from_the_keyboard_keeps_the_run_and_says_how_to_go_on(lab: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def stopped(*_: object, **__: object) -> None:
-        raise KeyboardInterrupt
+def _stopped(*_: object, **__: object) -> Posterior:
+    raise KeyboardInterrupt
 
-    monkeypatch.setattr("calib.sampling.posterior.sample", stopped)
-    result = _run("calibrate", lab / "experiment.toml", "-o", lab / "run", "--seed", 9)
+
+def test_stopping_from_the_keyboard_keeps_the_run_and_says_how_to_go_on(lab: Path) -> None:
+    stages = Stages(sample=_stopped)
+    result = _run("calibrate", lab / "experiment.toml", "-o", lab / "run", "--seed", 9, stages=stages)
     assert result.exit_code == 130
     assert "--resume" in _said(result)
-    assert json.loads((lab / "run" / "run.json").read_text())["seed"] == 9
+    record = json.loads((lab / "run" / "run.json").read_text())
+    assert (record["kind"], record["format"], record["seed"]) == ("run", 1, 9)
 
 
 @pytest.mark.parametrize(
@@ -273,6 +281,43 @@ def test_resuming_with_other_data_is_refused_and_keeps_the_run(finished: tuple[P
     result = _run("calibrate", lab / "experiment.toml", "-o", run, "--resume", "--budget", 0.001, "--processes", 0)
     assert result.exit_code == 2
     assert {p: p.read_bytes() for p in run.rglob("*") if p.is_file()} == before
+
+
+def test_resuming_with_another_surrogate_is_refused_with_a_sentence(lab: Path) -> None:
+    _replace("experiment.toml", 'model = "closed form"\n', "", lab)
+    shipped = load_surrogate()
+    replace(shipped, force_modes=1.01 * shipped.force_modes).save(lab / "other.npz")
+    begin = ("calibrate", lab / "experiment.toml", "-o", lab / "run", "--budget", 0, "--processes", 0)
+    # Stopped as soon as the checkpoint is there.
+    assert _run(*begin, stages=Stages(spot_check=_stopped)).exit_code == 130
+    before = {p: p.read_bytes() for p in (lab / "run").rglob("*") if p.is_file()}
+    result = _run(*begin, "--resume", "--surrogate", lab / "other.npz")
+    assert result.exit_code == 2
+    assert "the checkpoint is of another run: experiment, data, forward model or seed have changed since" in _said(result)
+    assert {p: p.read_bytes() for p in (lab / "run").rglob("*") if p.is_file()} == before
+
+
+def test_a_calibration_can_be_run_without_the_command_line(lab: Path, make_posterior: Callable[..., Posterior]) -> None:
+    seen: list[object] = []
+
+    def sampled(problem: Problem, **options: object) -> Posterior:
+        seen.append((problem.forward.name, options["seed"], options["max_seconds"], options["attrs"]))
+        return make_posterior(n_specimen=1)
+
+    done = calibrate(lab / "experiment.toml", lab / "run", seed=5, max_seconds=3.0, command="by hand", stages=Stages(sampled))
+    assert seen == [("closed form", 5, 3.0, {"command": "by hand"})]
+    assert not done.reweighting_stopped
+    again = load_run(lab / "run")
+    np.testing.assert_array_equal(again.posterior.draws, done.run.posterior.draws)
+    assert again.posterior_sha256 == done.run.posterior_sha256
+    assert again.forward == ClosedForm()
+    assert again.note == ""
+    assert load_recommendation(lab / "run") is None
+    found = recommend_in(again, Requirement(2.0, 0.5e-3, 3e-3, n_thickness=5, n_draw=50), seed=1)
+    assert found.posterior_sha256 == again.posterior_sha256
+    kept = load_recommendation(lab / "run")
+    assert kept is not None
+    np.testing.assert_array_equal(kept.probability, found.probability)
 
 
 # --- read, init ---------------------------------------------------------------------------------------------------------
@@ -531,6 +576,11 @@ def test_a_design_of_another_family_gets_its_surrogate(lab: Path) -> None:
     result = _run("simulate", lab / "gent.toml", "--displacement", "0.5 mm", "--model", "closed-form")
     assert result.exit_code == 2
     assert "stiffening must be 0" in _said(result)
+
+
+def test_what_help_texts_say_of_the_training_is_what_it_does() -> None:
+    assert fitting.STEPS == STEPS
+    assert [name.value for name in FamilyName] == list(FAMILIES)
 
 
 # --- help ---------------------------------------------------------------------------------------------------------------

@@ -9,14 +9,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from calib.decision.padding import (
-    Recommendation,
-    Requirement,
-    percent,
-    recommend,
-    recommendation_from_json,
-    recommendation_to_json,
-)
+from calib.decision.padding import recommend
+from calib.decision.recommendation import Recommendation, percent
+from calib.decision.record import recommendation_from_json, recommendation_to_json
+from calib.decision.requirement import Requirement
 from calib.errors import InputError
 from calib.sampling.posterior import Posterior
 from models.analytic import ClosedForm
@@ -160,12 +156,33 @@ def test_json_round_trip_keeps_everything(make_posterior: MakePosterior) -> None
     assert recommendation_to_json(again) == text
     assert again.verdict == r.verdict
     plain = json.loads(text)
-    assert plain["format"] == 1
+    assert (plain["kind"], plain["format"]) == ("recommendation", 1)
     assert plain["change"][0][0] is None  # nothing that JSON does not know
     assert plain["best"] == r.best
 
 
-@pytest.mark.parametrize("text", ["", "{}", "[1]", '{"format": 99}'])
+def test_a_table_has_one_row_for_each_thickness(make_posterior: MakePosterior) -> None:
+    r = _recommend(_exact(make_posterior()), Hill(), 3.0, 0.0, 9e-3)
+    table = r.to_dataframe()
+    bands = [f"{name}_{q}{unit}" for name, unit in UNITS for q in ("05", "25", "50", "75", "95")]
+    assert list(table.columns) == ["thickness_m", "coverage", "covered", *bands, "probability"]
+    np.testing.assert_array_equal(table["thickness_m"], r.thickness)
+    np.testing.assert_array_equal(table["covered"], r.covered)
+    np.testing.assert_array_equal(table["probability"], r.probability)
+    for name, _ in UNITS:
+        np.testing.assert_array_equal(table[[b for b in bands if b.startswith(name)]].to_numpy().T, getattr(r, name))
+    assert table.loc[~table["covered"], bands].isna().all(axis=None)
+    best = table.set_index("thickness_m").loc[r.best]
+    assert best["probability"] == r.best_probability
+    assert best["change_50"] == r.change_at_best[2]
+
+
+UNITS = (("change", ""), ("depth", "_m"), ("resolution", "_N"))
+
+
+@pytest.mark.parametrize(
+    "text", ["", "{}", "[1]", '{"format": 99}', '{"kind": "run", "format": 1}', '{"kind": "recommendation", "format": 99}']
+)
 def test_a_file_that_is_no_recommendation_is_refused(text: str) -> None:
     with pytest.raises(InputError, match="not a recommendation this version can read"):
         recommendation_from_json(text)

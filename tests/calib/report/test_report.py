@@ -15,7 +15,9 @@ import numpy as np
 import pytest
 
 from calib.checks.predictive import Prediction, predict
-from calib.decision.padding import Recommendation, Requirement, recommend
+from calib.decision.padding import recommend
+from calib.decision.recommendation import Recommendation
+from calib.decision.requirement import Requirement
 from calib.lab.quality import Verdict
 from calib.report import figures
 from calib.report.page import figure_address, interval_text, limits, parameter_rows, with_uncertainty, write_report

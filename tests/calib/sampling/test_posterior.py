@@ -56,7 +56,7 @@ class Quick:
 
     @property
     def identity(self) -> str:
-        return repr(self)
+        return f"quick, reach {self.reach!r}"
 
     def max_depth(self, design: Design) -> FloatArray:
         return np.full(np.shape(design.sensor.thickness) or (1,), self.reach)

@@ -1,0 +1,151 @@
+"""The command `calibrate`: an experiment file to a run folder, with progress, and what came of it on the screen."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from calib.cli.common import INTERRUPTED, NOT_CONVERGED, counting, err, out, refusing_bad_input, say
+
+if TYPE_CHECKING:
+    from calib.sampling import Posterior, Progress
+
+
+def calibrate(
+    ctx: typer.Context,
+    experiment: Annotated[Path, typer.Argument(help="The experiment file (TOML), see `calib init`.")],
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="RUN", help="Folder for the results; must not exist yet.")],
+    seed: Annotated[
+        int | None, typer.Option(min=0, help="Seed of all random numbers [default: 1, or that of a resumed run].")
+    ] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Continue a run that was stopped or has not converged.")] = False,
+    budget: Annotated[float, typer.Option(min=0.0, help="Minutes of sampling at most, for this call.")] = 10.0,
+    processes: Annotated[
+        int | None, typer.Option(min=0, help="Worker processes; 0 for none [default: number of CPUs, at most 4].")
+    ] = None,
+    surrogate: Annotated[Path | None, typer.Option(help="Surrogate file to use instead of the shipped one.")] = None,
+    reweight: Annotated[
+        int,
+        typer.Option(min=0, metavar="N", help="Draws to re-weight to the finite elements in the end, say 200; 0 for none."),
+    ] = 0,
+) -> None:
+    """Calibrate the sensor model on the lab files of an experiment.
+
+    Reads and checks everything first; bad input leaves nothing behind. Then samples the posterior with four independent
+    ensembles until they agree (R-hat and effective draws) or the budget is spent, and compares the surrogate with the finite
+    elements at a few draws. Stop it with Ctrl-C whenever you like:
+    `--resume` goes on from the last checkpoint, with the same result as if it had never stopped.
+
+    With --reweight it also says what the finite elements themselves would make of the posterior: each of N draws is weighted by
+    the ratio of the two likelihoods, and a warning tells if a parameter's mean shifts by what matters or the weights cannot be
+    trusted. The draws stay those of the surrogate. Takes two to four seconds per draw, sweep and process, not counted in
+    --budget.
+
+    Example: `calib calibrate experiment.toml -o run1 --seed 7 --budget 20`
+
+    Writes: run1/report.html (read this one), summary.json, summary.csv, posterior.nc, checkpoint/.
+
+    Exit codes: 0 done and converged; 2 bad input, nothing written; 3 done but not converged, everything written and saying so;
+    130 stopped from the keyboard.
+    """
+    with refusing_bad_input():
+        from calib.runs import Stages, Watch
+        from calib.runs import calibrate as run_calibration
+
+        try:
+            done = run_calibration(
+                experiment,
+                output,
+                seed=seed,
+                resume=resume,
+                max_seconds=60 * budget,
+                processes=processes,
+                surrogate=surrogate,
+                reweight=reweight,
+                command=shlex.join(["calib", *sys.argv[1:]]),
+                watch=Watch(partial(_sampling, budget), _reweighting),
+                stages=ctx.obj if ctx.obj is not None else Stages(),
+            )
+        except KeyboardInterrupt:
+            if not output.exists():  # stopped before anything was begun
+                raise
+            err().print(f"Stopped. Continue with: calib calibrate {experiment} -o {output} --resume", markup=False)
+            raise typer.Exit(INTERRUPTED) from None
+        posterior = done.run.posterior
+        _say(output, posterior)
+        if done.reweighting_stopped:
+            again = f"calib calibrate {experiment} -o {output} --resume --reweight {reweight}"
+            err().print(f"Re-weighting was stopped; the rest is written. Do it with: {again}", markup=False)
+            raise typer.Exit(INTERRUPTED)
+    if not posterior.diagnostics.converged:
+        raise typer.Exit(NOT_CONVERGED)
+
+
+@contextmanager
+def _sampling(budget: float) -> Iterator[Callable[[Progress], None]]:
+    """Progress of sampling for `budget` minutes on stderr, if that is a terminal."""
+    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import Progress as Bar
+
+    console = err()
+    columns = (TextColumn("sampling"), BarColumn(), TimeElapsedColumn(), TextColumn("{task.description}"))
+    with Bar(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task("looking for the mode ...", total=max(60 * budget, 1e-9))
+
+        def told(p: Progress) -> None:
+            words = f"{p.steps} steps"
+            if p.ess > 0:
+                words += f", R-hat {p.r_hat:.3f} ({p.r_hat_parameter})"
+                words += f", effective draws {p.ess:.0f} of {p.target:.0f} ({p.ess_parameter})"
+            bar.update(task, completed=p.elapsed, description=words)
+
+        yield told
+
+
+@contextmanager
+def _reweighting() -> Iterator[Callable[[int, int], None]]:
+    with counting() as told:
+        yield partial(told, "draws re-weighted")
+
+
+def _say(run: Path, posterior: Posterior) -> None:
+    from rich.box import SIMPLE_HEAD
+    from rich.markup import escape
+    from rich.table import Table
+
+    from calib.report import AGAINST_PRIOR_WORDS, PRIOR_DRIVEN_WORDS, parameter_rows
+
+    shown = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for heading in ("parameter", "posterior", "90 % interval", "learned"):
+        shown.add_column(heading, overflow="fold")
+    for row in parameter_rows(posterior):
+        told = row.verdict in (PRIOR_DRIVEN_WORDS, AGAINST_PRIOR_WORDS)
+        learned = row.verdict if told else f"{max(row.contraction, 0.0) * 100:.0f} %"
+        shown.add_row(escape(row.name), f"{row.value} {row.unit}", row.interval, learned)
+    console = out()
+    console.print(shown)
+    d = posterior.diagnostics
+    if d.converged:
+        console.print("Converged.", style="green")
+    else:
+        console.print("NOT converged: the numbers are preliminary.", style="yellow")
+        for reason in d.reasons:
+            say(f"  {reason}")
+        if d.spot_check is None or d.spot_check.passed or len(d.reasons) > 1:
+            console.print("Continue with --resume and a larger --budget.")
+        else:
+            console.print('Train a surrogate (`calib surrogate train`) or calibrate with model = "fem".', markup=False)
+    if d.spot_check is not None and d.spot_check.stated and d.spot_check.passed:
+        say(f"Spot check: {d.spot_check.in_words(posterior.forward_name)}.")
+    if d.reweighting is not None and d.reweighting.passed:
+        say(f"Re-weighting: {d.reweighting.in_words()}.")
+    for warning in d.warnings:
+        console.print(f"Warning: {warning}", style="yellow", markup=False, soft_wrap=True)
+    say(f"Report: {run / 'report.html'}")

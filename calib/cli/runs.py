@@ -1,0 +1,119 @@
+"""Commands on finished runs: `recommend` a padding, `compare` models of the same data, write the `report` anew."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from calib.cli.common import NOT_CONVERGED, RunFolder, err, loaded, out, quantity, refusing_bad_input, say
+from calib.errors import Fault, InputError
+
+
+def recommend(
+    run: RunFolder,
+    force: Annotated[str, typer.Option(help='Force at which the signal counts, with unit, e.g. "10 N".')],
+    padding: Annotated[str, typer.Option(help='Thicknesses to choose from, e.g. "0 mm:9 mm".')] = "0 mm:9 mm",
+    steps: Annotated[int, typer.Option(min=3, max=1001, help="Thicknesses to try in that range.")] = 37,
+    tolerance: Annotated[
+        float, typer.Option(min=0.001, max=0.9, help="Loss of signal that counts as being as good as the best.")
+    ] = 0.05,
+    ball: Annotated[str | None, typer.Option(help="Ball radius [default: that of the experiment].")] = None,
+    draws: Annotated[int, typer.Option(min=50, help="Draws of the posterior to use.")] = 400,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the choice of draws.")] = 1,
+) -> None:
+    """Recommend a padding thickness for a sensor like those measured, and say how sure that is.
+
+    For each draw of the posterior the capacitance change at the given force is computed for every thickness. The
+    recommendation is the thickness that is most probably within 5 % of the best. Thicknesses that the model does not cover are
+    shown as such.
+
+    Example: `calib recommend run1 --force "10 N" --padding "0 mm:9 mm"`
+
+    Writes: run1/recommendation.json (SI), and run1/report.html anew with a section on padding.
+
+    Exit codes: 0 done; 2 bad input or a request outside the model's range, nothing written; 3 done, but from a calibration that
+    has not converged, and saying so.
+    """
+    with refusing_bad_input():
+        from calib.decision import Requirement
+        from calib.runs import recommend_in
+
+        lower, upper = _range(padding)
+        requirement = Requirement(
+            force=quantity(force, "N", "--force"),
+            lower=lower,
+            upper=upper,
+            n_thickness=steps,
+            tolerance=tolerance,
+            indenter_radius=quantity(ball, "m", "--ball") if ball is not None else None,
+            n_draw=draws,
+        )
+        recommendation = recommend_in(loaded(run), requirement, seed=seed)
+        say(recommendation.verdict)
+        for condition in recommendation.conditions:
+            say(f"  holds for: {condition}")
+        say(f"Written: {run / 'recommendation.json'}, {run / 'report.html'}")
+    if not recommendation.converged:
+        raise typer.Exit(NOT_CONVERGED)
+
+
+def compare(runs: Annotated[list[Path], typer.Argument(help="Folders of two or more calibrations of the same data.")]) -> None:
+    """Say which model of the same data predicts them better: neo-Hookean or Gent, frictionless or sticking.
+
+    Leaves out one block of a sweep after the other and asks how well each model predicts it from the rest (PSIS-LOO). A
+    difference counts if it is above 4 and above twice its standard error.
+
+    Example: `calib compare run_neo run_gent run_stick`
+
+    Exit codes: 0 done; 2 no usable runs there, or of different data; 3 done, but a run has not converged or a block cannot be
+    left out (k-hat), and saying so.
+    """
+    with refusing_bad_input():
+        from rich.box import SIMPLE_HEAD
+        from rich.markup import escape
+        from rich.table import Table
+
+        from calib.checks import compare_runs, comparison_in_words, doubts
+
+        if len(runs) < 2:
+            raise InputError(Fault("give at least two runs to compare"))
+        candidates = compare_runs([(str(run), loaded(run).posterior) for run in runs])
+        table = Table("run", "model", "elpd behind", "largest k-hat", "Young's modulus", "stiffening", box=SIMPLE_HEAD)
+        for candidate in candidates:
+            table.add_row(*map(escape, candidate.row))
+        out().print(table)
+        say(comparison_in_words(candidates))
+        why = doubts(candidates)
+        for doubt in why:
+            err().print(f"Warning: {doubt}", style="yellow", markup=False, soft_wrap=True)
+    if why:
+        raise typer.Exit(NOT_CONVERGED)
+
+
+def report(run: RunFolder) -> None:
+    """Write report.html of a run anew, from its posterior and, if there is one, its recommendation.
+
+    Example: `calib report run1`
+
+    Writes: run1/report.html, a page that needs nothing beside itself and prints well.
+
+    Exit codes: 0 done; 2 no usable run there, nothing written; 3 done, but the calibration has not converged.
+    """
+    with refusing_bad_input():
+        from calib.runs import load_recommendation, write_page
+
+        found = loaded(run)
+        write_page(found, load_recommendation(run))
+        say(f"Written: {found.report}")
+    if not found.posterior.diagnostics.converged:
+        raise typer.Exit(NOT_CONVERGED)
+
+
+def _range(text: str) -> tuple[float, float]:
+    parts = text.split(":")
+    if len(parts) != 2:
+        raise InputError(Fault(f'--padding: "{text}" is not a range', advice='Write it as "0 mm:9 mm"'))
+    lower, upper = (quantity(part, "m", "--padding") for part in parts)
+    return lower, upper

@@ -1,0 +1,222 @@
+"""Commands on the surrogate, the fast stand-in for the finite elements: `info`, `validate`, `train`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor
+from contextlib import contextmanager
+from enum import StrEnum
+from functools import partial
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from calib.cli.common import INTERRUPTED, Processes, counting, err, out, refusing_bad_input, say
+from calib.errors import Fault, InputError
+from models.surrogate import FAMILIES, NEO_HOOKEAN
+
+if TYPE_CHECKING:
+    from models.surrogate.surrogate import Surrogate
+    from models.surrogate.training import TrainingSet
+
+#: Steps of a training if none are asked for, those of `models.surrogate.fitting`, which takes too long to load for a help text.
+STEPS = 120_000
+
+
+class FamilyName(StrEnum):
+    """The families of surrogates by name, for the choice on the command line."""
+
+    neo_hookean = "neo-hookean"
+    gent = "gent"
+    stick = "stick"
+
+
+SurrogateFile = Annotated[Path | None, typer.Option("--surrogate", help="Surrogate file [default: the shipped one].")]
+WhichFamily = Annotated[FamilyName, typer.Option("--family", help="Law of the layers, or contact, that it is for.")]
+
+
+def info(file: SurrogateFile = None, family: WhichFamily = FamilyName.neo_hookean) -> None:
+    """Say where the surrogate comes from, how far off it is, and what it covers.
+
+    Example: `calib surrogate info`
+
+    Exit codes: 0 done; 2 no such surrogate.
+    """
+    with refusing_bad_input():
+        from rich.markup import escape
+        from rich.table import Table
+
+        from calib.experiment import surrogate_from
+
+        shown = Table.grid(padding=(0, 2))
+        for key, value in surrogate_from(file, FAMILIES[family]).info().items():
+            shown.add_row(escape(key), escape(value))
+        out().print(shown)
+
+
+def validate(
+    file: SurrogateFile = None,
+    family: WhichFamily = FamilyName.neo_hookean,
+    designs: Annotated[int, typer.Option(min=1, help="Fresh random designs to compare on.")] = 50,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the designs.")] = 1,
+    processes: Processes = None,
+) -> None:
+    """Compare the surrogate with finite elements on fresh random designs over its whole range.
+
+    Takes about half a second per design and process. Prints the error of force and of capacitance change, and how often the
+    truth lies inside the surrogate's own 90 % band.
+
+    Example: `calib surrogate validate --designs 50 --seed 2`
+
+    Exit codes: 0 done; 2 no such surrogate.
+    """
+    with refusing_bad_input():
+        from rich.table import Table
+
+        from calib.experiment import surrogate_from
+        from calib.workers import workers
+        from models.surrogate.validation import random_designs
+        from models.surrogate.validation import validate as compare
+
+        fast = surrogate_from(file, FAMILIES[family])
+        chosen = random_designs(designs, seed, fast.family)
+        with workers(processes) as executor, counting() as told:
+            found = compare(fast, chosen, executor, progress=partial(told, "designs"))
+        columns = ("quantity", "points", "error, median", "95 %", "worst", "share", "inside own 90 % band")
+        shown = Table(*columns)
+        for row in found.table():
+            shown.add_row(*row)
+        out().print(shown)
+        for failure in found.failures:
+            say(f"no equilibrium: {failure}")
+
+
+def train(
+    output: Annotated[Path, typer.Option("-o", "--output", help="Surrogate file to write (npz).")],
+    family: WhichFamily = FamilyName.neo_hookean,
+    points: Annotated[
+        int, typer.Option(min=1, help="Finite-element loading curves to train on, with those that the store holds already.")
+    ] = 8192,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the choice of designs and of the training.")] = 1,
+    accuracy: Annotated[
+        float, typer.Option(min=1e-5, max=0.1, help="Relative accuracy the finite elements are meshed for.")
+    ] = 1e-3,
+    steps: Annotated[int | None, typer.Option(min=1, help=f"Steps of the training of each network [default: {STEPS}].")] = None,
+    improve: Annotated[
+        Path | None,
+        typer.Option(help="Surrogate file: new curves are run where it states the largest errors, not all over the range."),
+    ] = None,
+    processes: Processes = None,
+    store: Annotated[
+        Path | None,
+        typer.Option(help="File that the curves are kept in as they come [default: OUTPUT with the ending .sqlite]."),
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(help='Address of a Dask scheduler to run on, e.g. "tcp://node1:8786" (with the extra `cluster`).'),
+    ] = None,
+) -> None:
+    """Train a surrogate on finite-element loading curves spread over the whole range of designs.
+
+    Takes about half a second per curve and process (with a ball that sticks two), then about half an hour for the networks. A
+    family other than neo-Hookean is learned as what it adds to the shipped neo-Hookean surrogate, and needs fewer curves.
+    Stop it with Ctrl-C whenever you like: the same command goes on with the curves it has, and one with more --points adds to
+    them. The file is used with `--surrogate FILE` in the other commands; check it first with `calib surrogate validate
+    --surrogate FILE`.
+
+    Example: `calib surrogate train -o mine.npz --points 4096 --processes 8`
+
+    Writes: mine.npz, and mine.sqlite with the curves.
+
+    Exit codes: 0 done; 2 too few points, or no place to write; 130 stopped from the keyboard, the curves so far kept.
+    """
+    with refusing_bad_input():
+        from calib.experiment import surrogate_from
+        from models.surrogate.fitting import LEAST_PATHS, fit_surrogate
+        from models.surrogate.points import design_points, worst_points
+        from models.surrogate.store import StoreError, open_store
+        from models.surrogate.training import points_wanted, run_training, store_settings, training_set
+
+        # Better said before an hour of finite elements than after.
+        if points < LEAST_PATHS:
+            raise InputError(Fault(f"--points {points} are too few to train on", advice=f"Give at least {LEAST_PATHS}"))
+        require_new(output)
+        kept = store if store is not None else output.with_suffix(".sqlite")
+        require_folder(kept)
+        of = FAMILIES[family]
+        base = surrogate_from() if of is not NEO_HOOKEAN else None
+        sequence = design_points(points, seed, of) if improve is None else worst_points(_of(improve, family), points, seed)
+        try:
+            with _executor(processes, scheduler) as executor, open_store(kept, store_settings(accuracy, of)) as runs:
+                try:
+                    with counting() as told:
+                        wanted, counted = points_wanted(runs, sequence, points), partial(told, "loading curves")
+                        run_training(wanted, executor, runs, accuracy=accuracy, family=of, progress=counted)
+                except KeyboardInterrupt:
+                    err().print(f"Stopped with {len(runs)} curves in {kept}. The same command goes on.", markup=False)
+                    raise typer.Exit(INTERRUPTED) from None
+                data = training_set(runs, accuracy, of)
+        except StoreError as error:
+            raise InputError(Fault(str(error), kept, advice="Choose another --store")) from None
+        try:
+            fitted = trained(fit_surrogate, data, base, steps, seed)
+        except ValueError as error:
+            raise InputError(Fault(f"--points: {error}")) from None
+        fitted.save(output)
+        stuck = sum(map(bool, data.failures))
+        say(f"Written: {output} ({len(data.failures)} curves, {stuck} of them without equilibrium to their end)")
+
+
+def trained(
+    fit: Callable[..., Surrogate], data: TrainingSet, base: Surrogate | None, steps: int | None, seed: int
+) -> Surrogate:
+    """A surrogate of the loading curves `data`, with progress on stderr; `fit` as `models.surrogate.fitting.fit_surrogate`."""
+    with counting() as told:
+        return fit(data, base=base, steps=STEPS if steps is None else steps, seed=seed, progress=told)
+
+
+def require_new(output: Path) -> None:
+    """Refuse an output file that exists, or that has no folder to be in."""
+    if output.exists():
+        raise InputError(Fault("the file exists and is not overwritten", output, advice="Choose another -o"))
+    require_folder(output)
+
+
+def require_folder(path: Path) -> None:
+    """Refuse a file to be written whose folder does not exist."""
+    if not path.absolute().parent.is_dir():
+        raise InputError(Fault(f"the folder {path.absolute().parent} does not exist", path, advice="Create it first"))
+
+
+@contextmanager
+def _executor(processes: int | None, scheduler: str | None) -> Iterator[Executor]:
+    """Processes of this machine, or the workers of a Dask cluster."""
+    from calib.workers import workers
+
+    if scheduler is None:
+        with workers(processes) as executor:
+            yield executor
+        return
+    try:
+        distributed: Any = import_module("distributed")
+    except ImportError:
+        advice = 'Install it with: pip install "dielectric-elastomer-calibration[cluster]"'
+        raise InputError(Fault("--scheduler needs the extra `cluster`, which is not installed", advice=advice)) from None
+    try:
+        client = distributed.Client(scheduler, timeout=10)
+    except (OSError, ValueError) as error:
+        raise InputError(Fault(f"--scheduler: no Dask scheduler answers at {scheduler} ({error})")) from None
+    with client:
+        yield client.get_executor()
+
+
+def _of(file: Path, family: FamilyName) -> Surrogate:
+    """The surrogate in `file`, which must be of the `family`."""
+    from calib.experiment import surrogate_from
+
+    found = surrogate_from(file)
+    if found.family.name != family:
+        raise InputError(Fault(f"it is a surrogate of the family {found.family.name}", file, advice=f"Give one of {family}"))
+    return found

@@ -1,0 +1,149 @@
+"""The result of a recommendation: which padding to build and how sure that is, as numbers, as a table and in words."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from calib.checks import BAND_LEVELS
+from calib.decision.requirement import Requirement
+from models.sensor import BoolArray, FloatArray
+
+#: A thickness belongs to the recommended interval when it is near the best with at least this probability.
+INTERVAL_PROBABILITY = 0.8
+
+
+@dataclass(frozen=True, eq=False)
+class Recommendation:
+    """Which padding to build, and how sure that is; `recommend` makes it. SI throughout.
+
+    A band holds the 5, 25, 50, 75 and 95 % quantiles over the draws, shape (5, n_thickness).
+
+    Attributes
+    ----------
+    requirement : what was asked. indenter_radius : [m], of the ball it holds for.
+    thickness : [m], (n_thickness,), the grid.
+    coverage : [1], (n_thickness,), share of draws whose force is reached inside the model's range.
+    covered : (n_thickness,), whether `coverage` is at least 95 %; bands and probability are nan where it is not.
+    change : [1], capacitance change C/C0 - 1 at the force, with the model's own error and discrepancy.
+    depth : [m], indentation at the force: the stiffness one feels.
+    resolution : [N], force that one reading can tell from noise, capacitance_noise / (dC/dF).
+    probability : [1], (n_thickness,), that this thickness gives at least 1 - tolerance of the draw's best; a draw that is not
+        covered counts as not doing so.
+    optimum : [m], (n_draw,), each draw's best thickness.
+    best : [m], the recommended thickness: the largest `probability`, among equals the largest mean share of the best change.
+    interval : [m], the run of thicknesses around `best` with a probability of at least 80 %, or none.
+    change_at_best, depth_at_best, resolution_at_best : (5,), bands at `best`.
+    present_padding [m], present_change (5,), gain (5,) : padding of the measured specimens, what it gives, and the ratio
+        change at `best` / present change, draw by draw; nan where the model does not cover it.
+    border : empty, or in words that `best` lies at the end of the asked or of the covered range.
+    conditions : what it holds for, in words.
+    converged, reasons : whether the calibration has converged, and if not, why. forward_name : the model that predicted.
+    seed : of the choice of draws. posterior_sha256 : hash of the posterior's file, empty if there is none.
+    """
+
+    requirement: Requirement
+    indenter_radius: float
+    thickness: FloatArray
+    coverage: FloatArray
+    covered: BoolArray
+    change: FloatArray
+    depth: FloatArray
+    resolution: FloatArray
+    probability: FloatArray
+    optimum: FloatArray
+    best: float
+    best_probability: float
+    interval: tuple[float, float] | None
+    change_at_best: FloatArray
+    depth_at_best: FloatArray
+    resolution_at_best: FloatArray
+    present_padding: float
+    present_change: FloatArray
+    gain: FloatArray
+    border: str
+    conditions: tuple[str, ...]
+    converged: bool
+    reasons: tuple[str, ...]
+    forward_name: str
+    seed: int
+    posterior_sha256: str
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """The recommendation thickness by thickness, to plot or to save: one row for each thickness of the grid.
+
+        Returns
+        -------
+        Columns thickness_m, coverage, covered, change_05, ..., change_95, depth_05_m, ..., depth_95_m, resolution_05_N, ...,
+        resolution_95_N, probability; SI. Where a thickness is not covered, what is predicted for it is nan.
+        """
+        columns = {"thickness_m": self.thickness, "coverage": self.coverage, "covered": self.covered}
+        for name, quantiles, unit in (
+            ("change", self.change, ""),
+            ("depth", self.depth, "_m"),
+            ("resolution", self.resolution, "_N"),
+        ):
+            columns |= {f"{name}_{round(100 * q):02d}{unit}": row for q, row in zip(BAND_LEVELS, quantiles, strict=True)}
+        return pd.DataFrame({**columns, "probability": self.probability})
+
+    @property
+    def sureness(self) -> str:
+        """How sure the recommendation is, in one word or two."""
+        p = self.best_probability
+        return "very sure" if p >= 0.95 else "fairly sure" if p >= 0.8 else "not sure" if p >= 0.5 else "no clear best"
+
+    @property
+    def _open_end(self) -> str:
+        """Whether the interval may go on beyond what was asked for or is covered."""
+        if self.interval is None or self.border:
+            return ""
+        first, last = self.thickness[self.covered][[0, -1]]
+        sides = [s for s, holds in (("thinner", self.interval[0] == first > 0), ("thicker", self.interval[1] == last)) if holds]
+        return f" (and perhaps {' and '.join(sides)} padding, which was not asked for or is not covered)" if sides else ""
+
+    @property
+    def verdict(self) -> str:
+        """The recommendation in words and numbers, in a few sentences."""
+        r, mm = self.requirement, 1e3
+        lo, middle, hi = self.change_at_best[[0, 2, 4]] * 100
+        start = f"Build about {self.best * mm:.2f} mm of padding."
+        if self.best_probability < 0.5:
+            start = f"There is no clear best padding; the least doubtful choice is about {self.best * mm:.2f} mm."
+        text = (
+            f"{start} At {r.force:g} N it gives a capacitance change of {middle:.2f} % "
+            f"(90 % interval {lo:.2f} to {hi:.2f} %), and with a probability of {percent(self.best_probability)} it is within "
+            f"{r.tolerance * 100:g} % of the best this sensor can do between {r.lower * mm:g} and {r.upper * mm:g} mm "
+            f"({self.sureness}). "
+        )
+        if self.interval is None:
+            text += (
+                f"No thickness reaches a probability of {INTERVAL_PROBABILITY * 100:g} %: the data do not single out a range. "
+            )
+        elif self.interval[0] < self.interval[1]:
+            text += (
+                f"Anything from {self.interval[0] * mm:.2f} to {self.interval[1] * mm:.2f} mm is as good with a probability "
+                f"of at least {INTERVAL_PROBABILITY * 100:g} %{self._open_end}. "
+            )
+        else:
+            text += f"Its neighbours on the grid fall below a probability of {INTERVAL_PROBABILITY * 100:g} %. "
+        if np.isfinite(self.gain[2]):
+            text += (
+                f"The measured specimens ({self.present_padding * mm:.2f} mm of padding) give "
+                f"{self.present_change[2] * 100:.2f} %: it is {self.gain[2]:.2f} times as much "
+                f"signal (90 % interval {self.gain[0]:.2f} to {self.gain[4]:.2f}). "
+            )
+        if self.border:
+            text += f"{self.border} "
+        if not self.converged:
+            more = f"; {len(self.reasons) - 2} more reasons" if len(self.reasons) > 2 else ""
+            text = f"Preliminary, because the calibration has not converged ({'; '.join(self.reasons[:2])}{more}). {text}"
+        return text.strip()
+
+
+def percent(probability: float) -> str:
+    """A probability for people: never "100 %" or "0 %", which a finite number of draws cannot tell."""
+    if probability > 0.99:
+        return "more than 99 %"
+    return "less than 1 %" if probability < 0.01 else f"{probability * 100:.0f} %"

@@ -1,0 +1,81 @@
+"""From an experiment or a design, and the name of a model, to the forward model that serves it."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+from calib.errors import Fault, InputError
+from calib.experiment.plan import Experiment
+from models.analytic import ClosedForm
+from models.fem import FiniteElements
+from models.response import Forward
+from models.sensor import Design
+from models.surrogate import NEO_HOOKEAN, Family, family_of
+from models.surrogate.surrogate import Surrogate, load_surrogate
+
+
+def forward_of_experiment(experiment: Experiment, surrogate: Path | None = None) -> Forward:
+    """Load the forward model that an experiment is to be calibrated with.
+
+    Parameters
+    ----------
+    experiment : it says which model, which law and which contact.
+    surrogate : file of a surrogate to use instead of the shipped one, if the model is a surrogate.
+
+    Raises
+    ------
+    InputError
+        If there is no such surrogate, or it cannot be read.
+    """
+    return _forward(experiment.model, surrogate, experiment.family)
+
+
+def forward_of_design(design: Design, model: str, surrogate: Path | None = None) -> Forward:
+    """Load the forward model of a name for one design.
+
+    Parameters
+    ----------
+    design : its law and its contact say which surrogate.
+    model : "surrogate", "fem" or "closed-form".
+    surrogate : file of a surrogate to use instead of the shipped one, if the model is a surrogate.
+
+    Raises
+    ------
+    InputError
+        If there is no such surrogate, or it cannot be read.
+    """
+    stick = math.isinf(design.indenter.friction_coefficient)
+    return _forward(model, surrogate, family_of(stiffening=bool(design.sensor.stiffening), stick=stick))
+
+
+def surrogate_from(file: Path | None = None, family: Family | None = NEO_HOOKEAN) -> Surrogate:
+    """Load a surrogate from a file, or the one shipped for a family.
+
+    Parameters
+    ----------
+    file : None for the shipped one.
+    family : whose shipped one; None if no surrogate serves the designs.
+
+    Raises
+    ------
+    InputError
+        If there is no such surrogate, or it cannot be read.
+    """
+    if file is not None and not file.is_file():
+        advice = "Leave --surrogate out to use the shipped one"
+        raise InputError(Fault("there is no such surrogate file", file, advice=advice))
+    if family is None:
+        raise InputError(Fault("there is no surrogate for Gent's law with a ball that sticks", advice="Use the model fem"))
+    try:
+        return load_surrogate(file, family)
+    except (OSError, ValueError, KeyError) as error:
+        raise InputError(Fault(f"not a surrogate that can be read ({error})", file)) from None
+
+
+def _forward(model: str, surrogate: Path | None, family: Family | None) -> Forward:
+    if model == "fem":
+        return FiniteElements()
+    if model.replace("-", " ") == "closed form":
+        return ClosedForm()
+    return surrogate_from(surrogate, family)

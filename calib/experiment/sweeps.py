@@ -1,0 +1,55 @@
+"""From an experiment to its sweeps: its lab files read and prepared for the likelihood, all their faults at once."""
+
+from __future__ import annotations
+
+from calib.errors import Fault, InputError
+from calib.experiment.plan import Experiment
+from calib.lab import Sweep, make_sweep
+from calib.priors import default_prior
+
+# Share of a prior that is looked at when a file is judged before there is a posterior.
+_CERTAIN = 0.99
+
+
+def read_sweeps(experiment: Experiment) -> tuple[Sweep, ...]:
+    """Read every lab file that an experiment names and prepare each press for the likelihood.
+
+    Priors of the clock offset and of the machine's compliance say what the files are judged by: where the clock may be, and
+    how far the machine may give.
+
+    Returns
+    -------
+    The sweeps, specimen by specimen in the order of the experiment.
+
+    Raises
+    ------
+    InputError
+        With the faults of all files.
+    """
+    sweeps: list[Sweep] = []
+    faults: list[Fault] = []
+    compliance = experiment.priors.get("machine_compliance", default_prior("machine_compliance"))
+    for specimen in experiment.specimens:
+        clock = specimen.priors.get("clock_offset")
+        for files in specimen.sweeps:
+            try:
+                sweeps.append(
+                    make_sweep(
+                        specimen.name,
+                        files.name,
+                        files.indenter_radius,
+                        files.force,
+                        files.capacitance,
+                        force_reading=files.force_reading,
+                        capacitance_reading=files.capacitance_reading,
+                        cycle=files.cycle,
+                        capacitance_cycle=files.capacitance_cycle,
+                        clock_range=None if clock is None else clock.interval(_CERTAIN),
+                        machine_compliance=compliance.interval(_CERTAIN)[1],
+                    )
+                )
+            except InputError as error:
+                faults += error.faults
+    if faults:
+        raise InputError(faults)
+    return tuple(sweeps)

@@ -1,0 +1,42 @@
+"""From a simulated loading curve to CSV, and from the check of a finite-element solution to its errors in words."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from models.fem import FiniteElements, Solution
+from models.fem.check import check
+from models.response import Response
+
+#: Columns of a simulated curve.
+CURVE_COLUMNS = ("displacement_m", "force_N", "contact_radius_m", "capacitance_F", "capacitance_change")
+
+
+def curve_csv(curve: Response) -> str:
+    """Write a loading curve as CSV with the columns `CURVE_COLUMNS`, SI, one row per step."""
+    columns = (curve.depth, curve.force, curve.contact_radius, curve.capacitance, curve.capacitance_change)
+    rows = np.stack([np.reshape(c, -1) for c in columns], axis=1)
+    return "\n".join([",".join(CURVE_COLUMNS), *(",".join(f"{v:.10g}" for v in row) for row in rows)]) + "\n"
+
+
+def check_in_words(elements: FiniteElements, solution: Solution) -> list[str]:
+    """Solve again on a finer mesh and say, line by line, how far off the solution is.
+
+    Parameters
+    ----------
+    elements : that the solution is of.
+    solution : without a failure.
+    """
+    found = check(elements, solution)
+    lines = ["Estimated error of the mesh (solved again on elements of half the size):"]
+    for name, error in (("force", found.force_error), ("capacitance change", found.change_error)):
+        worst = int(np.nanargmax(np.abs(error)))
+        at = solution.states[worst].depth * solution.units.length * 1e3
+        lines.append(
+            f"  {name:<20}{np.sqrt(np.nanmean(error**2)):8.3%} (rms over the steps), worst {error[worst]:+.3%} at {at:.3g} mm, "
+            f"last {error[-1]:+.3%}"
+        )
+    if not np.isnan(found.energy_error):
+        lines.append(f"Work of the indenter against stored energy: {found.energy_error:+.1e}")
+    lines.append(f"Largest penetration, between the nodes too: {found.penetration:.1e} of the indentation")
+    return lines

@@ -1,0 +1,110 @@
+"""From a number of processes to an executor whose workers compute on one thread each and end with this process."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from contextlib import contextmanager
+from functools import partial
+from queue import Empty, SimpleQueue
+from typing import Any, ParamSpec, TypeVar
+
+_P = ParamSpec("_P")
+_T = TypeVar("_T")
+
+# Libraries for linear algebra read these when they are loaded.
+_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
+
+
+@contextmanager
+def workers(processes: int | None = None) -> Iterator[Executor]:
+    """Run work on several processors: give it to the executor that this yields.
+
+    Each worker has one thread for linear algebra, so that n workers use n processors. They end with the block, and also if
+    this process is killed. What has not been begun when the block fails is dropped.
+
+    Parameters
+    ----------
+    processes : worker processes; the number of processors if None. 0 computes in this process, one piece of work after the
+        other in the order given, in a thread beside the caller's: interrupted, the caller need not wait for it.
+    """
+    if processes == 0:
+        with _in_this_process() as executor:
+            yield executor
+        return
+    before = {name: os.environ.get(name) for name in _THREADS}
+    # Workers read these when they import NumPy, and they start while this context is open.
+    os.environ.update(dict.fromkeys(_THREADS, "1"))
+    pool = ProcessPoolExecutor(processes, mp_context=multiprocessing.get_context("spawn"), initializer=_end_with_parent)
+    try:
+        yield pool
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
+
+
+def _end_with_parent() -> None:
+    """Let this worker end if its parent is killed: it would wait for work for ever."""
+
+    def watch() -> None:
+        parent = multiprocessing.parent_process()
+        if parent is not None:
+            parent.join()
+            os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+@contextmanager
+def _in_this_process() -> Iterator[Executor]:
+    executor = _OneThread()
+    try:
+        yield executor
+    except BaseException:
+        executor.shutdown(wait=False, cancel_futures=True)
+        raise
+    executor.shutdown()
+
+
+class _OneThread(Executor):
+    """An executor of one thread that, unlike that of the standard library, does not keep the process from ending."""
+
+    def __init__(self) -> None:
+        self._work: SimpleQueue[tuple[Future[Any], Callable[[], Any]] | None] = SimpleQueue()
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def submit(self, fn: Callable[_P, _T], /, *args: _P.args, **kwargs: _P.kwargs) -> Future[_T]:
+        """See `concurrent.futures.Executor.submit`."""
+        future: Future[_T] = Future()
+        self._work.put((future, partial(fn, *args, **kwargs)))
+        return future
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """See `concurrent.futures.Executor.shutdown`."""
+        while cancel_futures:
+            try:
+                waiting = self._work.get_nowait()
+            except Empty:
+                break
+            if waiting is not None:
+                waiting[0].cancel()
+        self._work.put(None)
+        if wait:
+            self._thread.join()
+
+    def _run(self) -> None:
+        while (next_one := self._work.get()) is not None:
+            future, work = next_one
+            if future.set_running_or_notify_cancel():
+                try:
+                    future.set_result(work())
+                except BaseException as error:
+                    future.set_exception(error)

@@ -1,0 +1,103 @@
+"""Workers: one thread each, the same results with any number of them, and none left behind."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from concurrent.futures import Executor
+from pathlib import Path
+
+import pytest
+
+from calib.workers import workers
+
+ROOT = Path(__file__).parents[2]
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
+
+
+def test_no_process_means_in_this_process_one_after_the_other() -> None:
+    done: list[int] = []
+    with workers(0) as executor:
+        assert executor.submit(os.getpid).result() == os.getpid()
+        futures = [executor.submit(done.append, i) for i in range(20)]
+        assert list(executor.map(abs, [-1, -2])) == [1, 2]
+        assert all(f.done() for f in futures)
+    assert done == list(range(20))
+
+
+def test_processes_have_one_thread_each_and_the_environment_is_put_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(THREADS[0], "7")
+    monkeypatch.delenv(THREADS[1], raising=False)
+    before = dict(os.environ)
+    with workers(1) as executor:
+        assert executor.submit(os.getpid).result() != os.getpid()
+        assert [executor.submit(os.getenv, name).result() for name in THREADS] == ["1"] * 4
+    assert dict(os.environ) == before
+
+
+@pytest.mark.parametrize("processes", [0, 1])
+def test_what_goes_wrong_in_a_worker_comes_back(processes: int) -> None:
+    with workers(processes) as executor, pytest.raises(ValueError, match="invalid literal"):
+        executor.submit(int, "three").result()
+
+
+def _interrupted(executor: Executor, release: threading.Event, done: list[int]) -> None:
+    executor.submit(release.wait)
+    executor.submit(done.append, 1)
+    raise KeyboardInterrupt
+
+
+def test_an_interrupted_caller_need_not_wait_and_the_rest_is_dropped() -> None:
+    release, done, begin = threading.Event(), [], time.monotonic()
+    with pytest.raises(KeyboardInterrupt), workers(0) as executor:
+        _interrupted(executor, release, done)
+    assert time.monotonic() - begin < 5
+    release.set()
+    time.sleep(0.1)
+    assert done == []
+
+
+SCRIPT = """
+import os, sys, time
+from calib.workers import workers
+if __name__ == "__main__":
+    with workers(2) as executor:
+        print(*{executor.submit(os.getpid).result() for _ in range(8)}, flush=True)
+        executor.submit(time.sleep, 600).result()
+"""
+
+
+def _alive(pid: int) -> bool:
+    try:
+        state = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0]
+    except FileNotFoundError:
+        return False
+    return state != "Z"
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks for processes in /proc")
+def test_a_killed_parent_leaves_no_worker(tmp_path: Path) -> None:
+    script = tmp_path / "parent.py"
+    script.write_text(SCRIPT, encoding="utf-8")
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    parent = subprocess.Popen([sys.executable, str(script)], stdout=subprocess.PIPE, text=True, env=environment)
+    assert parent.stdout is not None
+    pids = [int(word) for word in parent.stdout.readline().split()]
+    try:
+        assert pids
+        assert all(_alive(pid) for pid in pids)
+    finally:
+        parent.send_signal(signal.SIGKILL)
+        parent.wait()
+        parent.stdout.close()
+    deadline = time.monotonic() + 20
+    while any(_alive(pid) for pid in pids) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    left = [pid for pid in pids if _alive(pid)]
+    for pid in left:
+        os.kill(pid, signal.SIGKILL)
+    assert left == []
