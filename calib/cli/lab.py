@@ -65,7 +65,7 @@ def read(
         reading = Reading(_assignments(units, "--units"), _assignments(columns, "--columns"), specimen)
         observations = observe(read_lab_file(file, reading), cycle)
         if picture is not None:
-            from calib.report.picture import file_figure
+            from calib.report import file_figure
 
             with whole_file(picture, advice="Create it, or choose another --picture") as whole:
                 file_figure(observations).savefig(whole, dpi=150, format=picture.suffix[1:].lower())

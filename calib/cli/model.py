@@ -182,10 +182,10 @@ def _simulate_fem(
         solution.checked()
     deepest = int(np.argmax([s.depth for s in solution.states]))
     if picture is not None or view is not None or vtk is not None:
-        from calib.report.section import revolved_picture, section_figure, write_figure, write_vtk
+        from calib.report import cross_section_figure, revolved_picture, write_figure, write_vtk
 
         if picture is not None:
-            write_figure(section_figure(solution, deepest, field.value), picture)
+            write_figure(cross_section_figure(solution, deepest, field.value), picture)
             err().print(f"Written: {picture}", markup=False, soft_wrap=True)
         if view is not None:
             revolved_picture(solution, deepest, field.value, view)

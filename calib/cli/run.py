@@ -76,8 +76,9 @@ def calibrate(
 
     Writes: run1/report.html (read this one), summary.json, summary.csv, posterior.nc, checkpoint/.
 
-    Exit codes: 0 done and converged; 2 bad input, nothing written; 3 done but not converged, everything written and saying so;
-    130 stopped from the keyboard.
+    Exit codes: 0 done and usable; 2 bad input, nothing written; 3 everything written, but the numbers must not be used, and
+    saying why: the chains have not converged (go on with --resume), or the surrogate is off the finite elements by more than it
+    states (refine it or use model = "fem"; more sampling cannot help); 130 stopped from the keyboard.
     """
     with refusing_bad_input():
         from calib.checks.reweight import with_reweighting
@@ -140,7 +141,7 @@ def calibrate(
             again = f"calib calibrate {experiment} -o {output} --resume --reweight {reweight}"
             err().print(f"Re-weighting was stopped; the rest is written. Do it with: {again}", markup=False)
             raise typer.Exit(INTERRUPTED)
-    if not posterior.diagnostics.converged:
+    if not posterior.diagnostics.usable:
         raise typer.Exit(NOT_CONVERGED)
 
 
@@ -167,7 +168,7 @@ def recommend(
     Writes: run1/recommendation.json (SI), and run1/report.html anew with a section on padding.
 
     Exit codes: 0 done; 2 bad input or a request outside the model's range, nothing written; 3 done, but from a calibration that
-    has not converged, and saying so.
+    has not converged or whose surrogate is off by more than it states, and saying so.
     """
     with refusing_bad_input():
         from calib.decision.padding import Requirement, recommendation_to_json
@@ -194,7 +195,7 @@ def recommend(
         for condition in recommendation.conditions:
             say(f"  holds for: {condition}")
         say(f"Written: {run / 'recommendation.json'}, {run / 'report.html'}")
-    if not recommendation.converged:
+    if not recommendation.usable:
         raise typer.Exit(NOT_CONVERGED)
 
 
@@ -206,8 +207,8 @@ def compare(runs: Annotated[list[Path], typer.Argument(help="Folders of two or m
 
     Example: `calib compare run_neo run_gent run_stick`
 
-    Exit codes: 0 done; 2 no usable runs there, or of different data; 3 done, but a run has not converged or a block cannot be
-    left out (k-hat), and saying so.
+    Exit codes: 0 done; 2 no usable runs there, or of different data; 3 done, but a run has not converged, its surrogate is
+    off by more than it states, or a block cannot be left out (k-hat), and saying so.
     """
     with refusing_bad_input():
         from rich.box import SIMPLE_HEAD
@@ -238,13 +239,14 @@ def report(run: RunFolder) -> None:
 
     Writes: run1/report.html, a page that needs nothing beside itself and prints well.
 
-    Exit codes: 0 done; 2 no usable run there, nothing written; 3 done, but the calibration has not converged.
+    Exit codes: 0 done; 2 no usable run there, nothing written; 3 done, but the calibration has not converged or its
+    surrogate is off by more than it states.
     """
     with refusing_bad_input():
         posterior, forward = load_run(run)
         write_whole(run / "report.html", _page(run, posterior, forward, _recommendation(run)))
         say(f"Written: {run / 'report.html'}")
-    if not posterior.diagnostics.converged:
+    if not posterior.diagnostics.usable:
         raise typer.Exit(NOT_CONVERGED)
 
 
@@ -362,14 +364,14 @@ def _page(run: Path, posterior: Posterior, forward: Forward, recommendation: Rec
     import numpy as np
 
     from calib.checks.predictive import predict
-    from calib.report.page import write_report
+    from calib.report import write_report
 
     predictions = predict(posterior, forward, np.random.default_rng(posterior.seed))
     return write_report(posterior, predictions, recommendation, posterior_sha256=_sha256(run / "posterior.nc"))
 
 
 def _write_results(run: Path, posterior: Posterior, forward: Forward) -> None:
-    from calib.report.summary import summary_csv, summary_json
+    from calib.report import summary_csv, summary_json
 
     write_whole(run / "summary.json", summary_json(posterior))
     write_whole(run / "summary.csv", summary_csv(posterior))
@@ -381,30 +383,33 @@ def _say(run: Path, posterior: Posterior) -> None:
     from rich.markup import escape
     from rich.table import Table
 
-    from calib.report.page import AGAINST_PRIOR_WORDS, PRIOR_DRIVEN_WORDS, parameter_rows
+    from calib.report import parameter_rows
 
     shown = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for heading in ("parameter", "posterior", "90 % interval", "learned"):
         shown.add_column(heading, overflow="fold")
     for row in parameter_rows(posterior):
-        told = row.verdict in (PRIOR_DRIVEN_WORDS, AGAINST_PRIOR_WORDS)
-        learned = row.verdict if told else f"{max(row.contraction, 0.0) * 100:.0f} %"
+        learned = row.learned if row.doubtful else f"{max(row.contraction, 0.0) * 100:.0f} %"
         shown.add_row(escape(row.name), f"{row.value} {row.unit}", row.interval, learned)
     console = out()
     console.print(shown)
     d = posterior.diagnostics
-    if d.converged:
+    if d.usable:
         console.print("Converged.", style="green")
+    elif d.converged:
+        off = f"Converged, but the {posterior.forward_name} is off the finite elements by more than it states"
+        console.print(f"{off}: the numbers are preliminary.", style="yellow")
     else:
         console.print("NOT converged: the numbers are preliminary.", style="yellow")
-        for reason in d.reasons:
-            say(f"  {reason}")
-        if d.spot_check is None or d.spot_check.passed or len(d.reasons) > 1:
-            console.print("Continue with --resume and a larger --budget.")
-        else:
-            console.print('Train a surrogate (`calib surrogate train`) or calibrate with model = "fem".', markup=False)
-    if d.spot_check is not None and d.spot_check.stated and d.spot_check.passed:
-        say(f"Spot check: {d.spot_check.in_words(posterior.forward_name)}.")
+    for reason in d.reasons_against_use:
+        say(f"  {reason}")
+    if not d.converged:
+        console.print("Continue with --resume and a larger --budget.")
+    if d.surrogate_honest is False:
+        advice = 'calibrate with a better surrogate (`calib surrogate refine`, `calib surrogate train`) or with model = "fem"'
+        say(f"More sampling cannot mend the model: {advice}.")
+    if d.spot_check is not None and d.surrogate_honest:
+        say(f"Spot check: {d.spot_check.in_words()}.")
     if d.reweighting is not None and d.reweighting.passed:
         say(f"Re-weighting: {d.reweighting.in_words()}.")
     for warning in d.warnings:

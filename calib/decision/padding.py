@@ -96,6 +96,7 @@ class Recommendation:
     present_padding [m], present_change (5,), gain (5,) : padding of the measured specimens, what it gives, and the ratio
         change at `best` / present change, draw by draw; nan where the model does not cover it.
     border : empty, or in words that `best` lies at the end of the asked or of the covered range.
+    converged, surrogate_honest : of the calibration, see `Diagnostics`; `reasons` says what speaks against either.
     """
 
     requirement: Requirement
@@ -120,10 +121,16 @@ class Recommendation:
     border: str
     conditions: tuple[str, ...]
     converged: bool
+    surrogate_honest: bool | None
     reasons: tuple[str, ...]
     forward_name: str
     seed: int
     posterior_sha256: str
+
+    @property
+    def usable(self) -> bool:
+        """Whether the calibration that it rests on may be built on."""
+        return self.converged and self.surrogate_honest is not False
 
     @property
     def sureness(self) -> str:
@@ -173,9 +180,12 @@ class Recommendation:
             )
         if self.border:
             text += f"{self.border} "
-        if not self.converged:
+        if not self.usable:
+            fault = "the calibration has not converged"
+            if self.converged:
+                fault = "the model it was calibrated with is off the finite elements by more than it states"
             more = f"; {len(self.reasons) - 2} more reasons" if len(self.reasons) > 2 else ""
-            text = f"Preliminary, because the calibration has not converged ({'; '.join(self.reasons[:2])}{more}). {text}"
+            text = f"Preliminary, because {fault} ({'; '.join(self.reasons[:2])}{more}). {text}"
         return text.strip()
 
 
@@ -260,7 +270,8 @@ def recommend(
         border=_border(grid, covered, pick),
         conditions=_conditions(posterior, base),
         converged=posterior.diagnostics.converged,
-        reasons=tuple(posterior.diagnostics.reasons),
+        surrogate_honest=posterior.diagnostics.surrogate_honest,
+        reasons=posterior.diagnostics.reasons_against_use,
         forward_name=forward.name,
         seed=seed,
         posterior_sha256=posterior_sha256,
