@@ -80,7 +80,19 @@ def with_spot_check(posterior: Posterior, forward: Forward, exact: FiniteElement
 
 
 def spot_check(posterior: Posterior, forward: Forward, exact: FiniteElements) -> SpotCheck | None:
-    """Compare at `N_DRAW` draws, chosen by the posterior's seed; None if the finite elements got to the end for none."""
+    """Ask the finite elements how far the forward model is off at `N_DRAW` draws, chosen by the posterior's seed.
+
+    Parameters
+    ----------
+    posterior : whose draws are looked at.
+    forward : the model that it was sampled with.
+    exact : the finite elements to ask.
+
+    Returns
+    -------
+    SpotCheck or None
+        None if the finite elements got to the deepest reading for no draw.
+    """
     values = thin_draws(posterior, N_DRAW, np.random.default_rng(posterior.seed))
     found = compare_draws(posterior, forward, exact, values)
     n_curve = sum(len(c.force_error) for c in found)
@@ -103,9 +115,22 @@ def compare_draws(
     values: Mapping[str, FloatArray],
     executor: Executor | None = None,
 ) -> list[Comparison]:
-    """Compare at the draws `values` (name -> SI (n_draw,), fixed included) sweep by sweep, down to the deepest reading.
+    """Compare forward model and finite elements sweep by sweep, down to the deepest reading.
 
     Draws that the forward model does not cover and those before contact are left out.
+
+    Parameters
+    ----------
+    posterior : for its sweeps.
+    forward : the model to judge.
+    exact : the finite elements to ask.
+    values : draws in SI by parameter, (n_draw,) each, fixed ones included.
+    executor : to solve draws side by side; None for one after the other.
+
+    Returns
+    -------
+    list of Comparison
+        One of each sweep.
     """
     found = []
     for sweep in posterior.sweeps:

@@ -281,12 +281,13 @@ class Diagnostics:
 
 
 def convergence(chains: FloatArray, tau: FloatArray, steps: int) -> Convergence:
-    """R-hat and effective sample sizes of chains (n_ensemble, n_step, n_walker, n_parameter), see the module.
+    """Judge whether independent ensembles found the same answer, and how many independent draws theirs are worth.
 
     Parameters
     ----------
-    chains : after the burn-in, possibly thinned.
-    tau : autocorrelation time in steps, (n_parameter,). steps : of each walker so far.
+    chains : (n_ensemble, n_step, n_walker, n_parameter), after the burn-in, possibly thinned.
+    tau : (n_parameter,), autocorrelation time in steps.
+    steps : of each walker so far, burn-in included.
     """
     n_ensemble, n_step, n_walker, n_parameter = chains.shape
     r_hat, bulk, tail = np.empty(n_parameter), np.empty(n_parameter), np.empty(n_parameter)
@@ -300,7 +301,19 @@ def convergence(chains: FloatArray, tau: FloatArray, steps: int) -> Convergence:
 
 
 def shortcomings(state: Convergence, names: Sequence[str], gate: Gate) -> tuple[str, ...]:
-    """What of the gate is not met, one sentence each with parameter and numbers; empty if converged."""
+    """Say what of the gate is not met.
+
+    Parameters
+    ----------
+    state : of the run.
+    names : of the parameters, in the order of its arrays.
+    gate : what is to be reached.
+
+    Returns
+    -------
+    tuple of str
+        One sentence each with parameter and numbers; empty if converged.
+    """
     found = []
     for name, r_hat in zip(names, state.r_hat, strict=True):
         if not r_hat < gate.r_hat:
@@ -319,7 +332,20 @@ def shortcomings(state: Convergence, names: Sequence[str], gate: Gate) -> tuple[
 def summarise(
     parameters: Sequence[ParameterInfo], values: FloatArray, theta: FloatArray, state: Convergence
 ) -> dict[str, ParameterSummary]:
-    """Summaries by name from draws (n, n_parameter) in SI (`values`) and in the priors' coordinates (`theta`)."""
+    """Put the posterior of every parameter in a few numbers.
+
+    Parameters
+    ----------
+    parameters : in the order of the columns.
+    values : (n, n_parameter), draws in SI.
+    theta : (n, n_parameter), the same draws in the priors' standard-normal coordinates.
+    state : of the run that they are from.
+
+    Returns
+    -------
+    dict
+        `ParameterSummary` by name.
+    """
     found = {}
     for k, p in enumerate(parameters):
         x = values[:, k]
