@@ -37,6 +37,11 @@ class Channel:
     fine_unit: str
     fine_scale: float
 
+    @property
+    def axis(self) -> str:
+        """What stands at the axis of a figure."""
+        return f"{self.label} ({self.display_unit})" if self.display_unit else self.label
+
 
 #: All channels, the tester's own first.
 CHANNELS: Mapping[str, Channel] = MappingProxyType(

@@ -91,6 +91,7 @@ def _data(posterior: Posterior) -> tuple[object, ...]:
 def doubts(candidates: Sequence[Candidate]) -> list[str]:
     """Why the comparison cannot be trusted; empty if it can."""
     found = [f"{c.name} has not converged" for c in candidates if not c.posterior.diagnostics.converged]
+    found += [f"{c.name}: {reason}" for c in candidates for reason in c.posterior.diagnostics.surrogate_reasons]
     for c in candidates:
         if not c.left_out.trusted:
             bad = int(np.sum(c.left_out.k_hat > K_HAT))

@@ -83,7 +83,7 @@ def shift_rows(posterior: Posterior, found: Reweighting) -> list[tuple[str, str,
 
 def stands(posterior: Posterior, found: Reweighting) -> bool:
     """Whether the posterior need not be run again."""
-    return posterior.diagnostics.converged and found.passed
+    return posterior.diagnostics.usable and found.passed
 
 
 def refinement_in_words(posterior: Posterior, found: Reweighting) -> str:
@@ -92,4 +92,5 @@ def refinement_in_words(posterior: Posterior, found: Reweighting) -> str:
         return f"The posterior stands: {found.in_words()}."
     if not posterior.diagnostics.converged:
         return f"Run the posterior again: it has not converged; {found.in_words()}."
-    return f'Run the posterior again, with a better surrogate (-o) or model = "fem": {found.in_words()}.'
+    why = "; ".join((*posterior.diagnostics.surrogate_reasons, found.in_words()))
+    return f'Run the posterior again, with a better surrogate (-o) or model = "fem": {why}.'

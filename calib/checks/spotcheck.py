@@ -47,28 +47,50 @@ class Comparison:
 
 
 def with_spot_check(posterior: Posterior, forward: Forward, exact: FiniteElements | None = None) -> Posterior:
-    """The posterior with a `SpotCheck` in its diagnostics, and among its reasons or warnings what that found wrong.
+    """Ask the finite elements at a few draws of a posterior, and keep with it what they say of the forward model.
 
-    Nothing is done for a posterior of the finite elements themselves. A model that states no error of its own gets a warning
-    that tells how far off it is; one that states too small an error has not passed, and the posterior counts as not converged.
+    A model that states too small an error makes the posterior unusable (`Diagnostics.surrogate_honest`), however well the
+    chains agree. One that states no error of its own gets a warning that tells how far off it is. Nothing is done for a
+    posterior of the finite elements themselves.
+
+    Parameters
+    ----------
+    posterior : as sampled.
+    forward : the model that it was sampled with.
+    exact : the finite elements to ask, by default `FiniteElements()`.
+
+    Returns
+    -------
+    Posterior
+        The same draws, with a `SpotCheck` in the diagnostics and perhaps a warning more.
     """
     exact = exact if exact is not None else FiniteElements()
     if forward.name == exact.name:
         return posterior
     found = spot_check(posterior, forward, exact)
     d = posterior.diagnostics
-    reasons = d.reasons if found is None or found.passed else (*d.reasons, found.in_words(forward.name))
     warnings = d.warnings
     if found is None:
         warnings = (*warnings, "the finite elements could not be asked at any draw looked at: no spot check")
     elif not found.stated:
-        warnings = (*warnings, f"{found.in_words(forward.name)}, and it states no error of its own")
-    diagnostics = replace(d, spot_check=found, reasons=reasons, warnings=warnings, converged=not reasons)
-    return replace(posterior, diagnostics=diagnostics)
+        warnings = (*warnings, f"{found.in_words()}, and it states no error of its own")
+    return replace(posterior, diagnostics=replace(d, spot_check=found, warnings=warnings))
 
 
 def spot_check(posterior: Posterior, forward: Forward, exact: FiniteElements) -> SpotCheck | None:
-    """Compare at `N_DRAW` draws, chosen by the posterior's seed; None if the finite elements got to the end for none."""
+    """Ask the finite elements how far the forward model is off at `N_DRAW` draws, chosen by the posterior's seed.
+
+    Parameters
+    ----------
+    posterior : whose draws are looked at.
+    forward : the model that it was sampled with.
+    exact : the finite elements to ask.
+
+    Returns
+    -------
+    SpotCheck or None
+        None if the finite elements got to the deepest reading for no draw.
+    """
     values = thin_draws(posterior, N_DRAW, np.random.default_rng(posterior.seed))
     found = compare_draws(posterior, forward, exact, values)
     n_curve = sum(len(c.force_error) for c in found)
@@ -81,7 +103,7 @@ def spot_check(posterior: Posterior, forward: Forward, exact: FiniteElements) ->
     force, change = (float(np.max(np.abs(joined(name)))) for name in ("force_error", "change_error"))
     force_score, change_score = (rms(joined(name)) for name in ("force_score", "change_score"))
     failures = tuple(f"{c.sweep}: {why}" for c in found for why in c.failures)
-    return SpotCheck(n_curve, force, change, force_score, change_score, failures)
+    return SpotCheck(forward.name, n_curve, force, change, force_score, change_score, failures)
 
 
 def compare_draws(
@@ -91,9 +113,22 @@ def compare_draws(
     values: Mapping[str, FloatArray],
     executor: Executor | None = None,
 ) -> list[Comparison]:
-    """Compare at the draws `values` (name -> SI (n_draw,), fixed included) sweep by sweep, down to the deepest reading.
+    """Compare forward model and finite elements sweep by sweep, down to the deepest reading.
 
     Draws that the forward model does not cover and those before contact are left out.
+
+    Parameters
+    ----------
+    posterior : for its sweeps.
+    forward : the model to judge.
+    exact : the finite elements to ask.
+    values : draws in SI by parameter, (n_draw,) each, fixed ones included.
+    executor : to solve draws side by side; None for one after the other.
+
+    Returns
+    -------
+    list of Comparison
+        One of each sweep.
     """
     found = []
     for sweep in posterior.sweeps:

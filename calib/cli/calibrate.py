@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from calib.cli.common import INTERRUPTED, NOT_CONVERGED, counting, err, out, refusing_bad_input, say
+from calib.cli.common import INTERRUPTED, NOT_USABLE, counting, err, out, refusing_bad_input, say
 
 if TYPE_CHECKING:
     from calib.sampling import Posterior, Progress
@@ -52,8 +52,9 @@ def calibrate(
 
     Writes: run1/report.html (read this one), summary.json, summary.csv, posterior.nc, checkpoint/.
 
-    Exit codes: 0 done and converged; 2 bad input, nothing written; 3 done but not converged, everything written and saying so;
-    130 stopped from the keyboard.
+    Exit codes: 0 done and usable; 2 bad input, nothing written; 3 everything written, but the numbers must not be used, and
+    saying why: the chains have not converged (go on with --resume), or the surrogate is off the finite elements by more than it
+    states (refine it or use model = "fem"; more sampling cannot help); 130 stopped from the keyboard.
     """
     with refusing_bad_input():
         from calib.runs import Stages, Watch
@@ -84,8 +85,8 @@ def calibrate(
             again = f"calib calibrate {experiment} -o {output} --resume --reweight {reweight}"
             err().print(f"Re-weighting was stopped; the rest is written. Do it with: {again}", markup=False)
             raise typer.Exit(INTERRUPTED)
-    if not posterior.diagnostics.converged:
-        raise typer.Exit(NOT_CONVERGED)
+    if not posterior.diagnostics.usable:
+        raise typer.Exit(NOT_USABLE)
 
 
 @contextmanager
@@ -120,30 +121,33 @@ def _say(run: Path, posterior: Posterior) -> None:
     from rich.markup import escape
     from rich.table import Table
 
-    from calib.report import AGAINST_PRIOR_WORDS, PRIOR_DRIVEN_WORDS, parameter_rows
+    from calib.report import parameter_rows
 
     shown = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for heading in ("parameter", "posterior", "90 % interval", "learned"):
         shown.add_column(heading, overflow="fold")
     for row in parameter_rows(posterior):
-        told = row.verdict in (PRIOR_DRIVEN_WORDS, AGAINST_PRIOR_WORDS)
-        learned = row.verdict if told else f"{max(row.contraction, 0.0) * 100:.0f} %"
+        learned = row.learned if row.doubtful else f"{max(row.contraction, 0.0) * 100:.0f} %"
         shown.add_row(escape(row.name), f"{row.value} {row.unit}", row.interval, learned)
     console = out()
     console.print(shown)
     d = posterior.diagnostics
-    if d.converged:
+    if d.usable:
         console.print("Converged.", style="green")
+    elif d.converged:
+        off = f"Converged, but the {posterior.forward_name} is off the finite elements by more than it states"
+        console.print(f"{off}: the numbers are preliminary.", style="yellow")
     else:
         console.print("NOT converged: the numbers are preliminary.", style="yellow")
-        for reason in d.reasons:
-            say(f"  {reason}")
-        if d.spot_check is None or d.spot_check.passed or len(d.reasons) > 1:
-            console.print("Continue with --resume and a larger --budget.")
-        else:
-            console.print('Train a surrogate (`calib surrogate train`) or calibrate with model = "fem".', markup=False)
-    if d.spot_check is not None and d.spot_check.stated and d.spot_check.passed:
-        say(f"Spot check: {d.spot_check.in_words(posterior.forward_name)}.")
+    for reason in d.reasons_against_use:
+        say(f"  {reason}")
+    if not d.converged:
+        console.print("Continue with --resume and a larger --budget.")
+    if d.surrogate_honest is False:
+        advice = 'calibrate with a better surrogate (`calib surrogate refine`, `calib surrogate train`) or with model = "fem"'
+        say(f"More sampling cannot mend the model: {advice}.")
+    if d.spot_check is not None and d.surrogate_honest:
+        say(f"Spot check: {d.spot_check.in_words()}.")
     if d.reweighting is not None and d.reweighting.passed:
         say(f"Re-weighting: {d.reweighting.in_words()}.")
     for warning in d.warnings:

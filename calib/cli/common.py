@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
 #: Something is wrong with the input; nothing was written.
 BAD_INPUT = 2
-#: Everything was written, but the calibration has not converged.
-NOT_CONVERGED = 3
+#: Everything was written, but the calibration has not converged, or its surrogate is off by more than it states.
+NOT_USABLE = 3
 #: Stopped from the keyboard (128 + SIGINT).
 INTERRUPTED = 130
 

@@ -9,7 +9,7 @@ import typer
 
 from calib.cli.common import (
     INTERRUPTED,
-    NOT_CONVERGED,
+    NOT_USABLE,
     Processes,
     RunFolder,
     counting,
@@ -114,7 +114,7 @@ def refine(
         except StoreError as error:
             raise InputError(Fault(str(error), kept, advice="Choose another --store")) from None
     if not stands(posterior, refined.reweighting):
-        raise typer.Exit(NOT_CONVERGED)
+        raise typer.Exit(NOT_USABLE)
 
 
 def _say(posterior: Posterior, refined: Refinement) -> None:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from calib.cli.common import NOT_CONVERGED, RunFolder, err, loaded, out, quantity, refusing_bad_input, say
+from calib.cli.common import NOT_USABLE, RunFolder, err, loaded, out, quantity, refusing_bad_input, say
 from calib.errors import Fault, InputError
 
 
@@ -34,7 +34,7 @@ def recommend(
     Writes: run1/recommendation.json (SI), and run1/report.html anew with a section on padding.
 
     Exit codes: 0 done; 2 bad input or a request outside the model's range, nothing written; 3 done, but from a calibration that
-    has not converged, and saying so.
+    has not converged or whose surrogate is off by more than it states, and saying so.
     """
     with refusing_bad_input():
         from calib.decision import Requirement
@@ -55,8 +55,8 @@ def recommend(
         for condition in recommendation.conditions:
             say(f"  holds for: {condition}")
         say(f"Written: {run / 'recommendation.json'}, {run / 'report.html'}")
-    if not recommendation.converged:
-        raise typer.Exit(NOT_CONVERGED)
+    if not recommendation.usable:
+        raise typer.Exit(NOT_USABLE)
 
 
 def compare(runs: Annotated[list[Path], typer.Argument(help="Folders of two or more calibrations of the same data.")]) -> None:
@@ -67,8 +67,8 @@ def compare(runs: Annotated[list[Path], typer.Argument(help="Folders of two or m
 
     Example: `calib compare run_neo run_gent run_stick`
 
-    Exit codes: 0 done; 2 no usable runs there, or of different data; 3 done, but a run has not converged or a block cannot be
-    left out (k-hat), and saying so.
+    Exit codes: 0 done; 2 no usable runs there, or of different data; 3 done, but a run has not converged, its surrogate is
+    off by more than it states, or a block cannot be left out (k-hat), and saying so.
     """
     with refusing_bad_input():
         from rich.box import SIMPLE_HEAD
@@ -89,7 +89,7 @@ def compare(runs: Annotated[list[Path], typer.Argument(help="Folders of two or m
         for doubt in why:
             err().print(f"Warning: {doubt}", style="yellow", markup=False, soft_wrap=True)
     if why:
-        raise typer.Exit(NOT_CONVERGED)
+        raise typer.Exit(NOT_USABLE)
 
 
 def report(run: RunFolder) -> None:
@@ -99,7 +99,8 @@ def report(run: RunFolder) -> None:
 
     Writes: run1/report.html, a page that needs nothing beside itself and prints well.
 
-    Exit codes: 0 done; 2 no usable run there, nothing written; 3 done, but the calibration has not converged.
+    Exit codes: 0 done; 2 no usable run there, nothing written; 3 done, but the calibration has not converged or its
+    surrogate is off by more than it states.
     """
     with refusing_bad_input():
         from calib.runs import load_recommendation, write_page
@@ -107,8 +108,8 @@ def report(run: RunFolder) -> None:
         found = loaded(run)
         write_page(found, load_recommendation(run))
         say(f"Written: {found.report}")
-    if not found.posterior.diagnostics.converged:
-        raise typer.Exit(NOT_CONVERGED)
+    if not found.posterior.diagnostics.usable:
+        raise typer.Exit(NOT_USABLE)
 
 
 def _range(text: str) -> tuple[float, float]:

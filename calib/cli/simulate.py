@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from calib.cli.common import NOT_CONVERGED, err, quantity, refusing_bad_input, say
+from calib.cli.common import NOT_USABLE, err, quantity, refusing_bad_input, say
 from calib.errors import Fault, InputError
 from calib.files import write_text
 
@@ -181,7 +181,7 @@ def _simulate_fem(
         reached, reason = solution.states[-1].depth * solution.units.length, solution.failure.reason
         message = f"Ended early: no equilibrium beyond an indentation of {reached * 1e3:.4g} mm: {reason}"
         err().print(message, style="red", markup=False, soft_wrap=True)
-        raise typer.Exit(NOT_CONVERGED)
+        raise typer.Exit(NOT_USABLE)
 
 
 def _solve(elements: FiniteElements, design: Design | LayeredDesign, path: _Path) -> Solution:
@@ -196,12 +196,12 @@ def _draw(solution: Solution, pictures: _Pictures) -> None:
     """Every picture asked for, of the deepest step, and the steps for ParaView."""
     if pictures.section is None and pictures.view is None and pictures.vtk is None:
         return
-    from calib.report import revolved_picture, section_figure, write_figure, write_vtk
+    from calib.report import cross_section_figure, revolved_picture, write_figure, write_vtk
 
     depths = [s.depth for s in solution.states]
     deepest = depths.index(max(depths))
     if pictures.section is not None:
-        write_figure(section_figure(solution, deepest, pictures.field.value), pictures.section)
+        write_figure(cross_section_figure(solution, deepest, pictures.field.value), pictures.section)
         err().print(f"Written: {pictures.section}", markup=False, soft_wrap=True)
     if pictures.view is not None:
         revolved_picture(solution, deepest, pictures.field.value, pictures.view)

@@ -40,7 +40,8 @@ class Recommendation:
         change at `best` / present change, draw by draw; nan where the model does not cover it.
     border : empty, or in words that `best` lies at the end of the asked or of the covered range.
     conditions : what it holds for, in words.
-    converged, reasons : whether the calibration has converged, and if not, why. forward_name : the model that predicted.
+    converged, surrogate_honest : of the calibration, see `Diagnostics`; `reasons` says what speaks against either.
+    forward_name : the model that predicted.
     seed : of the choice of draws. posterior_sha256 : hash of the posterior's file, empty if there is none.
     """
 
@@ -66,6 +67,7 @@ class Recommendation:
     border: str
     conditions: tuple[str, ...]
     converged: bool
+    surrogate_honest: bool | None
     reasons: tuple[str, ...]
     forward_name: str
     seed: int
@@ -87,6 +89,11 @@ class Recommendation:
         ):
             columns |= {f"{name}_{round(100 * q):02d}{unit}": row for q, row in zip(BAND_LEVELS, quantiles, strict=True)}
         return pd.DataFrame({**columns, "probability": self.probability})
+
+    @property
+    def usable(self) -> bool:
+        """Whether the calibration that it rests on may be built on."""
+        return self.converged and self.surrogate_honest is not False
 
     @property
     def sureness(self) -> str:
@@ -136,9 +143,12 @@ class Recommendation:
             )
         if self.border:
             text += f"{self.border} "
-        if not self.converged:
+        if not self.usable:
+            fault = "the calibration has not converged"
+            if self.converged:
+                fault = "the model it was calibrated with is off the finite elements by more than it states"
             more = f"; {len(self.reasons) - 2} more reasons" if len(self.reasons) > 2 else ""
-            text = f"Preliminary, because the calibration has not converged ({'; '.join(self.reasons[:2])}{more}). {text}"
+            text = f"Preliminary, because {fault} ({'; '.join(self.reasons[:2])}{more}). {text}"
         return text.strip()
 
 

@@ -1,33 +1,81 @@
-"""Results in, pages, figures, tables and summaries for people and programs out; computes no result."""
+"""Results in, pages, figures, tables and summaries for people and programs out; computes no result and knows no command.
 
-from calib.report.curve import check_in_words, curve_csv
-from calib.report.page import AGAINST_PRIOR_WORDS, PRIOR_DRIVEN_WORDS, parameter_rows, verdict, write_report
-from calib.report.picture import file_figure
-from calib.report.section import revolved_picture, section_figure, write_figure, write_vtk
-from calib.report.style import BLUE, GREEN, INK, LIGHT, ORANGE, SKY, VERMILION, styled_figure
-from calib.report.summary import summary_csv, summary_json
+The names below are loaded when they are asked for: a page does not wait for the finite elements, nor a figure for the page.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from calib.report.curve import check_in_words, curve_csv
+    from calib.report.deformed.cross_section import cross_section_figure
+    from calib.report.deformed.paraview import write_vtk
+    from calib.report.deformed.revolved import revolved_figure, revolved_picture
+    from calib.report.figures.lab_file import file_figure
+    from calib.report.figures.padding import padding_figure
+    from calib.report.figures.posterior import corner_figure, prior_figure, trace_figure
+    from calib.report.figures.predictive import change_figure, channel_figure
+    from calib.report.page import write_report
+    from calib.report.pictures import write_figure
+    from calib.report.rows import ParameterRow, parameter_rows
+    from calib.report.style import BLUE, GREEN, INK, LIGHT, ORANGE, SKY, VERMILION, styled_figure
+    from calib.report.summary import summary_csv, summary_json
 
 __all__ = [
-    "AGAINST_PRIOR_WORDS",
     "BLUE",
     "GREEN",
     "INK",
     "LIGHT",
     "ORANGE",
-    "PRIOR_DRIVEN_WORDS",
     "SKY",
     "VERMILION",
+    "ParameterRow",
+    "change_figure",
+    "channel_figure",
     "check_in_words",
+    "corner_figure",
+    "cross_section_figure",
     "curve_csv",
     "file_figure",
+    "padding_figure",
     "parameter_rows",
+    "prior_figure",
+    "revolved_figure",
     "revolved_picture",
-    "section_figure",
     "styled_figure",
     "summary_csv",
     "summary_json",
-    "verdict",
+    "trace_figure",
     "write_figure",
     "write_report",
     "write_vtk",
 ]
+
+_MODULES = {
+    "curve": ("check_in_words", "curve_csv"),
+    "deformed.cross_section": ("cross_section_figure",),
+    "deformed.paraview": ("write_vtk",),
+    "deformed.revolved": ("revolved_figure", "revolved_picture"),
+    "figures.lab_file": ("file_figure",),
+    "figures.padding": ("padding_figure",),
+    "figures.posterior": ("corner_figure", "prior_figure", "trace_figure"),
+    "figures.predictive": ("change_figure", "channel_figure"),
+    "page": ("write_report",),
+    "pictures": ("write_figure",),
+    "rows": ("ParameterRow", "parameter_rows"),
+    "style": ("BLUE", "GREEN", "INK", "LIGHT", "ORANGE", "SKY", "VERMILION", "styled_figure"),
+    "summary": ("summary_csv", "summary_json"),
+}
+_MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
+
+
+def __getattr__(name: str) -> object:
+    if name not in _MODULE_OF:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_MODULE_OF[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return __all__

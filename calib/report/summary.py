@@ -11,20 +11,26 @@ from typing import Any
 
 from calib.sampling import Posterior
 
+#: Layout version of summary.json.
+VERSION = 1
 _VERSION_OF = "version of "
 
 
 def summary_json(posterior: Posterior) -> str:
-    """Content of summary.json: convergence, seed, versions, inputs with hashes, verdicts on the lab data, and every parameter
-    in SI; nan as null.
+    """The content of summary.json, a calibration for other programs: whether to use it, what it was made from, every parameter.
+
+    SI, with nan as null. `converged` is a fact of the chains alone, `surrogate_honest` one of the forward model (null if not
+    known); `reasons` holds what speaks against either. "version" changes when a key changes its meaning or goes.
     """
     d = posterior.diagnostics
     inputs = {posterior.experiment.file_name: posterior.experiment.sha256}
     for sweep in posterior.sweeps:
         inputs |= dict(sweep.files)
     record = {
+        "version": VERSION,
         "converged": d.converged,
-        "reasons": list(d.reasons),
+        "surrogate_honest": d.surrogate_honest,
+        "reasons": list(d.reasons_against_use),
         "warnings": list(d.warnings),
         "spot_check": _plain(asdict(d.spot_check)) if d.spot_check is not None else None,
         "reweighting": _plain(asdict(d.reweighting)) if d.reweighting is not None else None,
@@ -38,7 +44,7 @@ def summary_json(posterior: Posterior) -> str:
 
 
 def summary_csv(posterior: Posterior) -> str:
-    """Content of summary.csv: one line per parameter, SI."""
+    """The content of summary.csv: one line per parameter, SI."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     columns = ("unit", "mean", "sd", "median", "r_hat", "ess_bulk", "ess_tail", "prior_contraction", "prior_shift")

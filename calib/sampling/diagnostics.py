@@ -105,12 +105,14 @@ class SpotCheck:
 
     Attributes
     ----------
+    forward_name : the forward model that was looked at.
     n_curve : loading curves compared, draws times sweeps.
     force_error, change_error : largest relative difference of force and of the change of capacitance.
     force_score, change_score : root mean square of the difference in units of the error stated; inf if none is stated.
     failures : curves that the finite elements could not follow to the deepest reading, and why.
     """
 
+    forward_name: str
     n_curve: int
     force_error: float
     change_error: float
@@ -128,10 +130,12 @@ class SpotCheck:
         """Whether the error stated is honest, or there is none to be."""
         return not self.stated or max(self.force_score, self.change_score) <= SPOT_CHECK_LIMIT
 
-    def in_words(self, name: str) -> str:
-        """One sentence on the model called `name`."""
+    def in_words(self) -> str:
+        """One sentence with the numbers."""
         sizes = f"up to {self.force_error:.2%} in force and {self.change_error:.2%} in capacitance change"
-        said = f"at {self.n_curve} loading curves of the posterior the {name} is off the finite elements by {sizes}"
+        said = (
+            f"at {self.n_curve} loading curves of the posterior the {self.forward_name} is off the finite elements by {sizes}"
+        )
         if not self.stated:
             return said
         scores = f"{self.force_score:.1f} and {self.change_score:.1f} times the error it states"
@@ -227,16 +231,17 @@ class Reweighting:
 
 @dataclass(frozen=True)
 class Diagnostics:
-    """What is to be known about a sampled posterior.
+    """Whether the draws of a posterior may be used, and if not, why not: of the chains, and of the forward model.
 
     Attributes
     ----------
-    converged : whether the gate was met; `reasons` says what was not, one sentence each.
+    converged : whether the chains met the `gate`; `reasons` says what they did not, one sentence each.
     warnings : what may be wrong with the result although the chains agree.
     steps, burn_in, thin : steps of each walker in the run, the first of them discarded, and every how many-th of the rest kept.
     n_walker : walkers of each ensemble.
     acceptance_fraction : share of accepted steps after the burn-in, per ensemble.
     tau : integrated autocorrelation time in steps, by parameter.
+    gate : what the chains had to reach in this run.
     spot_check : of the forward model against the finite elements; None if it was not made.
     reweighting : of draws to the likelihood with finite elements; None if it was not made.
     """
@@ -251,17 +256,39 @@ class Diagnostics:
     n_walker: int
     acceptance_fraction: tuple[float, ...]
     tau: Mapping[str, float]
+    gate: Gate
     spot_check: SpotCheck | None = None
     reweighting: Reweighting | None = None
 
+    @property
+    def surrogate_honest(self) -> bool | None:
+        """Whether the forward model is as close to the finite elements as it states; None if not known or it states nothing."""
+        return self.spot_check.passed if self.spot_check is not None and self.spot_check.stated else None
+
+    @property
+    def surrogate_reasons(self) -> tuple[str, ...]:
+        """What the spot check found wrong, one sentence each; more sampling cannot mend it."""
+        return (self.spot_check.in_words(),) if self.spot_check is not None and self.surrogate_honest is False else ()
+
+    @property
+    def usable(self) -> bool:
+        """Whether the numbers may be built on: the chains have converged, and the forward model was not found dishonest."""
+        return self.converged and self.surrogate_honest is not False
+
+    @property
+    def reasons_against_use(self) -> tuple[str, ...]:
+        """Everything that speaks against `usable`, that of the chains first."""
+        return self.reasons + self.surrogate_reasons
+
 
 def convergence(chains: FloatArray, tau: FloatArray, steps: int) -> Convergence:
-    """R-hat and effective sample sizes of chains (n_ensemble, n_step, n_walker, n_parameter), see the module.
+    """Judge whether independent ensembles found the same answer, and how many independent draws theirs are worth.
 
     Parameters
     ----------
-    chains : after the burn-in, possibly thinned.
-    tau : autocorrelation time in steps, (n_parameter,). steps : of each walker so far.
+    chains : (n_ensemble, n_step, n_walker, n_parameter), after the burn-in, possibly thinned.
+    tau : (n_parameter,), autocorrelation time in steps.
+    steps : of each walker so far, burn-in included.
     """
     n_ensemble, n_step, n_walker, n_parameter = chains.shape
     r_hat, bulk, tail = np.empty(n_parameter), np.empty(n_parameter), np.empty(n_parameter)
@@ -275,7 +302,19 @@ def convergence(chains: FloatArray, tau: FloatArray, steps: int) -> Convergence:
 
 
 def shortcomings(state: Convergence, names: Sequence[str], gate: Gate) -> tuple[str, ...]:
-    """What of the gate is not met, one sentence each with parameter and numbers; empty if converged."""
+    """Say what of the gate is not met.
+
+    Parameters
+    ----------
+    state : of the run.
+    names : of the parameters, in the order of its arrays.
+    gate : what is to be reached.
+
+    Returns
+    -------
+    tuple of str
+        One sentence each with parameter and numbers; empty if converged.
+    """
     found = []
     for name, r_hat in zip(names, state.r_hat, strict=True):
         if not r_hat < gate.r_hat:
@@ -294,7 +333,20 @@ def shortcomings(state: Convergence, names: Sequence[str], gate: Gate) -> tuple[
 def summarise(
     parameters: Sequence[ParameterInfo], values: FloatArray, theta: FloatArray, state: Convergence
 ) -> dict[str, ParameterSummary]:
-    """Summaries by name from draws (n, n_parameter) in SI (`values`) and in the priors' coordinates (`theta`)."""
+    """Put the posterior of every parameter in a few numbers.
+
+    Parameters
+    ----------
+    parameters : in the order of the columns.
+    values : (n, n_parameter), draws in SI.
+    theta : (n, n_parameter), the same draws in the priors' standard-normal coordinates.
+    state : of the run that they are from.
+
+    Returns
+    -------
+    dict
+        `ParameterSummary` by name.
+    """
     found = {}
     for k, p in enumerate(parameters):
         x = values[:, k]
@@ -330,7 +382,13 @@ def diagnostics_to_json(diagnostics: Diagnostics) -> str:
 
 
 def diagnostics_from_json(text: str) -> Diagnostics:
-    """The diagnostics that `diagnostics_to_json` wrote."""
+    """The diagnostics that `diagnostics_to_json` wrote.
+
+    Raises
+    ------
+    KeyError
+        If something is missing, as in what an earlier version wrote.
+    """
     data = json.loads(text)
     parameters = {
         name: ParameterSummary(**{**summary, "interval_90": tuple(summary["interval_90"])})
@@ -344,4 +402,5 @@ def diagnostics_from_json(text: str) -> Diagnostics:
     if weighed:
         shifts = {name: Shift(**shift) for name, shift in weighed["shifts"].items()}
         reweighting = Reweighting(**{**weighed, "shifts": shifts, "failures": tuple(weighed["failures"])})
-    return Diagnostics(**{**data, **tuples, "parameters": parameters, "spot_check": spot_check, "reweighting": reweighting})
+    read = {"parameters": parameters, "gate": Gate(**data["gate"]), "spot_check": spot_check, "reweighting": reweighting}
+    return Diagnostics(**{**data, **tuples, **read})

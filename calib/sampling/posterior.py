@@ -300,6 +300,7 @@ def _posterior(run: _Run, n_block: int, state: Convergence, gate: Gate, seed: in
         n_walker=run.n_walker,
         acceptance_fraction=tuple(a / ((n_block - first) * BLOCK_STEPS) for a in accepted),
         tau={name: float(t) for name, t in zip(problem.names, state.tau, strict=True)},
+        gate=gate,
     )
     return Posterior(
         experiment=problem.experiment,

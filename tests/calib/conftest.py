@@ -16,7 +16,7 @@ from calib.priors.distributions import HalfNormal, LogNormal, Normal, Prior, Uni
 from calib.problem.likelihood import block_names, log_likelihood_blocks
 from calib.problem.problem import build_problem
 from calib.problem.unknowns import list_unknowns
-from calib.sampling.diagnostics import Diagnostics, ParameterSummary
+from calib.sampling.diagnostics import Diagnostics, Gate, ParameterSummary, SpotCheck
 from calib.sampling.posterior import Posterior
 from models.analytic import ClosedForm
 from models.sensor import design_from
@@ -99,10 +99,10 @@ def _experiment(names: tuple[str, ...]) -> Experiment:
 
 @pytest.fixture(scope="session")
 def make_posterior() -> Callable[..., Posterior]:
-    """Function that makes a posterior by hand: converged or not, with one or two specimens."""
+    """Function that makes a posterior by hand: converged or not, with one or two specimens, its forward model honest or not."""
 
     @cache
-    def make(converged: bool = True, n_specimen: int = 2, widen: float = 1.0) -> Posterior:
+    def make(converged: bool = True, n_specimen: int = 2, widen: float = 1.0, honest: bool | None = None) -> Posterior:
         rng = np.random.default_rng(20240501)
         names = tuple(SPECIMENS)[:n_specimen]
         sweeps = tuple(_sweep(name, rng, by_clock=i == 1) for i, name in enumerate(names))
@@ -159,6 +159,10 @@ def make_posterior() -> Callable[..., Posterior]:
                 n_walker=24,
                 acceptance_fraction=(0.31, 0.33, 0.30, 0.32),
                 tau={i.name: 38.0 for i in infos},
+                gate=Gate(),
+                spot_check=None
+                if honest is None
+                else SpotCheck("closed form", 12, 0.05, 0.01, 0.8 if honest else 9.0, 0.9, ()),
             ),
             attrs={"command": "calib calibrate experiment.toml -o RUN --seed 7", "version of numpy": np.__version__},
         )

@@ -59,6 +59,12 @@ def test_what_has_not_converged_is_said(posterior: Posterior) -> None:
     assert "b has not converged" in doubts(compare_runs([("a", posterior), ("b", unfinished)]))
 
 
+def test_a_model_that_is_off_by_more_than_it_states_is_said(posterior: Posterior, make_posterior: MakePosterior) -> None:
+    found = doubts(compare_runs([("a", posterior), ("b", make_posterior(n_specimen=1, honest=False))]))
+    assert "b has not converged" not in found
+    assert any(doubt.startswith("b: at 12 loading curves") and "times the error it states" in doubt for doubt in found)
+
+
 def test_the_command_prints_a_table_and_a_verdict(posterior: Posterior, tmp_path: Path) -> None:
     stuck = replace(worse(posterior, 5.0), experiment=replace(posterior.experiment, stick=True))
     for name, p in (("neo", posterior), ("stick", stuck)):

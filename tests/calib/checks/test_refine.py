@@ -22,6 +22,7 @@ from calib.errors import InputError
 from calib.problem.likelihood import log_posterior
 from calib.problem.measurement import model_sweep, plan_sweep
 from calib.runs.refine import Means
+from calib.sampling.diagnostics import SpotCheck
 from calib.sampling.posterior import Posterior, save_posterior, thin_draws
 from models.analytic import ClosedForm
 from models.fem import FiniteElements
@@ -142,6 +143,20 @@ def test_a_posterior_that_has_not_converged_does_not_stand(posterior: Posterior,
     result = _refine(run)
     assert result.exit_code == 3
     assert "Run the posterior again: it has not converged" in _line(result.stdout)
+
+
+def test_a_posterior_of_a_dishonest_surrogate_does_not_stand_and_is_not_called_unconverged(
+    posterior: Posterior, run: Path
+) -> None:
+    found = SpotCheck("surrogate", 12, 0.05, 0.01, 9.0, 0.9, ())
+    off = replace(posterior, diagnostics=replace(posterior.diagnostics, spot_check=found))
+    save_posterior(off, run / "posterior.nc")
+    result = _refine(run)
+    assert result.exit_code == 3
+    said = _line(result.stdout)
+    assert 'Run the posterior again, with a better surrogate (-o) or model = "fem": at 12 loading curves' in said
+    assert "9.0 and 0.9 times the error it states" in said
+    assert "not converged" not in said
 
 
 class _Interrupting(ThreadPoolExecutor):

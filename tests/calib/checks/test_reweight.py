@@ -17,7 +17,7 @@ from calib.checks.reweight import log_ratio, problem_of, reweight, shift_of, wit
 from calib.cli import app
 from calib.problem.likelihood import log_likelihood_at
 from calib.problem.measurement import model_sweep
-from calib.report.page import gates
+from calib.report.sections.convergence import criteria
 from calib.report.summary import summary_json
 from calib.runs.calibrate import Stages
 from calib.sampling.archive import smooth_weights
@@ -175,7 +175,7 @@ def test_a_model_that_is_far_off_is_told_by_k_hat(make_posterior: MakePosterior,
     assert "the weights cannot be trusted (k-hat above 0.44)" in warning
     assert 'refine the surrogate (`calib surrogate refine`) or calibrate with model = "fem"' in warning
     assert d.converged
-    (row,) = [c for c in gates(posterior) if "posterior against finite elements" in c.name]
+    (row,) = [c for c in criteria(posterior) if "posterior against finite elements" in c.name]
     assert row.advice
     assert not row.met
 

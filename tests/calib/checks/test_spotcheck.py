@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from calib.checks.spotcheck import with_spot_check
-from calib.report.page import gates
+from calib.report.sections.convergence import criteria
 from calib.sampling.diagnostics import diagnostics_from_json, diagnostics_to_json
 from calib.sampling.posterior import Posterior
 from models.analytic import ClosedForm
@@ -53,9 +53,10 @@ def test_the_shipped_surrogate_passes_where_a_posterior_lies(make_posterior: Mak
     assert found.n_curve == 12
     assert found.force_error < 0.01
     assert found.change_error < 0.05
-    assert posterior.diagnostics.converged
-    assert posterior.diagnostics.reasons == ()
-    (row,) = [c for c in gates(posterior) if "against finite elements" in c.name]
+    assert posterior.diagnostics.surrogate_honest is True
+    assert posterior.diagnostics.usable
+    assert posterior.diagnostics.reasons_against_use == ()
+    (row,) = [c for c in criteria(posterior) if "against finite elements" in c.name]
     assert row.met
     assert "times its own error" in row.found
 
@@ -66,11 +67,15 @@ def test_a_surrogate_that_is_off_by_more_than_it_says_has_not_passed(make_poster
     assert d.spot_check is not None
     assert d.spot_check.force_error == pytest.approx(0.05, abs=0.01)
     assert not d.spot_check.passed
-    assert not d.converged
-    (reason,) = d.reasons
+    assert d.surrogate_honest is False
+    assert not d.usable
+    (reason,) = d.surrogate_reasons
     assert "the surrogate is off the finite elements by up to" in reason
     assert "times the error it states" in reason
-    (row,) = [c for c in gates(posterior) if "against finite elements" in c.name]
+    # The chains are none the worse for it, and more of them would not help.
+    assert d.converged
+    assert d.reasons == ()
+    (row,) = [c for c in criteria(posterior) if "against finite elements" in c.name]
     assert not row.met
 
 
@@ -79,7 +84,8 @@ def test_a_model_that_states_no_error_is_told_how_far_off_it_is(make_posterior: 
     (warning,) = posterior.diagnostics.warnings
     assert "the closed form is off the finite elements by up to" in warning
     assert "states no error of its own" in warning
-    assert posterior.diagnostics.converged
+    assert posterior.diagnostics.surrogate_honest is None
+    assert posterior.diagnostics.usable
 
 
 def test_finite_elements_are_not_checked_against_themselves(make_posterior: MakePosterior) -> None:
@@ -102,7 +108,8 @@ def test_finite_elements_that_never_reach_the_end_leave_a_warning(
     posterior = with_spot_check(make_posterior(), load_surrogate(), EXACT)
     assert posterior.diagnostics.spot_check is None
     assert "no spot check" in posterior.diagnostics.warnings[0]
-    assert posterior.diagnostics.converged
+    assert posterior.diagnostics.surrogate_honest is None
+    assert posterior.diagnostics.usable
 
 
 def test_a_spot_check_is_kept_with_the_diagnostics(make_posterior: MakePosterior) -> None:

@@ -116,6 +116,7 @@ def test_unconverged_calibration_exits_with_3_writes_everything_and_says_so(fini
     }
     summary = json.loads((run / "summary.json").read_text())
     assert summary["converged"] is False
+    assert summary["surrogate_honest"] is not False
     assert summary["reasons"]
     assert summary["seed"] == 4
     assert "NOT converged" in result.stdout
@@ -157,6 +158,40 @@ def test_converged_calibration_exits_with_0(lab: Path, make_posterior: Callable[
     assert result.exit_code == 0, result.output
     assert json.loads((lab / "run" / "summary.json").read_text())["converged"] is True
     assert "sensor_thickness[sensor 1]" in result.stdout
+
+
+def test_a_dishonest_surrogate_exits_with_3_and_advice_that_can_help(
+    lab: Path, make_posterior: Callable[..., Posterior]
+) -> None:
+    stages = Stages(lambda *_, **__: make_posterior(n_specimen=1, honest=False), lambda posterior, _: posterior)
+    run = lab / "run"
+    result = _run("calibrate", lab / "experiment.toml", "-o", run, stages=stages)
+    assert result.exit_code == 3, result.output
+    said = " ".join(result.stdout.split())
+    assert "Converged, but the closed form is off the finite elements by more than it states" in said
+    assert "9.0 and 0.9 times the error it states" in said
+    assert "calib surrogate refine" in said
+    assert 'model = "fem"' in said
+    assert "--resume" not in said
+    summary = json.loads((run / "summary.json").read_text())
+    assert summary["converged"] is True
+    assert summary["surrogate_honest"] is False
+    assert len(summary["reasons"]) == 1
+    assert _run("report", run).exit_code == 3
+    recommended = _run("recommend", run, "--force", "3 N", "--padding", "0.5 mm:3 mm", "--steps", 6, "--draws", 60)
+    assert recommended.exit_code == 3, recommended.output
+    assert recommended.stdout.startswith("Preliminary, because the model it was calibrated with is off")
+
+
+def test_a_run_that_neither_converged_nor_has_an_honest_model_gets_both_pieces_of_advice(
+    lab: Path, make_posterior: Callable[..., Posterior]
+) -> None:
+    unmet = make_posterior(converged=False, n_specimen=1, honest=False)
+    stages = Stages(lambda *_, **__: unmet, lambda posterior, _: posterior)
+    result = _run("calibrate", lab / "experiment.toml", "-o", lab / "run", stages=stages)
+    assert result.exit_code == 3, result.output
+    said = " ".join(result.stdout.split())
+    assert all(words in said for words in ("NOT converged", "--resume", "calib surrogate refine"))
 
 
 def _stopped(*_: object, **__: object) -> Posterior:

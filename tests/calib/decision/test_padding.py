@@ -143,6 +143,19 @@ def test_recommendation_of_an_unconverged_posterior_calls_itself_preliminary(mak
     assert r.verdict.startswith("Preliminary, because the calibration has not converged (R-hat of young_modulus")
 
 
+def test_recommendation_from_a_dishonest_model_calls_itself_preliminary_but_not_unconverged(
+    make_posterior: MakePosterior,
+) -> None:
+    r = _recommend(make_posterior(honest=False), ClosedForm(), 1.5, 0.0, 6e-3)
+    assert r.converged
+    assert r.surrogate_honest is False
+    assert not r.usable
+    assert r.verdict.startswith("Preliminary, because the model it was calibrated with is off the finite elements by more than")
+    assert "9.0 and 0.9 times the error it states" in r.verdict
+    assert "not converged" not in r.verdict
+    assert recommendation_from_json(recommendation_to_json(r)).surrogate_honest is False
+
+
 def test_recommendation_is_conditioned_on_base_and_electrode(make_posterior: MakePosterior) -> None:
     text = " ".join(_recommend(make_posterior(), ClosedForm(), 1.5, 0.0, 6e-3).conditions)
     assert "bonded" in text

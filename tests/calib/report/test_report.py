@@ -6,9 +6,13 @@ import csv
 import io
 import json
 import re
+import subprocess
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from html.parser import HTMLParser
+from pathlib import Path
+from typing import get_args
 
 import matplotlib as mpl
 import numpy as np
@@ -18,10 +22,18 @@ from calib.checks.predictive import Prediction, predict
 from calib.decision.padding import recommend
 from calib.decision.recommendation import Recommendation
 from calib.decision.requirement import Requirement
+from calib.experiment.plan import MaterialLaw
 from calib.lab.quality import Verdict
-from calib.report import figures
-from calib.report.page import figure_address, interval_text, limits, parameter_rows, with_uncertainty, write_report
+from calib.report import sections
+from calib.report.digits import interval_text, with_uncertainty
+from calib.report.figures.predictive import channel_figure
+from calib.report.page import write_report
+from calib.report.pictures import figure_address
+from calib.report.rows import parameter_rows
+from calib.report.sections.convergence import criteria
+from calib.report.sections.limits import LIMITS_OF_LAWS, limits
 from calib.report.summary import summary_csv, summary_json
+from calib.sampling.diagnostics import Gate
 from calib.sampling.posterior import Posterior
 from models.analytic import ClosedForm
 
@@ -49,7 +61,7 @@ def page(make_posterior: MakePosterior, predictions: tuple[Prediction, ...], rec
 @pytest.fixture
 def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Drawing is what takes time; most tests are about words."""
-    monkeypatch.setattr("calib.report.page.figure_address", lambda *_, **__: "data:,")
+    monkeypatch.setattr("calib.report.pictures.figure_address", lambda *_, **__: "data:,")
 
 
 def _text(page: str) -> str:
@@ -133,6 +145,97 @@ def test_report_states_what_outweighs_the_noise(make_posterior: MakePosterior, p
     headings = [h for h, _ in limits(make_posterior())]
     assert "The model is the closed form" in headings
     assert "Electrode radius is the disc radius" in headings
+
+
+def test_the_limits_are_those_of_the_law_of_the_experiment(make_posterior: MakePosterior) -> None:
+    posterior = make_posterior()
+    gent = replace(posterior, experiment=replace(posterior.experiment, law="gent"))
+    assert (
+        "stiffening at large strain is not modelled" in dict(limits(posterior))["Neo-Hookean, nearly incompressible silicone"]
+    )
+    assert not any(text.endswith("stiffening at large strain is not modelled.") for _, text in limits(gent))
+    assert "Gent's law, nearly incompressible silicone" in dict(limits(gent))
+    assert not any("Neo-Hookean" in heading for heading, _ in limits(gent))
+    assert set(LIMITS_OF_LAWS) == set(get_args(MaterialLaw))
+
+
+def test_what_is_said_of_friction_is_that_of_the_contact_of_the_experiment(make_posterior: MakePosterior) -> None:
+    posterior = make_posterior()
+    stick = replace(posterior, experiment=replace(posterior.experiment, stick=True))
+    free, stuck = ({heading for heading, _ in limits(p)} for p in (posterior, stick))
+    assert free - stuck == {"Friction is left out"}
+    assert stuck - free == {"The ball is taken as sticking"}
+
+
+def test_a_run_is_judged_by_its_own_gate(make_posterior: MakePosterior) -> None:
+    posterior = make_posterior(converged=False)  # R-hat 1.31, 37 effective draws, 32 autocorrelation times
+    lenient = replace(posterior, diagnostics=replace(posterior.diagnostics, gate=Gate(r_hat=1.5, ess=30.0, length=20.0)))
+    strict = replace(posterior, diagnostics=replace(posterior.diagnostics, gate=Gate(length=40.0)))
+    assert [(c.asked, c.met) for c in criteria(lenient)[:3]] == [
+        ("below 1.5", True),
+        ("above 30", True),
+        ("at least 20 autocorrelation times", True),
+    ]
+    assert [c.met for c in criteria(strict)[:3]] == [False, False, False]
+    assert all(row.r_hat_met and row.ess_met for row in parameter_rows(lenient))
+    assert not any(row.r_hat_met or row.ess_met for row in parameter_rows(strict))
+
+
+@pytest.mark.usefixtures("no_pictures")
+def test_a_dishonest_model_is_not_called_unconverged_and_gets_advice_that_can_help(
+    make_posterior: MakePosterior, predictions: tuple[Prediction, ...]
+) -> None:
+    head = _text(write_report(make_posterior(honest=False), predictions)).partition("Parameters Mean")[0]
+    assert "Converged, but the closed form is off the finite elements by more than it states" in head
+    assert "9.0 and 0.9 times the error it states" in head
+    assert "calib surrogate refine" in head
+    assert "--resume" not in head
+    assert "Not converged" not in head
+    assert "can be used" not in head
+    both = _text(write_report(make_posterior(converged=False, honest=False), predictions)).partition("Parameters Mean")[0]
+    assert all(words in both for words in ("Not converged", "R-hat of young_modulus", "--resume", "calib surrogate refine"))
+
+
+@pytest.mark.usefixtures("no_pictures")
+def test_a_module_put_beside_the_others_is_a_section(
+    make_posterior: MakePosterior, predictions: tuple[Prediction, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "weather.py").write_text(WEATHER, encoding="utf-8")
+    monkeypatch.setattr(sections, "__path__", [*sections.__path__, str(tmp_path)])
+    monkeypatch.delitem(sys.modules, "calib.report.sections.weather", raising=False)
+    page = write_report(make_posterior(), predictions)
+    assert page.index('<section id="limits">') < page.index('<section id="weather">\n<h2>The weather</h2>')
+    assert page.index('<section id="weather">') < page.index('<section id="data">')
+    assert '<a href="#limits">Limits</a><a href="#weather">Weather</a><a href="#data">Data</a>' in page
+    assert "<dt>rain</dt><dd>2 &lt; 3 mm</dd>" in page
+
+
+WEATHER = """
+from calib.report.section import Section
+
+ORDER = 75
+
+
+def section(results):
+    return Section("weather", "The weather", "Weather", "limits.html.j2", {"limits": [("rain", "2 < 3 mm")]})
+"""
+
+
+def test_no_two_sections_claim_the_same_place() -> None:
+    orders = [module.ORDER for module in sections.section_modules()]
+    assert orders == sorted(set(orders))
+
+
+def test_what_the_room_offers_is_loaded_when_asked_for_and_without_the_extras() -> None:
+    code = (
+        "import sys, calib.report as room\n"
+        "assert not {'matplotlib', 'jinja2', 'models.fem'} & set(sys.modules)\n"
+        "assert all(callable(getattr(room, name)) for name in room.__all__)\n"
+        "assert dir(room) == sorted(room.__all__)\n"
+        "assert not {'pyvista', 'vtkmodules', 'meshio', 'corner'} & set(sys.modules)\n"
+        "assert not hasattr(room, 'nonsense')\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
 
 
 @pytest.mark.usefixtures("no_pictures")
@@ -220,21 +323,21 @@ def test_names_from_the_experiment_file_are_escaped(make_posterior: MakePosterio
 
 
 def test_pictures_are_the_same_every_time(predictions: tuple[Prediction, ...]) -> None:
-    first, again = (figure_address(figures.force_figure(predictions[0])) for _ in range(2))
+    first, again = (figure_address(channel_figure(predictions[0], "force")) for _ in range(2))
     assert first == again
 
 
 def test_figures_leave_the_settings_of_matplotlib_alone(predictions: tuple[Prediction, ...]) -> None:
     before = dict(mpl.rcParams)
-    figures.capacitance_figure(predictions[1])
+    channel_figure(predictions[1], "capacitance")
     assert dict(mpl.rcParams) == before
 
 
 def test_figures_refuse_a_channel_that_is_not_there(predictions: tuple[Prediction, ...]) -> None:
     with pytest.raises(ValueError, match="sensor 1 has no force readings"):
-        figures.force_figure(replace(predictions[0], channels={}))
+        channel_figure(replace(predictions[0], channels={}), "force")
     with pytest.raises(ValueError, match="sensor 1 has no capacitance readings"):
-        figures.capacitance_figure(replace(predictions[0], channels={}))
+        channel_figure(replace(predictions[0], channels={}), "capacitance")
 
 
 def test_report_works_with_force_alone(make_posterior: MakePosterior) -> None:
@@ -289,12 +392,15 @@ def test_rows_are_in_display_units(make_posterior: MakePosterior) -> None:
     assert rows["young_modulus"].unit == "MPa"
     assert rows["sensor_thickness[sensor 1]"].where == "sensor 1"
     assert rows["machine_compliance"].value == "2.00 ± 0.30"
-    assert rows["relative_permittivity"].verdict == "prior-driven"
+    assert rows["relative_permittivity"].learned == "prior-driven"
 
 
 def test_summary_json_has_the_documented_layout(make_posterior: MakePosterior) -> None:
     summary = json.loads(summary_json(make_posterior(converged=False)))
+    assert next(iter(summary.items())) == ("version", 1)
     assert summary["converged"] is False
+    assert summary["surrogate_honest"] is None
+    assert summary["reasons"] == ["R-hat of young_modulus is 1.31, above 1.01"]
     assert summary["seed"] == 7
     assert summary["versions"] == {"numpy": np.__version__}
     assert {"file": "sensor 1_force.csv", "sha256": "ab" * 32} in summary["inputs"]
@@ -314,6 +420,18 @@ def test_summary_json_has_the_documented_layout(make_posterior: MakePosterior) -
         "prior_contraction",
         "prior_shift",
     }
+
+
+def test_summary_json_tells_the_chains_from_the_surrogate(make_posterior: MakePosterior) -> None:
+    facts = {}
+    for key, posterior in (
+        ("honest", make_posterior(honest=True)),
+        ("dishonest", make_posterior(honest=False)),
+        ("neither", make_posterior(converged=False, honest=False)),
+    ):
+        summary = json.loads(summary_json(posterior))
+        facts[key] = (summary["converged"], summary["surrogate_honest"], len(summary["reasons"]))
+    assert facts == {"honest": (True, True, 0), "dishonest": (True, False, 1), "neither": (False, False, 2)}
 
 
 def test_summary_json_writes_null_for_what_is_not_known(make_posterior: MakePosterior) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -15,6 +16,7 @@ from calib.sampling.diagnostics import (
     Convergence,
     Diagnostics,
     Gate,
+    SpotCheck,
     convergence,
     diagnostics_from_json,
     diagnostics_to_json,
@@ -124,8 +126,57 @@ def test_diagnostics_survive_json() -> None:
     info = ParameterInfo("load_zero[s]", "load_zero", "s", "", Normal(0.0, 1.0))
     theta = np.random.default_rng(0).standard_normal((50, 1))
     summaries = summarise((info,), theta, theta, state)
-    written = Diagnostics(False, ("reason",), ("warning",), summaries, 100, 50, 2, 64, (0.3, 0.31), {"load_zero[s]": 12.5})
+    written = Diagnostics(
+        converged=False,
+        reasons=("reason",),
+        warnings=("warning",),
+        parameters=summaries,
+        steps=100,
+        burn_in=50,
+        thin=2,
+        n_walker=64,
+        acceptance_fraction=(0.3, 0.31),
+        tau={"load_zero[s]": 12.5},
+        gate=Gate(r_hat=1.05, ess=100.0, length=5.0),
+    )
     assert diagnostics_from_json(diagnostics_to_json(written)) == written
+
+
+def test_diagnostics_without_the_gate_of_their_run_are_not_judged_by_another() -> None:
+    record = json.loads(diagnostics_to_json(_diagnostics()))
+    del record["gate"]
+    with pytest.raises(KeyError, match="gate"):
+        diagnostics_from_json(json.dumps(record))
+
+
+def _diagnostics(reasons: tuple[str, ...] = (), force_score: float | None = None) -> Diagnostics:
+    """Diagnostics with these shortcomings of the chains and this score of the spot check, None if it was not made."""
+    check = None if force_score is None else SpotCheck("surrogate", 12, 0.05, 0.01, force_score, 0.9, ())
+    return Diagnostics(not reasons, reasons, (), {}, 100, 50, 2, 64, (0.3,), {}, Gate(), check)
+
+
+@pytest.mark.parametrize(
+    ("reasons", "force_score", "honest", "usable"),
+    [
+        ((), None, None, True),
+        ((), 0.9, True, True),
+        ((), 9.0, False, False),
+        ((), np.inf, None, True),  # states no error, so that there is nothing to be honest about
+        (("R-hat",), None, None, False),
+        (("R-hat",), 0.9, True, False),
+        (("R-hat",), 9.0, False, False),
+    ],
+)
+def test_convergence_of_the_chains_and_honesty_of_the_surrogate_are_two_facts(
+    reasons: tuple[str, ...], force_score: float | None, honest: bool | None, usable: bool
+) -> None:
+    d = _diagnostics(reasons, force_score)
+    assert d.converged == (not reasons)
+    assert d.surrogate_honest is honest
+    assert d.usable == usable
+    assert d.reasons == reasons
+    assert len(d.surrogate_reasons) == (honest is False)
+    assert d.reasons_against_use == (*reasons, *d.surrogate_reasons)
 
 
 def test_leave_block_out_matches_the_exact_answer_of_a_normal_mean() -> None:

@@ -12,8 +12,12 @@ from matplotlib.colors import to_rgb
 from matplotlib.image import imread
 
 from calib.errors import InputError
-from calib.report import section
-from calib.report.section import revolved_picture, section_figure, write_figure, write_vtk
+from calib.report.deformed import revolved
+from calib.report.deformed.colours import field_colours
+from calib.report.deformed.cross_section import cross_section_figure
+from calib.report.deformed.paraview import write_vtk
+from calib.report.deformed.revolved import revolved_picture
+from calib.report.pictures import write_figure
 from models.fem import FiniteElements
 from models.fem.fields import fields_of
 from models.layers import Dielectric, Layer, LayeredDesign, Profile, cone, flat_punch, sphere
@@ -43,7 +47,7 @@ def words(figure):
 )
 def test_the_drawn_surface_touches_the_drawn_indenter_and_nowhere_enters_it(profile):
     solution = pressed(profile)
-    figure = section_figure(solution)
+    figure = cross_section_figure(solution)
     (outline,), (indenter,) = drawn(figure, "outline"), drawn(figure, "indenter")
     tip = np.min(indenter[1])
     assert tip == pytest.approx(1.85 - 0.4, abs=1e-9)
@@ -63,7 +67,7 @@ def test_the_drawn_surface_touches_the_drawn_indenter_and_nowhere_enters_it(prof
 
 def test_electrodes_and_interfaces_are_where_the_material_is():
     solution = pressed()
-    figure, fields = section_figure(solution), fields_of(solution)
+    figure, fields = cross_section_figure(solution), fields_of(solution)
     electrodes = drawn(figure, "electrode")
     assert len(electrodes) == 3  # the one between the two dielectrics is one line
     for line, height in zip(electrodes, (1.1e-3, 1.4e-3, 1.8e-3), strict=True):
@@ -78,7 +82,7 @@ def test_electrodes_and_interfaces_are_where_the_material_is():
 
 
 def test_words_and_numbers_of_a_figure():
-    figure = section_figure(pressed(), 0)
+    figure = cross_section_figure(pressed(), 0)
     response = pressed().response
     title = figure.axes[0].get_title(loc="left")
     assert title.startswith("indentation 0.200 mm, force ")
@@ -86,21 +90,21 @@ def test_words_and_numbers_of_a_figure():
     assert title.endswith(f"capacitance change +{100 * response.capacitance_change[0]:.2f} %")
     for text in ("padding, 0.2 MPa", "layer 2, 0.6 MPa", "skin, 1.2 MPa", "bonded base", "sphere, radius 2 mm"):
         assert text in words(figure)
-    assert "slippery base" in words(section_figure(pressed(base="slippery")))
+    assert "slippery base" in words(cross_section_figure(pressed(base="slippery")))
     assert figure.axes[1].get_xlabel() == "pressure (kPa)"
-    assert section_figure(pressed(modulus=60e6)).axes[1].get_xlabel() == "pressure (MPa)"
-    assert section_figure(pressed(), field="largest_stretch").axes[1].get_xlabel() == "largest principal stretch"
+    assert cross_section_figure(pressed(modulus=60e6)).axes[1].get_xlabel() == "pressure (MPa)"
+    assert cross_section_figure(pressed(), field="largest_stretch").axes[1].get_xlabel() == "largest principal stretch"
 
 
 def test_the_legend_names_what_can_be_seen():
     # Both interfaces lie under electrodes: seen only where the disc is shown beyond those.
     for radius, names in ((6e-3, ["electrode"]), (2.5e-3, ["electrode", "layer interface"])):
-        (legend,) = section_figure(pressed(radius=radius)).legends
+        (legend,) = cross_section_figure(pressed(radius=radius)).legends
         assert [t.get_text() for t in legend.get_texts()] == names
 
 
 def test_a_disc_much_wider_than_the_contact_is_shown_around_the_contact():
-    narrow, wide = section_figure(pressed(radius=2.5e-3)), section_figure(pressed(radius=15e-3))
+    narrow, wide = cross_section_figure(pressed(radius=2.5e-3)), cross_section_figure(pressed(radius=15e-3))
     assert narrow.axes[0].get_xlim()[1] > 2.5
     assert narrow.axes[0].get_xlabel() == "radius (mm)"
     edge = 1e3 * pressed(radius=15e-3).response.contact_radius[-1]
@@ -109,7 +113,7 @@ def test_a_disc_much_wider_than_the_contact_is_shown_around_the_contact():
 
 
 def test_a_figure_is_written_with_equal_axes_and_nothing_cut_off(tmp_path):
-    figure = section_figure(pressed(), field="thickness_stretch")
+    figure = cross_section_figure(pressed(), field="thickness_stretch")
     write_figure(figure, tmp_path / "section.png")
     assert (tmp_path / "section.png").read_bytes().startswith(b"\x89PNG")
     ax, renderer = figure.axes[0], FigureCanvasAgg(figure).get_renderer()
@@ -126,15 +130,15 @@ def test_a_figure_is_written_with_equal_axes_and_nothing_cut_off(tmp_path):
 
 
 def test_a_figure_of_the_stack_at_rest_can_be_drawn():
-    FigureCanvasAgg(section_figure(pressed(path=(0.0, 0.2e-3)), 0)).draw()
+    FigureCanvasAgg(cross_section_figure(pressed(path=(0.0, 0.2e-3)), 0)).draw()
 
 
 def test_a_field_a_step_or_a_name_that_is_not_there_is_refused(tmp_path):
     with pytest.raises(ValueError, match=r"there is no field 'stress'; there are pressure, thickness_stretch, largest_stretch"):
-        section_figure(pressed(), field="stress")
+        cross_section_figure(pressed(), field="stress")
     with pytest.raises(ValueError, match="there is no step 7"):
-        section_figure(pressed(), 7)
-    figure = section_figure(pressed())
+        cross_section_figure(pressed(), 7)
+    figure = cross_section_figure(pressed())
     with pytest.raises(InputError, match=r"ends in \.png, \.pdf or \.svg"):
         write_figure(figure, tmp_path / "section.bmp")
     with pytest.raises(InputError, match="does not exist"):
@@ -226,7 +230,7 @@ def test_a_machine_without_anything_to_draw_with_is_told_so(monkeypatch, tmp_pat
         pass
 
     monkeypatch.setattr(vtk, "vtkRenderWindow", vtkOSOpenGLRenderWindow)
-    monkeypatch.setattr(section, "find_library", lambda _: None)
+    monkeypatch.setattr(revolved, "find_library", lambda _: None)
     with pytest.raises(InputError, match="neither a display nor a library that draws without one"):
         revolved_picture(pressed(), -1, "pressure", tmp_path / "space.png")
     assert list(tmp_path.iterdir()) == []
@@ -241,7 +245,7 @@ def test_the_revolved_picture_shows_the_section_in_the_colours_of_the_field(tmp_
     picture = imread(tmp_path / "space.png")[..., :3]
     assert picture.shape[1] == 1800
     # The darkest colour of the scale, under the tip, and the grey of the base; white at the corners.
-    darkest = np.array(section._colours(-0.3, 1.0)(1.0)[:3])
+    darkest = np.array(field_colours(-0.3, 1.0)(1.0)[:3])
     for colour, share in ((darkest, 1e-4), (to_rgb("#b0b0b0"), 0.02)):
         assert np.mean(np.all(np.abs(picture - colour) < 0.1, axis=2)) > share
     np.testing.assert_array_equal(picture[0, 0], [1, 1, 1])

@@ -1,4 +1,4 @@
-"""From the observations of one lab file to a picture of what was understood of it."""
+"""The observations of one lab file in, a figure of what was understood of it out."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _CHANNELS = (
 
 @styled_figure
 def file_figure(obs: Observations) -> Figure:
-    """Force and capacitance over displacement (or what the file has), and every channel over time; rows by what they are.
+    """Draw what was understood of a lab file: its channels over each other and over time, coloured by what became of each row.
 
     Used rows are blue, other loading, unloading and holds have colours of their own, rows without a reading are left out.
     """

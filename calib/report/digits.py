@@ -1,0 +1,116 @@
+"""Numbers in, texts with as many digits as they deserve out."""
+
+from __future__ import annotations
+
+import math
+import re
+
+from models.sensor import FloatArray
+
+#: What stands where a number could not be computed.
+NOT_KNOWN = "not known"
+
+
+def with_uncertainty(mean: float, sd: float) -> str:
+    """Write a value with its standard deviation: two significant digits of that, and the value to the same place.
+
+    Parameters
+    ----------
+    mean : in whatever unit it is shown in.
+    sd : its standard deviation, in the same; 0 for none.
+
+    Returns
+    -------
+    str
+        Without the unit; "not known" if either is not finite.
+
+    Examples
+    --------
+    >>> with_uncertainty(0.61234, 0.01432), with_uncertainty(1234.5, 321.0), with_uncertainty(2.0, 0.0)
+    ('0.612 ± 0.014', '1230 ± 320', '2')
+    """
+    if not (math.isfinite(mean) and math.isfinite(sd)):
+        return NOT_KNOWN
+    if sd <= 0:
+        return f"{mean:.6g}"
+    places = 1 - math.floor(math.log10(sd))
+    if places < 0 or round(sd, places) >= 10.0 ** (2 - places):
+        places = 1 - math.floor(math.log10(round(sd, places)))
+    if places > 7 or places < -7:
+        return f"{mean:.6g} ± {sd:.2g}"
+    return f"{round(mean, places) + 0.0:.{max(places, 0)}f} ± {round(sd, places):.{max(places, 0)}f}"
+
+
+def interval_text(lo: float, hi: float) -> str:
+    """Write an interval with as many digits as its width deserves.
+
+    Parameters
+    ----------
+    lo, hi : its ends, in whatever unit they are shown in.
+
+    Returns
+    -------
+    str
+        Without the unit; "not known" if either is not finite.
+
+    Examples
+    --------
+    >>> interval_text(0.58912, 0.63551), interval_text(-2.0, 11.0)
+    ('0.589 to 0.636', '-2 to 11')
+    """
+    if not (math.isfinite(lo) and math.isfinite(hi)):
+        return NOT_KNOWN
+    width = hi - lo
+    places = min(max(1 - math.floor(math.log10(width)), 0), 9) if width > 0 else 6
+    return f"{lo:.{places}f} to {hi:.{places}f}"
+
+
+def median_and_interval(bands: FloatArray, unit: str) -> str:
+    """Write the median of a quantity and, in brackets, its central 90 %, with as many digits as its width deserves.
+
+    Parameters
+    ----------
+    bands : (5,), quantiles 5, 25, 50, 75 and 95 % in `unit`.
+    unit : as it is shown.
+
+    Returns
+    -------
+    str
+        "not known" if one of the three is not finite.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> median_and_interval(np.array([3.52, 3.7, 3.81, 3.9, 4.13]), "mN")
+    '3.81 mN (3.52 to 4.13)'
+    """
+    lo, middle, hi = (float(v) for v in bands[[0, 2, 4]])
+    if not all(math.isfinite(v) for v in (lo, middle, hi)):
+        return NOT_KNOWN
+    places = min(max(2 - math.floor(math.log10(max(hi - lo, 1e-3 * abs(middle), 1e-9))), 0), 6) - 1
+    return f"{middle:.{max(places, 0)}f} {unit} ({lo:.{max(places, 0)}f} to {hi:.{max(places, 0)}f})"
+
+
+def number_or_unknown(value: float, form: str) -> str:
+    """Write a number in a format such as ".3f".
+
+    Parameters
+    ----------
+    value : the number.
+    form : format specification of Python.
+
+    Returns
+    -------
+    str
+        "not known" if it is not finite.
+    """
+    return format(value, form) if math.isfinite(value) else NOT_KNOWN
+
+
+def shortened(text: str) -> str:
+    """A text with the long numbers in it cut to four significant digits.
+
+    >>> shortened("normal, mean 0.7400001 mm, sd 0.02 mm")
+    'normal, mean 0.74 mm, sd 0.02 mm'
+    """
+    return re.sub(r"\d+\.\d{3,}", lambda found: f"{float(found[0]):.4g}", text)

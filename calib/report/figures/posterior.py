@@ -1,0 +1,166 @@
+"""A posterior in, figures of its draws out: ridges between parameters, traces of the chains, priors beside posteriors."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from calib.catalogue import QUANTITIES
+from calib.report.style import BLUE, ENSEMBLE_COLOURS, GREY, styled_figure
+from calib.sampling import Posterior
+from models.sensor import FloatArray
+
+
+@styled_figure
+def corner_figure(posterior: Posterior) -> Figure:
+    """Draw every pair of the shared material parameters and the thicknesses of the first specimen (a corner plot)."""
+    import corner
+
+    wanted = (
+        "young_modulus",
+        "padding_young_modulus",
+        "stiffening",
+        "relative_permittivity",
+        "electrode_radius",
+        "machine_compliance",
+    )
+    first = posterior.experiment.specimens[0].name
+    thickness = ("sensor_thickness", "padding_thickness", "dielectric_thickness")
+    flat = posterior.draws.reshape(-1, len(posterior.parameters))
+    columns = [
+        i
+        for i, p in enumerate(posterior.parameters)
+        if (p.parameter in wanted or (p.parameter in thickness and p.specimen == first)) and np.ptp(flat[:, i]) > 0
+    ]
+    rows = [QUANTITIES[posterior.parameters[i].parameter] for i in columns]
+    shown = flat[:, columns] * np.array([r.display_scale for r in rows])
+    n = len(columns)
+    fig = Figure(figsize=(1.25 * n + 1.2, 1.25 * n + 1.2))
+    if n == 0:
+        return fig
+    labels = [_axis_label(r.name, "") for r in rows]
+    spread = np.quantile(shown, [0.002, 0.998], axis=0)
+    pad = 0.05 * np.maximum(spread[1] - spread[0], 1e-12 * np.abs(spread[1]) + 1e-300)
+    corner.corner(
+        shown,
+        fig=fig,
+        labels=labels,
+        range=list(zip(spread[0] - pad, spread[1] + pad, strict=True)),
+        color=BLUE,
+        bins=28,
+        smooth=1.0,
+        smooth1d=None,
+        levels=(0.5, 0.9),
+        plot_datapoints=False,
+        plot_density=False,
+        fill_contours=True,
+        max_n_ticks=3,
+        hist_kwargs={"histtype": "stepfilled", "alpha": 0.35, "color": BLUE},
+        label_kwargs={"fontsize": 9},
+        labelpad=0.1,
+    )
+    fig.subplots_adjust(left=0.14, bottom=0.14, right=0.99, top=0.99)
+    for ax in fig.axes:
+        ax.grid(False)
+        ax.tick_params(labelsize=7.5)
+    return fig
+
+
+@styled_figure
+def trace_figure(posterior: Posterior, names: Sequence[str]) -> Figure:
+    """Draw the way of the chains of some parameters and their ranks: every ensemble must tell the same story.
+
+    Left: median and central 80 % of each ensemble's walkers, step by step; converged ensembles lie over each other and do not
+    drift. Right: share of each ensemble's draws in twenty equal slices of the pooled ranks, over its expectation; converged
+    ensembles stay near one (Vehtari et al., Bayesian Analysis 16 (2021) 667, rank plots).
+
+    Parameters
+    ----------
+    posterior : with the draws of every ensemble.
+    names : of the parameters, one row each.
+    """
+    n = len(names)
+    fig = Figure(figsize=(7.6, 0.35 + 1.15 * n), layout="constrained")
+    axes = fig.subplots(n, 2, squeeze=False, gridspec_kw={"width_ratios": [2.2, 1]})
+    index = [p.name for p in posterior.parameters]
+    for row, name in enumerate(names):
+        info = posterior.parameters[index.index(name)]
+        scale = QUANTITIES[info.parameter].display_scale
+        values = posterior.draws[:, :, index.index(name)] * scale
+        _trace(axes[row, 0], values, posterior.n_walkers)
+        _ranks(axes[row, 1], values)
+        axes[row, 0].set_ylabel(_axis_label(info.parameter, info.specimen))
+    axes[0, 0].set_title("trace")
+    axes[0, 1].set_title("ranks / expected")
+    axes[-1, 0].set_xlabel("kept step")
+    axes[-1, 1].set_xlabel("pooled rank")
+    return fig
+
+
+@styled_figure
+def prior_figure(posterior: Posterior) -> Figure:
+    """Draw what was believed before (grey line) and after the data (blue) of every parameter."""
+    n = len(posterior.parameters)
+    columns = min(4, n)
+    rows = -(-n // columns)
+    fig = Figure(figsize=(9.4, 1.55 * rows + 0.2), layout="constrained")
+    axes = np.atleast_1d(np.asarray(fig.subplots(rows, columns, squeeze=False))).ravel()
+    for ax, info, i in zip(axes, posterior.parameters, range(n), strict=False):
+        scale = QUANTITIES[info.parameter].display_scale
+        draws = posterior.draws[:, :, i].ravel() * scale
+        z = np.linspace(-3.2, 3.2, 241)
+        x = np.asarray(info.prior.ppf_normal(z), dtype=float) * scale
+        dx = np.gradient(x, z)
+        inside = dx > 1e-9 * np.max(dx)
+        density = np.exp(-0.5 * z[inside] ** 2) / np.sqrt(2 * np.pi) / dx[inside]
+        lo, hi = np.asarray(info.prior.ppf_normal(np.array([-1.96, 1.96])), dtype=float) * scale
+        tails = np.quantile(draws, [0.001, 0.999])
+        lo, hi = min(lo, tails[0]), max(hi, tails[1])
+        height, edges = np.histogram(draws, np.linspace(lo, hi, 61), density=True)
+        ax.stairs(height, edges, fill=True, color=BLUE, alpha=0.55, lw=0)
+        ax.plot(x[inside], density, color=GREY, lw=1.2)
+        ax.set_xlim(lo, hi)
+        ax.set_yticks([])
+        ax.spines["left"].set_visible(False)
+        ax.grid(False)
+        ax.locator_params(axis="x", nbins=4)
+        ax.set_title(_axis_label(info.parameter, info.specimen), fontsize=8.5, fontweight="normal")
+    for ax in axes[n:]:
+        ax.set_axis_off()
+    return fig
+
+
+def _trace(ax: Axes, values: FloatArray, n_walkers: int) -> None:
+    walkers = n_walkers if values.shape[1] >= 2 * n_walkers else 1
+    steps = values.shape[1] // walkers
+    for i, ensemble in enumerate(values[:, : steps * walkers].reshape(values.shape[0], steps, walkers)):
+        colour = ENSEMBLE_COLOURS[i % len(ENSEMBLE_COLOURS)]
+        lo, middle, hi = np.quantile(ensemble, [0.1, 0.5, 0.9], axis=1)
+        x = np.arange(1, steps + 1)
+        if walkers > 1:
+            ax.fill_between(x, lo, hi, color=colour, alpha=0.12, lw=0)
+        ax.plot(x, middle, color=colour, lw=0.9)
+    ax.locator_params(axis="y", nbins=4)
+
+
+def _ranks(ax: Axes, values: FloatArray, n_slice: int = 20) -> None:
+    flat = values.ravel()
+    rank = np.argsort(np.argsort(flat, kind="stable"), kind="stable").reshape(values.shape) / flat.size
+    edges = np.linspace(0, 1, n_slice + 1)
+    for i, row in enumerate(rank):
+        count = np.histogram(row, edges)[0] * n_slice / row.size
+        ax.stairs(count, edges, color=ENSEMBLE_COLOURS[i % len(ENSEMBLE_COLOURS)], lw=1.0, baseline=None)
+    ax.axhline(1, color=GREY, lw=0.7)
+    ax.set_ylim(bottom=0)
+    ax.locator_params(axis="y", nbins=4)
+
+
+def _axis_label(parameter: str, specimen: str) -> str:
+    row = QUANTITIES[parameter]
+    base, _, index = row.symbol.partition("_")
+    symbol = f"${base}_{{{index}}}$" if index else f"${base}$"
+    unit = f" ({row.display_unit})" if row.display_unit else ""
+    return f"{symbol}{unit}, {specimen}" if specimen else f"{symbol}{unit}"

@@ -1,0 +1,145 @@
+"""A posterior in, the lines of its table of parameters in the units and words that people read out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from markupsafe import Markup
+
+from calib.catalogue import QUANTITIES, UNKNOWNS, UnknownName
+from calib.report.digits import interval_text, number_or_unknown, shortened, with_uncertainty
+from calib.sampling import PRIOR_CONFLICT, Posterior
+
+#: A parameter whose prior lost less than this share of its variance is called prior-driven.
+PRIOR_DRIVEN = 0.1
+PRIOR_DRIVEN_WORDS = "prior-driven"
+#: What a parameter is called that the data pull far away from its prior.
+AGAINST_PRIOR_WORDS = "against its prior"
+#: A parameter whose prior lost more than this share of its variance is called settled by the data.
+SETTLED = 0.9
+
+#: Parameters of the sensor, which are asked for; the others are of the rig and of the noise.
+SENSOR_PARAMETERS = (
+    "young_modulus",
+    "padding_young_modulus",
+    "stiffening",
+    "relative_permittivity",
+    "sensor_thickness",
+    "padding_thickness",
+    "dielectric_thickness",
+    "electrode_radius",
+)
+
+
+@dataclass(frozen=True)
+class ParameterRow:
+    """One parameter, ready to print.
+
+    Attributes
+    ----------
+    name : as in files; parameter : without specimen and sweep; where : those, "" if it is shared by all.
+    label, symbol : what it is called.
+    prior, origin, reason : what was believed before, where that was said, and why, if it is a default.
+    value, interval, unit : mean with standard deviation, and central 90 %, in the unit of display.
+    contraction : share of the prior's variance that the data took away; learned : the same in words.
+    r_hat, ess_bulk, ess_tail : of the chains; r_hat_met, ess_met : whether the run's gate was met.
+    """
+
+    name: str
+    parameter: str
+    label: str
+    symbol: Markup
+    where: str
+    prior: str
+    origin: str
+    reason: str
+    value: str
+    unit: str
+    interval: str
+    contraction: float
+    learned: str
+    r_hat: str
+    ess_bulk: str
+    ess_tail: str
+    r_hat_met: bool
+    ess_met: bool
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether its value is not what the measurement says: it is its prior's, or contradicts it."""
+        return self.learned in (PRIOR_DRIVEN_WORDS, AGAINST_PRIOR_WORDS)
+
+
+def parameter_rows(posterior: Posterior) -> list[ParameterRow]:
+    """The table of parameters, in the order of the posterior's."""
+    gate = posterior.diagnostics.gate
+    rows = []
+    for info in posterior.parameters:
+        s = posterior.diagnostics.parameters[info.name]
+        p = QUANTITIES[info.parameter]
+        k = p.display_scale
+        lo, hi = s.interval_90
+        rows.append(
+            ParameterRow(
+                name=info.name,
+                parameter=info.parameter,
+                label=p.label,
+                symbol=_html_symbol(p.symbol),
+                where=", ".join(w for w in (info.specimen, info.sweep) if w),
+                prior=shortened(info.prior.describe(info.parameter)),
+                origin=info.origin,
+                reason=UNKNOWNS[info.parameter].reason if info.origin.startswith("default") else "",
+                value=with_uncertainty(s.mean * k, s.sd * k),
+                unit=p.display_unit,
+                interval=interval_text(lo * k, hi * k),
+                contraction=s.prior_contraction,
+                learned=learned_in_words(s.prior_contraction, s.prior_shift),
+                r_hat=number_or_unknown(s.r_hat, ".3f"),
+                ess_bulk=number_or_unknown(s.ess_bulk, ".0f"),
+                ess_tail=number_or_unknown(s.ess_tail, ".0f"),
+                r_hat_met=s.r_hat < gate.r_hat,
+                ess_met=min(s.ess_bulk, s.ess_tail) > gate.ess,
+            )
+        )
+    return rows
+
+
+def learned_in_words(contraction: float, shift: float) -> str:
+    """Say what the data did to a prior.
+
+    Parameters
+    ----------
+    contraction : share of the prior's variance that the data took away [1].
+    shift : how far they pulled it, in its standard deviations [1].
+
+    Returns
+    -------
+    str
+        Two to four words.
+
+    Examples
+    --------
+    >>> learned_in_words(0.05, 0.1), learned_in_words(0.5, 0.1), learned_in_words(0.97, 0.1)
+    ('prior-driven', 'moved by the data', 'settled by the data')
+    >>> learned_in_words(0.05, 1.5), learned_in_words(0.5, -4.0)
+    ('moved by the data', 'against its prior')
+    """
+    if abs(shift) > PRIOR_CONFLICT:
+        return AGAINST_PRIOR_WORDS
+    if contraction < PRIOR_DRIVEN and abs(shift) < 1:
+        return PRIOR_DRIVEN_WORDS
+    return "settled by the data" if contraction > SETTLED else "moved by the data"
+
+
+def label_of(name: str) -> str:
+    """What people call the parameter of that name.
+
+    >>> label_of("sensor_thickness[sensor 1]")
+    'sensor thickness (sensor 1)'
+    """
+    return UnknownName.parse(name).label
+
+
+def _html_symbol(symbol: str) -> Markup:
+    base, _, index = symbol.partition("_")
+    return Markup(f"<i>{base}</i><sub>{index}</sub>") if index else Markup(f"<i>{base}</i>")

@@ -1,0 +1,26 @@
+"""The results of a calibration in, the sections of its report in their order out; knows no page.
+
+A section is a module in this folder and a template in `calib/report/templates`; nothing else has to be told of it. The module
+has a number `ORDER`, its place among the others, and a function `section(results) -> Section | None`, None where it has nothing
+to say.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from pkgutil import iter_modules
+from types import ModuleType
+
+from calib.report.section import Results, Section
+
+
+def section_modules() -> list[ModuleType]:
+    """The modules of this folder, in the order of their sections."""
+    found = [import_module(f"{__name__}.{module.name}") for module in iter_modules(__path__)]
+    return sorted(found, key=lambda module: int(module.ORDER))
+
+
+def sections_of(results: Results) -> list[Section]:
+    """The sections that apply, in their order."""
+    made = (module.section(results) for module in section_modules())
+    return [section for section in made if section is not None]

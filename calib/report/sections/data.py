@@ -1,0 +1,12 @@
+"""The lab files with their hashes, and what was left out of them."""
+
+from __future__ import annotations
+
+from calib.report.section import Results, Section
+
+ORDER = 80
+
+
+def section(results: Results) -> Section:
+    """The files sweep by sweep."""
+    return Section("data", "Data", "Data", "data.html.j2", {"sweeps": results.posterior.sweeps})

@@ -1,0 +1,114 @@
+"""What the numbers take for granted: the choices of model, contact and data that no uncertainty holds."""
+
+from __future__ import annotations
+
+from calib.experiment import Experiment, MaterialLaw
+from calib.report.section import Results, Section
+from calib.sampling import Posterior
+
+ORDER = 70
+
+#: What each law of sensor and padding takes for granted, as heading and text.
+LIMITS_OF_LAWS: dict[MaterialLaw, tuple[str, str]] = {
+    "neo-hookean": (
+        "Neo-Hookean, nearly incompressible silicone",
+        "One modulus describes a layer; stiffening at large strain is not modelled.",
+    ),
+    "gent": (
+        "Gent's law, nearly incompressible silicone",
+        "A modulus and a stiffening at large strain describe a layer, the stiffening the same in sensor and padding; "
+        "stiffening of another shape than Gent's is not modelled.",
+    ),
+}
+
+
+def section(results: Results) -> Section:
+    """The limits as a list."""
+    return Section(
+        "limits", "What the numbers take for granted", "Limits", "limits.html.j2", {"limits": limits(results.posterior)}
+    )
+
+
+def limits(posterior: Posterior) -> list[tuple[str, str]]:
+    """What the numbers of this posterior take for granted, as (heading, text)."""
+    e = posterior.experiment
+    unknown = {p.parameter for p in posterior.parameters} | {n.split("[")[0] for n in posterior.fixed}
+    return [
+        (
+            "The base is taken as bonded",
+            "Sensor and padding are modelled as stuck to each other and to the rigid finger. This choice outweighs all noise: "
+            "on a slippery base the same curve would mean about 1.9 times the Young's modulus.",
+        ),
+        _contact(e),
+        (
+            "Only the loading branch is used",
+            "The material is elastic in the model: no hysteresis, no rate, no creep. Unloading and holds are not fitted.",
+        ),
+        (
+            "Fringe fields are left out",
+            "The capacitance is that of thin deformed rings between the electrodes; stray fields at the rim are not in it, a "
+            "constant one goes into the parasitic capacitance.",
+        ),
+        LIMITS_OF_LAWS[e.law],
+        _padding_material(e),
+        *_derived(e, unknown),
+        *_model(e),
+    ]
+
+
+def _contact(e: Experiment) -> tuple[str, str]:
+    if e.stick:
+        return (
+            "The ball is taken as sticking",
+            "The sensor does not slip on the ball at all; less friction would make it softer.",
+        )
+    return "Friction is left out", "The ball slides freely on the sensor; friction would make it a little stiffer."
+
+
+def _padding_material(e: Experiment) -> tuple[str, str]:
+    if e.padding_material == "sensor":
+        return "One silicone for sensor and padding", "Both have the same Young's modulus, as the experiment file says."
+    return "Padding of its own material", "Its modulus is a parameter of its own; it trades off against the sensor's."
+
+
+def _derived(e: Experiment, unknown: set[str]) -> list[tuple[str, str]]:
+    """What was derived because the experiment does not name it."""
+    found = []
+    if "dielectric_thickness" not in unknown:
+        found.append(
+            (
+                "Dielectric thickness is derived",
+                "No dielectric_thickness was given, so each dielectric is half the sensor. Electrodes and covers would make it "
+                "thinner, and the permittivity absorbs the difference.",
+            )
+        )
+    if "electrode_radius" not in unknown:
+        found.append(
+            (
+                "Electrode radius is the disc radius",
+                f"No electrode_radius was given, so the electrodes fill the disc ({e.sensor_radius * 1e3:g} mm). The "
+                "capacitance change depends on it as much as on the modulus.",
+            )
+        )
+    return found
+
+
+def _model(e: Experiment) -> list[tuple[str, str]]:
+    """What was switched off, or taken for a first look."""
+    found = []
+    if e.discrepancy == "off":
+        found.append(
+            (
+                "Discrepancy is switched off",
+                "Residuals are taken as independent noise. If they drift along the sweep, these uncertainties are too small.",
+            )
+        )
+    if e.model == "closed form":
+        found.append(
+            (
+                "The model is the closed form",
+                "Hertz with a bonded-layer factor and a plate capacitance: good for a first look, wrong by a factor of up to "
+                "two in the capacitance change. Use the surrogate or finite elements for numbers to build on.",
+            )
+        )
+    return found

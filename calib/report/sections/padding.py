@@ -1,0 +1,44 @@
+"""Which padding to build next, if that was asked."""
+
+from __future__ import annotations
+
+from calib.decision import Recommendation, percent
+from calib.report.digits import median_and_interval
+from calib.report.figures.padding import padding_figure
+from calib.report.pictures import picture
+from calib.report.section import Results, Section
+
+ORDER = 50
+
+
+def section(results: Results) -> Section | None:
+    """The recommendation with its figure."""
+    r = results.recommendation
+    if r is None:
+        return None
+    known = results.posterior_sha256 and r.posterior_sha256
+    context = {
+        "recommendation": r,
+        "stale": bool(known) and r.posterior_sha256 != results.posterior_sha256,
+        "rows": _rows(r),
+        "percent": percent(r.best_probability),
+        "picture": picture(
+            padding_figure(r),
+            "Capacitance change against padding thickness with its uncertainty",
+            "Bands hold 50 % and 90 % of the draws. Green: the recommended thickness and those that are as good with a "
+            "probability of at least 80 %. Hatched: outside what the model covers.",
+        ),
+    }
+    return Section("padding", "What padding to build next", "Padding", "padding.html.j2", context)
+
+
+def _rows(r: Recommendation) -> list[tuple[str, str, str]]:
+    return [
+        ("capacitance change", median_and_interval(r.change_at_best * 100, "%"), f"at {r.requirement.force:g} N"),
+        ("indentation", median_and_interval(r.depth_at_best * 1e3, "mm"), "how far the ball sinks in: the softness one feels"),
+        (
+            "force resolution",
+            median_and_interval(r.resolution_at_best * 1e3, "mN"),
+            "noise of one capacitance reading over dC/dF",
+        ),
+    ]

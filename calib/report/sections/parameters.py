@@ -1,0 +1,35 @@
+"""Every parameter before and after the data, and the ridges between them."""
+
+from __future__ import annotations
+
+from calib.catalogue import display
+from calib.report.figures.posterior import corner_figure, prior_figure
+from calib.report.pictures import picture
+from calib.report.rows import PRIOR_DRIVEN_WORDS, label_of, parameter_rows
+from calib.report.section import Results, Section
+
+ORDER = 20
+
+
+def section(results: Results) -> Section:
+    """The table of parameters with its figures."""
+    posterior = results.posterior
+    rows = parameter_rows(posterior)
+    context = {
+        "rows": rows,
+        "prior_driven": any(r.learned == PRIOR_DRIVEN_WORDS for r in rows),
+        "fixed": [(label_of(name), display(name.split("[")[0], value)) for name, value in posterior.fixed.items()],
+        "prior_picture": picture(
+            prior_figure(posterior),
+            "Prior and posterior density of every parameter",
+            "Grey: what was assumed. Blue: what is left after the data. Where the two coincide the data said nothing.",
+        ),
+        "corner_picture": picture(
+            corner_figure(posterior),
+            "Pairwise posterior of the material parameters and of the thicknesses of the first specimen",
+            "Contours hold 50 % and 90 % of the draws. A narrow slanted shape is a ridge: the data know a combination "
+            "of the two well, not each of them.",
+            vector=False,
+        ),
+    }
+    return Section("parameters", "Parameters", "Parameters", "parameters.html.j2", context)

@@ -1,0 +1,47 @@
+"""The data of every sweep beside what the model says under the posterior, with residuals."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from calib.checks import Prediction
+from calib.report.figures.predictive import change_figure, channel_figure
+from calib.report.pictures import Picture, picture
+from calib.report.section import Results, Section
+
+ORDER = 40
+
+
+def section(results: Results) -> Section:
+    """Pictures and checks sweep by sweep."""
+    context = {"sweeps": [_part(p) for p in results.predictions], "change": _change_picture(results.predictions)}
+    return Section("sweeps", "Data and model", "Data and model", "predictive.html.j2", context)
+
+
+@dataclass(frozen=True)
+class SweepPart:
+    """One sweep: its pictures, and of each channel name, check in words, and whether that passed."""
+
+    title: str
+    pictures: tuple[Picture, ...]
+    checks: tuple[tuple[str, str, bool], ...]
+
+
+def _part(p: Prediction) -> SweepPart:
+    pictures, checks = [], []
+    for kind, channel in p.channels.items():
+        caption = f"{p.title}: {kind} as read, and residuals in units of the predicted standard deviation."
+        pictures.append(picture(channel_figure(p, kind), f"{kind} of {p.title}: data, model and residuals", caption))
+        checks.append((kind, channel.check.in_words, channel.check.passed))
+    return SweepPart(f"{p.title} (ball of {p.indenter_radius * 1e3:g} mm radius)", tuple(pictures), tuple(checks))
+
+
+def _change_picture(predictions: Sequence[Prediction]) -> Picture | None:
+    if all(p.change is None for p in predictions):
+        return None
+    return picture(
+        change_figure(predictions),
+        "Capacitance change against force of all specimens",
+        "Capacitance change against true force, freed of load zero and parasitic capacitance. Band: 90 % of the model curve.",
+    )

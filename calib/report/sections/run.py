@@ -1,0 +1,48 @@
+"""How the run was made: command, seed, versions, hashes."""
+
+from __future__ import annotations
+
+from calib.report.section import Results, Section
+from calib.sampling import Posterior
+
+ORDER = 90
+
+
+def section(results: Results) -> Section:
+    """The facts as a list."""
+    facts = run_facts(results.posterior, results.posterior_sha256)
+    return Section("run", "How this was made", "Run", "run.html.j2", {"facts": facts})
+
+
+def run_facts(posterior: Posterior, posterior_sha256: str = "") -> list[tuple[str, str]]:
+    """Say how a run was made, so that it can be made again.
+
+    Parameters
+    ----------
+    posterior : the result, with the texts kept with it.
+    posterior_sha256 : hash of its file; "" if it is not kept.
+
+    Returns
+    -------
+    list of (str, str)
+        Name and value of each fact.
+    """
+    n_ensemble, n_draw, _ = posterior.draws.shape
+    d = posterior.diagnostics
+    facts = [
+        ("forward model", posterior.forward_name),
+        ("sensor and padding", f"law: {posterior.experiment.law}"),
+        ("ball", "sticking" if posterior.experiment.stick else "without friction"),
+        ("sampling", f"{n_ensemble} independent ensembles of {posterior.n_walkers} walkers, {n_ensemble * n_draw} draws kept"),
+        (
+            "chains",
+            f"{d.steps} steps of each walker, the first {d.burn_in} discarded, every {d.thin}. kept; share of accepted steps "
+            + ", ".join(f"{a:.2f}" for a in d.acceptance_fraction),
+        ),
+        ("seed", str(posterior.seed)),
+        ("experiment file", f"{posterior.experiment.file_name} (sha256 {posterior.experiment.sha256})"),
+    ]
+    if posterior_sha256:
+        facts.append(("posterior.nc", f"sha256 {posterior_sha256}"))
+    facts += [(k.replace("_", " "), v) for k, v in posterior.attrs.items() if len(v) < 2000]
+    return facts
