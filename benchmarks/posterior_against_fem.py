@@ -31,7 +31,8 @@ from calib.experiment.plan import read_experiment
 from calib.lab.sweep import make_sweep
 from calib.problem.likelihood import Problem, build_problem
 from calib.problem.measurement import model_sweep
-from calib.sampling.posterior import Posterior, sample, thin_draws
+from calib.sampling.posterior import Posterior, thin_draws
+from calib.sampling.sampler import sample
 from models.fem import FiniteElements
 from models.response import Response
 from models.sensor import Design, FloatArray, design_from

@@ -154,7 +154,7 @@ def load_run(run: Path) -> tuple[Posterior, Forward]:
     InputError
         If there is no finished run, or the surrogate file it was made with is gone.
     """
-    from calib.sampling.posterior import load_posterior
+    from calib.sampling.storage import load_posterior
 
     path = run / "posterior.nc"
     if not path.is_file():

@@ -37,7 +37,8 @@ if TYPE_CHECKING:
     from calib.decision.padding import Recommendation
     from calib.experiment.plan import Experiment
     from calib.lab.sweep import Sweep
-    from calib.sampling.posterior import Posterior, Progress
+    from calib.sampling.posterior import Posterior
+    from calib.sampling.sampler import Progress
     from models.response import Forward
 
 _DEFAULT_SEED = 1
@@ -84,7 +85,8 @@ def calibrate(
         from calib.checks.spotcheck import with_spot_check
         from calib.experiment.plan import read_experiment
         from calib.problem.likelihood import build_problem
-        from calib.sampling.posterior import sample, save_posterior
+        from calib.sampling.sampler import sample
+        from calib.sampling.storage import save_posterior
 
         _check_output(output, resume)
         plan = read_experiment(experiment)
@@ -133,7 +135,7 @@ def calibrate(
                     )
             except KeyboardInterrupt:
                 stopped = True
-        save_posterior(posterior, output / "posterior.nc")
+        save_posterior(posterior, output / "posterior.nc", forward)
         _write_results(output, posterior, forward)
         _say(output, posterior)
         if stopped:

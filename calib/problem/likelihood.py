@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -25,9 +26,11 @@ __all__ = [
     "SweepModel",
     "block_names",
     "build_problem",
+    "given_other_points",
     "log_likelihood",
     "log_likelihood_at",
     "log_likelihood_blocks",
+    "log_likelihood_points",
     "log_posterior",
     "named_values",
     "physical",
@@ -68,13 +71,27 @@ class Problem:
 # --- values of the unknowns ---------------------------------------------------------------------------------------------
 
 
-def physical(problem: Problem, theta: FloatArray) -> FloatArray:
+class Unknowns(Protocol):
+    """What has unknowns with their priors: a `Problem` or a `Posterior`."""
+
+    @property
+    def parameters(self) -> tuple[ParameterInfo, ...]:
+        """The unknowns, in the order of theta."""
+        ...
+
+    @property
+    def fixed(self) -> Mapping[str, float]:
+        """What a prior fixed."""
+        ...
+
+
+def physical(problem: Unknowns, theta: FloatArray) -> FloatArray:
     """SI values (n_draw, n_parameter) at standard-normal coordinates `theta` of the same shape."""
     columns = [p.prior.ppf_normal(theta[:, k]) for k, p in enumerate(problem.parameters)]
     return np.stack(columns, axis=1) if columns else np.empty(theta.shape)
 
 
-def named_values(problem: Problem, theta: FloatArray) -> dict[str, FloatArray]:
+def named_values(problem: Unknowns, theta: FloatArray) -> dict[str, FloatArray]:
     """Parameter name -> SI values (n_draw,), fixed ones included."""
     values = {p.name: p.prior.ppf_normal(theta[:, k]) for k, p in enumerate(problem.parameters)}
     return values | {name: np.full(theta.shape[0], value) for name, value in problem.fixed.items()}
@@ -139,6 +156,39 @@ def log_likelihood_blocks(problem: Problem, theta: FloatArray) -> FloatArray:
     return np.concatenate(columns, axis=1)
 
 
+def given_other_points(channel: Channel) -> tuple[FloatArray, FloatArray]:
+    """What each point of a channel should read if all its other points are known: mean and variance, (n_covered, n_point).
+
+    With Q the inverse of the covariance (4) and r the residuals it is normal with mean y_i - (Q r)_i / Q_ii and variance
+    1 / Q_ii (Buerkner, Gabry, Vehtari, Comput. Stat. 36 (2021) 1243, Eq. 10-13).
+
+    Returns
+    -------
+    mean, variance : SI; nan where Q_ii is lost in rounding, as in `_log_normal`.
+    """
+    scale = np.sqrt(channel.variance)
+    residual = (channel.observed - channel.mean) / scale
+    modes = channel.modes / scale[..., None]
+    across = np.swapaxes(modes, 1, 2)
+    # Woodbury, in units of the noise: Q = 1 - W (1 + W^T W)^-1 W^T.
+    gain = _solve(np.eye(modes.shape[-1]) + np.matmul(across, modes), across)
+    q = 1 - np.sum(modes * np.swapaxes(gain, 1, 2), axis=-1)
+    q = np.where(q > 0, q, np.nan)
+    weighted = residual - np.matmul(modes, np.matmul(gain, residual[..., None]))[..., 0]
+    return channel.observed - scale * weighted / q, channel.variance / q
+
+
+def log_likelihood_points(channel: Channel) -> FloatArray:
+    """Log density of each point of a channel given all its other points and the draw, (n_covered, n_point).
+
+    log p(y_i | y_-i, theta), what leave-one-out needs where residuals are correlated, see `given_other_points`: blocks of one
+    point of `log_likelihood_blocks`. -inf where rounding leaves nothing of it.
+    """
+    mean, variance = given_other_points(channel)
+    density = -0.5 * ((channel.observed - mean) ** 2 / variance + np.log(variance) + _LOG_2_PI)
+    return np.where(np.isfinite(density), density, -np.inf)
+
+
 def block_names(problem: Problem) -> tuple[str, ...]:
     """Names of the blocks of `log_likelihood_blocks`: specimen, sweep, channel and number."""
     names = []
@@ -192,6 +242,17 @@ def _cholesky_diagonal(matrices: FloatArray) -> FloatArray:
             return np.full(matrices.shape[:2], np.inf)
         half = len(matrices) // 2
         return np.concatenate([_cholesky_diagonal(matrices[:half]), _cholesky_diagonal(matrices[half:])])
+
+
+def _solve(matrices: FloatArray, right: FloatArray) -> FloatArray:
+    """Solutions (n, k, m) of systems (n, k, k) with right sides (n, k, m); nan for one whose matrix is singular."""
+    try:
+        return np.linalg.solve(matrices, right)
+    except np.linalg.LinAlgError:
+        if len(matrices) == 1:
+            return np.full(right.shape, np.nan)
+        half = len(matrices) // 2
+        return np.concatenate([_solve(matrices[:half], right[:half]), _solve(matrices[half:], right[half:])])
 
 
 def _log_normal_blocks(channel: Channel) -> FloatArray:

@@ -20,7 +20,8 @@ from calib.report.page import gates
 from calib.report.summary import summary_json
 from calib.sampling.archive import smooth_weights
 from calib.sampling.diagnostics import Reweighting, Shift, diagnostics_from_json, diagnostics_to_json
-from calib.sampling.posterior import Posterior, load_posterior, save_posterior, thin_draws
+from calib.sampling.posterior import Posterior, thin_draws
+from calib.sampling.storage import load_posterior, save_posterior
 from models.analytic import ClosedForm
 from models.fem import ConvergenceError, FiniteElements
 from models.response import Forward, Response
@@ -308,7 +309,7 @@ def _calibrate(lab: Path, model: str, n: int) -> tuple[int, str, str]:
 def test_calibrate_reweights_if_asked_and_says_so(
     lab: Path, make_posterior: MakePosterior, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("calib.sampling.posterior.sample", lambda *_, **__: make_posterior(n_specimen=1))
+    monkeypatch.setattr("calib.sampling.sampler.sample", lambda *_, **__: make_posterior(n_specimen=1))
     monkeypatch.setattr("calib.checks.spotcheck.with_spot_check", lambda posterior, forward: posterior)
     monkeypatch.setattr(FiniteElements, "respond", lambda self, design, depth: ClosedForm().respond(design, depth))
     monkeypatch.setattr(FiniteElements, "max_depth", lambda self, design: ClosedForm().max_depth(design))
@@ -326,7 +327,7 @@ def test_stopping_the_reweighting_leaves_the_rest_written(
     def stopped(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("calib.sampling.posterior.sample", lambda *_, **__: make_posterior(n_specimen=1))
+    monkeypatch.setattr("calib.sampling.sampler.sample", lambda *_, **__: make_posterior(n_specimen=1))
     monkeypatch.setattr("calib.checks.spotcheck.with_spot_check", lambda posterior, forward: posterior)
     monkeypatch.setattr("calib.checks.reweight.reweight", stopped)
     code, _, told = _calibrate(lab, "closed form", 30)

@@ -143,7 +143,7 @@ def test_resumed_run_goes_on_with_its_seed(finished: tuple[Path, Result]) -> Non
 def test_converged_calibration_exits_with_0(
     lab: Path, make_posterior: Callable[..., Posterior], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("calib.sampling.posterior.sample", lambda *_, **__: make_posterior(n_specimen=1))
+    monkeypatch.setattr("calib.sampling.sampler.sample", lambda *_, **__: make_posterior(n_specimen=1))
     result = _run("calibrate", lab / "experiment.toml", "-o", lab / "run")
     assert result.exit_code == 0, result.output
     assert json.loads((lab / "run" / "summary.json").read_text())["converged"] is True
@@ -154,7 +154,7 @@ def test_stopping_from_the_keyboard_keeps_the_run_and_says_how_to_go_on(lab: Pat
     def stopped(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("calib.sampling.posterior.sample", stopped)
+    monkeypatch.setattr("calib.sampling.sampler.sample", stopped)
     result = _run("calibrate", lab / "experiment.toml", "-o", lab / "run", "--seed", 9)
     assert result.exit_code == 130
     assert "--resume" in _said(result)
