@@ -247,7 +247,7 @@ def _cholesky_diagonal(matrices: FloatArray) -> FloatArray:
 def _solve(matrices: FloatArray, right: FloatArray) -> FloatArray:
     """Solutions (n, k, m) of systems (n, k, k) with right sides (n, k, m); nan for one whose matrix is singular."""
     try:
-        return np.linalg.solve(matrices, right)
+        return np.asarray(np.linalg.solve(matrices, right), dtype=float)
     except np.linalg.LinAlgError:
         if len(matrices) == 1:
             return np.full(right.shape, np.nan)
