@@ -6,8 +6,8 @@ file are the numbers here.
 
 - ArviZ splits each chain in the middle, so that R-hat (rank-normalised) compares the early half with the late half.
 - Within a half each walker's draws stand together, so that the effective sample size sees the autocorrelation of the chain.
-  Correlations across the ends of these stretches are not seen: where a stretch is 2.5 autocorrelation times long, the least
-  that the gate lets through by default, up to a fifth too much is claimed.
+  Correlations across the ends of these stretches are not seen: for autoregressive walkers a quarter too much is claimed
+  where a stretch is 2.5 autocorrelation times long, the least that the default gate lets through, and a tenth at 5.
 """
 
 from __future__ import annotations
