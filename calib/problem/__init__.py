@@ -3,18 +3,21 @@
 from calib.problem.likelihood import (
     LIKELIHOOD_VERSION,
     block_names,
+    given_other_points,
     log_likelihood_at,
     log_likelihood_blocks,
+    log_likelihood_points,
     log_posterior,
     range_use,
 )
 from calib.problem.measurement import PredictedReadings, SweepModel, SweepPlan, model_sweep, plan_sweep
 from calib.problem.problem import Problem, build_problem
 from calib.problem.unknowns import ParameterInfo
-from calib.problem.values import columns_at, lookup, specimen_design, values_at
+from calib.problem.values import Calibrated, columns_at, lookup, specimen_design, values_at
 
 __all__ = [
     "LIKELIHOOD_VERSION",
+    "Calibrated",
     "ParameterInfo",
     "PredictedReadings",
     "Problem",
@@ -23,8 +26,10 @@ __all__ = [
     "block_names",
     "build_problem",
     "columns_at",
+    "given_other_points",
     "log_likelihood_at",
     "log_likelihood_blocks",
+    "log_likelihood_points",
     "log_posterior",
     "lookup",
     "model_sweep",

@@ -16,9 +16,6 @@ from calib.problem.values import Calibrated, values_at
 from models.response import Forward
 from models.sensor import FloatArray
 
-#: Raised when the same values of the unknowns get another likelihood: draws of before are then no draws of this posterior.
-LIKELIHOOD_VERSION = 1
-
 #: Version of what the log posterior is at given unknowns and data. Raise it with every change that moves its values by more
 #: than rounding (measurement model, covariance, priors' coordinates, default priors aside, which are hashed themselves), so
 #: that no chain of the earlier density is continued with the later one.
@@ -86,6 +83,39 @@ def log_likelihood_blocks(problem: Problem, theta: FloatArray) -> FloatArray:
     return np.concatenate(columns, axis=1)
 
 
+def given_other_points(channel: PredictedReadings) -> tuple[FloatArray, FloatArray]:
+    """What each point of a channel should read if all its other points are known: mean and variance, (n_covered, n_point).
+
+    With Q the inverse of the covariance (4) and r the residuals it is normal with mean y_i - (Q r)_i / Q_ii and variance
+    1 / Q_ii (Buerkner, Gabry, Vehtari, Comput. Stat. 36 (2021) 1243, Eq. 10-13).
+
+    Returns
+    -------
+    mean, variance : SI; nan where Q_ii is lost in rounding, as in `_log_normal`.
+    """
+    scale = np.sqrt(channel.variance)
+    residual = (channel.observed - channel.mean) / scale
+    modes = channel.modes / scale[..., None]
+    across = np.swapaxes(modes, 1, 2)
+    # Woodbury, in units of the noise: Q = 1 - W (1 + W^T W)^-1 W^T.
+    gain = _solve(np.eye(modes.shape[-1]) + np.matmul(across, modes), across)
+    q = 1 - np.sum(modes * np.swapaxes(gain, 1, 2), axis=-1)
+    q = np.where(q > 0, q, np.nan)
+    weighted = residual - np.matmul(modes, np.matmul(gain, residual[..., None]))[..., 0]
+    return channel.observed - scale * weighted / q, channel.variance / q
+
+
+def log_likelihood_points(channel: PredictedReadings) -> FloatArray:
+    """Log density of each point of a channel given all its other points and the draw, (n_covered, n_point).
+
+    log p(y_i | y_-i, theta), what leave-one-out needs where residuals are correlated, see `given_other_points`: blocks of one
+    point of `log_likelihood_blocks`. -inf where rounding leaves nothing of it.
+    """
+    mean, variance = given_other_points(channel)
+    density = -0.5 * ((channel.observed - mean) ** 2 / variance + np.log(variance) + _LOG_2_PI)
+    return np.where(np.isfinite(density), density, -np.inf)
+
+
 def block_names(problem: Problem) -> tuple[str, ...]:
     """Names of the blocks of `log_likelihood_blocks`: specimen, sweep, channel and number."""
     names = []
@@ -137,6 +167,17 @@ def _cholesky_diagonal(matrices: FloatArray) -> FloatArray:
             return np.full(matrices.shape[:2], np.inf)
         half = len(matrices) // 2
         return np.concatenate([_cholesky_diagonal(matrices[:half]), _cholesky_diagonal(matrices[half:])])
+
+
+def _solve(matrices: FloatArray, right: FloatArray) -> FloatArray:
+    """Solutions (n, k, m) of systems (n, k, k) with right sides (n, k, m); nan for one whose matrix is singular."""
+    try:
+        return np.asarray(np.linalg.solve(matrices, right), dtype=float)
+    except np.linalg.LinAlgError:
+        if len(matrices) == 1:
+            return np.full(right.shape, np.nan)
+        half = len(matrices) // 2
+        return np.concatenate([_solve(matrices[:half], right[:half]), _solve(matrices[half:], right[half:])])
 
 
 def _log_normal_blocks(channel: PredictedReadings) -> FloatArray:

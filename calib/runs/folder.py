@@ -96,7 +96,7 @@ def write_run(folder: Path, posterior: Posterior, forward: Forward) -> Run:
     forward : the model it was sampled with.
     """
     path = folder / _POSTERIOR
-    save_posterior(posterior, path)
+    save_posterior(posterior, path, forward)
     run = Run(folder, posterior, forward, sha256_of(path))
     write_text(folder / "summary.json", summary_json(posterior))
     write_text(folder / "summary.csv", summary_csv(posterior))

@@ -2,7 +2,9 @@
 
 from calib.sampling.archive import K_HAT, LeaveOut, smooth_weights
 from calib.sampling.diagnostics import PRIOR_CONFLICT, SHIFT_LIMIT, SPOT_CHECK_LIMIT, Gate, Reweighting, Shift, SpotCheck
-from calib.sampling.posterior import Posterior, Progress, leave_out, load_posterior, sample, save_posterior, thin_draws
+from calib.sampling.posterior import Posterior, leave_out, thin_draws
+from calib.sampling.sampler import Progress, sample
+from calib.sampling.storage import load_posterior, save_posterior
 
 __all__ = [
     "K_HAT",

@@ -1,18 +1,15 @@
-"""Draws and their surroundings as plain arrays to ArviZ's containers and NetCDF files, and back.
-
-The one module that knows ArviZ's containers.
-"""
+"""Plain arrays and data sets in, ArviZ's numbers, its container and its NetCDF files out: the one module that knows ArviZ."""
 
 from __future__ import annotations
 
-import json
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
+import xarray
 
 from calib.errors import Fault, InputError
 from calib.files import whole_file
@@ -26,26 +23,10 @@ with warnings.catch_warnings():
 # Its functions are only partly typed.
 az: Any = arviz
 
-_ENGINE = "h5netcdf"
+_ENGINE: Final = "h5netcdf"
 
-
-@dataclass(frozen=True, eq=False)
-class Archive:
-    """What a NetCDF file of draws holds.
-
-    Attributes
-    ----------
-    posterior : parameter name -> (n_chain, n_draw).
-    log_prob : (n_chain, n_draw). log_likelihood : (n_chain, n_draw, n_block), blocks of neighbouring points.
-    observed : name of a record -> its readings, (n_point,).
-    attrs : texts.
-    """
-
-    posterior: Mapping[str, FloatArray]
-    log_prob: FloatArray
-    log_likelihood: FloatArray
-    observed: Mapping[str, FloatArray]
-    attrs: Mapping[str, str]
+# Random numbers hardly shrink: the fastest of zlib's levels with their bytes sorted takes what can be had.
+_COMPRESSION = {"zlib": True, "complevel": 1, "shuffle": True}
 
 
 #: Largest k-hat at which leaving out a block of data can be judged (Vehtari, Gelman, Gabry 2017).
@@ -75,7 +56,7 @@ class LeaveOut:
 
 
 def rank_r_hat(chains: FloatArray) -> float:
-    """Rank-normalised split R-hat of chains (n_chain, n_draw) in order of time (Vehtari et al. 2021); nan if all are alike."""
+    """Rank-normalised split R-hat of chains (n_chain, n_draw), early first (Vehtari et al. 2021); nan if all are alike."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return float(az.rhat(chains, method="rank"))
 
@@ -128,46 +109,66 @@ def smooth_weights(log_ratio: FloatArray, *, relative_efficiency: float = 1.0) -
     return np.exp(_array(smoothed)), float(k_hat)
 
 
-def write_archive(archive: Archive, path: Path) -> None:
-    """Write NetCDF 4 atomically, with ArviZ's groups posterior, sample_stats, log_likelihood and observed_data."""
-    data = az.from_dict(
-        posterior={_safe(name): np.asarray(draws) for name, draws in archive.posterior.items()},
-        sample_stats={"lp": archive.log_prob},
-        log_likelihood={"blocks": archive.log_likelihood},
-        observed_data={_safe(name): np.asarray(readings) for name, readings in archive.observed.items()},
-        dims={_safe(name): [f"{_safe(name)} point"] for name in archive.observed} | {"blocks": ["block"]},
-        attrs={**archive.attrs, "names": json.dumps([list(archive.posterior), list(archive.observed)])},
-    )
-    with whole_file(path) as whole:
-        data.to_netcdf(str(whole), engine=_ENGINE)
+def inference_data(groups: Mapping[str, xarray.Dataset], attrs: Mapping[str, str]) -> Any:
+    """An `arviz.InferenceData` of data sets by group, such as "posterior".
+
+    The one place that names ArviZ's container. ArviZ 1.x has `xarray.DataTree` in its stead, which `xarray.open_datatree`
+    makes of the file that `write_groups` writes.
+    """
+    return az.InferenceData(attrs=dict(attrs), **groups)
 
 
-def read_archive(path: Path) -> Archive:
-    """The archive that `write_archive` wrote.
+def write_groups(groups: Mapping[str, xarray.Dataset], attrs: Mapping[str, str], path: Path) -> None:
+    """Write data sets as the groups of one NetCDF 4 file, atomically, as `arviz.from_netcdf` of ArviZ 0.x and 1.x reads it.
+
+    Parameters
+    ----------
+    groups : "posterior", "observed_data", ... -> data set. attrs : texts, kept with the file as a whole.
+    path : of the file.
 
     Raises
     ------
     InputError
-        If the file does not exist, cannot be read, or is not such an archive.
+        If the folder does not exist.
     """
-    try:
-        data = az.from_netcdf(str(path), engine=_ENGINE)
-        names, records = json.loads(data.attrs["names"])
-        posterior = {name: _array(data.posterior[_safe(name)].values) for name in names}
-        observed = {name: _array(data.observed_data[_safe(name)].values) for name in records}
-        attrs = {k: str(v) for k, v in data.attrs.items() if k != "names"}
-        return Archive(
-            posterior, _array(data.sample_stats["lp"].values), _array(data.log_likelihood["blocks"].values), observed, attrs
-        )
-    except FileNotFoundError:
-        raise InputError(Fault("there is no such file", path, advice="Run `calib calibrate` first")) from None
-    except (OSError, ValueError, KeyError, AttributeError, TypeError) as error:
-        raise InputError(Fault(f"this is not a posterior that calib wrote ({error})", path)) from error
+    with whole_file(path) as part:
+        xarray.Dataset(attrs=dict(attrs)).to_netcdf(part, mode="w", engine=_ENGINE)
+        for name, dataset in groups.items():
+            encoding = {str(key): _COMPRESSION for key, v in dataset.variables.items() if v.dtype.kind in "fi"}
+            dataset.to_netcdf(part, mode="a", group=name, engine=_ENGINE, encoding=encoding)
 
 
-def _safe(name: str) -> str:
-    """Name of a NetCDF variable: a slash would make a group of it."""
-    return name.replace("/", "∕")
+def read_texts(path: Path) -> dict[str, str]:
+    """The texts that `write_groups` kept with a file.
+
+    Raises
+    ------
+    InputError
+        If the file does not exist.
+    OSError, ValueError
+        If it is no NetCDF 4 file.
+    """
+    if not path.is_file():
+        raise InputError(Fault("there is no such file", path, advice="Run `calib calibrate` first"))
+    with xarray.open_dataset(path, engine=_ENGINE) as root:
+        return {str(key): str(value) for key, value in root.attrs.items()}
+
+
+def read_group(path: Path, name: str, variables: Sequence[str] | None = None) -> xarray.Dataset:
+    """One group of a file that `write_groups` wrote, into memory.
+
+    Parameters
+    ----------
+    path : of the file. name : of the group.
+    variables : those to read; default all.
+
+    Raises
+    ------
+    OSError, ValueError, KeyError
+        If the group or a variable is not in it.
+    """
+    with xarray.open_dataset(path, group=name, engine=_ENGINE) as dataset:
+        return (dataset if variables is None else dataset[list(variables)]).load()
 
 
 def _array(values: object) -> FloatArray:

@@ -13,7 +13,8 @@ from typer.testing import CliRunner
 from calib.checks.comparison import compare_runs, comparison_in_words, doubts
 from calib.cli import app
 from calib.errors import InputError
-from calib.sampling.posterior import Posterior, save_posterior
+from calib.sampling.posterior import Posterior
+from calib.sampling.storage import save_posterior
 
 MakePosterior = Callable[..., Posterior]
 

@@ -23,7 +23,8 @@ from calib.problem.likelihood import log_posterior
 from calib.problem.measurement import model_sweep, plan_sweep
 from calib.runs.refine import Means
 from calib.sampling.diagnostics import SpotCheck
-from calib.sampling.posterior import Posterior, save_posterior, thin_draws
+from calib.sampling.posterior import Posterior, thin_draws
+from calib.sampling.storage import save_posterior
 from models.analytic import ClosedForm
 from models.fem import FiniteElements
 from models.layers import LayeredDesign

@@ -22,7 +22,8 @@ from calib.report.summary import summary_json
 from calib.runs.calibrate import Stages
 from calib.sampling.archive import smooth_weights
 from calib.sampling.diagnostics import Reweighting, Shift, diagnostics_from_json, diagnostics_to_json
-from calib.sampling.posterior import Posterior, load_posterior, save_posterior, thin_draws
+from calib.sampling.posterior import Posterior, thin_draws
+from calib.sampling.storage import load_posterior, save_posterior
 from models.analytic import ClosedForm
 from models.fem import ConvergenceError, FiniteElements
 from models.layers import LayeredDesign

@@ -23,9 +23,11 @@ from calib.problem.centred import onset_reading
 from calib.problem.likelihood import (
     _log_normal,
     block_names,
+    given_other_points,
     log_likelihood,
     log_likelihood_at,
     log_likelihood_blocks,
+    log_likelihood_points,
     log_posterior,
     predict_sweep,
     range_use,
@@ -337,6 +339,33 @@ def test_a_block_is_conditional_on_all_other_points_of_its_channel() -> None:
     np.testing.assert_allclose(log_likelihood_blocks(problem, theta)[0, 1], whole - others, rtol=1e-8)
 
 
+def test_a_point_is_conditional_on_all_other_points_of_its_channel() -> None:
+    problem = build_problem(experiment(), [press()], WithError())
+    theta = 0.3 * np.random.default_rng(4).standard_normal((2, len(problem.parameters)))
+    for c in predict_sweep(problem, values_at(problem, theta), problem.sweeps[0]).channels:
+        found = log_likelihood_points(c)
+        mean, variance = given_other_points(c)
+        assert found.shape == (2, c.observed.size)
+        for k in range(2):
+            covariance = np.diag(c.variance[k]) + c.modes[k] @ c.modes[k].T
+            for i in (0, 17, 39):
+                rest = np.delete(np.arange(40), i)
+                gain = np.linalg.solve(covariance[np.ix_(rest, rest)], covariance[rest, i])
+                expected = c.mean[k, i] + gain @ (c.observed - c.mean[k])[rest]
+                left = covariance[i, i] - gain @ covariance[rest, i]
+                assert mean[k, i] - expected == pytest.approx(0.0, abs=1e-6 * np.sqrt(left))
+                assert variance[k, i] == pytest.approx(left, rel=1e-6)
+                assert found[k, i] == pytest.approx(norm(expected, np.sqrt(left)).logpdf(c.observed[i]), rel=1e-6)
+
+
+def test_points_add_up_to_the_likelihood_without_correlation() -> None:
+    problem = build_problem(experiment(discrepancy="off"), [press()], EXACT)
+    theta = 0.3 * np.random.default_rng(3).standard_normal((4, len(problem.parameters)))
+    model = predict_sweep(problem, values_at(problem, theta), problem.sweeps[0])
+    total = np.sum([log_likelihood_points(c).sum(axis=1) for c in model.channels], axis=0)
+    np.testing.assert_allclose(total, log_likelihood(problem, theta), rtol=1e-10)
+
+
 def test_a_record_far_from_zero_centres_the_default_contact_offset_on_its_onset() -> None:
     far = replace(RIG, contact_offset=74.3e-3, load_zero=-3.2)
     problem = build_problem(experiment(), [press(rig=far)], EXACT)
@@ -388,6 +417,9 @@ def test_model_error_beyond_what_arithmetic_holds_is_impossible_rather_than_a_fa
     channel = PredictedReadings(rows, rows, rows + 1.0, np.stack([usual, absurd, usual]), rng.standard_normal(n))
     found = _log_normal(channel)
     assert found[1] == -np.inf
+    points = log_likelihood_points(channel)
+    assert np.all(np.isfinite(points[[0, 2]]))
+    assert not np.any(np.isnan(points))
     covariance = np.eye(n) + usual @ usual.T
     expected = multivariate_normal(np.zeros(n), covariance).logpdf(channel.observed)
     np.testing.assert_allclose(found[[0, 2]], expected, rtol=1e-12)

@@ -11,7 +11,7 @@ from scipy.signal import lfilter
 
 from calib.priors.distributions import LogNormal, Normal
 from calib.problem.unknowns import ParameterInfo
-from calib.sampling.archive import leave_blocks_out
+from calib.sampling.archive import leave_blocks_out, rank_r_hat
 from calib.sampling.diagnostics import (
     Convergence,
     Diagnostics,
@@ -62,6 +62,15 @@ def test_step_by_step_order_would_hide_the_autocorrelation() -> None:
     chains = walkers(np.random.default_rng(3), 0.95, n_parameter=1)
     disguised = chains[..., 0].reshape(4, -1)[:, None, :, None].swapaxes(1, 2)  # one walker whose steps are all walkers
     assert look(disguised).ess_bulk[0] > 3 * look(chains).ess_bulk[0]
+
+
+@pytest.mark.parametrize("n_step", [40, 41])
+def test_r_hat_compares_the_early_half_of_the_draws_with_the_late_half(n_step: int) -> None:
+    chains = walkers(np.random.default_rng(10), 0.5, n_step=n_step, n_parameter=1)
+    chains[:, : n_step // 2] += 0.2
+    step_by_step = chains[..., 0].reshape(4, -1)  # its halves are early and late, too
+    assert look(chains).r_hat[0] == pytest.approx(rank_r_hat(step_by_step), rel=1e-12)
+    assert look(chains).r_hat[0] > 1.005
 
 
 def test_the_autocorrelation_time_of_an_autoregressive_chain() -> None:

@@ -1,4 +1,4 @@
-"""Posterior: recovery, reproducibility, checkpoints that survive a kill, the gate, and the file."""
+"""Posterior: recovery, reproducibility, checkpoints that survive a kill, and the gate."""
 
 from __future__ import annotations
 
@@ -25,7 +25,8 @@ from calib.problem.synthetic import Rig, synthetic_sweep
 from calib.problem.values import specimen_design
 from calib.sampling.diagnostics import Gate
 from calib.sampling.ensemble import advance, start
-from calib.sampling.posterior import Posterior, Progress, leave_out, load_posterior, sample, save_posterior, thin_draws
+from calib.sampling.posterior import Posterior, leave_out, thin_draws
+from calib.sampling.sampler import Progress, sample
 from models.analytic import ClosedForm
 from models.response import Forward, Response
 from models.sensor import Design, FloatArray, design_from
@@ -296,30 +297,6 @@ def test_a_posterior_at_the_end_of_the_models_range_is_warned_about(tmp_path: Pa
     warnings = quick(problem, tmp_path).diagnostics.warnings
     assert len(warnings) == 1
     assert "within 2 % of the end" in warnings[0]
-
-
-def test_a_saved_posterior_reads_back_equal(posterior: Posterior, tmp_path: Path) -> None:
-    path = tmp_path / "posterior.nc"
-    save_posterior(posterior, path)
-    assert [p.name for p in tmp_path.iterdir()] == ["posterior.nc"]
-    found = load_posterior(path)
-    for name in ("draws", "log_prob", "log_likelihood"):
-        np.testing.assert_array_equal(getattr(found, name), getattr(posterior, name))
-    for name in ("parameters", "fixed", "forward_name", "blocks", "n_walkers", "seed", "diagnostics", "attrs", "experiment"):
-        assert getattr(found, name) == getattr(posterior, name), name
-    first, second = found.sweeps[0].force, posterior.sweeps[0].force
-    assert first is not None
-    assert second is not None
-    np.testing.assert_array_equal(first.force, second.force)
-    assert found.parameters[-1].specimen == "a/b"
-
-
-def test_a_file_that_is_no_posterior_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="there is no such file"):
-        load_posterior(tmp_path / "none.nc")
-    (tmp_path / "text.nc").write_text("time,force\n", encoding="utf-8")
-    with pytest.raises(InputError, match="not a posterior"):
-        load_posterior(tmp_path / "text.nc")
 
 
 def test_thinned_draws_have_all_parameters_and_make_a_design(posterior: Posterior) -> None:

@@ -1,0 +1,147 @@
+"""Checkpointed steps of all ensembles in, how far they have converged and, in the end, the posterior out."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import math
+import platform
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from calib.problem import Problem, block_names, columns_at, log_likelihood_blocks, range_use
+from calib.sampling.checkpoint import load_accepted, load_chain
+from calib.sampling.diagnostics import Convergence, Diagnostics, Gate, convergence, prior_conflicts, shortcomings, summarise
+from calib.sampling.ensemble import STORE_EVERY, autocorrelation_time
+from calib.sampling.posterior import Posterior
+from models.sensor import FloatArray
+
+#: Steps of a block, after each of which a checkpoint is written.
+BLOCK_STEPS = 50
+
+#: Most draws of an ensemble that a posterior keeps.
+MAX_DRAWS = 4000
+
+#: A draw whose deepest point lies beyond this share of the forward model's range touches its end; more than this share of such
+#: draws is worth a warning.
+RANGE_TOUCH = 0.98
+RANGE_TOUCH_SHARE = 0.01
+
+# Most steps of a chain that the autocorrelation time is computed from.
+_MAX_TAU_STEPS = 500
+_BATCH = 512
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A sampling run: what is sampled, the folder of its checkpoints, one seed for each ensemble, walkers of each."""
+
+    problem: Problem
+    folder: Path
+    seeds: list[np.random.SeedSequence]
+    n_walker: int
+
+
+def look(run: Run, n_block: int) -> Convergence:
+    """How far a run has converged after its first `n_block` blocks, of the draws that a posterior would keep of them."""
+    n_stored = n_block * BLOCK_STEPS // STORE_EVERY
+    burn_in, thin = _kept(n_stored, run.n_walker)
+    every = max(1, math.ceil((n_stored - burn_in) / _MAX_TAU_STEPS))
+    ensembles = range(len(run.seeds))
+    fine = np.stack([load_chain(run.folder, k, n_block, burn_in, every)[0] for k in ensembles])
+    tau = STORE_EVERY * every * autocorrelation_time(fine)
+    chains = np.stack([load_chain(run.folder, k, n_block, burn_in, thin)[0] for k in ensembles])
+    values = columns_at(run.problem, chains.reshape(-1, chains.shape[-1]))
+    return convergence(values.reshape(chains.shape), tau, n_block * BLOCK_STEPS)
+
+
+def finish(run: Run, n_block: int, state: Convergence, gate: Gate, seed: int, attrs: Mapping[str, str]) -> Posterior:
+    """The posterior of the first `n_block` blocks of a run, with its diagnostics.
+
+    Parameters
+    ----------
+    run : with the checkpoints of all these blocks.
+    n_block : of each ensemble. state : the `look` at them.
+    gate : what the run has to reach.
+    seed : of the run. attrs : texts to keep with the posterior; versions are added.
+    """
+    problem = run.problem
+    burn_in, thin = _kept(n_block * BLOCK_STEPS // STORE_EVERY, run.n_walker)
+    loaded = [load_chain(run.folder, k, n_block, burn_in, thin) for k in range(len(run.seeds))]
+    n_ensemble, n_parameter = len(loaded), len(problem.parameters)
+    theta = np.stack([chain.reshape(-1, n_parameter) for chain, _ in loaded])
+    flat = theta.reshape(-1, n_parameter)
+    values = columns_at(problem, flat)
+    parts = np.array_split(flat, max(1, math.ceil(flat.shape[0] / _BATCH)))
+    blocks = np.concatenate([log_likelihood_blocks(problem, part) for part in parts])
+    first = n_block // 2
+    accepted = [float(np.mean(load_accepted(run.folder, k, n_block, first))) for k in range(n_ensemble)]
+    still = [_n_still(chain) for chain, _ in loaded]
+    reasons = [*shortcomings(state, problem.names, gate)]
+    reasons += [
+        f"ensemble {k + 1}: {n} of {run.n_walker} walkers never moved after the burn-in" for k, n in enumerate(still) if n
+    ]
+    summaries = summarise(problem.parameters, values, flat, state)
+    diagnostics = Diagnostics(
+        converged=not reasons,
+        reasons=tuple(reasons),
+        warnings=(*_range_warnings(problem, parts), *prior_conflicts(summaries)),
+        parameters=summaries,
+        steps=n_block * BLOCK_STEPS,
+        burn_in=burn_in * STORE_EVERY,
+        thin=thin * STORE_EVERY,
+        n_walker=run.n_walker,
+        gate=gate,
+        acceptance_fraction=tuple(a / ((n_block - first) * BLOCK_STEPS) for a in accepted),
+        tau={name: float(t) for name, t in zip(problem.names, state.tau, strict=True)},
+    )
+    return Posterior(
+        experiment=problem.experiment,
+        sweeps=problem.sweeps,
+        parameters=problem.parameters,
+        fixed=dict(problem.fixed),
+        forward_name=problem.forward.name,
+        draws=values.reshape(theta.shape),
+        log_prob=np.stack([log_prob.reshape(-1) for _, log_prob in loaded]),
+        log_likelihood=blocks.reshape(n_ensemble, -1, blocks.shape[1]),
+        blocks=block_names(problem),
+        n_walkers=run.n_walker,
+        seed=seed,
+        diagnostics=diagnostics,
+        attrs={**_versions(), **attrs},
+    )
+
+
+def _kept(n_stored: int, n_walker: int) -> tuple[int, int]:
+    """Stored steps of burn-in, and every how many-th of the rest is kept."""
+    burn_in = n_stored // 2
+    return burn_in, max(1, math.ceil((n_stored - burn_in) / max(1, MAX_DRAWS // n_walker)))
+
+
+def _n_still(chain: FloatArray) -> int:
+    """Walkers of a chain (n_step, n_walker, n_parameter) that stand still throughout."""
+    return int(np.count_nonzero(np.all(chain == chain[:1], axis=(0, 2)))) if chain.shape[0] > 1 else 0
+
+
+def _range_warnings(problem: Problem, parts: list[FloatArray]) -> tuple[str, ...]:
+    """Whether the posterior touches the end of what the forward model covers."""
+    touching = float(np.mean(np.concatenate([range_use(problem, part) for part in parts]) > RANGE_TOUCH))
+    if touching <= RANGE_TOUCH_SHARE:
+        return ()
+    return (
+        f"in {touching:.0%} of the draws the deepest point lies within 2 % of the end of what the {problem.forward.name} "
+        "covers: the posterior may be cut off there",
+    )
+
+
+def _versions() -> dict[str, str]:
+    packages = ("dielectric-elastomer-calibration", "numpy", "scipy", "emcee", "arviz")
+    found = {"python": platform.python_version()}
+    for package in packages:
+        try:
+            found[package] = importlib.metadata.version(package)
+        except importlib.metadata.PackageNotFoundError:
+            found[package] = "not installed"
+    return {f"version of {name}": version for name, version in found.items()}

@@ -1,0 +1,161 @@
+"""A calibration problem in, a posterior out: independent ensembles are advanced and looked at until they agree."""
+
+from __future__ import annotations
+
+import math
+import os
+import time
+from collections.abc import Callable, Mapping
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from calib.problem import Problem
+from calib.sampling.assess import BLOCK_STEPS, Run, finish, look
+from calib.sampling.checkpoint import fingerprint, load_state, open_checkpoint, save_block, save_start
+from calib.sampling.diagnostics import Convergence, Gate, shortcomings
+from calib.sampling.ensemble import Block, EnsembleState, advance, start
+from calib.sampling.posterior import Posterior
+from calib.workers import workers
+
+#: Steps after which convergence is first looked at, and the factor from one look to the next.
+FIRST_CHECK = 200
+CHECK_FACTOR = 1.3
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a run is: steps of each walker, seconds, draws of all ensembles, and at the last look the worst parameters.
+
+    `r_hat` is nan and `ess` zero before the first look. `target` is the effective sample size wanted, `max_steps` the budget.
+    """
+
+    steps: int
+    elapsed: float
+    draws: int
+    r_hat: float
+    r_hat_parameter: str
+    ess: float
+    ess_parameter: str
+    target: float
+    max_steps: int
+
+
+def sample(
+    problem: Problem,
+    *,
+    seed: int,
+    checkpoint: Path,
+    resume: bool = False,
+    n_ensembles: int = 4,
+    n_walkers: int | None = None,
+    gate: Gate | None = None,
+    max_steps: int = 20_000,
+    max_seconds: float = math.inf,
+    processes: int | None = None,
+    progress: Callable[[Progress], None] | None = None,
+    attrs: Mapping[str, str] | None = None,
+) -> Posterior:
+    """Sample the posterior with independent ensembles until the gate is met or the budget is spent.
+
+    Each ensemble has its own start and its own stream of random numbers, so that the draws depend on the seed alone: not on the
+    number of processes, on interruptions, or on time, unless `max_seconds` ends the run. The first half of a run is discarded
+    as burn-in; as the gate asks for 10 autocorrelation times, that is at least 5 of them. Of the second half every n-th step
+    is kept, so that an ensemble has at most `assess.MAX_DRAWS` draws; the diagnostics are those of these draws.
+
+    Parameters
+    ----------
+    seed : not negative.
+    checkpoint : folder of checkpoints. Without `resume` it is emptied of earlier ones.
+    n_walkers : of each ensemble, default four per parameter and at least 64.
+    max_steps, max_seconds : budget, of each walker over the whole run and of this call.
+    processes : worker processes (one BLAS thread each); default the number of CPUs up to 4. 0 samples in this process.
+    progress : called after every block.
+    attrs : texts to keep with the posterior, such as the command.
+
+    Raises
+    ------
+    InputError
+        If a run with other inputs is to be resumed.
+    """
+    if n_ensembles < 4:
+        raise ValueError(f"at least four independent ensembles are needed to judge convergence, got {n_ensembles}")
+    if not problem.parameters:
+        raise ValueError("every parameter is fixed: there is nothing to sample")
+    gate = gate or Gate()
+    n_walker = n_walkers or max(64, 4 * len(problem.parameters))
+    begin = datetime.now(UTC)
+    clock = time.monotonic()
+    open_checkpoint(checkpoint, fingerprint(problem, seed, n_ensembles, n_walker), resume=resume)
+    run = Run(problem, checkpoint, np.random.SeedSequence(seed).spawn(n_ensembles), n_walker)
+    state: Convergence | None = None
+
+    def report(n_block: int) -> None:
+        if progress is not None:
+            progress(_progress(problem, state, n_block, n_ensembles * n_walker, time.monotonic() - clock, gate, max_steps))
+
+    last = max(1, max_steps // BLOCK_STEPS)
+    next_look = min(last, FIRST_CHECK // BLOCK_STEPS)
+    # More processes than ensembles would idle.
+    with workers(0 if processes == 0 else min(4, n_ensembles, processes or os.cpu_count() or 1)) as executor:
+        while True:
+            n_block = _advance_to(run, executor, next_look, clock + max_seconds, report)
+            state = look(run, n_block)
+            report(n_block)
+            if n_block < next_look or next_look == last or not shortcomings(state, problem.names, gate):
+                break
+            next_look = min(last, math.ceil(CHECK_FACTOR * next_look))
+    kept = {"started": begin.isoformat(timespec="seconds"), "ended": datetime.now(UTC).isoformat(timespec="seconds")}
+    return finish(run, n_block, state, gate, seed, {**kept, **(attrs or {})})
+
+
+# --- advancing ----------------------------------------------------------------------------------------------------------
+
+
+def _advance_to(run: Run, executor: Executor, n_block: int, deadline: float, report: Callable[[int], None]) -> int:
+    """Advance all ensembles to `n_block` blocks or until the deadline; the number of blocks that all of them have."""
+    count: dict[int, int] = {}
+    pending: dict[Future[EnsembleState | Block], int] = {}
+
+    def submit(ensemble: int) -> None:
+        state, count[ensemble] = load_state(run.folder, ensemble)
+        work: Callable[[], EnsembleState | Block]
+        if state is None:
+            work = partial(start, run.problem, run.seeds[ensemble], run.n_walker)
+        elif count[ensemble] >= n_block:
+            return
+        else:
+            work = partial(advance, run.problem, state, BLOCK_STEPS)
+        pending[executor.submit(work)] = ensemble
+
+    for ensemble in range(len(run.seeds)):
+        submit(ensemble)
+    while pending:
+        done, _ = wait(pending, return_when=FIRST_COMPLETED)
+        for future in sorted(done, key=lambda f: pending[f]):
+            ensemble, result = pending.pop(future), future.result()
+            if isinstance(result, Block):
+                save_block(run.folder, ensemble, count[ensemble], result)
+                count[ensemble] += 1
+            else:
+                save_start(run.folder, ensemble, result)
+            if time.monotonic() < deadline or min(count.values()) == 0:
+                submit(ensemble)
+        report(min(n_block, *count.values()))
+    return min(n_block, *count.values())
+
+
+def _progress(
+    problem: Problem, state: Convergence | None, n_block: int, n_walker: int, elapsed: float, gate: Gate, max_steps: int
+) -> Progress:
+    steps = n_block * BLOCK_STEPS
+    if state is None:
+        return Progress(steps, elapsed, steps * n_walker, math.nan, "", 0.0, "", gate.ess, max_steps)
+    worst, least = state.worst_r_hat, state.least_ess
+    r_hat, ess = float(state.r_hat[worst]), float(state.ess[least])
+    names = problem.names
+    return Progress(steps, elapsed, steps * n_walker, r_hat, names[worst], ess, names[least], gate.ess, max_steps)

@@ -1,0 +1,138 @@
+"""A posterior to the file `posterior.nc` that ArviZ reads, and back to the last bit."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from calib.catalogue import UnknownName
+from calib.errors import Fault, InputError
+from calib.experiment import experiment_from_json, experiment_to_json
+from calib.lab import sweeps_from_json, sweeps_to_json
+from calib.priors import prior_from_json
+from calib.problem import ParameterInfo
+from calib.sampling.archive import read_group, read_texts, write_groups
+from calib.sampling.diagnostics import diagnostics_from_json, diagnostics_to_json
+from calib.sampling.groups import describe, make_groups
+from calib.sampling.layout import chain_order, stacked
+from calib.sampling.posterior import Posterior
+from models.response import Forward
+from models.sensor import FloatArray
+
+#: Version of the file's content, raised when an older program could not read it.
+FORMAT = 2
+
+_VERSION = "calib_format"
+
+
+def save_posterior(posterior: Posterior, path: Path, forward: Forward | None = None) -> None:
+    """Write a posterior to one NetCDF 4 file, atomically, which ArviZ (`az.from_netcdf`) and `load_posterior` read.
+
+    Parameters
+    ----------
+    posterior : with its experiment, data, diagnostics and versions, which are written, too.
+    path : of the file.
+    forward : the forward model it was sampled with, for the predictive groups, see `calib.sampling.groups.make_groups`;
+        without it these are left out, and the file says so.
+
+    Raises
+    ------
+    InputError
+        If the folder does not exist.
+    """
+    record = {
+        _VERSION: str(FORMAT),
+        "experiment": experiment_to_json(posterior.experiment),
+        "sweeps": sweeps_to_json(posterior.sweeps),
+        "parameters": json.dumps([_parameter_to_json(p) for p in posterior.parameters]),
+        "fixed": json.dumps(dict(posterior.fixed)),
+        "diagnostics": diagnostics_to_json(posterior.diagnostics),
+        "forward": posterior.forward_name,
+        "seed": str(posterior.seed),
+        "n_walkers": str(posterior.n_walkers),
+        "attrs": json.dumps(dict(posterior.attrs)),
+    }
+    write_groups(make_groups(posterior, forward), describe(posterior, forward) | record, path)
+
+
+def load_posterior(path: Path) -> Posterior:
+    """The posterior that `save_posterior` wrote, its draws in the order in which they were sampled.
+
+    Raises
+    ------
+    InputError
+        If the file does not exist, is not such a posterior, or was written by another version of the program.
+    """
+    try:
+        return _restored(path)
+    except InputError:
+        raise
+    except (OSError, ValueError, KeyError, AttributeError, TypeError) as error:
+        raise InputError(Fault(f"this is not a posterior that calib wrote ({error})", path)) from error
+
+
+def _restored(path: Path) -> Posterior:
+    record = read_texts(path)
+    if (found := _version(record)) != FORMAT:
+        raise InputError(
+            Fault(
+                f"another version of calib wrote this posterior (format {found}, this version reads format {FORMAT})",
+                path,
+                advice="Run `calib calibrate` again, or use the version that wrote it",
+            )
+        )
+    parameters = tuple(_parameter_from_json(p) for p in json.loads(record["parameters"]))
+    n_walkers = int(record["n_walkers"])
+    log_prob = read_group(path, "sample_stats", ["lp"])["lp"]
+    blocks = read_group(path, "log_likelihood", ["blocks"])["blocks"]
+    return Posterior(
+        experiment=experiment_from_json(record["experiment"]),
+        sweeps=sweeps_from_json(record["sweeps"]),
+        parameters=parameters,
+        fixed=json.loads(record["fixed"]),
+        forward_name=record["forward"],
+        draws=_as_sampled(stacked(parameters, read_group(path, "posterior")), n_walkers),
+        log_prob=_as_sampled(log_prob.values, n_walkers),
+        log_likelihood=_as_sampled(blocks.values, n_walkers),
+        blocks=tuple(str(name) for name in blocks["block"].values),
+        n_walkers=n_walkers,
+        seed=int(record["seed"]),
+        diagnostics=diagnostics_from_json(record["diagnostics"]),
+        attrs=json.loads(record["attrs"]),
+    )
+
+
+def _version(record: Mapping[str, str]) -> int:
+    """Version of a file's content; that of the files before there was one is 1.
+
+    Raises
+    ------
+    ValueError
+        If it is no such file.
+    """
+    if _VERSION in record:
+        return int(record[_VERSION])
+    if "diagnostics" in record:
+        return 1
+    raise ValueError("it does not say what it is of")
+
+
+def _as_sampled(values: FloatArray, n_walker: int) -> FloatArray:
+    """Draws (n_chain, n_draw, ...) in the order in which they were sampled, from that of `chain_order`."""
+    found = np.empty(values.shape)
+    found[:, chain_order(values.shape[1], n_walker)] = values
+    return found
+
+
+def _parameter_to_json(p: ParameterInfo) -> dict[str, object]:
+    return {"name": p.name, "prior": p.prior.to_json(), "origin": p.origin}
+
+
+def _parameter_from_json(data: Mapping[str, object]) -> ParameterInfo:
+    prior = data["prior"]
+    if not isinstance(prior, dict):
+        raise ValueError(f"a prior must be an object, got {prior!r}")
+    return ParameterInfo(UnknownName.parse(str(data["name"])), prior_from_json(prior), str(data["origin"]))
