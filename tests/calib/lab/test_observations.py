@@ -13,7 +13,7 @@ import pytest
 from calib.errors import InputError
 from calib.lab.instruments import read_lab_file
 from calib.lab.observations import observations_frame, observe, why_left_out
-from calib.lab.reduction import integrated_time
+from calib.lab.signal import integrated_time
 from calib.lab.sweep import Sweep, make_sweep, sweeps_from_json, sweeps_to_json
 from models.sensor import BoolArray, FloatArray
 
