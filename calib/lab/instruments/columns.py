@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from itertools import compress
@@ -12,7 +12,8 @@ from types import MappingProxyType
 import numpy as np
 
 from calib.errors import Fault, InputError, capped
-from calib.lab.instruments.labtable import Family, LabTable, Reading
+from calib.lab.instruments.family import InstrumentFamily
+from calib.lab.instruments.labtable import LabTable, Reading
 from calib.lab.instruments.numbers import Notation, clock_seconds, decide_notation, is_clock, is_missing, to_numbers
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.units import SI_UNIT, lab_factor
@@ -31,11 +32,6 @@ PLAUSIBLE: Mapping[str, tuple[float, float]] = MappingProxyType(
 )
 
 
-def needs(*quantities: str) -> Callable[[frozenset[str]], tuple[str, ...]]:
-    """Requirement of all these quantities."""
-    return lambda found: tuple(q for q in quantities if q not in found)
-
-
 @dataclass(frozen=True)
 class _Column:
     """One column that is read: where it stands, what it is, and the factor to SI; `clock` if its cells are times of day."""
@@ -46,7 +42,7 @@ class _Column:
     clock: bool
 
 
-def read_columns(sheet: Sheet, family: Family, reason: str, reading: Reading) -> LabTable:
+def read_columns(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Reading) -> LabTable:
     """The columns of a sheet that are understood, in SI, with a reason at each row that is not usable.
 
     Where several columns stand for one quantity the preferred name is taken and the choice noted.
@@ -229,7 +225,7 @@ def _holds_clock(cells: Sequence[str]) -> bool:
     return any(map(is_clock, (c for c in cells[:50] if c.strip())))
 
 
-def _missing(sheet: Sheet, family: Family, chosen: Mapping[str, int], reading: Reading) -> list[Fault]:
+def _missing(sheet: Sheet, family: InstrumentFamily, chosen: Mapping[str, int], reading: Reading) -> list[Fault]:
     found = frozenset("capacitance" if q == "capacitance_series" else q for q in chosen)
     there = ", ".join(f'"{n}"' for n in sheet.names if n)
     faults = [
