@@ -39,7 +39,16 @@ class NoiseEstimate:
 
 @dataclass(frozen=True, eq=False)
 class Reduced:
-    """A channel over an abscissa in bins: means, their effective number of readings, the noise, the smooth, the bins."""
+    """A channel reduced to a few dozen points, each the mean of the readings in a bin of the abscissa.
+
+    Attributes
+    ----------
+    abscissa, value : mean abscissa and reading of each bin, shape (n_point,), less what the curve's bend adds to the latter.
+    n_effective : independent readings in each: its sd is `noise` / sqrt(n_effective).
+    estimate : what the readings say about their own errors.
+    smooth : abscissa -> a smooth curve through all readings.
+    edges : of the bins on the abscissa, shape (n_bin + 1,).
+    """
 
     abscissa: FloatArray
     value: FloatArray
@@ -55,7 +64,7 @@ class Reduced:
 
 
 def fresh_readings(values: FloatArray) -> BoolArray:
-    """Rows that hold a reading of their own, (n,): all, unless a meter slower than its logger is written several times.
+    """Which rows hold a new reading and no copy of the one before, (n,): a logger may write a slow meter several times.
 
     Values that stand still for several rows and then move by several steps of the resolution were not read anew. A channel of
     coarse resolution stands still too, but moves by one step; a flat stretch stands still once. Rows in the order of reading.
@@ -142,14 +151,15 @@ def _smooth_and_time(
 
 
 def reduce_channel(x: FloatArray, y: FloatArray, n_points: int, onset: float, *, repeats: bool = True) -> Reduced:
-    """Bin means of y over x, rows in the order of reading.
+    """Reduce a channel of thousands of readings to a few dozen points that say as much, with honest errors.
 
-    The mean of a bin has the sd noise / sqrt(n_effective), n_effective = readings / tau. Tested for white, autoregressive,
-    averaged, low-passed, repeated and coarsely resolved readings: stated sd at most 15 % too small while the branch holds fifty
-    times tau, and up to 30 % too large at a coarse resolution.
+    The points are the means of y in bins of x; their sd is noise / sqrt(n_effective), n_effective = readings / tau. Tested for
+    white, autoregressive, averaged, low-passed, repeated and coarsely resolved readings: stated sd at most 15 % too small while
+    the branch holds fifty times tau, and up to 30 % too large at a coarse resolution.
 
     Parameters
     ----------
+    x, y : abscissa and readings, shape (n_row,), in the order of reading.
     n_points : bins. Those that hold less than one independent reading hang together, which n_effective, 1 at least, leaves out.
     onset : on x, where the channel leaves its flat part.
     repeats : whether to look for readings that are written several times and to leave out all but the first row of each.

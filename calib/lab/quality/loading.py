@@ -50,7 +50,13 @@ class LoadingBranch:
         return float(np.median(self.y[self.flat]) if np.any(self.flat) else self.y[0])
 
     def verdict(self, check: str, level: Level, number: float, unit: str, finding: str, advice: str) -> Verdict:
-        """The verdict of a check on this channel, fields as in `Verdict`; one that is good needs no advice."""
+        """Say what a check found in this channel.
+
+        Parameters
+        ----------
+        check, level, number, unit, finding : as in `Verdict`.
+        advice : left out of a verdict that is good.
+        """
         return Verdict(check, level, float(number), unit, finding, "" if level == "good" else advice, self.name, self.file)
 
     def text(self, value: float) -> str:

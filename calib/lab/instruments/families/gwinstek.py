@@ -19,7 +19,10 @@ _PREFIX = {"p": "e-12", "n": "e-9", "u": "e-6", "µ": "e-6", "m": "e-3", "": ""}
 
 
 def cut(text: LabText, _: Reading) -> Sheet | None:
-    """The primary values as a column, in farad; the secondary is left out, as the log does not say what it is."""
+    """The sheet of a log of bare replies, None if the text is none.
+
+    Its primary values are a column, in farad; the secondary is left out, as the log does not say what it is.
+    """
     return reply_table(text, _MAIN, _cells)
 
 

@@ -18,7 +18,7 @@ _NAMED = re.compile(
 
 
 def cut(text: LabText, _: Reading) -> Sheet | None:
-    """Values that each line names as columns of these names, in the SI units in which meters reply."""
+    """The sheet of a log of replies, None if the text is none: values by the names in each line, in SI, as meters reply."""
     return reply_table(text, _NAMED, _cells)
 
 
