@@ -3,7 +3,7 @@
 from calib.checks.comparison import compare_runs, comparison_in_words, doubts
 from calib.checks.predictive import BAND_LEVELS, Bands, FitCheck, Prediction, band, predict
 from calib.checks.refine import error_rows, refinement_in_words, require_own_surrogate, shift_rows, stands, training_points
-from calib.checks.reweight import ACCURACY, LEAST_DRAWS, reweight, with_reweighting
+from calib.checks.reweighting import ACCURACY, LEAST_DRAWS, reweight, with_reweighting
 from calib.checks.spotcheck import Comparison, compare_draws, with_spot_check
 
 __all__ = [

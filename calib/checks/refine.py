@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from calib.catalogue import QUANTITIES
-from calib.checks.reweight import problem_of
+from calib.checks.reweighting import problem_of
 from calib.checks.spotcheck import Comparison, rms
 from calib.errors import Fault, InputError
 from calib.problem import log_posterior, specimen_design

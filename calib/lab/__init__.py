@@ -2,6 +2,7 @@
 
 from calib.lab.instruments import AS_FOUND, QUANTITIES, LabTable, Reading, SeveralSpecimens, read_lab_file
 from calib.lab.observations import Observations, observations_frame, observe, why_left_out
+from calib.lab.onset import hertz_onset, level_before_contact
 from calib.lab.pressing import make_sweep, readings_of
 from calib.lab.quality import Verdict, check_name, judge, number_text, quality_in_words, verdict_rows
 from calib.lab.sweep import Points, Sweep, Track, sweeps_from_json, sweeps_to_json
@@ -18,7 +19,9 @@ __all__ = [
     "Track",
     "Verdict",
     "check_name",
+    "hertz_onset",
     "judge",
+    "level_before_contact",
     "make_sweep",
     "number_text",
     "observations_frame",

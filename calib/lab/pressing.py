@@ -12,9 +12,10 @@ from calib.errors import Fault, InputError
 from calib.lab.clocks import ClockOffset, clock_offset, loading_window, record
 from calib.lab.instruments import AS_FOUND, LabTable, Reading, read_lab_file
 from calib.lab.observations import UNLOADING, Observations, observe, usable_rows, why_left_out
-from calib.lab.quality import first_crest, judge
-from calib.lab.reduction import NoiseEstimate, Reduced, find_onset, fresh_readings, reduce_channel
-from calib.lab.signal import ahead, quiet
+from calib.lab.onset import coarse_onset
+from calib.lab.quality import judge
+from calib.lab.reduction import NoiseEstimate, Reduced, fresh_readings, reduce_channel
+from calib.lab.signal import first_crest, increasing_rows, smoothed_record
 from calib.lab.sweep import TRACK_MARGIN, TRACK_NODES, Points, Sweep, Track
 from models.sensor import FloatArray
 
@@ -94,7 +95,7 @@ def make_sweep(
     if tester is not None and tester.displacement is not None and tester.force is not None:
         rows = usable_rows(tester, tester.displacement, tester.force, "force")
         x, f = tester.displacement[rows], tester.force[rows]
-        onset = find_onset(x, f)
+        onset = coarse_onset(x, f)
         reduced = reduce_channel(x, f, n_points, onset)
         channels["force"] = Points(reduced.value, reduced.n_effective, displacement=reduced.abscissa)
         readings["force"] = reduced.estimate
@@ -163,7 +164,7 @@ def readings_of(obs: Observations) -> dict[str, NoiseEstimate]:
                 rows = rows[: first_crest(values[rows])]
                 x = x[: rows.size]
         if rows.size >= 5 and np.all(np.isfinite(x)) and np.ptp(x) > 0:
-            found[name] = reduce_channel(x, values[rows], 40, find_onset(x, values[rows])).estimate
+            found[name] = reduce_channel(x, values[rows], 40, coarse_onset(x, values[rows])).estimate
     return found
 
 
@@ -253,7 +254,7 @@ def _over_displacement(
     assert lcr.displacement is not None
     rows = usable_rows(lcr, lcr.displacement, lcr.channels[channel], channel)
     x, c = lcr.displacement[rows], lcr.channels[channel][rows]
-    onset = find_onset(x, c)
+    onset = coarse_onset(x, c)
     force: FloatArray | None = None
     reduced = reduce_channel(x, c, n_points, onset)
     if keep_force and lcr.force is not None:
@@ -275,7 +276,7 @@ def _over_force(lcr: Observations, channel: str, n_points: int, notes: list[str]
     clock = np.arange(rows.size, dtype=float)
     if lcr.time is not None and np.all(np.diff(lcr.time[rows]) > 0):
         clock = lcr.time[rows] - lcr.time[rows][0]
-    onset = find_onset(clock, f)
+    onset = coarse_onset(clock, f)
     # The two channels are reduced over the rows in which the channel was read anew, so that their points belong together.
     fresh = fresh_readings(c)
     n_row, clock, f, c = rows.size, clock[fresh], f[fresh], c[fresh]
@@ -341,6 +342,6 @@ def _track(tester: Observations, margin: float) -> Track:
     inside = (time >= begin - margin) & (time <= end + margin)
     groups = np.array_split(np.flatnonzero(inside), min(TRACK_NODES, int(np.sum(inside))))
     stamps, reading, load = (np.array([v[g].mean() for g in groups]) for v in (time, displacement, force))
-    stamps, reading = quiet(stamps, reading, int(np.sum((stamps >= begin) & (stamps <= end))) // 20)
-    kept = ahead(stamps)
+    stamps, reading = smoothed_record(stamps, reading, int(np.sum((stamps >= begin) & (stamps <= end))) // 20)
+    kept = increasing_rows(stamps)
     return Track(stamps[kept], reading[kept], load[kept])

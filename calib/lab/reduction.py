@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import BSpline
 
-from calib.lab.signal import resolution
+from calib.lab.signal import integrated_time, resolution
 from models.sensor import BoolArray, FloatArray
 
 
@@ -39,7 +39,16 @@ class NoiseEstimate:
 
 @dataclass(frozen=True, eq=False)
 class Reduced:
-    """A channel over an abscissa in bins: means, their effective number of readings, the noise, the smooth, the bins."""
+    """A channel reduced to a few dozen points, each the mean of the readings in a bin of the abscissa.
+
+    Attributes
+    ----------
+    abscissa, value : mean abscissa and reading of each bin, shape (n_point,), less what the curve's bend adds to the latter.
+    n_effective : independent readings in each: its sd is `noise` / sqrt(n_effective).
+    estimate : what the readings say about their own errors.
+    smooth : abscissa -> a smooth curve through all readings.
+    edges : of the bins on the abscissa, shape (n_bin + 1,).
+    """
 
     abscissa: FloatArray
     value: FloatArray
@@ -54,32 +63,8 @@ class Reduced:
         return self.estimate.noise
 
 
-def find_onset(x: FloatArray, y: FloatArray) -> float:
-    """Where y leaves its flat beginning, for placing bins only: least squares of c + sum a_k (x - x_on)_+^p_k over x_on."""
-    order = np.argsort(x, kind="stable")
-    groups = np.array_split(order, min(300, x.size))
-    xs = np.array([x[g].mean() for g in groups])
-    ys = np.array([y[g].mean() for g in groups])
-    length = float(np.ptp(xs))
-    if length == 0 or xs.size < 8:
-        return float(xs[0])
-    u, v = (xs - xs[0]) / length, (ys - ys[0]) / max(float(np.ptp(ys)), 1e-300)
-
-    def misfit(u0: float) -> float:
-        w = np.maximum(u - u0, 0.0)
-        basis = np.stack([np.ones_like(w), w**1.5, w**2, w**3], axis=1)
-        residual = v - basis @ np.linalg.lstsq(basis, v, rcond=None)[0]
-        return float(residual @ residual)
-
-    grid = np.linspace(0.0, 0.85, 86)
-    best = float(grid[np.argmin([misfit(g) for g in grid])])
-    fine = np.clip(np.linspace(best - 0.01, best + 0.01, 21), 0.0, None)
-    best = float(fine[np.argmin([misfit(g) for g in fine])])
-    return float(xs[0] + best * length)
-
-
 def fresh_readings(values: FloatArray) -> BoolArray:
-    """Rows that hold a reading of their own, (n,): all, unless a meter slower than its logger is written several times.
+    """Which rows hold a new reading and no copy of the one before, (n,): a logger may write a slow meter several times.
 
     Values that stand still for several rows and then move by several steps of the resolution were not read anew. A channel of
     coarse resolution stands still too, but moves by one step; a flat stretch stands still once. Rows in the order of reading.
@@ -120,28 +105,6 @@ def _fit_smooth(x: FloatArray, y: FloatArray, onset: float, most: int) -> tuple[
 
     coefficients, _, rank, _ = np.linalg.lstsq(basis(x), (y - shift) / scale, rcond=1e-9)
     return (lambda at: np.asarray(basis(np.atleast_1d(at)) @ coefficients * scale + shift)), int(rank)
-
-
-def integrated_time(residual: FloatArray, freedom: int = 0) -> float:
-    """Integrated autocorrelation time tau = 1 + 2 sum rho_k in readings, at least 1; the sum ends at 5 tau (Sokal's window).
-
-    Parameters
-    ----------
-    residual : shape (n,), in the order of reading, without trend.
-    freedom : free numbers p of the smooth that was taken off. It took slow noise with it: a share of (2 k + 1) p / n of the
-        sum up to lag k, for which tau is corrected (by a factor of two at most).
-    """
-    n = residual.size
-    r = residual - residual.mean()
-    power = float(r @ r)
-    if n < 8 or power == 0.0:
-        return 1.0
-    spectrum = np.abs(np.fft.rfft(r, 2 * n)) ** 2
-    rho = np.fft.irfft(spectrum)[: n // 2] / power
-    tau = 1 + 2 * np.cumsum(rho[1:])
-    enough = np.flatnonzero(np.arange(1, tau.size + 1) >= 5 * tau)
-    last = int(enough[0]) if enough.size else tau.size - 1
-    return max(1.0, float(tau[last]) / (1 - min(0.5, (2 * (last + 1) + 1) * freedom / n)))
 
 
 def _edges(lo: float, hi: float, onset: float, n_points: int) -> FloatArray:
@@ -188,14 +151,15 @@ def _smooth_and_time(
 
 
 def reduce_channel(x: FloatArray, y: FloatArray, n_points: int, onset: float, *, repeats: bool = True) -> Reduced:
-    """Bin means of y over x, rows in the order of reading.
+    """Reduce a channel of thousands of readings to a few dozen points that say as much, with honest errors.
 
-    The mean of a bin has the sd noise / sqrt(n_effective), n_effective = readings / tau. Tested for white, autoregressive,
-    averaged, low-passed, repeated and coarsely resolved readings: stated sd at most 15 % too small while the branch holds fifty
-    times tau, and up to 30 % too large at a coarse resolution.
+    The points are the means of y in bins of x; their sd is noise / sqrt(n_effective), n_effective = readings / tau. Tested for
+    white, autoregressive, averaged, low-passed, repeated and coarsely resolved readings: stated sd at most 15 % too small while
+    the branch holds fifty times tau, and up to 30 % too large at a coarse resolution.
 
     Parameters
     ----------
+    x, y : abscissa and readings, shape (n_row,), in the order of reading.
     n_points : bins. Those that hold less than one independent reading hang together, which n_effective, 1 at least, leaves out.
     onset : on x, where the channel leaves its flat part.
     repeats : whether to look for readings that are written several times and to leave out all but the first row of each.

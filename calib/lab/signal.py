@@ -1,8 +1,9 @@
-"""From the readings of one channel to their noise, their resolution, their excursion and the rows where they turn."""
+"""From the readings of one channel to their noise, their resolution, how long they hang together, and where they turn."""
 
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 from scipy.ndimage import median_filter, uniform_filter1d
@@ -10,12 +11,17 @@ from scipy.signal import savgol_filter
 
 from models.sensor import BoolArray, FloatArray
 
-# Most readings that `quiet` averages over: many more cost time and tell little.
+#: Range of a channel over the noise of one reading up to which there is nothing to calibrate against: the tie of two clocks
+#: gives the channel up.
+NO_SIGNAL = 10.0
+# Most readings that `smoothed_record` averages over: many more cost time and tell little.
 _WIDEST = 401
 
 
 def resolution(values: FloatArray) -> float:
-    """Smallest step between readings, 0 if none is visible (more than nine digits).
+    """The smallest step by which an instrument's readings differ, as its display or its file cuts them off.
+
+    In the unit of the readings; 0 if none is visible (more than nine digits).
 
     >>> resolution(np.array([0.125, 0.126, 0.131]))
     0.001
@@ -37,24 +43,38 @@ def resolution(values: FloatArray) -> float:
 
 
 def reading_noise(values: FloatArray) -> float:
-    """Noise (sd) of one reading from second differences, which a smooth curve does not move; at least its resolution's."""
+    """Noise (sd) of one reading, told from readings along a smooth curve that is not known.
+
+    It comes from second differences, which a smooth curve hardly moves, and is at least what the resolution alone makes. The
+    readings in order, in their unit; 0 for fewer than three.
+    """
     if values.size < 3:
         return 0.0
     second = np.diff(values, 2)
     return max(1.4826 * float(np.median(np.abs(second))) / math.sqrt(6.0), resolution(values) / math.sqrt(12.0))
 
 
-def ahead(time: FloatArray) -> BoolArray:
-    """Rows whose stamp comes after all before it."""
+def increasing_rows(time: FloatArray) -> BoolArray:
+    """Which rows of a record to keep so that its time strictly increases: those later than all before them, (n_row,)."""
     return np.concatenate([[True], np.diff(np.maximum.accumulate(time)) > 0])
 
 
-def quiet(time: FloatArray, x: FloatArray, window: int) -> tuple[FloatArray, FloatArray]:
-    """A record with the noise of its readings averaged out, stamps alike: what followed the crosshead did not follow its noise.
+def smoothed_record(time: FloatArray, x: FloatArray, window: int) -> tuple[FloatArray, FloatArray]:
+    """A record of the crosshead with the noise of its readings averaged out, because the sensor never felt that noise.
 
     Parabolas through `window` readings (Savitzky & Golay, Anal. Chem. 36 (1964) 1627), or fewer where more are no parabola
     (steps, corners): a reading is replaced where the residuals around it are no larger than its noise lets them be, and stays
-    where they always are.
+    where they always are. Its stamp is averaged in the same way.
+
+    Parameters
+    ----------
+    time : [s], shape (n,), increasing.
+    x : readings at these times, shape (n,), in any unit.
+    window : readings to average over at most; of more than 401 only so many.
+
+    Returns
+    -------
+    Time and readings, each of shape (n,).
     """
     noise = reading_noise(x)
     smooth_time, smooth_x, left = time.copy(), x.copy(), np.ones(x.size, dtype=bool)
@@ -69,15 +89,49 @@ def quiet(time: FloatArray, x: FloatArray, window: int) -> tuple[FloatArray, Flo
     return smooth_time, smooth_x
 
 
+def integrated_time(residual: FloatArray, freedom: int = 0) -> float:
+    """How many readings in a row count as one independent reading, because neighbours share their errors.
+
+    The integrated autocorrelation time tau = 1 + 2 sum rho_k in readings, at least 1; the sum ends at 5 tau (Sokal's window).
+
+    Parameters
+    ----------
+    residual : shape (n,), in the order of reading, without trend.
+    freedom : free numbers p of the smooth that was taken off. It took slow noise with it: a share of (2 k + 1) p / n of the
+        sum up to lag k, for which tau is corrected (by a factor of two at most).
+    """
+    n = residual.size
+    r = residual - residual.mean()
+    power = float(r @ r)
+    if n < 8 or power == 0.0:
+        return 1.0
+    spectrum = np.abs(np.fft.rfft(r, 2 * n)) ** 2
+    rho = np.fft.irfft(spectrum)[: n // 2] / power
+    tau = 1 + 2 * np.cumsum(rho[1:])
+    enough = np.flatnonzero(np.arange(1, tau.size + 1) >= 5 * tau)
+    last = int(enough[0]) if enough.size else tau.size - 1
+    return max(1.0, float(tau[last]) / (1 - min(0.5, (2 * (last + 1) + 1) * freedom / n)))
+
+
 def excursion(values: FloatArray) -> FloatArray:
-    """Excursion from the starting value, without single spikes."""
+    """How far each reading is from where the record started, (n_row,), in the unit of the readings, without single spikes."""
     smooth: FloatArray = median_filter(values, size=5, mode="nearest") if values.size >= 5 else values
     start = float(np.median(values[: max(1, min(9, values.size // 50))]))
     return np.asarray(smooth - start)
 
 
 def reversals(values: FloatArray, threshold: float) -> list[int]:
-    """Rows where the values turn by more than `threshold`, with the first and the last row."""
+    """Rows where a record turns round, from rising to falling or back, with its first and its last row.
+
+    Parameters
+    ----------
+    values : readings in order, shape (n_row,).
+    threshold : how far the values must come back to count as turned, in their unit.
+
+    Returns
+    -------
+    Row numbers in order.
+    """
     turns = [0]
     direction = 0
     low = high = 0
@@ -96,3 +150,33 @@ def reversals(values: FloatArray, threshold: float) -> list[int]:
             direction, low, high = 1, i, i
     last = len(values) - 1
     return turns if turns[-1] == last else [*turns, last]
+
+
+def _rise(values: FloatArray) -> FloatArray:
+    """The excursion, turned so that its largest is a rise."""
+    away = excursion(values)
+    return np.asarray(away * (float(np.sign(away[np.argmax(np.abs(away))])) or 1.0))
+
+
+def crests(values: FloatArray) -> list[int]:
+    """Rows at which each press is deepest: where a record turns, or ends, after rising by half of its largest excursion."""
+    rise = _rise(values)
+    top = float(np.max(rise))
+    turns = reversals(rise, max(0.1 * top, 6 * reading_noise(values)))
+    return [b for a, b in pairwise(turns) if rise[b] - rise[a] > 0.5 * top]
+
+
+def first_crest(values: FloatArray) -> int:
+    """How many rows of a record of capacitance over time alone (n_row,) belong to its first loading, up to its first crest.
+
+    All of them where the record holds no signal.
+    """
+    noise = reading_noise(values)
+    rise = _rise(values)
+    top = float(np.max(rise))
+    if top <= NO_SIGNAL * noise:
+        return int(values.size)
+    turns = reversals(rise, max(0.1 * top, 6 * noise))
+    crest = next((b for b in turns[1:] if rise[b] >= 0.5 * top), int(np.argmax(rise)))
+    # A hold creeps on by less than 2 % and must not count as loading.
+    return max(5, int(np.argmax(rise[: crest + 1] >= 0.98 * rise[crest])) + 1)

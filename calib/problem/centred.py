@@ -6,9 +6,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from calib.lab import Sweep
+from calib.lab import Sweep, hertz_onset, level_before_contact
 from calib.priors import LogNormal, Normal, Prior, TruncatedNormal, Uniform, default_prior
-from models.sensor import FloatArray
 
 #: Within this distance of zero [m] the onset found in the data agrees with the default prior of the contact offset.
 ONSET_NEAR_ZERO = 0.25e-3
@@ -23,64 +22,17 @@ NOISE_FACTOR = 2.0
 CLOCK_OFFSET_SD = 0.2
 
 
-def load_before_contact(displacement: FloatArray, force: FloatArray, n_effective: FloatArray, noise: float) -> float:
-    """What the load cell reads before the ball touches: the median of the points that come before contact.
-
-    Before contact: the leading points that stay within five sd of a point, or 1 % of the range of force, of the first; at
-    least three.
-
-    Parameters
-    ----------
-    displacement : crosshead reading [m], (n_point,). force : [N], (n_point,). n_effective : independent readings in a point.
-    noise : sd [N] of one reading; nan if it is not known.
-
-    Returns
-    -------
-    [N]; nan if the sweep starts in contact.
-    """
-    order = np.argsort(displacement)
-    force, n = force[order], n_effective[order]
-    sd = noise / np.sqrt(n) if np.isfinite(noise) else np.zeros(force.size)
-    close = np.abs(force - force[0]) <= np.maximum(5 * sd, 0.01 * np.ptp(force))
-    n_before = int(np.argmin(close)) if not np.all(close) else force.size
-    return float(np.median(force[:n_before])) if n_before >= 3 else float("nan")
-
-
-def onset_reading(displacement: FloatArray, force: FloatArray, load_zero: float) -> float:
-    """Where the crosshead stood at first touch, roughly: where a line through F^(2/3) (Hertz) meets zero load.
-
-    The line goes through the first half of the loading. Good to some tens of micrometres: it centres a prior, it is not an
-    estimate of the contact offset.
-
-    Parameters
-    ----------
-    displacement : crosshead reading [m], (n_point,). force : [N], (n_point,). load_zero : [N].
-
-    Returns
-    -------
-    Crosshead reading [m].
-    """
-    force = np.maximum(force - load_zero, 0.0)
-    top = float(np.max(force))
-    part = (force > 0.03 * top) & (force < 0.5 * top)
-    if np.count_nonzero(part) < 3:
-        part = force > 0
-    if np.count_nonzero(part) < 3 or np.ptp(displacement[part]) == 0:
-        return float(np.min(displacement))
-    slope, intercept = np.polyfit(displacement[part], np.cbrt(force[part]) ** 2, 1)
-    onset = -intercept / slope if slope > 0 else np.min(displacement)
-    return float(np.clip(onset, np.min(displacement) - 0.5e-3, np.max(displacement)))
-
-
 def nominal_zero(sweep: Sweep) -> tuple[float, float]:
     """Crosshead reading at first touch [m] and load before contact [N] as the data show them; (0, 0) where they do not."""
     for channel, points in sweep.channels.items():  # the tester's record comes first
         force = sweep.load_at(channel)
         if points.displacement is None or force is None:
             continue
-        load = load_before_contact(points.displacement, force, points.n_effective, sweep.noise.get("force", float("nan")))
+        noise = sweep.noise.get("force", float("nan"))
+        sd = noise / np.sqrt(points.n_effective) if np.isfinite(noise) else np.zeros(force.size)
+        load = level_before_contact(points.displacement, force, sd)
         load = 0.0 if np.isnan(load) else load
-        return onset_reading(points.displacement, force, load), load
+        return hertz_onset(points.displacement, force - load), load
     return 0.0, 0.0
 
 

@@ -1,8 +1,8 @@
 """An experiment file in, a run folder out (posterior, summary, report, recommendation), and it back; knows no command line."""
 
-from calib.runs.calibrate import Calibration, Stages, Watch, calibrate
+from calib.runs.calibration import Calibration, Stages, Watch, calibrate
 from calib.runs.folder import Run, load_recommendation, load_run, recommend_in, write_page, write_run
-from calib.runs.refine import Means, Refinement, refine
+from calib.runs.refinement import Means, Refinement, refine
 
 __all__ = [
     "Calibration",

@@ -17,19 +17,29 @@ from calib.lab.instruments.header import (
     split_line,
 )
 from calib.lab.instruments.labtable import Reading
+from calib.lab.instruments.lines import FEW_ROWS
 from calib.lab.instruments.numbers import is_clock, is_numeric, is_over_range
-from calib.lab.instruments.rows import FEW_ROWS, with_rows
+from calib.lab.instruments.rows import with_rows
 from calib.lab.instruments.sheet import Sheet, which_specimen
 from calib.lab.instruments.text import LabText
 from calib.lab.instruments.vocabulary import unit_of_cell, words
 
 
 def cut(text: LabText, reading: Reading) -> Sheet:
-    """Find delimiter, header and units row of a lab file and cut one record into cells.
+    """Find delimiter, header and units row of a lab file, and cut one record into cells.
 
     The header is the line near the top below which most rows of numbers stand in columns that are understood, whatever stands
     above it. Where it stands again, the record goes on if time does; otherwise another specimen begins there. Specimens may
     also stand side by side. A table without a header is read if the user says which of its columns are what, by number.
+
+    Parameters
+    ----------
+    text : the file.
+    reading : what the user says of it.
+
+    Returns
+    -------
+    One record, as text.
 
     Raises
     ------

@@ -27,7 +27,11 @@ _ROWS_SEEN = 30
 
 
 def split_line(line: str, delimiter: str) -> list[str]:
-    """Cells of one line, quotes taken off, stripped; a blank as delimiter stands for runs of blanks.
+    """Cut one line into its cells, quotes and blanks around them taken off.
+
+    Parameters
+    ----------
+    line : of the file. delimiter : between cells; a blank stands for runs of blanks.
 
     >>> split_line('"","1,000.06200","0.5"', ",")
     ['', '1,000.06200', '0.5']
@@ -43,10 +47,18 @@ def split_line(line: str, delimiter: str) -> list[str]:
 
 
 def find_header(text: LabText, reading: Reading) -> tuple[str, int, list[str]] | None:
-    """Delimiter, index of the line, and names of the header; None if no line is one.
+    """Find the line that names the columns, whatever a software writes above it.
 
     Of the lines in which names are understood (or that the user gave), that with most rows of numbers below it, then that
     with most names, then the first.
+
+    Parameters
+    ----------
+    text : the file. reading : what the user says of it.
+
+    Returns
+    -------
+    Delimiter, index of the line from 0, and its cells; None if no line is one.
     """
     wanted = set(reading.columns.values())
     best: tuple[int, int] = (0, 0)

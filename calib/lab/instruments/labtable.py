@@ -1,20 +1,16 @@
-"""What reading a lab file gives (`LabTable`: columns in SI), what may be asked of it (`Reading`), and what a `Family` is."""
+"""What reading a lab file gives (`LabTable`: columns in SI), and what may be said of the file beforehand (`Reading`)."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from models.sensor import FloatArray
-
-if TYPE_CHECKING:
-    from calib.lab.instruments.sheet import Sheet
 
 IntArray = npt.NDArray[np.int64]
 
@@ -72,21 +68,3 @@ class LabTable:
     reasons: tuple[str, ...]
     notes: tuple[str, ...]
     started: datetime | None = None
-
-
-@dataclass(frozen=True)
-class Family:
-    """A family of instruments: its name, how it knows its files, and what it must find in them.
-
-    Attributes
-    ----------
-    name : as it stands in `LabTable.recognised_as`.
-    recognise : a sheet -> the reason why it belongs to the family, "" if it does not.
-    requirement : the quantities found -> the quantities that are needed besides, () if nothing is.
-    verified : whether the layout was seen in files of that instrument; where not, it is built from what is documented.
-    """
-
-    name: str
-    recognise: Callable[[Sheet], str]
-    requirement: Callable[[frozenset[str]], tuple[str, ...]]
-    verified: bool

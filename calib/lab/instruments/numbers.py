@@ -58,7 +58,16 @@ def is_numeric(cell: str) -> bool:
 
 
 def not_numbers(cells: Sequence[str], most: int) -> list[int] | None:
-    """Which cells look like a number in no notation, see `is_numeric`; None if more than `most`."""
+    """Find the cells of a column that are no numbers, all at once, as a file of a million rows needs; see `is_numeric`.
+
+    Parameters
+    ----------
+    cells : of a column. most : how many of them are worth a look.
+
+    Returns
+    -------
+    Their rows from 0; None if there are more than `most`.
+    """
     return _odd_cells(_NOT_NUMERIC, cells, most)
 
 
@@ -80,6 +89,10 @@ def parse_number(cell: str, decimal: str) -> float | None:
     """The number a cell holds in the notation with this decimal mark; None if it holds none.
 
     Thousands may be set apart by the other mark, an apostrophe or a blank, in full groups of three only.
+
+    Parameters
+    ----------
+    cell : as written. decimal : "." or ",".
 
     >>> parse_number("1,000.06200", "."), parse_number("1.000,062", ","), parse_number("0,9966", ".")
     (1000.062, 1000.062, None)
@@ -146,7 +159,7 @@ _BELOW_ONE = {m: re.compile(rf"\n[ \t]*[{_MARKS}]?0?{re.escape(m)}(\d*)[ \t]*$",
 
 
 def decide_notation(columns: Sequence[Sequence[str]], declared: str = "") -> Notation:
-    """The decimal mark of a file from all its number cells.
+    """Tell from all number cells of a file whether its decimal mark is a point or a comma, and refuse to guess.
 
     A cell with both marks shows its decimal mark by the last one; a single mark not followed by exactly three digits, after a
     leading zero, or before an exponent is decimal. One mark followed by three digits ("1,250") shows nothing by itself: a comma
@@ -212,9 +225,13 @@ class Numbers:
 
 
 def to_numbers(cells: Sequence[str], decimal: str) -> Numbers:
-    """Numbers of a column of cells, all (n_row,). Values as written, before any unit; a bad cell is nan and marked.
+    """Read a column of cells as numbers, before any unit, and mark the cells that hold none and why.
 
     Over-range are the words of `is_over_range` and readings of `OVER_RANGE` and more.
+
+    Parameters
+    ----------
+    cells : of a column, (n_row,). decimal : the file's decimal mark, "." or ",".
     """
     n = len(cells)
     values = np.full(n, np.nan)
@@ -279,7 +296,16 @@ def is_clock(cell: str) -> bool:
 
 
 def not_clocks(cells: Sequence[str], most: int) -> list[int] | None:
-    """Which cells are no time of day as usually written; None if more than `most`."""
+    """Find the cells of a column that are no time of day as usually written; the like of `not_numbers`.
+
+    Parameters
+    ----------
+    cells : of a column. most : how many of them are worth a look.
+
+    Returns
+    -------
+    Their rows from 0; None if there are more than `most`.
+    """
     return _odd_cells(_NOT_USUAL_CLOCK, cells, most)
 
 

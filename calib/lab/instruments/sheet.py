@@ -85,7 +85,12 @@ class SeveralSpecimens(InputError):
 
 
 def which_specimen(sheet: Sheet, message: str, count: int) -> SeveralSpecimens:
-    """The refusal of a file of `count` specimens of which none, or one that is not there, was chosen."""
+    """The refusal of a file of several specimens of which none, or one that is not there, was chosen.
+
+    Parameters
+    ----------
+    sheet : the file. message : what is wrong. count : how many specimens there are.
+    """
     advice = (
         f"Say which one: --specimen 1 to --specimen {count} (in an experiment file: specimen = 1), or export one specimen "
         "per file"
@@ -94,5 +99,10 @@ def which_specimen(sheet: Sheet, message: str, count: int) -> SeveralSpecimens:
 
 
 def no_such_specimen(sheet: Sheet, reading: Reading) -> Fault:
-    """The fault of asking for another specimen than the one there is."""
+    """The fault of asking for another specimen than the one there is.
+
+    Parameters
+    ----------
+    sheet : the file. reading : what the user asked for.
+    """
     return Fault(f"there is no specimen {reading.specimen}: the file holds one", sheet.text.path, sheet.header_line or None)

@@ -41,9 +41,10 @@ class LabText:
 
 
 def read_lab_text(path: Path) -> LabText:
-    """The file as text: a byte order mark decides, then UTF-16 by its zero bytes, UTF-8, and at last the words in it.
+    """Read a lab file as text, whatever encoding its software wrote it in.
 
-    Bytes that are not Unicode are read as Latin-1, GBK or Shift-JIS, whichever makes most of its words column names or units.
+    A byte order mark decides, then UTF-16 by its zero bytes, then UTF-8. Bytes that are not Unicode are read as Latin-1, GBK or
+    Shift-JIS, whichever makes most of its words column names or units.
 
     Raises
     ------

@@ -95,7 +95,11 @@ _AS_FORCE = {
 
 
 def lab_factor(unit: str, quantity: str) -> float:
-    """Factor from `unit`, as written in a lab file, to the SI unit of a quantity of `SI_UNIT`.
+    """What to multiply a column by to have it in SI, from its unit as the lab file writes it.
+
+    Parameters
+    ----------
+    unit : as written. quantity : one of `SI_UNIT`.
 
     >>> lab_factor("kN", "force"), lab_factor("μm", "displacement"), lab_factor("%", "dissipation")
     (1000.0, 1e-06, 0.01)
@@ -123,7 +127,12 @@ def _hint(unit: str, si: str) -> str:
 
 
 def is_unit_of(unit: str, quantity: str) -> bool:
-    """Whether `unit` is a known spelling of a unit of the quantity."""
+    """Whether a word is a known spelling of a unit of a quantity.
+
+    Parameters
+    ----------
+    unit : as written. quantity : one of `SI_UNIT`.
+    """
     try:
         lab_factor(unit, quantity)
     except ValueError:

@@ -113,12 +113,16 @@ def understood_names(quantity: str) -> str:
 
 @lru_cache(maxsize=4096)
 def understand(cell: str, unit_below: str = "") -> Heading | None:
-    """The quantity a header cell stands for, or None.
+    """Tell what a column holds from its header cell, in any of the languages and spellings that are known.
 
     Parameters
     ----------
     cell : such as "Load", "Load (N)", "CP[F]", "force_N", "Position(Linear:Digital Position) (mm)".
     unit_below : unit in a units row under the cell, "" if none. It decides where a letter means two things (D, d, F, f).
+
+    Returns
+    -------
+    None if the cell is not understood.
 
     >>> understand("Compressive load (kN)")
     Heading(quantity='force', rank=2, name='compressive load', unit='kN')

@@ -15,13 +15,13 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from calib.checks.refine import error_rows, require_own_surrogate, training_points
-from calib.checks.reweight import problem_of
+from calib.checks.reweighting import problem_of
 from calib.checks.spotcheck import Comparison, compare_draws
 from calib.cli import app
 from calib.errors import InputError
 from calib.problem.likelihood import log_posterior
 from calib.problem.measurement import model_sweep, plan_sweep
-from calib.runs.refine import Means
+from calib.runs.refinement import Means
 from calib.sampling.diagnostics import SpotCheck
 from calib.sampling.posterior import Posterior, thin_draws
 from calib.sampling.storage import save_posterior

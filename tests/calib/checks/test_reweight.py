@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from calib.checks.reweight import log_ratio, problem_of, reweight, shift_of, with_reweighting
+from calib.checks.reweighting import log_ratio, problem_of, reweight, shift_of, with_reweighting
 from calib.cli import app
 from calib.problem.likelihood import log_likelihood_at
 from calib.problem.measurement import model_sweep
 from calib.report.sections.convergence import criteria
 from calib.report.summary import summary_json
-from calib.runs.calibrate import Stages
+from calib.runs.calibration import Stages
 from calib.sampling.archive import smooth_weights
 from calib.sampling.diagnostics import Reweighting, Shift, diagnostics_from_json, diagnostics_to_json
 from calib.sampling.posterior import Posterior, thin_draws

@@ -21,7 +21,7 @@ from calib.cli.surrogate import STEPS, FamilyName
 from calib.decision.requirement import Requirement
 from calib.experiment.experiment_file import read_experiment
 from calib.problem.problem import Problem
-from calib.runs.calibrate import Stages, calibrate
+from calib.runs.calibration import Stages, calibrate
 from calib.runs.folder import load_recommendation, load_run, recommend_in
 from calib.sampling.posterior import Posterior
 from models.analytic import ClosedForm

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from calib.errors import InputError
-from calib.lab.clocks import ClockOffset, clock_offset
+from calib.lab.clocks.estimate import clock_offset
+from calib.lab.clocks.offset import ClockOffset
 from calib.lab.instruments.labtable import LabTable
 from calib.lab.observations import Observations, observe
 from calib.lab.pressing import make_sweep

@@ -11,8 +11,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from calib.errors import InputError
-from calib.lab.instruments import read_lab_file
-from calib.lab.instruments.labtable import LabTable, Reading
+from calib.lab.instruments.columns import read_columns
+from calib.lab.instruments.families import FAMILIES, discover
+from calib.lab.instruments.labtable import AS_FOUND, LabTable, Reading
+from calib.lab.instruments.reader import read_lab_file
+from calib.lab.instruments.text import read_lab_text
 
 LABDATA = Path(__file__).resolve().parents[4] / "shared" / "labdata"
 needs_labdata = pytest.mark.skipif(not LABDATA.is_dir(), reason="the folder of real lab files is not here")
@@ -386,3 +389,72 @@ def test_a_line_among_the_rows_is_refused_also_above_a_table_of_results(tmp_path
     table = read(tmp_path, rows + "operator,away\n" + results)
     assert [any(word in note for note in table.notes) for word in ("operator,away", "a table of 1 row(s)")] == [True, True]
     assert '"operator,away" stands among the rows' in str(refused(tmp_path, rows + "operator,away\n2,0.3,3\n" + results))
+
+
+# ------------------------------------------------------------------------------------------------------------ families
+
+
+def test_families_are_asked_in_the_order_of_their_priorities() -> None:
+    order = [
+        "Hioki LCR meter",
+        "Keysight LCR meter",
+        "GW Instek LCR meter",
+        "LCR log",
+        "MTS",
+        "ZwickRoell testXpert",
+        "Mecmesin",
+        "Instron WaveMatrix",
+        "Instron Bluehill raw data",
+        "table with a header",
+    ]
+    assert [f.name for f in FAMILIES if f.name in order] == order
+    assert FAMILIES[-1].name == order[-1]
+    assert len({f.priority for f in FAMILIES}) == len(FAMILIES)
+
+
+READER = """
+from dataclasses import replace
+
+from calib.lab.instruments.cut import cut as cut_table
+from calib.lab.instruments.family import InstrumentFamily, channels, line_above, needs
+
+HEADER = {"displacement": "Stempelvej (mm)", "force": "Trykkraft (N)"}
+
+
+def cut(text, reading):
+    if not any("Presskraft" in line for line in text.lines[:5]):
+        return None
+    return cut_table(text, replace(reading, columns={**HEADER, **reading.columns}))
+
+
+def recognise(sheet):
+    above = line_above(sheet, "presskraft")
+    return f'"{above[1]}" in line {above[0]}; {channels(sheet)}' if above else ""
+
+
+FAMILY = InstrumentFamily("Presskraft", 45, recognise, needs("displacement", "force"), verified=False, cut=cut)
+"""
+
+
+def test_a_reader_with_words_of_its_own_is_one_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = tmp_path / "more_families"
+    folder.mkdir()
+    (folder / "__init__.py").write_text("")
+    (folder / "presskraft.py").write_text(READER)
+    (folder / "late.py").write_text(READER.replace('"Presskraft", 45', '"Late", 46'))
+    monkeypatch.syspath_prepend(tmp_path)
+    family, later = discover([str(folder)], "more_families")
+    assert (family.name, later.name) == ("Presskraft", "Late")
+    path = tmp_path / "p.csv"
+    path.write_text(
+        "Presskraft 3000\nStempelvej (mm);Trykkraft (N)\n" + "".join(f"{i / 10};{i * i / 7:.3f}\n" for i in range(9))
+    )
+    with pytest.raises(InputError, match="no header"):
+        read_lab_file(path)
+    assert family.cut is not None
+    sheet = family.cut(read_lab_text(path), AS_FOUND)
+    assert sheet is not None
+    table = read_columns(sheet, family, family.recognise(sheet), AS_FOUND)
+    assert table.reason == '"Presskraft 3000" in line 1; channels Stempelvej (mm), Trykkraft (N) in line 2'
+    assert table.columns["displacement"][-1] == pytest.approx(0.8e-3)
+    assert table.columns["force"][-1] == pytest.approx(64 / 7, abs=1e-3)

@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 from calib.errors import InputError
-from calib.lab.instruments import read_lab_file
 from calib.lab.instruments.labtable import LabTable
+from calib.lab.instruments.reader import read_lab_file
 
 sys.path.insert(0, str(Path(__file__).parent))
 sys.path.insert(0, str(Path(__file__).resolve().parents[3] / "benchmarks"))

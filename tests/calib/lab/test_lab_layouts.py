@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from calib.errors import InputError
-from calib.lab.instruments import read_lab_file
+from calib.lab.instruments.reader import read_lab_file
 
 sys.path.insert(0, str(Path(__file__).parent))
 

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from calib.errors import InputError
-from calib.lab.instruments import read_lab_file
+from calib.lab.instruments.reader import read_lab_file
 from calib.lab.observations import observations_frame, observe, why_left_out
 from calib.lab.pressing import make_sweep
-from calib.lab.reduction import integrated_time
+from calib.lab.signal import integrated_time
 from calib.lab.sweep import Sweep, sweeps_from_json, sweeps_to_json
 from models.sensor import BoolArray, FloatArray
 

@@ -12,10 +12,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from calib.lab.instruments import read_lab_file
+from calib.lab.instruments.reader import read_lab_file
 from calib.lab.observations import Observations, observe
 from calib.lab.pressing import make_sweep
-from calib.lab.quality import TYPICAL_COMPLIANCE, Verdict, judge, number_text, quality_in_words, verdict_rows, worst_first
+from calib.lab.quality.judgement import judge
+from calib.lab.quality.material import TYPICAL_COMPLIANCE
+from calib.lab.quality.verdict import Verdict, worst_first
+from calib.lab.quality.words import number_text, quality_in_words, verdict_rows
 from calib.lab.sweep import sweeps_from_json, sweeps_to_json
 from models.sensor import FloatArray
 

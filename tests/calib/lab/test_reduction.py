@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from calib.lab.onset import coarse_onset
 from calib.lab.pressing import make_sweep
-from calib.lab.reduction import NoiseEstimate, Reduced, find_onset, fresh_readings, reduce_channel
+from calib.lab.reduction import NoiseEstimate, Reduced, fresh_readings, reduce_channel
 from models.sensor import FloatArray
 
 NOISE = 5e-3  # [N]
@@ -44,7 +45,7 @@ def readings(kind: str, rng: np.random.Generator) -> tuple[FloatArray, FloatArra
 
 def reduced(kind: str, seed: int) -> Reduced:
     x, y = readings(kind, np.random.default_rng(seed))
-    return reduce_channel(x, y, 40, find_onset(x, y))
+    return reduce_channel(x, y, 40, coarse_onset(x, y))
 
 
 @pytest.mark.parametrize(
@@ -97,7 +98,7 @@ def test_an_outlier_is_counted_and_moves_no_estimate() -> None:
     x, y = readings("white", np.random.default_rng(4))
     spoilt = y.copy()
     spoilt[[500, 1700]] += 0.2
-    onset = find_onset(x, y)
+    onset = coarse_onset(x, y)
     clean, dirty = (reduce_channel(x, v, 40, onset).estimate for v in (y, spoilt))
     assert (clean.outliers, dirty.outliers) == (0, 2)
     assert dirty.noise == pytest.approx(clean.noise, rel=0.05)

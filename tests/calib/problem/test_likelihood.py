@@ -15,11 +15,11 @@ from scipy.stats import multivariate_normal, norm
 from calib.errors import InputError
 from calib.experiment.experiment_file import read_experiment
 from calib.experiment.plan import Experiment, Specimen, SweepFiles
+from calib.lab.onset import hertz_onset
 from calib.lab.pressing import make_sweep
 from calib.lab.sweep import Sweep
 from calib.priors.defaults import default_prior
 from calib.priors.distributions import Fixed, LogNormal, Normal, Prior, Uniform
-from calib.problem.centred import onset_reading
 from calib.problem.likelihood import (
     _log_normal,
     block_names,
@@ -196,7 +196,7 @@ def test_covariance_has_noise_the_forwards_error_and_the_discrepancy() -> None:
     assert "force" in sweep.channels
     points = sweep.channels["force"]
     assert points.displacement is not None
-    depth = (points.displacement - onset_reading(points.displacement, points.value, 0.1)).clip(0)
+    depth = (points.displacement - hertz_onset(points.displacement, points.value - 0.1)).clip(0)
     x = depth / depth.max()
     correlation = np.exp(-0.5 * ((x[:, None] - x) / 0.3) ** 2)
     g = values["force_discrepancy"][0] * r.force[0]

@@ -23,7 +23,7 @@ from calib.decision.padding import recommend
 from calib.decision.recommendation import Recommendation
 from calib.decision.requirement import Requirement
 from calib.experiment.plan import MaterialLaw
-from calib.lab.quality import Verdict
+from calib.lab.quality.verdict import Verdict
 from calib.report import sections
 from calib.report.digits import interval_text, with_uncertainty
 from calib.report.figures.predictive import channel_figure

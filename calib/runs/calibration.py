@@ -32,7 +32,7 @@ class Stages:
     ----------
     sample : as `calib.sampling.posterior.sample`.
     spot_check : as `calib.checks.spotcheck.with_spot_check`.
-    reweight : as `calib.checks.reweight.with_reweighting`.
+    reweight : as `calib.checks.reweighting.with_reweighting`.
     """
 
     sample: Callable[..., Posterior] = sample

@@ -1,0 +1,7 @@
+"""The records of two instruments in, the offset of their clocks out, with its error and whether the data tell it."""
+
+from calib.lab.clocks.estimate import clock_offset
+from calib.lab.clocks.offset import ClockOffset, Confidence
+from calib.lab.clocks.records import loading_window, record
+
+__all__ = ["ClockOffset", "Confidence", "clock_offset", "loading_window", "record"]

@@ -1,0 +1,276 @@
+"""From the lines below the header, told one by one, to the rows of one record: blocks, specimens, text between them."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from calib.errors import Fault, InputError, capped
+from calib.lab.instruments.header import split_line
+from calib.lab.instruments.labtable import IntArray, Reading
+from calib.lab.instruments.lines import FEW_ROWS, Table, is_other_header, kind_of_line, left_out, n_named
+from calib.lab.instruments.numbers import is_numeric, parse_number
+from calib.lab.instruments.sheet import Sheet, no_such_specimen, which_specimen
+from calib.lab.instruments.vocabulary import unit_of_cell
+
+
+def block_table(sheet: Sheet, start: int, keys: Sequence[int], reading: Reading, *, has_side_by_side: bool) -> Table:
+    """The rows of one record where several blocks, specimens or lines of text stand below the header, told line by line.
+
+    Parameters
+    ----------
+    sheet : without rows. start : index of the first line below its header and units.
+    keys : columns that are understood, by index.
+    reading : what the user says of the file.
+    has_side_by_side : whether the specimen was already chosen among columns.
+
+    Raises
+    ------
+    SeveralSpecimens
+        If the blocks are several specimens and `reading` does not say which.
+    InputError
+        If there are no rows, text stands among them, they do not fit the header, or another table follows.
+    """
+    rows = _cells_of(sheet, start)
+    blocks, more = _blocks(sheet, rows, start, keys)
+    blocks = [b for b in blocks if b.rows]
+    if not blocks:
+        raise InputError(
+            Fault(
+                "there is a header but no row of numbers below it",
+                sheet.text.path,
+                sheet.header_line,
+                advice="Export the raw data too",
+            )
+        )
+    kept, block_notes = _one_specimen(sheet, blocks, rows, keys, reading, has_side_by_side=has_side_by_side)
+    width = len(sheet.names)
+    chosen = [rows[i] for i in kept]
+    lines = np.array(kept, dtype=np.int64) + start + 1
+    _check_width(sheet, chosen, lines, width)
+    full = [row if len(row) == width else (row + [""] * width)[:width] for row in chosen]
+    return Table(tuple(zip(*full, strict=True)), lines, (*block_notes, *more))
+
+
+def _cells_of(sheet: Sheet, start: int) -> list[list[str]]:
+    """Cells of every line from `start` on; faults for quotation marks that are not closed."""
+    text, delimiter = sheet.text, sheet.delimiter
+    lines = text.lines[start:]
+    if delimiter == " ":
+        return [line.split() for line in lines]
+    if not any('"' in line for line in lines):
+        return [line.split(delimiter) for line in lines]
+    faults = []
+    kept = []
+    last = max((i for i, line in enumerate(lines) if line.strip()), default=-1)
+    for i, line in enumerate(lines):
+        if line.count('"') % 2:
+            if i == last and not text.ended:
+                line += '"'  # the file ends within this row, which is then left out
+            else:
+                faults.append(Fault("a quotation mark is not closed", text.path, start + i + 1, advice="Export the file again"))
+        kept.append(line)
+    if faults:
+        raise InputError(capped(faults, "rows cannot be read"))
+    try:
+        return list(csv.reader(kept, delimiter=delimiter, skipinitialspace=True))
+    except csv.Error as error:
+        raise InputError(
+            Fault(f"the rows cannot be cut into cells: {error}", text.path, advice="Export the file again")
+        ) from None
+
+
+@dataclass(frozen=True)
+class _Block:
+    """Rows below one header: 1-based line of that header, its label, and the places of its rows."""
+
+    line: int
+    label: str
+    rows: list[int]
+
+
+def _blocks(sheet: Sheet, rows: list[list[str]], start: int, keys: Sequence[int]) -> tuple[list[_Block], list[str]]:
+    """Rows of numbers below each standing of the header; lines of text below a block are left out, among its rows refused."""
+    text, names = sheet.text, list(sheet.names)
+    header = split_line(text.lines[sheet.header_line - 1], sheet.delimiter) if sheet.header_line else []
+    blocks = [_Block(sheet.header_line, _label(sheet, sheet.header_line - 1), [])]
+    faults: list[Fault] = []
+    apart: list[int] = []  # lines of text since the last row
+    among_text: list[int] = []
+    below: list[str] = []
+    skip_units = False
+    for i, row in enumerate(rows):
+        if not any(c.strip() for c in row):
+            continue
+        kind = kind_of_line(row, header, keys, len(names))
+        if skip_units:
+            skip_units = False
+            if all(unit_of_cell(c) is not None for c in row):
+                if sheet.units and [unit_of_cell(c) for c in row] != list(sheet.units):
+                    raise InputError(
+                        Fault(
+                            "the units of this block differ from those of the first",
+                            text.path,
+                            start + i + 1,
+                            advice="Export the file again, one record per file",
+                        )
+                    )
+                continue
+        if kind == "header":
+            if apart and not blocks[-1].rows:
+                line = start + apart[0] + 1
+                message = (
+                    f'"{text.lines[line - 1].strip()[:80]}" stands where the rows of the header in line {blocks[-1].line} begin'
+                )
+                raise InputError(Fault(message, text.path, line, 1, advice="Remove the line, or that header"))
+            among_text += apart
+            blocks.append(_Block(start + i + 1, _label(sheet, start + i), []))
+            apart, skip_units = [], sheet.units_line is not None
+        elif kind == "text":
+            if is_other_header(row) and _numbers_below(rows, i):
+                below = _another_table(sheet, rows, i, start)
+                break
+            apart.append(i)
+        else:
+            if apart and blocks[-1].rows:
+                faults += [
+                    Fault(
+                        f'"{text.lines[start + k].strip()[:80]}" stands among the rows',
+                        text.path,
+                        start + k + 1,
+                        1,
+                        advice="Remove the line",
+                    )
+                    for k in apart
+                ]
+            elif apart:
+                among_text += apart
+            apart = []
+            blocks[-1].rows.append(i)
+    if faults:
+        raise InputError(capped(faults, "rows cannot be read"))
+    among_text += apart
+    return blocks, [*left_out(sheet, [start + i for i in among_text]), *below]
+
+
+def _numbers_below(rows: list[list[str]], at: int) -> bool:
+    below = [r for r in rows[at + 1 : at + 5] if any(c.strip() for c in r)][:2]
+    return any(sum(is_numeric(c) for c in r) >= 2 for r in below)
+
+
+def _another_table(sheet: Sheet, rows: list[list[str]], at: int, start: int) -> list[str]:
+    """The note on a table of results below the record; a long one is refused."""
+    n = sum(1 for r in rows[at + 1 :] if sum(is_numeric(c) for c in r) >= 2)
+    line = start + at + 1
+    if n >= FEW_ROWS:
+        raise InputError(
+            Fault(
+                f"another table with other columns begins here, with {n} rows",
+                sheet.text.path,
+                line,
+                advice="Save one record per file",
+            )
+        )
+    return [f"a table of {n} row(s) from line {line} on left out"]
+
+
+_SPECIMEN = re.compile(
+    r"specimen|sample|test ?piece|probe\b|prüfling|prüfkörper|éprouvette|échantillon|probeta|muestra|试样|試験片|サンプル", re.I
+)
+
+
+def _label(sheet: Sheet, header: int) -> str:
+    """The nearest line above a header that names a specimen, within eight lines."""
+    for line in reversed(sheet.text.lines[max(header - 8, 0) : max(header, 0)]):
+        if _SPECIMEN.search(line):
+            return re.sub(r"[\t;,]+", " ", line.replace('"', "")).strip()[:60]
+    return ""
+
+
+def _one_specimen(
+    sheet: Sheet,
+    blocks: list[_Block],
+    rows: list[list[str]],
+    keys: Sequence[int],
+    reading: Reading,
+    *,
+    has_side_by_side: bool,
+) -> tuple[list[int], list[str]]:
+    """Rows of the specimen asked for: all blocks if the record only repeats its header, one of them if each is a specimen."""
+    if len(blocks) == 1:
+        if reading.specimen not in (None, 1) and not has_side_by_side:
+            raise InputError(no_such_specimen(sheet, reading))
+        return blocks[0].rows, []
+    if _time_goes_on(sheet, blocks, rows):
+        note = f"the header stands {len(blocks)} times; time goes on from block to block: one record"
+        return [i for b in blocks for i in b.rows], [note]
+    listed = "; ".join(
+        f"{k}: {b.label + ', ' if b.label else ''}header at line {b.line}, {len(b.rows)} rows" for k, b in enumerate(blocks, 1)
+    )
+    if reading.specimen is None:
+        raise which_specimen(sheet, f"the file holds {len(blocks)} specimens ({listed})", len(blocks))
+    if not 1 <= reading.specimen <= len(blocks):
+        raise which_specimen(sheet, f"there is no specimen {reading.specimen} ({listed})", len(blocks))
+    block = blocks[reading.specimen - 1]
+    return block.rows, [f"specimen {reading.specimen} of {len(blocks)}: {block.label or f'header at line {block.line}'}"]
+
+
+def _time_goes_on(sheet: Sheet, blocks: list[_Block], rows: list[list[str]]) -> bool:
+    labels = {b.label for b in blocks if b.label}
+    time = next((i for i, h in sheet.headings().items() if h.quantity == "time"), None)
+    if time is None or len(labels) > 1:
+        return False
+
+    def number(row: list[str]) -> float | None:
+        cell = row[time] if time < len(row) else ""
+        marks = (sheet.declared_decimal,) if sheet.declared_decimal else (".", ",")
+        return next((n for mark in marks if (n := parse_number(cell, mark)) is not None), None)
+
+    ends = [(number(rows[b.rows[0]]), number(rows[b.rows[-1]])) for b in blocks]
+    return all(last is not None and first is not None and first > last for (_, last), (first, _) in pairwise(ends))
+
+
+def _check_width(sheet: Sheet, rows: list[list[str]], lines: IntArray, width: int) -> None:
+    faults = []
+    named = n_named(sheet)
+    widest = max(map(len, rows), default=0)
+    if widest < named:
+        # A cell too many among the names moves all columns behind it.
+        raise InputError(
+            Fault(
+                f"the header names {named} columns, no row has more than {widest} cells",
+                sheet.text.path,
+                sheet.header_line or None,
+                widest + 1,
+                advice="Which names belong to which cells cannot be told: correct the header",
+            )
+        )
+    for row, line in zip(rows, lines.tolist(), strict=True):
+        if len(row) > width and any(c.strip() for c in row[width:]):
+            advice = (
+                "If the decimal mark is a comma too, export with semicolons between the columns"
+                if sheet.delimiter == ","
+                else "Remove what does not belong to the table"
+            )
+            faults.append(
+                Fault(f"the row has {len(row)} cells, the header has {width}", sheet.text.path, line, width + 1, advice=advice)
+            )
+        elif sheet.delimiter == " " and len(row) < width:
+            # Blanks cannot hold an empty cell's place.
+            faults.append(
+                Fault(
+                    f"the row has {len(row)} cells between blanks, the header has {width}",
+                    sheet.text.path,
+                    line,
+                    advice="Export with semicolons or tabs between the columns",
+                )
+            )
+    if faults and sheet.delimiter == " " and len(faults) == 1 and lines[-1] == faults[0].line and not sheet.text.ended:
+        return  # the file ends within its last row
+    if faults:
+        raise InputError(capped(faults, "rows cannot be read"))

@@ -1,0 +1,27 @@
+"""Hioki LCR meters and impedance analysers: a sheet in, the reason why it is theirs out."""
+
+from __future__ import annotations
+
+import re
+
+from calib.lab.instruments.family import InstrumentFamily, capacitance_log, needs_of_log, word_above
+from calib.lab.instruments.sheet import Sheet
+
+# The impedance analysers' way of writing a header: number of the sweep point, parameter[unit].
+_NAMES = re.compile(r"^(?:FREQ|Z|PHASE|CS|CP|D|LS|LP|Q|RS|RP|G|X|B|Y)\[[^\]]*\]$")
+
+
+def recognise(sheet: Sheet) -> str:
+    """Hioki's name or a model above the header, or the parameter[unit] names of its impedance analysers."""
+    log = capacitance_log(sheet)
+    if not log:
+        return ""
+    named = word_above(sheet, r"hioki|\bIM35\d\d\b|\bIM75\d\d\b|\b35(?:06|22|32|04)-?\d*\b")
+    if named:
+        return f"{named}; {log}"
+    own = [n for n in sheet.names if _NAMES.match(n)]
+    numbered = sheet.names[0].strip().lower().rstrip(".") == "no"
+    return f"{log}, numbered and written as {own[0]}" if own and numbered else ""
+
+
+FAMILY = InstrumentFamily("Hioki LCR meter", 10, recognise, needs_of_log, verified=False)

@@ -1,0 +1,22 @@
+"""Mecmesin: a sheet in, the reason why it is an export of VectorPro or Emperor out."""
+
+from __future__ import annotations
+
+from calib.lab.instruments.family import InstrumentFamily, channels, line_above, needs
+from calib.lab.instruments.sheet import Sheet
+
+
+def recognise(sheet: Sheet) -> str:
+    """Mecmesin: its name above, or event flags beside load and displacement, with specimens side by side."""
+    above = line_above(sheet, r"mecmesin|vectorpro|emperor")
+    if above is not None:
+        return f'{channels(sheet)}, "{above[1]}" in line {above[0]}'
+    events = any(n.strip().lower() in ("event", "events") for n in sheet.names)
+    minutes = any(h.quantity == "time" and h.unit in ("min", "mins", "minutes") for h in sheet.headings().values())
+    beside = any("side by side" in note for note in sheet.notes)
+    if events and (minutes or beside):
+        return f"{channels(sheet)}, event flags, {'specimens side by side' if beside else 'time in minutes'}"
+    return ""
+
+
+FAMILY = InstrumentFamily("Mecmesin", 70, recognise, needs("displacement", "force"), verified=False)

@@ -1,0 +1,19 @@
+"""MTS 793 and TestSuite: a sheet in, the reason why it is one of their exports out."""
+
+from __future__ import annotations
+
+from calib.lab.instruments.family import InstrumentFamily, channels, line_above, needs
+from calib.lab.instruments.sheet import Sheet
+
+
+def recognise(sheet: Sheet) -> str:
+    """MTS 793: a first line that declares language and marks, or TestSuite's words."""
+    first = sheet.text.lines[0].lstrip("\ufeff") if sheet.text.lines else ""
+    if sheet.header_line > 1 and first.startswith("MTS793|"):
+        mark = f', decimal mark "{sheet.declared_decimal}" declared there' if sheet.declared_decimal else ""
+        return f'line 1 is "{first[:40]}"{mark}; {channels(sheet)}'
+    above = line_above(sheet, r"\bMTS\b|multipurpose testware|testsuite|testworks")
+    return f'{channels(sheet)}, "{above[1]}" in line {above[0]}' if above is not None else ""
+
+
+FAMILY = InstrumentFamily("MTS", 50, recognise, needs("displacement", "force"), verified=False)

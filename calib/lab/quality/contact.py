@@ -1,0 +1,97 @@
+"""From one channel to verdicts on what it shows before contact: whether there is such a part, its drift, its load zero."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from calib.lab.linear import slope_and_error
+from calib.lab.observations import HOLD, Observations
+from calib.lab.onset import FEW_BEFORE, FLAT_RISE, LIGHT_TOUCH, TOO_FEW_BEFORE
+from calib.lab.quality.loading import LoadingBranch, channel_values
+from calib.lab.quality.verdict import Level, Verdict, level_beyond
+from calib.lab.quality.words import percent
+
+#: Drift before contact, scaled to the duration of loading, as a share of the range. The load zero is one constant: a drift goes
+#: on into the modulus by about its share. 1 % is below what a calibration states for the modulus (2 %), 5 % above.
+DRIFT, LARGE_DRIFT = 0.01, FLAT_RISE
+#: Share of the travel before contact. From 2 % on the flat part has points of its own in the reduction; with fewer than three
+#: readings there, load zero and contact point are extrapolated.
+SHORT_START = 0.02
+#: Load zero [N] up to which the default prior of `load_zero` reaches.
+LOAD_ZERO_REACH = 5.0
+
+
+def check_start(c: LoadingBranch) -> Verdict:
+    """Does the record start well before contact, so that load zero and contact point can be seen in it?"""
+    n = int(np.sum(c.flat))
+    travel = max(c.touch - float(c.x[0]), 0.0)
+    share = travel / max(float(np.ptp(c.x)), 1e-300)
+    advice = "Start the record 0.1 mm or more above the sensor and let the ball come down to it."
+    if n < TOO_FEW_BEFORE:
+        finding = f"{c.name} changes from the first reading on: the record starts in contact, its contact point is extrapolated"
+        first = abs(float(c.y[0])) / c.span
+        light = c.name == "force" and first <= LIGHT_TOUCH
+        if light:
+            finding += f"; a light touch, {percent(first)} of the range, if the cell was balanced"
+        return c.verdict("start before contact", "warning" if light else "bad", travel, c.x_unit, finding, advice)
+    level: Level = "warning" if share < SHORT_START or n < FEW_BEFORE else "good"
+    shown = f"{travel * 1e3:.3g} mm" if c.x_unit == "m" else f"{travel:.3g} {c.x_unit}"
+    finding = f"{c.name} is flat over the first {shown} ({n} readings, {percent(share)} of the branch)"
+    return c.verdict("start before contact", level, travel, c.x_unit, finding, advice)
+
+
+def check_drift(obs: Observations, c: LoadingBranch) -> Verdict | None:
+    """Does the channel move before contact, while nothing touches the sensor?
+
+    Parameters
+    ----------
+    obs : the lab file. c : the channel that is judged.
+
+    Returns
+    -------
+    None for fewer than ten readings before contact.
+    """
+    values = channel_values(obs, c.name)
+    clock = np.arange(len(obs.used), dtype=float) if obs.time is None else obs.time
+    flat = c.rows[c.flat]
+    # The last fifth before the onset may already be contact that does not show yet.
+    flat = flat[: max(TOO_FEW_BEFORE, int(0.8 * flat.size))]
+    waiting = np.array([r == HOLD for r in obs.reason], dtype=bool) & (np.arange(len(obs.used)) < c.rows[0])
+    if obs.displacement is not None:
+        waiting &= obs.displacement <= c.touch
+    rows = np.concatenate([np.flatnonzero(waiting), flat])
+    rows = rows[np.isfinite(clock[rows]) & np.isfinite(values[rows])]
+    if flat.size == 0 or rows.size < FEW_BEFORE:
+        return None
+    slope, error = slope_and_error(clock[rows], c.sign * values[rows])
+    duration = float(clock[c.rows[-1]] - clock[c.rows[0]])
+    if not (math.isfinite(error) and math.isfinite(duration)):
+        return None
+    share, sd = slope * duration / c.span, error * duration / c.span
+    sure = abs(share) > 3 * sd
+    level = level_beyond(abs(share), DRIFT, LARGE_DRIFT) if sure else "good"
+    loading = f"{duration:.3g} {'s' if obs.time is not None else 'readings'} of loading"
+    doubt = "" if sure else "; not distinct from none"
+    finding = (
+        f"before contact {c.name} drifts by {percent(share)} of its range in the {loading} (sd {percent(sd)}, from "
+        f"{rows.size} readings{doubt})"
+    )
+    advice = (
+        "Let cell and specimen come to rest before the test, press faster, and look for cables that pull."
+        if c.name == "force"
+        else "Warm the meter up, keep hands and cables away from the leads, and repeat the open correction."
+    )
+    return c.verdict("drift before contact", level, share, "1", finding, advice)
+
+
+def check_load_zero(c: LoadingBranch) -> Verdict:
+    """Was the load cell balanced before the test?"""
+    zero = c.sign * c.zero
+    level: Level = "warning" if abs(zero) > min(c.span, LOAD_ZERO_REACH) else "good"
+    where = "the force before contact" if np.any(c.flat) else "the first reading of force, in contact or not,"
+    share = percent(abs(zero) / c.span)
+    finding = f"{where} is {zero:.3g} N, {share} of the range of {c.text(c.span)}; it is a parameter, not taken off"
+    advice = f"Balance the load cell before the test; beyond {LOAD_ZERO_REACH:g} N give load_zero a prior of its own."
+    return c.verdict("load zero", level, zero, "N", finding, advice)

@@ -1,0 +1,134 @@
+"""From the observations of a lab file to what is judged of one channel: its loading branch, with range and noise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.lab.instruments import IntArray
+from calib.lab.observations import Observations
+from calib.lab.onset import flat_part
+from calib.lab.quality.verdict import Level, Verdict
+from calib.lab.signal import excursion, first_crest, reading_noise, resolution
+from models.sensor import BoolArray, FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class LoadingBranch:
+    """What the checks look at: one channel on the loading branch, arrays of shape (n_row,) in the order of reading.
+
+    Attributes
+    ----------
+    file, name, unit : name of the lab file; "force" or "capacitance"; "N" or "F".
+    rows : of the file. x : displacement [m], else time [s], else number of the reading, as `x_unit` says.
+    y : readings [unit], turned so that they rise in contact (by `sign`). flat : rows before contact.
+    span : range of y without single spikes. noise : sd of one reading. step : of the display. All in `unit`.
+    """
+
+    file: str
+    name: str
+    unit: str
+    rows: IntArray
+    x: FloatArray
+    x_unit: str
+    y: FloatArray
+    sign: float
+    flat: BoolArray
+    span: float
+    noise: float
+    step: float
+
+    @property
+    def touch(self) -> float:
+        """Where the flat part ends, or the branch begins if there is none. In `x_unit`."""
+        return float(np.max(self.x[self.flat]) if np.any(self.flat) else self.x[0])
+
+    @property
+    def zero(self) -> float:
+        """Level before contact, or the first reading if there is no flat part. In `unit`, of `y`."""
+        return float(np.median(self.y[self.flat]) if np.any(self.flat) else self.y[0])
+
+    def verdict(self, check: str, level: Level, number: float, unit: str, finding: str, advice: str) -> Verdict:
+        """Say what a check found in this channel.
+
+        Parameters
+        ----------
+        check, level, number, unit, finding : as in `Verdict`.
+        advice : left out of a verdict that is good.
+        """
+        return Verdict(check, level, float(number), unit, finding, "" if level == "good" else advice, self.name, self.file)
+
+    def text(self, value: float) -> str:
+        """A value of the channel for people: in N or pF."""
+        return f"{value:.3g} N" if self.unit == "N" else f"{value * 1e12:.4g} pF"
+
+
+def loading_branch(obs: Observations, name: str) -> LoadingBranch | None:
+    """The part of a file that is judged: one channel on its loading branch, with its flat part, range, noise and resolution.
+
+    Parameters
+    ----------
+    obs : one lab file. name : "force" or "capacitance".
+
+    Returns
+    -------
+    None if the file has no such channel, or fewer than five readings of it on the loading branch.
+    """
+    if (obs.force if name == "force" else obs.capacitance) is None:
+        return None
+    values = channel_values(obs, name)
+    clock = np.arange(len(obs.used), dtype=float) if obs.time is None else obs.time
+    x_all = clock if obs.displacement is None else obs.displacement
+    x_unit = "m" if obs.displacement is not None else "s" if obs.time is not None else "readings"
+    rows = np.flatnonzero(obs.used & np.isfinite(x_all) & np.isfinite(values))
+    if rows.size < 5:
+        return None
+    if obs.displacement is None and obs.force is None:
+        rows = rows[: first_crest(values[rows])]
+    y = values[rows]
+    away = excursion(y)
+    sign = 1.0 if float(away[np.argmax(np.abs(away))]) >= 0 else -1.0
+    y = sign * y
+    x = x_all[rows]
+    step = resolution(y)
+    span = float(np.max(sign * away) - min(0.0, float(np.min(sign * away))))
+    if step == 0.0:
+        # More digits than a decimal step shows, such as counts of a converter times a factor.
+        gaps = np.diff(np.unique(y))
+        step = float(np.min(gaps[gaps > 1e-9 * span], initial=span)) if gaps.size else span
+    return LoadingBranch(
+        file=obs.table.path.name,
+        name=name,
+        unit="N" if name == "force" else "F",
+        rows=rows,
+        x=x,
+        x_unit=x_unit,
+        y=y,
+        sign=sign,
+        flat=flat_part(x, y),
+        span=span,
+        noise=reading_noise(y),
+        step=step,
+    )
+
+
+def channel_values(obs: Observations, name: str) -> FloatArray:
+    """Readings of a channel that the file has, shape (n_row,), [N] or [F].
+
+    Parameters
+    ----------
+    obs : one lab file. name : "force" or "capacitance".
+    """
+    values = obs.force if name == "force" else obs.capacitance
+    assert values is not None
+    return values
+
+
+def longest_run(mask: BoolArray) -> tuple[int, int]:
+    """Begin and end of the longest run of True; equal where there is none."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
+    if edges.size == 0:
+        return 0, 0
+    k = int(np.argmax(edges[1::2] - edges[::2]))
+    return int(edges[2 * k]), int(edges[2 * k + 1])
