@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, fields, is_dataclass
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from calib.lab.clocks import ClockOffset
 from calib.lab.quality import Verdict
@@ -92,6 +93,23 @@ class Sweep:
     def title(self) -> str:
         """Name for people: its specimen, and its own name if it has one."""
         return f"{self.specimen}, {self.name}" if self.name else self.specimen
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """All points of all channels as a table, to look at or to plot.
+
+        Returns
+        -------
+        One row per point: channel, value and sd (of the point) in the SI unit of the channel, n_effective, and where it was
+        read: displacement [m], force [N], time [s]; nan for what its record does not have.
+        """
+        frames = []
+        for name, points in self.channels.items():
+            sd = self.noise.get(name, float("nan")) / np.sqrt(points.n_effective)
+            columns = {"value": points.value, "sd": sd, "n_effective": points.n_effective, "displacement": points.displacement}
+            columns |= {"force": self.load_at(name), "time": points.time}
+            filled = {k: np.full(points.value.size, np.nan) if v is None else v for k, v in columns.items()}
+            frames.append(pd.DataFrame({"channel": [name] * points.value.size, **filled}))
+        return pd.concat(frames, ignore_index=True)
 
     def tied_by(self, channel: str) -> str:
         """What tells how deep the ball was at the readings of a channel.

@@ -18,6 +18,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 
 import numpy as np
+import pandas as pd
 
 from calib.catalogue import QUANTITIES
 from calib.problem import ParameterInfo
@@ -282,6 +283,21 @@ class Diagnostics:
     def reasons_against_use(self) -> tuple[str, ...]:
         """Everything that speaks against `usable`, that of the chains first."""
         return self.reasons + self.surrogate_reasons
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """The summary of every unknown as a table, one row each, by name.
+
+        Returns
+        -------
+        Columns unit, mean, sd, median, low and high (of the central 90 %), r_hat, ess_bulk, ess_tail, prior_contraction,
+        prior_shift; values in SI.
+        """
+        rows = {name: asdict(summary) for name, summary in self.parameters.items()}
+        for row in rows.values():
+            row["low"], row["high"] = row.pop("interval_90")
+        first = ["unit", "mean", "sd", "median", "low", "high"]
+        frame = pd.DataFrame.from_dict(rows, orient="index")
+        return frame[[*first, *(c for c in frame.columns if c not in first)]]
 
 
 def convergence(chains: FloatArray, tau: FloatArray, steps: int) -> Convergence:
