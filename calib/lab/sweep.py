@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass
 from typing import Any
@@ -13,7 +12,11 @@ import pandas as pd
 from calib.lab.clocks import ClockOffset
 from calib.lab.quality import Verdict
 from calib.lab.reduction import NoiseEstimate
+from calib.records import record_from_text, record_to_text
 from models.sensor import FloatArray
+
+# Layout of sweeps as JSON.
+_FORMAT = 2
 
 #: Largest number of nodes of a `Track`.
 TRACK_NODES = 2000
@@ -136,7 +139,7 @@ class Sweep:
 
 def sweeps_to_json(sweeps: Sequence[Sweep]) -> str:
     """Sweeps as JSON text; numbers come back to the last bit, nan included."""
-    return json.dumps([_to_plain(s) for s in sweeps])
+    return record_to_text("sweeps", _FORMAT, {"sweeps": [_to_plain(s) for s in sweeps]}, indent=None, exact=True)
 
 
 def _to_plain(value: object) -> object:
@@ -152,8 +155,14 @@ def _to_plain(value: object) -> object:
 
 
 def sweeps_from_json(text: str) -> tuple[Sweep, ...]:
-    """The inverse of `sweeps_to_json`."""
-    return tuple(_sweep(plain) for plain in json.loads(text))
+    """The sweeps that `sweeps_to_json` wrote.
+
+    Raises
+    ------
+    ValueError
+        If the text is another record, or of another format.
+    """
+    return tuple(_sweep(plain) for plain in record_from_text("sweeps", _FORMAT, text)["sweeps"])
 
 
 def _arrays(plain: Mapping[str, Sequence[float] | None]) -> dict[str, Any]:

@@ -12,7 +12,6 @@ file are the numbers here.
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -22,6 +21,7 @@ import pandas as pd
 
 from calib.catalogue import QUANTITIES
 from calib.problem import ParameterInfo
+from calib.records import record_from_text, record_to_text
 from calib.sampling.archive import LeaveOut, effective_sample_size, leave_blocks_out, rank_r_hat
 from calib.sampling.layout import chain_order
 from models.sensor import FloatArray
@@ -396,9 +396,13 @@ def prior_conflicts(parameters: Mapping[str, ParameterSummary]) -> tuple[str, ..
     )
 
 
+# Layout of diagnostics as JSON.
+_FORMAT = 1
+
+
 def diagnostics_to_json(diagnostics: Diagnostics) -> str:
     """Diagnostics as JSON text."""
-    return json.dumps(asdict(diagnostics))
+    return record_to_text("diagnostics", _FORMAT, asdict(diagnostics), indent=None, exact=True)
 
 
 def diagnostics_from_json(text: str) -> Diagnostics:
@@ -406,10 +410,10 @@ def diagnostics_from_json(text: str) -> Diagnostics:
 
     Raises
     ------
-    KeyError
-        If something is missing, as in what an earlier version wrote.
+    ValueError
+        If the text is another record, or of another format.
     """
-    data = json.loads(text)
+    data = record_from_text("diagnostics", _FORMAT, text)
     parameters = {
         name: ParameterSummary(**{**summary, "interval_90": tuple(summary["interval_90"])})
         for name, summary in data["parameters"].items()
