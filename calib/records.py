@@ -63,7 +63,7 @@ def record_from_text(kind: str, version: int, text: str) -> dict[str, Any]:
 
 
 def _plain(value: Any) -> Any:
-    """What JSON knows."""
+    """Turn arrays, tuples and mappings into lists, dictionaries and numbers that JSON can hold; nan and inf become None."""
     if isinstance(value, Mapping):
         return {key: _plain(v) for key, v in value.items()}
     if isinstance(value, np.ndarray | np.generic):

@@ -15,7 +15,7 @@ _JSON_VERSION = 4
 
 
 def experiment_to_json(experiment: Experiment) -> str:
-    """The whole experiment as JSON text, SI; the inverse is `experiment_from_json`."""
+    """Write the whole experiment as JSON text, SI, so that a run keeps what it is of; the inverse is `experiment_from_json`."""
 
     def priors(given: Mapping[str, Prior]) -> dict[str, object]:
         return {parameter: prior.to_json() for parameter, prior in given.items()}
@@ -65,7 +65,7 @@ def experiment_to_json(experiment: Experiment) -> str:
 
 
 def experiment_from_json(text: str) -> Experiment:
-    """The experiment that `experiment_to_json` wrote; the files it names need not exist any more.
+    """Read the experiment that `experiment_to_json` wrote; the files it names need not exist any more.
 
     Raises
     ------
