@@ -433,7 +433,7 @@ class UnknownName:
 
     @property
     def wider(self) -> tuple[UnknownName, ...]:
-        """This name, then the quantity's name for the whole specimen, then for all specimens: the order of looking a value up."""
+        """Names under which a value for a sweep is looked up: of the sweep, then of its specimen, then of all specimens."""
         return tuple(dict.fromkeys((self, replace(self, sweep=""), UnknownName(self.parameter))))
 
     @property

@@ -76,14 +76,14 @@ def is_property(node: FunctionNode) -> bool:
 
 
 def arguments_of(node: FunctionNode, method: bool) -> list[str]:
-    """Names of the arguments, without `self` or `cls`."""
+    """Names of the arguments, without `self` or `cls` and without `_`, which a function takes and does not use."""
     given = node.args
     positional = [*given.posonlyargs, *given.args]
     static = any(ast.unparse(decorator) == "staticmethod" for decorator in node.decorator_list)
     if method and not static:
         positional = positional[1:]
     stars = [star for star in (given.vararg, given.kwarg) if star is not None]
-    return [argument.arg for argument in (*positional, *given.kwonlyargs, *stars)]
+    return [argument.arg for argument in (*positional, *given.kwonlyargs, *stars) if is_public(argument.arg)]
 
 
 def section(docstring: str, title: str) -> str | None:

@@ -194,7 +194,7 @@ def _name(record: Found | None, number: int) -> str:
 
 
 def experiment_text(specimens: Sequence[Paired], folder: Path, left_out: Sequence[tuple[Path, str]] = ()) -> str:
-    """Write the experiment file that a user then completes: filled in from the lab files, EDIT where something must be measured.
+    """Write the experiment file for a user to complete: filled in from the lab files, EDIT where something must be measured.
 
     Parameters
     ----------

@@ -34,7 +34,14 @@ PRIOR_CONFLICT = 3.0
 
 @dataclass(frozen=True)
 class Gate:
-    """What a run has to reach: R-hat below and effective sample sizes above these for every parameter, and a length in tau."""
+    """What a run has to reach before it counts as converged.
+
+    Attributes
+    ----------
+    r_hat : [1], limit below which every parameter's R-hat must lie.
+    ess : effective sample size, bulk and tail, that every parameter must reach.
+    length : least length of the run in autocorrelation times.
+    """
 
     r_hat: float = 1.01
     ess: float = 400.0
@@ -43,7 +50,7 @@ class Gate:
 
 @dataclass(frozen=True, eq=False)
 class Convergence:
-    """State of a run, arrays (n_parameter,).
+    """How far a run has converged, parameter by parameter, arrays (n_parameter,).
 
     Attributes
     ----------
@@ -234,12 +241,16 @@ class Reweighting:
 
 @dataclass(frozen=True)
 class Diagnostics:
-    """Whether the draws of a posterior may be used, and if not, why not: of the chains, and of the forward model.
+    """Whether the numbers of a posterior may be used, and if not, why not.
+
+    These are two facts: `converged` says that the chains agree, which more sampling can bring about; `surrogate_honest` says
+    that the forward model is as close to the finite elements as it states, which more sampling cannot mend.
 
     Attributes
     ----------
-    converged : whether the chains met the `gate`; `reasons` says what they did not, one sentence each.
+    converged : whether the chains met the `gate`; `reasons` says where they did not, one sentence each.
     warnings : what may be wrong with the result although the chains agree.
+    parameters : the posterior of each parameter in numbers, by name.
     steps, burn_in, thin : steps of each walker in the run, the first of them discarded, and every how many-th of the rest kept.
     n_walker : walkers of each ensemble.
     acceptance_fraction : share of accepted steps after the burn-in, per ensemble.
@@ -381,12 +392,12 @@ def prior_conflicts(parameters: Mapping[str, ParameterSummary]) -> tuple[str, ..
 
 
 def diagnostics_to_json(diagnostics: Diagnostics) -> str:
-    """Diagnostics as JSON text."""
+    """Write diagnostics as JSON text; the inverse is `diagnostics_from_json`."""
     return json.dumps(asdict(diagnostics))
 
 
 def diagnostics_from_json(text: str) -> Diagnostics:
-    """The diagnostics that `diagnostics_to_json` wrote.
+    """Read the diagnostics that `diagnostics_to_json` wrote.
 
     Raises
     ------

@@ -81,7 +81,17 @@ def unknowns(parameters: Sequence[ParameterInfo], sweeps: Sequence[Sweep], draws
 
 
 def stacked(parameters: Sequence[ParameterInfo], dataset: xarray.Dataset) -> FloatArray:
-    """The draws (n_chain, n_draw, n_parameter) that `unknowns` laid out."""
+    """Read the draws back from the data set that `unknowns` made.
+
+    Parameters
+    ----------
+    parameters : the unknowns, in the order that the last axis shall have.
+    dataset : one variable for each quantity.
+
+    Returns
+    -------
+    (n_chain, n_draw, n_parameter), SI.
+    """
     found: list[FloatArray] = [np.empty(0)] * len(parameters)
     for parameter, columns in _columns(parameters).items():
         values = np.asarray(dataset[parameter].values, dtype=float)
@@ -99,7 +109,7 @@ def _columns(parameters: Sequence[ParameterInfo]) -> dict[str, list[int]]:
 
 
 def _owners(infos: Sequence[ParameterInfo], sweeps: Sequence[Sweep]) -> tuple[str, list[str]]:
-    """What the unknowns `infos` of one quantity belong to: dimension and labels; "" for one that all specimens share."""
+    """Dimension and labels of the specimens or sweeps that a quantity's unknowns belong to; "" if all share it."""
     parameter = infos[0].parameter
     if not infos[0].specimen:
         return "", []
@@ -141,9 +151,9 @@ def observed(sweeps: Sequence[Sweep]) -> xarray.Dataset:
 
 
 def constants(sweeps: Sequence[Sweep]) -> xarray.Dataset:
-    """What is known beside the readings: where and when each was taken, how much it counts, and the ball of each sweep.
+    """Collect what is known beside the readings: where and when each was taken, how much it counts, and the ball of each sweep.
 
-    nan where a sweep did not record it.
+    Numbers that a sweep did not record are nan.
     """
     meaning = {
         "n_effective": ("1", "independent readings in the point"),
