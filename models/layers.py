@@ -157,7 +157,8 @@ class LayeredDesign:
 
     Attributes
     ----------
-    profile : of the indenter; `friction_coefficient` : Coulomb's, inf for full stick.
+    profile : of the indenter.
+    `friction_coefficient` : Coulomb's, inf for full stick.
     layers : from the base up.
     radius, electrode_radius : of the disc and of every electrode [m].
     dielectrics : electrically in parallel; at least one.

@@ -120,7 +120,7 @@ def recommend(
 
 @dataclass(frozen=True, eq=False)
 class _Own:
-    """What a draw carries beside its design: capacitance noise [F] and discrepancies [1], each (n_draw,)."""
+    """Draws of what is not part of a design: capacitance noise [F] and discrepancies [1], each (n_draw,)."""
 
     noise: FloatArray
     force_discrepancy: FloatArray
@@ -141,7 +141,7 @@ class _AtPadding:
 def _sensors_like_those_measured(
     posterior: Posterior, values: Mapping[str, FloatArray], requirement: Requirement, rng: np.random.Generator
 ) -> tuple[Design, _Own]:
-    """One design per draw, each with the thicknesses of one specimen, and what belongs to the draw beside it."""
+    """Make one design per draw, with the thicknesses of one specimen, and collect the draw's noise and discrepancies."""
     specimens = posterior.experiment.specimens
     n_draw = next(iter(values.values())).size
     turn = rng.permutation(np.arange(n_draw) % len(specimens))

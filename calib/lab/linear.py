@@ -39,7 +39,9 @@ def log_evidence(y: FloatArray, basis: FloatArray, prior: FloatArray, noise: flo
 
     Parameters
     ----------
-    y : readings, shape (n,). basis : functions at the readings, shape (n, k). prior : sd of each coefficient, shape (k,).
+    y : readings, shape (n,).
+    basis : functions at the readings, shape (n, k).
+    prior : sd of each coefficient, shape (k,).
     noise : sd of one reading, in the unit of y.
     """
     scaled = basis * (prior / noise)

@@ -92,7 +92,8 @@ class Beginning:
     Attributes
     ----------
     groups : rows of each group, in the order of reading.
-    y : mean of each group less the first one, in shares of the channel's range. noise : sd of such a mean, likewise.
+    y : mean of each group less the first one, in shares of the channel's range.
+    noise : sd of such a mean, likewise.
     """
 
     groups: list[npt.NDArray[np.intp]]
@@ -109,8 +110,10 @@ def beginning(values: FloatArray, rise: FloatArray, noise: float, scale: float) 
 
     Parameters
     ----------
-    values : readings, shape (n_row,). rise : the largest excursion so far, shape (n_row,), never falling.
-    noise : sd of one reading. scale : range of the channel, which `y` is given in. All in the unit of the readings.
+    values : readings, shape (n_row,).
+    rise : the largest excursion so far, shape (n_row,), never falling.
+    noise : sd of one reading.
+    scale : range of the channel, which `y` is given in. All in the unit of the readings.
     """
     end = int(np.searchsorted(rise, _ONSET_SHARE * rise[-1])) + 1
     if end < 12:
@@ -133,7 +136,8 @@ def departure(
     ----------
     depth : an onset g -> how far each reading lies behind it, shape (n,), of order one, negative before it. What g is, a
         reading of the crosshead or an offset of clocks, is its business alone.
-    y : readings, shape (n,), in shares of their range. noise : sd of one of them, likewise.
+    y : readings, shape (n,), in shares of their range.
+    noise : sd of one of them, likewise.
     low, high : between which g is looked for.
 
     Returns

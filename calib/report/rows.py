@@ -37,12 +37,16 @@ class ParameterRow:
 
     Attributes
     ----------
-    name : as in files; parameter : without specimen and sweep; where : those, "" if it is shared by all.
+    name : as in files.
+    parameter : without specimen and sweep.
+    where : those, "" if it is shared by all.
     label, symbol : what it is called.
     prior, origin, reason : what was believed before, where that was said, and why, if it is a default.
     value, interval, unit : mean with standard deviation, and central 90 %, in the unit of display.
-    contraction : share of the prior's variance that the data took away; learned : the same in words.
-    r_hat, ess_bulk, ess_tail : of the chains; r_hat_met, ess_met : whether the run's gate was met.
+    contraction : share of the prior's variance that the data took away.
+    learned : the same in words.
+    r_hat, ess_bulk, ess_tail : of the chains.
+    r_hat_met, ess_met : whether the run's gate was met.
     """
 
     name: str

@@ -31,7 +31,8 @@ class Run:
     Attributes
     ----------
     folder : where it is.
-    posterior : what was found. posterior_sha256 : hash of its file.
+    posterior : what was found.
+    posterior_sha256 : hash of its file.
     forward : the model to predict with, the one that the posterior was sampled with.
     """
 

@@ -166,7 +166,8 @@ class Shift:
     Attributes
     ----------
     mean, sd : of the draws as they are; `weighted_mean`, `weighted_sd` : re-weighted.
-    shift : of the mean, in standard deviations of the whole posterior. error : its Monte Carlo standard error, in the same.
+    shift : of the mean, in standard deviations of the whole posterior.
+    error : its Monte Carlo standard error, in the same.
     """
 
     mean: float
@@ -189,7 +190,8 @@ class Reweighting:
     Attributes
     ----------
     n_draw : draws asked, those without weight included.
-    k_hat : shape of the tail of the weights. ess : effective number of draws, 1 / sum of squared weights.
+    k_hat : shape of the tail of the weights.
+    ess : effective number of draws, 1 / sum of squared weights.
     shifts : of each parameter; nan if no draw has a weight.
     failures : draws of weight zero, because the finite elements found no equilibrium or do not cover them, and why.
     """

@@ -166,8 +166,10 @@ class Contact:
 
     Attributes
     ----------
-    active : whether the point touches; `pressure` : lambda, 0 elsewhere.
-    slip : 0 where the point sticks, else the sign of its slip; `friction` : tau along the meridian.
+    active : whether the point touches.
+    `pressure` : lambda, 0 elsewhere.
+    slip : 0 where the point sticks, else the sign of its slip.
+    `friction` : tau along the meridian.
     anchor : place s_0 at which the point touched, or last slipped to; of one that does not touch, where it is.
     opening : gap of a point that does not touch, at the last equilibrium.
     """

@@ -65,7 +65,8 @@ def crest_times(time: FloatArray, values: FloatArray) -> list[float]:
 
     Parameters
     ----------
-    time : [s], shape (n,). values : displacement or capacitance, shape (n,), in any unit.
+    time : [s], shape (n,).
+    values : displacement or capacitance, shape (n,), in any unit.
     """
     return [float(time[row]) for row in crests(values)]
 
@@ -77,7 +78,8 @@ def from_onset_alone(meter: MeterRecord, onset: tuple[float, float], why: str, *
     ----------
     meter : its record.
     onset : offset and sd [s].
-    why : no turning point tells, in words. more : further sentences for the report.
+    why : no turning point tells, in words.
+    more : further sentences for the report.
     """
     said = f"clock offset from the onset only, {why}: {onset[0]:.3f} s, sd {onset[1]:.3f} s"
     return ClockOffset(onset[0], onset[1], meter.systematic, "weak", None, onset, (), (said, *more))

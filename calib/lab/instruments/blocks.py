@@ -24,7 +24,8 @@ def block_table(sheet: Sheet, start: int, keys: Sequence[int], reading: Reading,
 
     Parameters
     ----------
-    sheet : without rows. start : index of the first line below its header and units.
+    sheet : without rows.
+    start : index of the first line below its header and units.
     keys : columns that are understood, by index.
     reading : what the user says of the file.
     has_side_by_side : whether the specimen was already chosen among columns.

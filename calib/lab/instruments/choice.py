@@ -18,7 +18,8 @@ def choose_columns(sheet: Sheet, reading: Reading) -> tuple[dict[str, int], list
 
     Parameters
     ----------
-    sheet : the record. reading : what the user says of the file.
+    sheet : the record.
+    reading : what the user says of the file.
 
     Returns
     -------
@@ -85,8 +86,10 @@ def missing_columns(sheet: Sheet, family: InstrumentFamily, chosen: Mapping[str,
 
     Parameters
     ----------
-    sheet : the record. family : what it was recognised as.
-    chosen : quantity -> index of its column. reading : what the user says of the file.
+    sheet : the record.
+    family : what it was recognised as.
+    chosen : quantity -> index of its column.
+    reading : what the user says of the file.
     """
     found = frozenset("capacitance" if q == "capacitance_series" else q for q in chosen)
     there = ", ".join(f'"{n}"' for n in sheet.names if n)
@@ -117,7 +120,8 @@ def unit_of_column(sheet: Sheet, quantity: str, index: int, reading: Reading) ->
 
     Parameters
     ----------
-    sheet : the record. quantity, index : which of its columns, and what it holds.
+    sheet : the record.
+    quantity, index : which of its columns, and what it holds.
     reading : what the user says of the file.
 
     Returns
@@ -162,8 +166,10 @@ def source_of_column(sheet: Sheet, quantity: str, index: int, reading: Reading, 
 
     Parameters
     ----------
-    sheet : the record. quantity, index : which of its columns, and what it holds.
-    reading : what the user says of the file. clock : whether its cells are times of day, which have no unit.
+    sheet : the record.
+    quantity, index : which of its columns, and what it holds.
+    reading : what the user says of the file.
+    clock : whether its cells are times of day, which have no unit.
     """
     name = sheet.names[index]
     if not sheet.header_line and name.isdigit():

@@ -90,7 +90,8 @@ def line_above(sheet: Sheet, pattern: str) -> tuple[int, str] | None:
 
     Parameters
     ----------
-    sheet : a record. pattern : a regular expression, upper and lower case alike.
+    sheet : a record.
+    pattern : a regular expression, upper and lower case alike.
     """
     for i, line in enumerate(sheet.prelude):
         if re.search(pattern, line, re.IGNORECASE):
@@ -104,7 +105,8 @@ def word_above(sheet: Sheet, pattern: str) -> str:
 
     Parameters
     ----------
-    sheet : a record. pattern : a regular expression, upper and lower case alike.
+    sheet : a record.
+    pattern : a regular expression, upper and lower case alike.
     """
     for i, line in enumerate(sheet.prelude):
         match = re.search(pattern, line, re.IGNORECASE)

@@ -31,7 +31,8 @@ def split_line(line: str, delimiter: str) -> list[str]:
 
     Parameters
     ----------
-    line : of the file. delimiter : between cells; a blank stands for runs of blanks.
+    line : of the file.
+    delimiter : between cells; a blank stands for runs of blanks.
 
     >>> split_line('"","1,000.06200","0.5"', ",")
     ['', '1,000.06200', '0.5']
@@ -54,7 +55,8 @@ def find_header(text: LabText, reading: Reading) -> tuple[str, int, list[str]] |
 
     Parameters
     ----------
-    text : the file. reading : what the user says of it.
+    text : the file.
+    reading : what the user says of it.
 
     Returns
     -------

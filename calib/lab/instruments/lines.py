@@ -33,7 +33,8 @@ def left_out(sheet: Sheet, indices: Sequence[int]) -> list[str]:
 
     Parameters
     ----------
-    sheet : their file. indices : of the lines in the file, from 0.
+    sheet : their file.
+    indices : of the lines in the file, from 0.
     """
     if not indices:
         return []
@@ -46,8 +47,10 @@ def kind_of_line(row: Sequence[str], header: Sequence[str], keys: Sequence[int],
 
     Parameters
     ----------
-    row : its cells. header : those of the header, () if it cannot stand again.
-    keys : columns that are understood, by index. width : columns of the header.
+    row : its cells.
+    header : those of the header, () if it cannot stand again.
+    keys : columns that are understood, by index.
+    width : columns of the header.
     """
     key = keys[0] if keys else 0
     if min(width, 2) <= len(row) > key and is_numeric(row[key]):

@@ -62,7 +62,8 @@ def not_numbers(cells: Sequence[str], most: int) -> list[int] | None:
 
     Parameters
     ----------
-    cells : of a column. most : how many of them are worth a look.
+    cells : of a column.
+    most : how many of them are worth a look.
 
     Returns
     -------
@@ -92,7 +93,8 @@ def parse_number(cell: str, decimal: str) -> float | None:
 
     Parameters
     ----------
-    cell : as written. decimal : "." or ",".
+    cell : as written.
+    decimal : "." or ",".
 
     >>> parse_number("1,000.06200", "."), parse_number("1.000,062", ","), parse_number("0,9966", ".")
     (1000.062, 1000.062, None)
@@ -231,7 +233,8 @@ def to_numbers(cells: Sequence[str], decimal: str) -> Numbers:
 
     Parameters
     ----------
-    cells : of a column, (n_row,). decimal : the file's decimal mark, "." or ",".
+    cells : of a column, (n_row,).
+    decimal : the file's decimal mark, "." or ",".
     """
     n = len(cells)
     values = np.full(n, np.nan)
@@ -300,7 +303,8 @@ def not_clocks(cells: Sequence[str], most: int) -> list[int] | None:
 
     Parameters
     ----------
-    cells : of a column. most : how many of them are worth a look.
+    cells : of a column.
+    most : how many of them are worth a look.
 
     Returns
     -------

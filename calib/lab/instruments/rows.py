@@ -29,7 +29,8 @@ def with_rows(sheet: Sheet, start: int, reading: Reading, notes: tuple[str, ...]
 
     Parameters
     ----------
-    sheet : without rows. start : index of the first line below its header and units.
+    sheet : without rows.
+    start : index of the first line below its header and units.
     reading : what the user says of the file.
     notes : on a specimen chosen among columns, to stand before those made here; () if none was.
 

@@ -99,7 +99,8 @@ def lab_factor(unit: str, quantity: str) -> float:
 
     Parameters
     ----------
-    unit : as written. quantity : one of `SI_UNIT`.
+    unit : as written.
+    quantity : one of `SI_UNIT`.
 
     >>> lab_factor("kN", "force"), lab_factor("μm", "displacement"), lab_factor("%", "dissipation")
     (1000.0, 1e-06, 0.01)
@@ -131,7 +132,8 @@ def is_unit_of(unit: str, quantity: str) -> bool:
 
     Parameters
     ----------
-    unit : as written. quantity : one of `SI_UNIT`.
+    unit : as written.
+    quantity : one of `SI_UNIT`.
     """
     try:
         lab_factor(unit, quantity)

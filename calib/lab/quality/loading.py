@@ -21,9 +21,13 @@ class LoadingBranch:
     Attributes
     ----------
     file, name, unit : name of the lab file; "force" or "capacitance"; "N" or "F".
-    rows : of the file. x : displacement [m], else time [s], else number of the reading, as `x_unit` says.
-    y : readings [unit], turned so that they rise in contact (by `sign`). flat : rows before contact.
-    span : range of y without single spikes. noise : sd of one reading. step : of the display. All in `unit`.
+    rows : of the file.
+    x : displacement [m], else time [s], else number of the reading, as `x_unit` says.
+    y : readings [unit], turned so that they rise in contact (by `sign`).
+    flat : rows before contact.
+    span : range of y without single spikes.
+    noise : sd of one reading.
+    step : of the display. All in `unit`.
     """
 
     file: str
@@ -69,7 +73,8 @@ def loading_branch(obs: Observations, name: str) -> LoadingBranch | None:
 
     Parameters
     ----------
-    obs : one lab file. name : "force" or "capacitance".
+    obs : one lab file.
+    name : "force" or "capacitance".
 
     Returns
     -------
@@ -118,7 +123,8 @@ def channel_values(obs: Observations, name: str) -> FloatArray:
 
     Parameters
     ----------
-    obs : one lab file. name : "force" or "capacitance".
+    obs : one lab file.
+    name : "force" or "capacitance".
     """
     values = obs.force if name == "force" else obs.capacitance
     assert values is not None

@@ -68,7 +68,8 @@ def check_clipping(obs: Observations, c: LoadingBranch) -> Verdict | None:
 
     Parameters
     ----------
-    obs : the lab file. c : the channel that is judged.
+    obs : the lab file.
+    c : the channel that is judged.
 
     Returns
     -------
@@ -100,7 +101,8 @@ def check_gap(obs: Observations, c: LoadingBranch) -> Verdict | None:
 
     Parameters
     ----------
-    obs : the lab file. c : the channel that is judged.
+    obs : the lab file.
+    c : the channel that is judged.
 
     Returns
     -------
@@ -128,7 +130,8 @@ def check_time_steps(obs: Observations, c: LoadingBranch) -> Verdict | None:
 
     Parameters
     ----------
-    obs : the lab file. c : the channel that is judged.
+    obs : the lab file.
+    c : the channel that is judged.
 
     Returns
     -------

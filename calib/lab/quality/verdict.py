@@ -48,6 +48,7 @@ def level_beyond(value: float, warning: float, bad: float) -> Level:
 
     Parameters
     ----------
-    value : what was found. warning, bad : limits above which it is a warning, and bad.
+    value : what was found.
+    warning, bad : limits above which it is a warning, and bad.
     """
     return "bad" if value > bad else "warning" if value > warning else "good"
