@@ -43,11 +43,11 @@ class Channel:
 
     @property
     def axis(self) -> str:
-        """What stands at the axis of a figure."""
+        """Label and unit for the axis of a figure."""
         return f"{self.label} ({self.display_unit})" if self.display_unit else self.label
 
 
-#: All channels, the tester's own first.
+#: All channels, that of the testing machine first.
 CHANNELS: Mapping[str, Channel] = MappingProxyType(
     {
         row.name: row
@@ -118,7 +118,7 @@ class Unknown:
 
     @property
     def name(self) -> str:
-        """As in code, in experiment files and in results."""
+        """Name of the quantity in code, in experiment files and in results."""
         return self.quantity.name
 
     @property
@@ -364,7 +364,7 @@ def unknowns_of(*scopes: Scope) -> tuple[str, ...]:
 
 
 def bounds_of(name: str) -> Literal["positive", "not negative", "any"]:
-    """What values a quantity may have; all lengths and moduli that are no unknowns are positive.
+    """Find the sign that a quantity may have; all lengths and moduli that are no unknowns are positive.
 
     >>> bounds_of("padding_thickness"), bounds_of("indenter_radius")
     ('not negative', 'positive')
@@ -444,7 +444,7 @@ class UnknownName:
 
 
 def unknowns_table() -> str:
-    """The table of unknowns as Markdown, for docs/unknowns.md."""
+    """Write the table of unknowns as Markdown, for docs/unknowns.md."""
     heads = ("unknown", "symbol", "what it is", "unit", "of", "bounds", "exists", "default prior")
     lines = [f"| {' | '.join(heads)} |", "|---" * len(heads) + "|"]
     for name, row in UNKNOWNS.items():

@@ -1,6 +1,6 @@
 """From the readings of one channel to where contact begins: the one place where that onset is estimated, coarse and fine.
 
-Who asks wants different things, so that there are several answers; each is the first one's or stands on it where it can.
+Callers need the onset for different purposes, so that there are several estimates; each uses the first where it can.
 
 - `coarse_onset`, for the bins of a sweep: any abscissa, any number of readings, no error. A bin edge may be off by a reading.
 - `fine_onset`, for the clocks: posterior mean and sd, the exponent of the rise integrated over; takes readings in order.
@@ -34,7 +34,7 @@ from models.sensor import BoolArray, FloatArray
 _ONSET_SHARE = 0.4
 # Exponents with which force and capacitance may leave their flat parts.
 _EXPONENTS = (1.2, 1.35, 1.5, 1.65, 1.8, 1.95, 2.1, 2.3, 2.6)
-#: Readings before contact: fewer than three tell no level, ten tell it well.
+#: Readings before contact: from fewer than three no level can be estimated, from ten a good one.
 FEW_BEFORE, TOO_FEW_BEFORE = 10, 3
 # Slope of a beginning over the mean slope after it, above which it is no flat part but contact.
 _FLAT_SLOPE = 0.1
@@ -134,11 +134,11 @@ def departure(
 
     Parameters
     ----------
-    depth : an onset g -> how far each reading lies behind it, shape (n,), of order one, negative before it. What g is, a
-        reading of the crosshead or an offset of clocks, is its business alone.
+    depth : an onset g -> how far each reading lies behind it, shape (n,), of order one, negative before it. The caller decides
+        what g is, such as a reading of the crosshead or an offset of clocks.
     y : readings, shape (n,), in shares of their range.
     noise : sd of one of them, likewise.
-    low, high : between which g is looked for.
+    low, high : limits between which g is looked for.
 
     Returns
     -------
@@ -270,7 +270,7 @@ def _bends_up(x: FloatArray, y: FloatArray, span: float) -> bool:
 
 
 def level_before_contact(x: FloatArray, y: FloatArray, sd: FloatArray) -> float:
-    """What a channel reads before contact, told from the points of a sweep: the median of those before it begins to rise.
+    """What a channel reads before contact, estimated from the points of a sweep: the median of those before it begins to rise.
 
     Before contact: the leading points that stay within five sd, or 1 % of the range, of the first; at least three.
 
@@ -291,7 +291,7 @@ def level_before_contact(x: FloatArray, y: FloatArray, sd: FloatArray) -> float:
 
 
 def hertz_onset(x: FloatArray, force: FloatArray) -> float:
-    """Crosshead reading [m] at first touch, told from the points of a sweep well enough to centre a prior.
+    """Crosshead reading [m] at first touch, estimated from the points of a sweep well enough to centre a prior.
 
     A line through F^(2/3) (Hertz: F ~ depth^(3/2)) of the first half of the loading, where it meets zero load. Off by some tens
     of micrometres for a sensor that stiffens faster than Hertz.

@@ -18,7 +18,7 @@ _CREEP_TIMES = (0.3, 1.0, 3.0, 10.0, 30.0)
 
 
 def loading_window(tester: Observations) -> tuple[float, float]:
-    """When the used loading branch begins and ends [s], on the tester's clock."""
+    """Find when the used loading branch begins and ends [s], on the tester's clock."""
     assert tester.time is not None
     times = tester.time[tester.used & np.isfinite(tester.time)]
     return float(times[0]), float(times[-1])

@@ -14,7 +14,7 @@ from calib.lab.instruments.vocabulary import EXAMPLE, NEEDS_UNIT, Heading, under
 
 
 def choose_columns(sheet: Sheet, reading: Reading) -> tuple[dict[str, int], list[str], list[Fault]]:
-    """Which column stands for which quantity: by the user's word, else by the preferred name.
+    """Choose which column of a file stands for which quantity: by the user's word, else by the preferred name.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def holds_clock(cells: Sequence[str]) -> bool:
 
 
 def missing_columns(sheet: Sheet, family: InstrumentFamily, chosen: Mapping[str, int], reading: Reading) -> list[Fault]:
-    """The faults of quantities that are needed and not there, and of units given to columns that are not there.
+    """List the faults of quantities that are needed and not there, and of units given to columns that are not there.
 
     Parameters
     ----------

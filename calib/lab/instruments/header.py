@@ -22,7 +22,7 @@ DELIMITERS = ("\t", ";", ",", " ")
 HEADER_WITHIN = 2000
 # More columns than any instrument writes.
 _WIDEST = 400
-# Rows below a header that are looked at to tell a table of results from a record.
+# Rows below a header that are looked at to distinguish a table of results from a record.
 _ROWS_SEEN = 30
 
 

@@ -24,12 +24,12 @@ class Table:
 
 
 def n_named(sheet: Sheet) -> int:
-    """Number of columns up to the last that has a name."""
+    """Count the columns up to the last that has a name."""
     return max((i + 1 for i, name in enumerate(sheet.names) if name), default=0)
 
 
 def left_out(sheet: Sheet, indices: Sequence[int]) -> list[str]:
-    """The note on lines of text that are left out; none if there are none.
+    """Write the note on lines of text that are left out; no note if there are none.
 
     Parameters
     ----------

@@ -85,7 +85,7 @@ class SeveralSpecimens(InputError):
 
 
 def which_specimen(sheet: Sheet, message: str, count: int) -> SeveralSpecimens:
-    """The refusal of a file of several specimens of which none, or one that is not there, was chosen.
+    """Make the refusal of a file with several specimens of which none was chosen, or one that is not there.
 
     Parameters
     ----------

@@ -25,7 +25,7 @@ SI_UNIT: Mapping[str, str] = MappingProxyType(
 )
 
 # SI unit -> what `unit_factor` is asked for -> spellings. "MM" or "KN" can only mean one thing on a lab's instrument; "MN" and
-# "PF" cannot be told from "mN" and "pF" and are not listed.
+# "PF" may be meant for "mN" and "pF" and are not listed.
 _SPELLINGS: Mapping[str, Mapping[str, str]] = MappingProxyType(
     {
         "s": {

@@ -78,7 +78,7 @@ def check_clipping(obs: Observations, c: LoadingBranch) -> Verdict | None:
     y, x = c.y, c.x
     if c.x_unit != "m":
         if c.noise <= c.step:
-            return None  # a quiet meter repeats one value in a hold as well
+            return None  # a meter without visible noise repeats one value in a hold as well
         # The branch ends where the channel does not rise any more, which here is the very thing to look at.
         x = np.flatnonzero(np.isfinite(channel_values(obs, c.name))).astype(np.float64)
         y = c.sign * channel_values(obs, c.name)[x.astype(np.intp)]

@@ -44,7 +44,7 @@ def worst_first(verdicts: Iterable[Verdict]) -> list[Verdict]:
 
 
 def level_beyond(value: float, warning: float, bad: float) -> Level:
-    """How serious a number is, the larger the worse.
+    """Grade a number of which a larger one is worse.
 
     Parameters
     ----------
