@@ -204,7 +204,7 @@ class LayeredDesign:
 
     @property
     def thickness(self) -> float:
-        """Of the whole stack [m]."""
+        """Thickness of the whole stack [m]."""
         return float(sum(layer.thickness for layer in self.layers))
 
     def scaled(self, length: float, modulus: float) -> LayeredDesign:

@@ -105,7 +105,10 @@ def is_reference(docstring: str, known: frozenset[str]) -> bool:
 
 
 def raised(node: FunctionNode) -> set[str]:
-    """Public exception classes that the body itself raises; what a function that is called raises is not counted."""
+    """Public exception classes that the body itself raises; what a function that is called raises is not counted.
+
+    Nor is an AssertionError: it marks a place that is never reached, which no caller has to expect.
+    """
     names = set()
     pending: list[ast.AST] = list(node.body)
     while pending:
@@ -114,7 +117,7 @@ def raised(node: FunctionNode) -> set[str]:
             continue
         if isinstance(child, ast.Raise) and isinstance(child.exc, ast.Call):
             name = ast.unparse(child.exc.func).rpartition(".")[2]
-            if name[:1].isupper():
+            if name[:1].isupper() and name != "AssertionError":
                 names.add(name)
         pending.extend(ast.iter_child_nodes(child))
     return names

@@ -189,7 +189,7 @@ class Surrogate:
         return self._limit(domain.groups_of(batch), batch)
 
     def outside(self, design: Design, depth: FloatArray) -> str:
-        """Empty, or one sentence that names the violated bound, the value, and how it comes about; see `Forward.outside`."""
+        """See `Forward.outside`; the sentence also says how the bound comes about."""
         friction, covered = design.indenter.friction_coefficient, self.family.friction_coefficient
         if friction != covered:
             kind = "a ball that sticks" if self.family.stick else "frictionless contact"
@@ -211,7 +211,7 @@ class Surrogate:
         return ""
 
     def respond(self, design: Design, depth: FloatArray) -> Response:
-        """Force, contact and capacitance at given depths with their error, see `models.response.Forward.respond`."""
+        """See `Forward.respond`; with the error that the surrogate states."""
         batch = design.draws()
         groups = domain.groups_of(batch)
         inside = self._inside(groups, batch)
