@@ -37,7 +37,7 @@ class Candidate:
 
     @property
     def model(self) -> str:
-        """Its model in words."""
+        """Law, contact and forward model of the candidate in words."""
         e = self.posterior.experiment
         return f"{e.law}, {'sticking' if e.stick else 'frictionless'}, {self.posterior.forward_name}"
 
@@ -94,7 +94,7 @@ def _data(posterior: Posterior) -> tuple[object, ...]:
 
 
 def doubts(candidates: Sequence[Candidate]) -> list[str]:
-    """Why the comparison cannot be trusted; empty if it can."""
+    """List the reasons why a comparison cannot be trusted, in sentences; empty if it can."""
     found = [f"{c.name} has not converged" for c in candidates if not c.posterior.diagnostics.converged]
     found += [f"{c.name}: {reason}" for c in candidates for reason in c.posterior.diagnostics.surrogate_reasons]
     for c in candidates:

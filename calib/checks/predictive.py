@@ -69,7 +69,7 @@ class FitCheck:
 
     @property
     def in_words(self) -> str:
-        """The check in a sentence."""
+        """Say in a sentence whether the model describes the data, with the numbers."""
         share = f"{self.inside_90 * 100:.0f} % of the {self.y.size} points lie inside their 90 % band"
         if not self.passed:
             return f"{share}; p = {self.p_value:.1g}: the model does not describe these data, look at the residuals"
@@ -199,7 +199,7 @@ def _force_fit(
     assert points.displacement is not None
     grid = np.linspace(np.min(points.displacement), np.max(points.displacement), _N_GRID)
     order = np.argsort(points.displacement)
-    # The load matters here only through the machine's compliance: the data's own, interpolated, will do.
+    # The load matters here only through the machine's compliance: that of the data, interpolated, is good enough.
     load = np.interp(grid, points.displacement[order], points.value[order])
     along = replace(sweep, channels={"force": Points(load, np.ones(_N_GRID), displacement=grid)})
     dense = model_sweep(posterior, forward, plan_sweep(along), values)

@@ -7,7 +7,7 @@ get the weights
 
 as the prior is the same, with their largest values smoothed (PSIS: Vehtari, Simpson, Gelman, Yao, Gabry, J. Mach. Learn. Res.
 25 (2024) 72). The shift of a parameter's mean is sum (w_i - 1/n) x_i; what the draws have in common cancels in it, so that a
-hundred draws tell a small shift. Its Monte Carlo variance, by the delta method, is that of the mean of
+hundred draws are enough to see a small shift. Its Monte Carlo variance, by the delta method, is that of the mean of
 
     n w_i (x_i - sum w x) - (x_i - sum x / n).                                                                            (2)
 
@@ -156,7 +156,7 @@ def shift_of(x: FloatArray, weights: FloatArray, posterior_sd: float, efficiency
 
 
 def problem_of(posterior: Posterior, forward: Forward) -> Problem:
-    """Build the calibration problem anew that a posterior is the answer to.
+    """Build the calibration problem anew whose answer a posterior is.
 
     Parameters
     ----------

@@ -157,5 +157,5 @@ def compare_draws(
 
 
 def rms(score: FloatArray) -> float:
-    """Root mean square."""
+    """Root mean square of scores of any shape [1]."""
     return float(np.sqrt(np.mean(np.square(score))))

@@ -40,7 +40,7 @@ def recommend(
     forward : the model that predicts, the one of the calibration.
     requirement : what is wanted.
     seed : of the choice of draws and specimens.
-    posterior_sha256 : hash of the posterior's file, kept with the result, so that one can tell whether it is of this posterior.
+    posterior_sha256 : hash of the posterior's file, kept with the result as a mark of the posterior that it follows from.
 
     Returns
     -------
@@ -134,7 +134,7 @@ class _AtPadding:
     change: FloatArray
     sd: FloatArray  # of the change, from the model's own error and discrepancy
     depth: FloatArray
-    sensitivity: FloatArray  # [1/N] force told by one reading, inverted
+    sensitivity: FloatArray  # [1/N], one over the smallest force that one reading distinguishes from noise
     reach: FloatArray  # largest force [N] inside the model's range
 
 

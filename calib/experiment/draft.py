@@ -115,7 +115,7 @@ def read_all(path: Path) -> list[Found]:
     return found
 
 
-# Words in file names that tell instruments apart, not specimens.
+# Words in file names that stand for instruments, not for specimens.
 _INSTRUMENT_WORDS = re.compile(
     r"(?<![a-z])(instron|bluehill|zwick|testxpert|mts|mecmesin|tester|lcr|hioki|keysight|agilent|instek|capacitance|capacity|cap|"
     r"force|load|displacement|indentation|specimen_?rawdata|raw_?data|data|log|fd|cf)(?![a-z])",

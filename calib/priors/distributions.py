@@ -49,7 +49,7 @@ class Prior(ABC):
 
     @abstractmethod
     def describe(self, parameter: str) -> str:
-        """Words and numbers for a report, in the display unit of `parameter`."""
+        """Say the prior in words and numbers for a report, in the display unit of `parameter`."""
 
     def interval(self, mass: float) -> tuple[float, float]:
         """Give the central interval [SI] that holds the share `mass` of the prior: as much lies below as above it.
@@ -324,11 +324,11 @@ class Fixed(Prior):
         _require(math.isfinite(self.value), f"a fixed value must be finite, got {self.value}")
 
     def ppf_normal(self, z: npt.ArrayLike) -> FloatArray:
-        """The value, whatever z."""
+        """See `Prior.ppf_normal`; the value, whatever z."""
         return np.full(np.shape(z), self.value)
 
     def to_normal(self, x: npt.ArrayLike) -> FloatArray:
-        """Zero at the value, nan elsewhere."""
+        """See `Prior.to_normal`; zero at the value, nan elsewhere."""
         return np.where(_array(x) == self.value, 0.0, np.nan)
 
     @property

@@ -59,7 +59,7 @@ def sweep_defaults(sweep: Sweep) -> Mapping[str, tuple[Prior, str]]:
         )
     if np.isfinite(sweep.clock_offset):
         told = sweep.clock is None or sweep.clock.confidence != "ambiguous"
-        # Where the data do not tell, the sd is that of all that is possible and needs no factor.
+        # Where the data do not determine the offset, the sd is that of all that is possible and needs no factor.
         sd = (3 if told else 1) * sweep.clock_offset_sd if np.isfinite(sweep.clock_offset_sd) else 0.0
         origin = (
             f"default, centred on the offset found in the data, {sweep.clock_offset:.3g} s"

@@ -111,7 +111,7 @@ class PredictedReadings:
 
     @property
     def sd(self) -> FloatArray:
-        """Marginal sd of a reading, (n_covered, n_point)."""
+        """Standard deviation of each reading by itself, independent and correlated part together, (n_covered, n_point)."""
         return np.asarray(np.sqrt(self.variance + np.sum(self.modes**2, axis=-1)), dtype=float)
 
 

@@ -35,17 +35,17 @@ class ParameterInfo:
 
     @property
     def parameter(self) -> str:
-        """Which quantity it is, a key of `calib.catalogue.UNKNOWNS`."""
+        """Name of the quantity, a key of `calib.catalogue.UNKNOWNS`."""
         return self.key.parameter
 
     @property
     def specimen(self) -> str:
-        """The specimen it belongs to, empty for what all share."""
+        """Name of the specimen that the unknown belongs to, empty for an unknown that all specimens share."""
         return self.key.specimen
 
     @property
     def sweep(self) -> str:
-        """The sweep it belongs to, empty for what all sweeps of the specimen share."""
+        """Name of the sweep that the unknown belongs to, empty for an unknown that all sweeps of the specimen share."""
         return self.key.sweep
 
 

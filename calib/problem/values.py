@@ -20,12 +20,12 @@ class Unknowns(Protocol):
 
     @property
     def parameters(self) -> tuple[ParameterInfo, ...]:
-        """Those that are free, in the order of z."""
+        """The unknowns that are free, in the order of z."""
         ...
 
     @property
     def fixed(self) -> Mapping[str, float]:
-        """Name -> value [SI] of those that a prior fixes."""
+        """Name -> value [SI] of the unknowns that a prior fixes."""
         ...
 
 
@@ -34,12 +34,12 @@ class Calibrated(Protocol):
 
     @property
     def experiment(self) -> Experiment:
-        """The experiment."""
+        """What is calibrated."""
         ...
 
     @property
     def sweeps(self) -> tuple[Sweep, ...]:
-        """Its reduced data."""
+        """The reduced data of the experiment."""
         ...
 
 

@@ -32,8 +32,8 @@ class Run:
     ----------
     folder : where it is.
     posterior : what was found.
-    posterior_sha256 : hash of its file.
     forward : the model to predict with, the one that the posterior was sampled with.
+    posterior_sha256 : hash of the posterior's file.
     """
 
     folder: Path
@@ -43,7 +43,7 @@ class Run:
 
     @property
     def report(self) -> Path:
-        """Its page."""
+        """Path of the report's page."""
         return self.folder / _REPORT
 
     @property

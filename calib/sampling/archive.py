@@ -1,4 +1,4 @@
-"""Plain arrays and data sets in, ArviZ's numbers, its container and its NetCDF files out: the one module that knows ArviZ."""
+"""Plain arrays and data sets in, ArviZ's numbers, its container and its NetCDF files out: the one module that imports ArviZ."""
 
 from __future__ import annotations
 
@@ -160,7 +160,7 @@ def write_groups(groups: Mapping[str, xarray.Dataset], attrs: Mapping[str, str],
 
 
 def read_texts(path: Path) -> dict[str, str]:
-    """The texts that `write_groups` kept with a file.
+    """Read the texts that `write_groups` kept with a file.
 
     Raises
     ------

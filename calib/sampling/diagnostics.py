@@ -137,11 +137,11 @@ class SpotCheck:
 
     @property
     def passed(self) -> bool:
-        """Whether the error stated is honest, or there is none to be."""
+        """Whether the differences are as small as the forward model states; also if it states no error of its own."""
         return not self.stated or max(self.force_score, self.change_score) <= SPOT_CHECK_LIMIT
 
     def in_words(self) -> str:
-        """One sentence with the numbers."""
+        """Say in one sentence how far the forward model is off, with the numbers."""
         sizes = f"up to {self.force_error:.2%} in force and {self.change_error:.2%} in capacitance change"
         said = (
             f"at {self.n_curve} loading curves of the posterior the {self.forward_name} is off the finite elements by {sizes}"
@@ -214,17 +214,17 @@ class Reweighting:
 
     @property
     def shifted(self) -> tuple[str, ...]:
-        """Parameters whose mean shifts by what matters, the largest shift first."""
+        """Parameters whose mean shifts by more than is tolerable (`Shift.matters`), the largest shift first."""
         found = [name for name, s in self.shifts.items() if s.matters]
         return tuple(sorted(found, key=lambda name: -abs(self.shifts[name].shift)))
 
     @property
     def passed(self) -> bool:
-        """Whether the posterior stands: the weights can be trusted, and no parameter shifts by what matters."""
+        """Whether the posterior stands: the weights can be trusted, and no parameter shifts by more than is tolerable."""
         return self.trusted and not self.shifted
 
     def in_words(self) -> str:
-        """One sentence with the numbers."""
+        """Say in one sentence what re-weighting changes, with the numbers."""
         told = f"re-weighted to the finite elements at {self.n_draw} draws (k-hat {self.k_hat:.2f}, {self.ess:.0f} effective)"
         if self.failures:
             told += f", {len(self.failures)} of them without weight as the finite elements found no equilibrium there,"
@@ -319,7 +319,7 @@ def convergence(chains: FloatArray, tau: FloatArray, steps: int) -> Convergence:
 
 
 def shortcomings(state: Convergence, names: Sequence[str], gate: Gate) -> tuple[str, ...]:
-    """Say what of the gate is not met.
+    """Say in sentences which requirements of the gate a run has not met yet.
 
     Parameters
     ----------

@@ -58,7 +58,7 @@ def chain_order(n_draw: int, n_walker: int) -> npt.NDArray[np.intp]:
 
 
 def unknowns(parameters: Sequence[ParameterInfo], sweeps: Sequence[Sweep], draws: FloatArray) -> xarray.Dataset:
-    """Draws of the unknowns as one variable for each quantity, see the module.
+    """Lay out draws of the unknowns as one variable for each quantity, with specimens and sweeps as dimensions.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ _KINDS: Mapping[Kind, tuple[str, str]] = {
 
 
 def observed(sweeps: Sequence[Sweep]) -> xarray.Dataset:
-    """What was measured: one variable for each channel, over all sweeps."""
+    """Lay out what was measured: one variable for each channel, over all sweeps."""
     values = {name: np.concatenate([p.value for _, p in rows]) for name, rows in _measured(sweeps).items()}
     attrs = {name: {"units": CHANNELS[name].unit or "1", "long_name": _words(name)} for name in values}
     variables = {name: ((f"{name}_point",), column, attrs[name]) for name, column in values.items()}
@@ -180,12 +180,12 @@ def constants(sweeps: Sequence[Sweep]) -> xarray.Dataset:
 
 
 def of_readings(sweeps: Sequence[Sweep], columns: Mapping[str, npt.NDArray[np.floating]], kind: Kind) -> xarray.Dataset:
-    """One variable for each channel from `columns`, channel -> (n_chain, n_draw, n_point), over all sweeps.
+    """Lay out predicted readings, or densities of the actual ones, as one variable for each channel over all sweeps.
 
     Parameters
     ----------
     sweeps : of the experiment; the points of `columns` are theirs, one after the other.
-    columns : new readings [SI], or log densities [1] of the readings there are.
+    columns : channel -> (n_chain, n_draw, n_point), new readings [SI], or log densities [1] of the readings there are.
     kind : which of them.
     """
     suffix, said = _KINDS[kind]
