@@ -158,7 +158,7 @@ class LayeredDesign:
     Attributes
     ----------
     profile : of the indenter.
-    `friction_coefficient` : Coulomb's, inf for full stick.
+    friction_coefficient : Coulomb's, inf for full stick.
     layers : from the base up.
     radius, electrode_radius : of the disc and of every electrode [m].
     dielectrics : electrically in parallel; at least one.

@@ -26,7 +26,7 @@ _PREDICTIVE, _PRIOR = 1, 2
 
 
 def to_arviz(posterior: Posterior, forward: Forward | None = None) -> Any:
-    """The posterior as an `arviz.InferenceData`, ready for ArviZ's summaries, checks and plots.
+    """Turn a posterior into an `arviz.InferenceData`, ready for ArviZ's summaries, checks and plots.
 
     The groups are those of `posterior.nc`, see `make_groups`.
 

@@ -99,7 +99,7 @@ class Surrogate:
     force_modes, capacitance_modes : (n_mode, N_MODE_TERMS), modes of the error's correlation along s.
     provenance : where it comes from: finite-element settings, training set and its hash, versions, date, own error.
     family : what it stands for.
-    `base` : the surrogate that it adds to, None for the neo-Hookean, frictionless one.
+    base : the surrogate that it adds to, None for the neo-Hookean, frictionless one.
     """
 
     end: Network
