@@ -22,11 +22,15 @@ from models.sensor import PARAMETERS, Parameter
 class Channel:
     """A quantity that an instrument measures while the ball presses, and that the likelihood compares with the model.
 
+    Force is the channel of the testing machine, capacitance that of the LCR meter.
+
     Attributes
     ----------
     name : in code, in lab tables and in results; its noise is the unknown `<name>_noise`, its discrepancy `<name>_discrepancy`.
-    label : of the reading, for axes. unit : SI. display_unit, display_scale : for people; as in `models.sensor.Parameter`.
-    fine_unit, fine_scale : for people, of noise and resolution.
+    label : of the reading, for axes.
+    unit : SI.
+    display_unit, display_scale : unit for people, and the factor from SI to it; as in `models.sensor.Parameter`.
+    fine_unit, fine_scale : the same for noise and resolution, which are much smaller than the readings.
     """
 
     name: str
@@ -39,11 +43,11 @@ class Channel:
 
     @property
     def axis(self) -> str:
-        """What stands at the axis of a figure."""
+        """Label and unit for the axis of a figure."""
         return f"{self.label} ({self.display_unit})" if self.display_unit else self.label
 
 
-#: All channels, the tester's own first.
+#: All channels, that of the testing machine first.
 CHANNELS: Mapping[str, Channel] = MappingProxyType(
     {
         row.name: row
@@ -60,12 +64,15 @@ CHANNELS: Mapping[str, Channel] = MappingProxyType(
 
 @dataclass(frozen=True)
 class Setting:
-    """What decides whether an unknown exists: what was measured, and what the experiment says.
+    """The facts of a calibration that decide whether an unknown exists in it: what was measured, and what the experiment says.
+
+    For example there is no parasitic capacitance to infer where no capacitance was measured.
 
     Attributes
     ----------
-    channels : measured, over all sweeps for the material and the rig, over its own for a specimen, of itself for a sweep.
-    ties : what tells the depth of these channels' readings: "displacement", "force" or "clock".
+    channels : names of the channels measured: in all sweeps for an unknown of the material or the rig, in the sweeps of the
+        specimen for one of a specimen, in the sweep for one of a sweep.
+    ties : how the depth of these channels' readings is known: from "displacement", "force" or "clock".
     padding, law, discrepancy : as the experiment has them.
     given : whether the experiment names the unknown, with a prior or as a known number.
     """
@@ -84,18 +91,19 @@ Scope = Literal["material", "rig", "specimen", "sweep"]
 
 @dataclass(frozen=True)
 class Unknown:
-    """One row of the catalogue: a quantity that a calibration can infer.
+    """One row of the catalogue: a quantity that a calibration can infer from the data.
 
     Attributes
     ----------
-    quantity : name, symbol, unit and label. scope : what it belongs to.
+    quantity : name, symbol, unit and label.
+    scope : whether there is one value for all specimens, one for each specimen, or one for each sweep.
     bounds : "positive", "not negative" or "any".
-    default : its prior if the experiment names none, as one writes it in an experiment file; "" if it must be given, is
-        derived, or comes from the data.
+    default : prior that is used if the experiment names none, as one writes it in an experiment file; "" if a prior must be
+        given, is derived, or comes from the data.
     reason : why that default, one sentence; "judgement" means that no citable figure was found.
     example : a sensible prior as one writes it, for advice.
-    exists : whether there is such an unknown in a `Setting`; `when` says the same in words.
-    derived : what stands in its place where it is none; "" for what has no such thing.
+    exists : whether a calibration with a given `Setting` has this unknown; `when` says the same in words.
+    derived : what the model uses where the unknown does not exist; "" if it uses nothing in its place.
     """
 
     quantity: Parameter
@@ -110,12 +118,12 @@ class Unknown:
 
     @property
     def name(self) -> str:
-        """As in code, in experiment files and in results."""
+        """Name of the quantity in code, in experiment files and in results."""
         return self.quantity.name
 
     @property
     def required(self) -> bool:
-        """Whether an experiment must name a prior: a thickness that nothing else tells."""
+        """Whether an experiment must name a prior: a thickness, for which there is neither a default nor another quantity."""
         return self.scope == "specimen" and not self.default and not self.derived
 
 
@@ -356,7 +364,7 @@ def unknowns_of(*scopes: Scope) -> tuple[str, ...]:
 
 
 def bounds_of(name: str) -> Literal["positive", "not negative", "any"]:
-    """What values a quantity may have; all lengths and moduli that are no unknowns are positive.
+    """Find the sign that a quantity may have; all lengths and moduli that are no unknowns are positive.
 
     >>> bounds_of("padding_thickness"), bounds_of("indenter_radius")
     ('not negative', 'positive')
@@ -365,12 +373,15 @@ def bounds_of(name: str) -> Literal["positive", "not negative", "any"]:
 
 
 def display(name: str, value: float) -> str:
-    """A value as people write it, in the unit they use for that quantity.
+    """Write a value for people, in the unit that they use for this quantity.
 
     Parameters
     ----------
-    name : of a quantity, see `QUANTITIES`. value : SI.
+    name : of a quantity, a key of `QUANTITIES`.
+    value : the number, SI.
 
+    Examples
+    --------
     >>> display("sensor_thickness", 0.74e-3), display("relative_permittivity", 2.8)
     ('0.74 mm', '2.8')
     """
@@ -385,14 +396,14 @@ _NAME = re.compile(r"([^\[\]]+)(?:\[([^\[\],]+)(?:, ([^\[\],]+))?\])?")
 
 @dataclass(frozen=True, order=True)
 class UnknownName:
-    """What an unknown of a problem is called in results: the quantity, and the specimen and sweep that it belongs to.
+    """Name of an unknown in results: the quantity, and the specimen and the sweep that it belongs to.
 
     `str` prints it, `parse` reads it: "young_modulus", "sensor_thickness[sensor 1]", "contact_offset[sensor 1, ball 2]".
 
     Attributes
     ----------
     parameter : a key of `UNKNOWNS`.
-    specimen, sweep : empty for what is shared by all specimens, or by all sweeps of the specimen.
+    specimen, sweep : empty for an unknown that all specimens share, or that all sweeps of the specimen share.
     """
 
     parameter: str
@@ -405,7 +416,7 @@ class UnknownName:
 
     @classmethod
     def parse(cls, text: str) -> UnknownName:
-        """The name that prints as `text`.
+        """Read a name as results print it.
 
         >>> UnknownName.parse("contact_offset[sensor 1, ball 2]")
         UnknownName(parameter='contact_offset', specimen='sensor 1', sweep='ball 2')
@@ -413,7 +424,7 @@ class UnknownName:
         Raises
         ------
         ValueError
-            If it is no such name.
+            If the text is not the name of an unknown.
         """
         match = _NAME.fullmatch(text)
         if match is None:
@@ -422,18 +433,18 @@ class UnknownName:
 
     @property
     def wider(self) -> tuple[UnknownName, ...]:
-        """Itself, then the same of the whole specimen, then of all specimens: where a value for a sweep is looked for."""
+        """Names under which a value for a sweep is looked up: of the sweep, then of its specimen, then of all specimens."""
         return tuple(dict.fromkeys((self, replace(self, sweep=""), UnknownName(self.parameter))))
 
     @property
     def label(self) -> str:
-        """For people: what it is, and of what."""
+        """Words for people: the quantity, and the specimen and sweep that it belongs to."""
         where = ", ".join(part for part in (self.specimen, self.sweep) if part)
         return QUANTITIES[self.parameter].label + (f" ({where})" if where else "")
 
 
 def unknowns_table() -> str:
-    """The table of unknowns as Markdown, for docs/unknowns.md."""
+    """Write the table of unknowns as Markdown, for docs/unknowns.md."""
     heads = ("unknown", "symbol", "what it is", "unit", "of", "bounds", "exists", "default prior")
     lines = [f"| {' | '.join(heads)} |", "|---" * len(heads) + "|"]
     for name, row in UNKNOWNS.items():

@@ -9,7 +9,20 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class Fault:
-    """One thing wrong with an input: what, in which file, where in it, and what to do about it."""
+    """One thing that is wrong with an input, so that a user can find it and mend it.
+
+    Printed as ``file:line:column: message. advice``, without the parts that are not known.
+
+    >>> str(Fault("sensor_thickness has no unit, got 0.74", advice='Write "0.74 mm"'))
+    'sensor_thickness has no unit, got 0.74. Write "0.74 mm"'
+
+    Attributes
+    ----------
+    message : what is wrong, with the number or word that was found.
+    path : file with the fault; None if the input is no file.
+    line, column : place in the file, counted from 1; None if not known.
+    advice : what to do about the fault; may be empty.
+    """
 
     message: str
     path: Path | None = None
@@ -32,7 +45,18 @@ class InputError(ValueError):
 
 
 def capped(faults: list[Fault], what: str, limit: int = 10) -> list[Fault]:
-    """The first `limit` faults; if there are more, one further fault that counts all of them."""
+    """Shorten a long list of faults, so that a file with thousands of bad cells does not fill the screen.
+
+    Parameters
+    ----------
+    faults : all that were found.
+    what : the plural noun that the last line counts, such as "cells that are not numbers".
+    limit : how many faults are kept.
+
+    Returns
+    -------
+    The first `limit` faults; if there were more, one further fault that counts all of them.
+    """
     if len(faults) <= limit:
         return faults
     return [

@@ -74,17 +74,17 @@ def remove_leftovers(folder: Path) -> None:
 
 
 def require_folder(path: Path, advice: str = "Create it, or choose another") -> None:
-    """Refuse a file whose folder does not exist.
+    """Refuse to write a file whose folder does not exist, before anything long is computed for it.
 
     Parameters
     ----------
-    path : the file.
-    advice : what to do then.
+    path : the file that is to be written.
+    advice : what the message tells the user to do.
 
     Raises
     ------
     InputError
-        If so.
+        If the folder of `path` does not exist.
     """
     if not path.absolute().parent.is_dir():
         raise InputError(Fault(f"the folder {path.parent} does not exist", path, advice=advice))

@@ -55,15 +55,26 @@ def _spelled(unit: str) -> str:
 
 
 def unit_factor(unit: str, si_unit: str) -> float:
-    """Factor that turns a number in `unit` into `si_unit`: `unit_factor("kN", "N") == 1000`.
+    """Find the number by which values in one unit are multiplied to have them in SI: 1000 from "kN" to "N".
 
-    >>> unit_factor("um/N", "m/N")
-    1e-06
+    Parameters
+    ----------
+    unit : name of a unit as people write it in lab files and experiment files, such as "mm", "kgf" or "um/N".
+    si_unit : one of `SI_UNITS`; "" for a plain number.
+
+    Returns
+    -------
+    The factor [si_unit / unit]; exact for decimal prefixes.
 
     Raises
     ------
     ValueError
         If the unit is unknown, is of another dimension, or has an offset (temperature).
+
+    Examples
+    --------
+    >>> unit_factor("um/N", "m/N")
+    1e-06
     """
     registry = _registry()
     name = "/".join(_spelled(part) for part in unit.strip().split("/"))
@@ -81,16 +92,27 @@ def unit_factor(unit: str, si_unit: str) -> float:
 
 
 def parse_quantity(text: str, si_unit: str) -> float:
-    """SI number of a text such as "0.74 mm"; for a dimensionless quantity (`si_unit` "") "2.8" will do.
+    """Read a quantity as people write it, number and unit, into an SI number.
 
-    >>> parse_quantity("0.74 mm", "m")
-    0.00074
+    Parameters
+    ----------
+    text : such as "0.74 mm"; a plain number such as "2.8" for a quantity without dimension.
+    si_unit : one of `SI_UNITS`, the unit of the result; "" for a quantity without dimension.
+
+    Returns
+    -------
+    The number [si_unit]; a decimal prefix does not change its digits.
 
     Raises
     ------
     ValueError
         If the text is not a number and a unit, the unit is missing, unknown or of another dimension, or the number is not
         finite.
+
+    Examples
+    --------
+    >>> parse_quantity("0.74 mm", "m")
+    0.00074
     """
     match = _NUMBER.match(text.replace("−", "-"))  # the minus sign of typeset text
     if match is None:
@@ -112,7 +134,7 @@ def parse_quantity(text: str, si_unit: str) -> float:
 
 
 def _case_hint(unit: str, si_unit: str) -> str:
-    """A usual unit of the same dimension that differs in upper and lower case only: "Mpa" for MPa."""
+    """Hint at a usual unit of the same dimension that differs in upper and lower case only: "MPa" for "Mpa"; else empty."""
     usual = next((u for u in _USUAL.get(si_unit, ()) if u.lower() == unit.strip().lower()), None)
     return f', did you mean "{usual}"?' if usual and usual != unit.strip() else ""
 

@@ -21,7 +21,7 @@ _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLI
 
 @contextmanager
 def workers(processes: int | None = None) -> Iterator[Executor]:
-    """Run work on several processors: give it to the executor that this yields.
+    """Run work on several processors, by an executor to which pieces of work are given.
 
     Each worker has one thread for linear algebra, so that n workers use n processors. They end with the block, and also if
     this process is killed. What has not been begun when the block fails is dropped.
@@ -30,6 +30,10 @@ def workers(processes: int | None = None) -> Iterator[Executor]:
     ----------
     processes : worker processes; the number of processors if None. 0 computes in this process, one piece of work after the
         other in the order given, in a thread beside the caller's: interrupted, the caller need not wait for it.
+
+    Yields
+    ------
+    The executor.
     """
     if processes == 0:
         with _in_this_process() as executor:

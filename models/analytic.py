@@ -34,7 +34,9 @@ def hertz_force(young_modulus: Scalar, radius: Scalar, depth: FloatArray) -> Flo
 
     Parameters
     ----------
-    young_modulus [Pa], radius [m], depth [m] : broadcast against each other.
+    young_modulus : [Pa].
+    radius : [m], of the sphere.
+    depth : [m], indentation. All three are broadcast against each other.
 
     Returns
     -------
@@ -138,7 +140,7 @@ class ClosedForm:
         return np.asarray(np.minimum(0.6 * h, CHI_MAX**2 * h**2 / np.asarray(batch.indenter.radius)), dtype=float)
 
     def outside(self, design: Design, depth: FloatArray) -> str:
-        """Empty, or the violated bound; see `models.response.Forward.outside`."""
+        """See `Forward.outside`."""
         if design.indenter.friction_coefficient:
             return "the closed form is frictionless; friction_coefficient must be 0"
         if np.any(np.asarray(design.sensor.stiffening) > 0):
@@ -151,7 +153,7 @@ class ClosedForm:
         return ""
 
     def respond(self, design: Design, depth: FloatArray) -> Response:
-        """Force, contact and capacitance at given depths, see `models.response.Forward.respond`."""
+        """See `Forward.respond`; with the errors stated as `force_error` and `capacitance_error`."""
         if reason := self.outside(design, depth):
             raise OutOfRangeError(reason)
         batch = design.draws()

@@ -146,7 +146,7 @@ def look_up_force(table: Response, force: FloatArray) -> Lookup:
     Parameters
     ----------
     table : from `depth_table`.
-    force : [N], shape (n_draw, n_force). Zero or less is at depth 0: force does not tell how far the ball is away.
+    force : [N], shape (n_draw, n_force). Zero or less is at depth 0: force does not depend on how far the ball is away.
 
     Returns
     -------

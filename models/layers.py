@@ -157,7 +157,8 @@ class LayeredDesign:
 
     Attributes
     ----------
-    profile : of the indenter; `friction_coefficient` : Coulomb's, inf for full stick.
+    profile : of the indenter.
+    friction_coefficient : Coulomb's, inf for full stick.
     layers : from the base up.
     radius, electrode_radius : of the disc and of every electrode [m].
     dielectrics : electrically in parallel; at least one.
@@ -203,7 +204,7 @@ class LayeredDesign:
 
     @property
     def thickness(self) -> float:
-        """Of the whole stack [m]."""
+        """Thickness of the whole stack [m]."""
         return float(sum(layer.thickness for layer in self.layers))
 
     def scaled(self, length: float, modulus: float) -> LayeredDesign:

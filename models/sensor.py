@@ -21,7 +21,7 @@ VACUUM_PERMITTIVITY = 8.8541878128e-12
 
 @dataclass(frozen=True)
 class Parameter:
-    """What the project knows of one quantity: name in code, symbol, unit, unit for people, words.
+    """How one quantity is called and written: name in code, symbol, unit, unit for people, words.
 
     `display_scale` display units make one SI unit: a thickness of 1e-3 m is shown as 1e-3 * 1e3 = 1 mm.
     """
@@ -91,9 +91,9 @@ class Sensor:
     """A disc of two dielectric layers between three compliant electrodes, all lengths in [m], modulus in [Pa].
 
     The signal electrode lies at mid-plane, the grounds at +- the dielectric thickness from it. `electrode_radius` and
-    `dielectric_thickness` are what was given, None where they follow from the disc: read them from a `Design`, which knows
-    what they are then. `stiffening` [1] is 1/J_m of Gent's law (`models.laws.Gent`) in sensor and padding; 0, the default, is
-    neo-Hookean.
+    `dielectric_thickness` are what was given, None where they follow from the disc: read them from a `Design`, which has
+    their values in that case too. `stiffening` [1] is 1/J_m of Gent's law (`models.laws.Gent`) in sensor and padding; 0, the
+    default, is neo-Hookean.
 
     Raises
     ------

@@ -19,11 +19,12 @@ CLEAR, LARGE = 2.0, 4.0
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """One model of the data.
+    """One model of the data, as compared with others of the same data.
 
     Attributes
     ----------
-    name : of the run; `posterior` : what it found.
+    name : of the run.
+    posterior : what it found.
     left_out : how well it predicts each block of data from the others.
     behind, error : elpd of the best candidate minus its own, and the standard error of that, 0 and 0 for the best.
     """
@@ -36,7 +37,7 @@ class Candidate:
 
     @property
     def model(self) -> str:
-        """Its model in words."""
+        """Law, contact and forward model of the candidate in words."""
         e = self.posterior.experiment
         return f"{e.law}, {'sticking' if e.stick else 'frictionless'}, {self.posterior.forward_name}"
 
@@ -56,10 +57,14 @@ class Candidate:
 
 
 def compare_runs(named: Sequence[tuple[str, Posterior]]) -> tuple[Candidate, ...]:
-    """The candidates, best first, by PSIS-LOO over the blocks of the sweeps.
+    """Rank posteriors of the same data by how well their models predict blocks of data that they were not fitted to (PSIS-LOO).
 
     The error of a difference is that of a sum over blocks, sqrt(n var) (Vehtari, Gelman & Gabry, Stat. Comput. 27 (2017) 1413,
     Eq. 24).
+
+    Returns
+    -------
+    The candidates, best first.
 
     Raises
     ------
@@ -82,14 +87,14 @@ def compare_runs(named: Sequence[tuple[str, Posterior]]) -> tuple[Candidate, ...
 
 
 def _data(posterior: Posterior) -> tuple[object, ...]:
-    """What the likelihood of a posterior is of."""
+    """Everything that must be equal for two posteriors to be of the same data."""
     files = tuple((s.specimen, s.name, tuple(sha for _, sha in s.files)) for s in posterior.sweeps)
     points = tuple((name, points.value.tobytes()) for s in posterior.sweeps for name, points in s.channels.items())
     return (posterior.blocks, files, points)
 
 
 def doubts(candidates: Sequence[Candidate]) -> list[str]:
-    """Why the comparison cannot be trusted; empty if it can."""
+    """List the reasons why a comparison cannot be trusted, in sentences; empty if it can."""
     found = [f"{c.name} has not converged" for c in candidates if not c.posterior.diagnostics.converged]
     found += [f"{c.name}: {reason}" for c in candidates for reason in c.posterior.diagnostics.surrogate_reasons]
     for c in candidates:
@@ -100,7 +105,7 @@ def doubts(candidates: Sequence[Candidate]) -> list[str]:
 
 
 def comparison_in_words(candidates: Sequence[Candidate]) -> str:
-    """Which model predicts the data better, or that they cannot tell."""
+    """Say which model predicts the data better, or that the data do not decide between them."""
     best, second = candidates[:2]
     gap = f"{second.behind:.1f} ± {second.error:.1f} in elpd"
     if second.behind > max(LARGE, CLEAR * second.error):

@@ -26,10 +26,13 @@ _N_GRID = 81
 
 @dataclass(frozen=True, eq=False)
 class Bands:
-    """Quantiles (`BAND_LEVELS`) of a curve: x (n_x,), model and reading (5, n_x), SI.
+    """A curve with its uncertainty: quantiles (`BAND_LEVELS`) over draws, nan where too many of these are not covered.
 
-    `model` is the curve itself under the posterior; `reading` one new reading of it, with noise, discrepancy and the forward
-    model's own error. nan where more than 5 % of the draws lie outside the model's range.
+    Attributes
+    ----------
+    x : (n_x,), SI.
+    model : (5, n_x), SI, of the curve itself.
+    reading : (5, n_x), SI, of a new reading, with noise, discrepancy and the forward model's own error.
     """
 
     x: FloatArray
@@ -67,7 +70,7 @@ class FitCheck:
 
     @property
     def in_words(self) -> str:
-        """The check in a sentence."""
+        """Say in a sentence whether the model describes the data, with the numbers."""
         share = f"{self.inside_90 * 100:.0f} % of the {self.y.size} points lie inside their 90 % band"
         if not self.passed:
             return f"{share}; p = {self.p_value:.1g}: the model does not describe these data, look at the residuals"
@@ -86,15 +89,18 @@ class ChannelFit:
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
-    """What the posterior predicts for one sweep.
+    """What the posterior predicts for one sweep, beside what was read: the figures and the verdict on how well the model fits.
 
     Attributes
     ----------
+    specimen, sweep : names.
+    indenter_radius : [m].
     channels : name -> its fit, as read: force against the crosshead [m] (contact offset, compliance and load zero included),
         every other channel against the load cell [N].
-    change : C/C0 - 1 [1] against the true force [N], without parasitic capacitance and load zero, or none.
+    change : C/C0 - 1 [1] against the true force [N], without parasitic capacitance and load zero; None without capacitance.
     change_x, change_y : (n_point,) the data of the capacitance in the coordinates of `change`, at posterior means.
-    n_draw : draws used. title : name for headings, the specimen and, if it has several, the sweep.
+    n_draw : draws used.
+    title : name for headings, the specimen and, if it has several, the sweep.
     """
 
     specimen: str
@@ -126,14 +132,28 @@ class Prediction:
 
 
 def band(values: FloatArray) -> FloatArray:
-    """Quantiles `BAND_LEVELS` over the first axis (draws), shape (5, ...); nan where more than 5 % of the draws are nan."""
+    """Summarise draws of a curve by their quantiles `BAND_LEVELS`.
+
+    The draws are along the first axis; the result has the shape (5, ...), nan where more than 5 % of the draws are nan.
+    """
     missing = np.mean(np.isnan(values), axis=0) > UNCOVERED_SHARE
     quantiles = np.nanquantile(np.where(missing, 0.0, values), BAND_LEVELS, axis=0)
     return np.asarray(np.where(missing, np.nan, quantiles), dtype=float)
 
 
 def predict(posterior: Posterior, forward: Forward, rng: np.random.Generator, *, n_draw: int = 400) -> tuple[Prediction, ...]:
-    """Predictions for every sweep of the posterior, in the order of `posterior.sweeps`.
+    """Predict every sweep from the posterior and hold the prediction against the data: does the model describe what was read?
+
+    Parameters
+    ----------
+    posterior : as sampled or loaded.
+    forward : the model that it was sampled with.
+    rng : of the choice of draws and of new readings.
+    n_draw : draws to use.
+
+    Returns
+    -------
+    One prediction for each sweep, in the order of `posterior.sweeps`.
 
     Raises
     ------
@@ -197,7 +217,7 @@ def _force_fit(
     assert points.displacement is not None
     grid = np.linspace(np.min(points.displacement), np.max(points.displacement), _N_GRID)
     order = np.argsort(points.displacement)
-    # The load matters here only through the machine's compliance: the data's own, interpolated, will do.
+    # The load matters here only through the machine's compliance: that of the data, interpolated, is good enough.
     load = np.interp(grid, points.displacement[order], points.value[order])
     along = replace(sweep, channels={"force": Points(load, np.ones(_N_GRID), displacement=grid)})
     dense = model_sweep(posterior, forward, plan_sweep(along), values)
@@ -207,7 +227,7 @@ def _force_fit(
 def _over_load(
     posterior: Posterior, forward: Forward, values: Mapping[str, FloatArray], sweep: Sweep, channel: str, load: FloatArray
 ) -> SweepModel:
-    """A channel of a sweep at given load cell readings [N], however its own readings were tied to depth."""
+    """Predict a channel of a sweep at given load cell readings [N], in whichever way its own readings were tied to depth."""
     points = Points(np.zeros(load.size), np.ones(load.size), force=load)
     along = replace(sweep, channels={channel: points}, track=None)
     return model_sweep(posterior, forward, plan_sweep(along), values)
@@ -224,7 +244,7 @@ def _zeros(posterior: Posterior, values: Mapping[str, FloatArray], sweep: Sweep)
 def _loads(forward: Forward, posterior: Posterior, values: Mapping[str, FloatArray], sweep: Sweep, channel: str) -> FloatArray:
     """Load cell reading [N] at the points of a channel, (n_point,): as read, or by clock or crosshead from the tester's record.
 
-    Where no load was recorded at all it is the model's, at the medians of the posterior.
+    Where no load was recorded at all, the model's load at the medians of the posterior takes its place.
     """
     points = sweep.channels[channel]
     if points.force is not None:

@@ -25,7 +25,16 @@ _N_SAME = 16
 
 
 def require_own_surrogate(posterior: Posterior, forward: Forward) -> Surrogate:
-    """`forward`, if it is the surrogate that the posterior was sampled with: weights against another would mean nothing.
+    """Make sure that a forward model is the surrogate that a posterior was sampled with: only then do weights mean anything.
+
+    Parameters
+    ----------
+    posterior : as loaded.
+    forward : the model that is said to be its.
+
+    Returns
+    -------
+    `forward`, as a surrogate.
 
     Raises
     ------
@@ -49,14 +58,27 @@ def require_own_surrogate(posterior: Posterior, forward: Forward) -> Surrogate:
 
 
 def training_points(posterior: Posterior, values: Mapping[str, FloatArray]) -> FloatArray:
-    """Points (n, 5) of `models.surrogate.training` at the draws `values`, of every specimen under every ball, each once."""
+    """Find where in its groups a surrogate has to be refined for a posterior: the points that draws stand for.
+
+    Parameters
+    ----------
+    posterior : whose specimens and balls count.
+    values : draws, parameter name -> SI values (n_draw,), fixed ones included.
+
+    Returns
+    -------
+    (n, 5), in the coordinates of `models.surrogate.training`: every draw of every specimen under every ball, each once.
+    """
     pressed = {(s.specimen, s.indenter_radius): s for s in posterior.sweeps}.values()
     groups = [groups_of(specimen_design(posterior, values, s.specimen, s.name).draws())[:, : len(GROUPS)] for s in pressed]
     return np.unique(np.concatenate(groups), axis=0)
 
 
 def error_rows(comparisons: Sequence[Comparison]) -> list[tuple[str, str, str, str, str, str]]:
-    """Rows: sweep, quantity and curves, median, 95 % and worst absolute relative error, rms of error over stated sd."""
+    """List how far the surrogate is off the finite elements, as rows of a table for people.
+
+    Columns: sweep, quantity and curves, median, 95 % and worst absolute relative error, rms of error over stated sd.
+    """
     rows = []
     for c in comparisons:
         for name, error, score in (
@@ -71,7 +93,17 @@ def error_rows(comparisons: Sequence[Comparison]) -> list[tuple[str, str, str, s
 
 
 def shift_rows(posterior: Posterior, found: Reweighting) -> list[tuple[str, str, str, str, str]]:
-    """Rows: parameter, mean and sd as they are and re-weighted, their unit, shift of the mean in sd with its error."""
+    """List what re-weighting does to each parameter, as rows of a table for people.
+
+    Parameters
+    ----------
+    posterior : whose parameters are listed.
+    found : its re-weighting.
+
+    Returns
+    -------
+    Columns: parameter, mean and sd as they are and re-weighted, their unit, shift of the mean in sd with its error.
+    """
     rows = []
     for p in posterior.parameters:
         s, unit = found.shifts[p.name], QUANTITIES[p.parameter]
@@ -82,12 +114,23 @@ def shift_rows(posterior: Posterior, found: Reweighting) -> list[tuple[str, str,
 
 
 def stands(posterior: Posterior, found: Reweighting) -> bool:
-    """Whether the posterior need not be run again."""
+    """Whether a posterior need not be sampled again with a better model.
+
+    Parameters
+    ----------
+    posterior : with its diagnostics.
+    found : its re-weighting.
+    """
     return posterior.diagnostics.usable and found.passed
 
 
 def refinement_in_words(posterior: Posterior, found: Reweighting) -> str:
-    """One sentence: whether to run the posterior again, and why."""
+    """Say in one sentence whether to sample the posterior again, and why.
+
+    Parameters
+    ----------
+    posterior, found : as in `stands`.
+    """
     if stands(posterior, found):
         return f"The posterior stands: {found.in_words()}."
     if not posterior.diagnostics.converged:

@@ -7,7 +7,7 @@ get the weights
 
 as the prior is the same, with their largest values smoothed (PSIS: Vehtari, Simpson, Gelman, Yao, Gabry, J. Mach. Learn. Res.
 25 (2024) 72). The shift of a parameter's mean is sum (w_i - 1/n) x_i; what the draws have in common cancels in it, so that a
-hundred draws tell a small shift. Its Monte Carlo variance, by the delta method, is that of the mean of
+hundred draws are enough to see a small shift. Its Monte Carlo variance, by the delta method, is that of the mean of
 
     n w_i (x_i - sum w x) - (x_i - sum x / n).                                                                            (2)
 
@@ -52,9 +52,22 @@ def with_reweighting(
     exact: Forward | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Posterior:
-    """The posterior with a `Reweighting` of `n_draw` of its draws in its diagnostics, and a warning if it does not stand.
+    """Check by re-weighting whether a posterior would be another one with finite elements, and keep the finding with it.
 
-    The draws, chosen by the posterior's seed, stay what they are. Nothing is done for a posterior of the finite elements.
+    The draws stay what they are. A posterior of the finite elements themselves is returned as it is.
+
+    Parameters
+    ----------
+    posterior : as sampled.
+    forward : the model that it was sampled with.
+    n_draw : draws to re-weight, chosen by the posterior's seed.
+    executor : to solve draws side by side, any of `concurrent.futures`.
+    exact : the model to re-weight to; default finite elements of `ACCURACY`.
+    progress : called with the draws done and their number.
+
+    Returns
+    -------
+    The same draws, with a `Reweighting` in the diagnostics, and a warning if the posterior does not stand.
     """
     exact = exact if exact is not None else FiniteElements(ACCURACY)
     if forward.name == exact.name:
@@ -77,12 +90,16 @@ def reweight(
     *,
     progress: Callable[[int, int], None] | None = None,
 ) -> Reweighting:
-    """Re-weight draws of `posterior`, sampled with `forward`, to the likelihood with `exact`; one task for each draw.
+    """Re-weight draws of a posterior to the likelihood with another model, by (1); one task for each draw.
 
     Parameters
     ----------
+    posterior : as sampled.
+    forward : the model that it was sampled with.
+    exact : the model to re-weight to.
     values : the draws, at random from the posterior: name -> SI (n_draw,), fixed ones included, as `thin_draws` gives them.
-    executor : any of `concurrent.futures`. progress : called with draws done and their number.
+    executor : any of `concurrent.futures`.
+    progress : called with the draws done and their number.
 
     Raises
     ------
@@ -120,7 +137,15 @@ def reweight(
 
 
 def shift_of(x: FloatArray, weights: FloatArray, posterior_sd: float, efficiency: float = 1.0) -> Shift:
-    """What `weights` (n,) of sum 1 do to mean and sd of `x` (n,), by (2); `efficiency`: effective over nominal draws."""
+    """Compute how far weights move the mean of one parameter and change its sd, by (2).
+
+    Parameters
+    ----------
+    x : (n,), draws, SI.
+    weights : (n,), of sum 1.
+    posterior_sd : sd of the whole posterior, the unit of the shift.
+    efficiency : effective over nominal number of draws.
+    """
     n = x.size
     mean, weighted = float(np.mean(x)), float(weights @ x)
     influence = n * weights * (x - weighted) - (x - mean)  # (2)
@@ -131,13 +156,29 @@ def shift_of(x: FloatArray, weights: FloatArray, posterior_sd: float, efficiency
 
 
 def problem_of(posterior: Posterior, forward: Forward) -> Problem:
-    """The calibration problem that `posterior` is the answer to, with `forward` as its model."""
+    """Build the calibration problem anew whose answer a posterior is.
+
+    Parameters
+    ----------
+    posterior : as sampled or loaded.
+    forward : the model of the problem.
+    """
     plans = tuple(plan_sweep(s) for s in posterior.sweeps)
     return Problem(posterior.experiment, posterior.sweeps, forward, posterior.parameters, posterior.fixed, plans)
 
 
 def log_ratio(problem: Problem, exact: Forward, values: Mapping[str, FloatArray]) -> tuple[float, str]:
-    """Logarithm of the ratio in (1) for one draw, values (1,), of the posterior of `problem`; -inf and why without equilibrium.
+    """Compute the weight of one draw: the logarithm of the ratio in (1).
+
+    Parameters
+    ----------
+    problem : of the posterior, with the model that it was sampled with.
+    exact : the model to re-weight to.
+    values : the draw, name -> SI (1,), fixed ones included.
+
+    Returns
+    -------
+    The logarithm and "", or -inf and the reason if `exact` finds no equilibrium or does not cover the draw.
 
     Raises
     ------

@@ -29,12 +29,13 @@ DEPTHS = (np.arange(2, 9) / 8) ** 2
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """Forward model against finite elements for one sweep, arrays (n_curve, n_depth) as `compare` has them.
+    """Forward model against finite elements for one sweep, arrays (n_curve, n_depth) as `compare_draws` has them.
 
     Attributes
     ----------
     sweep : its title.
-    force_error, change_error : relative. force_score, change_score : in units of the sd stated.
+    force_error, change_error : relative.
+    force_score, change_score : in units of the sd stated.
     failures : of the curves that the finite elements could not follow to the deepest reading.
     """
 
@@ -47,17 +48,17 @@ class Comparison:
 
 
 def with_spot_check(posterior: Posterior, forward: Forward, exact: FiniteElements | None = None) -> Posterior:
-    """Ask the finite elements at a few draws of a posterior, and keep with it what they say of the forward model.
+    """Solve finite elements at a few draws of a posterior, and keep with it how far the forward model is off them.
 
     A model that states too small an error makes the posterior unusable (`Diagnostics.surrogate_honest`), however well the
-    chains agree. One that states no error of its own gets a warning that tells how far off it is. Nothing is done for a
-    posterior of the finite elements themselves.
+    chains agree. For one that states no error of its own a warning says how far off it is. A posterior of the finite elements
+    themselves is returned as it is.
 
     Parameters
     ----------
     posterior : as sampled.
     forward : the model that it was sampled with.
-    exact : the finite elements to ask, by default `FiniteElements()`.
+    exact : the finite elements to compare with, by default `FiniteElements()`.
 
     Returns
     -------
@@ -156,5 +157,5 @@ def compare_draws(
 
 
 def rms(score: FloatArray) -> float:
-    """Root mean square."""
+    """Root mean square of scores of any shape [1]."""
     return float(np.sqrt(np.mean(np.square(score))))

@@ -63,7 +63,7 @@ def _refuse(messages: list[str]) -> None:
 
 
 def quantity(text: str, si_unit: str, option: str) -> float:
-    """SI number of an option such as --force "5 N".
+    """Read the quantity of an option such as --force "5 N" into an SI number.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def quantity(text: str, si_unit: str, option: str) -> float:
 
 
 def loaded(folder: Path) -> Run:
-    """The finished run in a folder; on stderr, if it was sampled with another model than is here now."""
+    """Load the finished run in a folder; say on stderr if it was sampled with another model than is here now."""
     from calib.runs import load_run
 
     run = load_run(folder)
@@ -96,7 +96,7 @@ def loaded(folder: Path) -> Run:
 
 @contextmanager
 def counting() -> Iterator[Callable[[str, int, int], None]]:
-    """Progress on stderr, if that is a terminal: a function of what is counted, how many are done, and of how many."""
+    """Show progress on stderr, if that is a terminal; gives a function of what is counted, how many are done, of how many."""
     from rich.progress import Progress, TaskID
 
     console = err()

@@ -114,7 +114,7 @@ def simulate(
 
 
 def _check_outputs(design: Path, written: dict[str, Path | None]) -> None:
-    """Better said before the finite elements than after."""
+    """Refuse outputs that cannot be written before the finite elements are solved, not after."""
     for name, path in written.items():
         if path is None:
             continue
@@ -163,7 +163,7 @@ def _simulate_fem(
     *,
     check: bool,
 ) -> None:
-    """The finite elements' own: a path to come back on, errors, pictures."""
+    """Simulate with finite elements, which alone have a way back, an error estimate and pictures."""
     from calib.report import check_in_words
     from models.fem import FiniteElements
 

@@ -172,20 +172,41 @@ def train(
 def trained(
     fit: Callable[..., Surrogate], data: TrainingSet, base: Surrogate | None, steps: int | None, seed: int
 ) -> Surrogate:
-    """A surrogate of the loading curves `data`, with progress on stderr; `fit` as `models.surrogate.fitting.fit_surrogate`."""
+    """Fit a surrogate to loading curves, with progress on stderr.
+
+    Parameters
+    ----------
+    fit : as `models.surrogate.fitting.fit_surrogate`.
+    data : the loading curves.
+    base : the surrogate to refine; None to train one from the beginning.
+    steps : of the training; None for the usual number.
+    seed : of the networks' first weights.
+    """
     with counting() as told:
         return fit(data, base=base, steps=STEPS if steps is None else steps, seed=seed, progress=told)
 
 
 def require_new(output: Path) -> None:
-    """Refuse an output file that exists, or that has no folder to be in."""
+    """Refuse an output file that exists, or that has no folder to be in, before anything long is computed.
+
+    Raises
+    ------
+    InputError
+        If so.
+    """
     if output.exists():
         raise InputError(Fault("the file exists and is not overwritten", output, advice="Choose another -o"))
     require_folder(output)
 
 
 def require_folder(path: Path) -> None:
-    """Refuse a file to be written whose folder does not exist."""
+    """Refuse a file to be written whose folder does not exist.
+
+    Raises
+    ------
+    InputError
+        If so.
+    """
     if not path.absolute().parent.is_dir():
         raise InputError(Fault(f"the folder {path.absolute().parent} does not exist", path, advice="Create it first"))
 
@@ -213,7 +234,7 @@ def _executor(processes: int | None, scheduler: str | None) -> Iterator[Executor
 
 
 def _of(file: Path, family: FamilyName) -> Surrogate:
-    """The surrogate in `file`, which must be of the `family`."""
+    """Load the surrogate in `file`, which must be of the `family`."""
     from calib.experiment import surrogate_from
 
     found = surrogate_from(file)

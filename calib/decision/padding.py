@@ -40,7 +40,7 @@ def recommend(
     forward : the model that predicts, the one of the calibration.
     requirement : what is wanted.
     seed : of the choice of draws and specimens.
-    posterior_sha256 : hash of the posterior's file, kept with the result, so that one can tell whether it is of this posterior.
+    posterior_sha256 : hash of the posterior's file, kept with the result as a mark of the posterior that it follows from.
 
     Returns
     -------
@@ -120,7 +120,7 @@ def recommend(
 
 @dataclass(frozen=True, eq=False)
 class _Own:
-    """What a draw carries beside its design: capacitance noise [F] and discrepancies [1], each (n_draw,)."""
+    """Draws of what is not part of a design: capacitance noise [F] and discrepancies [1], each (n_draw,)."""
 
     noise: FloatArray
     force_discrepancy: FloatArray
@@ -134,14 +134,14 @@ class _AtPadding:
     change: FloatArray
     sd: FloatArray  # of the change, from the model's own error and discrepancy
     depth: FloatArray
-    sensitivity: FloatArray  # [1/N] force told by one reading, inverted
+    sensitivity: FloatArray  # [1/N], one over the smallest force that one reading distinguishes from noise
     reach: FloatArray  # largest force [N] inside the model's range
 
 
 def _sensors_like_those_measured(
     posterior: Posterior, values: Mapping[str, FloatArray], requirement: Requirement, rng: np.random.Generator
 ) -> tuple[Design, _Own]:
-    """One design per draw, each with the thicknesses of one specimen, and what belongs to the draw beside it."""
+    """Make one design per draw, with the thicknesses of one specimen, and collect the draw's noise and discrepancies."""
     specimens = posterior.experiment.specimens
     n_draw = next(iter(values.values())).size
     turn = rng.permutation(np.arange(n_draw) % len(specimens))

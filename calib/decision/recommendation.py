@@ -19,30 +19,36 @@ INTERVAL_PROBABILITY = 0.8
 class Recommendation:
     """Which padding to build, and how sure that is; `recommend` makes it. SI throughout.
 
-    A band holds the 5, 25, 50, 75 and 95 % quantiles over the draws, shape (5, n_thickness).
+    `verdict` says it in words, `to_dataframe` gives it thickness by thickness. A band holds the 5, 25, 50, 75 and 95 %
+    quantiles over the draws, shape (5, n_thickness).
 
     Attributes
     ----------
-    requirement : what was asked. indenter_radius : [m], of the ball it holds for.
+    requirement : what was asked.
+    indenter_radius : [m], of the ball that the recommendation holds for.
     thickness : [m], (n_thickness,), the grid.
     coverage : [1], (n_thickness,), share of draws whose force is reached inside the model's range.
     covered : (n_thickness,), whether `coverage` is at least 95 %; bands and probability are nan where it is not.
     change : [1], capacitance change C/C0 - 1 at the force, with the model's own error and discrepancy.
     depth : [m], indentation at the force: the stiffness one feels.
-    resolution : [N], force that one reading can tell from noise, capacitance_noise / (dC/dF).
+    resolution : [N], smallest force that one reading distinguishes from noise, capacitance_noise / (dC/dF).
     probability : [1], (n_thickness,), that this thickness gives at least 1 - tolerance of the draw's best; a draw that is not
         covered counts as not doing so.
     optimum : [m], (n_draw,), each draw's best thickness.
     best : [m], the recommended thickness: the largest `probability`, among equals the largest mean share of the best change.
+    best_probability : [1], `probability` there.
     interval : [m], the run of thicknesses around `best` with a probability of at least 80 %, or none.
     change_at_best, depth_at_best, resolution_at_best : (5,), bands at `best`.
-    present_padding [m], present_change (5,), gain (5,) : padding of the measured specimens, what it gives, and the ratio
-        change at `best` / present change, draw by draw; nan where the model does not cover it.
+    present_padding : [m], of the measured specimens.
+    present_change : (5,), the change that it gives.
+    gain : (5,), ratio of the change at `best` to that at present, draw by draw; nan where the model does not cover it.
     border : empty, or in words that `best` lies at the end of the asked or of the covered range.
-    conditions : what it holds for, in words.
-    converged, surrogate_honest : of the calibration, see `Diagnostics`; `reasons` says what speaks against either.
+    conditions : what the recommendation holds for, in words.
+    converged, surrogate_honest : of the calibration, see `Diagnostics`.
+    reasons : what speaks against either.
     forward_name : the model that predicted.
-    seed : of the choice of draws. posterior_sha256 : hash of the posterior's file, empty if there is none.
+    seed : of the choice of draws.
+    posterior_sha256 : hash of the posterior's file, empty if there is none.
     """
 
     requirement: Requirement
@@ -92,7 +98,7 @@ class Recommendation:
 
     @property
     def usable(self) -> bool:
-        """Whether the calibration that it rests on may be built on."""
+        """Whether the calibration behind the recommendation may be built on."""
         return self.converged and self.surrogate_honest is not False
 
     @property
@@ -153,7 +159,7 @@ class Recommendation:
 
 
 def percent(probability: float) -> str:
-    """A probability for people: never "100 %" or "0 %", which a finite number of draws cannot tell."""
+    """Write a probability for people, never as "100 %" or "0 %": a finite number of draws does not show that."""
     if probability > 0.99:
         return "more than 99 %"
     return "less than 1 %" if probability < 0.01 else f"{probability * 100:.0f} %"

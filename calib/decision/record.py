@@ -25,7 +25,7 @@ _ARRAYS = (
 
 
 def recommendation_to_json(recommendation: Recommendation) -> str:
-    """Write a recommendation for other programs: SI, nan as null; the verdict in words comes along."""
+    """Write a recommendation for other programs: SI, nan as null, with the verdict in words."""
     r = recommendation
     content: dict[str, Any] = {
         "verdict": r.verdict,

@@ -9,7 +9,10 @@ from calib.errors import Fault, InputError
 
 @dataclass(frozen=True)
 class Requirement:
-    """Say what a padding is wanted for: the largest capacitance change at a force, among the thicknesses of a range.
+    """What a padding is wanted for: the largest capacitance change at a force, among the thicknesses of a range.
+
+    >>> Requirement(force=10.0, lower=0.0, upper=9e-3).n_thickness
+    37
 
     Attributes
     ----------
@@ -18,7 +21,7 @@ class Requirement:
     n_thickness : how many thicknesses of that range are tried, evenly spaced.
     tolerance : [1], loss of signal that still counts as being as good as the best.
     indenter_radius : [m], radius of the ball; None for that of the experiment.
-    n_draw : how many draws of the posterior are asked.
+    n_draw : how many draws of the posterior are used.
 
     Raises
     ------

@@ -166,7 +166,7 @@ def read_design(path: Path) -> Design | LayeredDesign:
 
 
 def _one_stiffening(sensor: Law, padding: Law, *, bare: bool) -> float | None:
-    """1/J_m of sensor and padding, 0 for neo-Hookean ones; None if they are of two laws or of another."""
+    """1/J_m that holds for sensor and padding alike, 0 for neo-Hookean ones; None if no single number describes both laws."""
     if not bare and padding != sensor:
         return None
     if isinstance(sensor, Gent):
@@ -240,7 +240,7 @@ def _stack(toml: Toml) -> tuple[float, float, tuple[Layer, ...], tuple[Dielectri
 
 
 def _indenter(toml: Toml, *, quiet: bool) -> tuple[str, tuple[float, ...]]:
-    """Shape of the indenter and its sizes, SI."""
+    """Read the shape of the indenter and its sizes, SI; a missing size is no fault of its own if `quiet`."""
     table = table_at(toml, ("indenter",))
     shape = choice_at(toml, ("indenter", "shape"), table["shape"], tuple(_SHAPES)) if "shape" in table else "sphere"
     sizes = _SHAPES[shape]
@@ -265,7 +265,7 @@ def _indenter(toml: Toml, *, quiet: bool) -> tuple[str, tuple[float, ...]]:
 
 
 def _positive(toml: Toml, at: KeyPath, unit: str, example: str, *, quiet: bool) -> float:
-    """The quantity at `at`, SI; nan and a fault if it is wrong or, unless `quiet`, missing."""
+    """Read a positive quantity, SI; nan and a fault if it is wrong, or if it is missing and not `quiet`."""
     key, value = at[-1], get(toml, at)
     if value is None:
         if not quiet:

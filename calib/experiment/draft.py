@@ -21,14 +21,23 @@ TOGETHER = 600.0
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """One record of a lab file: its table, and which of several specimens in the file it is (None if it is the only one)."""
+    """One record of a lab file, for which `calib init` looks for a partner.
+
+    Attributes
+    ----------
+    table : what was read.
+    specimen : which of several specimens in the file it is, from 1; None if it is the only one.
+    """
 
     table: LabTable
     specimen: int | None
 
     @property
     def title(self) -> str:
-        """Its name without ending; of Bluehill's `S7.is_comp_RawData/Specimen_RawData_1.csv` it is "S7_1"."""
+        """Name of the record: that of its file without ending.
+
+        It is "S7_1" for Bluehill's `S7.is_comp_RawData/Specimen_RawData_1.csv`.
+        """
         path = self.table.path
         numbered = re.fullmatch(r"specimen_?rawdata_?(\d+)", path.stem, re.IGNORECASE)
         sample = re.fullmatch(r"(.+)\.is_\w+_rawdata", path.absolute().parent.name, re.IGNORECASE)
@@ -36,15 +45,20 @@ class Found:
 
     @property
     def key(self) -> str:
-        """What its name says of the specimen, in lower case."""
+        """The part of the title that names the specimen, in lower case, without words for the instrument."""
         key = re.sub(r"[^a-z0-9]+", " ", _INSTRUMENT_WORDS.sub(" ", self.title.lower())).strip()
         return key if self.specimen is None else f"{key} {self.specimen}".strip()
 
 
 @dataclass(frozen=True, eq=False)
 class Paired:
-    """One specimen: its name, its records of force and capacitance (may be one file, one may be missing), and why they go
-    together.
+    """Records that belong to one specimen, and why they were put together.
+
+    Attributes
+    ----------
+    name : of the specimen.
+    force, capacitance : its records; may be of one file, and one may be missing.
+    why : the reason, in words for the user.
     """
 
     name: str
@@ -54,12 +68,16 @@ class Paired:
 
 
 def lab_files_in(paths: Iterable[Path]) -> tuple[list[Path], list[Path]]:
-    """Files that were named, and files in the folders that were named (see `ENDINGS`), at any depth and in order.
+    """Find the lab files to draft an experiment from, in a list of files and folders.
 
     Raises
     ------
     InputError
         If a path is not there, or a folder holds no such file.
+
+    Returns
+    -------
+    Files that were named, and files in the folders that were named (see `ENDINGS`), at any depth and in order.
     """
     named: list[Path] = []
     lying: list[Path] = []
@@ -78,7 +96,7 @@ def lab_files_in(paths: Iterable[Path]) -> tuple[list[Path], list[Path]]:
 
 
 def read_all(path: Path) -> list[Found]:
-    """Every specimen of a lab file.
+    """Read every specimen of a lab file.
 
     Raises
     ------
@@ -97,7 +115,7 @@ def read_all(path: Path) -> list[Found]:
     return found
 
 
-# Words in file names that tell instruments apart, not specimens.
+# Words in file names that stand for instruments, not for specimens.
 _INSTRUMENT_WORDS = re.compile(
     r"(?<![a-z])(instron|bluehill|zwick|testxpert|mts|mecmesin|tester|lcr|hioki|keysight|agilent|instek|capacitance|capacity|cap|"
     r"force|load|displacement|indentation|specimen_?rawdata|raw_?data|data|log|fd|cf)(?![a-z])",
@@ -106,10 +124,10 @@ _INSTRUMENT_WORDS = re.compile(
 
 
 def pair(records: Sequence[Found]) -> list[Paired]:
-    """Specimens from what the records hold, how their files are called, and when they began.
+    """Put records of force and capacitance together that belong to one specimen.
 
     Names go first: a force file and a capacitance file belong together if their names agree but for words such as instron and
-    lcr. Those left over belong together if they began within `TOGETHER`, and no other could be meant.
+    lcr. Of those left over, two belong together if they began within `TOGETHER` of each other, and no other could be meant.
     """
     both = [r for r in records if {"force", "displacement", "capacitance"} <= set(r.table.columns)]
     lcr = [r for r in records if "capacitance" in r.table.columns and r not in both]
@@ -156,7 +174,7 @@ def _by_time(tester: Sequence[Found], lcr: Sequence[Found], taken: dict[int, int
 
 
 def _apart(a: Found, b: Found) -> float | None:
-    """Time [s] between the begins of two records, None where one does not state it."""
+    """Time [s] between the starts of two records; None if one of them does not state its start."""
     if a.table.started is None or b.table.started is None:
         return None
     return abs((a.table.started - b.table.started).total_seconds())
@@ -176,7 +194,18 @@ def _name(record: Found | None, number: int) -> str:
 
 
 def experiment_text(specimens: Sequence[Paired], folder: Path, left_out: Sequence[tuple[Path, str]] = ()) -> str:
-    """Text of an experiment file, with lab files relative to `folder`, and files that were left out with their reasons."""
+    """Write the experiment file for a user to complete: filled in from the lab files, EDIT where something must be measured.
+
+    Parameters
+    ----------
+    specimens : with their records.
+    folder : of the experiment file, which lab files are named relative to.
+    left_out : files that were not understood, each with its reason; they are listed in a comment.
+
+    Returns
+    -------
+    The text, TOML with comments.
+    """
     blocks = []
     for paired in specimens:
         force, capacitance = paired.force, paired.capacitance

@@ -88,7 +88,7 @@ def experiment_from(tables: Mapping[str, Any], folder: Path | str = ".") -> Expe
 
 
 def _plain(value: object) -> object:
-    """Paths and numbers of NumPy as TOML would have them."""
+    """Turn paths and numbers of NumPy into texts and numbers, as TOML would have them."""
     return str(value) if isinstance(value, Path) else float(cast(Any, value))
 
 
@@ -145,7 +145,7 @@ def _experiment(toml: Toml, name: str) -> Experiment:
 
 
 def _sticks(toml: Toml) -> bool:
-    """Whether the ball is one that the sensor sticks to."""
+    """Read whether the sensor sticks to the ball (True) or slides on it without friction (False)."""
     at = ("indenter", "friction_coefficient")
     value = table_at(toml, at[:1]).get(at[1], 0)
     if value == "stick" or (not isinstance(value, bool) and value == 0):
@@ -156,7 +156,7 @@ def _sticks(toml: Toml) -> bool:
 
 
 def _check_model(toml: Toml, model: str, law: str, stick: bool) -> None:
-    """Laws and contacts that the forward model does not know."""
+    """Note a fault for a law or a contact that the chosen forward model does not have."""
     place = ("indenter", "friction_coefficient") if stick else ("sensor", "law")
     if model == "closed form" and (stick or law != "neo-hookean"):
         toml.fault(place, "the closed form knows neo-Hookean layers and a ball without friction", 'Write model = "surrogate"')
@@ -166,14 +166,14 @@ def _check_model(toml: Toml, model: str, law: str, stick: bool) -> None:
 
 
 def _radius(toml: Toml, name: str, known: Sequence[str], example: str, *, quiet: bool) -> float:
-    """The required radius in the table `name`, which has the keys `known`; nan and a fault (unless `quiet`) without one."""
+    """Read the required radius in the table `name` of the keys `known`; nan and a fault (none if `quiet`) without one."""
     meant = check_keys(toml, (name,), known, SIGNPOSTS)
     required = f'radius = "{example}" in [{name}]'
     return quantity_at(toml, (name, "radius"), f"{name}_radius", required=required, quiet=quiet or "radius" in meant)
 
 
 def _known_geometry(toml: Toml) -> dict[str, Fixed]:
-    """Dimensions that [sensor] gives as known numbers."""
+    """Read the dimensions that [sensor] gives as known numbers."""
     known: dict[str, Fixed] = {}
     for parameter in ("electrode_radius", "dielectric_thickness"):
         if parameter in table_at(toml, ("sensor",)):
@@ -220,7 +220,7 @@ def _specimens(toml: Toml, radius: float, dielectric: Fixed | None, *, quiet: bo
 
 
 def _check_dielectric(toml: Toml, at: KeyPath, priors: Mapping[str, Prior]) -> None:
-    """Two dielectrics must fit into the sensor, at least at the medians of the priors."""
+    """Note a fault if the two dielectrics do not fit into the sensor at the medians of the priors."""
     dielectric, sensor = priors.get("dielectric_thickness"), priors.get("sensor_thickness")
     if dielectric is None or sensor is None or _median(dielectric) <= _median(sensor) / 2 * (1 + 1e-9):
         return

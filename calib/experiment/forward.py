@@ -54,8 +54,8 @@ def surrogate_from(file: Path | None = None, family: Family | None = NEO_HOOKEAN
 
     Parameters
     ----------
-    file : None for the shipped one.
-    family : whose shipped one; None if no surrogate serves the designs.
+    file : of the surrogate; None for the shipped one.
+    family : the family whose shipped surrogate is wanted; None if no surrogate serves the designs, which is refused.
 
     Raises
     ------

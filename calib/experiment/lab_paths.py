@@ -16,7 +16,19 @@ from calib.lab import AS_FOUND, QUANTITIES, Reading
 
 
 def read_sweeps_of(toml: Toml, at: KeyPath, radius: float, meant: set[str]) -> list[tuple[SweepFiles, KeyPath]]:
-    """The sweeps of the specimen at `at`, each with the place of its files, for faults found later."""
+    """Read which sweeps a specimen has: its [[specimens.sweeps]], or its own files if it has but one sweep (the short form).
+
+    Parameters
+    ----------
+    toml : the file, which faults are noted in.
+    at : path of the specimen's table.
+    radius : [m], of the ball, for sweeps that do not name another.
+    meant : keys of the specimen that were misspelled, see `check_keys`; they are not reported as missing.
+
+    Returns
+    -------
+    The files of each sweep, and the path of the key of its first file: the place for faults that concern the sweep.
+    """
     specimen = table_at(toml, at)
     short = [key for key in SWEEP_KEYS if key in specimen]
     if "sweeps" not in specimen:
@@ -54,7 +66,7 @@ def _sweep(toml: Toml, at: KeyPath, name: str, radius: float, *, quiet: bool) ->
 
 
 def _lab_file(toml: Toml, at: KeyPath) -> tuple[Path | None, Reading, int | None]:
-    """The lab file at `at`, absolute, how it is to be read, and the cycle; None and a fault if the file is not there."""
+    """Read the entry of a lab file: absolute path, how to read it, and the cycle; None and a fault if there is no such file."""
     if not isinstance(table_at(toml, at[:-1])[str(at[-1])], Mapping):
         return _path(toml, at), AS_FOUND, None
     table = table_at(toml, at)
@@ -126,6 +138,13 @@ def _neighbours(folder: Path, wanted: str) -> str:
 
 
 def check_name(toml: Toml, at: KeyPath, name: str) -> None:
-    """Names stand in brackets behind parameters, as in contact_offset[sensor 1, ball 2]."""
+    """Note a fault if a specimen's or sweep's name cannot stand in brackets as in contact_offset[sensor 1, ball 2].
+
+    Parameters
+    ----------
+    toml : the file.
+    at : path of the key of the name.
+    name : of the specimen or sweep.
+    """
     if any(c in name for c in "[],\n\r"):
         toml.fault(at, f'name "{name}" must not contain brackets, commas or line breaks')

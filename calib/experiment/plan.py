@@ -27,7 +27,7 @@ class SweepFiles:
     name : "" for the only sweep of a specimen in the short form.
     force, capacitance : absolute paths; both may be the same file.
     indenter_radius : [m].
-    force_reading, capacitance_reading : what is said of the files: units, columns, which specimen in them.
+    force_reading, capacitance_reading : what the user says of each file: units, columns, which specimen in it.
     cycle, capacitance_cycle : which loading branch is used, counted from 1; None for the first, see `make_sweep`.
     """
 
@@ -42,7 +42,7 @@ class SweepFiles:
 
     @property
     def own(self) -> tuple[Path | None, int | None, int | None]:
-        """What no other sweep may be: the record that is counted."""
+        """File, specimen and cycle of the record that is counted: two sweeps with the same would count one press twice."""
         if self.force is not None:
             return self.force.resolve(), self.force_reading.specimen, self.cycle
         path = None if self.capacitance is None else self.capacitance.resolve()
@@ -51,7 +51,7 @@ class SweepFiles:
 
 @dataclass(frozen=True)
 class Specimen:
-    """One sensor on its padding: its sweeps and the priors named for it, by the name of the unknown."""
+    """One sensor on its padding: its sweeps, and the priors that hold for it alone, by the name of the unknown."""
 
     name: str
     sweeps: tuple[SweepFiles, ...]
@@ -60,14 +60,28 @@ class Specimen:
 
 @dataclass(frozen=True)
 class Experiment:
-    """What an experiment file says, checked; what it does not name is not in it (see `calib.catalogue`).
+    """What is to be calibrated: the specimens with their lab files, the rig, the priors and the model, as checked from a file.
+
+    What the experiment does not name is not in it; defaults come from `calib.catalogue` when the problem is built.
+    `read_experiment` makes one from a TOML file, `experiment_from` from the same tables in Python::
+
+        experiment_from(
+            {
+                "indenter": {"radius": "5 mm"},
+                "sensor": {"radius": "10 mm"},
+                "specimens": [{"name": "sensor 1", "force": "sensor1_instron.csv", "priors": {...}}],
+            }
+        )
 
     Attributes
     ----------
-    path : absolute path of the file, None for one built in Python; sha256 : hash of its content.
-    indenter_radius, sensor_radius : [m].
+    name : for headings.
+    path : absolute path of the file, None for one built in Python.
+    sha256 : hash of its content.
+    indenter_radius, sensor_radius : [m], of the ball and of the sensor's disc.
     padding_material : "sensor" for the sensor's silicone (one modulus), "own" for a modulus of its own.
     priors : shared by all specimens, by the name of the unknown.
+    specimens : the sensors measured, each with its sweeps and the priors that hold for it alone.
     model : the forward model to calibrate with.
     discrepancy : whether the residuals of a sweep are modelled as correlated.
     law : of sensor and padding; Gent's has an unknown of its own, `stiffening`.
@@ -89,15 +103,15 @@ class Experiment:
 
     @property
     def file_name(self) -> str:
-        """What it was read from, for lists of inputs."""
+        """Name of the file that the experiment was read from, for lists of inputs."""
         return "experiment built in Python" if self.path is None else self.path.name
 
     @property
     def family(self) -> Family | None:
-        """Whose surrogate serves the specimens; None if there is none."""
+        """The family of surrogates that has this law and this contact; None if there is none."""
         return family_of(stiffening=self.law == "gent", stick=self.stick)
 
     @property
     def friction_coefficient(self) -> float:
-        """As in `models.sensor.Indenter`."""
+        """Friction [1] between ball and sensor, infinite where they stick, as in `models.sensor.Indenter`."""
         return math.inf if self.stick else 0.0

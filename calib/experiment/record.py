@@ -14,7 +14,7 @@ _FORMAT = 4
 
 
 def experiment_to_json(experiment: Experiment) -> str:
-    """The whole experiment as JSON text, SI; the inverse is `experiment_from_json`."""
+    """Write the whole experiment as JSON text, SI, so that a run keeps what it is of; the inverse is `experiment_from_json`."""
 
     def priors(given: Mapping[str, Prior]) -> dict[str, object]:
         return {parameter: prior.to_json() for parameter, prior in given.items()}
@@ -63,7 +63,7 @@ def experiment_to_json(experiment: Experiment) -> str:
 
 
 def experiment_from_json(text: str) -> Experiment:
-    """The experiment that `experiment_to_json` wrote; the files it names need not exist any more.
+    """Read the experiment that `experiment_to_json` wrote; the files it names need not exist any more.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Where the keys of an experiment file belong, for whoever wrote one in another table."""
+"""From a key that stands in the wrong table of an experiment file to advice on where it belongs."""
 
 from __future__ import annotations
 

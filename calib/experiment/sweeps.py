@@ -14,8 +14,8 @@ _CERTAIN = 0.99
 def read_sweeps(experiment: Experiment) -> tuple[Sweep, ...]:
     """Read every lab file that an experiment names and prepare each press for the likelihood.
 
-    Priors of the clock offset and of the machine's compliance say what the files are judged by: where the clock may be, and
-    how far the machine may give.
+    Two priors matter already when the files are judged: that of the clock offset says how far apart the clocks may be, that of
+    the machine's compliance how far the machine may give.
 
     Returns
     -------

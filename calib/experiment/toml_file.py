@@ -16,9 +16,18 @@ from calib.experiment.toml_places import KeyPath, locate_keys
 
 @dataclass(frozen=True)
 class Toml:
-    """A parsed TOML file, the places of its keys, and the faults found so far (the one thing here that grows).
+    """A parsed TOML file with the place of every key, which collects the faults that are found in it.
 
-    `path` is None, and there are no places, for tables that were built in Python; file names in them are relative to `folder`.
+    `faults` is the one thing that grows: checks add to it as they go, so that a user sees all faults of a file at once.
+
+    Attributes
+    ----------
+    path : of the file; None for tables that were built in Python, which have no places.
+    folder : that file names in the tables are relative to.
+    data : the tables, as `tomllib` gives them.
+    sha256 : hash of the file's bytes.
+    places : line and column of every key, counted from 1.
+    faults : what has been found wrong so far.
     """
 
     path: Path | None
@@ -29,15 +38,30 @@ class Toml:
     faults: list[Fault] = field(default_factory=list)
 
     def place(self, at: KeyPath) -> tuple[int, int]:
-        """Line and column of a key, or of the innermost table around it that is written down, or else the top of the file."""
+        """Line and column of a key; where it is not written down, those of the innermost table around it that is."""
         while at and at not in self.places:
             at = at[:-1]
         return self.places.get(at, (1, 1))
 
     def fault(self, at: KeyPath, message: str, advice: str = "") -> None:
+        """Note one thing that is wrong at a key.
+
+        Parameters
+        ----------
+        at : path of the key, see `KeyPath`.
+        message : what is wrong.
+        advice : what to write instead; may be empty.
+        """
         self.add(at, (Fault(message, advice=advice),))
 
     def add(self, at: KeyPath, faults: Iterable[Fault]) -> None:
+        """Note faults that were found in the value of a key; they get the key's place in the file.
+
+        Parameters
+        ----------
+        at : path of the key, see `KeyPath`.
+        faults : without a place.
+        """
         if self.path is None:
             where = ".".join(str(key) for key in at)
             self.faults.extend(replace(fault, message=f"{where}: {fault.message}" if at else fault.message) for fault in faults)
@@ -79,7 +103,7 @@ def read_toml(path: Path) -> Toml:
 
 
 def _syntax_fault(path: Path, text: str, message: str) -> Fault:
-    """A TOML syntax error with its place, which Python only tells in the message, and the usual cause."""
+    """Turn a TOML syntax error into a fault with its place, found in the text of Python's message, and the usual cause."""
     lines = text.splitlines() or [""]
     match = re.search(r" \(at (?:line (\d+), column (\d+)|end of document)\)$", message)
     if match is None:

@@ -1,4 +1,4 @@
-"""Where each key of a TOML text stands, which Python's own parser does not tell."""
+"""From a TOML text to the line and column of each key in it, which Python's own parser does not give."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _STRING = re.compile(
 
 
 def locate_keys(text: str) -> dict[KeyPath, tuple[int, int]]:
-    """Line and column (from 1) of every key, table header and array entry of a valid TOML text with LF line ends.
+    """Find line and column (from 1) of every key, table header and array entry of a valid TOML text with LF line ends.
 
     Entries of arrays are addressed by their index, those of an array of tables by the place of their header.
 

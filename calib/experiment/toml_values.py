@@ -15,12 +15,29 @@ from calib.priors import parse_value, sign_fault
 
 
 def raise_faults(toml: Toml) -> None:
-    """All faults at once, in the order of the file."""
+    """Refuse a file in which faults have been noted, all of them at once, in the order of the file.
+
+    Raises
+    ------
+    InputError
+        If there are any.
+    """
     if toml.faults:
         raise InputError(sorted(dict.fromkeys(toml.faults), key=lambda f: (f.line or 0, f.column or 0)))
 
 
 def get(toml: Toml, at: KeyPath) -> Any:
+    """Look up what stands at a path of keys in a TOML file, whatever its type.
+
+    Parameters
+    ----------
+    toml : the file.
+    at : path of the key, see `KeyPath`.
+
+    Returns
+    -------
+    The value; None if nothing stands there.
+    """
     value: Any = toml.data
     for key in at:
         try:
@@ -31,13 +48,34 @@ def get(toml: Toml, at: KeyPath) -> Any:
 
 
 def table_at(toml: Toml, at: KeyPath) -> dict[str, Any]:
-    """The table at `at`; an empty one if there is none (`check_keys` has the fault for what is not a table)."""
+    """Look up a table in a TOML file, to read its keys.
+
+    Parameters
+    ----------
+    toml : the file.
+    at : path of the table.
+
+    Returns
+    -------
+    The table; an empty one if there is none. (`check_keys` notes the fault of what should be a table and is not.)
+    """
     value = get(toml, at)
     return value if isinstance(value, dict) else {}
 
 
 def tables_at(toml: Toml, at: KeyPath, *, required: str = "") -> list[KeyPath]:
-    """Paths of the tables in the array of tables at `at`."""
+    """Look up the tables of an array such as [[specimens]], and note a fault if it is written in another way.
+
+    Parameters
+    ----------
+    toml : the file.
+    at : path of the array of tables.
+    required : advice for a user who has left the array out; "" if it may be left out.
+
+    Returns
+    -------
+    Paths of the tables, in order; empty if there are none.
+    """
     value = get(toml, at)
     name = ".".join(str(key) for key in at if isinstance(key, str))
     if isinstance(value, list) and all(isinstance(entry, dict) for entry in value):
@@ -55,7 +93,13 @@ def tables_at(toml: Toml, at: KeyPath, *, required: str = "") -> list[KeyPath]:
 
 @dataclass(frozen=True)
 class Signposts:
-    """Where keys belong that stand in the wrong table: `places` by key, `hints` by heading and key."""
+    """Advice for keys that stand in the wrong table: where they belong.
+
+    Attributes
+    ----------
+    places : key -> where it belongs, in words that follow "It belongs".
+    hints : (heading of a table, key) -> a whole sentence of advice, for keys that need more than a place.
+    """
 
     places: Mapping[str, str] = field(default_factory=dict)
     hints: Mapping[tuple[str, str], str] = field(default_factory=dict)
@@ -65,7 +109,19 @@ _NO_SIGNPOSTS = Signposts()
 
 
 def check_keys(toml: Toml, at: KeyPath, known: Sequence[str], signposts: Signposts = _NO_SIGNPOSTS) -> set[str]:
-    """Faults for the keys of the table at `at` that are not `known`; returns those known ones that were probably meant."""
+    """Note a fault for each key of a table that is not known there, with the key that was probably meant.
+
+    Parameters
+    ----------
+    toml : the file.
+    at : path of the table; () for the top of the file.
+    known : keys that the table may have.
+    signposts : where keys belong that users write here by mistake.
+
+    Returns
+    -------
+    Those of the known keys that were probably meant by a misspelled one. They need not be reported as missing as well.
+    """
     table = toml.data if not at else get(toml, at)
     where = heading(at)
     if table is None:
@@ -100,7 +156,20 @@ def heading(at: KeyPath) -> str:
 
 
 def quantity_at(toml: Toml, at: KeyPath, parameter: str, *, required: str = "", quiet: bool = False) -> float:
-    """The quantity at `at`, SI, its sign checked; nan and a fault if it is wrong, or missing and `required` and not `quiet`."""
+    """Read a quantity with its unit from a TOML file, check its sign, and note a fault if it is wrong.
+
+    Parameters
+    ----------
+    toml : the file.
+    at : path of the key.
+    parameter : name of the quantity, a key of `calib.catalogue.QUANTITIES`.
+    required : what to write if the key is missing; "" if it may be missing.
+    quiet : whether to note no fault for a missing key, as another fault speaks of it already (a misspelled key).
+
+    Returns
+    -------
+    The number [SI]; nan if it is wrong or missing.
+    """
     value = get(toml, at)
     if value is None:
         if required and not quiet and isinstance(get(toml, at[:-1]), dict | None):
@@ -118,7 +187,20 @@ def quantity_at(toml: Toml, at: KeyPath, parameter: str, *, required: str = "", 
 
 
 def text_at(toml: Toml, at: KeyPath, *, default: str = "", required: str = "", quiet: bool = False) -> str:
-    """The text at `at`; "" and a fault if it is not one, is empty, or is missing and `required` (unless `quiet`)."""
+    """Read a text from a TOML file, and note a fault if it is none or empty.
+
+    Parameters
+    ----------
+    toml : the file.
+    at : path of the key.
+    default : what a missing key stands for.
+    required : what to write if the key is missing; "" if it may be missing.
+    quiet : as in `quantity_at`.
+
+    Returns
+    -------
+    The text without blanks around it; "" if it is wrong.
+    """
     value = get(toml, at)
     if value is None:
         if required and not quiet:
@@ -131,6 +213,19 @@ def text_at(toml: Toml, at: KeyPath, *, default: str = "", required: str = "", q
 
 
 def choice_at(toml: Toml, at: KeyPath, value: object, choices: Sequence[str]) -> str:
+    """Check that a value is one of the words that a key may have, and note a fault with the nearest of them if not.
+
+    Parameters
+    ----------
+    toml : the file.
+    at : path of the key.
+    value : what stands there.
+    choices : the words; the first stands in for a wrong value.
+
+    Returns
+    -------
+    One of `choices`.
+    """
     if isinstance(value, str) and value in choices:
         return value
     close = difflib.get_close_matches(str(value).lower(), choices, n=1)
@@ -140,7 +235,7 @@ def choice_at(toml: Toml, at: KeyPath, value: object, choices: Sequence[str]) ->
 
 
 def quoted(value: object) -> str:
-    """A value as it stands in a TOML file, good enough for a message."""
+    """Write a value as it stands in a TOML file, for a message."""
     if isinstance(value, bool):
         return str(value).lower()
     if value is None:

@@ -39,7 +39,9 @@ def log_evidence(y: FloatArray, basis: FloatArray, prior: FloatArray, noise: flo
 
     Parameters
     ----------
-    y : readings, shape (n,). basis : functions at the readings, shape (n, k). prior : sd of each coefficient, shape (k,).
+    y : readings, shape (n,).
+    basis : functions at the readings, shape (n, k).
+    prior : sd of each coefficient, shape (k,).
     noise : sd of one reading, in the unit of y.
     """
     scaled = basis * (prior / noise)
@@ -50,11 +52,11 @@ def log_evidence(y: FloatArray, basis: FloatArray, prior: FloatArray, noise: flo
 
 
 def fitted(y: FloatArray, basis: FloatArray, prior: FloatArray, noise: float) -> FloatArray:
-    """The most probable curve through readings under the model of `log_evidence`, shape (n,), in the unit of y.
+    """Draw the most probable curve through readings under the model of `log_evidence`, shape (n,), in the unit of y.
 
     Parameters
     ----------
-    y, basis, prior, noise : as there.
+    y, basis, prior, noise : as in `log_evidence`.
     """
     scaled = basis * (prior / noise)
     a = np.linalg.solve(np.eye(prior.size) + scaled.T @ scaled, scaled.T @ (y / noise))

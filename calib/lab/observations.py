@@ -26,17 +26,23 @@ BACKWARD = "time runs backwards"
 
 @dataclass(frozen=True, eq=False)
 class Observations:
-    """One lab file, compression positive, nothing re-zeroed. Arrays of shape (n_row,), None where the file has no such column.
+    """What was understood of one lab file, row by row: signs, branches, and a reason at each row that is not used.
+
+    `observe` makes one. Compression is positive, nothing is re-zeroed. Arrays of shape (n_row,), None where the file has no
+    such column::
+
+        obs = observe(read_lab_file(Path("sensor1_instron.csv")))
+        obs.force[obs.used]  # [N], the loading branch
 
     Attributes
     ----------
     table : what was read.
     time, displacement : [s], [m]; nan where the cell was empty or over-range.
     channels : name of a channel (see `calib.catalogue.CHANNELS`) -> its readings, SI, likewise; those that the file has.
-    branch : per row "loading", "unloading", "hold", or "" where neither displacement nor force tells.
-    cycle : per row the loading branch it belongs to or follows, counted from 1; 0 before the first and where nothing tells.
-    n_cycle : loading branches in the file; 0 where nothing tells.
-    used_cycle : the cycle whose loading branch is used; 0 if none is told apart.
+    branch : per row "loading", "unloading", "hold", or "" where neither displacement nor force shows which.
+    cycle : per row the loading branch it belongs to or follows, counted from 1; 0 before the first and where none is known.
+    n_cycle : loading branches in the file; 0 where none is known.
+    used_cycle : the cycle whose loading branch is used; 0 if none is known.
     used : rows that take part in the calibration: the loading branch of the used cycle, from its start before contact.
     reason : per row why it is not used, "" if it is.
     sign_note : which signs were turned, and on what evidence.
@@ -89,6 +95,7 @@ def observe(table: LabTable, cycle: int | None = None) -> Observations:
 
     Parameters
     ----------
+    table : one lab file, from `read_lab_file`.
     cycle : the loading branch to use, counted from 1; None for the first. The rows of other cycles say which they are of.
 
     Raises
@@ -147,7 +154,17 @@ def observe(table: LabTable, cycle: int | None = None) -> Observations:
 
 
 def usable_rows(obs: Observations, abscissa: FloatArray, values: FloatArray, what: str) -> IntArray:
-    """Rows of the loading branch where both are readings.
+    """Find the rows of the loading branch in which two columns both hold a reading.
+
+    Parameters
+    ----------
+    obs : one lab file.
+    abscissa, values : columns of it, (n_row,), nan where there is no reading.
+    what : name of the channel, for the message.
+
+    Returns
+    -------
+    Row numbers, in order.
 
     Raises
     ------

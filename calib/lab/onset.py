@@ -1,6 +1,6 @@
 """From the readings of one channel to where contact begins: the one place where that onset is estimated, coarse and fine.
 
-Who asks wants different things, so that there are several answers; each is the first one's or stands on it where it can.
+Callers need the onset for different purposes, so that there are several estimates; each uses the first where it can.
 
 - `coarse_onset`, for the bins of a sweep: any abscissa, any number of readings, no error. A bin edge may be off by a reading.
 - `fine_onset`, for the clocks: posterior mean and sd, the exponent of the rise integrated over; takes readings in order.
@@ -34,7 +34,7 @@ from models.sensor import BoolArray, FloatArray
 _ONSET_SHARE = 0.4
 # Exponents with which force and capacitance may leave their flat parts.
 _EXPONENTS = (1.2, 1.35, 1.5, 1.65, 1.8, 1.95, 2.1, 2.3, 2.6)
-#: Readings before contact: fewer than three tell no level, ten tell it well.
+#: Readings before contact: from fewer than three no level can be estimated, from ten a good one.
 FEW_BEFORE, TOO_FEW_BEFORE = 10, 3
 # Slope of a beginning over the mean slope after it, above which it is no flat part but contact.
 _FLAT_SLOPE = 0.1
@@ -92,7 +92,8 @@ class Beginning:
     Attributes
     ----------
     groups : rows of each group, in the order of reading.
-    y : mean of each group less the first one, in shares of the channel's range. noise : sd of such a mean, likewise.
+    y : mean of each group less the first one, in shares of the channel's range.
+    noise : sd of such a mean, likewise.
     """
 
     groups: list[npt.NDArray[np.intp]]
@@ -109,8 +110,10 @@ def beginning(values: FloatArray, rise: FloatArray, noise: float, scale: float) 
 
     Parameters
     ----------
-    values : readings, shape (n_row,). rise : the largest excursion so far, shape (n_row,), never falling.
-    noise : sd of one reading. scale : range of the channel, which `y` is given in. All in the unit of the readings.
+    values : readings, shape (n_row,).
+    rise : the largest excursion so far, shape (n_row,), never falling.
+    noise : sd of one reading.
+    scale : range of the channel, which `y` is given in. All in the unit of the readings.
     """
     end = int(np.searchsorted(rise, _ONSET_SHARE * rise[-1])) + 1
     if end < 12:
@@ -131,10 +134,11 @@ def departure(
 
     Parameters
     ----------
-    depth : an onset g -> how far each reading lies behind it, shape (n,), of order one, negative before it. What g is, a
-        reading of the crosshead or an offset of clocks, is its business alone.
-    y : readings, shape (n,), in shares of their range. noise : sd of one of them, likewise.
-    low, high : between which g is looked for.
+    depth : an onset g -> how far each reading lies behind it, shape (n,), of order one, negative before it. The caller decides
+        what g is, such as a reading of the crosshead or an offset of clocks.
+    y : readings, shape (n,), in shares of their range.
+    noise : sd of one of them, likewise.
+    low, high : limits between which g is looked for.
 
     Returns
     -------
@@ -266,7 +270,7 @@ def _bends_up(x: FloatArray, y: FloatArray, span: float) -> bool:
 
 
 def level_before_contact(x: FloatArray, y: FloatArray, sd: FloatArray) -> float:
-    """What a channel reads before contact, told from the points of a sweep: the median of those before it begins to rise.
+    """What a channel reads before contact, estimated from the points of a sweep: the median of those before it begins to rise.
 
     Before contact: the leading points that stay within five sd, or 1 % of the range, of the first; at least three.
 
@@ -287,7 +291,7 @@ def level_before_contact(x: FloatArray, y: FloatArray, sd: FloatArray) -> float:
 
 
 def hertz_onset(x: FloatArray, force: FloatArray) -> float:
-    """Crosshead reading [m] at first touch, told from the points of a sweep well enough to centre a prior.
+    """Crosshead reading [m] at first touch, estimated from the points of a sweep well enough to centre a prior.
 
     A line through F^(2/3) (Hertz: F ~ depth^(3/2)) of the first half of the loading, where it meets zero load. Off by some tens
     of micrometres for a sensor that stiffens faster than Hertz.

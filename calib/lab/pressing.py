@@ -42,12 +42,13 @@ def make_sweep(
     n_effective is the number of readings over the integrated autocorrelation time of the residuals of that smooth.
 
     Capacitance is tied to the crosshead by its own displacement column, else its own force column, else by the clock:
-    then the offset of the two clocks is estimated from the turning point and the onset (`calib.lab.clocks`). An offset that the
-    data do not tell at all gets an sd as wide as what is possible, which becomes its prior. Where it is ambiguous by discrete
+    then the offset of the two clocks is estimated from the turning point and the onset (`calib.lab.clocks`). An offset on which
+    the data say nothing gets an sd as wide as what is possible, which becomes its prior. Where it is ambiguous by discrete
     steps (whole periods of equal cycles) no normal prior is honest, and the sweep is refused.
 
     Parameters
     ----------
+    specimen, name : of the specimen and the sweep, as results shall have them.
     indenter_radius : [m].
     force_file : force over displacement, with time if the capacitance is to be tied by clock; None if there is none.
     capacitance_file : LCR log; may be the same file as `force_file`; None if there is none.
@@ -57,6 +58,10 @@ def make_sweep(
     capacitance_cycle : the same in a capacitance file with a displacement or force column of its own, if it counts otherwise.
     clock_range : [s], range in which the offset of the clocks is known to lie; it can decide between alternatives.
     machine_compliance : [m/N], for the verdicts alone, see `calib.lab.quality.judge`.
+
+    Returns
+    -------
+    The sweep, with the verdicts on its files.
 
     Raises
     ------
@@ -146,7 +151,7 @@ def make_sweep(
 
 
 def readings_of(obs: Observations) -> dict[str, NoiseEstimate]:
-    """Noise, correlation and resolution of every channel of one file: over what it is read against on the used branch.
+    """Estimate noise, correlation and resolution of every channel of one file, along the used branch.
 
     A capacitance log without displacement and force is looked at over its time, to its first crest. A channel with fewer than
     five such readings is left out.
@@ -169,7 +174,7 @@ def readings_of(obs: Observations) -> dict[str, NoiseEstimate]:
 
 
 def _observe_capacitance(table: LabTable, cycle: int | None, own: int | None) -> Observations:
-    """A log with displacement or force has cycles of its own; in one tied by time nothing tells them."""
+    """Label the branches of a capacitance log; one with time alone has no cycles of its own to choose from."""
     if {"displacement", "force"} & set(table.columns):
         return observe(table, cycle if own is None else own)
     return observe(table, own)

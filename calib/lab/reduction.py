@@ -59,7 +59,7 @@ class Reduced:
 
     @property
     def noise(self) -> float:
-        """Sd of one reading."""
+        """Standard deviation of one reading, in the unit of the channel."""
         return self.estimate.noise
 
 

@@ -14,7 +14,7 @@ from models.sensor import BoolArray, FloatArray
 #: Range of a channel over the noise of one reading up to which there is nothing to calibrate against: the tie of two clocks
 #: gives the channel up.
 NO_SIGNAL = 10.0
-# Most readings that `smoothed_record` averages over: many more cost time and tell little.
+# Most readings that `smoothed_record` averages over: many more cost time and improve little.
 _WIDEST = 401
 
 
@@ -43,7 +43,7 @@ def resolution(values: FloatArray) -> float:
 
 
 def reading_noise(values: FloatArray) -> float:
-    """Noise (sd) of one reading, told from readings along a smooth curve that is not known.
+    """Estimate the noise (sd) of one reading from readings along a smooth curve that is not known.
 
     It comes from second differences, which a smooth curve hardly moves, and is at least what the resolution alone makes. The
     readings in order, in their unit; 0 for fewer than three.

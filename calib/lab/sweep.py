@@ -1,4 +1,4 @@
-"""A `Sweep`, what the likelihood is given of one press: tens of points of every channel, and what tells their depth."""
+"""A `Sweep`, the data of one press as the likelihood uses them: tens of points of every channel, and how deep each was read."""
 
 from __future__ import annotations
 
@@ -26,7 +26,10 @@ TRACK_MARGIN = 5.0
 
 @dataclass(frozen=True, eq=False)
 class Points:
-    """Bin means of one channel on the loading branch, arrays of shape (n_point,), in the order of loading.
+    """The data of one channel of a sweep: a few dozen means of neighbouring readings on the loading branch.
+
+    Arrays of shape (n_point,), in the order of loading. The true depth is not known yet, as it depends on unknowns such as the
+    contact point: a point carries what the depth can be computed from, the crosshead's reading, a load or a time.
 
     Attributes
     ----------
@@ -46,11 +49,17 @@ class Points:
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """The tester's record over its own time [s], strictly increasing: displacement [m] and force [N] of shape (n_node,).
+    """The tester's record over its own time, by which readings of a meter with a clock of its own get a crosshead reading.
 
     Group means of at most `TRACK_NODES` nodes over the loading branch and on both sides `TRACK_MARGIN`, or four
     sd of the clock offset where that is more. The noise of the displacement is averaged out over a twentieth of the branch:
     taken for motion, it makes the likelihood rough in the clock offset.
+
+    Attributes
+    ----------
+    time : [s], (n_node,), strictly increasing.
+    displacement : [m], (n_node,).
+    force : [N], (n_node,).
     """
 
     time: FloatArray
@@ -60,7 +69,12 @@ class Track:
 
 @dataclass(frozen=True, eq=False)
 class Sweep:
-    """One pressing of one specimen with one ball, reduced to what the likelihood eats.
+    """One press of a ball into a specimen, prepared for the likelihood: thousands of readings reduced to tens of points.
+
+    `read_sweeps` makes one from the lab files that an experiment names, `make_sweep` from the files themselves::
+
+        sweep = make_sweep("sensor 1", "", 5e-3, Path("sensor1_instron.csv"), Path("sensor1_lcr.csv"))
+        sweep.channels["force"].value  # [N], about forty numbers
 
     Attributes
     ----------
@@ -70,7 +84,7 @@ class Sweep:
     track : the tester's record; None where no channel is tied to it by time.
     noise : channel -> sd of one reading as estimated from the data, in the unit of the channel.
     clock_offset, clock_offset_sd : [s], clock of the tester minus clock of the LCR meter; nan if not tied by clock.
-    clock : the same with its evidence and whether the data tell it at all; None if not tied by clock.
+    clock : the same with its evidence and how sure it is; None if not tied by clock.
     readings : channel -> noise, correlation and resolution of its readings, and how many there are; empty for what was not
         measured.
     files : (file name, sha256) of each file.
@@ -115,12 +129,12 @@ class Sweep:
         return pd.concat(frames, ignore_index=True)
 
     def tied_by(self, channel: str) -> str:
-        """What tells how deep the ball was at the readings of a channel.
+        """By what the depth of a channel's readings is known.
 
         Returns
         -------
-        The most direct there is: "displacement", the record's own crosshead; "force", its own load column; "clock", the time
-        that it shares with the tester's record; "" if nothing tells, or the channel was not measured.
+        The most direct there is: "displacement", the crosshead column of the same record; "force", its load column; "clock",
+        the time that it shares with the tester's record; "" if the record has none of these, or the channel was not measured.
         """
         points = self.channels.get(channel)
         if points is None:
@@ -132,7 +146,7 @@ class Sweep:
         return "clock" if points.time is not None and self.track is not None else ""
 
     def load_at(self, channel: str) -> FloatArray | None:
-        """Load [N] at the points of a channel, as the same record has it, (n_point,); None if it has none."""
+        """Load [N] at the points of a channel, from the same record, (n_point,); None if the record has no load."""
         points = self.channels[channel]
         return points.value if channel == "force" else points.force
 

@@ -12,7 +12,7 @@ from calib.priors.forms import parse_prior
 
 @cache
 def default_prior(parameter: str) -> Prior:
-    """The prior of an unknown that the experiment does not name; `calib.catalogue.UNKNOWNS` has its form and its reason.
+    """Find the prior of an unknown that the experiment does not name; `calib.catalogue.UNKNOWNS` has its form and its reason.
 
     >>> default_prior("machine_compliance").describe("machine_compliance")
     'half-normal, scale 2 µm/N'

@@ -43,15 +43,26 @@ _SYNONYMS = {
 
 
 def parse_value(parameter: str, value: object) -> float:
-    """SI number of one quantity of an experiment file: "0.74 mm" for a dimensional parameter, 2.8 for a dimensionless one.
+    """Read one quantity of an experiment or design file into an SI number, with advice where it is not written as it should be.
 
-    >>> parse_value("sensor_thickness", "0.74 mm"), parse_value("relative_permittivity", 2.8)
-    (0.00074, 2.8)
+    Parameters
+    ----------
+    parameter : name of the quantity, a key of `calib.catalogue.QUANTITIES`.
+    value : as TOML gives it: a text such as "0.74 mm" for a quantity with a dimension, a number such as 2.8 for one without.
+
+    Returns
+    -------
+    The number [SI]. Its sign is not checked, see `sign_fault`.
 
     Raises
     ------
     InputError
         (a ValueError) if it is not a number, or the unit is missing, unknown or of another dimension.
+
+    Examples
+    --------
+    >>> parse_value("sensor_thickness", "0.74 mm"), parse_value("relative_permittivity", 2.8)
+    (0.00074, 2.8)
     """
     row = QUANTITIES[parameter]
     if isinstance(value, str):
@@ -78,23 +89,34 @@ def parse_value(parameter: str, value: object) -> float:
 
 
 def parse_prior(parameter: str, value: object) -> Prior:
-    """The prior of `parameter` as written in an experiment file: a table of one kind and its numbers.
+    """Read what an experiment file says of an unknown before the data into a distribution.
 
     The forms are `{ normal = [mean, sd] }`, `{ lognormal = [median, geometric sd] }`, `{ halfnormal = scale }`,
     `{ uniform = [low, high] }`, `{ truncated_normal = [mean, sd, low, high] }` and `{ fixed = value }`; dimensional numbers
     are texts with a unit. A parameter that cannot be negative gets no mass below zero: a normal prior with at most 0.1 % of it
     there is truncated at zero (and `describe` says so), one with more is refused.
 
-    >>> parse_prior("young_modulus", {"lognormal": ["0.7 MPa", 1.6]})
-    LogNormal(median=700000.0, factor=1.6)
-    >>> parse_prior("sensor_thickness", {"normal": ["0.74 mm", "0.02 mm"]}).describe("sensor_thickness")
-    'normal, mean 0.74 mm, sd 0.02 mm, truncated at zero'
+    Parameters
+    ----------
+    parameter : name of the unknown, a key of `calib.catalogue.UNKNOWNS`.
+    value : as TOML gives it: a table of one kind and its numbers.
+
+    Returns
+    -------
+    The prior, in SI.
 
     Raises
     ------
     InputError
         (a ValueError) with everything that is wrong: an unknown kind, not exactly one kind, a wrong number of values, a
         missing or wrong unit, a spread that is not positive, bounds in the wrong order, mass below zero.
+
+    Examples
+    --------
+    >>> parse_prior("young_modulus", {"lognormal": ["0.7 MPa", 1.6]})
+    LogNormal(median=700000.0, factor=1.6)
+    >>> parse_prior("sensor_thickness", {"normal": ["0.74 mm", "0.02 mm"]}).describe("sensor_thickness")
+    'normal, mean 0.74 mm, sd 0.02 mm, truncated at zero'
     """
     if not isinstance(value, Mapping):
         known = isinstance(value, str if QUANTITIES[parameter].unit else (int, float)) and not isinstance(value, bool)
@@ -131,7 +153,18 @@ def parse_prior(parameter: str, value: object) -> Prior:
 
 
 def sign_fault(parameter: str, value: float, written: str) -> Fault | None:
-    """What is wrong with the sign of a value [SI] of `parameter`, `written` so in the file; None if nothing is."""
+    """Check the sign of a quantity: a thickness must not be negative, a modulus must be positive, a load zero may be either.
+
+    Parameters
+    ----------
+    parameter : name of the quantity, a key of `calib.catalogue.QUANTITIES`.
+    value : the number, SI.
+    written : the same as it stands in the file, for the message.
+
+    Returns
+    -------
+    What is wrong with the sign; None if nothing is.
+    """
     if bounds_of(parameter) == "any" or value > 0 or (value == 0 and bounds_of(parameter) == "not negative"):
         return None
     rule = "must not be negative" if bounds_of(parameter) == "not negative" else "must be positive"
@@ -140,7 +173,7 @@ def sign_fault(parameter: str, value: float, written: str) -> Fault | None:
 
 
 def _faults(parameter: str, number: Mapping[str, float], written: Mapping[str, str]) -> list[Fault]:
-    """What is wrong with the numbers of a prior; both mappings by the names in `_FORMS`."""
+    """Find what is wrong with the numbers of a prior; both mappings have the names in `_FORMS` as keys."""
     faults = []
     for name in ("sd", "scale"):
         if name in number and not number[name] > 0:
@@ -176,7 +209,7 @@ def _faults(parameter: str, number: Mapping[str, float], written: Mapping[str, s
 
 
 def _mass_faults(parameter: str, mean: float, sd: float, written: Mapping[str, str]) -> list[Fault]:
-    """Whether a normal prior of a parameter that cannot be negative puts too much mass below zero."""
+    """Refuse a normal prior with too much mass below zero, for a quantity that cannot be negative; say what to write."""
     share = float(ndtr(-mean / sd))
     if share <= NEGLIGIBLE_MASS:
         return []
@@ -233,12 +266,12 @@ def _form(names: Sequence[str]) -> str:
 
 
 def _write(parameter: str) -> str:
-    """Advice that shows a prior."""
+    """Advice that shows how a prior of this unknown is written."""
     return f"Give for example {parameter} = {UNKNOWNS[parameter].example}"
 
 
 def _example_value(parameter: str) -> str:
-    """Advice that shows a value: the first number of the example prior; the radii of ball and disc have no prior."""
+    """Advice that shows how a value is written: the first number of the example prior. Radii have no prior."""
     number = re.search(r'"[^"]*"|[\d.]+', UNKNOWNS[parameter].example if parameter in UNKNOWNS else '"5 mm"')
     return f"Give for example {number[0]}" if number else ""
 

@@ -23,7 +23,7 @@ CLOCK_OFFSET_SD = 0.2
 
 
 def nominal_zero(sweep: Sweep) -> tuple[float, float]:
-    """Crosshead reading at first touch [m] and load before contact [N] as the data show them; (0, 0) where they do not."""
+    """Estimate crosshead reading at first touch [m] and load before contact [N] from the data; (0, 0) if they show none."""
     for channel, points in sweep.channels.items():  # the tester's record comes first
         force = sweep.load_at(channel)
         if points.displacement is None or force is None:
@@ -37,7 +37,12 @@ def nominal_zero(sweep: Sweep) -> tuple[float, float]:
 
 
 def sweep_defaults(sweep: Sweep) -> Mapping[str, tuple[Prior, str]]:
-    """Default priors of what belongs to one sweep, those whose centre the data move included, with their origin in words."""
+    """Choose default priors of the unknowns of one sweep, centred on what its readings show.
+
+    Returns
+    -------
+    Unknown -> its prior, and where that comes from, in words.
+    """
     priors = {p: (default_prior(p), "default") for p in ("contact_offset", "load_zero")}
     onset, load = nominal_zero(sweep)
     if abs(onset) > ONSET_NEAR_ZERO:
@@ -54,7 +59,7 @@ def sweep_defaults(sweep: Sweep) -> Mapping[str, tuple[Prior, str]]:
         )
     if np.isfinite(sweep.clock_offset):
         told = sweep.clock is None or sweep.clock.confidence != "ambiguous"
-        # Where the data do not tell, the sd is that of all that is possible and needs no factor.
+        # Where the data do not determine the offset, the sd is that of all that is possible and needs no factor.
         sd = (3 if told else 1) * sweep.clock_offset_sd if np.isfinite(sweep.clock_offset_sd) else 0.0
         origin = (
             f"default, centred on the offset found in the data, {sweep.clock_offset:.3g} s"
@@ -66,15 +71,16 @@ def sweep_defaults(sweep: Sweep) -> Mapping[str, tuple[Prior, str]]:
 
 
 def noise_default(channel: str, sweeps: Sequence[Sweep]) -> tuple[Prior, str]:
-    """Prior of the noise of one reading of a channel: log-normal around the sweeps' estimates; the catalogue's without one.
+    """Choose the default prior of the noise of one reading: log-normal around what the readings of the sweeps scatter by.
 
     Parameters
     ----------
-    channel : see `calib.catalogue.CHANNELS`. sweeps : of the experiment.
+    channel : a key of `calib.catalogue.CHANNELS`.
+    sweeps : of the experiment.
 
     Returns
     -------
-    The prior, and its origin in words.
+    The prior, that of the catalogue if no sweep shows a scatter, and where it comes from, in words.
     """
     estimates = [s.noise.get(channel, float("nan")) for s in sweeps]
     good = [e for e in estimates if np.isfinite(e) and e > 0]

@@ -12,14 +12,16 @@ from models.sensor import FloatArray
 
 @dataclass(frozen=True)
 class ChannelModel:
-    """What a channel reads when the sensor responds: equations (2) and (3) of `calib.problem.measurement`.
+    """How the readings of one channel follow from the response of the sensor, as the measurement model needs it.
+
+    The functions are those of equations (2) and (3) of `calib.problem.measurement`.
 
     Attributes
     ----------
     ideal : response -> what an ideal instrument would read, SI, (n_draw, n_depth).
     signal : ideal reading (n_draw, n_point), response -> the part of it that the model discrepancy is a share of.
-    error : response -> factors V of the forward model's own error of it, (n_draw, n_depth, n_mode).
-    zero : the unknown that the instrument adds to every reading.
+    error : response -> factors V of the forward model's own error of this channel, (n_draw, n_depth, n_mode).
+    zero : name of the unknown that the instrument adds to every reading.
     """
 
     ideal: Callable[[Response], FloatArray]

@@ -28,15 +28,34 @@ _LOG_2_PI = float(np.log(2 * np.pi))
 
 
 def log_posterior(problem: Problem, theta: FloatArray) -> FloatArray:
-    """Log posterior density in the coordinates theta, up to a constant, (n_draw,); -inf outside what the forward covers."""
+    """Log posterior density of draws of the unknowns: how probable they are after the data, which is what the sampler explores.
+
+    log p(theta | data) = log likelihood - theta^T theta / 2, up to a constant: the prior is standard normal in theta.
+
+    Parameters
+    ----------
+    problem : from `build_problem`.
+    theta : (n_draw, n_parameter), coordinates z of the unknowns.
+
+    Returns
+    -------
+    (n_draw,); -inf where `log_likelihood` is.
+    """
     return np.asarray(log_likelihood(problem, theta) - 0.5 * np.sum(theta**2, axis=1), dtype=float)
 
 
 def log_likelihood(problem: Problem, theta: FloatArray) -> FloatArray:
-    """Log likelihood (n_draw,) of all sweeps at theta (n_draw, n_parameter).
+    """Log likelihood of draws of the unknowns: how probable the readings of all sweeps are under them.
 
-    -inf for a draw whose design is invalid (a dielectric thicker than half the sensor, an electrode wider than the disc) or
-    whose largest depth or force the forward model does not cover.
+    Parameters
+    ----------
+    problem : from `build_problem`.
+    theta : (n_draw, n_parameter), coordinates z of the unknowns.
+
+    Returns
+    -------
+    (n_draw,); -inf for a draw whose design is invalid (a dielectric thicker than half the sensor, an electrode wider than the
+    disc) or whose largest depth or force the forward model does not cover.
     """
     return log_likelihood_at(problem, problem.forward, problem.plans, values_at(problem, theta))
 
@@ -48,12 +67,19 @@ def log_likelihood_at(
     values: Mapping[str, FloatArray],
     tables: Sequence[FloatArray | None] | None = None,
 ) -> FloatArray:
-    """Log likelihood (n_draw,) of the sweeps `plans` under any forward model; -inf as in `log_likelihood`.
+    """Log likelihood of given sweeps at given values under any forward model, such as finite elements for the surrogate.
 
     Parameters
     ----------
+    known : the experiment and all its sweeps: a `Problem` or a `Posterior`.
+    forward : the model of the sensor.
+    plans : the sweeps to sum over, from `plan_sweep`.
     values : parameter name -> SI values (n_draw,), fixed ones included.
     tables : one for each plan, see `model_sweep`.
+
+    Returns
+    -------
+    (n_draw,); -inf as in `log_likelihood`.
     """
     total = np.zeros(next(iter(values.values())).size)
     for plan, table in zip(plans, tables or [None] * len(plans), strict=True):
@@ -65,12 +91,21 @@ def log_likelihood_at(
 
 
 def log_likelihood_blocks(problem: Problem, theta: FloatArray) -> FloatArray:
-    """Log density of each block of about eight neighbouring points given all other data, (n_draw, n_block), see `block_names`.
+    """Log density of each block of about eight neighbouring points given all other data, by which models are compared.
 
     log p(y_b | y_-b, theta): with Q the inverse of the channel's covariance (4) and r its residuals, the block's conditional
     precision is Q_bb and Q_bb^-1 (Q r)_b its residual (Buerkner, Gabry, Vehtari, Comput. Stat. 36 (2021) 1243, Eq. 10-13).
     This is what leave-block-out needs where residuals are correlated; only without correlation do the blocks add up to
-    `log_likelihood`. -inf for draws that are not covered.
+    `log_likelihood`.
+
+    Parameters
+    ----------
+    problem : from `build_problem`.
+    theta : (n_draw, n_parameter), coordinates z of the unknowns.
+
+    Returns
+    -------
+    (n_draw, n_block), in the order of `block_names`; -inf for draws that are not covered.
     """
     values = values_at(problem, theta)
     columns = []
@@ -126,13 +161,30 @@ def block_names(problem: Problem) -> tuple[str, ...]:
 
 
 def predict_sweep(problem: Problem, values: Mapping[str, FloatArray], sweep: Sweep) -> SweepModel:
-    """Model of the readings of `sweep` at its data points for draws `values` (name -> SI, (n_draw,)), fixed ones included."""
+    """Predict what the instruments should read at the points of one sweep, with the forward model of the problem.
+
+    Parameters
+    ----------
+    problem : from `build_problem`.
+    values : parameter name -> SI values (n_draw,), fixed ones included.
+    sweep : one of the problem's.
+    """
     plan = next(p for p in problem.plans if (p.sweep.specimen, p.sweep.name) == (sweep.specimen, sweep.name))
     return model_sweep(problem, problem.forward, plan, values)
 
 
 def range_use(problem: Problem, theta: FloatArray) -> FloatArray:
-    """Deepest point over all sweeps relative to the deepest the forward model covers, (n_draw,); above 1 is not covered."""
+    """How much of the forward model's range draws use: their deepest point over all sweeps relative to the deepest it covers.
+
+    Parameters
+    ----------
+    problem : from `build_problem`.
+    theta : (n_draw, n_parameter), coordinates z of the unknowns.
+
+    Returns
+    -------
+    [1], (n_draw,); a draw above 1 is not covered.
+    """
     values = values_at(problem, theta)
     uses = [model_sweep(problem, problem.forward, plan, values).range_use for plan in problem.plans]
     return np.asarray(np.max(uses, axis=0), dtype=float)
@@ -144,8 +196,8 @@ def _log_normal(channel: PredictedReadings) -> FloatArray:
     With A = [W r]^T D^-1 [W r] + 1 = L L^T the last diagonal element of L is the root of 1 + r^T (D + W W^T)^-1 r (Woodbury)
     and the product of the others squared is det(D + W W^T) / det D.
 
-    -inf where model error exceeds noise by so much (sd 1e8 times) that A is not positive definite in double precision: a
-    modulus of 1e20 Pa on the way of a search, nothing that a posterior holds.
+    The density is -inf where the model error exceeds the noise by so much (1e8 times) that A is not positive definite in double
+    precision. A search may pass there, at a modulus of 1e20 Pa; no posterior holds such a draw.
     """
     residual = channel.observed - channel.mean
     stacked = np.concatenate([channel.modes, residual[..., None]], axis=-1) / np.sqrt(channel.variance)[..., None]

@@ -45,7 +45,7 @@ _T = TypeVar("_T")
 
 @dataclass(frozen=True, eq=False)
 class Correlation:
-    """K of (4) at the points of a channel as U U^T + diag(rest): U (n_point, n_mode), rest (n_point,)."""
+    """Correlation matrix K of (4) at the points of a channel: U U^T + diag(rest), U = `modes` (n_point, n_mode)."""
 
     modes: FloatArray
     rest: FloatArray
@@ -53,11 +53,12 @@ class Correlation:
 
 @dataclass(frozen=True, eq=False)
 class ChannelPlan:
-    """What of one channel of a sweep can be computed before any draw is known.
+    """The part of a channel's prediction that is the same for every draw, computed once.
 
     Attributes
     ----------
-    points : the data. tie : what tells their depth, see `Sweep.tied_by`.
+    points : the data.
+    tie : how their depth is known, see `Sweep.tied_by`.
     load : [N], (n_point,), load at points that are tied by displacement; None where no record has it.
     correlation : of the discrepancy, K of (4).
     """
@@ -69,13 +70,13 @@ class ChannelPlan:
 
     @property
     def needs_curve(self) -> bool:
-        """Whether it takes the forward model to know how deep the points are: they are looked up on its loading curve."""
+        """Whether the points' depth must be looked up on the forward model's loading curve, as the records do not hold it."""
         return not (self.tie == "clock" or (self.tie == "displacement" and self.load is not None))
 
 
 @dataclass(frozen=True, eq=False)
 class SweepPlan:
-    """What of a sweep can be computed before any draw is known, channel by channel."""
+    """A sweep, and for each of its channels the part of the prediction that is the same for every draw."""
 
     sweep: Sweep
     channels: Mapping[str, ChannelPlan]
@@ -88,10 +89,18 @@ class SweepPlan:
 
 @dataclass(frozen=True, eq=False)
 class PredictedReadings:
-    """What one channel of a sweep should read under draws that the forward model covers, arrays (n_covered, n_point), SI.
+    """What an instrument should read at the points of a channel, and how far readings may lie from that, for many draws.
 
-    `mean` is what the instrument should read; the covariance of the readings is diag(variance) + modes modes^T with modes
-    (n_covered, n_point, n_mode). `depth` is the true indentation, `observed` (n_point,) what was read.
+    The covariance of the readings of one draw is diag(variance) + modes modes^T: noise of single readings, and errors that
+    neighbouring points share (of the forward model, and the discrepancy). Draws outside the forward model's range are left out.
+
+    Attributes
+    ----------
+    depth : [m], (n_covered, n_point), true indentation at each point.
+    mean : (n_covered, n_point), SI, expected reading.
+    variance : (n_covered, n_point), SI, independent part of the covariance.
+    modes : (n_covered, n_point, n_mode), SI, factors of its correlated part.
+    observed : (n_point,), SI, what was read.
     """
 
     depth: FloatArray
@@ -102,19 +111,19 @@ class PredictedReadings:
 
     @property
     def sd(self) -> FloatArray:
-        """Marginal sd of a reading, (n_covered, n_point)."""
+        """Standard deviation of each reading by itself, independent and correlated part together, (n_covered, n_point)."""
         return np.asarray(np.sqrt(self.variance + np.sum(self.modes**2, axis=-1)), dtype=float)
 
 
 @dataclass(frozen=True, eq=False)
 class SweepModel:
-    """Model of a sweep's readings for a batch of draws.
+    """What the instruments should read in one sweep, channel by channel, for a batch of draws of the unknowns.
 
     Attributes
     ----------
     covered : (n_draw,), draws whose design is valid and whose depths the forward model covers; the channels hold these only.
     range_use : (n_draw,), deepest point over the deepest the forward model covers; inf where the design is not covered.
-    channels : name -> what it should read, in the order of the sweep's channels; empty if no draw is covered.
+    channels : name -> predicted readings, in the order of the sweep's channels; empty if no draw is covered.
     """
 
     covered: BoolArray
@@ -131,7 +140,7 @@ class SweepModel:
 
 
 def plan_sweep(sweep: Sweep) -> SweepPlan:
-    """All that the likelihood of a sweep needs again and again and that no draw changes: computed once."""
+    """Compute once what the likelihood of a sweep needs again and again and no draw changes: ties, loads, correlations."""
     onset, load = nominal_zero(sweep)
     return SweepPlan(sweep, {name: _plan_channel(sweep, name, onset, load) for name in sweep.channels})
 
@@ -178,16 +187,23 @@ def model_sweep(
     values: Mapping[str, FloatArray],
     table: FloatArray | None = None,
 ) -> SweepModel:
-    """What the instruments should read in one sweep: equations (1) to (4) for a batch of draws, in one call of the model.
+    """Predict what the instruments should read in one sweep, with the errors that readings may have, for a batch of draws.
+
+    Equations (1) to (4), in one call of the forward model.
 
     Parameters
     ----------
-    known : the experiment and all its sweeps. forward : the model of the sensor.
+    known : the experiment and all its sweeps: a `Problem` or a `Posterior`.
+    forward : the model of the sensor.
     plan : the sweep, from `plan_sweep`.
     values : name of an unknown -> SI values (n_draw,), fixed ones included.
     table : depths [m] (n_draw, n_node) of the loading curve along which a channel that is not tied to depth directly is
         looked up, from zero upwards; default `table_depths` to the end of what the forward model covers. A draw whose
         readings lie beyond its last node is not covered.
+
+    Returns
+    -------
+    The prediction, for the draws that are covered.
 
     Raises
     ------
@@ -240,11 +256,12 @@ def model_sweep(
 
 
 def why_outside(known: Calibrated, forward: Forward, plan: SweepPlan, values: Mapping[str, FloatArray]) -> str:
-    """Why one draw is not covered at a sweep's readings, in a sentence: a broken rule or a violated bound.
+    """Say in a sentence why the forward model does not cover a draw at a sweep's readings: a broken rule or a violated bound.
 
     Parameters
     ----------
-    known, forward, plan : as in `model_sweep`. values : of the one draw, (1,).
+    known, forward, plan : as in `model_sweep`.
+    values : of the one draw, (1,).
     """
     sweep = plan.sweep
     try:
@@ -261,20 +278,20 @@ def why_outside(known: Calibrated, forward: Forward, plan: SweepPlan, values: Ma
 
 
 def _present(part: _T | None) -> _T:
-    """Part of a sweep that its tie or its channel says is there."""
+    """Return a part of a sweep that must be there, as the tie or the channel requires it; refuse None."""
     if part is None:
         raise ValueError("a part of the sweep that its tie needs is missing")
     return part
 
 
 class _SweepValues:
-    """Values of the parameters that hold for one sweep, as columns (n_draw, 1); zero for what the problem leaves out."""
+    """Values of the unknowns that hold for one sweep, as columns (n_draw, 1); zero for an unknown that does not exist."""
 
     def __init__(self, values: Mapping[str, FloatArray], sweep: Sweep, rows: BoolArray | None = None) -> None:
         self._values, self._sweep, self._rows = values, sweep, rows
 
     def of(self, rows: BoolArray) -> _SweepValues:
-        """The same of some draws only."""
+        """The same for a selection of the draws."""
         return _SweepValues(self._values, self._sweep, rows)
 
     def __getitem__(self, parameter: str) -> FloatArray:
@@ -290,7 +307,7 @@ def _crosshead_depth(own: _SweepValues, reading: FloatArray, force: FloatArray) 
 
 
 def _direct_depth(own: _SweepValues, sweep: Sweep, channel: ChannelPlan) -> FloatArray:
-    """True indentation [m] at the points of a channel that needs no loading curve to know it."""
+    """True indentation [m] at the points of a channel whose crosshead reading and load are known without the forward model."""
     if channel.tie == "clock":
         return _crosshead_depth(own, *_at_time(_present(sweep.track), _present(channel.points.time) + own["clock_offset"]))
     return _crosshead_depth(own, _present(channel.points.displacement), _present(channel.load))
@@ -335,7 +352,7 @@ def _predict(own: _SweepValues, name: str, channel: ChannelPlan, at: Response, p
 
 
 def _points(response: Response, part: slice) -> Response:
-    """Some of the depths of a batch response."""
+    """Select some of the depths of a batch response."""
     return Response(
         response.depth[:, part],
         response.force[:, part],
@@ -348,7 +365,7 @@ def _points(response: Response, part: slice) -> Response:
 
 
 def _some(readings: PredictedReadings, rows: BoolArray) -> PredictedReadings:
-    """Some of the draws."""
+    """Select some of the draws."""
     r = readings
     return PredictedReadings(r.depth[rows], r.mean[rows], r.variance[rows], r.modes[rows], r.observed)
 

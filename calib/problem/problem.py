@@ -21,10 +21,19 @@ _N_PRIOR_CHECK = 512
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """A calibration ready to be sampled: unknowns with their priors, data, forward model.
+    """A calibration ready to be sampled: the data, the forward model, and the unknowns with their priors.
 
-    theta is the vector of standard-normal coordinates of the priors of `parameters`, value = prior.ppf_normal(z), so that
-    the log prior is -z^2/2 summed. `fixed` holds what a prior fixed.
+    `build_problem` makes one. The sampler sees a vector theta of one coordinate z for each unknown, standard normal under the
+    prior: value = prior.ppf_normal(z), log prior = -z^2/2 summed. `values_at` gives the values by name.
+
+    Attributes
+    ----------
+    experiment : what is to be calibrated.
+    sweeps : the data, reduced to points.
+    forward : the model of the sensor.
+    parameters : the unknowns, in the order of theta.
+    fixed : name -> value [SI] of the unknowns that a prior fixes; they are not part of theta.
+    plans : for each sweep the part of the likelihood that no draw changes.
     """
 
     experiment: Experiment
@@ -58,7 +67,17 @@ def problem_from(experiment: Experiment, forward: Forward | None = None) -> Prob
 
 
 def build_problem(experiment: Experiment, sweeps: Sequence[Sweep], forward: Forward) -> Problem:
-    """The calibration problem of an experiment: unknowns listed, data prepared, and the forward model's range checked.
+    """Put experiment, data and forward model together, list the unknowns, and check that the model covers what was measured.
+
+    Parameters
+    ----------
+    experiment : what is to be calibrated, with the priors that it names.
+    sweeps : its data, from `read_sweeps`.
+    forward : the model of the sensor, from `forward_of_experiment`.
+
+    Returns
+    -------
+    A problem that can be sampled.
 
     Raises
     ------
@@ -94,7 +113,7 @@ def _unusable(sweep: Sweep) -> list[tuple[str, str]]:
 
 
 def _outside_faults(problem: Problem) -> list[Fault]:
-    """What of the prior the forward model does not cover, as faults."""
+    """Find the sweeps that the forward model does not cover, at the medians or for most draws of the prior."""
     n = len(problem.parameters)
     draws = np.random.default_rng(20190304).standard_normal((_N_PRIOR_CHECK, n))
     faults = []

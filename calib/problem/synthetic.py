@@ -16,9 +16,14 @@ _NAN = float("nan")
 
 @dataclass(frozen=True)
 class Rig:
-    """What lies between the specimen and the numbers in the files, SI; see `calib.problem.measurement`.
+    """The faults of testing machine and LCR meter in a simulated experiment, SI; see `calib.problem.measurement`.
 
-    `n_effective` is the number of independent readings behind each point, `speed` that of the crosshead [m/s].
+    Attributes
+    ----------
+    contact_offset, machine_compliance, load_zero, parasitic_capacitance, clock_offset : true values of these unknowns.
+    force_noise, capacitance_noise : [N], [F], sd of one reading.
+    n_effective : [1], independent readings behind each point.
+    speed : [m/s], of the crosshead.
     """
 
     contact_offset: float = 0.0
@@ -46,12 +51,24 @@ def synthetic_sweep(
     tie: Literal["clock", "force", "displacement", "none"] = "clock",
     with_force: bool = True,
 ) -> Sweep:
-    """The sweep of pressing `design` (plain numbers) from `approach` [m] before contact to `depth` [m].
+    """Simulate the sweep that a lab would have measured on a sensor whose true properties are known, to test a calibration.
 
     Parameters
     ----------
-    tie : what tells the depth of the capacitance readings; "none" for a sweep without them.
+    forward : the model that stands for the true sensor.
+    design : its true properties, plain numbers.
+    depth : [m], how deep the ball is pressed.
+    rig : the faults of the instruments.
+    rng : of the noise.
+    specimen, name : of the specimen and the sweep.
+    n_points : points of each channel.
+    approach : [m], travel before contact.
+    tie : how the depth of the capacitance readings is known; "none" for a sweep without them.
     with_force : whether there is a tester's file; without it the tie must not be the clock.
+
+    Returns
+    -------
+    The sweep, as `make_sweep` would reduce it.
 
     Raises
     ------

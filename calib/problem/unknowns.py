@@ -35,29 +35,30 @@ class ParameterInfo:
 
     @property
     def parameter(self) -> str:
-        """Which quantity it is, a key of `calib.catalogue.UNKNOWNS`."""
+        """Name of the quantity, a key of `calib.catalogue.UNKNOWNS`."""
         return self.key.parameter
 
     @property
     def specimen(self) -> str:
-        """The specimen it belongs to, empty for what all share."""
+        """Name of the specimen that the unknown belongs to, empty for an unknown that all specimens share."""
         return self.key.specimen
 
     @property
     def sweep(self) -> str:
-        """The sweep it belongs to, empty for what all sweeps of the specimen share."""
+        """Name of the sweep that the unknown belongs to, empty for an unknown that all sweeps of the specimen share."""
         return self.key.sweep
 
 
 def list_unknowns(experiment: Experiment, sweeps: Sequence[Sweep]) -> tuple[tuple[ParameterInfo, ...], dict[str, float]]:
-    """All unknowns of an experiment in a fixed order, and the values of those that are fixed.
+    """List all unknowns of an experiment in a fixed order, and the values of those that are fixed.
 
-    Shared ones come first, then those of each specimen, then those of each of its sweeps; which of the catalogue's there are
-    is told there by `exists`. Those of a measurement that nobody made are left out: nothing electrical without capacitance.
+    Shared ones come first, then those of each specimen, then those of each of its sweeps. An unknown of the catalogue is listed
+    if its row's `exists` says so: for example nothing electrical without capacitance readings.
 
     Parameters
     ----------
-    experiment : with the priors that it names. sweeps : its reduced data, which decide what else there is.
+    experiment : with the priors that it names.
+    sweeps : its reduced data, which decide what else there is.
 
     Returns
     -------

@@ -16,30 +16,30 @@ from models.sensor import Design, FloatArray, Scalar, design_from
 
 
 class Unknowns(Protocol):
-    """What has unknowns: a `Problem` or a `Posterior`."""
+    """Anything that has unknowns to give values to: a `Problem` or a `Posterior`."""
 
     @property
     def parameters(self) -> tuple[ParameterInfo, ...]:
-        """Those that are free, in the order of z."""
+        """The unknowns that are free, in the order of z."""
         ...
 
     @property
     def fixed(self) -> Mapping[str, float]:
-        """Name -> value [SI] of those that a prior fixes."""
+        """Name -> value [SI] of the unknowns that a prior fixes."""
         ...
 
 
 class Calibrated(Protocol):
-    """What knows the experiment and its sweeps: a `Problem` or a `Posterior`."""
+    """Anything that carries an experiment and its sweeps: a `Problem` or a `Posterior`."""
 
     @property
     def experiment(self) -> Experiment:
-        """The experiment."""
+        """What is calibrated."""
         ...
 
     @property
     def sweeps(self) -> tuple[Sweep, ...]:
-        """Its reduced data."""
+        """The reduced data of the experiment."""
         ...
 
 
@@ -65,11 +65,12 @@ def values_at(of: Unknowns, z: FloatArray, only: Collection[str] | None = None) 
 
 
 def columns_at(of: Unknowns, z: FloatArray) -> FloatArray:
-    """The values of the free unknowns as an array, SI, for storing and summarising draws.
+    """Give the values of the free unknowns as an array, SI, for storing and summarising draws.
 
     Parameters
     ----------
-    of : a problem or a posterior. z : (n_draw, n_unknown).
+    of : a problem or a posterior.
+    z : (n_draw, n_unknown), in the order of `of.parameters`.
 
     Returns
     -------
@@ -80,11 +81,12 @@ def columns_at(of: Unknowns, z: FloatArray) -> FloatArray:
 
 
 def coordinates_of(of: Unknowns, columns: FloatArray) -> FloatArray:
-    """The standard-normal coordinates at which the unknowns have given values: the inverse of `columns_at`.
+    """Find the standard-normal coordinates at which the unknowns have given values: the inverse of `columns_at`.
 
     Parameters
     ----------
-    of : a problem or a posterior. columns : SI values (n_draw, n_unknown).
+    of : a problem or a posterior.
+    columns : SI values (n_draw, n_unknown).
 
     Returns
     -------
@@ -94,11 +96,13 @@ def coordinates_of(of: Unknowns, columns: FloatArray) -> FloatArray:
 
 
 def lookup(values: Mapping[str, FloatArray], parameter: str, specimen: str = "", sweep: str = "") -> FloatArray | None:
-    """The value that holds for a sweep: its own, else its specimen's, else the one that all share.
+    """Find the value of a quantity that holds for a sweep: its own, else its specimen's, else the one that all share.
 
     Parameters
     ----------
-    values : name -> SI values (n_draw,). parameter : which quantity. specimen, sweep : empty for the shared one.
+    values : name -> SI values (n_draw,).
+    parameter : which quantity.
+    specimen, sweep : empty for the shared one.
 
     Returns
     -------
@@ -111,14 +115,15 @@ def lookup(values: Mapping[str, FloatArray], parameter: str, specimen: str = "",
 
 
 def design_values(known: Calibrated, values: Mapping[str, FloatArray], specimen: str, sweep: str) -> dict[str, FloatArray]:
-    """What `models.sensor.design_from` takes, for the draws of one sweep; nothing is checked.
+    """Collect the quantities of a design for the draws of one sweep, as `models.sensor.design_from` takes them, unchecked.
 
     Without capacitance readings nothing electrical was inferred; the permittivity is then the median of its prior.
 
     Parameters
     ----------
-    known : a `Problem` or a `Posterior`. values : name -> SI values (n_draw,), fixed ones included.
-    specimen, sweep : of the sweep, whose ball it is.
+    known : a `Problem` or a `Posterior`.
+    values : name -> SI values (n_draw,), fixed ones included.
+    specimen, sweep : of the sweep, which also has the radius of the ball.
 
     Returns
     -------
@@ -155,7 +160,7 @@ def design_values(known: Calibrated, values: Mapping[str, FloatArray], specimen:
 
 
 def specimen_design(known: Calibrated, values: Mapping[str, FloatArray], specimen: str, sweep: str = "") -> Design:
-    """The sensor that draws of the unknowns stand for: designs of a specimen under the ball of one of its sweeps.
+    """Turn draws of the unknowns into designs for a forward model: a specimen under the ball of one of its sweeps.
 
     Parameters
     ----------

@@ -108,7 +108,7 @@ def number_or_unknown(value: float, form: str) -> str:
 
 
 def shortened(text: str) -> str:
-    """A text with the long numbers in it cut to four significant digits.
+    """Cut the long numbers in a text to four significant digits.
 
     >>> shortened("normal, mean 0.7400001 mm, sd 0.02 mm")
     'normal, mean 0.74 mm, sd 0.02 mm'

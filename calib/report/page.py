@@ -30,7 +30,7 @@ def write_report(
     posterior : the result, with its diagnostics.
     predictions : of its sweeps, see `calib.checks.predictive.predict`.
     recommendation : of a padding, if one was asked for.
-    posterior_sha256 : hash of the posterior's file, "" if it is not kept; tells a recommendation made from another one.
+    posterior_sha256 : hash of the posterior's file, "" if it is not kept; a recommendation from another one is marked as such.
 
     Returns
     -------

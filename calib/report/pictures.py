@@ -16,7 +16,14 @@ from calib.files import whole_file
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure in a page: `source` is its data address, `alt` says what it shows to who cannot see it, `caption` to all."""
+    """A figure in a page.
+
+    Attributes
+    ----------
+    source : its data address.
+    alt : what it shows, for readers who cannot see it.
+    caption : what stands under it.
+    """
 
     source: str
     alt: str

@@ -37,12 +37,16 @@ class ParameterRow:
 
     Attributes
     ----------
-    name : as in files; parameter : without specimen and sweep; where : those, "" if it is shared by all.
+    name : as in files.
+    parameter : without specimen and sweep.
+    where : those, "" if it is shared by all.
     label, symbol : what it is called.
     prior, origin, reason : what was believed before, where that was said, and why, if it is a default.
     value, interval, unit : mean with standard deviation, and central 90 %, in the unit of display.
-    contraction : share of the prior's variance that the data took away; learned : the same in words.
-    r_hat, ess_bulk, ess_tail : of the chains; r_hat_met, ess_met : whether the run's gate was met.
+    contraction : share of the prior's variance that the data took away.
+    learned : the same in words.
+    r_hat, ess_bulk, ess_tail : of the chains.
+    r_hat_met, ess_met : whether the run's gate was met.
     """
 
     name: str
@@ -66,12 +70,12 @@ class ParameterRow:
 
     @property
     def doubtful(self) -> bool:
-        """Whether its value is not what the measurement says: it is its prior's, or contradicts it."""
+        """Whether the value is not what the measurement says: the data left it at its prior, or contradict the prior."""
         return self.learned in (PRIOR_DRIVEN_WORDS, AGAINST_PRIOR_WORDS)
 
 
 def parameter_rows(posterior: Posterior) -> list[ParameterRow]:
-    """The table of parameters, in the order of the posterior's."""
+    """Make the rows of the table of parameters, in the order of the posterior's unknowns."""
     gate = posterior.diagnostics.gate
     rows = []
     for info in posterior.parameters:
@@ -105,7 +109,7 @@ def parameter_rows(posterior: Posterior) -> list[ParameterRow]:
 
 
 def learned_in_words(contraction: float, shift: float) -> str:
-    """Say what the data did to a prior.
+    """Say in two to four words how much the data changed what was believed of a parameter.
 
     Parameters
     ----------
@@ -132,7 +136,7 @@ def learned_in_words(contraction: float, shift: float) -> str:
 
 
 def label_of(name: str) -> str:
-    """What people call the parameter of that name.
+    """Name a parameter for people, from its name in results.
 
     >>> label_of("sensor_thickness[sensor 1]")
     'sensor thickness (sensor 1)'

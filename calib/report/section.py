@@ -12,7 +12,7 @@ from calib.sampling import Posterior
 
 @dataclass(frozen=True, eq=False)
 class Results:
-    """All that a section may speak of.
+    """The results of a calibration that the sections of a report are made from.
 
     Attributes
     ----------

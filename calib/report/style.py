@@ -9,7 +9,7 @@ from typing import Any, ParamSpec
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
-# Okabe and Ito's colours, told apart by all common kinds of colour vision.
+# Okabe and Ito's colours, distinct for all common kinds of colour vision.
 BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7", "#56B4E9"
 ENSEMBLE_COLOURS = (BLUE, ORANGE, GREEN, PURPLE, VERMILION, SKY)
 INK, GREY, LIGHT = "#222222", "#7a7a7a", "#d9d9d9"
@@ -47,7 +47,7 @@ _P = ParamSpec("_P")
 
 
 def styled_figure(draw: Callable[_P, Figure]) -> Callable[_P, Figure]:
-    """Draw in the house style, and leave matplotlib's settings as they were."""
+    """Decorate a drawing function: it draws in the house style and leaves matplotlib's settings as they were."""
 
     @wraps(draw)
     def drawn(*args: _P.args, **kwargs: _P.kwargs) -> Figure:

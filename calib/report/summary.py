@@ -15,7 +15,7 @@ _VERSION_OF = "version of "
 
 
 def summary_json(posterior: Posterior) -> str:
-    """The content of summary.json, a calibration for other programs: whether to use it, what it was made from, every parameter.
+    """Write the content of summary.json, a calibration for other programs: whether to use it, what it is of, every parameter.
 
     SI, with nan as null. `converged` is a fact of the chains alone, `surrogate_honest` one of the forward model (null if not
     known); `reasons` holds what speaks against either. "format" changes when a key changes its meaning or goes.
@@ -41,7 +41,7 @@ def summary_json(posterior: Posterior) -> str:
 
 
 def summary_csv(posterior: Posterior) -> str:
-    """The content of summary.csv: one line per parameter, SI."""
+    """Write the content of summary.csv: one line per parameter, SI."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     columns = ("unit", "mean", "sd", "median", "r_hat", "ess_bulk", "ess_tail", "prior_contraction", "prior_shift")

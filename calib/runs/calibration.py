@@ -26,13 +26,13 @@ _KIND, _FORMAT = "run", 1
 
 @dataclass(frozen=True)
 class Stages:
-    """What a calibration consists of; another function may stand in for any of them.
+    """The steps of a calibration, as functions; a test may put another function in the place of any of them.
 
     Attributes
     ----------
-    sample : as `calib.sampling.posterior.sample`.
-    spot_check : as `calib.checks.spotcheck.with_spot_check`.
-    reweight : as `calib.checks.reweighting.with_reweighting`.
+    sample : as `calib.sampling.sample`.
+    spot_check : as `calib.checks.with_spot_check`.
+    reweight : as `calib.checks.with_reweighting`.
     """
 
     sample: Callable[..., Posterior] = sample
@@ -42,7 +42,10 @@ class Stages:
 
 @dataclass(frozen=True)
 class Watch:
-    """Who is told how far a calibration is. Each is entered when its stage begins and left when it ends; None is told nothing.
+    """Functions that show a user how far a calibration is.
+
+    Each is a context: it is entered when its stage begins and left when the stage ends, and gives a function to be called with
+    the progress, or None if nothing is to be shown.
 
     Attributes
     ----------
@@ -59,7 +62,7 @@ _USUAL, _SILENT = Stages(), Watch()
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """What a calibration left: its run, and whether the re-weighting was stopped before its end (and is not in it)."""
+    """What `calibrate` gives back: the run, and whether the re-weighting was stopped before its end (and is not in the run)."""
 
     run: Run
     reweighting_stopped: bool = False
@@ -86,7 +89,7 @@ def calibrate(
 
     Parameters
     ----------
-    experiment : file, see `calib.experiment.plan.read_experiment`.
+    experiment : file, see `calib.experiment.read_experiment`.
     folder : of the run; must not exist yet, unless the run in it is resumed.
     seed : of all random numbers; None for `DEFAULT_SEED`, or that of the run that is resumed.
     resume : whether to go on with a run that was stopped or has not converged.
@@ -94,8 +97,8 @@ def calibrate(
     processes : worker processes; None for the number of processors, at most 4, and 0 for none.
     surrogate : file of a surrogate to use instead of the shipped one.
     reweight : draws to re-weight to the finite elements in the end; 0 for none.
-    command : kept with the posterior, to tell how it was made.
-    watch : who is told how far it is.
+    command : the command line, kept with the posterior as a record of how it was made.
+    watch : shows how far the calibration is.
     stages : what is done, one after the other.
 
     Returns

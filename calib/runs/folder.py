@@ -31,8 +31,9 @@ class Run:
     Attributes
     ----------
     folder : where it is.
-    posterior : what was found. posterior_sha256 : hash of its file.
+    posterior : what was found.
     forward : the model to predict with, the one that the posterior was sampled with.
+    posterior_sha256 : hash of the posterior's file.
     """
 
     folder: Path
@@ -42,7 +43,7 @@ class Run:
 
     @property
     def report(self) -> Path:
-        """Its page."""
+        """Path of the report's page."""
         return self.folder / _REPORT
 
     @property

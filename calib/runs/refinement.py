@@ -38,7 +38,7 @@ class Means:
 
 @dataclass(frozen=True, eq=False)
 class Refinement:
-    """What the finite elements said at the draws of a run: surrogate against them for each sweep, and the draws re-weighted."""
+    """What finite elements showed at draws of a run: how far the surrogate is off in each sweep, and the draws re-weighted."""
 
     comparisons: tuple[Comparison, ...]
     reweighting: Reweighting
@@ -58,7 +58,7 @@ def refine(
     added: Callable[[int], None] | None = None,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Refinement:
-    """Run the finite elements at draws of a posterior, keep their loading curves, and see how far off the surrogate is there.
+    """Solve finite elements at draws of a posterior, keep their loading curves, and see how far off the surrogate is there.
 
     Parameters
     ----------
@@ -71,8 +71,8 @@ def refine(
     accuracy : relative, of the finite elements in the store; those that draws are re-weighted to are `reweight.ACCURACY` fine.
     seed : of the choice of draws.
     exact : gives the finite elements of an accuracy.
-    added : told how many curves were new, before the comparison begins.
-    progress : told what is counted, how many are done, and of how many.
+    added : called with the number of new curves, before the comparison begins.
+    progress : called with what is counted, how many are done, and of how many.
     """
     rng = np.random.default_rng(seed)
     values = thin_draws(posterior, n_draw, rng)

@@ -1,4 +1,4 @@
-"""Plain arrays and data sets in, ArviZ's numbers, its container and its NetCDF files out: the one module that knows ArviZ."""
+"""Plain arrays and data sets in, ArviZ's numbers, its container and its NetCDF files out: the one module that imports ArviZ."""
 
 from __future__ import annotations
 
@@ -56,19 +56,34 @@ class LeaveOut:
 
 
 def rank_r_hat(chains: FloatArray) -> float:
-    """Rank-normalised split R-hat of chains (n_chain, n_draw), early first (Vehtari et al. 2021); nan if all are alike."""
+    """Measure whether independent chains agree: rank-normalised split R-hat, near 1 if they do (Vehtari et al. 2021).
+
+    The chains are (n_chain, n_draw), early draws first; nan if all draws are alike.
+    """
     with np.errstate(divide="ignore", invalid="ignore"):
         return float(az.rhat(chains, method="rank"))
 
 
 def effective_sample_size(chains: FloatArray, *, tail: bool = False) -> float:
-    """Bulk (or tail, 5 % and 95 %) effective sample size of chains (n_chain, n_draw) (Vehtari et al. 2021)."""
+    """How many independent draws correlated draws are worth, for means (bulk) or for the ends of intervals (tail).
+
+    Parameters
+    ----------
+    chains : (n_chain, n_draw), draws of one parameter.
+    tail : whether the number is that for the 5 % and 95 % quantiles.
+
+    Returns
+    -------
+    Effective sample size (Vehtari et al. 2021).
+    """
     with np.errstate(divide="ignore", invalid="ignore"):
         return float(az.ess(chains, method="tail" if tail else "bulk"))
 
 
 def leave_blocks_out(log_likelihood: FloatArray, *, relative_efficiency: float = 1.0) -> LeaveOut:
-    """PSIS-LOO (Vehtari, Gelman, Gabry 2017) over blocks.
+    """Estimate how well a model predicts blocks of data that it was not fitted to, without fitting anew: PSIS-LOO over blocks.
+
+    Reference: Vehtari, Gelman, Gabry, Stat. Comput. 27 (2017) 1413.
 
     Parameters
     ----------
@@ -110,10 +125,15 @@ def smooth_weights(log_ratio: FloatArray, *, relative_efficiency: float = 1.0) -
 
 
 def inference_data(groups: Mapping[str, xarray.Dataset], attrs: Mapping[str, str]) -> Any:
-    """An `arviz.InferenceData` of data sets by group, such as "posterior".
+    """Put data sets into ArviZ's container, for its functions: an `arviz.InferenceData`.
 
-    The one place that names ArviZ's container. ArviZ 1.x has `xarray.DataTree` in its stead, which `xarray.open_datatree`
+    The one place that names this container. ArviZ 1.x has `xarray.DataTree` in its stead, which `xarray.open_datatree`
     makes of the file that `write_groups` writes.
+
+    Parameters
+    ----------
+    groups : name of a group, such as "posterior" -> data set.
+    attrs : texts that belong to the whole.
     """
     return az.InferenceData(attrs=dict(attrs), **groups)
 
@@ -123,7 +143,8 @@ def write_groups(groups: Mapping[str, xarray.Dataset], attrs: Mapping[str, str],
 
     Parameters
     ----------
-    groups : "posterior", "observed_data", ... -> data set. attrs : texts, kept with the file as a whole.
+    groups : "posterior", "observed_data", ... -> data set.
+    attrs : texts, kept with the file as a whole.
     path : of the file.
 
     Raises
@@ -139,7 +160,7 @@ def write_groups(groups: Mapping[str, xarray.Dataset], attrs: Mapping[str, str],
 
 
 def read_texts(path: Path) -> dict[str, str]:
-    """The texts that `write_groups` kept with a file.
+    """Read the texts that `write_groups` kept with a file.
 
     Raises
     ------
@@ -155,11 +176,12 @@ def read_texts(path: Path) -> dict[str, str]:
 
 
 def read_group(path: Path, name: str, variables: Sequence[str] | None = None) -> xarray.Dataset:
-    """One group of a file that `write_groups` wrote, into memory.
+    """Read one group of a file that `write_groups` wrote into memory.
 
     Parameters
     ----------
-    path : of the file. name : of the group.
+    path : of the file.
+    name : of the group.
     variables : those to read; default all.
 
     Raises

@@ -36,7 +36,7 @@ _BATCH = 512
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """A sampling run: what is sampled, the folder of its checkpoints, one seed for each ensemble, walkers of each."""
+    """A sampling run in progress: the problem, the folder of its checkpoints, a seed for each ensemble, and walkers of each."""
 
     problem: Problem
     folder: Path
@@ -45,7 +45,13 @@ class Run:
 
 
 def look(run: Run, n_block: int) -> Convergence:
-    """How far a run has converged after its first `n_block` blocks, of the draws that a posterior would keep of them."""
+    """Judge how far a run has converged, from the draws that a posterior would keep of its first blocks.
+
+    Parameters
+    ----------
+    run : with the checkpoints of these blocks.
+    n_block : blocks of each ensemble.
+    """
     n_stored = n_block * BLOCK_STEPS // STORE_EVERY
     burn_in, thin = _kept(n_stored, run.n_walker)
     every = max(1, math.ceil((n_stored - burn_in) / _MAX_TAU_STEPS))
@@ -58,14 +64,16 @@ def look(run: Run, n_block: int) -> Convergence:
 
 
 def finish(run: Run, n_block: int, state: Convergence, gate: Gate, seed: int, attrs: Mapping[str, str]) -> Posterior:
-    """The posterior of the first `n_block` blocks of a run, with its diagnostics.
+    """Make the posterior of a run from its first blocks, with its diagnostics.
 
     Parameters
     ----------
-    run : with the checkpoints of all these blocks.
-    n_block : of each ensemble. state : the `look` at them.
+    run : with the checkpoints of these blocks.
+    n_block : blocks of each ensemble.
+    state : what `look` found of them.
     gate : what the run has to reach.
-    seed : of the run. attrs : texts to keep with the posterior; versions are added.
+    seed : of the run.
+    attrs : texts to keep with the posterior; versions are added.
     """
     problem = run.problem
     burn_in, thin = _kept(n_block * BLOCK_STEPS // STORE_EVERY, run.n_walker)
@@ -115,7 +123,7 @@ def finish(run: Run, n_block: int, state: Convergence, gate: Gate, seed: int, at
 
 
 def _kept(n_stored: int, n_walker: int) -> tuple[int, int]:
-    """Stored steps of burn-in, and every how many-th of the rest is kept."""
+    """How many stored steps are burn-in, and every how many-th step of the rest is kept."""
     burn_in = n_stored // 2
     return burn_in, max(1, math.ceil((n_stored - burn_in) / max(1, MAX_DRAWS // n_walker)))
 
@@ -126,7 +134,7 @@ def _n_still(chain: FloatArray) -> int:
 
 
 def _range_warnings(problem: Problem, parts: list[FloatArray]) -> tuple[str, ...]:
-    """Whether the posterior touches the end of what the forward model covers."""
+    """Warn if draws of the posterior lie close to the end of the range that the forward model covers."""
     touching = float(np.mean(np.concatenate([range_use(problem, part) for part in parts]) > RANGE_TOUCH))
     if touching <= RANGE_TOUCH_SHARE:
         return ()

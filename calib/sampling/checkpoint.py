@@ -105,20 +105,43 @@ def open_checkpoint(folder: Path, mark: str, *, resume: bool) -> None:
 
 
 def save_start(folder: Path, ensemble: int, state: EnsembleState) -> None:
-    """Write the start of an ensemble, numbered from 0, into the folder of a run."""
+    """Write the start of an ensemble into the folder of a run.
+
+    Parameters
+    ----------
+    folder : of the run's checkpoints.
+    ensemble : its number, from 0.
+    state : its walkers before the first step.
+    """
     _save(folder / f"ensemble-{ensemble}-start.npz", _state_arrays(state))
 
 
 def save_block(folder: Path, ensemble: int, index: int, block: Block) -> None:
-    """Write block number `index` of an ensemble."""
+    """Write a block of steps of an ensemble into the folder of a run.
+
+    Parameters
+    ----------
+    folder : of the run's checkpoints.
+    ensemble, index : numbers of the ensemble and of the block, from 0.
+    block : the steps.
+    """
     arrays = {"chain": block.chain, "step_log_prob": block.log_prob, "accepted": block.accepted, **_state_arrays(block.end)}
     _save(_block_path(folder, ensemble, index), arrays)
 
 
 def load_state(folder: Path, ensemble: int) -> tuple[EnsembleState | None, int]:
-    """Last state of an ensemble after its complete consecutive blocks, and their number; (None, 0) without a start.
+    """Find where an ensemble left off: its state after the last of its complete consecutive blocks.
 
     A file that cannot be read ends the series: what follows it is computed anew, to the same numbers.
+
+    Parameters
+    ----------
+    folder : of the run's checkpoints.
+    ensemble : its number, from 0.
+
+    Returns
+    -------
+    The state, and how many blocks lie before it; (None, 0) without a start.
     """
     state = _load_state(folder / f"ensemble-{ensemble}-start.npz")
     index = 0
@@ -131,7 +154,15 @@ def load_state(folder: Path, ensemble: int) -> tuple[EnsembleState | None, int]:
 
 
 def load_chain(folder: Path, ensemble: int, n_block: int, first: int, thin: int) -> tuple[FloatArray, FloatArray]:
-    """Stored steps `first`, `first + thin`, ... of the first `n_block` blocks of an ensemble, counted from 0.
+    """Load stored steps of an ensemble: `first`, `first + thin`, ..., counted from 0.
+
+    Parameters
+    ----------
+    folder : of the run's checkpoints.
+    ensemble : its number, from 0.
+    n_block : how many blocks are looked at.
+    first : the first stored step to load; those before it are the burn-in.
+    thin : every how many-th stored step is loaded.
 
     Returns
     -------
@@ -150,7 +181,19 @@ def load_chain(folder: Path, ensemble: int, n_block: int, first: int, thin: int)
 
 
 def load_accepted(folder: Path, ensemble: int, n_block: int, first_block: int) -> FloatArray:
-    """Accepted steps of each walker (n_walker,) in blocks `first_block` to `n_block`."""
+    """Count the accepted steps of each walker of an ensemble, to judge its moves.
+
+    Parameters
+    ----------
+    folder : of the run's checkpoints.
+    ensemble : its number, from 0.
+    n_block : the block to stop before.
+    first_block : the block to begin with, from 0.
+
+    Returns
+    -------
+    (n_walker,).
+    """
     total = 0.0
     for index in range(first_block, n_block):
         with np.load(_block_path(folder, ensemble, index)) as file:

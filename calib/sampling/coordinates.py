@@ -49,16 +49,22 @@ class _Exchange:
 
 @dataclass(frozen=True, eq=False)
 class Coordinates:
-    """The exchanges of a problem, in the order in which theta is put together again."""
+    """Coordinates x in which the posterior is easier to sample than in theta, and the way to theta and back.
+
+    Attributes
+    ----------
+    problem : that is sampled.
+    exchanges : the coordinates of theta that are replaced, in the order in which theta is put together again.
+    """
 
     problem: Problem
     exchanges: tuple[_Exchange, ...]
 
     def to_theta(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Coordinates theta (n_draw, n_parameter) and log |d theta / d x| (n_draw,) at x.
+        """Turn coordinates x (n_draw, n_parameter) into theta, and give log |d theta / d x| (n_draw,) there.
 
-        Where no value of the exchanged parameter gives the wanted capacitance, theta is nan and the logarithm -inf. Else it is
-        the value at z = 0 times the ratio of the wanted to the resulting C0 to the power of +-1.
+        Where no value of the exchanged parameter gives the wanted capacitance, theta is nan and the logarithm -inf. Elsewhere
+        the value is that at z = 0 times the ratio of the wanted to the resulting C0 to the power of +-1.
         """
         theta = x.copy()
         log_jacobian = np.zeros(x.shape[0])
@@ -85,7 +91,7 @@ class Coordinates:
         return theta, log_jacobian
 
     def from_theta(self, theta: FloatArray) -> FloatArray:
-        """Coordinates x (n_draw, n_parameter) at theta, the inverse of `to_theta`."""
+        """Turn theta into coordinates x (n_draw, n_parameter), the inverse of `to_theta`."""
         x = theta.copy()
         for e in self.exchanges:
             c0, parasitic = self._capacitances(theta, e.specimen)
@@ -115,7 +121,10 @@ class Coordinates:
 
 
 def coordinates(problem: Problem) -> Coordinates:
-    """Sampling coordinates of a problem, see the module; those of theta where there is no capacitance."""
+    """Choose the coordinates to sample a problem in, so that its sharpest ridge is straight and walkers move along it fast.
+
+    They are those of the module; where there is no capacitance, those of theta.
+    """
     columns = {name: k for k, name in enumerate(problem.names)}
     found: list[_Exchange] = []
     for specimen in dict.fromkeys(s.specimen for s in problem.sweeps):

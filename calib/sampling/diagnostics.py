@@ -35,7 +35,14 @@ PRIOR_CONFLICT = 3.0
 
 @dataclass(frozen=True)
 class Gate:
-    """What a run has to reach: R-hat below and effective sample sizes above these for every parameter, and a length in tau."""
+    """What a run has to reach before it counts as converged.
+
+    Attributes
+    ----------
+    r_hat : [1], limit below which every parameter's R-hat must lie.
+    ess : effective sample size, bulk and tail, that every parameter must reach.
+    length : least length of the run in autocorrelation times.
+    """
 
     r_hat: float = 1.01
     ess: float = 400.0
@@ -44,7 +51,7 @@ class Gate:
 
 @dataclass(frozen=True, eq=False)
 class Convergence:
-    """State of a run, arrays (n_parameter,).
+    """How far a run has converged, parameter by parameter, arrays (n_parameter,).
 
     Attributes
     ----------
@@ -131,11 +138,11 @@ class SpotCheck:
 
     @property
     def passed(self) -> bool:
-        """Whether the error stated is honest, or there is none to be."""
+        """Whether the differences are as small as the forward model states; also if it states no error of its own."""
         return not self.stated or max(self.force_score, self.change_score) <= SPOT_CHECK_LIMIT
 
     def in_words(self) -> str:
-        """One sentence with the numbers."""
+        """Say in one sentence how far the forward model is off, with the numbers."""
         sizes = f"up to {self.force_error:.2%} in force and {self.change_error:.2%} in capacitance change"
         said = (
             f"at {self.n_curve} loading curves of the posterior the {self.forward_name} is off the finite elements by {sizes}"
@@ -160,7 +167,8 @@ class Shift:
     Attributes
     ----------
     mean, sd : of the draws as they are; `weighted_mean`, `weighted_sd` : re-weighted.
-    shift : of the mean, in standard deviations of the whole posterior. error : its Monte Carlo standard error, in the same.
+    shift : of the mean, in standard deviations of the whole posterior.
+    error : its Monte Carlo standard error, in the same.
     """
 
     mean: float
@@ -183,7 +191,8 @@ class Reweighting:
     Attributes
     ----------
     n_draw : draws asked, those without weight included.
-    k_hat : shape of the tail of the weights. ess : effective number of draws, 1 / sum of squared weights.
+    k_hat : shape of the tail of the weights.
+    ess : effective number of draws, 1 / sum of squared weights.
     shifts : of each parameter; nan if no draw has a weight.
     failures : draws of weight zero, because the finite elements found no equilibrium or do not cover them, and why.
     """
@@ -206,17 +215,17 @@ class Reweighting:
 
     @property
     def shifted(self) -> tuple[str, ...]:
-        """Parameters whose mean shifts by what matters, the largest shift first."""
+        """Parameters whose mean shifts by more than is tolerable (`Shift.matters`), the largest shift first."""
         found = [name for name, s in self.shifts.items() if s.matters]
         return tuple(sorted(found, key=lambda name: -abs(self.shifts[name].shift)))
 
     @property
     def passed(self) -> bool:
-        """Whether the posterior stands: the weights can be trusted, and no parameter shifts by what matters."""
+        """Whether the posterior stands: the weights can be trusted, and no parameter shifts by more than is tolerable."""
         return self.trusted and not self.shifted
 
     def in_words(self) -> str:
-        """One sentence with the numbers."""
+        """Say in one sentence what re-weighting changes, with the numbers."""
         told = f"re-weighted to the finite elements at {self.n_draw} draws (k-hat {self.k_hat:.2f}, {self.ess:.0f} effective)"
         if self.failures:
             told += f", {len(self.failures)} of them without weight as the finite elements found no equilibrium there,"
@@ -235,12 +244,16 @@ class Reweighting:
 
 @dataclass(frozen=True)
 class Diagnostics:
-    """Whether the draws of a posterior may be used, and if not, why not: of the chains, and of the forward model.
+    """Whether the numbers of a posterior may be used, and if not, why not.
+
+    These are two facts: `converged` says that the chains agree, which more sampling can bring about; `surrogate_honest` says
+    that the forward model is as close to the finite elements as it states, which more sampling cannot mend.
 
     Attributes
     ----------
-    converged : whether the chains met the `gate`; `reasons` says what they did not, one sentence each.
+    converged : whether the chains met the `gate`; `reasons` says where they did not, one sentence each.
     warnings : what may be wrong with the result although the chains agree.
+    parameters : the posterior of each parameter in numbers, by name.
     steps, burn_in, thin : steps of each walker in the run, the first of them discarded, and every how many-th of the rest kept.
     n_walker : walkers of each ensemble.
     acceptance_fraction : share of accepted steps after the burn-in, per ensemble.
@@ -322,7 +335,7 @@ def convergence(chains: FloatArray, tau: FloatArray, steps: int) -> Convergence:
 
 
 def shortcomings(state: Convergence, names: Sequence[str], gate: Gate) -> tuple[str, ...]:
-    """Say what of the gate is not met.
+    """Say in sentences which requirements of the gate a run has not met yet.
 
     Parameters
     ----------
@@ -406,7 +419,7 @@ def diagnostics_to_json(diagnostics: Diagnostics) -> str:
 
 
 def diagnostics_from_json(text: str) -> Diagnostics:
-    """The diagnostics that `diagnostics_to_json` wrote.
+    """Read the diagnostics that `diagnostics_to_json` wrote.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """One ensemble of walkers as pure functions: a problem and a seed in, a start, and from a state the next block of steps, out.
 
-The one module that knows emcee. A state carries the generator's state along, so that a chain does not depend on how its steps
-are split into blocks, nor on which process computes them.
+emcee is imported in this module alone. A state holds that of the random number generator too, so that a chain does not depend
+on how its steps are split into blocks, nor on which process computes them.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ class Block:
 
 
 def advance(problem: Problem, state: EnsembleState, n_steps: int) -> Block:
-    """The next `n_steps` steps of an ensemble from `state`, a multiple of `STORE_EVERY`.
+    """Make the next steps of an ensemble.
 
     Moves are differential evolution (ter Braak 2006; Nelson et al. 2014) with steps 0.7 times as long as recommended for a
     Gaussian, gamma = 1.67 / sqrt(2 n), and jumps along whole differences of two walkers, gamma = 1, from mode to mode.
@@ -75,6 +75,16 @@ def advance(problem: Problem, state: EnsembleState, n_steps: int) -> Block:
     one to three coordinates 210 and 540. Stretch moves alone take about 1.6 times as long as these in shorter runs.
     emcee's snooker move is not used: in emcee 3.1.6 it does not leave the target alone (it makes a standard normal in ten
     dimensions one of variance 0.61).
+
+    Parameters
+    ----------
+    problem : what is sampled.
+    state : the walkers to go on from.
+    n_steps : a multiple of `STORE_EVERY`.
+
+    Returns
+    -------
+    The steps, and the state after them.
     """
     n_walker, n_parameter = state.coords.shape
     space = coordinates(problem)
@@ -112,11 +122,15 @@ def _state(coords: FloatArray, log_prob: FloatArray, random_state: tuple[object,
 
 
 def autocorrelation_time(chains: FloatArray) -> FloatArray:
-    """Integrated autocorrelation time in steps (n_parameter,) of chains (n_ensemble, n_step, n_walker, n_parameter).
+    """Measure after how many steps the walkers have forgotten where they were: the integrated autocorrelation time.
 
     The autocorrelation is taken about the mean over all walkers of all ensembles and averaged over them, with Sokal's window
-    of five times tau, as emcee has it. emcee's own function takes it about each walker's mean and so tells next to nothing of
-    a chain of a few tau: 25 steps instead of 150 after 275 steps. Still, too short a chain gives too short a time.
+    of five times tau, as in emcee. emcee's own function takes the autocorrelation about each walker's mean, which is far too
+    small for a chain of a few tau: 25 steps instead of 150 after 275 steps. Still, too short a chain gives too short a time.
+
+    Returns
+    -------
+    In steps, (n_parameter,), for chains (n_ensemble, n_step, n_walker, n_parameter).
     """
     n_step = chains.shape[1]
     tau = np.empty(chains.shape[-1])
@@ -137,13 +151,23 @@ def autocorrelation_time(chains: FloatArray) -> FloatArray:
 
 
 def start(problem: Problem, seed: np.random.SeedSequence, n_walker: int) -> EnsembleState:
-    """Walkers around the mode that this ensemble finds from prior draws of its own, wider than the posterior there.
+    """Place the walkers of an ensemble around the mode of the posterior, spread wider than the posterior there.
 
     The best few of `N_START_DRAWS` prior draws climb by damped Newton steps, each to its end: about one in twelve ends in a
     false mode, such as a contact point far off that the discrepancy pays for, hundreds below the true one in log density. At
     the highest mode the inverse Hessian, inflated by `OVERDISPERSION`, gives the walkers. In a direction in which the Hessian
-    knows less than the prior, the prior's width is used. Walkers far below the mode are drawn anew from an ever narrower
+    is flatter than the prior, the prior's width is used. Walkers far below the mode are drawn anew from an ever narrower
     Gaussian, as a walker lost far out in a narrow ridge would take long to come back.
+
+    Parameters
+    ----------
+    problem : what is to be sampled.
+    seed : of this ensemble, which draws from the prior and finds its mode independently of the others.
+    n_walker : how many walkers.
+
+    Returns
+    -------
+    The walkers, and the state of the generator for their moves.
 
     Raises
     ------
@@ -168,12 +192,22 @@ def start(problem: Problem, seed: np.random.SeedSequence, n_walker: int) -> Ense
 
 
 def climb(density: Density, x: FloatArray, n_iteration: int) -> tuple[FloatArray, float]:
-    """Mode of the log posterior from `x` (n_parameter,) by Newton steps, and its log posterior.
+    """Find a mode of the log posterior from a starting point by Newton steps.
 
     The Hessian's eigenvalues count with their size and at least the prior's 1 (saddle-free Newton); the step length is the best
     of a ladder of halvings. All differences and the whole ladder are one vectorised call each. Differences are taken over a
     third of a standard deviation as the last Hessian has it; where that was misleading and no step leads up, over a fixed
     width once more before the climb ends.
+
+    Parameters
+    ----------
+    density : log posterior, (n, n_parameter) -> (n,).
+    x : (n_parameter,), where the climb starts.
+    n_iteration : most Newton steps.
+
+    Returns
+    -------
+    The mode, (n_parameter,), and its log posterior.
     """
     ladder = 0.5 ** np.arange(-1, 15)
     value = float(density(x[None])[0])
@@ -196,9 +230,18 @@ def climb(density: Density, x: FloatArray, n_iteration: int) -> tuple[FloatArray
 
 
 def laplace_factor(density: Density, mode: FloatArray) -> FloatArray:
-    """Square root S (n_parameter, n_parameter) of the posterior's covariance at its mode, S S^T = (-Hessian)^-1.
+    """Estimate how wide the posterior is around its mode, as a square root S of its covariance: S S^T = (-Hessian)^-1.
 
     Eigenvalues of the negative Hessian below 1 are set to 1: no direction is wider than the prior.
+
+    Parameters
+    ----------
+    density : log posterior, (n, n_parameter) -> (n,).
+    mode : (n_parameter,).
+
+    Returns
+    -------
+    (n_parameter, n_parameter).
     """
     _, hessian = _derivatives(density, mode, np.full(mode.size, 1e-2))
     for _ in range(2):  # differences over a third of a standard deviation of each parameter given the others

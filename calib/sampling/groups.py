@@ -26,7 +26,7 @@ _PREDICTIVE, _PRIOR = 1, 2
 
 
 def to_arviz(posterior: Posterior, forward: Forward | None = None) -> Any:
-    """The posterior as an `arviz.InferenceData`, ready for ArviZ's summaries, checks and plots.
+    """Turn a posterior into an `arviz.InferenceData`, ready for ArviZ's summaries, checks and plots.
 
     The groups are those of `posterior.nc`, see `make_groups`.
 
@@ -44,7 +44,17 @@ def to_arviz(posterior: Posterior, forward: Forward | None = None) -> Any:
 
 
 def describe(posterior: Posterior, forward: Forward | None) -> dict[str, str]:
-    """What groups of a posterior are of, in words."""
+    """Write the texts that go with the groups of a posterior, so that a reader of the file alone understands it.
+
+    Parameters
+    ----------
+    posterior : as sampled or loaded.
+    forward : as in `to_arviz`.
+
+    Returns
+    -------
+    Title, forward model, seed, units and the order of the draws, by key.
+    """
     said = {
         "title": posterior.experiment.name,
         "forward": posterior.forward_name,
@@ -58,12 +68,15 @@ def describe(posterior: Posterior, forward: Forward | None) -> dict[str, str]:
 
 
 def make_groups(posterior: Posterior, forward: Forward | None = None) -> dict[str, xarray.Dataset]:
-    """Data sets by group, with dimensions and order of draws as in `calib.sampling.layout`.
+    """Lay out a posterior in the groups that ArviZ's functions expect, each a data set with labelled dimensions and units.
+
+    Dimensions and order of draws are those of `calib.sampling.layout`.
 
     - posterior, prior: draws of the unknowns, `N_PRIOR` of the prior.
-    - posterior_predictive, prior_predictive: one new reading at each point for each draw, from the measurement model. For
-      `az.loo_pit(idata, y="force", y_hat="force_given_others")` the former also has one that knows what the other points of
-      its sweep read: residuals are correlated, so that without it the values crowd around 1/2.
+    - posterior_predictive, prior_predictive: one new reading at each point for each draw, from the measurement model. The
+      former also has new readings given what the other points of the sweep read, for
+      `az.loo_pit(idata, y="force", y_hat="force_given_others")`: residuals are correlated, so that without this condition
+      the values crowd around 1/2.
     - log_likelihood: of each channel, log density of each point given the others of its sweep, for `az.loo`; `blocks` of
       about eight neighbouring points, for comparing models.
     - sample_stats: log posterior density, and which walker and step a draw is. observed_data, constant_data: the readings.

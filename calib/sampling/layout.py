@@ -58,7 +58,7 @@ def chain_order(n_draw: int, n_walker: int) -> npt.NDArray[np.intp]:
 
 
 def unknowns(parameters: Sequence[ParameterInfo], sweeps: Sequence[Sweep], draws: FloatArray) -> xarray.Dataset:
-    """Draws of the unknowns as one variable for each quantity, see the module.
+    """Lay out draws of the unknowns as one variable for each quantity, with specimens and sweeps as dimensions.
 
     Parameters
     ----------
@@ -81,7 +81,17 @@ def unknowns(parameters: Sequence[ParameterInfo], sweeps: Sequence[Sweep], draws
 
 
 def stacked(parameters: Sequence[ParameterInfo], dataset: xarray.Dataset) -> FloatArray:
-    """The draws (n_chain, n_draw, n_parameter) that `unknowns` laid out."""
+    """Read the draws back from the data set that `unknowns` made.
+
+    Parameters
+    ----------
+    parameters : the unknowns, in the order that the last axis shall have.
+    dataset : one variable for each quantity.
+
+    Returns
+    -------
+    (n_chain, n_draw, n_parameter), SI.
+    """
     found: list[FloatArray] = [np.empty(0)] * len(parameters)
     for parameter, columns in _columns(parameters).items():
         values = np.asarray(dataset[parameter].values, dtype=float)
@@ -99,7 +109,7 @@ def _columns(parameters: Sequence[ParameterInfo]) -> dict[str, list[int]]:
 
 
 def _owners(infos: Sequence[ParameterInfo], sweeps: Sequence[Sweep]) -> tuple[str, list[str]]:
-    """What the unknowns `infos` of one quantity belong to: dimension and labels; "" for one that all specimens share."""
+    """Dimension and labels of the specimens or sweeps that a quantity's unknowns belong to; "" if all share it."""
     parameter = infos[0].parameter
     if not infos[0].specimen:
         return "", []
@@ -133,7 +143,7 @@ _KINDS: Mapping[Kind, tuple[str, str]] = {
 
 
 def observed(sweeps: Sequence[Sweep]) -> xarray.Dataset:
-    """What was measured: one variable for each channel, over all sweeps."""
+    """Lay out what was measured: one variable for each channel, over all sweeps."""
     values = {name: np.concatenate([p.value for _, p in rows]) for name, rows in _measured(sweeps).items()}
     attrs = {name: {"units": CHANNELS[name].unit or "1", "long_name": _words(name)} for name in values}
     variables = {name: ((f"{name}_point",), column, attrs[name]) for name, column in values.items()}
@@ -141,9 +151,9 @@ def observed(sweeps: Sequence[Sweep]) -> xarray.Dataset:
 
 
 def constants(sweeps: Sequence[Sweep]) -> xarray.Dataset:
-    """What is known beside the readings: where and when each was taken, how much it counts, and the ball of each sweep.
+    """Collect what is known beside the readings: where and when each was taken, how much it counts, and the ball of each sweep.
 
-    nan where a sweep did not record it.
+    Numbers that a sweep did not record are nan.
     """
     meaning = {
         "n_effective": ("1", "independent readings in the point"),
@@ -170,12 +180,12 @@ def constants(sweeps: Sequence[Sweep]) -> xarray.Dataset:
 
 
 def of_readings(sweeps: Sequence[Sweep], columns: Mapping[str, npt.NDArray[np.floating]], kind: Kind) -> xarray.Dataset:
-    """One variable for each channel from `columns`, channel -> (n_chain, n_draw, n_point), over all sweeps.
+    """Lay out predicted readings, or densities of the actual ones, as one variable for each channel over all sweeps.
 
     Parameters
     ----------
     sweeps : of the experiment; the points of `columns` are theirs, one after the other.
-    columns : new readings [SI], or log densities [1] of the readings there are.
+    columns : channel -> (n_chain, n_draw, n_point), new readings [SI], or log densities [1] of the readings there are.
     kind : which of them.
     """
     suffix, said = _KINDS[kind]

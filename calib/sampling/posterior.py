@@ -21,15 +21,24 @@ from models.sensor import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class Posterior:
-    """Draws of a posterior, complete with what they are of.
+    """What a calibration found: draws of all unknowns, with the experiment and the data that they follow from.
+
+    `sample` makes one. For notebooks `to_dataframe` gives the draws as a table, `to_xarray` as labelled arrays; for forward
+    models `named_draws` and `thin_draws` give them by name.
 
     Attributes
     ----------
-    parameters : the unknowns, in the order of the last axis of `draws`; `fixed` : what a prior fixed.
+    experiment, sweeps : what was calibrated, and its data.
+    parameters : the unknowns, in the order of the last axis of `draws`.
+    fixed : name -> value [SI] of the unknowns that a prior fixed.
+    forward_name : the model of the sensor.
     draws : (n_ensemble, n_draw, n_parameter), SI, all walkers of one step, then of the next kept step.
     log_prob : (n_ensemble, n_draw), log posterior density in the priors' coordinates, up to a constant.
-    log_likelihood : (n_ensemble, n_draw, n_block), see `log_likelihood_blocks`; `blocks` : their names.
+    log_likelihood : (n_ensemble, n_draw, n_block), see `log_likelihood_blocks`.
+    blocks : names of these blocks.
     n_walkers : of each ensemble.
+    seed : of the run.
+    diagnostics : whether the draws may be used.
     attrs : versions, command, start and end time, ...
     """
 
@@ -67,25 +76,49 @@ class Posterior:
 
     @property
     def order(self) -> npt.NDArray[np.intp]:
-        """Which of the draws of an ensemble stands where in files and tables, (n_draw,), see `chain_order`."""
+        """Index of the draw of an ensemble that stands at each place in files and tables, (n_draw,), see `chain_order`."""
         return chain_order(self.draws.shape[1], self.n_walkers)
 
 
 def thin_draws(posterior: Posterior, n: int, rng: np.random.Generator) -> dict[str, FloatArray]:
-    """`n` draws at random without repetition (all, if there are fewer): parameter name -> SI values (n,), fixed included."""
+    """Pick draws of a posterior at random without repetition, for computations that take too long for all of them.
+
+    Parameters
+    ----------
+    posterior : as sampled or loaded.
+    n : how many; all, if there are fewer.
+    rng : of the choice.
+
+    Returns
+    -------
+    Parameter name -> SI values (n,), fixed ones included.
+    """
     flat = posterior.draws.reshape(-1, posterior.draws.shape[-1])
     chosen = flat[rng.choice(flat.shape[0], size=min(n, flat.shape[0]), replace=False)]
     return named_draws(posterior, chosen)
 
 
 def named_draws(posterior: Posterior, draws: FloatArray) -> dict[str, FloatArray]:
-    """Parameter name -> SI values (n,), fixed ones included, of `draws` (n, n_parameter) of a posterior."""
+    """Give draws of a posterior by name, as forward models and predictions take them.
+
+    Parameters
+    ----------
+    posterior : that the draws are of.
+    draws : (n, n_parameter), SI.
+
+    Returns
+    -------
+    Parameter name -> SI values (n,), fixed ones included.
+    """
     values = {p.name: np.ascontiguousarray(draws[:, k]) for k, p in enumerate(posterior.parameters)}
     return values | {name: np.full(draws.shape[0], value) for name, value in posterior.fixed.items()}
 
 
 def leave_out(posterior: Posterior) -> LeaveOut:
-    """PSIS-LOO over the blocks of the sweeps, to compare models of the same data and to find blocks that fit badly."""
+    """Estimate how well a posterior's model predicts blocks of the data from the others (PSIS-LOO), to compare models.
+
+    Blocks that fit badly stand out in the pointwise values.
+    """
     n = posterior.log_prob.size
     ess = min(s.ess_bulk for s in posterior.diagnostics.parameters.values())
     return leave_blocks_out(posterior.log_likelihood, relative_efficiency=min(1.0, ess / n))

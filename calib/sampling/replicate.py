@@ -75,9 +75,18 @@ def replicate(known: Calibrated, forward: Forward, values: Mapping[str, FloatArr
 
 
 def new_readings(channel: PredictedReadings, rng: np.random.Generator) -> FloatArray:
-    """One new reading of each point of a channel, drawn for all points of a draw together, (n_covered, n_point) [SI].
+    """Draw what an instrument may read if the sweep is made again: one new reading of each point of a channel for each draw.
 
     mean + W u + sqrt(D) v with u, v standard normal has the mean and the covariance D + W W^T of the channel.
+
+    Parameters
+    ----------
+    channel : what should be read.
+    rng : for the errors.
+
+    Returns
+    -------
+    (n_covered, n_point), SI.
     """
     n_draw, _, n_mode = channel.modes.shape
     together = rng.standard_normal((n_draw, n_mode, 1))

@@ -30,9 +30,17 @@ CHECK_FACTOR = 1.3
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a run is: steps of each walker, seconds, draws of all ensembles, and at the last look the worst parameters.
+    """How far a sampling run is, for a progress bar.
 
-    `r_hat` is nan and `ess` zero before the first look. `target` is the effective sample size wanted, `max_steps` the budget.
+    Attributes
+    ----------
+    steps : of each walker so far.
+    elapsed : [s].
+    draws : of all ensembles.
+    r_hat, r_hat_parameter : the largest R-hat at the last look, nan before the first, and whose it is.
+    ess, ess_parameter : the least effective sample size at the last look, zero before the first, and whose it is.
+    target : the effective sample size wanted.
+    max_steps : budget of steps.
     """
 
     steps: int
@@ -78,11 +86,16 @@ def sample(
     n_ensembles : at least four, to judge convergence.
     gate : what convergence asks for.
     n_walkers : of each ensemble, default four per parameter and at least 64.
+    gate : what the run has to reach; default `Gate()`.
     max_steps, max_seconds : budget, of each walker over the whole run and of this call.
     processes : worker processes (one BLAS thread each); default the number of CPUs up to 4. 0 samples in this process. Workers
         are started anew, so a script that asks for them needs its `if __name__ == "__main__":`.
     progress : called after every block.
     attrs : texts to keep with the posterior, such as the command.
+
+    Returns
+    -------
+    The posterior; its diagnostics say whether it has converged.
 
     Raises
     ------

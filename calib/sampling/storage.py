@@ -59,7 +59,7 @@ def save_posterior(posterior: Posterior, path: Path, forward: Forward | None = N
 
 
 def load_posterior(path: Path) -> Posterior:
-    """The posterior that `save_posterior` wrote, its draws in the order in which they were sampled.
+    """Load the posterior that `save_posterior` wrote, its draws in the order in which they were sampled.
 
     Raises
     ------

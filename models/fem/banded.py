@@ -20,7 +20,8 @@ class Band:
 
     Attributes
     ----------
-    n : number of unknowns; `width` : half bandwidth.
+    n : number of unknowns.
+    width : half bandwidth.
     number : (n_dof,) unknown of a displacement component, -1 where it is held or not an unknown.
     elements : sparse, from element stiffnesses (flattened) to the lower band, Fortran order of (width + 1, n).
     element_forces, edge_forces : sparse, from element and edge forces (flattened) to the unknowns.

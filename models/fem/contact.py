@@ -49,7 +49,7 @@ class Surface:
 
 
 def make_surface(mesh: Mesh) -> Surface:
-    """Edges of the top row of elements."""
+    """Pick the edges of the top row of elements, where the indenter may touch."""
     nr, _ = mesh.shape
     top = mesh.n_row - 1
     edges = (2 * np.arange(nr)[:, None] + np.arange(3)) * mesh.n_row + top
@@ -166,8 +166,10 @@ class Contact:
 
     Attributes
     ----------
-    active : whether the point touches; `pressure` : lambda, 0 elsewhere.
-    slip : 0 where the point sticks, else the sign of its slip; `friction` : tau along the meridian.
+    active : whether the point touches.
+    pressure : lambda, 0 elsewhere.
+    slip : 0 where the point sticks, else the sign of its slip.
+    friction : tau along the meridian.
     anchor : place s_0 at which the point touched, or last slipped to; of one that does not touch, where it is.
     opening : gap of a point that does not touch, at the last equilibrium.
     """
@@ -181,7 +183,7 @@ class Contact:
 
 
 def no_contact(at: Gap) -> Contact:
-    """Nothing touches."""
+    """Make the contact of a surface that nothing touches yet."""
     zero = np.zeros(at.gap.shape)
     return Contact(zero > 0, zero, zero, zero, at.control_place, at.control_gap)
 

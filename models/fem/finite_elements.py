@@ -58,7 +58,7 @@ class FiniteElements:
         return np.array([path_end(layered(batch.draw(i))) for i in range(np.shape(batch.sensor.thickness)[0])])
 
     def outside(self, design: Design, depth: FloatArray) -> str:
-        """Empty, or the violated bound; see `models.response.Forward.outside`."""
+        """See `Forward.outside`."""
         limit = self.max_depth(design)
         deepest = np.max(np.broadcast_to(depth, (limit.size, np.shape(depth)[-1])), axis=-1)
         worst = int(np.argmax(deepest - limit))

@@ -42,7 +42,8 @@ class Solution:
 
     Attributes
     ----------
-    design : in SI; `units` : in which `model` and `states` count.
+    design : in SI.
+    units : in which `model` and `states` count.
     model : the discretised design.
     states : one for every depth reached, in the order of the path.
     failure : why the path ended before its last depth, or None.
@@ -71,7 +72,7 @@ class Solution:
         )
 
     def checked(self) -> Solution:
-        """Itself, if the path came to its end.
+        """Return this solution if its path came to the end, else raise the reason.
 
         Raises
         ------

@@ -55,7 +55,7 @@ class Bound:
     high: float
 
     def of(self, groups: FloatArray) -> FloatArray:
-        """The ratio (n,) for groups (n, 7)."""
+        """Compute the ratio (n,) for groups (n, 7)."""
         lengths = {"R": np.ones(len(groups)), "h_s": groups[:, SENSOR], "h_p": groups[:, PADDING], "a": groups[:, DISC]}
         plain = {"E_p/E": STIFFNESS, "1/J_m": STIFFENING, "t_d/h_s": GAP, "a_e/a": WIDTH}
         if self.name in plain:
@@ -64,7 +64,7 @@ class Bound:
         return np.asarray(lengths[over] / lengths[under])
 
     def holds(self, groups: FloatArray) -> npt.NDArray[np.bool_]:
-        """Where it holds, (n,)."""
+        """Whether each of the designs keeps the bound, (n,)."""
         value = self.of(groups)
         return np.asarray((value >= self.low - _SLACK * abs(self.low)) & (value <= self.high * (1 + _SLACK)))
 
@@ -89,7 +89,7 @@ BOUNDS = (
 
 
 def bounds(family: Family) -> tuple[Bound, ...]:
-    """What a design of `family` must keep."""
+    """List the bounds that a design must keep to be covered by surrogates of a family."""
     return (*BOUNDS, Bound("1/J_m", 0.0, family.stiffening))
 
 

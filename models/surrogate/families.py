@@ -23,7 +23,7 @@ class Family:
 
     @property
     def friction_coefficient(self) -> float:
-        """As in `models.sensor.Indenter`."""
+        """Friction [1] between ball and sensor, infinite where they stick, as in `models.sensor.Indenter`."""
         return float("inf") if self.stick else 0.0
 
 

@@ -54,8 +54,8 @@ _THIN_PADDING = 0.03  # added to h_p/R before its logarithm
 LEAST_PATHS = 64
 _LEAST_STEPS = 8
 
-# From so many paths on, one in eight tells enough of the error (of fewer, one in four is kept out), and the training has a
-# second half.
+# From so many paths on, one in eight is enough to estimate the error (of fewer, one in four is kept out), and the training
+# has a second half.
 _MANY_PATHS = 4096
 
 _N_ELECTRIC = DIELECTRIC_POINTS.size * ELECTRODE_POINTS.size

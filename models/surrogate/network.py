@@ -46,7 +46,7 @@ class Network:
 
     @property
     def sizes(self) -> tuple[int, ...]:
-        """Inputs, hidden layers and outputs."""
+        """Numbers of inputs, of units in each hidden layer, and of outputs."""
         return (len(self.centre), *(layer.shape[1] for layer in self.layers))
 
     def __call__(self, x: _Array) -> _Array:
@@ -63,7 +63,7 @@ class Network:
         return np.asarray(out if complex_step else out.astype(float))
 
     def arrays(self, name: str) -> dict[str, _Array]:
-        """As arrays to be saved, see `network_from`."""
+        """Give the network as arrays to be saved, which `network_from` reads back."""
         layers = {f"{name}_layer_{i}": layer for i, layer in enumerate(self.layers)}
         return {f"{name}_centre": self.centre, f"{name}_width": self.width, **layers}
 

@@ -79,7 +79,7 @@ def open_store(path: Path, settings: Mapping[str, object]) -> Iterator[RunStore]
     Parameters
     ----------
     path : of the file.
-    settings : what tells its runs from others: accuracy, depths, ...
+    settings : what its runs have in common and others do not: accuracy, depths, ...
 
     Yields
     ------

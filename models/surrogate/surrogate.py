@@ -98,7 +98,8 @@ class Surrogate:
     force_sd, capacitance_sd : from features to the N_ERROR_TERMS of the logarithm of the error's standard deviation.
     force_modes, capacitance_modes : (n_mode, N_MODE_TERMS), modes of the error's correlation along s.
     provenance : where it comes from: finite-element settings, training set and its hash, versions, date, own error.
-    family : what it stands for; `base` : the surrogate that it adds to, None for the neo-Hookean, frictionless one.
+    family : what it stands for.
+    base : the surrogate that it adds to, None for the neo-Hookean, frictionless one.
     """
 
     end: Network
@@ -190,7 +191,7 @@ class Surrogate:
         return self._limit(domain.groups_of(batch), batch)
 
     def outside(self, design: Design, depth: FloatArray) -> str:
-        """Empty, or one sentence that names the violated bound, the value, and how it comes about; see `Forward.outside`."""
+        """See `Forward.outside`; the sentence also says how the bound comes about."""
         friction, covered = design.indenter.friction_coefficient, self.family.friction_coefficient
         if friction != covered:
             kind = "a ball that sticks" if self.family.stick else "frictionless contact"
@@ -212,7 +213,7 @@ class Surrogate:
         return ""
 
     def respond(self, design: Design, depth: FloatArray) -> Response:
-        """Force, contact and capacitance at given depths with their error, see `models.response.Forward.respond`."""
+        """See `Forward.respond`; with the error that the surrogate states."""
         batch = design.draws()
         groups = domain.groups_of(batch)
         inside = self._inside(groups, batch)

@@ -19,7 +19,7 @@ from models.surrogate.surrogate import Surrogate
 #: Changes of capacitance below this share of C0 are compared to it instead of to themselves.
 CHANGE_FLOOR = 1e-4
 
-#: Error whose share of points the table tells.
+#: Error above which the table counts the share of points.
 WITHIN = 0.003
 
 
@@ -113,24 +113,24 @@ class Toleranced:
 
     @property
     def name(self) -> str:
-        """That of the model inside."""
+        """Name of the model inside."""
         return self.inner.name
 
     @property
     def identity(self) -> str:
-        """That of the model inside, and the share."""
+        """Identity of the model inside, and the share."""
         return f"{self.inner.identity}, error {float(self.share)!r}"
 
     def max_depth(self, design: Design) -> FloatArray:
-        """That of the model inside."""
+        """See `Forward.max_depth`, of the model inside."""
         return self.inner.max_depth(design)
 
     def outside(self, design: Design, depth: FloatArray) -> str:
-        """That of the model inside, see `models.response.Forward.outside`."""
+        """See `Forward.outside`, of the model inside."""
         return self.inner.outside(design, depth)
 
     def respond(self, design: Design, depth: FloatArray) -> Response:
-        """That of the model inside, with the error added; see `models.response.Forward.respond`."""
+        """See `Forward.respond`: the response of the model inside, with the error added."""
         found = self.inner.respond(design, depth)
         each = self.share * np.eye(found.depth.shape[-1])
         change = found.capacitance - found.rest_capacitance[..., None]
@@ -147,7 +147,7 @@ def toleranced(exact: FiniteElements) -> Toleranced:
 
 
 def compare(fast: Response, truth: Response) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """How wrong a fast response is, and whether it knows.
+    """Measure how wrong a fast response is, and whether the error that it states is large enough.
 
     Parameters
     ----------

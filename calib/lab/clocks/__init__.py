@@ -1,4 +1,4 @@
-"""The records of two instruments in, the offset of their clocks out, with its error and whether the data tell it."""
+"""The records of two instruments in, the offset of their clocks out, with its error and how sure it is; knows no sweep."""
 
 from calib.lab.clocks.estimate import clock_offset
 from calib.lab.clocks.offset import ClockOffset, Confidence

@@ -14,19 +14,19 @@ from models.sensor import FloatArray
 
 _Estimate = tuple[float, float]
 
-# An offset is clear if it is told within 10 ms, twice this sd [s].
+# An offset is clear if it is known within 10 ms, twice this sd [s].
 _CLEAR_SD = 0.005
 
 
 def unknown(
     meter: MeterRecord, low: float, high: float, alternatives: Sequence[float], why: str, value: float | None = None
 ) -> ClockOffset:
-    """The conclusion that no offset can be told: as wide as a uniform distribution over all that is possible.
+    """Conclude that the offset cannot be found: its error is as wide as a uniform distribution over all that is possible.
 
     Parameters
     ----------
     meter : its record.
-    low, high : [s], between which the offset lies.
+    low, high : [s], limits of what is possible.
     alternatives : [s], offsets that fit about as well.
     why : the reason in words.
     value : [s], what is most likely; the middle if None.
@@ -40,13 +40,13 @@ def unknown(
 def several(
     meter: MeterRecord, tester: CrossheadRecord, ranges: Sequence[OffsetRange], turning: tuple[float, float] | None
 ) -> ClockOffset:
-    """The conclusion that offsets far apart fit about as well: the best of them, an sd that spans them all, and the others.
+    """Conclude that offsets far apart fit about as well: the best of them, an sd that spans them all, and the others.
 
     Parameters
     ----------
     meter, tester : the two records.
     ranges : the offsets that fit, the best first.
-    turning : offset and sd [s] from the turning point near the best; None if it does not tell.
+    turning : offset and sd [s] from the turning point near the best; None if the readings there do not determine it.
     """
     values = [a.value for a in ranges]
     best = turning[0] if turning else values[0]
@@ -61,23 +61,25 @@ def several(
 
 
 def crest_times(time: FloatArray, values: FloatArray) -> list[float]:
-    """When each press of a record is deepest [s].
+    """Find the times at which each press of a record is deepest [s].
 
     Parameters
     ----------
-    time : [s], shape (n,). values : displacement or capacitance, shape (n,), in any unit.
+    time : [s], shape (n,).
+    values : displacement or capacitance, shape (n,), in any unit.
     """
     return [float(time[row]) for row in crests(values)]
 
 
 def from_onset_alone(meter: MeterRecord, onset: tuple[float, float], why: str, *more: str) -> ClockOffset:
-    """The conclusion from the onset where no turning point tells: weak.
+    """Conclude from the onset alone, where the turning point does not determine the offset: a weak conclusion.
 
     Parameters
     ----------
     meter : its record.
     onset : offset and sd [s].
-    why : no turning point tells, in words. more : further sentences for the report.
+    why : the reason that there is no estimate from the turning point, in words.
+    more : further sentences for the report.
     """
     said = f"clock offset from the onset only, {why}: {onset[0]:.3f} s, sd {onset[1]:.3f} s"
     return ClockOffset(onset[0], onset[1], meter.systematic, "weak", None, onset, (), (said, *more))
@@ -86,13 +88,13 @@ def from_onset_alone(meter: MeterRecord, onset: tuple[float, float], why: str, *
 def combined(
     meter: MeterRecord, tester: CrossheadRecord, best: OffsetRange, turning: _Estimate | None, onset: _Estimate | None
 ) -> ClockOffset:
-    """The conclusion where one range of offsets fits: the turning point's value, compared with the onset's.
+    """Conclude where one range of offsets fits: the turning point's value, compared with the onset's.
 
     Parameters
     ----------
     meter, tester : the two records.
     best : the offsets that the survey found.
-    turning, onset : offset and sd [s] from either feature; None if it does not tell.
+    turning, onset : offset and sd [s] from either feature; None if the readings do not determine it.
     """
     stamps = f"stamps at the beginning or end of a reading move the clock itself by up to {meter.systematic:.3f} s, not the tie"
     if turning is None and onset is None:
@@ -125,7 +127,7 @@ def combined(
 
 
 def _from_survey(meter: MeterRecord, tester: CrossheadRecord, best: OffsetRange, stamps: str) -> ClockOffset:
-    """Neither feature tells: the survey's range if it is narrow and there are readings on both sides, else unknown."""
+    """Conclude where neither feature gives an estimate: the survey's range if it is narrow and has readings on both sides."""
     both = [np.sum(meter.time + best.value < tester.top), np.sum(meter.time + best.value > tester.leave)]
     if best.width < 0.2 * tester.duration and min(both) >= 3:
         sd = max(best.width / 2, meter.interval / 4)

@@ -21,9 +21,9 @@ def clock_offset(tester: Observations, lcr: Observations, within: tuple[float, f
 
     It takes the used cycle of the tester's record and the whole log of the meter. A survey of all possible offsets fits the
     whole log as a function of the crosshead's reading, one curve for loading and one for unloading; offsets far apart that fit
-    about as well make the answer ambiguous. Around the best, the turning point tells the offset (`offset_from_turning_point`);
-    hysteresis and creep widen its sd but do not shift the value. The onset of contact, seen in force and in capacitance, tells
-    it again, less sharply, and is compared.
+    about as well make the answer ambiguous. Around the best, the turning point gives the offset (`offset_from_turning_point`);
+    hysteresis and creep widen its sd but do not shift the value. The onset of contact, seen in force and in capacitance, gives
+    a second estimate, less sharp, to compare with.
 
     Assumptions: both clocks run at the same rate; capacitance grows with compression (unless only the opposite fits); stamps
     keep the same distance to the middle of their readings. Range: loading in more than ten intervals of the meter.
@@ -75,7 +75,7 @@ def clock_offset(tester: Observations, lcr: Observations, within: tuple[float, f
 
 
 def _from_loading_only(meter: MeterRecord, tester: CrossheadRecord, low: float, high: float) -> ClockOffset:
-    """The tester's record ends at the top: the first rise of the capacitance is its loading, of which the onset tells."""
+    """Estimate the offset for a tester's record that ends at the top: the first rise of the capacitance must be its loading."""
     crests = crest_times(meter.time, meter.capacitance)
     if len(crests) > 1:
         values = [tester.top - crest for crest in crests]

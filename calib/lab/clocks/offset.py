@@ -18,12 +18,12 @@ class ClockOffset:
 
     Attributes
     ----------
-    value, sd : [s]. Where the data do not tell, the middle of what is possible and an sd as wide as that.
+    value, sd : [s]. Where the data do not determine the offset, the middle of what is possible and an sd as wide as that.
     systematic : [s], largest further difference to the clock proper (half an interval, or half the step of coarse stamps).
-    confidence : "clear": from the turning point, one solution, told within 10 ms, and the onset does not contradict. "weak":
+    confidence : "clear": from the turning point, one solution, known within 10 ms, and the onset does not contradict. "weak":
         less sharp than that, as the press is slow or the noise large; or from the onset only; or the two disagree.
-        "ambiguous": the data do not tell.
-    turning_point, onset : (value, sd) [s] from either feature alone; None where it does not tell.
+        "ambiguous": the data do not determine the offset.
+    turning_point, onset : (value, sd) [s] from either feature alone; None where there is no such estimate.
     alternatives : [s], offsets that fit about as well, far from `value`; empty unless ambiguous by discrete steps.
     evidence : sentences for the report.
     """

@@ -18,7 +18,7 @@ _CREEP_TIMES = (0.3, 1.0, 3.0, 10.0, 30.0)
 
 
 def loading_window(tester: Observations) -> tuple[float, float]:
-    """When the used loading branch begins and ends [s], on the tester's clock."""
+    """Find when the used loading branch begins and ends [s], on the tester's clock."""
     assert tester.time is not None
     times = tester.time[tester.used & np.isfinite(tester.time)]
     return float(times[0]), float(times[-1])
@@ -52,7 +52,8 @@ class MeterRecord:
 
     Attributes
     ----------
-    time : [s], strictly increasing. capacitance : [F].
+    time : [s], strictly increasing.
+    capacitance : [F].
     noise, change : [F], sd of one reading, and the largest change of the capacitance.
     interval : [s], between readings.
     systematic : [s], how far the stamps may lie from the middle of their readings.
@@ -87,7 +88,9 @@ class CrossheadRecord:
 
     Attributes
     ----------
-    time : [s], strictly increasing. displacement : [m], crosshead reading. back : 1 on an unloading branch, else 0.
+    time : [s], strictly increasing.
+    displacement : [m], crosshead reading.
+    back : 1 on an unloading branch, else 0.
     begin, top, leave, end : [s], start and end of the loading branch, end of the hold, end of the unloading.
     peak : [m], crosshead reading at the end of loading.
     contact, contact_sd : [m], crosshead reading at the onset of force; its first reading and nan where it shows none.

@@ -16,7 +16,7 @@ _MISFIT_RATIO = 2.0
 
 @dataclass(frozen=True)
 class OffsetRange:
-    """Neighbouring offsets [s] that all fit: the best of them, and from where to where they reach."""
+    """Neighbouring offsets of the clocks [s] that all fit the log: the best of them, and from where to where they reach."""
 
     value: float
     low: float
@@ -24,7 +24,7 @@ class OffsetRange:
 
     @property
     def width(self) -> float:
-        """How far they reach [s]."""
+        """How far the range reaches from its lower to its upper end [s]."""
         return self.high - self.low
 
 

@@ -38,7 +38,7 @@ def offset_from_turning_point(meter: MeterRecord, tester: CrossheadRecord, near:
 
     Returns
     -------
-    Offset and sd [s]; None if the readings do not tell, as in a log with fewer than four of them on either side.
+    Offset and sd [s]; None if the readings do not determine it, as in a log with fewer than four of them on either side.
     """
     begin, stop = _window(meter, tester)
     best, half = near.value, max(2 * meter.interval, 0.5 * near.width, 0.01 * tester.duration)

@@ -1,4 +1,4 @@
-"""From the lines below the header, told one by one, to the rows of one record: blocks, specimens, text between them."""
+"""From the lines below the header, taken one by one, to the rows of one record: blocks, specimens, text between them."""
 
 from __future__ import annotations
 
@@ -20,11 +20,12 @@ from calib.lab.instruments.vocabulary import unit_of_cell
 
 
 def block_table(sheet: Sheet, start: int, keys: Sequence[int], reading: Reading, *, has_side_by_side: bool) -> Table:
-    """The rows of one record where several blocks, specimens or lines of text stand below the header, told line by line.
+    """Find the rows of one record, line by line, where several blocks, specimens or lines of text stand below the header.
 
     Parameters
     ----------
-    sheet : without rows. start : index of the first line below its header and units.
+    sheet : without rows.
+    start : index of the first line below its header and units.
     keys : columns that are understood, by index.
     reading : what the user says of the file.
     has_side_by_side : whether the specimen was already chosen among columns.

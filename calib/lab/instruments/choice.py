@@ -14,11 +14,12 @@ from calib.lab.instruments.vocabulary import EXAMPLE, NEEDS_UNIT, Heading, under
 
 
 def choose_columns(sheet: Sheet, reading: Reading) -> tuple[dict[str, int], list[str], list[Fault]]:
-    """Which column stands for which quantity: by the user's word, else by the preferred name.
+    """Choose which column of a file stands for which quantity: by the user's word, else by the preferred name.
 
     Parameters
     ----------
-    sheet : the record. reading : what the user says of the file.
+    sheet : the record.
+    reading : what the user says of the file.
 
     Returns
     -------
@@ -81,12 +82,14 @@ def holds_clock(cells: Sequence[str]) -> bool:
 
 
 def missing_columns(sheet: Sheet, family: InstrumentFamily, chosen: Mapping[str, int], reading: Reading) -> list[Fault]:
-    """The faults of quantities that are needed and not there, and of units given to columns that are not there.
+    """List the faults of quantities that are needed and not there, and of units given to columns that are not there.
 
     Parameters
     ----------
-    sheet : the record. family : what it was recognised as.
-    chosen : quantity -> index of its column. reading : what the user says of the file.
+    sheet : the record.
+    family : what it was recognised as.
+    chosen : quantity -> index of its column.
+    reading : what the user says of the file.
     """
     found = frozenset("capacitance" if q == "capacitance_series" else q for q in chosen)
     there = ", ".join(f'"{n}"' for n in sheet.names if n)
@@ -117,7 +120,8 @@ def unit_of_column(sheet: Sheet, quantity: str, index: int, reading: Reading) ->
 
     Parameters
     ----------
-    sheet : the record. quantity, index : which of its columns, and what it holds.
+    sheet : the record.
+    quantity, index : which of its columns, and what it holds.
     reading : what the user says of the file.
 
     Returns
@@ -162,8 +166,10 @@ def source_of_column(sheet: Sheet, quantity: str, index: int, reading: Reading, 
 
     Parameters
     ----------
-    sheet : the record. quantity, index : which of its columns, and what it holds.
-    reading : what the user says of the file. clock : whether its cells are times of day, which have no unit.
+    sheet : the record.
+    quantity, index : which of its columns, and what it holds.
+    reading : what the user says of the file.
+    clock : whether its cells are times of day, which have no unit.
     """
     name = sheet.names[index]
     if not sheet.header_line and name.isdigit():

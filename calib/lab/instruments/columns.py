@@ -48,7 +48,8 @@ def read_columns(sheet: Sheet, family: InstrumentFamily, reason: str, reading: R
 
     Parameters
     ----------
-    sheet : the record. family, reason : what it was recognised as, and why.
+    sheet : the record.
+    family, reason : what it was recognised as, and why.
     reading : what the user says of the file.
 
     Raises

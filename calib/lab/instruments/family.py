@@ -1,4 +1,4 @@
-"""What an instrument family is, and what the file of one may look at in a sheet to know it as its own."""
+"""What an instrument family is, and what its module may look at in a sheet to recognise files of its instruments."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ class InstrumentFamily:
     Attributes
     ----------
     name : as it stands in `LabTable.recognised_as`.
-    priority : families are asked from the lowest to the highest, the first that knows a sheet reads it. Meters stand below 50,
-        testers below 100, the table with any header at 1000; what is surer of its files goes before what takes more of them.
+    priority : families are asked from the lowest to the highest, and the first that recognises a sheet reads it. Meters stand
+        below 50, testers below 100, the table with any header at 1000; the surer a family is of its files, the earlier it goes.
     recognise : a sheet -> the reason why it belongs to the family, for people, "" if it does not.
     requirement : the quantities found -> the quantities that are needed besides, () if nothing is.
     verified : whether the layout was seen in files of that instrument; where not, it is built from what is documented.
@@ -44,7 +44,7 @@ class InstrumentFamily:
 
 
 def needs(*quantities: str) -> Requirement:
-    """The requirement of all these quantities."""
+    """Make the requirement that all these quantities are in the file."""
     return lambda found: tuple(q for q in quantities if q not in found)
 
 
@@ -58,7 +58,7 @@ def needs_of_log(found: frozenset[str]) -> tuple[str, ...]:
 
 
 def channels(sheet: Sheet) -> str:
-    """The columns that are understood, as the beginning of a reason."""
+    """Name the columns that are understood, as the beginning of a reason."""
     named = [sheet.names[i] for i in sheet.headings()]
     return f"channels {', '.join(named)} in line {sheet.header_line}"
 
@@ -86,11 +86,16 @@ def capacitance_log(sheet: Sheet) -> str:
 
 
 def line_above(sheet: Sheet, pattern: str) -> tuple[int, str] | None:
-    """Where something is found above the header: the 1-based line and its first cell, None if nowhere.
+    """Look for a pattern above the header, such as the name of a maker.
 
     Parameters
     ----------
-    sheet : a record. pattern : a regular expression, upper and lower case alike.
+    sheet : a record.
+    pattern : a regular expression, upper and lower case alike.
+
+    Returns
+    -------
+    The 1-based line and its first cell; None if nothing matches.
     """
     for i, line in enumerate(sheet.prelude):
         if re.search(pattern, line, re.IGNORECASE):
@@ -100,11 +105,12 @@ def line_above(sheet: Sheet, pattern: str) -> tuple[int, str] | None:
 
 
 def word_above(sheet: Sheet, pattern: str) -> str:
-    """Where a maker or a model is named above the header, in words; "" if nowhere.
+    """Say in words where a maker or a model is named above the header; "" if nowhere.
 
     Parameters
     ----------
-    sheet : a record. pattern : a regular expression, upper and lower case alike.
+    sheet : a record.
+    pattern : a regular expression, upper and lower case alike.
     """
     for i, line in enumerate(sheet.prelude):
         match = re.search(pattern, line, re.IGNORECASE)

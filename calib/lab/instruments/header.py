@@ -22,7 +22,7 @@ DELIMITERS = ("\t", ";", ",", " ")
 HEADER_WITHIN = 2000
 # More columns than any instrument writes.
 _WIDEST = 400
-# Rows below a header that are looked at to tell a table of results from a record.
+# Rows below a header that are looked at to distinguish a table of results from a record.
 _ROWS_SEEN = 30
 
 
@@ -31,7 +31,8 @@ def split_line(line: str, delimiter: str) -> list[str]:
 
     Parameters
     ----------
-    line : of the file. delimiter : between cells; a blank stands for runs of blanks.
+    line : of the file.
+    delimiter : between cells; a blank stands for runs of blanks.
 
     >>> split_line('"","1,000.06200","0.5"', ",")
     ['', '1,000.06200', '0.5']
@@ -54,7 +55,8 @@ def find_header(text: LabText, reading: Reading) -> tuple[str, int, list[str]] |
 
     Parameters
     ----------
-    text : the file. reading : what the user says of it.
+    text : the file.
+    reading : what the user says of it.
 
     Returns
     -------

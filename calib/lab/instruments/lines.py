@@ -24,16 +24,17 @@ class Table:
 
 
 def n_named(sheet: Sheet) -> int:
-    """Number of columns up to the last that has a name."""
+    """Count the columns up to the last that has a name."""
     return max((i + 1 for i, name in enumerate(sheet.names) if name), default=0)
 
 
 def left_out(sheet: Sheet, indices: Sequence[int]) -> list[str]:
-    """The note on lines of text that are left out; none if there are none.
+    """Write the note on lines of text that are left out; no note if there are none.
 
     Parameters
     ----------
-    sheet : their file. indices : of the lines in the file, from 0.
+    sheet : their file.
+    indices : of the lines in the file, from 0.
     """
     if not indices:
         return []
@@ -46,8 +47,10 @@ def kind_of_line(row: Sequence[str], header: Sequence[str], keys: Sequence[int],
 
     Parameters
     ----------
-    row : its cells. header : those of the header, () if it cannot stand again.
-    keys : columns that are understood, by index. width : columns of the header.
+    row : its cells.
+    header : those of the header, () if it cannot stand again.
+    keys : columns that are understood, by index.
+    width : columns of the header.
     """
     key = keys[0] if keys else 0
     if min(width, 2) <= len(row) > key and is_numeric(row[key]):

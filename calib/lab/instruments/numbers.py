@@ -19,7 +19,7 @@ _MARKS = "+\\-\u2212"
 # Digits with any marks between them, and an exponent: a number in some notation.
 _NUMERIC = re.compile(rf"[{_MARKS}]?[\d.,{_SPACES}]+(?:[eE][{_MARKS}]?\d+)?", re.ASCII)
 _LONGEST_NUMBER = 60
-# The usual one, told at once.
+# The usual one, recognised at once.
 _USUAL = re.compile(r"-?\d{1,12}[.,]?\d{0,12}", re.ASCII)
 _NOT_NUMERIC = re.compile(
     rf"\n(?![ \t]*+[{_MARKS}]?+(?=[.,{_SPACES}]*+\d)[\d.,{_SPACES}]++(?:[eE][{_MARKS}]?\d++)?[ \t]*+$)", re.ASCII | re.MULTILINE
@@ -62,7 +62,8 @@ def not_numbers(cells: Sequence[str], most: int) -> list[int] | None:
 
     Parameters
     ----------
-    cells : of a column. most : how many of them are worth a look.
+    cells : of a column.
+    most : how many of them are worth a look.
 
     Returns
     -------
@@ -92,7 +93,8 @@ def parse_number(cell: str, decimal: str) -> float | None:
 
     Parameters
     ----------
-    cell : as written. decimal : "." or ",".
+    cell : as written.
+    decimal : "." or ",".
 
     >>> parse_number("1,000.06200", "."), parse_number("1.000,062", ","), parse_number("0,9966", ".")
     (1000.062, 1000.062, None)
@@ -104,7 +106,7 @@ def parse_number(cell: str, decimal: str) -> float | None:
 
 @dataclass(frozen=True)
 class Notation:
-    """The decimal mark of a file, or why it cannot be told: `conflict` says it, with the places (row, column) of the cells."""
+    """The decimal mark of a file, or, if the file leaves it open, why: `conflict` says it, with the places of the cells."""
 
     decimal: str
     conflict: str = ""
@@ -115,8 +117,9 @@ class Notation:
 class _Shown:
     """Where a cell of a column, each after a line end, shows which mark is the decimal one.
 
-    certain : by any form that does; twice : by the other mark, standing twice; unsure : cells whose one mark may as well set
-        thousands apart.
+    certain : by any form that does.
+    twice : by the other mark, standing twice.
+    unsure : cells whose one mark may as well set thousands apart.
     """
 
     mark: str
@@ -231,7 +234,8 @@ def to_numbers(cells: Sequence[str], decimal: str) -> Numbers:
 
     Parameters
     ----------
-    cells : of a column, (n_row,). decimal : the file's decimal mark, "." or ",".
+    cells : of a column, (n_row,).
+    decimal : the file's decimal mark, "." or ",".
     """
     n = len(cells)
     values = np.full(n, np.nan)
@@ -283,7 +287,7 @@ _CLOCK = re.compile(
     r"^\s*(?P<date>\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4})?[ T]*(?P<hour>\d{1,2}):(?P<minute>\d{2}):(?P<second>\d{2}(?:[.,]\d+)?)\s*"
     r"(?P<half>[AaPp]\.?[Mm]\.?)?\s*(?:Z|[+-]\d{2}:?\d{2})?\s*$"
 )
-# The usual one, with a date or without, told and read at once; the next finds the date.
+# The usual one, with a date or without, recognised and read at once; the next finds the date.
 _USUAL_CLOCK = r"(?:\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}[ T]+)?\d{1,2}:\d{2}:\d{2}(?:[.,]\d+)?"
 _NOT_USUAL_CLOCK = re.compile(rf"\n(?!{_USUAL_CLOCK}$)", re.ASCII | re.MULTILINE)
 _DATE = re.compile(r"^[\d/.-]+[ T]+", re.ASCII | re.MULTILINE)
@@ -296,11 +300,12 @@ def is_clock(cell: str) -> bool:
 
 
 def not_clocks(cells: Sequence[str], most: int) -> list[int] | None:
-    """Find the cells of a column that are no time of day as usually written; the like of `not_numbers`.
+    """Find the cells of a column that are no time of day as usually written, all at once, as `not_numbers` does for numbers.
 
     Parameters
     ----------
-    cells : of a column. most : how many of them are worth a look.
+    cells : of a column.
+    most : how many of them are worth a look.
 
     Returns
     -------

@@ -55,6 +55,6 @@ def read_lab_file(path: Path, reading: Reading = AS_FOUND) -> LabTable:
 
 
 def _own_sheet(text: LabText, reading: Reading) -> Sheet | None:
-    """The sheet of a text that a family cuts in a way of its own; None if none does."""
+    """Cut a text in the way of its family, if that has one; None if no family does."""
     sheets = (family.cut(text, reading) for family in FAMILIES if family.cut is not None)
     return next((sheet for sheet in sheets if sheet is not None), None)

@@ -29,7 +29,8 @@ def with_rows(sheet: Sheet, start: int, reading: Reading, notes: tuple[str, ...]
 
     Parameters
     ----------
-    sheet : without rows. start : index of the first line below its header and units.
+    sheet : without rows.
+    start : index of the first line below its header and units.
     reading : what the user says of the file.
     notes : on a specimen chosen among columns, to stand before those made here; () if none was.
 
@@ -65,11 +66,11 @@ def with_rows(sheet: Sheet, start: int, reading: Reading, notes: tuple[str, ...]
 
 
 def _regular_table(sheet: Sheet, start: int, keys: Sequence[int]) -> Table | None:
-    """The one block of rows below the header, most with a number at first; None where there may be more to it than that.
+    """Cut the one block of rows below the header, column by column; None where there may be more than one block.
 
-    What `block_table` tells line by line is told here for whole columns, so that a file of a million rows is cut in a second.
-    Rows without their first number are looked at one by one; text among the rows, another header or too many such rows are left
-    to `block_table`.
+    `block_table` looks at every line by itself; here whole columns are looked at, so that a file of a million rows is cut in a
+    second. Rows without their first number are looked at one by one; text among the rows, another header or too many such rows
+    are left to `block_table`.
     """
     if not keys:
         return None
@@ -156,5 +157,5 @@ def _is_cut_short(sheet: Sheet, lines: IntArray) -> bool:
 
 
 def _digits(cell: str) -> tuple[str, ...]:
-    """The number of digits after each mark and in the exponent, which tells that none is missing; () without any."""
+    """The number of digits after each mark and in the exponent, which shows that none is missing; () without any."""
     return tuple("0" * len(part) for part in re.split(r"[.,]|[eE][+-]?", cell)[1:])

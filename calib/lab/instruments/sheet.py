@@ -85,11 +85,13 @@ class SeveralSpecimens(InputError):
 
 
 def which_specimen(sheet: Sheet, message: str, count: int) -> SeveralSpecimens:
-    """The refusal of a file of several specimens of which none, or one that is not there, was chosen.
+    """Make the refusal of a file with several specimens of which none was chosen, or one that is not there.
 
     Parameters
     ----------
-    sheet : the file. message : what is wrong. count : how many specimens there are.
+    sheet : the file.
+    message : what is wrong.
+    count : how many specimens there are.
     """
     advice = (
         f"Say which one: --specimen 1 to --specimen {count} (in an experiment file: specimen = 1), or export one specimen "
@@ -103,6 +105,7 @@ def no_such_specimen(sheet: Sheet, reading: Reading) -> Fault:
 
     Parameters
     ----------
-    sheet : the file. reading : what the user asked for.
+    sheet : the file.
+    reading : what the user asked for.
     """
     return Fault(f"there is no specimen {reading.specimen}: the file holds one", sheet.text.path, sheet.header_line or None)

@@ -25,7 +25,7 @@ SI_UNIT: Mapping[str, str] = MappingProxyType(
 )
 
 # SI unit -> what `unit_factor` is asked for -> spellings. "MM" or "KN" can only mean one thing on a lab's instrument; "MN" and
-# "PF" cannot be told from "mN" and "pF" and are not listed.
+# "PF" may be meant for "mN" and "pF" and are not listed.
 _SPELLINGS: Mapping[str, Mapping[str, str]] = MappingProxyType(
     {
         "s": {
@@ -99,7 +99,8 @@ def lab_factor(unit: str, quantity: str) -> float:
 
     Parameters
     ----------
-    unit : as written. quantity : one of `SI_UNIT`.
+    unit : as written.
+    quantity : one of `SI_UNIT`.
 
     >>> lab_factor("kN", "force"), lab_factor("μm", "displacement"), lab_factor("%", "dissipation")
     (1000.0, 1e-06, 0.01)
@@ -131,7 +132,8 @@ def is_unit_of(unit: str, quantity: str) -> bool:
 
     Parameters
     ----------
-    unit : as written. quantity : one of `SI_UNIT`.
+    unit : as written.
+    quantity : one of `SI_UNIT`.
     """
     try:
         lab_factor(unit, quantity)

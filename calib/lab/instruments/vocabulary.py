@@ -102,12 +102,12 @@ class Heading:
 
 
 def words(name: str) -> str:
-    """The name in lower case with single spaces: `Z_Position` -> "z position"."""
+    """Write a name in lower case with single spaces: `Z_Position` -> "z position"."""
     return re.sub(r"[\s_]+", " ", unicodedata.normalize("NFKC", name).strip().lower()).strip(" .:")
 
 
 def understood_names(quantity: str) -> str:
-    """The names a quantity may have, for advice."""
+    """List the names that a quantity may have in a header, for advice."""
     return ", ".join(f'"{n}"' for n in _NAMES[quantity][:6])
 
 

@@ -47,7 +47,8 @@ def check_drift(obs: Observations, c: LoadingBranch) -> Verdict | None:
 
     Parameters
     ----------
-    obs : the lab file. c : the channel that is judged.
+    obs : the lab file.
+    c : the channel that is judged.
 
     Returns
     -------

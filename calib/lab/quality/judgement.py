@@ -24,8 +24,8 @@ def judge(obs: Observations, machine_compliance: float | None = None) -> tuple[V
     Parameters
     ----------
     obs : one lab file with force, capacitance or both, over displacement or time.
-    machine_compliance : [m/N], what is known of it: measured, or the upper end of its prior; None if nothing is. Then a light
-        table-top rig (`TYPICAL_COMPLIANCE`) is taken, and the verdict is a warning at most.
+    machine_compliance : [m/N], measured, or the upper end of its prior; None if nothing is known. Then a light table-top rig
+        (`TYPICAL_COMPLIANCE`) is taken, and the verdict is a warning at most.
 
     Returns
     -------

@@ -21,9 +21,13 @@ class LoadingBranch:
     Attributes
     ----------
     file, name, unit : name of the lab file; "force" or "capacitance"; "N" or "F".
-    rows : of the file. x : displacement [m], else time [s], else number of the reading, as `x_unit` says.
-    y : readings [unit], turned so that they rise in contact (by `sign`). flat : rows before contact.
-    span : range of y without single spikes. noise : sd of one reading. step : of the display. All in `unit`.
+    rows : of the file.
+    x : displacement [m], else time [s], else number of the reading, as `x_unit` says.
+    y : readings [unit], turned so that they rise in contact (by `sign`).
+    flat : rows before contact.
+    span : range of y without single spikes.
+    noise : sd of one reading.
+    step : of the display. All in `unit`.
     """
 
     file: str
@@ -60,16 +64,17 @@ class LoadingBranch:
         return Verdict(check, level, float(number), unit, finding, "" if level == "good" else advice, self.name, self.file)
 
     def text(self, value: float) -> str:
-        """A value of the channel for people: in N or pF."""
+        """Write a value of the channel for people, in N or pF."""
         return f"{value:.3g} N" if self.unit == "N" else f"{value * 1e12:.4g} pF"
 
 
 def loading_branch(obs: Observations, name: str) -> LoadingBranch | None:
-    """The part of a file that is judged: one channel on its loading branch, with its flat part, range, noise and resolution.
+    """Take the part of a file that is judged: one channel on its loading branch, with flat part, range, noise and resolution.
 
     Parameters
     ----------
-    obs : one lab file. name : "force" or "capacitance".
+    obs : one lab file.
+    name : "force" or "capacitance".
 
     Returns
     -------
@@ -114,11 +119,16 @@ def loading_branch(obs: Observations, name: str) -> LoadingBranch | None:
 
 
 def channel_values(obs: Observations, name: str) -> FloatArray:
-    """Readings of a channel that the file has, shape (n_row,), [N] or [F].
+    """Look up the readings of a channel that the file has.
 
     Parameters
     ----------
-    obs : one lab file. name : "force" or "capacitance".
+    obs : one lab file.
+    name : "force" or "capacitance".
+
+    Returns
+    -------
+    [N] or [F], (n_row,).
     """
     values = obs.force if name == "force" else obs.capacitance
     assert values is not None
@@ -126,7 +136,7 @@ def channel_values(obs: Observations, name: str) -> FloatArray:
 
 
 def longest_run(mask: BoolArray) -> tuple[int, int]:
-    """Begin and end of the longest run of True; equal where there is none."""
+    """Find the longest run of True in a mask, as begin and end; equal where there is none."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
     if edges.size == 0:
         return 0, 0

@@ -38,7 +38,8 @@ def check_relaxation(obs: Observations, c: LoadingBranch) -> Verdict | None:
 
     Parameters
     ----------
-    obs : the lab file. c : the channel that is judged.
+    obs : the lab file.
+    c : the channel that is judged.
 
     Returns
     -------
@@ -67,7 +68,8 @@ def check_hysteresis(obs: Observations, c: LoadingBranch) -> Verdict | None:
 
     Parameters
     ----------
-    obs : the lab file. c : the channel that is judged.
+    obs : the lab file.
+    c : the channel that is judged.
 
     Returns
     -------

@@ -68,7 +68,8 @@ def check_clipping(obs: Observations, c: LoadingBranch) -> Verdict | None:
 
     Parameters
     ----------
-    obs : the lab file. c : the channel that is judged.
+    obs : the lab file.
+    c : the channel that is judged.
 
     Returns
     -------
@@ -77,7 +78,7 @@ def check_clipping(obs: Observations, c: LoadingBranch) -> Verdict | None:
     y, x = c.y, c.x
     if c.x_unit != "m":
         if c.noise <= c.step:
-            return None  # a quiet meter repeats one value in a hold as well
+            return None  # a meter without visible noise repeats one value in a hold as well
         # The branch ends where the channel does not rise any more, which here is the very thing to look at.
         x = np.flatnonzero(np.isfinite(channel_values(obs, c.name))).astype(np.float64)
         y = c.sign * channel_values(obs, c.name)[x.astype(np.intp)]
@@ -100,7 +101,8 @@ def check_gap(obs: Observations, c: LoadingBranch) -> Verdict | None:
 
     Parameters
     ----------
-    obs : the lab file. c : the channel that is judged.
+    obs : the lab file.
+    c : the channel that is judged.
 
     Returns
     -------
@@ -128,7 +130,8 @@ def check_time_steps(obs: Observations, c: LoadingBranch) -> Verdict | None:
 
     Parameters
     ----------
-    obs : the lab file. c : the channel that is judged.
+    obs : the lab file.
+    c : the channel that is judged.
 
     Returns
     -------

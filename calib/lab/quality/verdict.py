@@ -44,10 +44,11 @@ def worst_first(verdicts: Iterable[Verdict]) -> list[Verdict]:
 
 
 def level_beyond(value: float, warning: float, bad: float) -> Level:
-    """How serious a number is, the larger the worse.
+    """Grade a number of which a larger one is worse.
 
     Parameters
     ----------
-    value : what was found. warning, bad : limits above which it is a warning, and bad.
+    value : what was found.
+    warning, bad : limits above which it is a warning, and bad.
     """
     return "bad" if value > bad else "warning" if value > warning else "good"

@@ -13,7 +13,7 @@ def verdict_rows(verdicts: Iterable[Verdict]) -> list[tuple[str, str, str, str, 
 
 
 def check_name(verdict: Verdict) -> str:
-    """The check with the channel it was made on.
+    """Name a check together with the channel it was made on.
 
     >>> check_name(Verdict("drift", "good", 0.1, "1", "", "", "force", "a.csv"))
     'drift, force'

@@ -86,12 +86,24 @@ def indenter_meridian(solution: Solution) -> FloatArray:
 
 
 def tip_height(solution: Solution, step: int) -> float:
-    """Height of the lowest point of the indenter above the base [m] at that step of the solution."""
+    """Height of the lowest point of the indenter above the base [m].
+
+    Parameters
+    ----------
+    solution : with its states.
+    step : index into them.
+    """
     return solution.design.thickness - solution.states[step].depth * solution.units.length
 
 
 def caption(solution: Solution, step: int) -> str:
-    """Indentation, force and capacitance change of that step of the solution, in words."""
+    """Say in words how far the sensor is pressed in a picture: indentation, force and capacitance change.
+
+    Parameters
+    ----------
+    solution : with its states.
+    step : index into them.
+    """
     r = replace(solution, states=(solution.states[step],)).response
     change = f"{r.capacitance_change[0] * 100:+.2f} %".replace("-", "−")
     return f"indentation {r.depth[0] * MM:#.3g} mm, force {r.force[0]:#.3g} N, capacitance change {change}"

@@ -71,7 +71,7 @@ def corner_figure(posterior: Posterior) -> Figure:
 
 @styled_figure
 def trace_figure(posterior: Posterior, names: Sequence[str]) -> Figure:
-    """Draw the way of the chains of some parameters and their ranks: every ensemble must tell the same story.
+    """Draw how the chains of some parameters move, and their ranks: all ensembles must look alike.
 
     Left: median and central 80 % of each ensemble's walkers, step by step; converged ensembles lie over each other and do not
     drift. Right: share of each ensemble's draws in twenty equal slices of the pooled ranks, over its expectation; converged

@@ -1,6 +1,6 @@
 """The results of a calibration in, the sections of its report in their order out; knows no page.
 
-A section is a module in this folder and a template in `calib/report/templates`; nothing else has to be told of it. The module
+A section is a module in this folder and a template in `calib/report/templates`; it is found here and listed nowhere. The module
 has a number `ORDER`, its place among the others, and a function `section(results) -> Section | None`, None where it has nothing
 to say.
 """
@@ -21,6 +21,6 @@ def section_modules() -> list[ModuleType]:
 
 
 def sections_of(results: Results) -> list[Section]:
-    """The sections that apply, in their order."""
+    """Make the sections that have something to say of these results, in their order."""
     made = (module.section(results) for module in section_modules())
     return [section for section in made if section is not None]

@@ -17,7 +17,7 @@ ORDER = 60
 
 
 def section(results: Results) -> Section:
-    """The criteria, the numbers of every parameter, and traces."""
+    """Show what a run had to reach, the numbers of every parameter, and traces of the chains."""
     posterior = results.posterior
     context = {
         "criteria": criteria(posterior),
@@ -34,7 +34,7 @@ def section(results: Results) -> Section:
 
 @dataclass(frozen=True)
 class Criterion:
-    """One thing asked of a run: what was found, what was asked, whether that is met; `advice` if the run is usable without."""
+    """One requirement of a run: what was found, what was asked, whether that is met; `advice` if the run is usable without."""
 
     name: str
     found: str
@@ -44,7 +44,7 @@ class Criterion:
 
 
 def criteria(posterior: Posterior) -> list[Criterion]:
-    """All that was asked of a run: its own gate, the spot check if it was made, and what is advice."""
+    """List all requirements of a run: its own gate, the spot check if it was made, and what is advice."""
     return [*_gate(posterior), *_spot_check(posterior), *_reweighting(posterior), _left_out(posterior)]
 
 

@@ -8,5 +8,5 @@ ORDER = 80
 
 
 def section(results: Results) -> Section:
-    """The files sweep by sweep."""
+    """Show the lab files sweep by sweep."""
     return Section("data", "Data", "Data", "data.html.j2", {"sweeps": results.posterior.sweeps})

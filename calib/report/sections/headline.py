@@ -14,7 +14,7 @@ ORDER = 10
 
 
 def section(results: Results) -> Section:
-    """The head of the report."""
+    """Show what came out, at the head of the report."""
     posterior, d = results.posterior, results.posterior.diagnostics
     verdicts = [v for s in posterior.sweeps for v in s.verdicts]
     fits = not _doubtful(results.predictions)

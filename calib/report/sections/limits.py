@@ -23,14 +23,14 @@ LIMITS_OF_LAWS: dict[MaterialLaw, tuple[str, str]] = {
 
 
 def section(results: Results) -> Section:
-    """The limits as a list."""
+    """Show what the numbers take for granted, as a list."""
     return Section(
         "limits", "What the numbers take for granted", "Limits", "limits.html.j2", {"limits": limits(results.posterior)}
     )
 
 
 def limits(posterior: Posterior) -> list[tuple[str, str]]:
-    """What the numbers of this posterior take for granted, as (heading, text)."""
+    """List what the numbers of this posterior take for granted, as (heading, text)."""
     e = posterior.experiment
     unknown = {p.parameter for p in posterior.parameters} | {n.split("[")[0] for n in posterior.fixed}
     return [

@@ -12,7 +12,7 @@ ORDER = 50
 
 
 def section(results: Results) -> Section | None:
-    """The recommendation with its figure."""
+    """Show the recommended padding with its figure; None if none was asked for."""
     r = results.recommendation
     if r is None:
         return None

@@ -12,7 +12,7 @@ ORDER = 20
 
 
 def section(results: Results) -> Section:
-    """The table of parameters with its figures."""
+    """Show every parameter before and after the data, in a table and in figures."""
     posterior = results.posterior
     rows = parameter_rows(posterior)
     context = {

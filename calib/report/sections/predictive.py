@@ -14,7 +14,7 @@ ORDER = 40
 
 
 def section(results: Results) -> Section:
-    """Pictures and checks sweep by sweep."""
+    """Show data and predictions sweep by sweep, in pictures and checks."""
     context = {"sweeps": [_part(p) for p in results.predictions], "change": _change_picture(results.predictions)}
     return Section("sweeps", "Data and model", "Data and model", "predictive.html.j2", context)
 

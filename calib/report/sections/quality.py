@@ -14,7 +14,7 @@ _TITLE = "Quality of the lab data"
 
 
 def section(results: Results) -> Section | None:
-    """The verdicts file by file, if any were given."""
+    """Show the verdicts on the lab files; None if none were given."""
     groups = quality_groups(results.posterior)
     if not groups:
         return None

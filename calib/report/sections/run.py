@@ -9,7 +9,7 @@ ORDER = 90
 
 
 def section(results: Results) -> Section:
-    """The facts as a list."""
+    """Show how the run was made, as a list of facts."""
     facts = run_facts(results.posterior, results.posterior_sha256)
     return Section("run", "How this was made", "Run", "run.html.j2", {"facts": facts})
 

@@ -19,7 +19,7 @@ _BLOCK = (
 
 
 def recognise(sheet: Sheet) -> str:
-    """Bluehill's channel names, with units in brackets below them, its header block above, or a specimen number before them."""
+    """Recognise Bluehill by its channel names with units in brackets below, its header block, or a specimen number."""
     if holds_capacitance(sheet):
         return ""
     named = channel_names(sheet)

@@ -19,9 +19,9 @@ _PREFIX = {"p": "e-12", "n": "e-9", "u": "e-6", "µ": "e-6", "m": "e-3", "": ""}
 
 
 def cut(text: LabText, _: Reading) -> Sheet | None:
-    """The sheet of a log of bare replies, None if the text is none.
+    """Cut a log of bare replies into a sheet; None if the text is no such log.
 
-    Its primary values are a column, in farad; the secondary is left out, as the log does not say what it is.
+    The primary values are a column, in farad; the secondary ones are left out, as the log does not say what they are.
     """
     return reply_table(text, _MAIN, _cells)
 
@@ -40,7 +40,7 @@ def _cells(match: re.Match[str]) -> dict[str, str] | None:
 
 
 def recognise(sheet: Sheet) -> str:
-    """Lines of MAIN:PRIM and MAIN:SECO, or the name of the maker or of a model above the header."""
+    """Recognise GW Instek by lines of MAIN:PRIM and MAIN:SECO, or by the name of the maker or of a model above the header."""
     if sheet.names[:1] == ("MAIN:PRIM",) or "MAIN:PRIM" in sheet.names:
         return f"readings of MAIN:PRIM from line {sheet.lines[0]} on"
     named = word_above(sheet, r"gw[ -]?instek|\bLCR-?8\d\d\w?\b")

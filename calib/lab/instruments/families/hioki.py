@@ -12,7 +12,7 @@ _NAMES = re.compile(r"^(?:FREQ|Z|PHASE|CS|CP|D|LS|LP|Q|RS|RP|G|X|B|Y)\[[^\]]*\]$
 
 
 def recognise(sheet: Sheet) -> str:
-    """Hioki's name or a model above the header, or the parameter[unit] names of its impedance analysers."""
+    """Recognise Hioki by its name or a model above the header, or by the parameter[unit] names of impedance analysers."""
     log = capacitance_log(sheet)
     if not log:
         return ""

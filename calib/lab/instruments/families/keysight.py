@@ -7,7 +7,7 @@ from calib.lab.instruments.sheet import Sheet
 
 
 def recognise(sheet: Sheet) -> str:
-    """The name of the maker or of a model above the header."""
+    """Recognise a log of Keysight, Agilent or HP by the name of the maker or of a model above the header."""
     named = word_above(sheet, r"keysight|agilent|hewlett|\bE498\d[A-Z]*\b|\b4284A\b|\b4263B\b")
     log = capacitance_log(sheet)
     return f"{named}; {log}" if named and log else ""

@@ -18,7 +18,7 @@ _NAMED = re.compile(
 
 
 def cut(text: LabText, _: Reading) -> Sheet | None:
-    """The sheet of a log of replies, None if the text is none: values by the names in each line, in SI, as meters reply."""
+    """Cut a log of replies into a sheet by the names in each line, in SI, as meters reply; None if the text is no such log."""
     return reply_table(text, _NAMED, _cells)
 
 

@@ -7,7 +7,7 @@ from calib.lab.instruments.sheet import Sheet
 
 
 def recognise(sheet: Sheet) -> str:
-    """Mecmesin: its name above, or event flags beside load and displacement, with specimens side by side."""
+    """Recognise Mecmesin by its name above, or by event flags beside load and displacement, with specimens side by side."""
     above = line_above(sheet, r"mecmesin|vectorpro|emperor")
     if above is not None:
         return f'{channels(sheet)}, "{above[1]}" in line {above[0]}'

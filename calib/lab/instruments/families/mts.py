@@ -7,7 +7,7 @@ from calib.lab.instruments.sheet import Sheet
 
 
 def recognise(sheet: Sheet) -> str:
-    """MTS 793: a first line that declares language and marks, or TestSuite's words."""
+    """Recognise MTS 793 by a first line that declares language and marks, and TestSuite by its words."""
     first = sheet.text.lines[0].lstrip("\ufeff") if sheet.text.lines else ""
     if sheet.header_line > 1 and first.startswith("MTS793|"):
         mark = f', decimal mark "{sheet.declared_decimal}" declared there' if sheet.declared_decimal else ""

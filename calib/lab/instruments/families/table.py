@@ -7,7 +7,7 @@ from calib.lab.instruments.sheet import Sheet
 
 
 def recognise(sheet: Sheet) -> str:
-    """Every sheet, by the columns that are understood."""
+    """Accept every sheet, and give the columns that are understood as the reason."""
     if not sheet.header_line:
         return "the columns are as asked"
     return f"the header at line {sheet.header_line} names {', '.join(sheet.names[i] for i in sheet.headings())}"

@@ -13,7 +13,7 @@ _COUNTERS = ("elapsed cycles", "cycle elapsed time")
 
 
 def recognise(sheet: Sheet) -> str:
-    """WaveMatrix: units inside the names, with torque, elapsed cycles, or a channel's wiring in brackets."""
+    """Recognise WaveMatrix by units inside the names, with torque, elapsed cycles, or a channel's wiring in brackets."""
     if holds_capacitance(sheet) or sheet.units_line is not None:
         return ""
     telling = [

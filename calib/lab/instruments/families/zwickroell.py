@@ -9,7 +9,7 @@ _NAMES = ("standardkraft", "standardweg", "standard force", "standard travel", "
 
 
 def recognise(sheet: Sheet) -> str:
-    """ZwickRoell testXpert: its own channel names, or its name above them."""
+    """Recognise ZwickRoell testXpert by its channel names, or by its name above them."""
     above = line_above(sheet, r"testxpert|zwick")
     if above is not None:
         return f'{channels(sheet)}, "{above[1]}" in line {above[0]}'
