@@ -26,7 +26,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "calib" /
 from lab_corpus import corpus
 
 from calib.errors import InputError
-from calib.lab import read_lab_file
+from calib.lab.instruments.reader import read_lab_file
 
 #: A file that takes longer is a failure [s of the processor]; the watchdog ends it at twice that.
 LIMIT = 2.0

@@ -27,11 +27,13 @@ import numpy as np
 from numpy.polynomial.chebyshev import chebvander
 from scipy.stats import norm, qmc
 
-from calib.checks import reweight
-from calib.experiment import read_experiment
-from calib.lab import make_sweep
-from calib.problem import Problem, build_problem, model_sweep
-from calib.sampling import Posterior, sample, thin_draws
+from calib.checks.reweighting import reweight
+from calib.experiment.experiment_file import read_experiment
+from calib.lab.pressing import make_sweep
+from calib.problem.measurement import model_sweep
+from calib.problem.problem import Problem, build_problem
+from calib.sampling.posterior import Posterior, thin_draws
+from calib.sampling.sampler import sample
 from models.fem import FiniteElements
 from models.response import Response
 from models.sensor import Design, FloatArray, design_from

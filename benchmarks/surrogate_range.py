@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from calib.report import BLUE, GREEN, INK, LIGHT, ORANGE, SKY, VERMILION, styled_figure
+from calib.report.style import BLUE, GREEN, INK, LIGHT, ORANGE, SKY, VERMILION, styled_figure
 from models.sensor import design_from
 from models.surrogate.domain import inside
 from models.surrogate.surrogate import load_surrogate

@@ -13,7 +13,7 @@ import numpy as np
 _KIND, _VERSION = "kind", "format"
 
 
-def record_to_text(kind: str, version: int, content: Mapping[str, Any], *, indent: int | None = 1) -> str:
+def record_to_text(kind: str, version: int, content: Mapping[str, Any], *, indent: int | None = 1, exact: bool = False) -> str:
     """Write values as JSON that other programs can read and that says what it is.
 
     Parameters
@@ -23,6 +23,7 @@ def record_to_text(kind: str, version: int, content: Mapping[str, Any], *, inden
     content : names to numbers, texts, truth values, None, NumPy arrays, and lists, tuples and mappings of them. What is not a
         finite number becomes null, as JSON has no word for it.
     indent : blanks by which each level is moved in; None for one line.
+    exact : write NaN and Infinity as such, for records that only this program reads.
 
     Returns
     -------
@@ -36,7 +37,7 @@ def record_to_text(kind: str, version: int, content: Mapping[str, Any], *, inden
     if taken := {_KIND, _VERSION} & set(content):
         raise ValueError(f"a record says its {' and '.join(sorted(taken))} itself")
     record = {_KIND: kind, _VERSION: version, **content}
-    return json.dumps(_plain(record), indent=indent, ensure_ascii=False, allow_nan=False) + "\n"
+    return json.dumps(_plain(record, exact), indent=indent, ensure_ascii=False, allow_nan=exact) + "\n"
 
 
 def record_from_text(kind: str, version: int, text: str) -> dict[str, Any]:
@@ -62,14 +63,14 @@ def record_from_text(kind: str, version: int, text: str) -> dict[str, Any]:
     return {key: value for key, value in record.items() if key not in (_KIND, _VERSION)}
 
 
-def _plain(value: Any) -> Any:
-    """Turn arrays, tuples and mappings into lists, dictionaries and numbers that JSON can hold; nan and inf become None."""
+def _plain(value: Any, exact: bool) -> Any:
+    """Turn arrays, tuples and mappings into what JSON can hold; nan and infinity become None unless `exact`."""
     if isinstance(value, Mapping):
-        return {key: _plain(v) for key, v in value.items()}
+        return {key: _plain(v, exact) for key, v in value.items()}
     if isinstance(value, np.ndarray | np.generic):
-        return _plain(value.tolist())
+        return _plain(value.tolist(), exact)
     if isinstance(value, list | tuple):
-        return [_plain(v) for v in value]
+        return [_plain(v, exact) for v in value]
     if isinstance(value, float):
-        return value if math.isfinite(value) else None
+        return value if exact or math.isfinite(value) else None
     return value

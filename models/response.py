@@ -62,6 +62,24 @@ class Response:
         """C / C0 - 1, shape as `capacitance`."""
         return self.capacitance / self.rest_capacitance[..., None] - 1
 
+    def columns(self) -> dict[str, FloatArray]:
+        """The loading curve of one design, column by column, for a table or a plot (`pandas.DataFrame(curve.columns())`).
+
+        Returns
+        -------
+        displacement_m, force_N, contact_radius_m, capacitance_F and capacitance_change, each (n_depth,).
+
+        Raises
+        ------
+        ValueError
+            If it is of several draws; `draw` gives one of them.
+        """
+        if self.depth.ndim > 1 and self.depth.shape[0] > 1:
+            raise ValueError(f"columns are of one design, not of {self.depth.shape[0]} draws; take one with draw(index)")
+        named = {"displacement_m": self.depth, "force_N": self.force, "contact_radius_m": self.contact_radius}
+        named |= {"capacitance_F": self.capacitance, "capacitance_change": self.capacitance_change}
+        return {name: values.reshape(-1) for name, values in named.items()}
+
     def draw(self, index: int) -> Response:
         """One draw of a batch."""
         return Response(

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+import pandas as pd
 from scipy import stats
 from scipy.linalg import cho_factor, cho_solve
 
@@ -111,6 +112,23 @@ class Prediction:
     change_y: FloatArray
     n_draw: int
     title: str
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """The bands of all channels as a table, to plot.
+
+        Returns
+        -------
+        One row per channel and abscissa: channel (a measured one, or "change" for C/C0 - 1 over the true force), x, and the
+        quantiles model_05 ... model_95 of the curve and reading_05 ... reading_95 of a new reading of it, SI.
+        """
+        bands = {name: fit.bands for name, fit in self.channels.items()} | ({"change": self.change} if self.change else {})
+        frames = []
+        for name, found in bands.items():
+            columns = {"channel": [name] * found.x.size, "x": found.x}
+            for kind, rows in (("model", found.model), ("reading", found.reading)):
+                columns |= {f"{kind}_{level * 100:02.0f}": row for level, row in zip(BAND_LEVELS, rows, strict=True)}
+            frames.append(pd.DataFrame(columns))
+        return pd.concat(frames, ignore_index=True)
 
 
 def band(values: FloatArray) -> FloatArray:

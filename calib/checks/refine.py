@@ -10,7 +10,7 @@ from calib.catalogue import QUANTITIES
 from calib.checks.reweighting import problem_of
 from calib.checks.spotcheck import Comparison, rms
 from calib.errors import Fault, InputError
-from calib.problem import log_posterior, specimen_design
+from calib.problem import coordinates_of, log_posterior, specimen_design
 from calib.sampling import Posterior, Reweighting
 from models.response import Forward
 from models.sensor import FloatArray
@@ -47,7 +47,7 @@ def require_own_surrogate(posterior: Posterior, forward: Forward) -> Surrogate:
         raise InputError(Fault(f"the run was calibrated with the {posterior.forward_name}", path, advice=advice))
     flat, sampled = posterior.draws.reshape(-1, posterior.draws.shape[-1]), posterior.log_prob.ravel()
     some = np.linspace(0, len(flat) - 1, _N_SAME).astype(int)
-    theta = np.stack([p.prior.to_normal(flat[some, k]) for k, p in enumerate(posterior.parameters)], axis=1)
+    theta = coordinates_of(posterior, flat[some])
     off = np.abs(log_posterior(problem_of(posterior, forward), theta) - sampled[some])
     if not np.all(off < _SAME):
         told = f"up to {np.max(off):.3g} off in log density" if np.all(np.isfinite(off)) else "some draws are not covered"

@@ -53,7 +53,7 @@ def read(
     """
     with refusing_bad_input():
         from calib.files import whole_file
-        from calib.lab import Reading, observations_frame, observe, read_lab_file
+        from calib.lab import Reading, observe, read_lab_file
 
         for target, option in ((output, "-o"), (picture, "--picture")):
             if target is not None and target.exists() and file.exists() and target.samefile(file):
@@ -70,7 +70,7 @@ def read(
             with whole_file(picture, advice="Create it, or choose another --picture") as whole:
                 file_figure(observations).savefig(whole, dpi=150, format=picture.suffix[1:].lower())
         if output is not None:
-            write_text(output, observations_frame(observations).to_csv(index=False, lineterminator="\n"))
+            write_text(output, observations.to_dataframe().to_csv(index=False, lineterminator="\n"))
         _show(observations)
         for written in (output, picture):
             if written is not None:

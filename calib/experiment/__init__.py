@@ -2,9 +2,9 @@
 
 from calib.experiment.design import read_design
 from calib.experiment.draft import Found, experiment_text, lab_files_in, pair, read_all
-from calib.experiment.experiment_file import read_experiment
+from calib.experiment.experiment_file import experiment_from, read_experiment
 from calib.experiment.forward import forward_of_design, forward_of_experiment, surrogate_from
-from calib.experiment.plan import Experiment, MaterialLaw
+from calib.experiment.plan import Experiment, MaterialLaw, Specimen, SweepFiles
 from calib.experiment.record import experiment_from_json, experiment_to_json
 from calib.experiment.sweeps import read_sweeps
 
@@ -12,6 +12,9 @@ __all__ = [
     "Experiment",
     "Found",
     "MaterialLaw",
+    "Specimen",
+    "SweepFiles",
+    "experiment_from",
     "experiment_from_json",
     "experiment_text",
     "experiment_to_json",

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from calib.experiment.plan import Experiment, Specimen, SweepFiles
 from calib.lab import Reading
 from calib.priors import Prior, prior_from_json
+from calib.records import record_from_text, record_to_text
 
-_JSON_VERSION = 4
+_FORMAT = 4
 
 
 def experiment_to_json(experiment: Experiment) -> str:
@@ -47,7 +46,6 @@ def experiment_to_json(experiment: Experiment) -> str:
         for specimen in experiment.specimens
     ]
     document = {
-        "version": _JSON_VERSION,
         "name": experiment.name,
         "path": None if experiment.path is None else str(experiment.path),
         "sha256": experiment.sha256,
@@ -61,7 +59,7 @@ def experiment_to_json(experiment: Experiment) -> str:
         "priors": priors(experiment.priors),
         "specimens": specimens,
     }
-    return json.dumps(document, ensure_ascii=False, allow_nan=False)
+    return record_to_text("experiment", _FORMAT, document, indent=None)
 
 
 def experiment_from_json(text: str) -> Experiment:
@@ -72,9 +70,7 @@ def experiment_from_json(text: str) -> Experiment:
     ValueError
         If the text is not of the version that this program writes.
     """
-    document: dict[str, Any] = json.loads(text)
-    if document.get("version") != _JSON_VERSION:
-        raise ValueError(f"experiment of version {document.get('version')!r}, this program reads version {_JSON_VERSION}")
+    document = record_from_text("experiment", _FORMAT, text)
 
     def priors(given: Mapping[str, Mapping[str, object]]) -> dict[str, Prior]:
         return {parameter: prior_from_json(prior) for parameter, prior in given.items()}

@@ -1,7 +1,7 @@
 """Lab files in, a `Sweep` for every press out, with what was judged of it; knows no prior and no model."""
 
 from calib.lab.instruments import AS_FOUND, QUANTITIES, LabTable, Reading, SeveralSpecimens, read_lab_file
-from calib.lab.observations import Observations, observations_frame, observe, why_left_out
+from calib.lab.observations import Observations, observe, why_left_out
 from calib.lab.onset import hertz_onset, level_before_contact
 from calib.lab.pressing import make_sweep, readings_of
 from calib.lab.quality import Verdict, check_name, judge, number_text, quality_in_words, verdict_rows
@@ -24,7 +24,6 @@ __all__ = [
     "level_before_contact",
     "make_sweep",
     "number_text",
-    "observations_frame",
     "observe",
     "quality_in_words",
     "read_lab_file",

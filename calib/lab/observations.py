@@ -70,6 +70,18 @@ class Observations:
         """Capacitance [F], None where the file has no such column."""
         return self.channels.get("capacitance")
 
+    def to_dataframe(self) -> pd.DataFrame:
+        """Every row of the file as a table, to look at or to plot.
+
+        Returns
+        -------
+        SI columns time_s, displacement_m, force_N, capacitance_F (those the file has), and branch, cycle, used, reason.
+        """
+        named = {"time_s": self.time, "displacement_m": self.displacement}
+        named |= {f"{name}_{CHANNELS[name].unit}".rstrip("_"): values for name, values in self.channels.items()}
+        frame = pd.DataFrame({name: values for name, values in named.items() if values is not None})
+        return frame.assign(branch=list(self.branch), cycle=self.cycle, used=self.used, reason=list(self.reason))
+
 
 def observe(table: LabTable, cycle: int | None = None) -> Observations:
     """Turn signs so that compression is positive, label the branches, and say which rows are used and why others are not.
@@ -139,17 +151,6 @@ def observe(table: LabTable, cycle: int | None = None) -> Observations:
         reason=tuple(reasons),
         sign_note=sign_note,
     )
-
-
-def observations_frame(obs: Observations) -> pd.DataFrame:
-    """Give the observations as a table for people, with the columns that `calib read -o` writes.
-
-    time_s, displacement_m, force_N, capacitance_F (those the file has), branch, cycle, used, reason.
-    """
-    named = {"time_s": obs.time, "displacement_m": obs.displacement}
-    named |= {f"{name}_{CHANNELS[name].unit}".rstrip("_"): values for name, values in obs.channels.items()}
-    frame = pd.DataFrame({name: values for name, values in named.items() if values is not None})
-    return frame.assign(branch=list(obs.branch), cycle=obs.cycle, used=obs.used, reason=list(obs.reason))
 
 
 def usable_rows(obs: Observations, abscissa: FloatArray, values: FloatArray, what: str) -> IntArray:

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from calib.lab.clocks import ClockOffset
 from calib.lab.quality import Verdict
 from calib.lab.reduction import NoiseEstimate
+from calib.records import record_from_text, record_to_text
 from models.sensor import FloatArray
+
+# Layout of sweeps as JSON.
+_FORMAT = 2
 
 #: Largest number of nodes of a `Track`.
 TRACK_NODES = 2000
@@ -107,6 +111,23 @@ class Sweep:
         """Name for people: its specimen, and its own name if it has one."""
         return f"{self.specimen}, {self.name}" if self.name else self.specimen
 
+    def to_dataframe(self) -> pd.DataFrame:
+        """All points of all channels as a table, to look at or to plot.
+
+        Returns
+        -------
+        One row per point: channel, value and sd (of the point) in the SI unit of the channel, n_effective, and where it was
+        read: displacement [m], force [N], time [s]; nan for what its record does not have.
+        """
+        frames = []
+        for name, points in self.channels.items():
+            sd = self.noise.get(name, float("nan")) / np.sqrt(points.n_effective)
+            columns = {"value": points.value, "sd": sd, "n_effective": points.n_effective, "displacement": points.displacement}
+            columns |= {"force": self.load_at(name), "time": points.time}
+            filled = {k: np.full(points.value.size, np.nan) if v is None else v for k, v in columns.items()}
+            frames.append(pd.DataFrame({"channel": [name] * points.value.size, **filled}))
+        return pd.concat(frames, ignore_index=True)
+
     def tied_by(self, channel: str) -> str:
         """By what the depth of a channel's readings is known.
 
@@ -132,7 +153,7 @@ class Sweep:
 
 def sweeps_to_json(sweeps: Sequence[Sweep]) -> str:
     """Write sweeps as JSON text, from which they come back to the last bit, nan included."""
-    return json.dumps([_to_plain(s) for s in sweeps])
+    return record_to_text("sweeps", _FORMAT, {"sweeps": [_to_plain(s) for s in sweeps]}, indent=None, exact=True)
 
 
 def _to_plain(value: object) -> object:
@@ -148,8 +169,14 @@ def _to_plain(value: object) -> object:
 
 
 def sweeps_from_json(text: str) -> tuple[Sweep, ...]:
-    """Read the sweeps that `sweeps_to_json` wrote."""
-    return tuple(_sweep(plain) for plain in json.loads(text))
+    """Read the sweeps that `sweeps_to_json` wrote.
+
+    Raises
+    ------
+    ValueError
+        If the text is another record, or of another format.
+    """
+    return tuple(_sweep(plain) for plain in record_from_text("sweeps", _FORMAT, text)["sweeps"])
 
 
 def _arrays(plain: Mapping[str, Sequence[float] | None]) -> dict[str, Any]:

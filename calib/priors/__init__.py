@@ -1,11 +1,12 @@
 """What is believed of an unknown before the data, from its form in a file to a distribution; knows no lab file and no model."""
 
 from calib.priors.defaults import default_prior
-from calib.priors.distributions import Fixed, LogNormal, Normal, Prior, TruncatedNormal, Uniform, prior_from_json
+from calib.priors.distributions import Fixed, HalfNormal, LogNormal, Normal, Prior, TruncatedNormal, Uniform, prior_from_json
 from calib.priors.forms import parse_prior, parse_value, sign_fault
 
 __all__ = [
     "Fixed",
+    "HalfNormal",
     "LogNormal",
     "Normal",
     "Prior",

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.errors import Fault, InputError
-from calib.experiment import Experiment
+from calib.experiment import Experiment, forward_of_experiment, read_sweeps
 from calib.lab import Sweep
 from calib.problem.measurement import SweepPlan, model_sweep, plan_sweep, why_outside
 from calib.problem.unknowns import ParameterInfo, list_unknowns
@@ -47,6 +47,23 @@ class Problem:
     def names(self) -> tuple[str, ...]:
         """Names of the unknowns, in the order of theta."""
         return tuple(p.name for p in self.parameters)
+
+
+def problem_from(experiment: Experiment, forward: Forward | None = None) -> Problem:
+    """The calibration problem of an experiment: its lab files are read, its forward model is loaded, and all is checked.
+
+    Parameters
+    ----------
+    experiment : from a file or built in Python.
+    forward : the model of the sensor; by default the one that the experiment names.
+
+    Raises
+    ------
+    InputError
+        With every fault of the lab files; or as in `build_problem`.
+    """
+    sweeps = read_sweeps(experiment)
+    return build_problem(experiment, sweeps, forward_of_experiment(experiment) if forward is None else forward)
 
 
 def build_problem(experiment: Experiment, sweeps: Sequence[Sweep], forward: Forward) -> Problem:

@@ -20,17 +20,9 @@ if TYPE_CHECKING:
     from calib.report.page import write_report
     from calib.report.pictures import write_figure
     from calib.report.rows import ParameterRow, parameter_rows
-    from calib.report.style import BLUE, GREEN, INK, LIGHT, ORANGE, SKY, VERMILION, styled_figure
     from calib.report.summary import summary_csv, summary_json
 
 __all__ = [
-    "BLUE",
-    "GREEN",
-    "INK",
-    "LIGHT",
-    "ORANGE",
-    "SKY",
-    "VERMILION",
     "ParameterRow",
     "change_figure",
     "channel_figure",
@@ -44,7 +36,6 @@ __all__ = [
     "prior_figure",
     "revolved_figure",
     "revolved_picture",
-    "styled_figure",
     "summary_csv",
     "summary_json",
     "trace_figure",
@@ -65,7 +56,6 @@ _MODULES = {
     "page": ("write_report",),
     "pictures": ("write_figure",),
     "rows": ("ParameterRow", "parameter_rows"),
-    "style": ("BLUE", "GREEN", "INK", "LIGHT", "ORANGE", "SKY", "VERMILION", "styled_figure"),
     "summary": ("summary_csv", "summary_json"),
 }
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}

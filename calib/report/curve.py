@@ -8,15 +8,12 @@ from models.fem import FiniteElements, Solution
 from models.fem.check import check
 from models.response import Response
 
-#: Columns of a simulated curve.
-CURVE_COLUMNS = ("displacement_m", "force_N", "contact_radius_m", "capacitance_F", "capacitance_change")
-
 
 def curve_csv(curve: Response) -> str:
-    """Write a loading curve as CSV with the columns `CURVE_COLUMNS`, SI, one row per step."""
-    columns = (curve.depth, curve.force, curve.contact_radius, curve.capacitance, curve.capacitance_change)
-    rows = np.stack([np.reshape(c, -1) for c in columns], axis=1)
-    return "\n".join([",".join(CURVE_COLUMNS), *(",".join(f"{v:.10g}" for v in row) for row in rows)]) + "\n"
+    """Write a loading curve as CSV with the columns of `Response.columns`, SI, one row per step."""
+    columns = curve.columns()
+    rows = np.stack(list(columns.values()), axis=1)
+    return "\n".join([",".join(columns), *(",".join(f"{v:.10g}" for v in row) for row in rows)]) + "\n"
 
 
 def check_in_words(elements: FiniteElements, solution: Solution) -> list[str]:

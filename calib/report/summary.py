@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import csv
 import io
-import json
-import math
 from dataclasses import asdict
-from typing import Any
 
+from calib.records import record_to_text
 from calib.sampling import Posterior
 
-#: Layout version of summary.json.
-VERSION = 1
+# Layout of summary.json.
+_FORMAT = 1
 _VERSION_OF = "version of "
 
 
@@ -20,27 +18,26 @@ def summary_json(posterior: Posterior) -> str:
     """Write the content of summary.json, a calibration for other programs: whether to use it, what it is of, every parameter.
 
     SI, with nan as null. `converged` is a fact of the chains alone, `surrogate_honest` one of the forward model (null if not
-    known); `reasons` holds what speaks against either. "version" changes when a key changes its meaning or goes.
+    known); `reasons` holds what speaks against either. "format" changes when a key changes its meaning or goes.
     """
     d = posterior.diagnostics
     inputs = {posterior.experiment.file_name: posterior.experiment.sha256}
     for sweep in posterior.sweeps:
         inputs |= dict(sweep.files)
     record = {
-        "version": VERSION,
         "converged": d.converged,
         "surrogate_honest": d.surrogate_honest,
         "reasons": list(d.reasons_against_use),
         "warnings": list(d.warnings),
-        "spot_check": _plain(asdict(d.spot_check)) if d.spot_check is not None else None,
-        "reweighting": _plain(asdict(d.reweighting)) if d.reweighting is not None else None,
+        "spot_check": asdict(d.spot_check) if d.spot_check is not None else None,
+        "reweighting": asdict(d.reweighting) if d.reweighting is not None else None,
         "seed": posterior.seed,
         "versions": {k.removeprefix(_VERSION_OF): v for k, v in posterior.attrs.items() if k.startswith(_VERSION_OF)},
         "inputs": [{"file": name, "sha256": digest} for name, digest in inputs.items()],
         "data_quality": [{"specimen": s.specimen, "sweep": s.name, **asdict(v)} for s in posterior.sweeps for v in s.verdicts],
-        "parameters": {name: _plain(asdict(s)) for name, s in d.parameters.items()},
+        "parameters": {name: asdict(s) for name, s in d.parameters.items()},
     }
-    return json.dumps(record, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    return record_to_text("summary", _FORMAT, record)
 
 
 def summary_csv(posterior: Posterior) -> str:
@@ -53,11 +50,3 @@ def summary_csv(posterior: Posterior) -> str:
         row = asdict(s)
         writer.writerow((name, *(row[c] for c in columns[:4]), *s.interval_90, *(row[c] for c in columns[4:])))
     return text.getvalue()
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, dict):
-        return {k: _plain(v) for k, v in value.items()}
-    return [_plain(v) for v in value] if isinstance(value, tuple | list) else value

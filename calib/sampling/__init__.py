@@ -1,7 +1,17 @@
 """A `Problem` in, a `Posterior` out, kept in files that can be resumed and read by ArviZ; knows no report."""
 
 from calib.sampling.archive import K_HAT, LeaveOut, smooth_weights
-from calib.sampling.diagnostics import PRIOR_CONFLICT, SHIFT_LIMIT, SPOT_CHECK_LIMIT, Gate, Reweighting, Shift, SpotCheck
+from calib.sampling.diagnostics import (
+    PRIOR_CONFLICT,
+    SHIFT_LIMIT,
+    SPOT_CHECK_LIMIT,
+    Diagnostics,
+    Gate,
+    Reweighting,
+    Shift,
+    SpotCheck,
+)
+from calib.sampling.groups import to_arviz
 from calib.sampling.posterior import Posterior, leave_out, thin_draws
 from calib.sampling.sampler import Progress, sample
 from calib.sampling.storage import load_posterior, save_posterior
@@ -11,6 +21,7 @@ __all__ = [
     "PRIOR_CONFLICT",
     "SHIFT_LIMIT",
     "SPOT_CHECK_LIMIT",
+    "Diagnostics",
     "Gate",
     "LeaveOut",
     "Posterior",
@@ -24,4 +35,5 @@ __all__ = [
     "save_posterior",
     "smooth_weights",
     "thin_draws",
+    "to_arviz",
 ]

@@ -12,15 +12,16 @@ file are the numbers here.
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 
 import numpy as np
+import pandas as pd
 
 from calib.catalogue import QUANTITIES
 from calib.problem import ParameterInfo
+from calib.records import record_from_text, record_to_text
 from calib.sampling.archive import LeaveOut, effective_sample_size, leave_blocks_out, rank_r_hat
 from calib.sampling.layout import chain_order
 from models.sensor import FloatArray
@@ -296,6 +297,21 @@ class Diagnostics:
         """Everything that speaks against `usable`, that of the chains first."""
         return self.reasons + self.surrogate_reasons
 
+    def to_dataframe(self) -> pd.DataFrame:
+        """The summary of every unknown as a table, one row each, by name.
+
+        Returns
+        -------
+        Columns unit, mean, sd, median, low and high (of the central 90 %), r_hat, ess_bulk, ess_tail, prior_contraction,
+        prior_shift; values in SI.
+        """
+        rows = {name: asdict(summary) for name, summary in self.parameters.items()}
+        for row in rows.values():
+            row["low"], row["high"] = row.pop("interval_90")
+        first = ["unit", "mean", "sd", "median", "low", "high"]
+        frame = pd.DataFrame.from_dict(rows, orient="index")
+        return frame[[*first, *(c for c in frame.columns if c not in first)]]
+
 
 def convergence(chains: FloatArray, tau: FloatArray, steps: int) -> Convergence:
     """Judge whether independent ensembles found the same answer, and how many independent draws theirs are worth.
@@ -393,9 +409,13 @@ def prior_conflicts(parameters: Mapping[str, ParameterSummary]) -> tuple[str, ..
     )
 
 
+# Layout of diagnostics as JSON.
+_FORMAT = 1
+
+
 def diagnostics_to_json(diagnostics: Diagnostics) -> str:
     """Write diagnostics as JSON text; the inverse is `diagnostics_from_json`."""
-    return json.dumps(asdict(diagnostics))
+    return record_to_text("diagnostics", _FORMAT, asdict(diagnostics), indent=None, exact=True)
 
 
 def diagnostics_from_json(text: str) -> Diagnostics:
@@ -403,10 +423,10 @@ def diagnostics_from_json(text: str) -> Diagnostics:
 
     Raises
     ------
-    KeyError
-        If something is missing, as in what an earlier version wrote.
+    ValueError
+        If the text is another record, or of another format.
     """
-    data = json.loads(text)
+    data = record_from_text("diagnostics", _FORMAT, text)
     parameters = {
         name: ParameterSummary(**{**summary, "interval_90": tuple(summary["interval_90"])})
         for name, summary in data["parameters"].items()

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
@@ -57,7 +58,7 @@ def sample(
     problem: Problem,
     *,
     seed: int,
-    checkpoint: Path,
+    checkpoint: Path | None = None,
     resume: bool = False,
     n_ensembles: int = 4,
     n_walkers: int | None = None,
@@ -77,15 +78,17 @@ def sample(
 
     Parameters
     ----------
-    problem : from `build_problem`.
+    problem : what is to be calibrated.
     seed : of all random numbers, not negative.
-    checkpoint : folder of checkpoints. Without `resume` it is emptied of earlier ones.
-    resume : whether to go on from the checkpoints in the folder.
-    n_ensembles : independent ensembles, four at least.
+    checkpoint : folder of checkpoints; without `resume` it is emptied of earlier ones. None keeps none: such a run cannot be
+        resumed.
+    resume : whether to go on with the run in the folder.
+    n_ensembles : at least four, to judge convergence.
     n_walkers : of each ensemble, default four per parameter and at least 64.
     gate : what the run has to reach; default `Gate()`.
     max_steps, max_seconds : budget, of each walker over the whole run and of this call.
-    processes : worker processes (one BLAS thread each); default the number of CPUs up to 4. 0 samples in this process.
+    processes : worker processes (one BLAS thread each); default the number of CPUs up to 4. 0 samples in this process. Workers
+        are started anew, so a script that asks for them needs its `if __name__ == "__main__":`.
     progress : called after every block.
     attrs : texts to keep with the posterior, such as the command.
 
@@ -98,12 +101,29 @@ def sample(
     InputError
         If a run with other inputs is to be resumed.
     ValueError
-        If there are fewer than four ensembles, or every parameter is fixed.
+        If there are fewer than four ensembles, nothing to sample, or nothing to resume.
     """
     if n_ensembles < 4:
         raise ValueError(f"at least four independent ensembles are needed to judge convergence, got {n_ensembles}")
     if not problem.parameters:
         raise ValueError("every parameter is fixed: there is nothing to sample")
+    if checkpoint is None:
+        if resume:
+            raise ValueError("there is nothing to resume without a folder of checkpoints")
+        with TemporaryDirectory(prefix="calib-") as folder:
+            return sample(
+                problem,
+                seed=seed,
+                checkpoint=Path(folder),
+                n_ensembles=n_ensembles,
+                n_walkers=n_walkers,
+                gate=gate,
+                max_steps=max_steps,
+                max_seconds=max_seconds,
+                processes=processes,
+                progress=progress,
+                attrs=attrs,
+            )
     gate = gate or Gate()
     n_walker = n_walkers or max(64, 4 * len(problem.parameters))
     begin = datetime.now(UTC)

@@ -120,9 +120,11 @@ class Surrogate:
 
     @cached_property
     def identity(self) -> str:
-        """Hash of everything in it, base included, but not of the file it came from: see `models.response.Forward.identity`."""
+        """Hash of all its numbers, base included, whatever its file and provenance: see `models.response.Forward.identity`."""
         content = sha256(f"{self.family.stiffening!r} {self.family.stick!r} ".encode())
         for name, array in sorted(self._arrays().items()):
+            if name.endswith("provenance"):
+                continue
             values = np.ascontiguousarray(array)
             content.update(f"{name} {values.dtype.str} {values.shape} ".encode())
             content.update(values.tobytes())

@@ -269,9 +269,7 @@ def test_numerical_error_is_independent_and_in_proportion(make_posterior: MakePo
     p = make_posterior(n_specimen=1)
     plan, values = problem_of(p, FAST).plans[0], thin_draws(p, 2, np.random.default_rng(1))
     bare = ClosedForm(force_error=0.0, capacitance_error=0.0)
-    without, with_error = (model_sweep(p, m, plan, values).force for m in (bare, Toleranced(bare, 0.01)))
-    assert without is not None
-    assert with_error is not None
+    without, with_error = (model_sweep(p, m, plan, values).channels["force"] for m in (bare, Toleranced(bare, 0.01)))
     added = with_error.sd**2 - without.sd**2
     np.testing.assert_allclose(added, (0.01 * (with_error.mean - values["load_zero[sensor 1]"][:, None])) ** 2, atol=1e-12)
 

@@ -104,10 +104,9 @@ def test_a_folder_becomes_an_experiment_with_what_was_left_out(tmp_path: Path) -
     assert [s.name for s in plan.specimens] == ["A1", "both 1", "both 2"]
     first, second = (plan.specimens[k].sweeps[0] for k in (1, 2))
     assert (first.force_reading.specimen, second.force_reading.specimen) == (1, 2)
-    ones, twos = (make_sweep("s", "", 5e-3, f.force, None, force_reading=f.force_reading).force for f in (first, second))
-    assert ones is not None
-    assert twos is not None
-    assert np.max(twos.force) == pytest.approx(2 * np.max(ones.force), rel=0.02)
+    both = [make_sweep("s", "", 5e-3, f.force, None, force_reading=f.force_reading) for f in (first, second)]
+    ones, twos = (sweep.channels["force"].value for sweep in both)
+    assert np.max(twos) == pytest.approx(2 * np.max(ones), rel=0.02)
 
 
 def test_files_whose_names_say_nothing_are_paired_by_the_time_at_which_they_began(tmp_path: Path) -> None:

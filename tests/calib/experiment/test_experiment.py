@@ -235,8 +235,8 @@ def test_json_brings_the_same_experiment_back(folder: Path, text: str) -> None:
 
 
 def test_json_of_another_version_is_refused() -> None:
-    with pytest.raises(ValueError, match="version 99"):
-        experiment_from_json('{"version": 99}')
+    with pytest.raises(ValueError, match="format 99"):
+        experiment_from_json('{"kind": "experiment", "format": 99}')
 
 
 # --- what is wrong ------------------------------------------------------------------------------------------------------

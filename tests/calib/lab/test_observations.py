@@ -12,7 +12,7 @@ import pytest
 
 from calib.errors import InputError
 from calib.lab.instruments.reader import read_lab_file
-from calib.lab.observations import observations_frame, observe, why_left_out
+from calib.lab.observations import observe, why_left_out
 from calib.lab.pressing import make_sweep
 from calib.lab.signal import integrated_time
 from calib.lab.sweep import Sweep, sweeps_from_json, sweeps_to_json
@@ -224,9 +224,9 @@ def test_time_that_runs_backwards_is_refused(tmp_path: Path) -> None:
 
 def test_the_frame_has_the_columns_the_file_has(tmp_path: Path) -> None:
     rng = np.random.default_rng(1)
-    tester = observations_frame(observe(read_lab_file(Press().write_tester(tmp_path / "t.csv", rng))))
+    tester = observe(read_lab_file(Press().write_tester(tmp_path / "t.csv", rng)))
     assert list(tester.columns) == ["time_s", "displacement_m", "force_N", "branch", "cycle", "used", "reason"]
-    lcr = observations_frame(observe(read_lab_file(Press().write_lcr(tmp_path / "c.csv", rng))))
+    lcr = observe(read_lab_file(Press().write_lcr(tmp_path / "c.csv", rng)))
     assert list(lcr.columns) == ["time_s", "capacitance_F", "branch", "cycle", "used", "reason"]
     assert set(lcr["branch"]) == {""}
 

@@ -342,7 +342,7 @@ def test_a_block_is_conditional_on_all_other_points_of_its_channel() -> None:
 def test_a_point_is_conditional_on_all_other_points_of_its_channel() -> None:
     problem = build_problem(experiment(), [press()], WithError())
     theta = 0.3 * np.random.default_rng(4).standard_normal((2, len(problem.parameters)))
-    for c in predict_sweep(problem, values_at(problem, theta), problem.sweeps[0]).channels:
+    for c in predict_sweep(problem, values_at(problem, theta), problem.sweeps[0]).channels.values():
         found = log_likelihood_points(c)
         mean, variance = given_other_points(c)
         assert found.shape == (2, c.observed.size)
@@ -362,7 +362,7 @@ def test_points_add_up_to_the_likelihood_without_correlation() -> None:
     problem = build_problem(experiment(discrepancy="off"), [press()], EXACT)
     theta = 0.3 * np.random.default_rng(3).standard_normal((4, len(problem.parameters)))
     model = predict_sweep(problem, values_at(problem, theta), problem.sweeps[0])
-    total = np.sum([log_likelihood_points(c).sum(axis=1) for c in model.channels], axis=0)
+    total = np.sum([log_likelihood_points(c).sum(axis=1) for c in model.channels.values()], axis=0)
     np.testing.assert_allclose(total, log_likelihood(problem, theta), rtol=1e-10)
 
 

@@ -74,10 +74,10 @@ def test_the_forward_models_content_changes_the_fingerprint(problem: Problem) ->
 
 def test_data_priors_and_fixed_values_change_the_fingerprint(problem: Problem) -> None:
     first, *rest = problem.sweeps
-    assert first.force is not None
-    force = np.array(first.force.force)
+    force = np.array(first.channels["force"].value)
     force[3] = np.nextafter(force[3], 1.0)
-    sweeps = (replace(first, force=replace(first.force, force=force)), *rest)
+    moved = {**first.channels, "force": replace(first.channels["force"], value=force)}
+    sweeps = (replace(first, channels=moved), *rest)
     prior = replace(problem.parameters[1], prior=Normal(2.8, 0.21))
     changed = (
         replace(problem, sweeps=sweeps),

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from calib.catalogue import UnknownName
 from calib.priors.distributions import LogNormal, Normal
 from calib.problem.unknowns import ParameterInfo
 from calib.sampling.archive import leave_blocks_out, rank_r_hat
@@ -117,8 +118,8 @@ def test_undefined_numbers_do_not_pass() -> None:
 def test_contraction_is_zero_for_the_prior_and_near_one_for_sharp_data() -> None:
     rng = np.random.default_rng(6)
     parameters = (
-        ParameterInfo("young_modulus", "young_modulus", "", "", LogNormal(0.7e6, 1.6)),
-        ParameterInfo("load_zero[s]", "load_zero", "s", "", Normal(0.0, 1.0)),
+        ParameterInfo(UnknownName("young_modulus"), LogNormal(0.7e6, 1.6)),
+        ParameterInfo(UnknownName("load_zero", "s"), Normal(0.0, 1.0)),
     )
     theta = rng.standard_normal((20_000, 2)) * [1.0, 0.01]
     values = np.stack([p.prior.ppf_normal(theta[:, k]) for k, p in enumerate(parameters)], axis=1)
@@ -132,7 +133,7 @@ def test_contraction_is_zero_for_the_prior_and_near_one_for_sharp_data() -> None
 
 def test_diagnostics_survive_json() -> None:
     state = Convergence(np.ones(1), np.full(1, 2e4), np.full(1, 1.5e4), np.ones(1), 1)
-    info = ParameterInfo("load_zero[s]", "load_zero", "s", "", Normal(0.0, 1.0))
+    info = ParameterInfo(UnknownName("load_zero", "s"), Normal(0.0, 1.0))
     theta = np.random.default_rng(0).standard_normal((50, 1))
     summaries = summarise((info,), theta, theta, state)
     written = Diagnostics(
@@ -215,8 +216,8 @@ def test_leave_block_out_says_which_block_it_cannot_be_trusted_for() -> None:
 
 def test_a_parameter_pulled_far_from_its_prior_is_a_warning_with_the_number() -> None:
     infos = [
-        ParameterInfo("machine_compliance", "machine_compliance", "", "", Normal(16e-6, 2e-6)),
-        ParameterInfo("load_zero[s]", "load_zero", "s", "", Normal(0.0, 1.0)),
+        ParameterInfo(UnknownName("machine_compliance"), Normal(16e-6, 2e-6)),
+        ParameterInfo(UnknownName("load_zero", "s"), Normal(0.0, 1.0)),
     ]
     theta = np.random.default_rng(0).standard_normal((4000, 2)) * 0.9 + np.array([-4.5, 1.0])
     values = np.stack([i.prior.ppf_normal(theta[:, k]) for k, i in enumerate(infos)], axis=1)

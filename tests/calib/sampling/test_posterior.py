@@ -285,9 +285,9 @@ def test_seconds_end_a_run_too(tmp_path: Path) -> None:
 
 
 def _deepest(problem: Problem) -> float:
-    points = problem.sweeps[0].force
-    assert points is not None
-    return float(np.max(points.displacement)) - RIG.contact_offset - RIG.machine_compliance * float(np.max(points.force))
+    points = problem.sweeps[0].channels["force"]
+    assert points.displacement is not None
+    return float(np.max(points.displacement)) - RIG.contact_offset - RIG.machine_compliance * float(np.max(points.value))
 
 
 def test_a_posterior_at_the_end_of_the_models_range_is_warned_about(tmp_path: Path) -> None:

@@ -17,11 +17,11 @@ import pytest
 import xarray
 from matplotlib import pyplot as plt
 
-from calib.catalogue import Channel
 from calib.errors import InputError
 from calib.experiment.plan import Experiment, Specimen, SweepFiles
 from calib.lab.sweep import Sweep
 from calib.priors.distributions import Fixed, Normal, Prior
+from calib.problem.measurement import PredictedReadings
 from calib.problem.problem import build_problem
 from calib.problem.synthetic import Rig, synthetic_sweep
 from calib.problem.unknowns import list_unknowns
@@ -107,10 +107,8 @@ def test_a_saved_posterior_reads_back_equal(sampled: Posterior, tmp_path: Path, 
         np.testing.assert_array_equal(getattr(found, name), getattr(sampled, name))
     for name in ("parameters", "fixed", "forward_name", "blocks", "n_walkers", "seed", "diagnostics", "attrs", "experiment"):
         assert getattr(found, name) == getattr(sampled, name), name
-    first, second = found.sweeps[0].force, sampled.sweeps[0].force
-    assert first is not None
-    assert second is not None
-    np.testing.assert_array_equal(first.force, second.force)
+    first, second = (p.sweeps[0].channels["force"] for p in (found, sampled))
+    np.testing.assert_array_equal(first.value, second.value)
     assert found.parameters[-1].specimen == "a/b"
 
 
@@ -249,9 +247,8 @@ def test_sweeps_of_all_specimens_are_one_flat_dimension() -> None:
     assert seen["capacitance"].shape == (24,)
     assert list(seen["capacitance_sweep"].values[[0, 12]]) == [titles[0], titles[2]]
     assert seen["force_number"].values[[0, 11, 12]].tolist() == [1, 12, 1]
-    third = sweeps[2].force
-    assert third is not None
-    np.testing.assert_array_equal(seen["force"].values[24:], third.force)
+    third = sweeps[2].channels["force"]
+    np.testing.assert_array_equal(seen["force"].values[24:], third.value)
     np.testing.assert_array_equal(known["force_displacement"].values[24:], third.displacement)
 
 
@@ -262,7 +259,7 @@ def test_new_readings_have_mean_and_covariance_of_the_measurement_model() -> Non
     rng = np.random.default_rng(0)
     n, shape = 40_000, (40_000, 3)
     mean, variance, modes = np.array([1.0, 2.0, 3.0]), np.array([0.1, 0.2, 0.3]), rng.standard_normal((3, 2))
-    channel = Channel(*(np.broadcast_to(x, shape) for x in (mean, mean, variance)), np.tile(modes, (n, 1, 1)), mean)
+    channel = PredictedReadings(*(np.broadcast_to(x, shape) for x in (mean, mean, variance)), np.tile(modes, (n, 1, 1)), mean)
     found = new_readings(channel, rng)
     covariance = np.diag(variance) + modes @ modes.T
     np.testing.assert_allclose(found.mean(axis=0), mean, atol=5 * np.sqrt(covariance.max() / n))
