@@ -1,7 +1,7 @@
 """Bayesian calibration of a soft capacitive pressure sensor: lab files in, posterior, report and recommendation out.
 
 The names below are what a notebook or a script needs, from a lab file to a decision. Each is loaded when it is asked for, so
-that `import calib` takes no time. Rooms with more, such as `calib.lab`, are told of in docs/architecture.md.
+that `import calib` takes no time. Rooms with more, such as `calib.lab`, are described in docs/architecture.md.
 """
 
 from __future__ import annotations

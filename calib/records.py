@@ -64,7 +64,7 @@ def record_from_text(kind: str, version: int, text: str) -> dict[str, Any]:
 
 
 def _plain(value: Any, exact: bool) -> Any:
-    """What JSON knows."""
+    """Turn arrays, tuples and mappings into what JSON can hold; nan and infinity become None unless `exact`."""
     if isinstance(value, Mapping):
         return {key: _plain(v, exact) for key, v in value.items()}
     if isinstance(value, np.ndarray | np.generic):

@@ -159,6 +159,7 @@ _DELIMITERS = {",": "comma", ";": "semicolon", "\t": "tab", " ": "blanks"}
 def _show(o: Observations) -> None:
     from rich.table import Table
 
+    from calib.catalogue import CHANNELS
     from calib.lab import judge, readings_of, verdict_rows, why_left_out
 
     table, console = o.table, out()
@@ -174,8 +175,7 @@ def _show(o: Observations) -> None:
     rows = (
         ("time", o.time, 1.0, "s"),
         ("displacement", o.displacement, 1e3, "mm"),
-        ("force", o.force, 1.0, "N"),
-        ("capacitance", o.capacitance, 1e12, "pF"),
+        *((name, values, CHANNELS[name].display_scale, CHANNELS[name].display_unit) for name, values in o.channels.items()),
     )
     for name, values, scale, unit in rows:
         if values is None:

@@ -414,7 +414,7 @@ _FORMAT = 1
 
 
 def diagnostics_to_json(diagnostics: Diagnostics) -> str:
-    """Diagnostics as JSON text."""
+    """Write diagnostics as JSON text; the inverse is `diagnostics_from_json`."""
     return record_to_text("diagnostics", _FORMAT, asdict(diagnostics), indent=None, exact=True)
 
 

@@ -33,7 +33,7 @@ def judge(obs: Observations, machine_compliance: float | None = None) -> tuple[V
     branch, which the reduction refuses.
     """
     verdicts: list[Verdict | None] = []
-    for c in (loading_branch(obs, name) for name in ("force", "capacitance")):
+    for c in (loading_branch(obs, name) for name in obs.channels):
         if c is None:
             continue
         verdicts += [check_readings(c), check_signal(c), check_gap(obs, c), check_time_steps(obs, c)]

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from calib.catalogue import CHANNELS
 from calib.lab.instruments import IntArray
 from calib.lab.observations import Observations
 from calib.lab.onset import flat_part
@@ -65,7 +66,8 @@ class LoadingBranch:
 
     def text(self, value: float) -> str:
         """Write a value of the channel for people, in N or pF."""
-        return f"{value:.3g} N" if self.unit == "N" else f"{value * 1e12:.4g} pF"
+        row = CHANNELS[self.name]
+        return f"{value:.3g} N" if self.name == "force" else f"{value * row.display_scale:.4g} {row.display_unit}".rstrip()
 
 
 def loading_branch(obs: Observations, name: str) -> LoadingBranch | None:
@@ -80,7 +82,7 @@ def loading_branch(obs: Observations, name: str) -> LoadingBranch | None:
     -------
     None if the file has no such channel, or fewer than five readings of it on the loading branch.
     """
-    if (obs.force if name == "force" else obs.capacitance) is None:
+    if name not in obs.channels:
         return None
     values = channel_values(obs, name)
     clock = np.arange(len(obs.used), dtype=float) if obs.time is None else obs.time
@@ -105,7 +107,7 @@ def loading_branch(obs: Observations, name: str) -> LoadingBranch | None:
     return LoadingBranch(
         file=obs.table.path.name,
         name=name,
-        unit="N" if name == "force" else "F",
+        unit=CHANNELS[name].unit,
         rows=rows,
         x=x,
         x_unit=x_unit,
@@ -130,9 +132,7 @@ def channel_values(obs: Observations, name: str) -> FloatArray:
     -------
     [N] or [F], (n_row,).
     """
-    values = obs.force if name == "force" else obs.capacitance
-    assert values is not None
-    return values
+    return obs.channels[name]
 
 
 def longest_run(mask: BoolArray) -> tuple[int, int]:

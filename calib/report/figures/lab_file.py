@@ -6,18 +6,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from calib.catalogue import CHANNELS
 from calib.lab import Observations
 from calib.report.style import BLUE, GREY, ORANGE, VERMILION, styled_figure
 from models.sensor import BoolArray, FloatArray
 
 # Points drawn of each kind of rows: a million rows make no better picture than ten thousand.
 _DRAWN = 10_000
-
-_CHANNELS = (
-    ("displacement", "displacement (mm)", 1e3),
-    ("force", "force (N)", 1.0),
-    ("capacitance", "capacitance (pF)", 1e12),
-)
 
 
 @styled_figure
@@ -26,11 +21,13 @@ def file_figure(obs: Observations) -> Figure:
 
     Used rows are blue, other loading, unloading and holds have colours of their own, rows without a reading are left out.
     """
-    values = {name: getattr(obs, name) for name, _, _ in _CHANNELS}
-    there = [c for c in _CHANNELS if values[c[0]] is not None]
+    values = {**({} if obs.displacement is None else {"displacement": obs.displacement}), **obs.channels}
+    shown = {name: (CHANNELS[name].display_unit, CHANNELS[name].display_scale) for name in obs.channels}
+    units = {"displacement": ("mm", 1e3), **shown}
+    there = [(name, f"{name} ({units[name][0]})".replace(" ()", ""), units[name][1]) for name in values]
     time = obs.time if obs.time is not None else np.arange(len(obs.reason), dtype=float)
     clock = "time (s)" if obs.time is not None else "row"
-    driver = next((c for c in there if c[0] != "capacitance"), None)
+    driver = next((c for c in there if c[0] in ("displacement", "force")), None)
     pairs = [(driver, c) for c in there if driver is not None and c is not driver]
     fig = Figure(figsize=(4.6 * (1 + bool(pairs)), 2.5 * max(len(there), len(pairs), 1)), layout="constrained")
     grid = fig.add_gridspec(max(len(there), 1), 1 + bool(pairs))

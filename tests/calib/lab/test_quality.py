@@ -419,7 +419,7 @@ def test_a_sweep_keeps_the_verdicts_on_both_files_and_they_survive_json() -> Non
     assert {v.file for v in sweep.verdicts} == {f.name for f in files}
     assert {v.channel for v in sweep.verdicts} == {"force", "capacitance"}
     text = sweeps_to_json([sweep])
-    assert json.loads(text)[0]["verdicts"][0]["check"] == "readings in contact"
+    assert json.loads(text)["sweeps"][0]["verdicts"][0]["check"] == "readings in contact"
     assert sweeps_from_json(text)[0].verdicts == sweep.verdicts
 
 
