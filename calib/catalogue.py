@@ -443,13 +443,26 @@ class UnknownName:
         return QUANTITIES[self.parameter].label + (f" ({where})" if where else "")
 
 
+# --- documentation ------------------------------------------------------------------------------------------------------
+
+
 def unknowns_table() -> str:
     """Write the table of unknowns as Markdown, for docs/unknowns.md."""
     heads = ("unknown", "symbol", "what it is", "unit", "of", "bounds", "exists", "default prior")
     lines = [f"| {' | '.join(heads)} |", "|---" * len(heads) + "|"]
     for name, row in UNKNOWNS.items():
         q = row.quantity
-        default = f"`{row.default}`" if row.default else f"{row.derived} (none)" if row.derived else "none: give one"
-        cells = (f"`{name}`", q.symbol, q.label, q.display_unit or "1", row.scope, row.bounds, row.when, default)
+        default = f"`{row.default}`" if row.default else "none, must be given" if row.required else f"none: {row.derived}"
+        when = f"{row.when}, else {row.derived}" if row.default and row.derived else row.when
+        cells = (f"`{name}`", q.symbol, q.label, q.display_unit or "1", row.scope, row.bounds, when, default)
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines) + "\n"
+
+
+def reasons_list() -> str:
+    """Why each default prior is what it is, as a Markdown list, for docs/unknowns.md; unknowns of one reason stand together."""
+    names: dict[str, list[str]] = {}
+    for name, row in UNKNOWNS.items():
+        if row.reason:
+            names.setdefault(row.reason, []).append(f"`{name}`")
+    return "".join(f"- {', '.join(of)}: {reason}.\n" for reason, of in names.items())
