@@ -35,7 +35,7 @@ _BATCH = 512
 
 
 @dataclass(frozen=True, eq=False)
-class Run:
+class SamplingRun:
     """A sampling run in progress: the problem, the folder of its checkpoints, a seed for each ensemble, and walkers of each."""
 
     problem: Problem
@@ -44,7 +44,7 @@ class Run:
     n_walker: int
 
 
-def look(run: Run, n_block: int) -> Convergence:
+def look(run: SamplingRun, n_block: int) -> Convergence:
     """Judge how far a run has converged, from the draws that a posterior would keep of its first blocks.
 
     Parameters
@@ -63,7 +63,7 @@ def look(run: Run, n_block: int) -> Convergence:
     return convergence(values.reshape(chains.shape), tau, n_block * BLOCK_STEPS)
 
 
-def finish(run: Run, n_block: int, state: Convergence, gate: Gate, seed: int, attrs: Mapping[str, str]) -> Posterior:
+def finish(run: SamplingRun, n_block: int, state: Convergence, gate: Gate, seed: int, attrs: Mapping[str, str]) -> Posterior:
     """Make the posterior of a run from its first blocks, with its diagnostics.
 
     Parameters

@@ -16,7 +16,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from calib.problem import Problem
-from calib.sampling.assess import BLOCK_STEPS, Run, finish, look
+from calib.sampling.assess import BLOCK_STEPS, SamplingRun, finish, look
 from calib.sampling.checkpoint import fingerprint, load_state, open_checkpoint, save_block, save_start
 from calib.sampling.diagnostics import Convergence, Gate, shortcomings
 from calib.sampling.ensemble import Block, EnsembleState, advance, start
@@ -130,7 +130,7 @@ def sample(
     begin = datetime.now(UTC)
     clock = time.monotonic()
     open_checkpoint(checkpoint, fingerprint(problem, seed, n_ensembles, n_walker), resume=resume)
-    run = Run(problem, checkpoint, np.random.SeedSequence(seed).spawn(n_ensembles), n_walker)
+    run = SamplingRun(problem, checkpoint, np.random.SeedSequence(seed).spawn(n_ensembles), n_walker)
     state: Convergence | None = None
 
     def report(n_block: int) -> None:
@@ -155,7 +155,7 @@ def sample(
 # --- advancing ----------------------------------------------------------------------------------------------------------
 
 
-def _advance_to(run: Run, executor: Executor, n_block: int, deadline: float, report: Callable[[int], None]) -> int:
+def _advance_to(run: SamplingRun, executor: Executor, n_block: int, deadline: float, report: Callable[[int], None]) -> int:
     """Advance all ensembles to `n_block` blocks or until the deadline; the number of blocks that all of them have."""
     count: dict[int, int] = {}
     pending: dict[Future[EnsembleState | Block], int] = {}

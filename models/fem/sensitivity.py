@@ -39,7 +39,7 @@ from models.threads import one_thread
 _STEP = 3e-5
 
 #: A design as a function of the relative change of one of its parameters.
-Family = Callable[[float], LayeredDesign]
+DesignPath = Callable[[float], LayeredDesign]
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +73,7 @@ def sensitivities(solution: Solution, design: Design) -> Sensitivities:
     """
     values = {k: float(np.asarray(v)) for k, v in design.draw(0).parameters().items()}
 
-    def family(name: str) -> Family:
+    def family(name: str) -> DesignPath:
         return lambda t: layered(design_from(values | {name: values[name] * (1 + t)}))
 
     families = {name: family(name) for name, value in values.items() if value > 0}
@@ -85,7 +85,7 @@ def sensitivities(solution: Solution, design: Design) -> Sensitivities:
     )
 
 
-def derivatives(solution: Solution, families: dict[str, Family]) -> Sensitivities:
+def derivatives(solution: Solution, families: dict[str, DesignPath]) -> Sensitivities:
     """Derivatives of force and capacitance along any change of the design.
 
     Parameters
@@ -131,7 +131,7 @@ def _side(solution: Solution, design: LayeredDesign, t: float) -> _Side:
     return _Side(design, t, replace(model, design=scaled, mesh=mesh, elements=parts, surface=surface), False)
 
 
-def _sides(solution: Solution, family: Family) -> tuple[_Side, _Side]:
+def _sides(solution: Solution, family: DesignPath) -> tuple[_Side, _Side]:
     """The changed designs on both sides, or on one and the unchanged one."""
     sides = []
     for t in (_STEP, -_STEP):

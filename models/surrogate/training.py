@@ -82,7 +82,7 @@ class TrainingSet:
 
 
 @dataclass(frozen=True, eq=False)
-class Run:
+class TrainingRun:
     """One path as far as it came, arrays over its steps as in a `TrainingSet`, and why it ended early (`failure`) if it did."""
 
     depth: FloatArray
@@ -122,7 +122,7 @@ def design_of(groups: FloatArray, family: Family = NEO_HOOKEAN) -> LayeredDesign
     return dimensionless(layered(design))[0]
 
 
-def run_point(groups: FloatArray, accuracy: float, family: Family = NEO_HOOKEAN, path: Path = walk) -> Run:
+def run_point(groups: FloatArray, accuracy: float, family: Family = NEO_HOOKEAN, path: Path = walk) -> TrainingRun:
     """Press one design with the finite elements, as deep as a surrogate goes, and keep its curves.
 
     Parameters
@@ -156,7 +156,7 @@ def run_point(groups: FloatArray, accuracy: float, family: Family = NEO_HOOKEAN,
         if thinned >= COMPRESSION:
             break
     depth, force, radius, thinning = np.array(rows).reshape(-1, 4).T
-    return Run(depth, force, radius, thinning, np.array(capacitance).reshape(-1, *at_rest.shape), failure)
+    return TrainingRun(depth, force, radius, thinning, np.array(capacitance).reshape(-1, *at_rest.shape), failure)
 
 
 def store_settings(accuracy: float, family: Family = NEO_HOOKEAN) -> dict[str, object]:
@@ -190,7 +190,7 @@ def run_training(
     accuracy: float,
     family: Family = NEO_HOOKEAN,
     progress: Callable[[int, int], None] | None = None,
-    run: Callable[[FloatArray, float, Family], Run] = run_point,
+    run: Callable[[FloatArray, float, Family], TrainingRun] = run_point,
 ) -> None:
     """Run every point that is not in the store yet; every result is kept there as it comes in.
 

@@ -75,6 +75,11 @@ def _sweep(specimen: str, rng: np.random.Generator, by_clock: bool) -> Sweep:
     )
 
 
+def _at_the_median(prior: Prior) -> tuple[float, float, Prior]:
+    low, median, high = prior.ppf_normal(np.array([-0.01, 0.0, 0.01]))
+    return float(median), float(high - low), prior
+
+
 def _experiment(names: tuple[str, ...]) -> Experiment:
     return Experiment(
         name="Padded sensor, two specimens",
@@ -108,7 +113,8 @@ def make_posterior() -> Callable[..., Posterior]:
         sweeps = tuple(_sweep(name, rng, by_clock=i == 1) for i, name in enumerate(names))
         experiment = _experiment(names)
         infos, fixed = list_unknowns(experiment, sweeps)
-        rows = [(SPECIMENS[i.specimen] if i.specimen else SHARED)[i.parameter] for i in infos]
+        # An unknown that is not named above is at its prior's median, and known well.
+        rows = [(SPECIMENS[i.specimen] if i.specimen else SHARED).get(i.parameter, _at_the_median(i.prior)) for i in infos]
         mean, sd = np.array([r[0] for r in rows]), np.array([r[1] for r in rows]) * widen
         draws = mean + sd * rng.standard_normal((4, 240, len(rows)))
         # The ridge of capacitance: permittivity over dielectric thickness is known well, neither of them is.

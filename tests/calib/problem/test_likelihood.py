@@ -85,7 +85,8 @@ def true_theta(problem: Problem, rig: Rig = RIG) -> FloatArray:
     """Coordinates of the truth, (1, n_parameter)."""
     truth = {**TRUTH, **{k: getattr(rig, k) for k in rig.__dataclass_fields__}}
     truth |= {"force_discrepancy": 1e-4, "capacitance_discrepancy": 1e-4}
-    return np.array([[float(p.prior.to_normal(truth[p.parameter])) for p in problem.parameters]])
+    medians = {p.parameter: float(p.prior.ppf_normal(0.0)) for p in problem.parameters}
+    return np.array([[float(p.prior.to_normal({**medians, **truth}[p.parameter])) for p in problem.parameters]])
 
 
 @dataclass(frozen=True)
