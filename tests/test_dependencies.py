@@ -43,8 +43,8 @@ def imports_of(path: Path) -> Iterator[Import]:
 
     def visit(node: ast.AST, lazy: bool) -> Iterator[tuple[str, int, bool]]:
         if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
-            for child in node.orelse:
-                yield from visit(child, lazy)
+            for other in node.orelse:
+                yield from visit(other, lazy)
             return
         if isinstance(node, ast.Import):
             for alias in node.names:
