@@ -300,7 +300,7 @@ def linear_pressure() -> Any:
     from skfem.element import ElementH1
     from skfem.refdom import RefQuad
 
-    class LinearPressure(ElementH1):  # type: ignore[misc,unused-ignore]
+    class LinearPressure(ElementH1):
         """Discontinuous P1."""
 
         interior_dofs = 3

@@ -53,7 +53,7 @@ def random_designs(n: int, seed: int) -> list[Design]:
     def log_uniform(low: float, high: float) -> float:
         return float(low * (high / low) ** rng.uniform())
 
-    designs = []
+    designs: list[Design] = []
     while len(designs) < n:
         radius, disc = log_uniform(1e-3, 20e-3), log_uniform(3e-3, 25e-3)
         values = {

@@ -1,10 +1,11 @@
-"""Time the forward models on the paper's sensor in one run on one core: `python benchmarks/forward_models.py`.
+"""Time the forward models on the paper's sensor in one run on one core: `python benchmarks/forward_models.py [--draws 2048]`.
 
 Prints milliseconds (median of repeats) and ratios; set OMP_NUM_THREADS=1 for one core.
 """
 
 from __future__ import annotations
 
+import argparse
 import time
 from collections.abc import Callable
 
@@ -19,7 +20,6 @@ from models.surrogate.gradients import gradients
 
 #: 14 steps to 0.7 mm.
 STEPS = np.linspace(0, 0.7e-3, 15)[1:]
-N_DRAW = 2048
 
 
 def median_ms(job: Callable[[], object], repeats: int) -> float:
@@ -35,20 +35,23 @@ def median_ms(job: Callable[[], object], repeats: int) -> float:
 
 def main() -> None:
     """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--draws", type=int, default=2048, help="designs of a batch")
+    n_draw = parser.parse_args().draws
     single = design_from(PAPER_SENSOR)
     rng = np.random.default_rng(0)
-    varied = {"sensor_thickness": rng.normal(0.74e-3, 0.02e-3, N_DRAW), "young_modulus": rng.normal(0.7e6, 5e4, N_DRAW)}
+    varied = {"sensor_thickness": rng.normal(0.74e-3, 0.02e-3, n_draw), "young_modulus": rng.normal(0.7e6, 5e4, n_draw)}
     batch = design_from(PAPER_SENSOR | varied)
     depth = np.linspace(0, 0.65e-3, 40)
     surrogate = load_surrogate()
     fem = median_ms(lambda: FiniteElements().respond(single, STEPS), 7)
     one = median_ms(lambda: surrogate.respond(single, STEPS), 50)
-    many = median_ms(lambda: surrogate.respond(batch, depth), 20) / N_DRAW
-    derivatives = median_ms(lambda: gradients(surrogate, batch, depth), 3) / N_DRAW
-    closed = median_ms(lambda: ClosedForm().respond(batch, depth), 20) / N_DRAW
+    many = median_ms(lambda: surrogate.respond(batch, depth), 20) / n_draw
+    derivatives = median_ms(lambda: gradients(surrogate, batch, depth), 3) / n_draw
+    closed = median_ms(lambda: ClosedForm().respond(batch, depth), 20) / n_draw
     print(f"finite elements, 14 steps to 0.7 mm      {fem:10.2f} ms a curve")
     print(f"surrogate, one design                    {one:10.3f} ms a curve   {fem / one:8.0f} times faster")
-    shape = f"{N_DRAW} designs x {depth.size} depths"
+    shape = f"{n_draw} designs x {depth.size} depths"
     print(f"surrogate, {shape}      {many:10.4f} ms a curve   {fem / many:8.0f} times faster, {1e3 / many:.0f} curves a second")
     print(f"the same with all ten gradients          {derivatives:10.4f} ms a curve")
     print(f"closed form, {shape}    {closed:10.4f} ms a curve   {fem / closed:8.0f} times faster")

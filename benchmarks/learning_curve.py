@@ -3,7 +3,7 @@
 Takes a store written by `calib surrogate train`, trains on the first N of a random order of its runs, and compares on 500
 others inside the range at one step of the path. Beside our fit: a Gaussian process (scikit-learn, one length scale for each
 coordinate, noise) and a polynomial chaos (chaospy, least squares, 2.5 runs a term) on that very output and on its logarithm,
-both over the logarithms of the four groups. Needs the extra `benchmark`.
+both over the logarithms of the four groups. Those two need the extra `benchmark`; `--fits ours` does without.
 """
 
 from __future__ import annotations
@@ -14,10 +14,7 @@ import warnings
 from collections.abc import Callable
 from pathlib import Path
 
-import chaospy
 import numpy as np
-from sklearn.gaussian_process import GaussianProcessRegressor
-from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
 
 from models.sensor import FloatArray, design_from
 from models.surrogate.domain import inside
@@ -28,8 +25,8 @@ from models.surrogate.training import DIELECTRIC_POINTS, ELECTRODE_POINTS, Train
 #: Step of the path that is compared, and the electrodes: thickest dielectrics, full disc.
 STEP = 7
 GAP, WIDTH = DIELECTRIC_POINTS.size - 1, ELECTRODE_POINTS.size - 1
-#: Runs kept for the comparison, and the largest number that a Gaussian process is trained on.
-N_TEST, MOST_GP = 500, 2048
+#: The largest number of runs that a Gaussian process is trained on.
+MOST_GP = 2048
 
 Fit = Callable[[TrainingSet, TrainingSet], tuple[FloatArray, FloatArray]]
 
@@ -82,6 +79,9 @@ def gaussian_process(x: FloatArray, y: FloatArray, at: FloatArray) -> FloatArray
     """Mean of a Gaussian process at `at`; nan if there are too many runs for it."""
     if len(x) > MOST_GP:
         return np.full(len(at), np.nan)
+    from sklearn.gaussian_process import GaussianProcessRegressor
+    from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
+
     kernel = ConstantKernel(1.0, (1e-2, 1e6)) * RBF(np.ones(4), (0.05, 50.0)) + WhiteKernel(1e-4, (1e-9, 1.0))
     process = GaussianProcessRegressor(kernel, normalize_y=True, random_state=0)
     return np.asarray(process.fit(x, y).predict(at))
@@ -89,6 +89,8 @@ def gaussian_process(x: FloatArray, y: FloatArray, at: FloatArray) -> FloatArray
 
 def polynomial_chaos(x: FloatArray, y: FloatArray, at: FloatArray) -> FloatArray:
     """Least squares on Legendre polynomials of the largest total degree that leaves 2.5 runs a term."""
+    import chaospy
+
     joint = chaospy.J(*(chaospy.Uniform(-1, 1) for _ in range(4)))
     degree = 1
     while 2.5 * len(chaospy.generate_expansion(degree + 1, joint)) <= len(x):
@@ -114,6 +116,7 @@ def main() -> None:
     parser.add_argument("store", type=Path)
     parser.add_argument("--accuracy", type=float, default=1e-3)
     parser.add_argument("--runs", type=int, nargs="+", default=[256, 512, 1024, 2048, 4096, 8192])
+    parser.add_argument("--kept", type=int, default=500, help="runs kept for the comparison")
     parser.add_argument("--steps", type=int, default=20_000, help="of our training")
     parser.add_argument("--fits", nargs="+", default=list(all_fits(0)), choices=list(all_fits(0)))
     asked = parser.parse_args()
@@ -124,13 +127,14 @@ def main() -> None:
     rng = np.random.default_rng(0)
     middle = np.tile([0.3, 0.8], (len(data.groups), 1))
     order = rng.permutation(len(data.groups))
-    test = order[inside(np.concatenate([data.groups, middle], axis=1))[order]][:N_TEST]
+    test = order[inside(np.concatenate([data.groups, middle], axis=1))[order]][: asked.kept]
     rest = order[~np.isin(order, test)]
     chosen = np.zeros(len(order), dtype=bool)
     chosen[test] = True
     truth = data.only(chosen)
     fits = {name: fit for name, fit in all_fits(asked.steps).items() if name in asked.fits}
-    print("error that 95 % of 500 designs stay below, force / capacitance change (above 1e-4 of C0), and seconds of training")
+    what = "force / capacitance change (above 1e-4 of C0), and seconds of training"
+    print(f"error that 95 % of {len(test)} designs stay below, {what}")
     print(f"{'runs':>6}" + "".join(f"{name:>26}" for name in fits))
     for n in asked.runs:
         chosen = np.zeros(len(order), dtype=bool)

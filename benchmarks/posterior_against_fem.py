@@ -18,7 +18,6 @@ import argparse
 import os
 import tempfile
 import time
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
@@ -34,6 +33,7 @@ from calib.problem.measurement import model_sweep
 from calib.problem.problem import Problem, build_problem
 from calib.sampling.posterior import Posterior, thin_draws
 from calib.sampling.sampler import sample
+from calib.workers import workers
 from models.fem import FiniteElements
 from models.response import Response
 from models.sensor import Design, FloatArray, design_from
@@ -171,11 +171,11 @@ def _solve(accuracy: float, thickness: FloatArray, depth: FloatArray) -> tuple[F
     return found.force, found.capacitance_change
 
 
-def interpolate(surrogate: Surrogate, end: float, n: int, accuracy: float, processes: int | None) -> Interpolated:
+def interpolate(surrogate: Surrogate, end: float, n: int, accuracy: float, processes: int) -> Interpolated:
     """Solve at n designs down to the depth `end`, fit, and print how far the fit is off at designs that it has not seen."""
     z = norm.ppf(qmc.Sobol(3, rng=7).random(n) * 0.9998 + 1e-4)
     thickness, depth = MEAN + SPREAD * SD * z, end * (np.arange(1, N_DEPTH + 1) / N_DEPTH) ** 2
-    with ProcessPoolExecutor(processes) as executor:
+    with workers(processes) as executor:
         force, change = np.swapaxes(list(executor.map(_solve, [accuracy] * n, thickness, [depth] * n)), 0, 1)
     rough = surrogate.respond(designs(thickness), depth)
     kept, deep = np.arange(n) % EVERY != EVERY - 1, depth > 0.1 * end
@@ -194,8 +194,8 @@ def interpolate(surrogate: Surrogate, end: float, n: int, accuracy: float, proce
     return Interpolated(surrogate, *corrections)
 
 
-def calibrate(case: str, forward: Surrogate | Interpolated, seed: int) -> tuple[Problem, Posterior]:
-    """The posterior of a case with a forward model."""
+def calibrate(case: str, forward: Surrogate | Interpolated, seed: int, steps: int, processes: int) -> tuple[Problem, Posterior]:
+    """The posterior of a case with a forward model, after so many steps at most."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "experiment.toml"
         path.write_text(HEAD.format(name=case, data=DATA, **CASES[case]), encoding="utf-8")
@@ -203,29 +203,35 @@ def calibrate(case: str, forward: Surrogate | Interpolated, seed: int) -> tuple[
         files = plan.specimens[0].sweeps[0]
         sweep = make_sweep("sensor 1", files.name, files.indenter_radius, files.force, files.capacitance)
         problem = build_problem(plan, (sweep,), forward)
-        return problem, sample(problem, seed=seed, checkpoint=Path(folder) / "checkpoint", max_seconds=600)
+        folder_of_run = Path(folder) / "checkpoint"
+        return problem, sample(
+            problem, seed=seed, checkpoint=folder_of_run, max_steps=steps, max_seconds=600, processes=min(processes, 4)
+        )
 
 
 def main() -> None:
     """Print a table for each case."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--designs", type=int, default=64)
-    parser.add_argument("--processes", type=int, default=os.cpu_count())
+    parser.add_argument("--processes", type=int, default=os.cpu_count() or 1, help="0 for none but this")
     parser.add_argument("--accuracy", type=float, default=4e-5, help="of the finite elements")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--steps", type=int, default=20_000, help="of sampling, at most")
+    parser.add_argument("--cases", nargs="+", choices=list(CASES), default=list(CASES))
+    parser.add_argument("--draws", type=int, help="that are re-weighted, at most [default: all]")
     asked = parser.parse_args()
     fast = load_surrogate()
     start = time.perf_counter()
-    first = {case: calibrate(case, fast, asked.seed) for case in CASES}
+    first = {case: calibrate(case, fast, asked.seed, asked.steps, asked.processes) for case in asked.cases}
     end = 0.0
     for problem, posterior in first.values():
         draws = thin_draws(posterior, 1000, np.random.default_rng(0))
         end = max(end, 1.02 * float(np.max(model_sweep(problem, fast, problem.plans[0], draws).deepest)))
     exact = interpolate(fast, end, asked.designs, asked.accuracy, asked.processes)
     for case, (_, one) in first.items():
-        _, other = calibrate(case, exact, asked.seed)
-        values = thin_draws(one, one.log_prob.size, np.random.default_rng(0))
-        with ProcessPoolExecutor(asked.processes) as executor:
+        _, other = calibrate(case, exact, asked.seed, asked.steps, asked.processes)
+        values = thin_draws(one, asked.draws or one.log_prob.size, np.random.default_rng(0))
+        with workers(asked.processes) as executor:
             found = reweight(one, fast, exact, values, executor)
         again = thin_draws(other, other.log_prob.size, np.random.default_rng(0))
         converged = "both converged" if one.diagnostics.converged and other.diagnostics.converged else "NOT converged"

@@ -52,7 +52,8 @@ def _interrupted(executor: Executor, release: threading.Event, done: list[int]) 
 
 
 def test_an_interrupted_caller_need_not_wait_and_the_rest_is_dropped() -> None:
-    release, done, begin = threading.Event(), [], time.monotonic()
+    release, begin = threading.Event(), time.monotonic()
+    done: list[int] = []
     with pytest.raises(KeyboardInterrupt), workers(0) as executor:
         _interrupted(executor, release, done)
     assert time.monotonic() - begin < 5

@@ -2,6 +2,7 @@
 
 import pickle
 from dataclasses import fields, replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,7 +23,7 @@ FORWARDS = [ClosedForm(), FiniteElements(2e-3), load_surrogate()]
 
 
 @pytest.mark.parametrize("forward", FORWARDS, ids=lambda f: f.name)
-def test_forward_keeps_the_protocol(forward: Forward):
+def test_forward_keeps_the_protocol(forward: Forward) -> None:
     design = design_from(PAPER)
     depth = np.array([0.2e-3, -0.1e-3, 0.0, 0.05e-3, 0.4e-3])
     single = forward.respond(design, depth)
@@ -59,7 +60,7 @@ def test_forward_keeps_the_protocol(forward: Forward):
 
 
 @pytest.mark.parametrize("forward", FORWARDS, ids=lambda f: f.name)
-def test_forward_refuses_what_it_does_not_cover(forward: Forward):
+def test_forward_refuses_what_it_does_not_cover(forward: Forward) -> None:
     design = design_from(PAPER)
     limit = forward.max_depth(design)
     assert limit.shape == (1,)
@@ -99,13 +100,13 @@ def kinds() -> dict[str, Forward]:
     }
 
 
-def test_models_that_give_other_numbers_have_another_identity():
+def test_models_that_give_other_numbers_have_another_identity() -> None:
     identities = {name: forward.identity for name, forward in kinds().items()}
     assert len(set(identities.values())) == len(identities)
     assert all(len(identity.splitlines()) == 1 for identity in identities.values())
 
 
-def test_models_that_give_the_same_numbers_have_the_same_identity(tmp_path):
+def test_models_that_give_the_same_numbers_have_the_same_identity(tmp_path: Path) -> None:
     assert {name: forward.identity for name, forward in kinds().items()} == {n: f.identity for n, f in kinds().items()}
     # A name for people does not count.
     assert ClosedForm(name="rough").identity == ClosedForm().identity
@@ -120,30 +121,30 @@ def test_models_that_give_the_same_numbers_have_the_same_identity(tmp_path):
         assert load_surrogate(tmp_path / f"mine {family.name}.npz").identity == shipped.identity
 
 
-def test_every_setting_of_the_finite_elements_but_the_name_is_in_their_identity():
+def test_every_setting_of_the_finite_elements_but_the_name_is_in_their_identity() -> None:
     # A setting that comes is to be put there, and into this list.
     assert {field.name for field in fields(FiniteElements)} == {"accuracy", "name"}
 
 
 @pytest.mark.parametrize("asked_before", [True, False])
-def test_identity_is_the_same_in_another_process(asked_before):
+def test_identity_is_the_same_in_another_process(asked_before: bool) -> None:
     for forward in kinds().values():
         told = forward.identity if asked_before else None
         there = pickle.loads(pickle.dumps(forward))
         assert there.identity == (told or forward.identity)
 
 
-def test_a_surrogate_is_hashed_once():
+def test_a_surrogate_is_hashed_once() -> None:
     shipped = load_surrogate()
     assert shipped.identity is shipped.identity
 
 
-def test_no_equilibrium_is_told_by_one_class_wherever_it_is_imported_from():
+def test_no_equilibrium_is_told_by_one_class_wherever_it_is_imported_from() -> None:
     assert models.fem.ConvergenceError is ConvergenceError
     assert models.fem.ConvergenceError.__module__ == "models.response"
 
 
-def test_no_equilibrium_is_told_by_a_worker_process_as_it_is_here():
+def test_no_equilibrium_is_told_by_a_worker_process_as_it_is_here() -> None:
     told = pickle.loads(pickle.dumps(ConvergenceError(0.4e-3, "Newton diverged", None)))
     assert isinstance(told, ConvergenceError)
     assert str(told) == "no equilibrium beyond an indentation of 0.4 mm: Newton diverged"

@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 
 from models.examples import PAPER_SENSOR
-from models.sensor import Design, Indenter, Padding, Sensor, design_from
+from models.sensor import Design, FloatArray, Indenter, Padding, Sensor, design_from
 
 
-def test_defaults_are_full_disc_electrodes_half_the_sensor_and_one_silicone():
+def test_defaults_are_full_disc_electrodes_half_the_sensor_and_one_silicone() -> None:
     design = design_from(PAPER_SENSOR)
     assert design.electrode_radius == 10e-3
     assert design.dielectric_thickness == 0.37e-3
     assert design.padding_young_modulus == 0.69e6
 
 
-def test_rest_capacitance_is_two_parallel_plates():
+def test_rest_capacitance_is_two_parallel_plates() -> None:
     # C = 2 eps_0 eps_r A / t, the paper's Eq. (1), for 161 um dielectrics: about 97 pF.
     design = design_from(PAPER_SENSOR | {"dielectric_thickness": 0.161e-3})
     assert design.rest_capacitance == pytest.approx(2 * 8.8541878128e-12 * 2.8 * np.pi * 1e-4 / 0.161e-3)
@@ -34,12 +34,12 @@ def test_rest_capacitance_is_two_parallel_plates():
         ({"dielectric_thickness": 0.4e-3}, "must not exceed half the sensor thickness, got 0.4 mm in a sensor of 0.74 mm"),
     ],
 )
-def test_impossible_values_are_refused_with_the_number(change, words):
+def test_impossible_values_are_refused_with_the_number(change: dict[str, float | FloatArray], words: str) -> None:
     with pytest.raises(ValueError, match=words.replace("(", r"\(").replace(")", r"\)")):
         design_from(PAPER_SENSOR | change)
 
 
-def test_a_batch_gives_its_draws_back():
+def test_a_batch_gives_its_draws_back() -> None:
     modulus = np.array([0.5e6, 0.7e6, 0.9e6])
     batch = design_from(PAPER_SENSOR | {"young_modulus": modulus})
     assert batch.is_batch
@@ -48,7 +48,7 @@ def test_a_batch_gives_its_draws_back():
     np.testing.assert_array_equal(batch.draws().padding_young_modulus, modulus)
 
 
-def test_what_follows_from_a_quantity_follows_when_that_is_changed():
+def test_what_follows_from_a_quantity_follows_when_that_is_changed() -> None:
     design = design_from(PAPER_SENSOR)
     thick = replace(design, sensor=replace(design.sensor, thickness=2e-3))
     assert thick.dielectric_thickness == 1e-3
@@ -61,7 +61,7 @@ def test_what_follows_from_a_quantity_follows_when_that_is_changed():
     assert thick.parameters() == design.parameters() | {"sensor_thickness": 2e-3, "dielectric_thickness": 1e-3}
 
 
-def test_what_was_given_stays_when_another_quantity_is_changed():
+def test_what_was_given_stays_when_another_quantity_is_changed() -> None:
     own = {"electrode_radius": 9e-3, "dielectric_thickness": 0.2e-3, "padding_young_modulus": 0.3e6}
     design = design_from(PAPER_SENSOR | own)
     other = replace(design, sensor=replace(design.sensor, thickness=2e-3, radius=20e-3, young_modulus=2e6))
@@ -70,7 +70,7 @@ def test_what_was_given_stays_when_another_quantity_is_changed():
         replace(design.sensor, thickness=0.3e-3)
 
 
-def test_what_follows_still_follows_in_a_batch_and_in_its_draws():
+def test_what_follows_still_follows_in_a_batch_and_in_its_draws() -> None:
     modulus = np.array([0.5e6, 0.7e6, 0.9e6])
     batch = design_from(PAPER_SENSOR | {"young_modulus": modulus}).draws()
     thickness = np.array([1e-3, 2e-3, 3e-3])
@@ -89,19 +89,19 @@ def test_what_follows_still_follows_in_a_batch_and_in_its_draws():
     np.testing.assert_array_equal(given.only(np.array([False, True, True])).dielectric_thickness, thickness[1:] / 10)
 
 
-def test_a_design_is_made_again_from_what_was_given():
+def test_a_design_is_made_again_from_what_was_given() -> None:
     for given in (PAPER_SENSOR, PAPER_SENSOR | {"dielectric_thickness": 0.2e-3, "padding_young_modulus": 0.3e6}):
         design = design_from(given)
         assert design.given() == given | {"stiffening": 0.0}
         assert design_from(design.given()).parameters() == design.parameters()
 
 
-def test_a_missing_number_is_no_number():
+def test_a_missing_number_is_no_number() -> None:
     for name in ("electrode_radius", "dielectric_thickness", "padding_young_modulus"):
         with pytest.raises(ValueError, match=f"{name} must be positive, got nan"):
             design_from(PAPER_SENSOR | {name: float("nan")})
 
 
-def test_no_padding_is_a_design():
+def test_no_padding_is_a_design() -> None:
     design = Design(Indenter(5e-3), Sensor(1e-3, 10e-3, 1e6, 2.8), Padding(0.0))
     assert design.total_thickness == 1e-3

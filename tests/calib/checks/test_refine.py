@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -33,7 +33,7 @@ from models.sensor import Design, FloatArray
 from models.surrogate.fitting import LEAST_PATHS
 from models.surrogate.store import open_store
 from models.surrogate.surrogate import Surrogate, load_surrogate
-from models.surrogate.training import run_point, store_settings
+from models.surrogate.training import TrainingSet, run_point, store_settings
 
 MakePosterior = Callable[..., Posterior]
 ACCURACY = 5e-2
@@ -192,7 +192,7 @@ def test_runs_are_kept_when_it_is_stopped(run: Path, tmp_path: Path) -> None:
 def test_a_surrogate_is_trained_on_what_the_store_holds(run: Path, tmp_path: Path) -> None:
     seen = []
 
-    def fitted(data: object, **options: object) -> Surrogate:
+    def fitted(data: TrainingSet, **options: Any) -> Surrogate:
         seen.append((data, options))
         return FAST
 
@@ -205,7 +205,7 @@ def test_a_surrogate_is_trained_on_what_the_store_holds(run: Path, tmp_path: Pat
     result = _refine(run, *words, means=replace(RIGHT, fit=fitted))
     assert result.exit_code == 0, result.output
     ((data, options),) = seen
-    assert len(data.groups) == LEAST_PATHS + 2  # type: ignore[attr-defined]
+    assert len(data.groups) == LEAST_PATHS + 2
     assert options["steps"] == 7
     assert options["base"] is FAST.base
     assert load_surrogate(tmp_path / "new.npz").provenance == FAST.provenance
@@ -240,7 +240,8 @@ def test_what_cannot_be_refined_is_refused_before_any_work(posterior: Posterior,
     assert CliRunner().invoke(app, ["surrogate", "refine", str(run), "--reweight", "10"]).exit_code == 2
     assert {p.name for p in run.iterdir()} == {"posterior.nc"}
     assert not (tmp_path / "new.npz").exists()
-    for model, name in (("fem", "finite elements"), ("closed form", "closed form")):
+    models: tuple[tuple[Literal["fem", "closed form"], str], ...] = (("fem", "finite elements"), ("closed form", "closed form"))
+    for model, name in models:
         other = replace(posterior, forward_name=name, experiment=replace(posterior.experiment, model=model))
         save_posterior(other, run / "posterior.nc")
         _refused(refused(), f"the run was calibrated with the {name}. There is nothing to refine")

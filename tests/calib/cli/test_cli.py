@@ -582,8 +582,7 @@ def test_a_surrogate_is_trained_extended_and_used(lab: Path) -> None:
     result = _run("surrogate", "info", "--surrogate", lab / "two.npz")
     assert "range of h_p/h_s" in result.stdout
     assert "of them without equilibrium to their end" in " ".join(result.stdout.split())
-    words = ("--displacement", "0.5 mm", "--steps", 2, "--surrogate", lab / "two.npz")
-    result = _run("simulate", lab / "design.toml", *words)
+    result = _run("simulate", lab / "design.toml", "--displacement", "0.5 mm", "--steps", 2, "--surrogate", lab / "two.npz")
     assert result.exit_code == 0, result.output
     assert len(result.stdout.splitlines()) == 3
     result = _run("surrogate", "train", "-o", lab / "three.npz", "--family", "gent", "--improve", lab / "two.npz")

@@ -117,7 +117,8 @@ def test_files_whose_names_say_nothing_are_paired_by_the_time_at_which_they_bega
     result = _run("init", tmp_path, "-o", tmp_path / "experiment.toml")
     assert result.exit_code == 0, result.output
     plan = read_experiment(tmp_path / "experiment.toml")
-    paired = {s.sweeps[0].force.name: s.sweeps[0].capacitance.name for s in plan.specimens if s.sweeps[0].force}  # type: ignore[union-attr]
+    files = [s.sweeps[0] for s in plan.specimens]
+    paired = {f.force.name: f.capacitance.name for f in files if f.force is not None and f.capacitance is not None}
     assert paired == {"Specimen_RawData_1.csv": "y.csv", "Specimen_RawData_2.csv": "x.csv"}
     assert "paired by time: the records began 0 s apart" in (tmp_path / "experiment.toml").read_text()
 

@@ -54,10 +54,10 @@ class Hill:
 
 
 def _recommend(
-    posterior: Posterior, forward: Hill | ClosedForm, *numbers: float, seed: int = 1, **more: float
+    posterior: Posterior, forward: Hill | ClosedForm, *numbers: float, seed: int = 1, n_thickness: int = 37
 ) -> Recommendation:
     force, lower, upper = numbers
-    return recommend(posterior, forward, Requirement(force, lower, upper, n_draw=200, **more), seed=seed)
+    return recommend(posterior, forward, Requirement(force, lower, upper, n_thickness=n_thickness, n_draw=200), seed=seed)
 
 
 def _exact(posterior: Posterior) -> Posterior:

@@ -48,6 +48,7 @@ def test_sensor_and_padding_of_one_gent_law_are_a_design_with_stiffening(tmp_pat
 
 def test_a_design_is_read(tmp_path: Path) -> None:
     design = read_design(write(tmp_path, DESIGN))
+    assert isinstance(design, Design)
     assert design.indenter.friction_coefficient == 0.3
     assert design.parameters() == {
         "indenter_radius": 5e-3,
@@ -66,6 +67,7 @@ def test_a_design_is_read(tmp_path: Path) -> None:
 def test_what_a_design_leaves_out_is_derived(tmp_path: Path) -> None:
     optional = ("friction", "electrode", "dielectric", 'young_modulus = "0.3')
     design = read_design(write(tmp_path, "\n".join(line for line in DESIGN.splitlines() if not line.startswith(optional))))
+    assert isinstance(design, Design)
     assert design.indenter.friction_coefficient == 0
     assert design.electrode_radius == 10e-3
     assert design.dielectric_thickness == 0.37e-3
@@ -73,7 +75,9 @@ def test_what_a_design_leaves_out_is_derived(tmp_path: Path) -> None:
 
 
 def test_a_design_without_padding_is_zero_thick(tmp_path: Path) -> None:
-    assert read_design(write(tmp_path, DESIGN.replace("1.10 mm", "0 mm"))).padding.thickness == 0
+    design = read_design(write(tmp_path, DESIGN.replace("1.10 mm", "0 mm")))
+    assert isinstance(design, Design)
+    assert design.padding.thickness == 0
 
 
 @pytest.mark.parametrize(

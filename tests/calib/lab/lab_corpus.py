@@ -18,33 +18,32 @@ from typing import Any, Protocol
 #: Values of one row in SI: canonical quantity -> exact value, or None where the cell holds no reading.
 Row = Mapping[str, Decimal | None]
 
+_TIMES: Mapping[str, int | str] = {"s": 1, "sec": 1, "Sec": 1, "ms": "0.001", "min": 60, "minutes": 60}
+_LENGTHS: Mapping[str, int | str] = {
+    "m": 1,
+    "mm": "0.001",
+    "um": "0.000001",
+    "\u00b5m": "0.000001",
+    "\u03bcm": "0.000001",
+    "in": "0.0254",
+    "inch": "0.0254",
+}
+_FORCES: Mapping[str, int | str] = {
+    "N": 1,
+    "kN": 1000,
+    "mN": "0.001",
+    "gf": "0.00980665",
+    "kgf": "9.80665",
+    "lbf": "4.4482216152605",
+}
+_CAPACITANCES: Mapping[str, int | str] = {"pF": "1e-12", "nF": "1e-9", "uF": "1e-6", "\u00b5F": "1e-6", "F": 1}
+
 #: Quantity -> unit as written -> factor to SI.
 FACTOR: Mapping[str, Mapping[str, Decimal]] = {
-    "time": {u: Decimal(f) for u, f in {"s": 1, "sec": 1, "Sec": 1, "ms": "0.001", "min": 60, "minutes": 60}.items()},
-    "displacement": {
-        u: Decimal(f)
-        for u, f in {
-            "m": 1,
-            "mm": "0.001",
-            "um": "0.000001",
-            "\u00b5m": "0.000001",
-            "\u03bcm": "0.000001",
-            "in": "0.0254",
-            "inch": "0.0254",
-        }.items()
-    },
-    "force": {
-        u: Decimal(f)
-        for u, f in {
-            "N": 1,
-            "kN": 1000,
-            "mN": "0.001",
-            "gf": "0.00980665",
-            "kgf": "9.80665",
-            "lbf": "4.4482216152605",
-        }.items()
-    },
-    "capacitance": {u: Decimal(f) for u, f in {"pF": "1e-12", "nF": "1e-9", "uF": "1e-6", "\u00b5F": "1e-6", "F": 1}.items()},
+    "time": {u: Decimal(f) for u, f in _TIMES.items()},
+    "displacement": {u: Decimal(f) for u, f in _LENGTHS.items()},
+    "force": {u: Decimal(f) for u, f in _FORCES.items()},
+    "capacitance": {u: Decimal(f) for u, f in _CAPACITANCES.items()},
     "capacitance_series": {"pF": Decimal("1e-12"), "F": Decimal(1)},
     "frequency": {"Hz": Decimal(1), "kHz": Decimal(1000)},
     "dissipation": {"": Decimal(1), "-": Decimal(1)},
@@ -433,7 +432,7 @@ class Variant:
     unusable: frozenset[int] = frozenset()
     refusal: Refusal | None = None
     layout: Layout | None = None
-    reading: Mapping[str, object] = field(default_factory=dict)
+    reading: Mapping[str, Any] = field(default_factory=dict)
     raw: bytes | None = None
 
     @property
@@ -460,7 +459,7 @@ def build(
     outcome: str = "read",
     refusal: Refusal | None = None,
     finish: Callable[[list[str]], list[str]] | None = None,
-    reading: Mapping[str, object] | None = None,
+    reading: Mapping[str, Any] | None = None,
     meant: Mapping[str, str] | None = None,
 ) -> Variant:
     """The file of a layout, its oracle and its truth.

@@ -186,8 +186,10 @@ def test_a_file_tied_by_displacement_has_its_own_cycles(tmp_path: Path) -> None:
     (tmp_path / "both.csv").write_text("Displacement (mm),Force (N),Capacitance (pF)\n" + rows)
     rows = "".join(f"{v:.5f},{3 * v:.5f}\n" for v in x)
     (tmp_path / "t.csv").write_text("Displacement (mm),Force (N)\n" + rows)
-    for arguments, slope in (({"cycle": 2}, 2.0), ({"cycle": 1, "capacitance_cycle": 3}, 3.0), ({}, 1.0)):
-        sweep = make_sweep("s", "s", RADIUS, tmp_path / "t.csv", tmp_path / "both.csv", **arguments)
+    for cycle, capacitance_cycle, slope in ((2, None, 2.0), (1, 3, 3.0), (None, None, 1.0)):
+        sweep = make_sweep(
+            "s", "s", RADIUS, tmp_path / "t.csv", tmp_path / "both.csv", cycle=cycle, capacitance_cycle=capacitance_cycle
+        )
         assert "capacitance" in sweep.channels
         assert np.max(sweep.channels["capacitance"].value) == pytest.approx((97 + slope) * 1e-12, rel=3e-4)
     same = make_sweep("s", "s", RADIUS, tmp_path / "both.csv", tmp_path / "both.csv", cycle=3)
@@ -224,9 +226,9 @@ def test_time_that_runs_backwards_is_refused(tmp_path: Path) -> None:
 
 def test_the_frame_has_the_columns_the_file_has(tmp_path: Path) -> None:
     rng = np.random.default_rng(1)
-    tester = observe(read_lab_file(Press().write_tester(tmp_path / "t.csv", rng)))
+    tester = observe(read_lab_file(Press().write_tester(tmp_path / "t.csv", rng))).to_dataframe()
     assert list(tester.columns) == ["time_s", "displacement_m", "force_N", "branch", "cycle", "used", "reason"]
-    lcr = observe(read_lab_file(Press().write_lcr(tmp_path / "c.csv", rng)))
+    lcr = observe(read_lab_file(Press().write_lcr(tmp_path / "c.csv", rng))).to_dataframe()
     assert list(lcr.columns) == ["time_s", "capacitance_F", "branch", "cycle", "used", "reason"]
     assert set(lcr["branch"]) == {""}
 
@@ -276,7 +278,9 @@ def test_points_lie_on_the_true_curve_within_their_stated_noise(tmp_path: Path) 
 def test_the_bend_of_the_curve_does_not_move_the_points(tmp_path: Path) -> None:
     p, sweep = press(tmp_path, p=Press(force_noise=1e-4, capacitance_noise=1e-4), n_points=12)
     assert "force" in sweep.channels
-    error = sweep.channels["force"].value - p.force(sweep.channels["force"].displacement * 1e3)
+    points = sweep.channels["force"]
+    assert points.displacement is not None
+    error = points.value - p.force(points.displacement * 1e3)
     width = 0.9 / 12
     assert np.max(np.abs(error)) < 3e-4  # the resolution is 1 mN; bin means alone are off by F'' w^2 / 24, here 3 mN
     assert 5 * 1.8 * 0.8 / 0.7**2 * width**2 / 24 > 1.5e-3
@@ -286,7 +290,9 @@ def test_a_quarter_of_the_points_lie_before_the_onset(tmp_path: Path) -> None:
     _, sweep = press(tmp_path)
     assert "force" in sweep.channels
     assert len(sweep.channels["force"].value) == 40
-    before = np.sum(sweep.channels["force"].displacement < CONTACT * 1e-3)
+    displacement = sweep.channels["force"].displacement
+    assert displacement is not None
+    before = np.sum(displacement < CONTACT * 1e-3)
     assert 7 <= before <= 12
 
 
@@ -308,7 +314,9 @@ def test_readings_that_stay_on_one_level_count_once(tmp_path: Path) -> None:
     sweep = make_sweep("s", "s", RADIUS, tmp_path / "t.csv", None)
     assert "force" in sweep.channels
     assert sweep.noise["force"] >= 0.1 / np.sqrt(12) * 0.999
-    assert np.all(sweep.channels["force"].n_effective[sweep.channels["force"].displacement < 0.29e-3] == 1)
+    points = sweep.channels["force"]
+    assert points.displacement is not None
+    assert np.all(points.n_effective[points.displacement < 0.29e-3] == 1)
 
 
 def test_few_readings_are_taken_as_they_are(tmp_path: Path) -> None:

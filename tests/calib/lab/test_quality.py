@@ -8,6 +8,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -20,7 +21,7 @@ from calib.lab.quality.material import TYPICAL_COMPLIANCE
 from calib.lab.quality.verdict import Verdict, worst_first
 from calib.lab.quality.words import number_text, quality_in_words, verdict_rows
 from calib.lab.sweep import sweeps_from_json, sweeps_to_json
-from models.sensor import FloatArray
+from models.sensor import BoolArray, FloatArray
 
 SHARED = Path(__file__).resolve().parents[4] / "shared" / "labdata"
 DATASETS = Path(__file__).resolve().parents[3] / "datasets" / "padded_sensor"
@@ -62,7 +63,7 @@ class Test:
         f = 5 * d**1.6 * back * relaxed + self.load_zero + self.drift * t + noise
         return t, x, np.minimum(f, self.limit)
 
-    def file(self, folder: Path, keep: Callable[[FloatArray], FloatArray] | None = None) -> Path:
+    def file(self, folder: Path, keep: Callable[[FloatArray], BoolArray] | None = None) -> Path:
         t, x, f = self.columns()
         rows = np.ones(t.size, dtype=bool) if keep is None else keep(t).astype(bool)
         lines = [f"{a:.4f},{b:.5f},{c:.{self.decimals}f}\n" for a, b, c in zip(t[rows], x[rows], f[rows], strict=True)]
@@ -70,7 +71,7 @@ class Test:
         path.write_text("Time (s),Extension (mm),Load (N)\n" + "".join(lines))
         return path
 
-    def observe(self, folder: Path, keep: Callable[[FloatArray], FloatArray] | None = None) -> Observations:
+    def observe(self, folder: Path, keep: Callable[[FloatArray], BoolArray] | None = None) -> Observations:
         return observe(read_lab_file(self.file(folder, keep)))
 
 
@@ -130,9 +131,8 @@ def test_objections_come_first_and_with_advice(tmp_path: Path) -> None:
 
 
 def test_worst_first_keeps_the_order_within_a_level() -> None:
-    made = [
-        Verdict(c, lv, 1.0, "N", "", "", "force", "f") for c, lv in (("a", "good"), ("b", "bad"), ("c", "good"), ("d", "bad"))
-    ]  # type: ignore[arg-type]
+    levels: dict[str, Literal["good", "bad"]] = {"a": "good", "b": "bad", "c": "good", "d": "bad"}
+    made = [Verdict(check, level, 1.0, "N", "", "", "force", "f") for check, level in levels.items()]
     assert [v.check for v in worst_first(made)] == ["b", "d", "a", "c"]
 
 

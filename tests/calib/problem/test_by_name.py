@@ -20,7 +20,7 @@ from calib.problem.values import coordinates_of
 from models.analytic import ClosedForm
 from models.examples import PAPER_SENSOR
 from models.response import OutOfRangeError
-from models.sensor import design_from
+from models.sensor import FloatArray, design_from
 
 TRUTH = {"young_modulus": 0.69e6, "contact_offset[s]": 0.03e-3, "load_zero[s]": 0.05}
 EXACT = ClosedForm(force_error=0.0, capacitance_error=0.0)
@@ -65,11 +65,11 @@ def test_values_are_numbers_in_si_or_texts_with_a_unit(problem: Problem) -> None
 def test_another_optimiser_finds_the_modulus_through_residuals(problem: Problem) -> None:
     start = medians(problem)
     scale = np.array([1e5, 0.1, 1e-5, 1e-2])
-    found = least_squares(
-        lambda x: residuals(problem, dict(zip(problem.names, x * scale, strict=True))),
-        np.array(list(start.values())) / scale,
-        diff_step=1e-4,
-    )
+
+    def off(x: FloatArray) -> FloatArray:
+        return residuals(problem, dict(zip(problem.names, x * scale, strict=True)))
+
+    found = least_squares(off, np.array(list(start.values())) / scale, diff_step=np.full(scale.size, 1e-4))
     fitted = dict(zip(problem.names, found.x * scale, strict=True))
     assert fitted["young_modulus"] == pytest.approx(0.69e6, rel=0.01)
     assert fitted["contact_offset[s]"] == pytest.approx(0.03e-3, abs=2e-6)

@@ -3,12 +3,15 @@
 import itertools
 import sys
 from functools import cache
+from pathlib import Path
+from typing import Any
 
 import meshio
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
 from matplotlib.image import imread
 
 from calib.errors import InputError
@@ -18,34 +21,42 @@ from calib.report.deformed.cross_section import cross_section_figure
 from calib.report.deformed.paraview import write_vtk
 from calib.report.deformed.revolved import revolved_picture
 from calib.report.pictures import write_figure
-from models.fem import FiniteElements
+from models.fem import FiniteElements, Solution
 from models.fem.fields import fields_of
-from models.layers import Dielectric, Layer, LayeredDesign, Profile, cone, flat_punch, sphere
+from models.layers import Base, Dielectric, Layer, LayeredDesign, Profile, cone, flat_punch, sphere
+from models.sensor import FloatArray
 
+NO_FIELD: Any = "stress"
 DEPTHS = (0.2e-3, 0.4e-3)
 BALL = sphere(2e-3)
 
 
 @cache
-def pressed(profile=BALL, path=DEPTHS, modulus=0.6e6, radius=6e-3, base="bonded"):
+def pressed(
+    profile: Profile = BALL,
+    path: tuple[float, ...] = DEPTHS,
+    modulus: float = 0.6e6,
+    radius: float = 6e-3,
+    base: Base = "bonded",
+) -> Solution:
     layers = (Layer(1.1e-3, modulus / 3, name="padding"), Layer(0.7e-3, modulus), Layer(0.05e-3, 2 * modulus, name="skin"))
     dielectrics = (Dielectric(1.1e-3, 1.4e-3, 2.8), Dielectric(1.4e-3, 1.8e-3, 2.8))
     design = LayeredDesign(profile, layers, radius, 0.8 * radius, dielectrics, base=base)
     return FiniteElements(4e-3).solve(design, np.array(path))
 
 
-def drawn(figure, kind):
+def drawn(figure: Figure, kind: str) -> list[FloatArray]:
     return [np.array(line.get_data()) for line in figure.axes[0].lines if line.get_gid() == kind]
 
 
-def words(figure):
+def words(figure: Figure) -> list[str]:
     return [t.get_text() for t in figure.axes[0].texts]
 
 
 @pytest.mark.parametrize(
     "profile", [sphere(2e-3), flat_punch(1.5e-3, 0.1e-3), cone(np.radians(60), 0.3e-3), Profile(0.5e-3, 0.2e-3, 1.2)], ids=repr
 )
-def test_the_drawn_surface_touches_the_drawn_indenter_and_nowhere_enters_it(profile):
+def test_the_drawn_surface_touches_the_drawn_indenter_and_nowhere_enters_it(profile: Profile) -> None:
     solution = pressed(profile)
     figure = cross_section_figure(solution)
     (outline,), (indenter,) = drawn(figure, "outline"), drawn(figure, "indenter")
@@ -65,7 +76,7 @@ def test_the_drawn_surface_touches_the_drawn_indenter_and_nowhere_enters_it(prof
     assert np.all(free[1] <= tip + np.array([1e3 * profile.height_at(abs(r) * 1e-3) for r in free[0]]) + 1e-3)
 
 
-def test_electrodes_and_interfaces_are_where_the_material_is():
+def test_electrodes_and_interfaces_are_where_the_material_is() -> None:
     solution = pressed()
     figure, fields = cross_section_figure(solution), fields_of(solution)
     electrodes = drawn(figure, "electrode")
@@ -81,7 +92,7 @@ def test_electrodes_and_interfaces_are_where_the_material_is():
         assert np.min(np.hypot(faces[0][0] - r, faces[0][1] - z)) < 1e-9
 
 
-def test_words_and_numbers_of_a_figure():
+def test_words_and_numbers_of_a_figure() -> None:
     figure = cross_section_figure(pressed(), 0)
     response = pressed().response
     title = figure.axes[0].get_title(loc="left")
@@ -96,14 +107,14 @@ def test_words_and_numbers_of_a_figure():
     assert cross_section_figure(pressed(), field="largest_stretch").axes[1].get_xlabel() == "largest principal stretch"
 
 
-def test_the_legend_names_what_can_be_seen():
+def test_the_legend_names_what_can_be_seen() -> None:
     # Both interfaces lie under electrodes: seen only where the disc is shown beyond those.
     for radius, names in ((6e-3, ["electrode"]), (2.5e-3, ["electrode", "layer interface"])):
         (legend,) = cross_section_figure(pressed(radius=radius)).legends
         assert [t.get_text() for t in legend.get_texts()] == names
 
 
-def test_a_disc_much_wider_than_the_contact_is_shown_around_the_contact():
+def test_a_disc_much_wider_than_the_contact_is_shown_around_the_contact() -> None:
     narrow, wide = cross_section_figure(pressed(radius=2.5e-3)), cross_section_figure(pressed(radius=15e-3))
     assert narrow.axes[0].get_xlim()[1] > 2.5
     assert narrow.axes[0].get_xlabel() == "radius (mm)"
@@ -112,7 +123,7 @@ def test_a_disc_much_wider_than_the_contact_is_shown_around_the_contact():
     assert wide.axes[0].get_xlabel() == "radius (mm); the disc ends at 15 mm"
 
 
-def test_a_figure_is_written_with_equal_axes_and_nothing_cut_off(tmp_path):
+def test_a_figure_is_written_with_equal_axes_and_nothing_cut_off(tmp_path: Path) -> None:
     figure = cross_section_figure(pressed(), field="thickness_stretch")
     write_figure(figure, tmp_path / "section.png")
     assert (tmp_path / "section.png").read_bytes().startswith(b"\x89PNG")
@@ -129,13 +140,13 @@ def test_a_figure_is_written_with_equal_axes_and_nothing_cut_off(tmp_path):
     assert all(low.y1 <= high.y0 + 4 for low, high in itertools.pairwise(names))
 
 
-def test_a_figure_of_the_stack_at_rest_can_be_drawn():
+def test_a_figure_of_the_stack_at_rest_can_be_drawn() -> None:
     FigureCanvasAgg(cross_section_figure(pressed(path=(0.0, 0.2e-3)), 0)).draw()
 
 
-def test_a_field_a_step_or_a_name_that_is_not_there_is_refused(tmp_path):
+def test_a_field_a_step_or_a_name_that_is_not_there_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"there is no field 'stress'; there are pressure, thickness_stretch, largest_stretch"):
-        cross_section_figure(pressed(), field="stress")
+        cross_section_figure(pressed(), field=NO_FIELD)
     with pytest.raises(ValueError, match="there is no step 7"):
         cross_section_figure(pressed(), 7)
     figure = cross_section_figure(pressed())
@@ -146,7 +157,7 @@ def test_a_field_a_step_or_a_name_that_is_not_there_is_refused(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_vtk_files_are_read_back_with_the_fields_and_the_displaced_tip(tmp_path):
+def test_vtk_files_are_read_back_with_the_fields_and_the_displaced_tip(tmp_path: Path) -> None:
     solution = pressed()
     write_vtk(solution, tmp_path / "press.pvd")
     assert sorted(p.name for p in (tmp_path / "press").iterdir()) == [
@@ -172,7 +183,7 @@ def test_vtk_files_are_read_back_with_the_fields_and_the_displaced_tip(tmp_path)
         assert np.min(rigid.points[:, 2]) == pytest.approx(1.85e-3, rel=1e-12)
 
 
-def test_pyvista_reads_the_collection_at_every_indentation(tmp_path):
+def test_pyvista_reads_the_collection_at_every_indentation(tmp_path: Path) -> None:
     pyvista = pytest.importorskip("pyvista")
     write_vtk(pressed(), tmp_path / "press & hold.pvd")
     reader = pyvista.get_reader(str(tmp_path / "press & hold.pvd"))
@@ -187,13 +198,13 @@ def test_pyvista_reads_the_collection_at_every_indentation(tmp_path):
     assert np.sum(area) == pytest.approx(6e-3 * 1.85e-3, rel=1e-3)
 
 
-def test_times_go_on_when_the_indenter_comes_back(tmp_path):
+def test_times_go_on_when_the_indenter_comes_back(tmp_path: Path) -> None:
     write_vtk(pressed(path=(0.2e-3, 0.4e-3, 0.2e-3, 0.0)), tmp_path / "cycle.pvd")
     times = [line.split('"')[1] for line in (tmp_path / "cycle.pvd").read_text().splitlines() if "section" in line]
     assert times == ["0.2", "0.4", "0.6", "0.8"]
 
 
-def test_vtk_files_replace_those_of_an_earlier_call_and_nothing_else(tmp_path):
+def test_vtk_files_replace_those_of_an_earlier_call_and_nothing_else(tmp_path: Path) -> None:
     write_vtk(pressed(), tmp_path / "press.pvd")
     write_vtk(pressed(path=(0.3e-3,)), tmp_path / "press.pvd")
     assert sorted(p.name for p in (tmp_path / "press").iterdir()) == ["indenter_0001.vtu", "section_0001.vtu"]
@@ -206,7 +217,7 @@ def test_vtk_files_replace_those_of_an_earlier_call_and_nothing_else(tmp_path):
     assert sorted(p.name for p in tmp_path.iterdir()) == ["press", "press.pvd"]
 
 
-def test_vtk_files_are_not_begun_where_they_cannot_go(tmp_path):
+def test_vtk_files_are_not_begun_where_they_cannot_go(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"ends in \.pvd"):
         write_vtk(pressed(), tmp_path / "press.vtu")
     with pytest.raises(InputError, match="does not exist"):
@@ -214,7 +225,7 @@ def test_vtk_files_are_not_begun_where_they_cannot_go(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_without_pyvista_it_is_said_what_installs_it(tmp_path, monkeypatch):
+def test_without_pyvista_it_is_said_what_installs_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pyvista", None)
     with pytest.raises(InputError) as caught:
         revolved_picture(pressed(), -1, "pressure", tmp_path / "space.png")
@@ -223,7 +234,7 @@ def test_without_pyvista_it_is_said_what_installs_it(tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_machine_without_anything_to_draw_with_is_told_so(monkeypatch, tmp_path):
+def test_a_machine_without_anything_to_draw_with_is_told_so(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     vtk = pytest.importorskip("vtkmodules.vtkRenderingCore")
 
     class vtkOSOpenGLRenderWindow:
@@ -236,7 +247,7 @@ def test_a_machine_without_anything_to_draw_with_is_told_so(monkeypatch, tmp_pat
     assert list(tmp_path.iterdir()) == []
 
 
-def test_the_revolved_picture_shows_the_section_in_the_colours_of_the_field(tmp_path):
+def test_the_revolved_picture_shows_the_section_in_the_colours_of_the_field(tmp_path: Path) -> None:
     pytest.importorskip("pyvista")
     try:
         revolved_picture(pressed(), -1, "pressure", tmp_path / "space.png")

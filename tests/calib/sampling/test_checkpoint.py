@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -44,7 +45,7 @@ def test_the_same_inputs_have_the_same_fingerprint_wherever_their_files_lie(
     assert len({_mark(replace(problem, forward=s)) for s in surrogates}) == 1
 
 
-EXPERIMENT = {
+EXPERIMENT: dict[str, Any] = {
     "law": "gent",
     "stick": True,
     "padding_material": "own",

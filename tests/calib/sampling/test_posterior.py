@@ -146,9 +146,13 @@ def test_the_truth_is_recovered_from_force_and_capacitance(tmp_path: Path) -> No
 def test_ranks_of_the_truth_are_uniform_over_repeated_experiments(tmp_path: Path) -> None:
     # Truths from the prior, data from the truth: the truth's rank among the draws is uniform (Talts et al. 2018).
     rng = np.random.default_rng(5)
-    prior = {"young_modulus": LogNormal(0.7e6, 1.1), "contact_offset": Normal(0.0, 0.02e-3), "load_zero": Normal(0.0, 0.05)}
+    prior: dict[str, Prior] = {
+        "young_modulus": LogNormal(0.7e6, 1.1),
+        "contact_offset": Normal(0.0, 0.02e-3),
+        "load_zero": Normal(0.0, 0.05),
+    }
     shared = {**KNOWN, "young_modulus": prior["young_modulus"]}
-    own = {"sensor_thickness": Fixed(0.74e-3), "padding_thickness": Fixed(1.1e-3)}
+    own: dict[str, Prior] = {"sensor_thickness": Fixed(0.74e-3), "padding_thickness": Fixed(1.1e-3)}
     own |= {p: prior[p] for p in ("contact_offset", "load_zero")}
     specimen = Specimen("s", (SweepFiles("", Path("f.csv"), None, 5e-3),), own)
     experiment = Experiment("c", Path("e.toml"), "", 5e-3, 10e-3, "sensor", shared, (specimen,), "closed form", "off")

@@ -8,8 +8,9 @@ import subprocess
 import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import matplotlib as mpl
 import numpy as np
@@ -62,7 +63,7 @@ def plan(*specimens: Specimen) -> Experiment:
 
 def press(specimen: str, name: str = "", with_capacitance: bool = False, seed: int = 0) -> Sweep:
     rng, design = np.random.default_rng(seed), design_from(dict(TRUTH))
-    tie = "clock" if with_capacitance else "none"
+    tie: Literal["clock", "none"] = "clock" if with_capacitance else "none"
     return synthetic_sweep(FORWARD, design, 0.4e-3, RIG, rng, specimen=specimen, name=name, n_points=12, tie=tie)
 
 
@@ -259,7 +260,8 @@ def test_new_readings_have_mean_and_covariance_of_the_measurement_model() -> Non
     rng = np.random.default_rng(0)
     n, shape = 40_000, (40_000, 3)
     mean, variance, modes = np.array([1.0, 2.0, 3.0]), np.array([0.1, 0.2, 0.3]), rng.standard_normal((3, 2))
-    channel = PredictedReadings(*(np.broadcast_to(x, shape) for x in (mean, mean, variance)), np.tile(modes, (n, 1, 1)), mean)
+    many, spread = np.broadcast_to(mean, shape), np.broadcast_to(variance, shape)
+    channel = PredictedReadings(many, many, spread, np.tile(modes, (n, 1, 1)), mean)
     found = new_readings(channel, rng)
     covariance = np.diag(variance) + modes @ modes.T
     np.testing.assert_allclose(found.mean(axis=0), mean, atol=5 * np.sqrt(covariance.max() / n))
@@ -287,6 +289,7 @@ class Narrow:
     """The closed form, but only where the modulus is below its prior's median."""
 
     name: str = "narrow closed form"
+    identity: str = "narrow closed form"
 
     def max_depth(self, design: Design) -> FloatArray:
         return np.where(np.atleast_1d(design.sensor.young_modulus) < 0.7e6, FORWARD.max_depth(design), 0.0)
@@ -350,7 +353,7 @@ def test_arviz_leaves_out_points_of_the_file(channel: str, data: Any) -> None:
     assert found.n_data_points == 80
     assert np.isfinite(found.elpd_loo)
     for name in (channel, f"{channel}_given_others"):
-        pit = quietly(lambda name=name: az.loo_pit(idata=data, y=channel, y_hat=name))
+        pit = quietly(partial(az.loo_pit, idata=data, y=channel, y_hat=name))
         assert pit.shape == (80,)
         assert np.all((pit >= 0) & (pit <= 1))
     assert quietly(lambda: az.loo(data, var_name="blocks")).n_data_points == data.log_likelihood.sizes["block"]

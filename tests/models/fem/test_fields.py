@@ -7,32 +7,33 @@ import pytest
 
 from models.fem import FiniteElements, Solution, dimensionless
 from models.fem.elements import shape_1d
-from models.fem.equilibrium import make_model
+from models.fem.equilibrium import State, make_model
 from models.fem.fields import fields_of, sheet
 from models.fem.path import walk
-from models.layers import Dielectric, Layer, LayeredDesign, flat_punch, sphere
+from models.layers import Base, Dielectric, Layer, LayeredDesign, Profile, flat_punch, sphere
 
 MODULUS = 0.6e6
 
 
-def stack(profile, layers, *, a=10e-3, base="bonded"):
+def stack(profile: Profile, layers: tuple[Layer, ...], *, a: float = 10e-3, base: Base = "bonded") -> LayeredDesign:
     top = sum(x.thickness for x in layers)
     return LayeredDesign(profile, layers, a, a, (Dielectric(0.6 * top, top, 2.8),), base=base)
 
 
 @cache
-def pressed(below=MODULUS, above=MODULUS, depth=0.7e-3, accuracy=4e-3):
+def pressed(below: float = MODULUS, above: float = MODULUS, depth: float = 0.7e-3, accuracy: float = 4e-3) -> Solution:
     layers = (Layer(1.1e-3, below, name="padding"), Layer(0.74e-3, above, name="sensor"))
     return FiniteElements(accuracy).solve(stack(sphere(5e-3), layers), np.array([depth]))
 
 
-def test_even_compression_gives_even_fields():
+def test_even_compression_gives_even_fields() -> None:
     # Flat plate wider than the disc, no friction on either side: sigma_zz = mu (s^2 - 1/s), all other stresses are zero.
     design = stack(flat_punch(30e-3, 1e-3), (Layer(1.5e-3, MODULUS), Layer(2.5e-3, MODULUS)), a=5e-3, base="slippery")
     scaled, units = dimensionless(design)
     depths = np.array([0.4e-3, 1.2e-3]) / units.length
     model = make_model(scaled, depths[-1], 1e-2)
-    solution = Solution(design, units, model, tuple(walk(model, depths)), None)
+    states = tuple(s for s in walk(model, depths) if isinstance(s, State))
+    solution = Solution(design, units, model, states, None)
     for step, stretch in enumerate((0.9, 0.7)):
         fields = fields_of(solution, step)
         mean = MODULUS / 3 * (1 / stretch - stretch**2) / 3
@@ -44,7 +45,7 @@ def test_even_compression_gives_even_fields():
         np.testing.assert_allclose(fields.r, stretch**-0.5 * fields.rest_r, rtol=3e-5, atol=1e-12)
 
 
-def test_at_rest_nothing_is_stressed_or_stretched():
+def test_at_rest_nothing_is_stressed_or_stretched() -> None:
     solution = FiniteElements(4e-3).solve(pressed().design, np.array([0.0]))
     fields = fields_of(solution)
     np.testing.assert_allclose(fields.pressure, 0, atol=1e-6)
@@ -53,7 +54,7 @@ def test_at_rest_nothing_is_stressed_or_stretched():
     np.testing.assert_array_equal(fields.r, fields.rest_r)
 
 
-def test_pressure_under_a_ball_on_a_half_space_is_hertz():
+def test_pressure_under_a_ball_on_a_half_space_is_hertz() -> None:
     # On the surface of an incompressible half space the mean stress is the contact pressure, p0 sqrt(1 - r^2/a^2) with
     # p0 = 3 F/(2 pi a^2) (Johnson, Contact Mechanics, 1985, section 3.4, at nu = 1/2).
     radius, depth = 5e-3, 0.02e-3
@@ -67,7 +68,7 @@ def test_pressure_under_a_ball_on_a_half_space_is_hertz():
     assert np.all(np.abs(pressure[r > 1.3 * edge]) < 0.03 * peak)
 
 
-def test_layers_of_unlike_modulus_jump_by_what_the_axial_stress_asks_for():
+def test_layers_of_unlike_modulus_jump_by_what_the_axial_stress_asks_for() -> None:
     # On the axis F = diag(s^-1/2, s, s^-1/2) with the same s on both sides, as the faces stay together, and
     # sigma_zz = -p + (2/3) mu (s^2 - 1/s) has no jump.
     below, above = 0.2e6, 1.2e6
@@ -79,14 +80,14 @@ def test_layers_of_unlike_modulus_jump_by_what_the_axial_stress_asks_for():
     assert p1 - p0 == pytest.approx(2 / 3 * (above - below) / 3 * (s0**2 - 1 / s0), rel=0.02)
 
 
-def test_layers_of_one_material_do_not_jump():
+def test_layers_of_one_material_do_not_jump() -> None:
     fields = fields_of(pressed())
     for values in (fields.pressure, fields.thickness_stretch, fields.largest_stretch):
         jump = sheet(fields, values, 1)[:, 0] - sheet(fields, values, 0)[:, -1]
         assert np.max(np.abs(jump)) < 0.04 * np.ptp(values)
 
 
-def test_fields_settle_as_the_grid_is_refined():
+def test_fields_settle_as_the_grid_is_refined() -> None:
     coarse, fine = fields_of(pressed()), fields_of(pressed(accuracy=5e-4))
     for name in ("pressure", "thickness_stretch", "largest_stretch"):
         for row in (0, -1):  # both faces of the sensor, out to where the contact ends and the pressure has an edge
@@ -97,7 +98,7 @@ def test_fields_settle_as_the_grid_is_refined():
             np.testing.assert_allclose(one, two, atol=0.01 * np.ptp(getattr(fine, name)))
 
 
-def test_points_on_an_interface_are_there_twice_in_one_place():
+def test_points_on_an_interface_are_there_twice_in_one_place() -> None:
     fields = fields_of(pressed(0.2e6, 1.2e6))
     for values in (fields.r, fields.z, fields.rest_r, fields.rest_z):
         np.testing.assert_array_equal(sheet(fields, values, 0)[:, -1], sheet(fields, values, 1)[:, 0])
@@ -106,7 +107,7 @@ def test_points_on_an_interface_are_there_twice_in_one_place():
     np.testing.assert_allclose(sheet(fields, fields.rest_z, 0)[0, [0, -1]], [0, 1.1e-3], atol=1e-15)
 
 
-def test_cells_keep_their_volume_and_turn_counterclockwise():
+def test_cells_keep_their_volume_and_turn_counterclockwise() -> None:
     # The nine functions in VTK's order: corners, middles of the sides, middle; 3 x 3 Gauss points.
     fields = fields_of(pressed(0.2e6, 1.2e6))
     x, w = np.polynomial.legendre.leggauss(3)
@@ -125,7 +126,7 @@ def test_cells_keep_their_volume_and_turn_counterclockwise():
         assert np.sum(volume[0][fields.layer == layer]) == pytest.approx(np.pi * 0.01**2 * thickness, rel=1e-12)
 
 
-def test_the_surface_follows_the_ball():
+def test_the_surface_follows_the_ball() -> None:
     solution = pressed()
     fields = fields_of(solution)
     r, z = (sheet(fields, v, 1)[:, -1] for v in (fields.r, fields.z))
@@ -134,6 +135,6 @@ def test_the_surface_follows_the_ball():
     np.testing.assert_allclose(z[touching], tip + 5e-3 - np.sqrt(25e-6 - r[touching] ** 2), atol=1e-8)
 
 
-def test_a_step_that_is_not_there_is_refused():
+def test_a_step_that_is_not_there_is_refused() -> None:
     with pytest.raises(ValueError, match="there is no step 1: the solution has 1"):
         fields_of(pressed(), 1)

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from models.fem import FiniteElements, capacitance_of
-from models.fem.equilibrium import equilibrium, on_mesh
+from models.fem import FiniteElements, Solution, capacitance_of
+from models.fem.equilibrium import State, equilibrium, on_mesh
 from models.fem.mesh import moved
 from models.fem.path import walk
-from models.fem.sensitivity import derivatives, sensitivities
+from models.fem.sensitivity import Sensitivities, derivatives, sensitivities
 from models.laws import Yeoh
 from models.layers import Dielectric, Layer, LayeredDesign, layered, sphere
-from models.sensor import design_from
+from models.sensor import FloatArray, design_from
 
 VALUES = {
     "indenter_radius": 5e-3,
@@ -26,25 +26,28 @@ VALUES = {
 DEPTH = np.array([0.0, 0.15, 0.3, 0.45]) * 1e-3
 
 
-def solved_anew(solution, design):
+def solved_anew(solution: Solution, design: LayeredDesign) -> tuple[FloatArray, FloatArray]:
     """Force and capacitance of a changed design on the solution's grid carried over, walked anew to the last digit."""
     units, old = solution.units, solution.model
     scaled = design.scaled(units.length, units.modulus)
     model = on_mesh(scaled, moved(old.mesh, old.design, scaled))
-    states = [equilibrium(model, s, s.depth) if s.depth > 0 else s for s in walk(model, DEPTH / units.length)]
+    walked = [s for s in walk(model, DEPTH / units.length) if isinstance(s, State)]
+    found = [equilibrium(model, s, s.depth) if s.depth > 0 else s for s in walked]
+    states = [s for s in found if isinstance(s, State)]
+    assert len(states) == len(DEPTH)
     force = np.array([s.force * units.force for s in states])
     return force, np.array([capacitance_of(design, units, model.mesh, s.u) for s in states])
 
 
 @pytest.fixture(scope="module")
-def paper():
+def paper() -> tuple[Solution, Sensitivities]:
     design = design_from(VALUES)
     solution = FiniteElements(4e-3).solve(design, DEPTH)
     return solution, sensitivities(solution, design)
 
 
 @pytest.mark.parametrize("name", VALUES)
-def test_derivatives_are_those_of_whole_solutions(paper, name):
+def test_derivatives_are_those_of_whole_solutions(paper: tuple[Solution, Sensitivities], name: str) -> None:
     solution, found = paper
     up, down = (solved_anew(solution, layered(design_from(VALUES | {name: VALUES[name] * t}))) for t in (1.0005, 0.9995))
     width = 1e-3 * VALUES[name]
@@ -56,7 +59,7 @@ def test_derivatives_are_those_of_whole_solutions(paper, name):
     np.testing.assert_allclose(found.capacitance[name], slope, rtol=tolerance, atol=3e-6 * np.max(np.abs(slope)))
 
 
-def test_derivative_in_depth_is_the_stiffness_of_the_path(paper):
+def test_derivative_in_depth_is_the_stiffness_of_the_path(paper: tuple[Solution, Sensitivities]) -> None:
     solution, found = paper
     stiffness = np.array([s.stiffness for s in solution.states]) * solution.units.force / solution.units.length
     np.testing.assert_allclose(found.force["indentation"][1:], stiffness[1:], rtol=1e-4)
@@ -65,7 +68,7 @@ def test_derivative_in_depth_is_the_stiffness_of_the_path(paper):
     assert found.capacitance["indentation"][-1] == pytest.approx(slope, rel=2e-3)
 
 
-def test_force_scales_with_both_moduli_and_capacitance_with_permittivity(paper):
+def test_force_scales_with_both_moduli_and_capacitance_with_permittivity(paper: tuple[Solution, Sensitivities]) -> None:
     solution, found = paper
     response = solution.response
     by_moduli = sum(found.force[k] * VALUES[k] for k in ("young_modulus", "padding_young_modulus"))
@@ -73,7 +76,7 @@ def test_force_scales_with_both_moduli_and_capacitance_with_permittivity(paper):
     np.testing.assert_allclose(found.capacitance["relative_permittivity"] * 2.8, response.capacitance, rtol=1e-9)
 
 
-def test_derivatives_at_a_bound_are_taken_from_the_side_there_is():
+def test_derivatives_at_a_bound_are_taken_from_the_side_there_is() -> None:
     # Electrodes over the whole disc and dielectrics of half the sensor, no padding: none of these can move both ways.
     full = {k: v for k, v in VALUES.items() if k not in ("electrode_radius", "dielectric_thickness")} | {
         "padding_thickness": 0.0
@@ -90,8 +93,8 @@ def test_derivatives_at_a_bound_are_taken_from_the_side_there_is():
     np.testing.assert_allclose(found.capacitance["dielectric_thickness"], slope, rtol=2e-3)
 
 
-def test_any_family_of_layers_and_laws_has_a_derivative():
-    def design(t):
+def test_any_family_of_layers_and_laws_has_a_derivative() -> None:
+    def design(t: float) -> LayeredDesign:
         layers = (Layer(1.0e-3, 0.5e6), Layer(0.8e-3, 0.6e6, Yeoh(0.2 + t)))
         return LayeredDesign(sphere(5e-3), layers, 10e-3, 10e-3, (Dielectric(1.2e-3, 1.6e-3, 2.8),), base="slippery")
 
@@ -102,7 +105,7 @@ def test_any_family_of_layers_and_laws_has_a_derivative():
     np.testing.assert_allclose(found.capacitance["c2"][1:], ((up[1] - down[1]) / 6e-4)[1:], rtol=1e-4)
 
 
-def test_friction_has_no_derivative_at_fixed_depth():
+def test_friction_has_no_derivative_at_fixed_depth() -> None:
     design = design_from(VALUES, friction_coefficient=0.2)
     with pytest.raises(ValueError, match="depends on the whole path"):
         sensitivities(FiniteElements(1e-2).solve(design, DEPTH[:2]), design)

@@ -1,32 +1,34 @@
 """The range of the surrogate in the dimensionless groups: which designs are inside, and what is said of one that is not."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 
-from models.sensor import design_from
+from models.sensor import FloatArray, design_from
 from models.surrogate import FAMILIES, family_of
 from models.surrogate.coordinates import electric_features, mechanical_features
-from models.surrogate.domain import BOUNDS, LENGTHS, STIFFENING, groups_of, inside, violated
+from models.surrogate.domain import BOUNDS, LENGTHS, STIFFENING, Bound, groups_of, inside, violated
 
 
-def lengths_to_groups(lengths, modulus=1.0):
+def lengths_to_groups(lengths: Sequence[float] | FloatArray, modulus: float = 1.0) -> FloatArray:
     radius, h_s, h_p, a = lengths
     return np.array([[h_s / radius, h_p / radius, a / radius, modulus, 0.0, 0.5, 1.0]])
 
 
-def random_lengths(rng, n):
+def random_lengths(rng: np.random.Generator, n: int) -> FloatArray:
     low, high = np.array(list(LENGTHS.values())).T
     lengths = low + (high - low) * rng.uniform(size=(n, 4))
-    return lengths[lengths[:, 3] >= lengths[:, 0]]
+    return np.asarray(lengths[lengths[:, 3] >= lengths[:, 0]])
 
 
-def test_every_lab_of_the_stated_lengths_is_inside_at_any_scale():
+def test_every_lab_of_the_stated_lengths_is_inside_at_any_scale() -> None:
     for lengths in random_lengths(np.random.default_rng(0), 500):
         for scale in (0.1, 1.0, 7.0):
             assert inside(lengths_to_groups(scale * lengths))[0], lengths
 
 
-def test_a_design_is_inside_only_if_some_scale_brings_all_lengths_inside():
+def test_a_design_is_inside_only_if_some_scale_brings_all_lengths_inside() -> None:
     low, high = np.array(list(LENGTHS.values())).T
     rng = np.random.default_rng(1)
     scales = np.geomspace(1e-2, 1e2, 20001)[:, None]
@@ -41,7 +43,7 @@ def test_a_design_is_inside_only_if_some_scale_brings_all_lengths_inside():
 
 
 @pytest.mark.parametrize("bound", BOUNDS, ids=lambda b: b.name)
-def test_each_bound_is_named_with_its_value(bound):
+def test_each_bound_is_named_with_its_value(bound: Bound) -> None:
     rng = np.random.default_rng(2)
     groups = np.exp(rng.normal(size=(4000, 7)) * 3)
     off = groups[[violated(g[None]).startswith(bound.name) for g in groups]]
@@ -52,7 +54,7 @@ def test_each_bound_is_named_with_its_value(bound):
         assert not bound.low <= value <= bound.high
 
 
-def test_stiffening_belongs_to_gents_family_and_not_beyond_its_end():
+def test_stiffening_belongs_to_gents_family_and_not_beyond_its_end() -> None:
     groups = lengths_to_groups((5.0, 0.74, 1.1, 10.0))
     for stiffening, neo, gent in ((0.0, True, True), (0.05, False, True), (0.11, False, False)):
         groups[0, STIFFENING] = stiffening
@@ -67,7 +69,7 @@ def test_stiffening_belongs_to_gents_family_and_not_beyond_its_end():
     ]
 
 
-def test_features_are_finite_without_padding_and_on_the_borders():
+def test_features_are_finite_without_padding_and_on_the_borders() -> None:
     paper = {
         "indenter_radius": 5e-3,
         "sensor_thickness": 0.74e-3,

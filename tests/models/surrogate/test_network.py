@@ -3,26 +3,27 @@
 import numpy as np
 import pytest
 
-from models.surrogate.network import least_squares, network_from, train_network
+from models.sensor import FloatArray
+from models.surrogate.network import Network, least_squares, network_from, train_network
 
 
-def wave(x):
+def wave(x: FloatArray) -> FloatArray:
     return np.stack([np.sin(2 * x[:, 0]) * np.exp(-x[:, 1]), np.tanh(3 * (x[:, 0] + x[:, 1]))], axis=1)
 
 
 @pytest.fixture(scope="module")
-def trained():
+def trained() -> Network:
     rng = np.random.default_rng(0)
     x = rng.uniform(-1, 1, (2000, 2))
     return train_network(x, least_squares(wave(x)), (24, 24, 2), steps=2500, rng=rng, batch=500)
 
 
-def test_a_smooth_function_is_learned_to_a_thousandth(trained):
+def test_a_smooth_function_is_learned_to_a_thousandth(trained: Network) -> None:
     x = np.random.default_rng(1).uniform(-1, 1, (500, 2))
     assert np.sqrt(np.mean((trained(x) - wave(x)) ** 2)) < 2e-3
 
 
-def test_the_same_seed_gives_the_same_network(trained):
+def test_the_same_seed_gives_the_same_network(trained: Network) -> None:
     rng = np.random.default_rng(0)
     x = rng.uniform(-1, 1, (2000, 2))
     short = [train_network(x, least_squares(wave(x)), (8, 2), steps=20, rng=np.random.default_rng(3)).layers for _ in range(2)]
@@ -30,7 +31,7 @@ def test_the_same_seed_gives_the_same_network(trained):
         np.testing.assert_array_equal(a, b)
 
 
-def test_points_of_no_weight_are_not_followed():
+def test_points_of_no_weight_are_not_followed() -> None:
     rng = np.random.default_rng(0)
     x = rng.uniform(-1, 1, (1000, 1))
     wrong = rng.uniform(size=1000) < 0.5
@@ -39,7 +40,7 @@ def test_points_of_no_weight_are_not_followed():
     np.testing.assert_allclose(fitted(x), x, atol=0.02)
 
 
-def test_a_complex_step_is_the_derivative(trained):
+def test_a_complex_step_is_the_derivative(trained: Network) -> None:
     x = np.array([[0.3, -0.2], [0.0, 0.5]])
     steps = [trained(x + 1e-30j * np.eye(2)[k]).imag / 1e-30 for k in range(2)]
     for k, step in enumerate(steps):
@@ -48,7 +49,7 @@ def test_a_complex_step_is_the_derivative(trained):
         np.testing.assert_allclose(step, (trained(x + h) - trained(x - h)) / 0.04, rtol=0.02, atol=5e-3)
 
 
-def test_arrays_give_the_network_back(trained):
+def test_arrays_give_the_network_back(trained: Network) -> None:
     arrays = trained.arrays("a") | {"b": np.zeros(1)}
     x = np.zeros((3, 2))
     np.testing.assert_array_equal(network_from(arrays, "a")(x), trained(x))
@@ -56,7 +57,7 @@ def test_arrays_give_the_network_back(trained):
         network_from(arrays, "b")
 
 
-def test_training_goes_on_from_a_network_and_not_from_one_of_other_sizes():
+def test_training_goes_on_from_a_network_and_not_from_one_of_other_sizes() -> None:
     x = np.random.default_rng(1).uniform(-1, 1, size=(400, 3))
     first = train_network(x, least_squares(wave(x)), (16, 2), steps=600, rng=np.random.default_rng(2))
     second = train_network(x, least_squares(wave(x)), (16, 2), steps=600, rng=np.random.default_rng(3), start=first)

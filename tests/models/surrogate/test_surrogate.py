@@ -4,6 +4,7 @@ import subprocess
 import sys
 import textwrap
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,10 +15,11 @@ from models.examples import PAPER_SENSOR
 from models.fem import FiniteElements
 from models.fem.equilibrium import compression
 from models.response import OutOfRangeError
-from models.sensor import design_from
-from models.surrogate import FAMILIES, load_surrogate
+from models.sensor import Design, FloatArray, design_from
+from models.surrogate import FAMILIES, Surrogate, load_surrogate
 from models.surrogate.coordinates import closed_force, mechanical_features
 from models.surrogate.domain import PATH
+from models.surrogate.families import Family
 from models.surrogate.fitting import fit_surrogate
 from models.surrogate.gradients import gradients
 from models.surrogate.points import design_points, worst_points
@@ -28,11 +30,11 @@ PAPER = PAPER_SENSOR | {"young_modulus": 0.62e6}
 
 
 @pytest.fixture(scope="module")
-def shipped():
+def shipped() -> Surrogate:
     return load_surrogate()
 
 
-def test_shipped_surrogate_agrees_with_fresh_finite_elements(shipped):
+def test_shipped_surrogate_agrees_with_fresh_finite_elements(shipped: Surrogate) -> None:
     with ThreadPoolExecutor(2) as executor:
         result = validate(shipped, random_designs(12, seed=20261121), executor)
     assert not result.failures
@@ -44,7 +46,7 @@ def test_shipped_surrogate_agrees_with_fresh_finite_elements(shipped):
 
 
 @pytest.mark.parametrize("family", [FAMILIES["gent"], FAMILIES["stick"]], ids=lambda f: f.name)
-def test_surrogates_of_the_other_families_agree_with_fresh_finite_elements(family):
+def test_surrogates_of_the_other_families_agree_with_fresh_finite_elements(family: Family) -> None:
     with ThreadPoolExecutor(2) as executor:
         result = validate(load_surrogate(family=family), random_designs(8, 20261121, family), executor)
     assert not result.failures
@@ -53,7 +55,7 @@ def test_surrogates_of_the_other_families_agree_with_fresh_finite_elements(famil
         assert np.quantile(np.abs(error), 0.95) < 0.03
 
 
-def test_gents_surrogate_is_the_neo_hookean_one_without_stiffening(shipped):
+def test_gents_surrogate_is_the_neo_hookean_one_without_stiffening(shipped: Surrogate) -> None:
     gent, depth = load_surrogate(family=FAMILIES["gent"]), np.array([0.2e-3, 0.7e-3])
     for name in ("force", "capacitance", "contact_radius"):
         np.testing.assert_array_equal(
@@ -61,21 +63,21 @@ def test_gents_surrogate_is_the_neo_hookean_one_without_stiffening(shipped):
         )
 
 
-def test_shipped_surrogate_says_where_it_comes_from(shipped):
+def test_shipped_surrogate_says_where_it_comes_from(shipped: Surrogate) -> None:
     info = shipped.info()
     assert len(info["training hash (SHA-256)"]) == 64
     assert info["range of h_p/R"] == "0 to 10"
     assert {"finite elements", "training paths", "date", "numpy"} <= set(info)
 
 
-def test_shipped_surrogate_covers_every_lab_to_half_the_radius_or_60_percent_compression(shipped):
+def test_shipped_surrogate_covers_every_lab_to_half_the_radius_or_60_percent_compression(shipped: Surrogate) -> None:
     limit = np.array([shipped.max_depth(d)[0] for d in random_designs(300, seed=5)]) / 5e-3
     assert np.all(limit > 0)
     assert np.all(limit <= 0.5)
     assert 0.1 < np.mean(limit == 0.5) < 0.9
 
 
-def test_the_end_of_the_range_is_60_percent_compression(shipped):
+def test_the_end_of_the_range_is_60_percent_compression(shipped: Surrogate) -> None:
     checked = 0
     for design in random_designs(12, seed=6):
         limit = shipped.max_depth(design)[0]
@@ -99,14 +101,16 @@ def test_the_end_of_the_range_is_60_percent_compression(shipped):
         ({"electrode_radius": 4e-3}, r"a_e/a from 0\.5 to 1, got 0\.4"),
     ],
 )
-def test_designs_outside_the_training_range_are_refused_with_the_bound(shipped, change, words):
+def test_designs_outside_the_training_range_are_refused_with_the_bound(
+    shipped: Surrogate, change: dict[str, float], words: str
+) -> None:
     design = design_from(PAPER | change)
     assert shipped.max_depth(design) == 0
     with pytest.raises(OutOfRangeError, match=words):
         shipped.respond(design, np.array([0.1e-3]))
 
 
-def test_a_thousand_requests_outside_the_range_are_all_refused_with_the_bound(shipped):
+def test_a_thousand_requests_outside_the_range_are_all_refused_with_the_bound(shipped: Surrogate) -> None:
     rng = np.random.default_rng(9)
     refused = 0
     while refused < 1000:
@@ -123,7 +127,7 @@ def test_a_thousand_requests_outside_the_range_are_all_refused_with_the_bound(sh
         refused += 1
 
 
-def test_curves_are_smooth_and_rising_over_the_whole_range(shipped):
+def test_curves_are_smooth_and_rising_over_the_whole_range(shipped: Surrogate) -> None:
     for design in random_designs(150, seed=3):
         depth = float(shipped.max_depth(design)[0]) * np.linspace(0.001, 0.9999, 300)
         response = shipped.respond(design, depth)
@@ -138,13 +142,13 @@ def test_curves_are_smooth_and_rising_over_the_whole_range(shipped):
                 assert np.std(y[part] - np.polyval(np.polyfit(t, y[part], 3), t)) < 5e-3
 
 
-def test_the_force_goes_over_into_hertz_limit(shipped):
+def test_the_force_goes_over_into_hertz_limit(shipped: Surrogate) -> None:
     design = design_from(PAPER | {"sensor_thickness": 3e-3, "padding_thickness": 0.0})
     depth = np.array([1e-6, 1e-5]) * 5e-3
     np.testing.assert_allclose(shipped.respond(design, depth).force, hertz_force(0.62e6, 5e-3, depth), rtol=0.02)
 
 
-def test_gradients_are_the_differences(shipped):
+def test_gradients_are_the_differences(shipped: Surrogate) -> None:
     values = dict(
         design_from(
             PAPER | {"padding_young_modulus": 0.5e6, "electrode_radius": 9e-3, "dielectric_thickness": 0.2e-3}
@@ -157,6 +161,7 @@ def test_gradients_are_the_differences(shipped):
     del values["stiffening"]
     for name, value in (*values.items(), ("indentation", 0.0)):
         h = 1e-2  # the networks are single precision
+        span: float | FloatArray
         if name == "indentation":
             up, down = (shipped.respond(design_from(values), depth * (1 + e)) for e in (h, -h))
             span = 2 * h * np.where(depth > 0, depth, 1.0)
@@ -168,7 +173,7 @@ def test_gradients_are_the_differences(shipped):
             np.testing.assert_allclose(gradient[name], (a - b) / span, rtol=1e-2, atol=least)
 
 
-def test_the_first_call_is_there_within_a_tenth_of_a_second_of_processor_time():
+def test_the_first_call_is_there_within_a_tenth_of_a_second_of_processor_time() -> None:
     code = """
         import time
         from models.sensor import design_from
@@ -184,14 +189,14 @@ def test_the_first_call_is_there_within_a_tenth_of_a_second_of_processor_time():
     assert float(found.stdout) < 0.1
 
 
-def test_padding_without_thickness_has_no_modulus(shipped):
+def test_padding_without_thickness_has_no_modulus(shipped: Surrogate) -> None:
     depth = np.array([0.2e-3])
     bare = PAPER | {"padding_thickness": 0.0}
     soft, stiff = (shipped.respond(design_from(bare | {"padding_young_modulus": e}), depth) for e in (0.2e6, 2e6))
     assert soft.force == stiff.force
 
 
-def synthetic_training(n, noise, seed=0, family=FAMILIES["neo-hookean"]):
+def synthetic_training(n: int, noise: float, seed: int = 0, family: Family = FAMILIES["neo-hookean"]) -> TrainingSet:
     """Paths whose ratios to the closed forms are known smooth functions, plus noise: fast, with a known answer.
 
     Gent's layers are stiffer by exp(4 s/J_m), a ball that sticks by exp(0.3 s), and change the capacitance less by as much.
@@ -213,21 +218,21 @@ def synthetic_training(n, noise, seed=0, family=FAMILIES["neo-hookean"]):
     return TrainingSet(groups, depth, force, np.sqrt(depth) * np.exp(0.1 * s), compression, change, ("",) * n, 1.0, family)
 
 
-def fit_small(data, steps=1500, base=None):
+def fit_small(data: TrainingSet, steps: int = 1500, base: Surrogate | None = None) -> Surrogate:
     return fit_surrogate(data, base=base, hidden=((24, 24), (24, 24)), steps=steps)
 
 
 @pytest.fixture(scope="module")
-def noisy():
+def noisy() -> Surrogate:
     return fit_small(synthetic_training(600, 0.01))
 
 
 @pytest.fixture(scope="module")
-def exact():
+def exact() -> Surrogate:
     return fit_small(synthetic_training(600, 0.0))
 
 
-def test_a_fit_recovers_smooth_functions_and_knows_its_error(exact, noisy):
+def test_a_fit_recovers_smooth_functions_and_knows_its_error(exact: Surrogate, noisy: Surrogate) -> None:
     design = design_from(PAPER | {"padding_young_modulus": 0.9e6})
     depth = exact.max_depth(design) * np.array([0.3, 0.999])
     truth, guess = exact.respond(design, depth), noisy.respond(design, depth)
@@ -248,7 +253,7 @@ def test_a_fit_recovers_smooth_functions_and_knows_its_error(exact, noisy):
 
 
 @pytest.mark.parametrize("family", [FAMILIES["gent"], FAMILIES["stick"]], ids=lambda f: f.name)
-def test_another_family_is_what_it_adds_to_the_neo_hookean_one(exact, family, tmp_path):
+def test_another_family_is_what_it_adds_to_the_neo_hookean_one(exact: Surrogate, family: Family, tmp_path: Path) -> None:
     fitted = fit_small(synthetic_training(400, 0.0, family=family), base=exact)
     fitted.save(tmp_path / "s.npz")
     fitted = load_surrogate(tmp_path / "s.npz")
@@ -258,7 +263,7 @@ def test_another_family_is_what_it_adds_to_the_neo_hookean_one(exact, family, tm
     base = exact.respond(plain, depth)
     s = np.sqrt([0.2, 0.5, 0.9])
 
-    def of(stiffening):
+    def of(stiffening: float) -> Design:
         return design_from(PAPER | {"stiffening": stiffening}, friction_coefficient=family.friction_coefficient)
 
     for stiffening in (0.0, 0.5 * family.stiffening, family.stiffening):
@@ -283,7 +288,7 @@ def test_another_family_is_what_it_adds_to_the_neo_hookean_one(exact, family, tm
             exact.respond(of(0.0), depth)
 
 
-def test_new_points_go_where_the_error_is_largest(noisy):
+def test_new_points_go_where_the_error_is_largest(noisy: Surrogate) -> None:
     chosen = worst_points(noisy, 200, seed=1)
     assert chosen.shape == (200, 5)
     electric = np.tile([0.3, 0.8], (200, 1))
@@ -291,7 +296,7 @@ def test_new_points_go_where_the_error_is_largest(noisy):
     assert np.all(worst > any_)
 
 
-def test_surrogate_file_round_trip_is_exact_and_foreign_files_are_refused(tmp_path, noisy):
+def test_surrogate_file_round_trip_is_exact_and_foreign_files_are_refused(tmp_path: Path, noisy: Surrogate) -> None:
     noisy.save(tmp_path / "s.npz")
     again = load_surrogate(tmp_path / "s.npz")
     design, depth = design_from(PAPER), np.array([0.1e-3, 0.5e-3])
@@ -303,6 +308,6 @@ def test_surrogate_file_round_trip_is_exact_and_foreign_files_are_refused(tmp_pa
             load_surrogate(path)
 
 
-def test_too_few_paths_are_refused():
+def test_too_few_paths_are_refused() -> None:
     with pytest.raises(ValueError, match="50 training paths are too few; give at least 64"):
         fit_small(synthetic_training(50, 0.0))

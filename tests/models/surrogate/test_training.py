@@ -3,19 +3,24 @@
 import subprocess
 import sys
 import textwrap
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from models.fem.equilibrium import Failure
+from models.fem.equilibrium import Failure, Model, State
 from models.fem.path import walk
+from models.sensor import FloatArray
 from models.surrogate import FAMILIES
 from models.surrogate.domain import COMPRESSION, DEPTH, PATH, inside
+from models.surrogate.families import Family
 from models.surrogate.points import design_points, random_groups
-from models.surrogate.store import StoreError, open_store
+from models.surrogate.store import RunStore, StoreError, open_store
 from models.surrogate.training import (
+    Run,
     points_wanted,
     run_point,
     run_training,
@@ -26,11 +31,17 @@ from models.surrogate.training import (
 COARSE = 2e-2
 
 
-def electric(groups):
+def _found(store: RunStore, point: FloatArray) -> tuple[dict[str, FloatArray], str]:
+    found = store.find(point)
+    assert found is not None
+    return found
+
+
+def electric(groups: FloatArray) -> FloatArray:
     return np.concatenate([groups, np.tile([0.3, 0.8], (len(groups), 1))], axis=1)
 
 
-def test_points_fill_the_range_and_a_little_more():
+def test_points_fill_the_range_and_a_little_more() -> None:
     points = design_points(512, seed=1)
     assert points.shape == (512, 5)
     share = np.mean(inside(electric(points)))
@@ -39,7 +50,7 @@ def test_points_fill_the_range_and_a_little_more():
     np.testing.assert_array_equal(design_points(100, seed=1), points[:100])
 
 
-def test_a_path_ends_at_half_the_radius_or_at_60_percent_compression():
+def test_a_path_ends_at_half_the_radius_or_at_60_percent_compression() -> None:
     deep = run_point(np.array([0.5, 2.0, 3.0, 1.0, 0.0]), COARSE)
     np.testing.assert_allclose(deep.depth, DEPTH * PATH**2)
     assert np.all(deep.compression < COMPRESSION)
@@ -51,7 +62,7 @@ def test_a_path_ends_at_half_the_radius_or_at_60_percent_compression():
         assert np.all(run.capacitance[-1] > 0)
 
 
-def test_paths_of_the_other_families_are_stiffer():
+def test_paths_of_the_other_families_are_stiffer() -> None:
     point = np.array([0.15, 0.2, 2.0, 1.0, 0.0])
     plain, stick = (run_point(point, COARSE, FAMILIES[name]) for name in ("neo-hookean", "stick"))
     gent = run_point(np.array([0.15, 0.2, 2.0, 1.0, 0.1]), COARSE, FAMILIES["gent"])
@@ -64,8 +75,8 @@ def test_paths_of_the_other_families_are_stiffer():
     assert 0.1 < points[:, 4].max() < 0.111
 
 
-def test_a_path_without_an_end_is_kept_as_far_as_it_came_and_says_why():
-    def stuck(model, depths):
+def test_a_path_without_an_end_is_kept_as_far_as_it_came_and_says_why() -> None:
+    def stuck(model: Model, depths: FloatArray) -> Iterator[State | Failure]:
         yield from walk(model, depths[:5])
         yield Failure(0.07, "an element would be inverted (J <= 0)")
 
@@ -79,7 +90,7 @@ def test_a_path_without_an_end_is_kept_as_far_as_it_came_and_says_why():
 POINTS = np.array([[0.15, 0.2, 2.0, 1.0, 0.0], [0.2, 0.0, 1.5, 1.0, 0.0], [0.1, 0.3, 1.8, 2.0, 0.0]])
 
 
-def test_a_campaign_that_was_stopped_goes_on_where_it_was(tmp_path):
+def test_a_campaign_that_was_stopped_goes_on_where_it_was(tmp_path: Path) -> None:
     settings = store_settings(COARSE)
     seen = []
     with ThreadPoolExecutor(1) as executor:
@@ -90,7 +101,7 @@ def test_a_campaign_that_was_stopped_goes_on_where_it_was(tmp_path):
         assert whole.depth.shape == (3, PATH.size)
         assert whole.failures == ("", "", "")
 
-        def interrupted(done, total):
+        def interrupted(done: int, total: int) -> None:
             if done == 2:
                 raise KeyboardInterrupt
 
@@ -100,7 +111,7 @@ def test_a_campaign_that_was_stopped_goes_on_where_it_was(tmp_path):
             assert len(store) == 2
         asked = []
 
-        def counted(point, accuracy, family):
+        def counted(point: FloatArray, accuracy: float, family: Family) -> Run:
             asked.append(point)
             return run_point(point, accuracy, family)
 
@@ -112,18 +123,18 @@ def test_a_campaign_that_was_stopped_goes_on_where_it_was(tmp_path):
     assert again.digest == whole.digest
 
 
-def test_failed_runs_are_kept_and_not_made_again(tmp_path):
+def test_failed_runs_are_kept_and_not_made_again(tmp_path: Path) -> None:
     stuck = partial(run_point, path=lambda model, depths: iter([Failure(0.07, "stuck")]))
     with ThreadPoolExecutor(1) as executor, open_store(tmp_path / "s.sqlite", store_settings(COARSE)) as store:
         run_training(POINTS[:1], executor, store, accuracy=COARSE, run=stuck)
-        assert "stuck" in store.find(POINTS[0])[1]
+        assert "stuck" in _found(store, POINTS[0])[1]
         assert points_wanted(store, POINTS, 1).shape == (0, 5)
         data = training_set(store, COARSE)
     assert "stuck" in data.failures[0]
     np.testing.assert_array_equal(data.n_step, [0])
 
 
-def test_a_campaign_is_extended_by_points_it_does_not_hold(tmp_path):
+def test_a_campaign_is_extended_by_points_it_does_not_hold(tmp_path: Path) -> None:
     with open_store(tmp_path / "s.sqlite", store_settings(COARSE)) as store:
         with pytest.raises(ValueError, match="holds no runs"):
             training_set(store, COARSE)
@@ -132,7 +143,7 @@ def test_a_campaign_is_extended_by_points_it_does_not_hold(tmp_path):
         np.testing.assert_array_equal(points_wanted(store, POINTS, 3), POINTS[[0, 2]])
 
 
-def test_a_store_of_other_runs_is_refused(tmp_path):
+def test_a_store_of_other_runs_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "s.sqlite"
     with open_store(path, store_settings(1e-3)) as store:
         assert store.find(POINTS[0]) is None
@@ -143,7 +154,7 @@ def test_a_store_of_other_runs_is_refused(tmp_path):
         pass
 
 
-def test_a_kill_in_the_middle_of_a_campaign_leaves_whole_runs(tmp_path):
+def test_a_kill_in_the_middle_of_a_campaign_leaves_whole_runs(tmp_path: Path) -> None:
     # The process is killed, not asked to stop, while it writes one run after the other.
     path = tmp_path / "s.sqlite"
     code = f"""
@@ -156,17 +167,18 @@ def test_a_kill_in_the_middle_of_a_campaign_leaves_whole_runs(tmp_path):
                 print(i, flush=True)
     """
     process = subprocess.Popen([sys.executable, "-c", textwrap.dedent(code)], stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
     said = [int(process.stdout.readline()) for _ in range(20)]
     process.kill()
     process.communicate()
     with open_store(path, {"a": 1}) as store:
         assert len(store) >= len(said)
         for i in said:
-            np.testing.assert_array_equal(store.find(np.full(4, float(i)))[0]["force"], np.full(4000, float(i)))
+            np.testing.assert_array_equal(_found(store, np.full(4, float(i)))[0]["force"], np.full(4000, float(i)))
 
 
 @pytest.mark.filterwarnings("default")
-def test_paths_run_on_a_dask_cluster(tmp_path):
+def test_paths_run_on_a_dask_cluster(tmp_path: Path) -> None:
     distributed = pytest.importorskip("distributed")
     with (
         distributed.LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster,
@@ -175,4 +187,4 @@ def test_paths_run_on_a_dask_cluster(tmp_path):
     ):
         run_training(POINTS[:2], client.get_executor(), store, accuracy=COARSE)
         for point in POINTS[:2]:
-            np.testing.assert_allclose(store.find(point)[0]["force"], run_point(point, COARSE).force, rtol=1e-9)
+            np.testing.assert_allclose(_found(store, point)[0]["force"], run_point(point, COARSE).force, rtol=1e-9)

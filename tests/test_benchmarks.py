@@ -1,0 +1,80 @@
+"""Every benchmark runs from its command line to its end, at a size of seconds; what it finds is for docs/ and not for here."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from models.surrogate.points import design_points
+from models.surrogate.store import open_store
+from models.surrogate.training import run_point, store_settings
+
+ROOT = Path(__file__).parents[1]
+BENCHMARKS = sorted(path.name for path in (ROOT / "benchmarks").glob("*.py"))
+ACCURACY = 2e-2
+
+#: Benchmark -> what makes it small, and a piece of what it prints in the end. FOLDER is one of the test's own.
+QUICK: dict[str, tuple[list[str], str]] = {
+    "fem_accuracy.py": (["--finest", "1.6e-3"], "force against Hertz with a bonded layer"),
+    # CalculiX is a program and scikit-fem a package, both of their own: what is not there is skipped, and ours runs alone.
+    "fem_peers.py": (["--until", "0.1", "--size", "0.4"], "2 steps to 0.1 mm, one core"),
+    "fem_robustness.py": (["--designs", "2", "--processes", "1", "--accuracy", "2e-2"], "2 of 2 paths reach the end"),
+    "forward_models.py": (["--draws", "32"], "closed form, 32 designs"),
+    "fuzz_readers.py": (["-n", "40", "--saved", "FOLDER/failures"], "0 failed"),
+    # Gaussian process and polynomial chaos need scikit-learn and chaospy, the extra `benchmark`: too large for every change.
+    "learning_curve.py": (
+        ["FOLDER/runs.sqlite", "--accuracy", str(ACCURACY), "--fits", "ours", "--runs", "64", "--kept", "8", "--steps", "20"],
+        "error that 95 % of 8 designs stay below",
+    ),
+    "posterior_against_fem.py": (
+        ["--cases", "force", "--designs", "16", "--accuracy", "3e-2", "--steps", "50", "--draws", "40", "--processes", "0"],
+        "force: 8 unknowns, NOT converged; 40 draws re-weighted",
+    ),
+    "read_large_file.py": (["-n", "3000", "--files", "ragged", "two rates"], "two rates: 0 MB, 3000 rows"),
+    "surrogate_range.py": (["FOLDER/range.png"], ""),
+}
+
+
+def run(*words: str) -> str:
+    """What a script of benchmarks/ prints; its own neighbours are found beside it, as its user has it."""
+    environment = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    done = subprocess.run(
+        [sys.executable, *words], cwd=ROOT / "benchmarks", env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a store of runs: the path of one design told of eighty, which is enough to be read and fitted."""
+    folder = tmp_path_factory.mktemp("benchmarks")
+    path = run_point(np.array([0.15, 0.2, 2.0, 1.0, 0.0]), ACCURACY)
+    arrays = {name: getattr(path, name) for name in ("depth", "force", "contact_radius", "compression", "capacitance")}
+    with open_store(folder / "runs.sqlite", store_settings(ACCURACY)) as store:
+        for point in design_points(80, seed=1):
+            store.add(point, arrays)
+    return folder
+
+
+@pytest.mark.parametrize("name", BENCHMARKS)
+def test_a_benchmark_runs(name: str, folder: Path) -> None:
+    assert name in QUICK, f"say in QUICK of {Path(__file__).name} what makes benchmarks/{name} run in a few seconds"
+    words, said = QUICK[name]
+    assert said in run(name, *(word.replace("FOLDER", str(folder)) for word in words))
+
+
+def test_no_benchmark_is_expected_that_is_not_there() -> None:
+    assert set(QUICK) <= set(BENCHMARKS)
+
+
+def test_the_input_for_calculix_is_written_without_calculix() -> None:
+    code = "import numpy as np; from fem_peers import deck; print(deck(0.05 * np.arange(1, 3), 0.4, 400.0, 0.25)[0])"
+    text = run("-c", code)
+    assert text.count("*STEP, NLGEOM") == text.count("*END STEP") == 2
+    assert "TYPE=CAX8R, ELSET=DISC" in text

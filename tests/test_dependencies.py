@@ -1,0 +1,114 @@
+"""What the packages import is what pyproject.toml requires and constraints.txt pins, an extra only where it is asked for."""
+
+from __future__ import annotations
+
+import ast
+import re
+import sys
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+OWN = {"calib", "models"}
+
+#: Requirements whose module has another name.
+MODULE = {"scikit-learn": "sklearn"}
+#: Modules that another requirement brings along by the same project.
+OF_THE_SAME_PROJECT = {"vtkmodules": "vtk"}
+#: Requirements that nothing imports by name -> why they are required all the same.
+NOT_IMPORTED = {"h5netcdf": "the engine by which xarray and ArviZ read and write posterior.nc"}
+
+
+class Import(NamedTuple):
+    """An import of what is neither Python's nor our own: the first name, where it is, and whether it waits for a call."""
+
+    module: str
+    place: str
+    lazy: bool
+
+
+def module_of(requirement: str) -> str:
+    """`import` name of a line of requirements."""
+    name = re.split(r"[<>=~!;\[ ]", requirement)[0].lower()
+    return MODULE.get(name, name.replace("-", "_"))
+
+
+def imports_of(path: Path) -> Iterator[Import]:
+    """Every import of a file, those for the type checker aside; `import_module` of a text and what hands one on counts, too."""
+
+    def visit(node: ast.AST, lazy: bool) -> Iterator[tuple[str, int, bool]]:
+        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
+            for other in node.orelse:
+                yield from visit(other, lazy)
+            return
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                yield alias.name, node.lineno, lazy
+        if isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            yield node.module, node.lineno, lazy
+        if isinstance(node, ast.Call) and ast.unparse(node.func) in ("import_module", "importlib.import_module", "_optional"):
+            argument = node.args[0]
+            if isinstance(argument, ast.Constant) and isinstance(argument.value, str):
+                yield argument.value, node.lineno, lazy
+        inside = lazy or isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda))
+        for child in ast.iter_child_nodes(node):
+            yield from visit(child, inside)
+
+    for name, line, lazy in visit(ast.parse(path.read_text(encoding="utf-8")), False):
+        first = name.split(".")[0]
+        if first not in OWN and first not in sys.stdlib_module_names:
+            place = f"{path.relative_to(ROOT)}:{line}" if path.is_relative_to(ROOT) else f"{path.name}:{line}"
+            yield Import(OF_THE_SAME_PROJECT.get(first, first), place, lazy)
+
+
+IMPORTS = [found for package in sorted(OWN) for path in sorted((ROOT / package).rglob("*.py")) for found in imports_of(path)]
+REQUIRED = {module_of(line) for line in PROJECT["dependencies"]}
+OPTIONAL = {module_of(line) for name, extra in PROJECT["optional-dependencies"].items() if name != "test" for line in extra}
+
+
+def test_what_is_imported_is_required() -> None:
+    missing = [f"{found.place} imports {found.module}" for found in IMPORTS if found.module not in REQUIRED | OPTIONAL]
+    assert not missing, "add to `dependencies` of pyproject.toml, with a lower bound, and to constraints.txt"
+
+
+def test_what_is_required_is_imported_or_has_its_reason() -> None:
+    unused = REQUIRED - {found.module for found in IMPORTS} - set(NOT_IMPORTED)
+    assert not unused, "take out of `dependencies` of pyproject.toml, or say why in NOT_IMPORTED"
+    assert set(NOT_IMPORTED) <= REQUIRED
+    assert not set(NOT_IMPORTED) & {found.module for found in IMPORTS}, "is imported by now and needs no reason"
+
+
+def test_an_extra_is_imported_only_when_it_is_asked_for() -> None:
+    early = [f"{found.place} imports {found.module}" for found in IMPORTS if found.module in OPTIONAL and not found.lazy]
+    assert not early, "import it inside the function that needs it, and say there which extra installs it"
+    assert not REQUIRED & OPTIONAL
+
+
+def test_every_requirement_has_a_lower_bound_and_a_version_in_the_constraints() -> None:
+    lines = (ROOT / "constraints.txt").read_text().splitlines()
+    pinned = {module_of(line) for line in lines if "==" in line}
+    extras = PROJECT["optional-dependencies"]
+    for requirement in (*PROJECT["dependencies"], *extras["test"], *extras["cluster"], *extras["view"]):
+        assert ">=" in requirement
+        assert module_of(requirement) in pinned, f"add {requirement} to constraints.txt"
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("import numpy.linalg as la", [("numpy", False)]),
+        ("def f():\n    from vtkmodules.vtkCommonCore import vtkLogger", [("vtk", True)]),
+        ("from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    import pandas\nelse:\n    import json", []),
+        ("def f():\n    return import_module('distributed')", [("distributed", True)]),
+        ("from calib import lab\nfrom . import x", []),
+        ("try:\n    import pyvista\nexcept ImportError:\n    pass", [("pyvista", False)]),
+    ],
+)
+def test_imports_are_found(text: str, found: list[tuple[str, bool]], tmp_path: Path) -> None:
+    (tmp_path / "m.py").write_text(text)
+    assert [(i.module, i.lazy) for i in imports_of(tmp_path / "m.py")] == found

@@ -1,0 +1,60 @@
+"""`import calib` takes no time and loads nothing; its names are there when they are asked for, and so is help."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+import calib
+
+#: What a name of the API or a calculation may load, and neither `import calib` nor help.
+HEAVY = ("numpy", "scipy", "pandas", "xarray", "matplotlib", "arviz")
+
+
+def python(code: str) -> str:
+    """What a fresh Python prints."""
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip()
+
+
+def test_import_takes_less_than_three_tenths_of_a_second() -> None:
+    code = "import time; t = time.perf_counter(); import calib; print(time.perf_counter() - t)"
+    assert min(float(python(code)) for _ in range(5)) < 0.3
+
+
+def test_import_loads_no_package_of_another_project() -> None:
+    code = f"import sys, calib; print(*(name for name in {HEAVY} if name in sys.modules))"
+    assert python(code) == ""
+
+
+@pytest.mark.parametrize("name", calib.__all__)
+def test_every_name_is_there(name: str) -> None:
+    assert getattr(calib, name) is not None
+    assert name in dir(calib)
+
+
+def test_names_are_sorted_and_each_is_there_once() -> None:
+    assert dir(calib) == sorted(set(calib.__all__))
+
+
+def test_a_name_that_is_not_there_is_refused_as_python_does() -> None:
+    name = "calibrat"
+    with pytest.raises(AttributeError, match=f"module 'calib' has no attribute '{name}'"):
+        getattr(calib, name)
+    assert not hasattr(calib, "numpy")
+
+
+def test_help_loads_nothing_that_calculates_or_draws() -> None:
+    code = f"""
+import sys
+from calib.cli import app
+try:
+    app(["--help"])
+except SystemExit as end:
+    assert not end.code
+print("loaded:", *(name for name in {("scipy", "matplotlib", "arviz", "pandas", "xarray")} if name in sys.modules))
+"""
+    said = python(code)
+    assert "Commands" in said or "calibrate" in said
+    assert said.splitlines()[-1] == "loaded:"
