@@ -17,7 +17,7 @@ def written_anew(text: str) -> str:
     return f"{before}{BEGIN}\n{unknowns_table()}\nWhy these defaults:\n\n{reasons_list()}\n{END}{after}"
 
 
-def test_the_documented_unknowns_are_those_of_the_catalogue():
+def test_the_documented_unknowns_are_those_of_the_catalogue() -> None:
     text = UNKNOWNS.read_text(encoding="utf-8")
     assert written_anew(text) == text, "write docs/unknowns.md anew: python tests/test_docs.py"
 

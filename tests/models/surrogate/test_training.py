@@ -20,7 +20,7 @@ from models.surrogate.families import Family
 from models.surrogate.points import design_points, random_groups
 from models.surrogate.store import RunStore, StoreError, open_store
 from models.surrogate.training import (
-    Run,
+    TrainingRun,
     points_wanted,
     run_point,
     run_training,
@@ -111,7 +111,7 @@ def test_a_campaign_that_was_stopped_goes_on_where_it_was(tmp_path: Path) -> Non
             assert len(store) == 2
         asked = []
 
-        def counted(point: FloatArray, accuracy: float, family: Family) -> Run:
+        def counted(point: FloatArray, accuracy: float, family: Family) -> TrainingRun:
             asked.append(point)
             return run_point(point, accuracy, family)
 
