@@ -87,7 +87,7 @@ def require_folder(path: Path, advice: str = "Create it, or choose another") -> 
         If the folder of `path` does not exist.
     """
     if not path.absolute().parent.is_dir():
-        raise InputError(Fault(f"the folder {path.parent} does not exist", path, advice=advice))
+        raise InputError(Fault(f"the folder {path.absolute().parent} does not exist", path, advice=advice))
 
 
 def open_up(path: Path, mode: int) -> None:

@@ -19,8 +19,9 @@ from calib.cli.common import (
     refusing_bad_input,
     say,
 )
-from calib.cli.surrogate import STEPS, require_folder, require_new, trained
+from calib.cli.surrogate import STEPS, require_new, trained
 from calib.errors import Fault, InputError
+from calib.files import require_folder
 
 if TYPE_CHECKING:
     from calib.runs import Refinement
@@ -77,7 +78,7 @@ def refine(
         found = loaded(run)
         posterior, fast = found.posterior, require_own_surrogate(found.posterior, found.forward)
         kept = store if store is not None else run / "refine.sqlite"
-        require_folder(kept)
+        require_folder(kept, "Create it first")
         settings = store_settings(accuracy, fast.family)
         try:
             if output is not None:

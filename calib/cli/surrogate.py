@@ -15,6 +15,7 @@ import typer
 
 from calib.cli.common import INTERRUPTED, Processes, counting, err, out, refusing_bad_input, say
 from calib.errors import Fault, InputError
+from calib.files import require_folder
 from models.surrogate import FAMILIES, NEO_HOOKEAN
 
 if TYPE_CHECKING:
@@ -144,7 +145,7 @@ def train(
             raise InputError(Fault(f"--points {points} are too few to train on", advice=f"Give at least {LEAST_PATHS}"))
         require_new(output)
         kept = store if store is not None else output.with_suffix(".sqlite")
-        require_folder(kept)
+        require_folder(kept, "Create it first")
         of = FAMILIES[family]
         base = surrogate_from() if of is not NEO_HOOKEAN else None
         sequence = design_points(points, seed, of) if improve is None else worst_points(_of(improve, family), points, seed)
@@ -196,19 +197,7 @@ def require_new(output: Path) -> None:
     """
     if output.exists():
         raise InputError(Fault("the file exists and is not overwritten", output, advice="Choose another -o"))
-    require_folder(output)
-
-
-def require_folder(path: Path) -> None:
-    """Refuse a file to be written whose folder does not exist.
-
-    Raises
-    ------
-    InputError
-        If so.
-    """
-    if not path.absolute().parent.is_dir():
-        raise InputError(Fault(f"the folder {path.absolute().parent} does not exist", path, advice="Create it first"))
+    require_folder(output, "Create it first")
 
 
 @contextmanager

@@ -11,7 +11,7 @@ from pathlib import Path
 from calib.checks import LEAST_DRAWS, with_reweighting, with_spot_check
 from calib.errors import Fault, InputError
 from calib.experiment import Experiment, forward_of_experiment, read_experiment, read_sweeps
-from calib.files import write_text
+from calib.files import require_folder, write_text
 from calib.problem import build_problem
 from calib.records import record_from_text, record_to_text
 from calib.runs.folder import RUN_RECORD, SURROGATE_FILE, Run, write_run
@@ -162,8 +162,8 @@ def _check_folder(folder: Path, resume: bool) -> None:
     elif folder.exists():
         advice = "Choose another -o, or continue that run with --resume"
         raise InputError(Fault("the output folder exists and is not overwritten", folder, advice=advice))
-    elif not folder.absolute().parent.is_dir():
-        raise InputError(Fault(f"the folder {folder.absolute().parent} does not exist", folder, advice="Create it first"))
+    else:
+        require_folder(folder, "Create it first")
 
 
 def _check_reweight(n_draw: int, plan: Experiment) -> None:
