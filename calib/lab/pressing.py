@@ -121,15 +121,15 @@ def make_sweep(
             offset, offset_sd = clock.value, clock.sd
             notes += clock.evidence
             track = _track(tester, max(TRACK_MARGIN, 4 * offset_sd))
-        for name in lcr.channels:
-            if name == "force":
+        for channel in lcr.channels:
+            if channel == "force":
                 continue
             if lcr.displacement is not None:
-                channels[name], readings[name] = _over_displacement(lcr, name, n_points, notes, keep_force=not same)
+                channels[channel], readings[channel] = _over_displacement(lcr, channel, n_points, notes, keep_force=not same)
             elif lcr.force is not None:
-                channels[name], readings[name] = _over_force(lcr, name, n_points, notes)
+                channels[channel], readings[channel] = _over_force(lcr, channel, n_points, notes)
             elif tester is not None and onset is not None and track is not None:
-                channels[name], readings[name] = _over_time(tester, lcr, name, offset, onset, n_points, notes)
+                channels[channel], readings[channel] = _over_time(tester, lcr, channel, offset, onset, n_points, notes)
         if tester is None and lcr.force is not None and lcr.displacement is not None:
             notes.append(f"{lcr.table.path.name}: its force column is not calibrated against; name the file under force too")
     seen = {obs.table.path.name: obs.table.sha256 for obs in (tester, lcr) if obs is not None}

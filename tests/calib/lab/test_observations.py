@@ -476,6 +476,21 @@ def test_the_faults_of_both_files_come_together(tmp_path: Path) -> None:
     assert {f.path for f in caught.value.faults} == {tmp_path / "t.csv", tmp_path / "c.csv"}
 
 
+@pytest.mark.parametrize("name", ["", "ball 2"])
+def test_a_sweep_is_called_as_it_is_named_however_its_capacitance_is_tied(tmp_path: Path, name: str) -> None:
+    rng = np.random.default_rng(3)
+    tester, lcr = (getattr(Press(), f"write_{kind}")(tmp_path / f"{kind}.csv", rng) for kind in ("tester", "lcr"))
+    (tmp_path / "both.csv").write_text(
+        "Displacement (mm),Force (N),Cp (pF)\n" + "".join(f"{i},{i**2 / 900},{97 + i / 100}\n" for i in range(40))
+    )
+    (tmp_path / "own.csv").write_text("Force (N),Cp (pF)\n" + "".join(f"{i**2 / 900},{97 + i / 100}\n" for i in range(40)))
+    for force, capacitance in ((tester, lcr), (tmp_path / "both.csv", tmp_path / "both.csv"), (None, tmp_path / "own.csv")):
+        sweep = make_sweep("sensor 1", name, RADIUS, force, capacitance)
+        assert (sweep.specimen, sweep.name) == ("sensor 1", name)
+        assert sweep.title == f"sensor 1, {name}".removesuffix(", ")
+        assert "capacitance" in sweep.channels
+
+
 def test_sweeps_survive_json_to_the_last_bit(tmp_path: Path) -> None:
     _, clocked = press(tmp_path)
     force_only = make_sweep("s", "s", RADIUS, tmp_path / "tester.csv", None)
