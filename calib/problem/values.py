@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from functools import cache
 from typing import Protocol
 
 import numpy as np
@@ -108,10 +109,16 @@ def lookup(values: Mapping[str, FloatArray], parameter: str, specimen: str = "",
     -------
     (n_draw,), or None if there is none.
     """
-    for name in UnknownName(parameter, specimen, sweep).wider:
-        if (found := values.get(str(name))) is not None:
+    for name in _where_to_look(parameter, specimen, sweep):
+        if (found := values.get(name)) is not None:
             return found
     return None
+
+
+@cache
+def _where_to_look(parameter: str, specimen: str, sweep: str) -> tuple[str, ...]:
+    """Names under which a value may stand, kept as the likelihood asks for them at every evaluation."""
+    return tuple(str(name) for name in UnknownName(parameter, specimen, sweep).wider)
 
 
 def design_values(known: Calibrated, values: Mapping[str, FloatArray], specimen: str, sweep: str) -> dict[str, FloatArray]:
