@@ -1,6 +1,6 @@
 """Lab files in, a `Sweep` for every press out, with what was judged of it; knows no prior and no model."""
 
-from calib.lab.instruments import AS_FOUND, QUANTITIES, LabTable, Reading, SeveralSpecimens, read_lab_file
+from calib.lab.instruments import AS_FOUND, QUANTITIES, LabTable, Reading, SeveralSpecimens, Unread, read_lab_file
 from calib.lab.observations import Observations, observe, why_left_out
 from calib.lab.onset import hertz_onset, level_before_contact
 from calib.lab.pressing import make_sweep, readings_of
@@ -17,6 +17,7 @@ __all__ = [
     "SeveralSpecimens",
     "Sweep",
     "Track",
+    "Unread",
     "Verdict",
     "check_name",
     "hertz_onset",

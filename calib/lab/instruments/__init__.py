@@ -2,7 +2,7 @@
 
 from calib.lab.instruments.families import FAMILIES
 from calib.lab.instruments.family import InstrumentFamily
-from calib.lab.instruments.labtable import AS_FOUND, IntArray, LabTable, Reading
+from calib.lab.instruments.labtable import AS_FOUND, IntArray, LabTable, Reading, Unread
 from calib.lab.instruments.reader import QUANTITIES, read_lab_file
 from calib.lab.instruments.sheet import SeveralSpecimens
 
@@ -15,5 +15,6 @@ __all__ = [
     "LabTable",
     "Reading",
     "SeveralSpecimens",
+    "Unread",
     "read_lab_file",
 ]

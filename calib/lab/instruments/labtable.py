@@ -24,15 +24,36 @@ class Reading:
     units : quantity -> unit, such as {"force": "kN"}; used instead of what the file says.
     columns : quantity -> header cell as written, or the number of the column from 1, such as {"force": "Load 2"}.
     specimen : which of several specimens in the file, from 1; None if the file is expected to hold one.
+    where : column -> value, such as {"Frequency (Hz)": "1000"}: only rows that hold these values are read.
+    sheet : which sheet of a workbook, group of a TDMS file or variable of a MAT file; "" if there is one that fits.
+    sign : quantity (force, displacement) -> "compression positive" or "compression negative", where the file leaves it open.
+    scale : "micro" for instruments of nanometres and micronewtons, whose readings are implausibly small otherwise; else "".
+    decimal : the decimal mark, "." or ",", where the file leaves it open; else "".
     """
 
     units: Mapping[str, str] = field(default_factory=dict)
     columns: Mapping[str, str] = field(default_factory=dict)
     specimen: int | None = None
+    where: Mapping[str, str] = field(default_factory=dict)
+    sheet: str = ""
+    sign: Mapping[str, str] = field(default_factory=dict)
+    scale: str = ""
+    decimal: str = ""
 
 
 #: What is said of a file of which nothing is said.
 AS_FOUND = Reading()
+
+
+@dataclass(frozen=True)
+class Unread:
+    """A part of a lab file that is not used: what it is, such as `column 4 "T (°C)"` or `lines 1 to 7`, and why."""
+
+    what: str
+    reason: str
+
+    def __str__(self) -> str:
+        return f"{self.what}: {self.reason}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +73,7 @@ class LabTable:
     lines : line in the file of each row, 1-based, shape (n_row,).
     reasons : per row "" or why the row is not usable, such as "LCR status 1" or "over-range 9.9E37".
     notes : choices made while reading, one sentence each.
+    unread : every column, line and block of the file that is not used, with the reason.
     started : date and time at which the record began, as the file states it; None if it does not.
     """
 
@@ -67,4 +89,5 @@ class LabTable:
     lines: IntArray
     reasons: tuple[str, ...]
     notes: tuple[str, ...]
+    unread: tuple[Unread, ...] = ()
     started: datetime | None = None
