@@ -131,6 +131,18 @@ def init(
         say(f"Written: {output}. Edit the lines marked EDIT, then: calib calibrate {output} -o run1")
 
 
+def unknowns() -> None:
+    """List everything that a calibration can infer: what it is, when it exists, its default prior and why.
+
+    The names are the keys of `[priors]` and `[specimens.priors]` in an experiment file.
+
+    Example: `calib unknowns | less`
+    """
+    from calib.catalogue import unknowns_in_words
+
+    say(unknowns_in_words().rstrip())
+
+
 def _assignments(given: Sequence[str] | None, option: str) -> Mapping[str, str]:
     """Options such as force=kN as a mapping.
 

@@ -15,6 +15,7 @@ import pytest
 import typer
 from typer.testing import CliRunner, Result
 
+from calib.catalogue import UNKNOWNS
 from calib.cli import app
 from calib.cli.common import refusing_bad_input
 from calib.cli.surrogate import STEPS, FamilyName
@@ -648,3 +649,15 @@ def test_a_model_that_finds_no_equilibrium_is_known_by_its_class_and_not_by_a_na
     namesake = type("ConvergenceError", (RuntimeError,), {})
     with pytest.raises(namesake), refusing_bad_input():
         raise namesake("of a library that has its own")
+
+
+def test_every_unknown_is_listed_with_what_stands_in_for_its_prior() -> None:
+    said = _run("unknowns")
+    assert said.exit_code == 0
+    entries = dict(entry.split(" (", 1) for entry in said.stdout.rstrip().split("\n\n"))
+    assert list(entries) == list(UNKNOWNS)
+    for name, row in UNKNOWNS.items():
+        expected = row.default or ("must be given" if row.required else row.derived)
+        assert expected
+        assert expected in " ".join(entries[name].split())
+    assert "one per specimen, positive" in entries["sensor_thickness"]
