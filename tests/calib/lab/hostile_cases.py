@@ -8,7 +8,7 @@ import sys
 import tempfile
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
@@ -82,6 +82,7 @@ class Case:
     told : words of a choice that must be told where the file is read, "a|b" as above; without them it is right by luck.
     blame : words of which one must stand in a refusal; the words of `named` and any line or column do as well.
     excused : lines that may be left out, with a reason.
+    damaged : lines that hold a cell which is no reading (nan in the truth): not a word about them is a silent error.
     free : quantities that are not judged.
     ways_out : readings with which the file must be read, and what it must then be read to.
     suffix : of the file.
@@ -99,6 +100,7 @@ class Case:
     told: tuple[str, ...] = ()
     blame: tuple[str, ...] = ()
     excused: frozenset[int] = frozenset()
+    damaged: frozenset[int] = frozenset()
     free: frozenset[str] = frozenset()
     ways_out: tuple[tuple[Reading, Truth], ...] = ()
     suffix: str = ".csv"
@@ -116,7 +118,7 @@ class Judged:
 
 @dataclass(frozen=True)
 class _Differences:
-    """Where a table differs from the truth: wrong quantities with an example, lines gone in silence, lines lost with a reason."""
+    """Where a table differs from the truth: wrong quantities with an example, lines gone in silence, lines lost with reason."""
 
     wrong: dict[str, str] = field(default_factory=dict)
     gone: list[int] = field(default_factory=list)
@@ -180,7 +182,7 @@ def _read(path: Path, reading: Reading) -> LabTable | InputError | Judged:
 
 
 def _judge_refusal(case: Case, error: InputError, path: Path) -> Judged:
-    text = " | ".join(f"{_place(f)}{f.message}. {f.advice}" for f in error.faults)
+    text = _told(error)
     place = any(f.line is not None or f.column is not None for f in error.faults)
     if case.may == "must_read":
         return Judged("refused needlessly", text)
@@ -216,7 +218,86 @@ def _judge_ways_out(case: Case, advice: str, text: str, path: Path) -> Judged:
     if advised and case.ways_out and not tried:
         ways = [sorted(o for o in OPTIONS if getattr(r, o) != getattr(AS_FOUND, o)) for r, _ in case.ways_out]
         return Judged("refused badly", f"advises {sorted(advised)}, what leads out is {ways}: {text}")
-    return Judged("refused well", text)
+    return _judge_typed(case, text, path, proven=bool(tried))
+
+
+def _judge_typed(case: Case, text: str, path: Path, *, proven: bool) -> Judged:
+    """Type what a refusal advises, and what the next one advises: it must lead out, and never to other readings."""
+    truths = [t for t in (case.truth, *(t for _, t in case.ways_out)) if t is not None]
+    options, seen, still = advised_options(text), set[str](), ""
+    if not options or not truths:
+        return Judged("refused well", text)
+    trials = [tuple(s) for s in ([o] for o in options)] + [options]
+    for _ in range(3):
+        following: list[tuple[tuple[str, str, str], ...]] = []
+        for trial in trials:
+            found = _read(path, with_options(case.reading, trial))
+            shown = " ".join(f"--{o} {k}{'=' if k else ''}{v}" for o, k, v in trial)
+            if isinstance(found, Judged):
+                return found
+            if isinstance(found, LabTable):
+                judged = [_verdict(found, t, case, named=(), told=()) for t in truths]
+                if any(j.word == "right" for j in judged):
+                    proven = True
+                elif all(j.word in MISREAD for j in judged):
+                    return Judged("refused badly", f"typed as advised, {shown}, it misreads: {judged[0].detail} <- {text}")
+            else:
+                still = _told(found)
+                more = tuple(o for o in advised_options(still) if o[:2] not in {t[:2] for t in trial})
+                if more and still not in seen:
+                    following.append((*trial, *more))
+                seen.add(still)
+        trials = following[:4]
+    return Judged("refused well", text) if proven else Judged("refused badly", f"typed as advised, still: {still} <- {text}")
+
+
+def _told(error: InputError) -> str:
+    return " | ".join(f"{_place(f)}{f.message}. {f.advice}" for f in error.faults)
+
+
+def advised_options(text: str) -> tuple[tuple[str, str, str], ...]:
+    """Options that stand ready to be typed in an advice, as (option, key, value); places to fill in are left out.
+
+    Parameters
+    ----------
+    text : such as 'Say which one: --specimen 1, or --columns "force=Load 2"'.
+
+    Returns
+    -------
+    The first of each option and key.
+    """
+    found: dict[tuple[str, str], str] = {}
+    for option, quoted, bare in re.findall(rf'--({"|".join(OPTIONS)})[ =](?:"([^"]*)"|([^\s,;]*[^\s,;.)]))', text):
+        key, _, value = (quoted or bare).rpartition("=")
+        if value and "..." not in value and "…" not in value and not re.fullmatch(r"[A-Z]{3,}|<.*>", value):
+            found.setdefault((option, key), value)
+    return tuple((o, k, v) for (o, k), v in found.items())
+
+
+def with_options(reading: Reading, options: Iterable[tuple[str, str, str]]) -> Reading:
+    """What the user says, with the options of an advice typed behind it.
+
+    Parameters
+    ----------
+    reading : what was said before.
+    options : (option, key, value), as `advised_options` finds them.
+
+    Returns
+    -------
+    Both together.
+    """
+    for option, key, value in options:
+        if option in ("units", "columns", "where"):
+            reading = replace(reading, **{option: {**getattr(reading, option), key: value}})
+        elif option == "sign":
+            reading = replace(
+                reading, sign={**reading.sign, **dict.fromkeys([key] if key else ["force", "displacement"], value)}
+            )
+        elif option == "specimen":
+            reading = replace(reading, specimen=int(value) if value.isdigit() else None)
+        else:
+            reading = replace(reading, **{option: value})
+    return reading
 
 
 def _judge_way_out(case: Case, reading: Reading, expected: Truth, path: Path) -> Judged:
@@ -258,7 +339,7 @@ def _verdict(table: LabTable, expected: Truth, case: Case, named: tuple[str, ...
     if silent:
         return Judged("silent error", f"no {', '.join(silent)}, and not a word")
     if differences.gone:
-        return Judged("silent error", f"lines {differences.gone[:5]} are gone without a word")
+        return Judged("silent error", f"not a word about lines {differences.gone[:5]}")
     missing = [w for w in named if not says(everything, w)]
     if missing:
         return Judged("silent error", f"not named: {missing}; told: {everything or 'nothing'}")
@@ -282,10 +363,12 @@ def _differences(table: LabTable, expected: Truth, case: Case, everything: str) 
     lines = [int(line) for line in table.lines]
     used = np.array([not r for r in table.reasons], dtype=bool)
     for line, reason in zip(lines, table.reasons, strict=True):
-        if reason and line in row_of and line not in case.excused and not _empty(expected, row_of[line]):
+        if not reason and line in case.damaged and line not in spoken:
+            found.gone.append(line)
+        if reason and line in row_of and line not in case.excused | case.damaged and not _empty(expected, row_of[line]):
             found.lost.append(line)
     for line in sorted(set(row_of) - set(lines)):
-        if not _empty(expected, row_of[line]) and not (line in case.excused and line in spoken):
+        if not _empty(expected, row_of[line]) and not (line in case.excused | case.damaged and line in spoken):
             (found.lost if line in spoken else found.gone).append(line)
     strangers = [line for line, u in zip(lines, used, strict=True) if u and line not in row_of]
     if strangers:
@@ -332,7 +415,7 @@ def collected(folder: Path = Path(__file__).parent) -> Iterator[tuple[str, Case]
 
 
 def main(words: Iterable[str]) -> None:
-    """Print case, verdict and detail, and the counts; of cases whose name, kind or verdict holds one of `words`, if any are given."""
+    """Print case, verdict and detail, and the counts; if `words` are given, of cases whose name, kind or verdict holds one."""
     wanted, counts = tuple(words), Counter[tuple[str, str]]()
     with tempfile.TemporaryDirectory() as folder:
         for module, case in collected():
