@@ -95,21 +95,34 @@ def _factors() -> Iterator[Case]:
     yield _tester("load_by_10", (time, way, "Load (N/10)"), "must_refuse", f=tenfold, factors=None)
     yield _tester("load_10_n", (time, way, "Load (10 N)"), "must_refuse", factors=None, why="a factor or the range of the cell")
     yield _tester("din_tenfold", ("t / s", "s / mm", "F / 10 N"), "must_refuse", f=times(P.f, "0.1", 4), factors=None)
-    yield _tester("factor_in_unit_row", ("Time", "Extension", "Load"), "must_refuse", f=tenfold, factors=None,
-                  units=("(s)", "(mm)", "(x10 N)"))  # fmt: skip
+    yield _tester(
+        "factor_in_unit_row",
+        ("Time", "Extension", "Load"),
+        "must_refuse",
+        f=tenfold,
+        factors=None,
+        units=("(s)", "(mm)", "(x10 N)"),
+    )
     yield _tester("millinewton_times_1000", (time, way, "Force (mN) (x1000)"), "must_refuse", f=milli, factors=None)
     yield _tester("ten_to_the_three_newton", (time, way, "Load (10^3 N)"), "may_refuse", f=kilo, factors=("1", "1e-3", "1e3"))
     yield _tester("ten_to_the_minus_three", (time, way, "Load (10^-3 N)"), "may_refuse", f=milli, factors=("1", "1e-3", "1e-3"))
     yield _tester("superscript_power", (time, way, "Force [10⁻³ N]"), "may_refuse", f=milli, factors=("1", "1e-3", "1e-3"))
     yield _tester("tenth_of_newton", (time, way, "Force (0.1 N)"), "may_refuse", f=tenfold, factors=("1", "1e-3", "0.1"))
     yield _tester("decinewton", (time, way, "Force (dN)"), "may_refuse", f=tenfold, factors=("1", "1e-3", "0.1"))
-    yield _tester("extension_x_1000", (time, "Extension x1000 (mm)", "Load (N)"), "must_refuse", d=times(P.d, "1000", 1),
-                  factors=None)  # fmt: skip
-    yield _tester("extension_hundredths", (time, "Extension (1/100 mm)", "Load (N)"), "may_refuse", d=times(P.d, "100", 2),
-                  factors=("1", "1e-5", "1"))  # fmt: skip
+    yield _tester(
+        "extension_x_1000", (time, "Extension x1000 (mm)", "Load (N)"), "must_refuse", d=times(P.d, "1000", 1), factors=None
+    )
+    yield _tester(
+        "extension_hundredths",
+        (time, "Extension (1/100 mm)", "Load (N)"),
+        "may_refuse",
+        d=times(P.d, "100", 2),
+        factors=("1", "1e-5", "1"),
+    )
     yield _tester("time_x_100", ("Time x100 (s)", way, "Load (N)"), "must_refuse", t=times(P.t, "100", 0), factors=None)
-    yield _tester("time_in_tenths", ("Time (0.1 s)", way, "Load (N)"), "may_refuse", t=times(P.t, "10", 0),
-                  factors=("0.1", "1e-3", "1"))  # fmt: skip
+    yield _tester(
+        "time_in_tenths", ("Time (0.1 s)", way, "Load (N)"), "may_refuse", t=times(P.t, "10", 0), factors=("0.1", "1e-3", "1")
+    )
     yield _tester("minus_one", (time, way, "Load (-1) (N)"), "may_refuse", why="the numbers as they stand, or asked")
     for head in ("Cp (1e-1) (pF)", "Cp*10 (pF)", "Cp [x0.1] [pF]", "10*Cp (pF)"):
         name = "cp_" + "".join(x if x.isalnum() else "_" for x in head[2:]).strip("_").lower()

@@ -287,16 +287,24 @@ def with_options(reading: Reading, options: Iterable[tuple[str, str, str]]) -> R
     Both together.
     """
     for option, key, value in options:
-        if option in ("units", "columns", "where"):
-            reading = replace(reading, **{option: {**getattr(reading, option), key: value}})
-        elif option == "sign":
-            reading = replace(
-                reading, sign={**reading.sign, **dict.fromkeys([key] if key else ["force", "displacement"], value)}
-            )
-        elif option == "specimen":
-            reading = replace(reading, specimen=int(value) if value.isdigit() else None)
-        else:
-            reading = replace(reading, **{option: value})
+        match option:
+            case "units":
+                reading = replace(reading, units={**reading.units, key: value})
+            case "columns":
+                reading = replace(reading, columns={**reading.columns, key: value})
+            case "where":
+                reading = replace(reading, where={**reading.where, key: value})
+            case "sign":
+                both = [key] if key else ["force", "displacement"]
+                reading = replace(reading, sign={**reading.sign, **dict.fromkeys(both, value)})
+            case "specimen":
+                reading = replace(reading, specimen=int(value) if value.isdigit() else None)
+            case "sheet":
+                reading = replace(reading, sheet=value)
+            case "scale":
+                reading = replace(reading, scale=value)
+            case "decimal":
+                reading = replace(reading, decimal=value)
     return reading
 
 
@@ -429,5 +437,4 @@ def main(words: Iterable[str]) -> None:
 
 
 if __name__ == "__main__":
-    sys.path.insert(0, str(Path(__file__).parent))
     main(sys.argv[1:])

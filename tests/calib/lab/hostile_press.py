@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 
@@ -38,7 +38,7 @@ class Press:
         return len(self.t)
 
 
-def texts(values: Sequence[float] | FloatArray, decimals: int) -> Texts:
+def texts(values: Iterable[float], decimals: int) -> Texts:
     """Numbers as an instrument prints them, with a fixed number of decimals.
 
     Parameters

@@ -88,8 +88,16 @@ def _short_rows() -> Iterator[Case]:
             cells = lines[rows[i] - 1].split(sep)
             del cells[dropped]
             lines[rows[i] - 1] = sep.join(cells)
-        yield _case(name, lines, rows, "may_refuse", bad=bad, told=SHORT, named=("temp_C",),
-                    why="filled from the left, the column that stays empty is one that is not used")  # fmt: skip
+        yield _case(
+            name,
+            lines,
+            rows,
+            "may_refuse",
+            bad=bad,
+            told=SHORT,
+            named=("temp_C",),
+            why="filled from the left, the column that stays empty is one that is not used",
+        )
     lines = list(whole)
     merged = lines[61] + lines[62]
     yield _case(
@@ -111,16 +119,41 @@ def _short_rows() -> Iterator[Case]:
     head = f"{'time_s':>8}{'disp_mm':>10}{'force_N':>10}"
     empty = [i for i in range(120) if i % 10 == 7]
     yield _case("fixed_width_empty_last", [head, *text], range(2, 122), "may_refuse", bad=empty)
-    yield _case("fixed_width_empty_middle", [head, *swapped], range(2, 122), "may_refuse", bad=empty,
-                why="runs of blanks as delimiter: the force moves under the displacement")  # fmt: skip
+    yield _case(
+        "fixed_width_empty_middle",
+        [head, *swapped],
+        range(2, 122),
+        "may_refuse",
+        bad=empty,
+        why="runs of blanks as delimiter: the force moves under the displacement",
+    )
     cells = [f"{d},{f},23.1" for d, f in zip(P.d, P.f, strict=True)]
-    yield _case("whole_column_not_logged", ["Time (s),Extension (mm),Load (N),Temperature (C)", *cells], (), "must_refuse", blame=("4", "header"),
-                why="four names, three cells in every row: the time was not logged")  # fmt: skip
+    yield _case(
+        "whole_column_not_logged",
+        ["Time (s),Extension (mm),Load (N),Temperature (C)", *cells],
+        (),
+        "must_refuse",
+        blame=("4", "header"),
+        why="four names, three cells in every row: the time was not logged",
+    )
     late = [line if i < 61 else line.replace(",", ",23.1,", 1) for i, line in enumerate(whole)]
-    yield _case("column_inserted_midway", late, range(2, 122), "may_refuse", bad=range(60, 120),
-                why="a newer program logs the temperature as second cell")  # fmt: skip
-    yield _case("starts_within_a_line", [whole[0], "0.0012,0.01", *whole[1:]], range(2, 123), "may_refuse", bad=[0], told=SHORT,
-                known=_known(range(2, 123), (("", *P.t), ("", *P.d), ("", *P.f)), bad=[0]))  # fmt: skip
+    yield _case(
+        "column_inserted_midway",
+        late,
+        range(2, 122),
+        "may_refuse",
+        bad=range(60, 120),
+        why="a newer program logs the temperature as second cell",
+    )
+    yield _case(
+        "starts_within_a_line",
+        [whole[0], "0.0012,0.01", *whole[1:]],
+        range(2, 123),
+        "may_refuse",
+        bad=[0],
+        told=SHORT,
+        known=_known(range(2, 123), (("", *P.t), ("", *P.d), ("", *P.f)), bad=[0]),
+    )
 
 
 def _cut(column: Texts, row: int) -> Texts:
@@ -131,30 +164,81 @@ def _index_columns() -> Iterator[Case]:
     number = tuple(str(i + 1) for i in range(120))
     indexed = [",".join(c) for c in zip(number, P.t, P.d, P.f, strict=True)]
     rows = range(2, 122)
-    by_number = Reading(columns={"time": "2", "displacement": "3", "force": "4"},
-                        units={"time": "s", "displacement": "mm", "force": "N"})  # fmt: skip
+    by_number = Reading(
+        columns={"time": "2", "displacement": "3", "force": "4"}, units={"time": "s", "displacement": "mm", "force": "N"}
+    )
     out = ((by_number, _known(rows)),)
-    yield _case("index_and_trailing_empty_name", ["Time (s),Extension (mm),Load (N),", *indexed], rows, "may_refuse", ways=out,
-                named=("column 1|index|number|numbers|counts",), why="names are one to the left of their cells")  # fmt: skip
-    yield _case("index_without_a_name", ["Time (s),Extension (mm),Load (N)", *indexed], rows, "may_refuse",
-                named=("column 1|index|number|numbers|counts",), why="as R writes row names")  # fmt: skip
-    yield _case("index_quoted_as_r_writes", ['"Time (s)","Extension (mm)","Load (N)"', *(f'"{x[:x.index(",")]}"{x[x.index(","):]}'
-                for x in indexed)], rows, "may_refuse", named=("column 1|index|number|numbers|counts",))  # fmt: skip
-    yield _case("index_from_zero_tab", ["Time (s)\tExtension (mm)\tLoad (N)\t", *("\t".join((str(i), *c)) for i, c in enumerate(
-                zip(P.t, P.d, P.f, strict=True)))], rows, "may_refuse", named=("column 1|index|number|numbers|counts",))  # fmt: skip
-    yield _case("pandas_index", [",Time (s),Extension (mm),Load (N)", *indexed], rows, "must_read", kind=BENIGN,
-                named=("column 1",))  # fmt: skip
-    yield _case("pandas_unnamed_index", ["Unnamed: 0,Time (s),Extension (mm),Load (N)", *indexed], rows, "must_read", kind=BENIGN,
-                named=("Unnamed: 0",))  # fmt: skip
-    yield _case("number_column", ["No.,Time (s),Extension (mm),Load (N)", *indexed], rows, "must_read", kind=BENIGN,
-                named=("No.",))  # fmt: skip
+    yield _case(
+        "index_and_trailing_empty_name",
+        ["Time (s),Extension (mm),Load (N),", *indexed],
+        rows,
+        "may_refuse",
+        ways=out,
+        named=("column 1|index|number|numbers|counts",),
+        why="names are one to the left of their cells",
+    )
+    yield _case(
+        "index_without_a_name",
+        ["Time (s),Extension (mm),Load (N)", *indexed],
+        rows,
+        "may_refuse",
+        named=("column 1|index|number|numbers|counts",),
+        why="as R writes row names",
+    )
+    yield _case(
+        "index_quoted_as_r_writes",
+        ['"Time (s)","Extension (mm)","Load (N)"', *(f'"{x[: x.index(",")]}"{x[x.index(",") :]}' for x in indexed)],
+        rows,
+        "may_refuse",
+        named=("column 1|index|number|numbers|counts",),
+    )
+    yield _case(
+        "index_from_zero_tab",
+        [
+            "Time (s)\tExtension (mm)\tLoad (N)\t",
+            *("\t".join((str(i), *c)) for i, c in enumerate(zip(P.t, P.d, P.f, strict=True))),
+        ],
+        rows,
+        "may_refuse",
+        named=("column 1|index|number|numbers|counts",),
+    )
+    yield _case(
+        "pandas_index", [",Time (s),Extension (mm),Load (N)", *indexed], rows, "must_read", kind=BENIGN, named=("column 1",)
+    )
+    yield _case(
+        "pandas_unnamed_index",
+        ["Unnamed: 0,Time (s),Extension (mm),Load (N)", *indexed],
+        rows,
+        "must_read",
+        kind=BENIGN,
+        named=("Unnamed: 0",),
+    )
+    yield _case(
+        "number_column", ["No.,Time (s),Extension (mm),Load (N)", *indexed], rows, "must_read", kind=BENIGN, named=("No.",)
+    )
     plain = [",".join(c) for c in zip(P.t, P.d, P.f, strict=True)]
-    yield _case("trailing_separators_in_rows", ["Time (s),Extension (mm),Load (N)", *(x + "," for x in plain)], rows, "must_read",
-                kind=BENIGN, why="pandas makes an index of the first cell")  # fmt: skip
-    yield _case("many_trailing_separators", ["Time (s);Extension (mm);Load (N);;;;", *(x.replace(",", ";") + ";;;;" for x in plain)],
-                rows, "must_read", kind=BENIGN)  # fmt: skip
-    yield _case("leading_empty_name_only", [",Time (s),Extension (mm),Load (N)", *plain], rows, "may_refuse",
-                why="four names, the first empty, above three cells")  # fmt: skip
+    yield _case(
+        "trailing_separators_in_rows",
+        ["Time (s),Extension (mm),Load (N)", *(x + "," for x in plain)],
+        rows,
+        "must_read",
+        kind=BENIGN,
+        why="pandas makes an index of the first cell",
+    )
+    yield _case(
+        "many_trailing_separators",
+        ["Time (s);Extension (mm);Load (N);;;;", *(x.replace(",", ";") + ";;;;" for x in plain)],
+        rows,
+        "must_read",
+        kind=BENIGN,
+    )
+    yield _case(
+        "leading_empty_name_only",
+        [",Time (s),Extension (mm),Load (N)", *plain],
+        rows,
+        "may_refuse",
+        why="four names, the first empty, above three cells",
+    )
     yield _case("trailing_empty_name_only", ["Time (s),Extension (mm),Load (N),", *plain], rows, "must_read", kind=BENIGN)
     stamp = [f"2024-05-01,12:00:{float(t):05.2f},{d},{f}" for t, d, f in zip(P.t, P.d, P.f, strict=True)]
     yield _case("date_and_time_under_one_name", ["Timestamp,Extension (mm),Load (N)", *stamp], rows, "may_refuse")
@@ -170,39 +254,91 @@ def _commas_in_commas() -> Iterator[Case]:
     yield _case(
         "decimal_comma_padded_header", [heads + ",,,", *bare], rows, "may_refuse", why="and the header is padded to six"
     )
-    yield _case("decimal_comma_whole_seconds", [heads, *(f"{i},{d},{f}" for i, (d, f) in enumerate(
-                zip(comma(P.d), comma(P.f), strict=True)))], rows, "may_refuse",
-                known=_known(rows, (tuple(str(i) for i in range(120)), P.d, P.f)))  # fmt: skip
+    yield _case(
+        "decimal_comma_whole_seconds",
+        [heads, *(f"{i},{d},{f}" for i, (d, f) in enumerate(zip(comma(P.d), comma(P.f), strict=True)))],
+        rows,
+        "may_refuse",
+        known=_known(rows, (tuple(str(i) for i in range(120)), P.d, P.f)),
+    )
     meter = [f"{t},{c}" for t, c in zip(comma(P.t), comma(P.c), strict=True)]
     known = truth(rows, time=si(P.t), capacitance=si(P.c, "1e-12"))
-    yield _case("decimal_comma_meter_padded", ["Time (s),Cp (pF),,", *meter], rows, "may_refuse", known=known,
-                why="0,10,97,401 under Time, Cp, nothing, nothing")  # fmt: skip
-    yield _case("decimal_comma_meter_four_names", ["Time (s),Cp (pF),D,Status", *meter], rows, "may_refuse", known=known,
-                why="two readings fill four names")  # fmt: skip
-    yield _case("decimal_comma_one_column", ["Time (s),Cp (pF),Remark", *(f"{i},{c}" for i, c in enumerate(comma(P.c)))], rows,
-                "may_refuse", known=truth(rows, time=si([str(i) for i in range(120)]), capacitance=si(P.c, "1e-12")),
-                why="97,401 fills Cp and Remark")  # fmt: skip
+    yield _case(
+        "decimal_comma_meter_padded",
+        ["Time (s),Cp (pF),,", *meter],
+        rows,
+        "may_refuse",
+        known=known,
+        why="0,10,97,401 under Time, Cp, nothing, nothing",
+    )
+    yield _case(
+        "decimal_comma_meter_four_names",
+        ["Time (s),Cp (pF),D,Status", *meter],
+        rows,
+        "may_refuse",
+        known=known,
+        why="two readings fill four names",
+    )
+    yield _case(
+        "decimal_comma_one_column",
+        ["Time (s),Cp (pF),Remark", *(f"{i},{c}" for i, c in enumerate(comma(P.c)))],
+        rows,
+        "may_refuse",
+        known=truth(rows, time=si([str(i) for i in range(120)]), capacitance=si(P.c, "1e-12")),
+        why="97,401 fills Cp and Remark",
+    )
     whole = tuple(x.replace(".", "") for x in times(P.d, "1000", 0))
-    yield _case("thousands_comma_unquoted", ["Time (s),Load (N),Extension (um)", *(
-                f"{t},{f},{float(d):,.0f}" for t, f, d in zip(P.t, P.f, whole, strict=True))], rows, "may_refuse",
-                known=truth(rows, time=si(P.t), force=si(P.f), displacement=si(whole, "1e-6")))  # fmt: skip
-    yield _case("thousands_comma_unquoted_first", ["Extension (um),Load (N),Time (s)", *(
-                f"{float(d):,.0f},{f},{t}" for t, f, d in zip(P.t, P.f, whole, strict=True))], rows, "may_refuse",
-                known=truth(rows, time=si(P.t), force=si(P.f), displacement=si(whole, "1e-6")),
-                why="1,012 um moves all that follows to the right")  # fmt: skip
-    yield _case("units_behind_commas", ["Time, s,Extension, mm,Load, N", *(",".join(c) for c in zip(P.t, P.d, P.f, strict=True))], rows,
-                "may_refuse", why="six names above three cells")  # fmt: skip
-    yield _case("names_with_units_as_words", ["Time s Extension mm Load N", *(" ".join(c) for c in zip(P.t, P.d, P.f, strict=True))],
-                rows, "may_refuse")  # fmt: skip
-    yield _case("names_of_several_words_and_blanks", ["Load cell Crosshead displacement Test time", *(
-                " ".join(c) for c in zip(P.f, P.d, P.t, strict=True))], rows, "may_refuse",
-                reading=Reading(units={"time": "s", "displacement": "mm", "force": "N"}))  # fmt: skip
+    yield _case(
+        "thousands_comma_unquoted",
+        ["Time (s),Load (N),Extension (um)", *(f"{t},{f},{float(d):,.0f}" for t, f, d in zip(P.t, P.f, whole, strict=True))],
+        rows,
+        "may_refuse",
+        known=truth(rows, time=si(P.t), force=si(P.f), displacement=si(whole, "1e-6")),
+    )
+    yield _case(
+        "thousands_comma_unquoted_first",
+        ["Extension (um),Load (N),Time (s)", *(f"{float(d):,.0f},{f},{t}" for t, f, d in zip(P.t, P.f, whole, strict=True))],
+        rows,
+        "may_refuse",
+        known=truth(rows, time=si(P.t), force=si(P.f), displacement=si(whole, "1e-6")),
+        why="1,012 um moves all that follows to the right",
+    )
+    yield _case(
+        "units_behind_commas",
+        ["Time, s,Extension, mm,Load, N", *(",".join(c) for c in zip(P.t, P.d, P.f, strict=True))],
+        rows,
+        "may_refuse",
+        why="six names above three cells",
+    )
+    yield _case(
+        "names_with_units_as_words",
+        ["Time s Extension mm Load N", *(" ".join(c) for c in zip(P.t, P.d, P.f, strict=True))],
+        rows,
+        "may_refuse",
+    )
+    yield _case(
+        "names_of_several_words_and_blanks",
+        ["Load cell Crosshead displacement Test time", *(" ".join(c) for c in zip(P.f, P.d, P.t, strict=True))],
+        rows,
+        "may_refuse",
+        reading=Reading(units={"time": "s", "displacement": "mm", "force": "N"}),
+    )
     lines = [";".join(HEADS), *("\t".join(c) for c in zip(P.t, P.d, P.f, strict=True))]
     yield _case("header_semicolons_rows_tabs", lines, rows, "may_refuse")
-    yield _case("rows_as_one_quoted_text", [f'"{x}"' for x in lines_of(HEADS, [P.t, P.d, P.f])[0]], rows, "may_refuse",
-                why="a spreadsheet quoted each line as one cell")  # fmt: skip
-    yield _case("separator_line", ["sep=;", ";".join(HEADS), *(";".join(c) for c in zip(comma(P.t), comma(P.d), comma(P.f), strict=True))],
-                range(3, 123), "must_read", kind=BENIGN)  # fmt: skip
+    yield _case(
+        "rows_as_one_quoted_text",
+        [f'"{x}"' for x in lines_of(HEADS, [P.t, P.d, P.f])[0]],
+        rows,
+        "may_refuse",
+        why="a spreadsheet quoted each line as one cell",
+    )
+    yield _case(
+        "separator_line",
+        ["sep=;", ";".join(HEADS), *(";".join(c) for c in zip(comma(P.t), comma(P.d), comma(P.f), strict=True))],
+        range(3, 123),
+        "must_read",
+        kind=BENIGN,
+    )
 
 
 def _titles() -> Iterator[Case]:
@@ -211,30 +347,84 @@ def _titles() -> Iterator[Case]:
     asked = Reading(
         columns={"time": "1", "force": "2", "displacement": "4"}, units={"time": "s", "force": "N", "displacement": "mm"}
     )
-    yield _case("titles_above_x_y_x_y", ["Force,,Displacement,", "X,Y,X,Y", "s,N,s,mm", *pairs], three, "may_refuse",
-                ways=((asked, _known(three)),))  # fmt: skip
-    yield _case("titles_above_x_y_no_units", ["Force (N),,Displacement (mm),", "X,Y,X,Y", *pairs], range(3, 123), "may_refuse",
-                ways=((asked, _known(range(3, 123))),), why="X of the force is a time")  # fmt: skip
+    yield _case(
+        "titles_above_x_y_x_y",
+        ["Force,,Displacement,", "X,Y,X,Y", "s,N,s,mm", *pairs],
+        three,
+        "may_refuse",
+        ways=((asked, _known(three)),),
+    )
+    yield _case(
+        "titles_above_x_y_no_units",
+        ["Force (N),,Displacement (mm),", "X,Y,X,Y", *pairs],
+        range(3, 123),
+        "may_refuse",
+        ways=((asked, _known(range(3, 123))),),
+        why="X of the force is a time",
+    )
     other = [f"{d},{f},{t},{f}" for t, d, f in zip(P.t, P.d, P.f, strict=True)]
-    yield _case("titles_force_against_two_abscissae", ["Load vs extension,,Load vs time,", "X,Y,X,Y", "mm,N,s,N", *other], three,
-                "may_refuse")  # fmt: skip
+    yield _case(
+        "titles_force_against_two_abscissae",
+        ["Load vs extension,,Load vs time,", "X,Y,X,Y", "mm,N,s,N", *other],
+        three,
+        "may_refuse",
+    )
     runs = [",".join(c) for c in zip(P.t, P.d, P.f, Q.t, Q.d, Q.f, strict=True)]
     both = ((Reading(specimen=1), _known(range(3, 123))), (Reading(specimen=2), _known(range(3, 123), (Q.t, Q.d, Q.f))))
-    yield Case("merged_titles_two_runs", KIND, content(["Run 1,,,Run 2,,", ",".join(HEADS * 2), *runs]), "must_refuse", None,
-               blame=("specimen", "specimens"), ways_out=both, why="merged cells above two runs")  # fmt: skip
-    yield Case("merged_titles_centred", KIND, content([",Run 1,,,Run 2,", ",".join(HEADS * 2), *runs]), "must_refuse", None,
-               blame=("specimen", "specimens"), ways_out=both)  # fmt: skip
+    yield Case(
+        "merged_titles_two_runs",
+        KIND,
+        content(["Run 1,,,Run 2,,", ",".join(HEADS * 2), *runs]),
+        "must_refuse",
+        None,
+        blame=("specimen", "specimens"),
+        ways_out=both,
+        why="merged cells above two runs",
+    )
+    yield Case(
+        "merged_titles_centred",
+        KIND,
+        content([",Run 1,,,Run 2,", ",".join(HEADS * 2), *runs]),
+        "must_refuse",
+        None,
+        blame=("specimen", "specimens"),
+        ways_out=both,
+    )
     sensors = [",".join(c) for c in zip(P.t, P.c, Q.c, strict=True)]
     meter = [truth(range(3, 123), time=si(P.t), capacitance=si(c, "1e-12")) for c in (P.c, Q.c)]
-    yield Case("titles_sensor_a_sensor_b", KIND, content([",Sensor A,Sensor B", "Time (s),Cp (pF),Cp (pF)", *sensors]), "must_refuse",
-               None, blame=("Cp (pF)",), ways_out=tuple((Reading(columns={"capacitance": n}), m) for n, m in zip("23", meter, strict=True)))  # fmt: skip
+    yield Case(
+        "titles_sensor_a_sensor_b",
+        KIND,
+        content([",Sensor A,Sensor B", "Time (s),Cp (pF),Cp (pF)", *sensors]),
+        "must_refuse",
+        None,
+        blame=("Cp (pF)",),
+        ways_out=tuple((Reading(columns={"capacitance": n}), m) for n, m in zip("23", meter, strict=True)),
+    )
     plain = [",".join(c) for c in zip(P.t, P.d, P.f, strict=True)]
-    yield _case("merged_title_of_groups", ["Machine,Machine,Load cell", ",".join(HEADS), *plain], range(3, 123), "must_read", kind=BENIGN,
-                named=("line 1|lines 1 to 1|Machine",))  # fmt: skip
-    yield _case("title_line_above", ["Silicone 00-30, sample 3, 2024-05-01", ",".join(HEADS), *plain], range(3, 123), "must_read",
-                kind=BENIGN, named=("line 1|lines 1 to 1|Silicone 00-30",))  # fmt: skip
-    yield _case("title_of_three_quantities", ["Force,Time,Displacement", ",".join(HEADS), *plain], range(3, 123), "may_refuse",
-                why="a line of titles in another order than the names")  # fmt: skip
+    yield _case(
+        "merged_title_of_groups",
+        ["Machine,Machine,Load cell", ",".join(HEADS), *plain],
+        range(3, 123),
+        "must_read",
+        kind=BENIGN,
+        named=("line 1|lines 1 to 1|Machine",),
+    )
+    yield _case(
+        "title_line_above",
+        ["Silicone 00-30, sample 3, 2024-05-01", ",".join(HEADS), *plain],
+        range(3, 123),
+        "must_read",
+        kind=BENIGN,
+        named=("line 1|lines 1 to 1|Silicone 00-30",),
+    )
+    yield _case(
+        "title_of_three_quantities",
+        ["Force,Time,Displacement", ",".join(HEADS), *plain],
+        range(3, 123),
+        "may_refuse",
+        why="a line of titles in another order than the names",
+    )
 
 
 def _rows_of_numbers_above() -> Iterator[Case]:
@@ -242,46 +432,119 @@ def _rows_of_numbers_above() -> Iterator[Case]:
     heads = ",".join(HEADS)
     rows = range(3, 123)
     said = ("line 2|lines 2 to 2",)
-    yield _case("channel_numbers_below_names", [heads, "1,2,3", *plain], rows, "may_refuse", named=said, blame=("line 2",),
-                why="1,2,3 are channels, not the first reading")  # fmt: skip
-    yield _case("channel_numbers_from_zero", [heads, "0,1,2", *plain], rows, "may_refuse", named=said, blame=("line 2",),
-                why="0,1,2 at time 0.00")  # fmt: skip
-    yield _case("channel_numbers_below_units", ["Time,Extension,Load", "s,mm,N", "1,2,3", *plain], range(4, 124), "may_refuse",
-                named=("line 3|lines 3 to 3",), blame=("line 3",))  # fmt: skip
-    yield _case("channel_numbers_between", ["Time,Extension,Load", "1,2,3", "s,mm,N", *plain], range(4, 124), "may_refuse",
-                named=said, blame=("line 2",))  # fmt: skip
-    yield _case("channel_numbers_above_names", ["1,2,3", heads, *plain], rows, "must_read", kind=BENIGN,
-                named=("line 1|lines 1 to 1",))  # fmt: skip
+    yield _case(
+        "channel_numbers_below_names",
+        [heads, "1,2,3", *plain],
+        rows,
+        "may_refuse",
+        named=said,
+        blame=("line 2",),
+        why="1,2,3 are channels, not the first reading",
+    )
+    yield _case(
+        "channel_numbers_from_zero",
+        [heads, "0,1,2", *plain],
+        rows,
+        "may_refuse",
+        named=said,
+        blame=("line 2",),
+        why="0,1,2 at time 0.00",
+    )
+    yield _case(
+        "channel_numbers_below_units",
+        ["Time,Extension,Load", "s,mm,N", "1,2,3", *plain],
+        range(4, 124),
+        "may_refuse",
+        named=("line 3|lines 3 to 3",),
+        blame=("line 3",),
+    )
+    yield _case(
+        "channel_numbers_between",
+        ["Time,Extension,Load", "1,2,3", "s,mm,N", *plain],
+        range(4, 124),
+        "may_refuse",
+        named=said,
+        blame=("line 2",),
+    )
+    yield _case(
+        "channel_numbers_above_names", ["1,2,3", heads, *plain], rows, "must_read", kind=BENIGN, named=("line 1|lines 1 to 1",)
+    )
     yield _case("channel_names_below_names", [heads, "CH1,CH2,CH3", *plain], rows, "may_refuse", named=said, blame=("line 2",))
     yield _case(
         "letters_of_a_spreadsheet", ["A,B,C", heads, *plain], rows, "must_read", kind=BENIGN, named=("line 1|lines 1 to 1",)
     )
     yield _case("types_below_names", [heads, "float,float,float", *plain], rows, "may_refuse", named=said, blame=("line 2",))
     meter = [f"{t};{c};{x}" for t, c, x in zip(P.t, P.c, P.loss, strict=True)]
-    yield _case("channel_numbers_of_a_meter", ["Time (s);Cp (pF);D", "1;2;3", *meter], rows, "may_refuse", named=said, blame=("line 2",),
-                known=truth(rows, time=si(P.t), capacitance=si(P.c, "1e-12"), dissipation=si(P.loss)))  # fmt: skip
-    yield _case("gains_below_names", [heads, "1,0.998,2.314", *plain], rows, "may_refuse", named=said, blame=("line 2",),
-                why="calibration factors: time falls after them")  # fmt: skip
-    yield _case("named_gains_below_names", ["Channel,Time (s),Extension (mm),Load (N)", "Gain,1,0.998,2.314", *(
-                f"{i},{x}" for i, x in enumerate(plain))], rows, "may_refuse", named=said, blame=("line 2",))  # fmt: skip
+    yield _case(
+        "channel_numbers_of_a_meter",
+        ["Time (s);Cp (pF);D", "1;2;3", *meter],
+        rows,
+        "may_refuse",
+        named=said,
+        blame=("line 2",),
+        known=truth(rows, time=si(P.t), capacitance=si(P.c, "1e-12"), dissipation=si(P.loss)),
+    )
+    yield _case(
+        "gains_below_names",
+        [heads, "1,0.998,2.314", *plain],
+        rows,
+        "may_refuse",
+        named=said,
+        blame=("line 2",),
+        why="calibration factors: time falls after them",
+    )
+    yield _case(
+        "named_gains_below_names",
+        ["Channel,Time (s),Extension (mm),Load (N)", "Gain,1,0.998,2.314", *(f"{i},{x}" for i, x in enumerate(plain))],
+        rows,
+        "may_refuse",
+        named=said,
+        blame=("line 2",),
+    )
     flipped = [",".join(("Time (s)", *P.t)), ",".join(("Extension (mm)", *P.d)), ",".join(("Load (N)", *P.f))]
-    yield Case("transposed", KIND, content(flipped), "must_refuse", None, blame=("header", "column", "columns", "line 1"),
-               why="quantities in rows")  # fmt: skip
+    yield Case(
+        "transposed",
+        KIND,
+        content(flipped),
+        "must_refuse",
+        None,
+        blame=("header", "column", "columns", "line 1"),
+        why="quantities in rows",
+    )
     keyed = [
         f"F:{f} D:{d} t:{t}" if i % 2 else f"t:{t} D:{d} F:{f}" for i, (t, d, f) in enumerate(zip(P.t, P.d, P.f, strict=True))
     ]
-    yield Case("keys_in_every_cell", KIND, content(keyed), "must_refuse", None, blame=("header", "line 1", "number"),
-               why="the order of keys changes")  # fmt: skip
+    yield Case(
+        "keys_in_every_cell",
+        KIND,
+        content(keyed),
+        "must_refuse",
+        None,
+        blame=("header", "line 1", "number"),
+        why="the order of keys changes",
+    )
     restarted = [heads, *plain[:60], heads, *(",".join(c) for c in zip(Q.t[:60], Q.d[:60], Q.f[:60], strict=True))]
     halves = [_known(range(a, a + 60), (x.t[:60], x.d[:60], x.f[:60])) for a, x in ((2, P), (63, Q))]
-    yield Case("logger_started_anew", KIND, content(restarted), "must_refuse", None, blame=("line 62", "specimens", "records"),
-               ways_out=((Reading(specimen=1), halves[0]), (Reading(specimen=2), halves[1])),
-               why="time begins again behind a second header")  # fmt: skip
+    yield Case(
+        "logger_started_anew",
+        KIND,
+        content(restarted),
+        "must_refuse",
+        None,
+        blame=("line 62", "specimens", "records"),
+        ways_out=((Reading(specimen=1), halves[0]), (Reading(specimen=2), halves[1])),
+        why="time begins again behind a second header",
+    )
     lines = [heads, *plain]
     lines[70] = lines[70].replace(f",{P.d[69]},", ",,")
-    yield Case("an_empty_cell_in_its_place", BENIGN, content(lines), "must_read", truth(
-               range(2, 122), time=si(P.t), displacement=si((*P.d[:69], "", *P.d[70:]), "1e-3"), force=si(P.f)),
-               excused=frozenset([71]))  # fmt: skip
+    yield Case(
+        "an_empty_cell_in_its_place",
+        BENIGN,
+        content(lines),
+        "must_read",
+        truth(range(2, 122), time=si(P.t), displacement=si((*P.d[:69], "", *P.d[70:]), "1e-3"), force=si(P.f)),
+        excused=frozenset([71]),
+    )
 
 
 CASES = (

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
 from hostile_cases import Case, collected, judge
 
 CASES = [pytest.param(case, id=f"{module.removeprefix('hostile_')}-{case.name}") for module, case in collected()]
