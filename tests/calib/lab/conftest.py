@@ -1,4 +1,4 @@
-"""Lets modules of this folder import their neighbours by name, also where they are collected by themselves for their doctests."""
+"""Lets modules of this folder import their neighbours by name, also where pytest collects them for doctests."""
 
 from __future__ import annotations
 

@@ -137,12 +137,19 @@ def says(text: str, word: str) -> bool:
     Returns
     -------
     True if it stands there.
+
+    >>> says('column 4 "Load 2 (N)"', "Load 2"), says('column 4 "Load 2 (N)"', "oad|Temp")
+    (True, False)
     """
     return any(re.search(rf"(?<!\w){re.escape(w)}(?!\w)", text, re.IGNORECASE) for w in word.split("|"))
 
 
 def spoken_lines(text: str) -> set[int]:
-    """Lines that a text names: "line 7", "lines 3, 5 and 9", "lines 8 to 20"."""
+    """Lines that a text names.
+
+    >>> sorted(spoken_lines("line 7 is short, lines 9 to 11 and 20 are text"))
+    [7, 9, 10, 11, 20]
+    """
     found: set[int] = set()
     for match in re.finditer(r"\b(?:lines?|rows?)((?:[\s,]|and|to|-|–|\d)+)", text, re.IGNORECASE):
         for first, last in re.findall(r"(\d+)(?:\s*(?:to|-|–)\s*(\d+))?", match[1]):
@@ -265,6 +272,9 @@ def advised_options(text: str) -> tuple[tuple[str, str, str], ...]:
     Returns
     -------
     The first of each option and key.
+
+    >>> advised_options('Say --where "f (Hz)=1000", or --specimen 1 to --specimen 2, or --units force=...')
+    (('where', 'f (Hz)', '1000'), ('specimen', '', '1'))
     """
     found: dict[tuple[str, str], str] = {}
     for option, quoted, bare in re.findall(rf'--({"|".join(OPTIONS)})[ =](?:"([^"]*)"|([^\s,;]*[^\s,;.)]))', text):
@@ -352,7 +362,8 @@ def _verdict(table: LabTable, expected: Truth, case: Case, named: tuple[str, ...
     if missing:
         return Judged("silent error", f"not named: {missing}; told: {everything or 'nothing'}")
     if differences.absent:
-        return Judged("refused needlessly", f"no {', '.join(differences.absent)}: {everything}")
+        spared = case.may != "must_read" and all(says(everything, "|".join((q, *case.blame))) for q in differences.absent)
+        return Judged("refused well" if spared else "refused needlessly", f"no {', '.join(differences.absent)}: {everything}")
     if differences.lost:
         reason = next(r for line, r in zip(table.lines, table.reasons, strict=True) if line == differences.lost[0])
         return Judged(

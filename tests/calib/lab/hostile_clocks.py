@@ -45,17 +45,20 @@ def _clock(
     end: str = "\n",
     why: str = "",
 ) -> Case:
-    """A tester's record whose time is written as `stamps` and is `ms` milliseconds; the header may name several columns."""
+    """A tester's record whose time is written as `stamps` and is `ms` milliseconds; the header may name several columns.
+
+    What is not `known` must be refused as a time, together with the file or alone.
+    """
     d, f = (tuple(x.replace(".", ",") for x in c) if sep == ";" else c for c in (P.d, P.f))
     lines, rows = lines_of([head, "Extension (mm)", "Load (N)"], [stamps, d, f], sep=sep, above=above)
     return Case(
         name,
         kind,
         content(lines, end=end),
-        may,
-        _known(rows, ms) if known else None,
+        may if known else "may_refuse",
+        _known(rows, ms if known else None),
         reading=reading,
-        named=named,
+        named=named if known else (head,),
         told=told,
         blame=blame or (head, "time"),
         ways_out=tuple((way, _known(rows, ms)) for way in ways),
