@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from hostile_cases import Case, truth
 from hostile_press import comma, content, lines_of, minus, press, si, times
@@ -194,7 +195,8 @@ def _long_formats() -> Iterator[Case]:
     yield interleaved("list_sweep_bias", "DC bias (V)", ("0", "5"), 3, "two bias voltages in turn")
     yield interleaved("list_sweep_range", "Range", ("100pF", "1nF"), 3, "two ranges in turn")
     yield interleaved("list_sweep_speed", "Speed", ("FAST", "SLOW2"), 3, "two speeds in turn")
-    yield interleaved("long_nameless_key", "", ("1", "2"), 0, "channel numbers in a column without a name")
+    nameless = interleaved("long_nameless_key", "", ("1", "2"), 0, "channel numbers in a column without a name")
+    yield replace(nameless, blame=("column 1", "time"), ways_out=())
 
     lines, rows = ["Specimen,Time (s),Extension (mm),Load (N)"], {"1": list[int](), "2": list[int]()}
     for number, record in (("1", A), ("2", B)):
