@@ -9,14 +9,17 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
 
+from hostile_b_benign import benign_cases
 from hostile_b_case import Case
+from hostile_b_columns import column_cases
 from hostile_b_judge import VERDICTS, judge
 from hostile_b_signs import sign_cases
+from hostile_b_use import use_cases
 
 
 def hostile_cases() -> tuple[Case, ...]:
     """All cases, each name once."""
-    return (*sign_cases(),)
+    return (*sign_cases(), *column_cases(), *benign_cases(), *use_cases())
 
 
 def main(part: str = "") -> None:

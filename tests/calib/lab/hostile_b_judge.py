@@ -78,7 +78,7 @@ def attempt(case: Case, path: Path, reading: Mapping[str, Any], use: Mapping[str
     if seen.displacement is not None:
         observed["displacement"] = seen.displacement
     unread = [f"{u.what}: {u.reason}" for u in table.unread]
-    sources = [f"{q} from {s}" for q, s in table.sources.items()]
+    sources = [f'{q} from "{s}"' for q, s in table.sources.items()]
     rows = sorted({r for r in (*table.reasons, *seen.reason) if r})
     return Outcome(
         lines=[int(n) for n in table.lines],
@@ -150,17 +150,21 @@ def _of_reading(case: Case, outcome: Outcome) -> Judgement:
     excluded = _excluded(case, outcome)
     if excluded:
         return Judgement(NEEDLESSLY, excluded)
-    if case.choice and not re.search(case.choice, told, re.IGNORECASE | re.DOTALL):
+    choices = " | ".join(t for t in outcome.told if not t.startswith("source: "))
+    if case.choice and not re.search(case.choice, choices, re.IGNORECASE | re.DOTALL):
         return Judgement(BY_LUCK, f"nothing like /{case.choice}/ is told | {told}")
-    unnamed = [c for c in case.left if c.lower() not in told.lower()]
+    unnamed = [c for c in case.left if not re.search(rf'"{re.escape(c)}(?:"| ?[\[(,/])', told)]
     if unnamed:
         return Judgement(UNNAMED, f"{', '.join(unnamed)} | {told}")
     return Judgement(RIGHT)
 
 
 def _wrong(outcome: Outcome, faults: list[str], quantities: tuple[str, ...]) -> Judgement:
-    """A silent error, or one that a note states as a fact: a note, not the list of sources, that speaks of the quantity."""
-    about = [t for t in outcome.told if not t.startswith("source: ") and any(q in t.lower() for q in quantities)]
+    """A silent error, or one that a note states as a fact: one that speaks of the quantity or of the column."""
+    sources = [t for t in outcome.told if t.startswith("source: ")]
+    columns = [s.split(" from ", 1)[1] for s in sources if any(s.startswith(f"source: {q} ") for q in quantities)]
+    words = [q for q in quantities if q] + columns
+    about = [t for t in outcome.told if t not in sources and any(w.lower() in t.lower() for w in words)]
     if about:
         return Judgement(TOLD_WRONGLY, f"{'; '.join(faults)} | told: {' | '.join(about)}")
     return Judgement(SILENT, f"{'; '.join(faults)} | told: {' | '.join(t for t in outcome.told if t)}")
