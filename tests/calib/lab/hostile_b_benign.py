@@ -99,8 +99,8 @@ def _beside() -> list[Case]:
 
 def _named() -> list[Case]:
     """Names of testers and meters of the world."""
-    french = dict(GERMAN)
-    utf8 = {"delimiter": ";", "decimal": ","}
+    french = GERMAN
+    utf8: Mapping[str, Any] = {"delimiter": ";", "decimal": ","}
     t = Col("Time", P.time, "time", "s", 3)
     cd = [Col("Cp", P.capacitance, "capacitance", "F", None), Col("D", P.dissipation, "dissipation", "", 5)]
 
@@ -269,7 +269,7 @@ def _layouts() -> list[Case]:
             **GERMAN,
         ),
         case(
-            "Zwick .TRA, quoted, TAB",
+            "Zwick .TRA, TAB, corrected distance",
             frame(("Zeit", "Werkzeugabstand korrigiert", "Kraft")),
             style="{name}",
             units="{unit}",

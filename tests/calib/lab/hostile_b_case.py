@@ -111,7 +111,7 @@ def press(
     force += rng.normal(0, noise, len(x))
     capacitance = (95.0 + 9.0 * np.clip(x, 0, None) + rng.normal(0, 0.003, len(x))) * 1e-12
     return Press(
-        time=np.arange(len(x)) * step,
+        time=np.arange(len(x), dtype=np.float64) * step,
         depth=(x + rng.normal(0, jitter, len(x)) * 1e-3) * 1e-3,
         force=force,
         capacitance=capacitance,
@@ -273,7 +273,7 @@ def make(name: str, kind: str, expected: Expected, written: Written, **more: Any
     return Case(name=name, kind=kind, expected=expected, data=written.data, lines=written.lines, **given)
 
 
-def branches(p: Press, cycles: Sequence[int] = (1,), branch: str = "loading") -> Mapping[str, Bools]:
+def branches(p: Press, cycles: Sequence[int] = (1,), branch: str = "loading") -> Mapping[str, Any]:
     """Which rows of a press have to be used, and which must not, where a branch of some cycles is calibrated.
 
     The approach may be used or not, so may the rows at a turning point; the middle of the branch and of the others is certain.

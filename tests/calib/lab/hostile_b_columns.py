@@ -242,13 +242,13 @@ def _loads() -> list[Case]:
     f = P.force
     wish = np.round(f)
     top = np.maximum.accumulate(f)
-    mean = np.convolve(f, np.ones(9) / 9, mode="same")
+    mean = np.asarray(np.convolve(f, np.ones(9) / 9, mode="same"), np.float64)
     x, t = place("Extension"), time()
     raw = f + 0.463
     zero = f * 0
     side = 0.02 * f
     made: list[Case] = []
-    pairs = (
+    pairs: tuple[tuple[str, str, Mapping[str, Any], tuple[str, str]], ...] = (
         ("Load (setpoint)", "Force", {}, ("Time", "Extension")),
         ("Target force", "Actual force", {}, ("Time", "Extension")),
         ("Force demand", "Force", {}, ("Time", "Extension")),
@@ -370,8 +370,8 @@ def _clocks() -> list[Case]:
             [
                 time("Total Time", p),
                 Col("Cycle Elapsed Time", own, "", "s", 3),
-                Col("Total Cycles", p.cycle.astype(float), "cycle", "", 0),
-                Col("Elapsed Cycles", p.cycle - 1.0, "", "", 0),
+                Col("Total Cycles", p.cycle.astype(np.float64), "cycle", "", 0),
+                Col("Elapsed Cycles", p.cycle.astype(np.float64) - 1, "", "", 0),
                 Col("Step", 1.0, "", "", 0),
                 place("Position(Linear:Digital Position)", p=p),
                 load("Load(Linear:Load)", p=p),
@@ -433,7 +433,7 @@ def _meters() -> list[Case]:
     def loss(name: str = "D", unit: str = "", digits: int = 5) -> Col:
         return Col(name, d, "dissipation", unit, digits)
 
-    omega = 2 * np.pi * 1000.0
+    omega = float(2 * np.pi * 1000.0)
     esr = d / (omega * cs)
     above = {
         "MODE: Cs-D": ("MODE: Cs-D",),
@@ -550,7 +550,7 @@ def _capacitances() -> list[Case]:
     d_c = c - c[0]
     three = [press(seed=k) for k in (1, 2, 3)]
     order = np.arange(3 * 80) % 3
-    times = np.arange(240) * 0.2
+    times = np.arange(240, dtype=np.float64) * 0.2
     freq = np.array([1e3, 1e4, 1e5])[order]
     values = np.array([three[k].capacitance[i // 3] * (1, 0.98, 0.93)[k] for i, k in enumerate(order)])
     swept = write(
@@ -656,7 +656,12 @@ def _capacitances() -> list[Case]:
         ),
         case(
             "time constant and raw counts before capacitance",
-            [t, Col("Counts", np.round(c * 1e16), "", "", 0), Col("tau", c * 1e6, "", "us", 4), cap("Capacitance")],
+            [
+                t,
+                Col("Counts", np.asarray(np.round(c * 1e16), np.float64), "", "", 0),
+                Col("tau", c * 1e6, "", "us", 4),
+                cap("Capacitance"),
+            ],
             expected="read",
         ),
         case(

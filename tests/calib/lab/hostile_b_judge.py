@@ -13,7 +13,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from hostile_b_case import Case, Floats
+from hostile_b_case import Bools, Case, Floats
 
 import calib.lab as lab
 from calib.errors import InputError
@@ -61,7 +61,7 @@ class Outcome:
     lines: list[int]
     columns: Mapping[str, Floats]
     observed: Mapping[str, Floats]
-    used: Floats
+    used: Bools
     reasons: tuple[str, ...]
     told: tuple[str, ...]
 
@@ -84,7 +84,7 @@ def attempt(case: Case, path: Path, reading: Mapping[str, Any], use: Mapping[str
         lines=[int(n) for n in table.lines],
         columns=table.columns,
         observed=observed,
-        used=np.asarray(seen.used),
+        used=np.asarray(seen.used, bool),
         reasons=table.reasons,
         told=(*table.notes, *unread, seen.sign_note, *rows, *(f"source: {s}" for s in sources)),
     )
@@ -102,7 +102,7 @@ def judge(case: Case, folder: Path) -> Judgement:
         return Judgement(CRASHED, f"{type(error).__name__}: {error}")
     if case.expected == "refuse":
         return _wrong(outcome, ["read, though it cannot be: " + ", ".join(q for q in outcome.columns)], tuple(outcome.columns))
-    return _of_reading(case, outcome)
+    return judge_reading(case, outcome)
 
 
 def _of_refusal(case: Case, path: Path, error: InputError) -> Judgement:
@@ -142,7 +142,8 @@ def _dead_end(case: Case, path: Path) -> list[str]:
     return [f"the way out {reading} is wrong: {'; '.join(faults)}"] if faults else []
 
 
-def _of_reading(case: Case, outcome: Outcome) -> Judgement:
+def judge_reading(case: Case, outcome: Outcome) -> Judgement:
+    """What is to be said of a file that was read."""
     faults, quantities = _faults(case, outcome, case.truth)
     told = " | ".join(outcome.told)
     if faults:
