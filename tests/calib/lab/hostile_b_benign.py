@@ -78,7 +78,7 @@ def _beside() -> list[Case]:
         ),
         case("a tester's status, Running", [*frame(), words("Status", list(status))]),
         case("a tester's state, LOADING and UNLOADING", [*frame(), words("State", state)]),
-        case("a meter's status, OK", [t, c, words("Status", "OK")]),
+        case("a meter's status, OK", [t, c, words("Status", "OK")], left=()),
         case("status of a machine above the header", frame(), above=("Machine: UTM-5", "Status: Running", "Operator: KM", "")),
         case("Load (N) and Load (lbf) that agree", [*frame(), Col("Load", f, "", "lbf", 6)]),
         case("Load (N) and Load (kN) that agree", [*frame(), Col("Load", f, "", "kN", 8)]),
@@ -248,7 +248,13 @@ def _layouts() -> list[Case]:
             above=bluehill,
         ),
         case("units row with words", frame(), header=("Time,Extension,Load", "Seconds,mm,Newton")),
-        case("names with notes in a second bracket", frame(), header=("Time (s),Extension (mm) (crosshead),Load (N) (raw)",)),
+        case(
+            "names with notes in a second bracket",
+            frame(),
+            header=("Time (s),Extension (mm) (crosshead),Load (N) (raw)",),
+            expected="either",
+            way_out=said(units={"displacement": "mm", "force": "N"}),
+        ),
         case(
             "Bluehill, results before the record",
             frame(("Time", "Displacement", "Force")),
@@ -493,6 +499,7 @@ def _specimens() -> list[Case]:
     ]
     shifted = [replace(w, data=_indent(w.data)) for w in universal]
     both("Bluehill Universal, one below the other", _stacked(shifted, [[], [], []]), 2)
+    both("Bluehill Universal, one below the other, blank lines between", _stacked(shifted, [[], [""], [""]]), 3)
     both(
         "Bluehill Universal, results above",
         _stacked(shifted, [[], [], []], ("Results", ",Maximum Force", ",(kN)", "1,0.009", "2,0.010", "3,0.011", "")),

@@ -487,6 +487,8 @@ def _meters() -> list[Case]:
             [t, s("Primary", "F"), loss("Secondary")],
             above=("Function: Cs-D", ""),
             reading=said(columns={"capacitance": "Primary (F)", "dissipation": "Secondary"}),
+            or_else={"capacitance": (np.array([float(f"{v:.5E}") for v in cs]),)},
+            choice="series|serial|Cs",
         ),
         case("Cs without any loss", [t, cap("Cs", cs)], expected="refuse", refusal="Cs|series"),
         make(

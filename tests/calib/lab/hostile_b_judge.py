@@ -43,6 +43,9 @@ _OPTIONS = {
     "decimal": r"--decimal|\bdecimal\b",
     "sheet": r"--sheet|\bsheet\b",
 }
+#: A refusal without a place names a number, a name in quotes, a column or an option.
+_NAMED = re.compile(r"[\"'“«\d]|max_\w+|\bcolumn\b")
+_LEFT_OUT = re.compile(r"not used|not understood|not read|left out")
 _ESSENTIAL = ("time", "displacement", "force", "capacitance", "dissipation")
 
 
@@ -110,7 +113,7 @@ def _of_refusal(case: Case, path: Path, error: InputError) -> Judgement:
     if case.expected == "read":
         return Judgement(NEEDLESSLY, text)
     lacking = []
-    if not any(f.line is not None or f.column is not None or re.search(r'["\'“«\d]', f.message) for f in error.faults):
+    if not any(f.line is not None or f.column is not None or _NAMED.search(f"{f.message} {f.advice}") for f in error.faults):
         lacking.append("no line, column or value is named")
     if not all(f.advice for f in error.faults):
         lacking.append("a fault has no advice")
@@ -118,6 +121,9 @@ def _of_refusal(case: Case, path: Path, error: InputError) -> Judgement:
         lacking.append(f"nothing like /{case.refusal}/ is said")
     if case.way_out is not None:
         unsaid = [q for q in case.way_out if not re.search(_OPTIONS[q], text)]
+        columns = case.way_out.get("columns", {})
+        if columns and not any(re.search(rf'--columns "?{q}=', text) for q in columns):
+            unsaid.append(" or ".join(columns))
         if unsaid:
             lacking.append(f"the advice has no option for {', '.join(unsaid)}")
         lacking += _dead_end(case, path)
@@ -146,6 +152,8 @@ def judge_reading(case: Case, outcome: Outcome) -> Judgement:
     """What is to be said of a file that was read."""
     faults, quantities = _faults(case, outcome, case.truth)
     told = " | ".join(outcome.told)
+    if faults and all(f.endswith(" is not read") for f in faults) and any(_LEFT_OUT.search(t) for t in outcome.told):
+        return Judgement(NEEDLESSLY, f"{'; '.join(faults)} | told: {told}")
     if faults:
         return _wrong(outcome, faults, quantities)
     excluded = _excluded(case, outcome)

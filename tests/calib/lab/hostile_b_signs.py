@@ -12,7 +12,22 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from hostile_b_case import Bools, Case, Col, Expected, Floats, Press, Written, branches, make, press, renamed, sign, write
+from hostile_b_case import (
+    POSITIVE,
+    Bools,
+    Case,
+    Col,
+    Expected,
+    Floats,
+    Press,
+    Written,
+    branches,
+    make,
+    press,
+    renamed,
+    sign,
+    write,
+)
 
 BLUEHILL_NAMES = ("Time", "Extension", "Load")
 BLUEHILL = ('Text Inputs : Specimen label,"pad 7"', "General : Start Date,21/03/2024 10:14 AM", "")
@@ -285,11 +300,27 @@ def _drift() -> list[Case]:
             -1,
             rows=False,
         ),
-        case("noise alone", off, machine(off, silent.force, off.depth), 1, 1, rows=False, choice=DOUBT),
         case(
-            "noise alone, compression negative", off, machine(off, -silent.force, -off.depth), -1, -1, rows=False, choice=DOUBT
+            "noise alone",
+            off,
+            machine(off, silent.force, off.depth),
+            1,
+            1,
+            rows=False,
+            choice=DOUBT,
+            turned={"displacement": 1},
         ),
-        case("noise alone, force and capacitance", off, meter(off, -silent.force), -1, rows=False, choice=DOUBT),
+        case(
+            "noise alone, compression negative",
+            off,
+            machine(off, -silent.force, -off.depth),
+            -1,
+            -1,
+            rows=False,
+            choice=DOUBT,
+            turned={"displacement": -1},
+        ),
+        case("noise alone, force and capacitance", off, meter(off, -silent.force), -1, rows=False, choice=DOUBT, turned={}),
         case("press of fourteen rows at the end", late, machine(late, -late.force, -late.depth, above=BLUEHILL), -1, -1),
     ]
 
@@ -464,7 +495,15 @@ def _given(made: Sequence[Case]) -> list[Case]:
     )
     by_name = {c.name: c for c in made}
     return [
-        renamed(by_name[n], f"{n}, sign said", expected="read", reading=by_name[n].way_out, way_out=None, choice="")
+        renamed(
+            by_name[n],
+            f"{n}, sign said",
+            expected="read",
+            reading=by_name[n].way_out,
+            turned={q: 1 if given == POSITIVE else -1 for q, given in (by_name[n].way_out or {})["sign"].items()},
+            way_out=None,
+            choice="",
+        )
         for n in wanted
     ]
 
@@ -505,7 +544,51 @@ def _half_given() -> list[Case]:
     ]
 
 
+def _drawn(n: int = 60) -> list[Case]:
+    """Presses drawn at random, several mishaps at once: adhesion, drift, offset, spikes, retreat, cycles, any signs."""
+    out = []
+    for k in range(n):
+        rng = np.random.default_rng(1000 + k)
+        top = float(rng.uniform(1.2, 2.0))
+        retreat = -float(rng.choice([0.2, 0.5, 3.0, 8.0]))
+        begin = -float(rng.choice([0.0, 0.1, 0.4, 2.0]))
+        rows = int(rng.integers(40, 120))
+        hold = [(top, int(rng.integers(10, 30)))] if rng.random() < 0.3 else []
+        once: list[tuple[float, int]] = [(top, rows), *hold, (retreat, int(rng.integers(40, 120)))]
+        legs = once * int(rng.choice([1, 1, 2]))
+        first = rng.random() < 0.2
+        if first:  # it is lifted off before it is pressed
+            legs = [(begin - 1.0, 40), *legs]
+        peak = float(rng.uniform(2.0, 20.0))
+        p = press(
+            tuple(legs),
+            start=begin,
+            peak=peak,
+            pull_off=peak * float(rng.choice([0.0, 0.3, 1.2, 2.0])),
+            snap=float(rng.uniform(0.05, 0.19)),
+            noise=peak * float(rng.choice([3e-4, 2e-3])),
+            seed=k,
+        )
+        mishaps = ["pressed once" if len(legs) < 4 else "several legs"]
+        force, free = p.force, np.zeros(p.n_row, bool)
+        if rng.random() < 0.4:
+            force = force + peak * rng.uniform(-1, 1)
+            mishaps.append("offset")
+        if rng.random() < 0.3:
+            force = force + peak * rng.uniform(-1.5, 1.5) * p.time / p.time[-1]
+            mishaps.append("drift")
+        if rng.random() < 0.3:
+            where = [int(rng.choice([0, 1, p.n_row // 3, p.n_row - 1]))]
+            force, free = spiked(force, where, peak * float(rng.choice([-8.0, 8.0]))), at(p, where)
+            mishaps.append("spike")
+        f, d = (int(s) for s in rng.choice([-1, 1], 2))
+        zero = float(rng.choice([0.0, 0.0, 0.05, -0.08]))
+        name = f"drawn {k}, {', '.join(mishaps)}"
+        out.append(case(name, p, machine(p, f * force, zero + d * p.depth), f, d, cycles=(2,) if first else (1,), free=free))
+    return out
+
+
 def sign_cases() -> tuple[Case, ...]:
     """All cases of sign and zero."""
     made = [*_pull_off(), *_reset(), *_pressed(), *_spikes(), *_drift(), *_directions(), *_capacitance()]
-    return (*made, *_given(made), *_half_given())
+    return (*made, *_given(made), *_half_given(), *_drawn())

@@ -43,6 +43,11 @@ def part(
     return {"must_use": wanted & inside & within, "must_not_use": inside & (p.branch != "hold") & (~wanted | beyond)}
 
 
+def _no_row(p: Press) -> Mapping[str, Any]:
+    """Nothing of the press is of the wanted part: it is refused, or no row of it is used."""
+    return {"must_not_use": (p.depth > 0.15 * p.depth.max()) & ~p.edge, "turned": {}}
+
+
 def columns(p: Press, force: Floats | None = None, place: Floats | None = None, unit: str = "N") -> list[Col]:
     """Time, displacement, force with the file's signs."""
     return [
@@ -148,8 +153,15 @@ def _limits() -> list[Case]:
             {"max_force": 5.0},
             part(offset, max_force=5.0, open_force=(0.9, 5.1)),
         ),
-        case("5 N at most, preload above it", write(columns(preload)), {"max_force": 5.0}, {}, "refuse", refusal="5|max.force"),
-        case("no force at most", w, {"max_force": 0.0}, {}, "refuse", refusal="max.force|positive|0"),
+        case(
+            "5 N at most, preload above it",
+            write(columns(preload)),
+            {"max_force": 5.0},
+            _no_row(preload),
+            "either",
+            refusal="5|max.force",
+        ),
+        case("no force at most", w, {"max_force": 0.0}, _no_row(p), "either", refusal="max.force|positive|0"),
     ]
 
 
@@ -171,7 +183,9 @@ def _branches() -> list[Case]:
         case("the retreat below 5 N", w, {**up, "max_force": 5.0}, part(p, branch="unloading", max_force=5.0)),
         case("the retreat below 1 mm", w, {**up, "max_depth": 1e-3}, part(p, branch="unloading", max_depth=1e-3)),
         case("the press, said", w, {"branch": "loading"}, part(p)),
-        case("the retreat of a record without one", write(columns(only)), up, {}, "refuse", refusal="unload|retreat"),
+        case(
+            "the retreat of a record without one", write(columns(only)), up, _no_row(only), "either", refusal="unload|retreat"
+        ),
         case("cycle 2", r, {"cycles": (2,)}, part(rising, (2,))),
         case("cycles 2 and 3", r, {"cycles": (2, 3)}, part(rising, (2, 3))),
         case("cycles 3 and 2", r, {"cycles": (3, 2)}, part(rising, (2, 3))),
