@@ -144,7 +144,7 @@ def test_names_that_agree_with_times_that_do_not_are_to_be_checked(tmp_path: Pat
 
 def test_a_folder_without_lab_files_is_refused(tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
-    assert "there is no .csv" in _line(_run("init", tmp_path / "empty", "-o", tmp_path / "e.toml").stderr)
+    assert "there is no file in this folder" in _line(_run("init", tmp_path / "empty", "-o", tmp_path / "e.toml").stderr)
     (tmp_path / "empty" / "notes.txt").write_text("dear diary\n")
     result = _run("init", tmp_path / "empty", "-o", tmp_path / "e.toml")
     assert result.exit_code == 2
