@@ -129,6 +129,7 @@ def _show_files(looked: Sequence[Looked], own: Sequence[Path]) -> None:
         kinds = list(dict.fromkeys(record.table.recognised_as for record in file.records))
         words = [f"{', '.join(kinds)}" + (f", {len(file.records)} specimens" if len(file.records) > 1 else "")] if kinds else []
         words += list(dict.fromkeys(f"open: {fault.message}" for record in file.records for fault in record.open))
+        words += [f"note: {file.note}"] if file.note else []
         words += [f"left out: {reason}" for reason in file.left_out]
         for first, word in zip([file.shown, *[""] * len(words)], words, strict=False):
             say(f"{first:<{width}}  {word}")
@@ -139,8 +140,8 @@ def _show_files(looked: Sequence[Looked], own: Sequence[Path]) -> None:
 
 def _show_specimen(specimen: Pressed) -> None:
     for press in specimen.presses:
-        parts = [f"force {press.force.table.path.name}"] if press.force else []
-        parts += [f"capacitance {press.capacitance.table.path.name}"] if press.capacitance else []
+        parts = [f"force {press.force.shown}"] if press.force else []
+        parts += [f"capacitance {press.capacitance.shown}"] if press.capacitance else []
         name = f"{specimen.name}, {press.name}" if press.name else specimen.name
         say(f"{name}: {', '.join(parts)}" + (f" ({press.in_words})" if press.in_words else ""))
     for note in specimen.notes:

@@ -65,7 +65,8 @@ name = "Padded sensor"        # heading of the report
 
 [padding]
 {table("padding")}
-{MARK} {BONDED}
+# {BONDED[1]}
+{MARK} {BONDED[0]}
 
 # What is known before the data, shared by all specimens. Forms: {{ normal = [mean, sd] }}, {{ lognormal = [median, factor] }},
 # {{ halfnormal = scale }}, {{ uniform = [low, high] }}, {{ truncated_normal = [mean, sd, low, high] }}, {{ fixed = value }}.
@@ -122,7 +123,7 @@ def _file(key: str, record: Found, folder: Path) -> list[str]:
         notes = [*notes[: _MOST_NOTES - 1], f"  and {len(notes) - _MOST_NOTES + 1} more: `calib read` lists them"]
     if record.open:
         notes = [f"  {said}" for said in (*record.notes, *(fault.message for fault in record.open))]
-    lines = _comments([f"{record.table.path.name}: {record.table.recognised_as}", *notes])
+    lines = _comments([f"{record.shown}: {record.table.recognised_as}", *notes])
     return [*lines, *_alternatives(key, record, folder), *_entry(key, record, folder)]
 
 
@@ -185,10 +186,10 @@ def _key(name: str) -> str:
 
 
 def _comments(sentences: Iterable[str]) -> list[str]:
-    """Sentences as comments: one line each, or more where it is long; a sentence that is indented stays so."""
+    """Sentences as comments: one line each, more where it is long; indents stay, and nothing passes for a mark."""
     lines = []
     for sentence in sentences:
-        text = "".join(c if c.isprintable() else " " for c in sentence)
+        text = "".join(c if c.isprintable() else " " for c in sentence).replace(MARK, "EDIT")
         indent = " " * (len(text) - len(text.lstrip()))
         lines += [
             f"# {line}"

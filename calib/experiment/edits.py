@@ -81,7 +81,7 @@ GUESSES: Mapping[tuple[str, ...], Guess] = {
     ),
     ("priors", "relative_permittivity"): Guess(
         _default("relative_permittivity"),
-        "mean, sd, lowest, highest; from the datasheet at the meter's frequency",
+        "mean, sd, lowest, highest, at the meter's frequency",
         "The capacitance at rest goes with it over the thickness. Measure a plate of the silicone of known thickness and area.",
         electrical=True,
     ),
@@ -103,17 +103,17 @@ GUESSES: Mapping[tuple[str, ...], Guess] = {
     ),
     ("specimens", "priors", "dielectric_thickness"): Guess(
         '{ normal = ["0.16 mm", "0.01 mm"] }',
-        "mean and sd of each of the two dielectrics, if they are not half the sensor",
+        "of each of the two, if not half the sensor",
         "The capacitance goes with one over the thickness of a dielectric: electrodes and covers do not count. Microscope.",
         in_force=False,
         electrical=True,
     ),
 }
 
-#: What a draft takes for granted and has no key for.
+#: What a draft takes for granted and has no key for: what to do about it, and why it matters.
 BONDED = (
-    "sensor and padding are taken as glued to a rigid base. On a slippery base the same curve would mean about 1.9 times "
-    "the modulus. If they are glued, remove this line."
+    "sensor and padding are glued to a rigid base; remove this line if yours are",
+    "Nothing else is modelled: on a slippery base the same curve would mean about 1.9 times the Young's modulus.",
 )
 
 

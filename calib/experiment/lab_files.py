@@ -8,6 +8,7 @@ import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from calib.errors import Choice, Fault, InputError
 from calib.lab import AS_FOUND, LabTable, Reading, observe, read_lab_file
@@ -44,6 +45,17 @@ class Found:
         return f"{sample[1]}_{numbered[1]}" if numbered and sample else path.stem
 
     @property
+    def shown(self) -> str:
+        """Name of its file, with the folder that it lies in."""
+        return f"{self.folder}/{self.table.path.name}" if self.folder else self.table.path.name
+
+    @property
+    def folders(self) -> tuple[str, ...]:
+        """Folders that it lies in, but for that of Bluehill's raw data, which the title tells."""
+        parts = tuple(part for part in self.folder.split("/") if part)
+        return parts[:-1] if parts and _BLUEHILL.fullmatch(parts[-1]) else parts
+
+    @property
     def is_force(self) -> bool:
         """Whether it holds force over displacement."""
         return {"force", "displacement"} <= set(self.table.columns)
@@ -67,6 +79,7 @@ class Looked:
     shown : its path as listed, relative to the folder that was looked through.
     records : what it holds.
     left_out : why it, or a part of it, is not used, one sentence each.
+    note : what is to be known of it as a file; "" for nothing.
     named : whether the user named it, and did not only name a folder around it.
     faults : what is wrong with a file that was named and cannot be used.
     """
@@ -75,6 +88,7 @@ class Looked:
     shown: str
     records: tuple[Found, ...] = ()
     left_out: tuple[str, ...] = ()
+    note: str = ""
     named: bool = False
     faults: tuple[Fault, ...] = ()
 
@@ -114,7 +128,8 @@ def look_through(paths: Iterable[Path]) -> tuple[list[Looked], list[Path]]:
             elif reason:
                 looked.append(Looked(file, shown, left_out=(reason,)))
             else:
-                looked.append(_look(file, shown, _folder_words(file.relative_to(path)), named=False))
+                folder = file.relative_to(path).parent
+                looked.append(_look(file, shown, "" if folder == Path() else folder.as_posix(), named=False))
     return _with_copies_noted(looked), own
 
 
@@ -147,13 +162,6 @@ def _walk(folder: Path) -> Iterator[tuple[Path, str]]:
 def _in_order(name: str) -> list[tuple[int, int, str]]:
     """Key by which "s2" comes before "s10"."""
     return [(1, int(p), "") if p.isdecimal() else (0, 0, p.casefold()) for p in re.split(r"(\d+)", name)]
-
-
-def _folder_words(relative: Path) -> str:
-    parts = list(relative.parts[:-1])
-    if parts and _BLUEHILL.fullmatch(parts[-1]):
-        parts.pop()  # the title has it
-    return "/".join(parts)
 
 
 def _name_fault(path: Path) -> str:
@@ -247,8 +255,8 @@ def _look(path: Path, shown: str, folder: str, *, named: bool) -> Looked:
     try:
         records, left_out = _records(path, AS_FOUND, AS_FOUND, ())
     except InputError as error:
-        return Looked(path, shown, (), (error.faults[0].message,), named, error.faults)
-    return Looked(path, shown, tuple(replace(r, folder=folder) for r in records), left_out, named)
+        return Looked(path, shown, (), (error.faults[0].message,), named=named, faults=error.faults)
+    return Looked(path, shown, tuple(replace(r, folder=folder) for r in records), left_out, named=named)
 
 
 #: Alternatives of a choice that are tried until one can be read.
@@ -319,12 +327,11 @@ def said(reading: Reading, choice: Choice, value: str) -> Reading:
     choice : what was open.
     value : one of its alternatives.
     """
-    if choice.option == "specimen":
-        return replace(reading, specimen=int(value))
+    made: Any = int(value) if choice.option == "specimen" else value
     if choice.key:
-        before: Mapping[str, str] = getattr(reading, choice.option)
-        return replace(reading, **{choice.option: {**before, choice.key: value}})
-    return replace(reading, **{choice.option: value})
+        made = {**getattr(reading, choice.option), choice.key: value}
+    changed: dict[str, Any] = {choice.option: made}
+    return replace(reading, **changed)
 
 
 def _with_copies_noted(looked: list[Looked]) -> list[Looked]:
@@ -336,6 +343,6 @@ def _with_copies_noted(looked: list[Looked]) -> list[Looked]:
             original = first.setdefault(file.records[0].table.sha256, file)
             if original is not file:
                 note = f"the same bytes as {original.shown}: if it is a copy, leave it out, or one press is counted twice"
-                file = replace(file, records=tuple(replace(r, notes=(note, *r.notes)) for r in file.records))
+                file = replace(file, records=tuple(replace(r, notes=(note, *r.notes)) for r in file.records), note=note)
         noted.append(file)
     return noted

@@ -170,5 +170,5 @@ def shown(title: str, tokens: Iterable[Token], *, instruments: bool = False) -> 
     for before, token in zip([None, *kept], kept, strict=False):
         between = "" if before is None else title[before.end : token.start]
         text += (between if not re.search(r"\w", between.replace("_", "")) else " ") + title[token.start : token.end]
-    text = re.sub(r"[ _-]*\s[ _-]*", " ", text)
-    return re.sub(r"[\[\],\x00-\x1f\x7f]+", " ", text).strip(" _-")
+    text = re.sub(r"[\[\](),\x00-\x1f\x7f]+", " ", text)  # what the name of a specimen may not hold
+    return re.sub(r"[ _-]*\s[ _-]*", " ", text).strip(" _-")

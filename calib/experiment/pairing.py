@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -80,7 +81,7 @@ def _named(record: Found) -> _Named:
     kind: Literal["force", "capacitance", ""] = "capacitance" if record.is_capacitance else "force"
     if record.is_force and record.is_capacitance:
         kind = ""
-    folder = tuple(text for part in record.folder.split("/") for text in key_of(tokens_of(part, "")))
+    folder = tuple(text for part in record.folders for text in key_of(tokens_of(part, "")))
     return _Named(record, tokens_of(record.title, kind), folder)
 
 
@@ -115,8 +116,8 @@ def pair(records: Sequence[Found]) -> list[Pressed]:
             other = lcr[partner[i]]
             presses.append(Press(t.record, other.record, why[i], _doubts(t, other)))
         else:
-            presses.append(Press(t.record, None, notes=_alone(t, lcr, "capacitance")))
-    presses += [Press(None, c.record, notes=_alone(c, tester, "force")) for j, c in enumerate(lcr) if j not in partner.values()]
+            presses.append(Press(t.record, None, notes=_alone(t, tester, lcr)))
+    presses += [Press(None, c.record, notes=_alone(c, lcr, tester)) for j, c in enumerate(lcr) if j not in partner.values()]
     return _uniquely_named(_specimens(presses))
 
 
@@ -143,9 +144,10 @@ def _has_more_words(a: _Named, b: _Named) -> bool:
 
 
 def _contradict(a: _Named, b: _Named) -> bool:
-    """Whether two names cannot be of one press: both say something, and neither says all that the other does."""
+    """Whether two names cannot be of one press: their numbers differ, or neither says all that the other does."""
+    numbers = numbers_of(_KEYS[-1](a)), numbers_of(_KEYS[-1](b))
     one, other = Counter(_KEYS[-1](a)), Counter(_KEYS[-1](b))
-    return not (one <= other or other <= one)
+    return (all(numbers) and numbers[0] != numbers[1]) or not (one <= other or other <= one)
 
 
 def _by_time(tester: Sequence[_Named], lcr: Sequence[_Named], taken: Mapping[int, int]) -> dict[int, int]:
@@ -194,21 +196,27 @@ def _duration(record: Found) -> float:
     return float(np.ptp(time)) if time.size else 0.0
 
 
-def _alone(record: _Named, others: Sequence[_Named], what: str) -> tuple[str, ...]:
-    """Why a record has no partner, if several could be meant."""
-    base = _base(record.tokens)
-    like = [
-        o.record.table.path.name
-        for o in others
-        if any(key(o) and key(o) == key(record) for key in _KEYS) or (base and _base(o.tokens) == base)
-    ]
+def _alone(record: _Named, own: Sequence[_Named], others: Sequence[_Named]) -> tuple[str, ...]:
+    """Why a record has no partner although names are alike."""
+    like, rivals = ([o.record.shown for o in side if o is not record and _alike(record, o)] for side in (others, own))
     if not like:
         return ()
-    return (f"no {what} file was taken, as several could be meant: {_few(like)}",)
+    if len(like) > 1:
+        return (f"not paired, as {_few(like)} fit it alike",)
+    if rivals:
+        return (f"not paired, as {like[0]} fits {_few(rivals)} as well",)
+    return (f"not paired with {like[0]}, as their numbers differ",)
+
+
+def _alike(a: _Named, b: _Named) -> bool:
+    """Whether two names agree, wholly or but for which press of the specimen it is."""
+    return any(key(a) and key(a) == key(b) for key in _KEYS) or (_base(a.tokens) != () and _base(a.tokens) == _base(b.tokens))
 
 
 def _few(names: Sequence[str]) -> str:
-    return ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
+    if len(names) > 4:
+        return f"{', '.join(names[:3])} and {len(names) - 3} more"
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
 
 # ------------------------------------------------------------------------------------------------------- presses of a specimen
@@ -228,7 +236,7 @@ def _specimens(presses: Sequence[Press]) -> list[Pressed]:
     found = []
     for members in groups.values():
         repeats = [split_repeat(named[i].tokens)[1] for i in members]
-        said = [shown(named[i].record.title, r, instruments=True) or "1" for i, r in zip(members, repeats, strict=True)]
+        said = [_sweep_name(named[i], repeat) for i, repeat in zip(members, repeats, strict=True)]
         if len(members) == 1 or not any(repeats) or len(set(said)) < len(said):
             found += [Pressed(_name(named[i]), (presses[i],)) for i in members]
             continue
@@ -251,6 +259,12 @@ def _as_sweep(press: Press, name: str, ball: bool) -> Press:
     return Press(press.force, press.capacitance, press.why, press.notes, name, ball)
 
 
+def _sweep_name(named: _Named, repeat: Sequence[Token]) -> str:
+    """What tells a press from the others of its specimen: "press 2", "ball 5mm"; "1" for one without a number."""
+    told = [t for k, t in enumerate(repeat) if k == 0 or t.role in ("word", "number", "stamp")]
+    return shown(named.record.title, told, instruments=True).replace("_", " ") or "1"
+
+
 def _name(named: _Named) -> str:
     name = shown(named.record.title, named.tokens)
     specimen = named.record.reading.specimen
@@ -269,7 +283,7 @@ def _with_hints(specimens: Sequence[Pressed]) -> list[Pressed]:
     bases = [base(s) for s in specimens]
     found = []
     for i, specimen in enumerate(specimens):
-        alike = [s.name for s, b in zip(specimens, bases, strict=True) if b and b == bases[i]]
+        alike = list(dict.fromkeys(s.name for s, b in zip(specimens, bases, strict=True) if b and b == bases[i]))
         if len(alike) > 1 and alike[0] == specimen.name:
             hint = f"if {_few(alike)} are presses of one specimen, make one block of them, with [[specimens.sweeps]]"
             specimen = Pressed(specimen.name, specimen.presses, (*specimen.notes, hint))
@@ -278,10 +292,12 @@ def _with_hints(specimens: Sequence[Pressed]) -> list[Pressed]:
 
 
 def _uniquely_named(specimens: Iterable[Pressed]) -> list[Pressed]:
+    """Specimens of one name are told apart by their folders, else by a number."""
     found: list[Pressed] = []
     for number, s in enumerate(specimens, 1):
-        name = s.name or f"specimen {number}"
+        folder = re.sub(r"[\[\](),\x00-\x1f]+", " ", " ".join(s.presses[0].main.folders)).strip()
+        name = s.name or folder or f"specimen {number}"
+        wanted = [name, *([f"{folder} {name}"] if folder else []), *(f"{name} {k}" for k in range(2, number + 2))]
         taken = {f.name for f in found}
-        unique = next(n for k in range(1, number + 1) if (n := name if k == 1 else f"{name} {k}") not in taken)
-        found.append(Pressed(unique, s.presses, s.notes))
+        found.append(Pressed(next(n for n in wanted if n not in taken), s.presses, s.notes))
     return found
