@@ -6,8 +6,9 @@ from calib.experiment.edits import MARK, Unedited, unedited_in_words
 from calib.experiment.experiment_file import experiment_from, read_experiment
 from calib.experiment.forward import forward_of_design, forward_of_experiment, surrogate_from
 from calib.experiment.lab_files import Found, Looked, look_through
-from calib.experiment.pairing import Press, Pressed, pair
+from calib.experiment.pairing import pair
 from calib.experiment.plan import Experiment, MaterialLaw, Specimen, SweepFiles
+from calib.experiment.presses import Press, Pressed
 from calib.experiment.record import experiment_from_json, experiment_to_json
 from calib.experiment.sweeps import read_sweeps
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from calib.errors import Choice
 from calib.experiment.edits import BONDED, GUESSES, MARK
 from calib.experiment.lab_files import Found, Looked, said
-from calib.experiment.pairing import Press, Pressed
+from calib.experiment.presses import Press, Pressed
 from calib.lab import Reading
 
 #: Width of a comment.

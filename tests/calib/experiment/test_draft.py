@@ -14,7 +14,8 @@ from calib.experiment.draft import experiment_text
 from calib.experiment.edits import MARK, unedited_lines
 from calib.experiment.experiment_file import read_experiment
 from calib.experiment.lab_files import Found, Looked, look_through, said
-from calib.experiment.pairing import Press, Pressed, pair
+from calib.experiment.pairing import pair
+from calib.experiment.presses import Press, Pressed
 from calib.experiment.toml_places import locate_keys
 from calib.lab import LabTable, Reading, Unread
 

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from calib.experiment.lab_files import Found
-from calib.experiment.pairing import Pressed, pair
+from calib.experiment.pairing import pair
+from calib.experiment.presses import Pressed
 from calib.lab import LabTable, Reading
 
 FORCE, CAPACITANCE = ("time", "displacement", "force"), ("time", "capacitance")
