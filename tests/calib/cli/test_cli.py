@@ -195,6 +195,30 @@ def test_a_run_that_neither_converged_nor_has_an_honest_model_gets_both_pieces_o
     assert all(words in said for words in ("NOT converged", "--resume", "calib surrogate refine"))
 
 
+def test_lines_still_marked_edit_are_told_before_sampling_and_kept(lab: Path, make_posterior: Callable[..., Posterior]) -> None:
+    path = lab / "experiment.toml"
+    marked = EXPERIMENT.replace('radius = "5 mm"', 'radius = "5 mm"  # EDIT: half its diameter')
+    path.write_text(marked.replace('"0.7 MPa", 1.6] }', '"0.7 MPa", 1.6] }  # EDIT: from the datasheet'), encoding="utf-8")
+
+    def sampled(problem: Problem, **_: object) -> Posterior:
+        return replace(make_posterior(n_specimen=1), experiment=problem.experiment)
+
+    result = _run("calibrate", path, "-o", lab / "run", stages=Stages(sample=sampled))
+    assert result.exit_code == 0, result.output
+    words = "1 line marked EDIT is unchanged: line 5 indenter radius"
+    assert result.stdout.startswith(f"Warning: {words}\n")
+    assert words in json.loads((lab / "run" / "summary.json").read_text())["warnings"]
+    report = (lab / "run" / "report.html").read_text(encoding="utf-8")
+    assert "Guesses of the draft are taken as measured" in report
+    assert f"In experiment.toml {words}" in report
+    path.write_text(EXPERIMENT, encoding="utf-8")  # a run knows what it was made from
+    assert _run("report", lab / "run").exit_code == 0
+    assert words in (lab / "run" / "report.html").read_text(encoding="utf-8")
+    result = _run("calibrate", path, "-o", lab / "run2", stages=Stages(sample=sampled))
+    assert "EDIT" not in result.stdout
+    assert not any("EDIT" in w for w in json.loads((lab / "run2" / "summary.json").read_text())["warnings"])
+
+
 def _stopped(*_: object, **__: object) -> Posterior:
     raise KeyboardInterrupt
 
