@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from calib.errors import Fault, InputError
-from calib.lab.instruments.labtable import IntArray, Reading
+from calib.lab.instruments.labtable import IntArray, Reading, Unread
 from calib.lab.instruments.text import LabText
-from calib.lab.instruments.vocabulary import Heading, understand, words
+from calib.lab.instruments.vocabulary import Heading, heading_as, understand
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +30,8 @@ class Sheet:
     lines : 1-based line of each row, shape (n_row,).
     cut_short : whether the file ends within the last row.
     notes : what was left out while cutting.
+    set_aside : column -> why it is not read although the file may name it, as of another specimen.
+    unread : lines and blocks of the file that are not used.
     """
 
     text: LabText
@@ -46,6 +47,8 @@ class Sheet:
     lines: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     cut_short: bool = False
     notes: tuple[str, ...] = ()
+    set_aside: Mapping[int, str] = field(default_factory=dict)
+    unread: tuple[Unread, ...] = ()
 
     @property
     def prelude(self) -> tuple[str, ...]:
@@ -61,19 +64,12 @@ class Sheet:
         found: dict[int, Heading] = {}
         for index, name in enumerate(self.names):
             if index in self.assigned:
-                heading = understand(name, self.unit_below(index))
-                unit = heading.unit if heading is not None else _bracketed(name)
-                found[index] = Heading(self.assigned[index], 0, words(name), unit)
-            elif name:
+                found[index] = heading_as(self.assigned[index], name, self.unit_below(index))
+            elif name and index not in self.set_aside:
                 understood = understand(name, self.unit_below(index))
                 if understood is not None and understood.quantity not in self.assigned.values():
                     found[index] = understood
         return found
-
-
-def _bracketed(name: str) -> str | None:
-    match = re.search(r"[(\[]([^()\[\]]*)[)\]]\s*$", name)
-    return match[1].strip() or None if match else None
 
 
 class SeveralSpecimens(InputError):
