@@ -21,7 +21,7 @@ _WIRING = re.compile(r"[^:]*:[^:]+|\d{4}\s*\(\d+,\s*\d+\)|(?:dev\d+/)?a[io]\d+|0
 # The range of a load cell or the frequency of a meter: "500 N", "1 kHz".
 _RANGE = re.compile(r"(?:at |@ ?|max\.? )?\d+(?:[.,]\d+)?\s?(?:[mkµu]?N|kg|lbf?|[kM]?Hz|mm|V|mV)(?: load cell| cell| range)?")
 _INDEX = re.compile(
-    r"(?:(?:ch|chan|channel|kanal|sensor|cell|load cell|no|nr|#)[ ._#]*)?(?P<index>\d{1,3}|[a-h])", re.IGNORECASE
+    r"(?:(?:ch|chan|channel|kanal|sensor|cell|load cell|no|nr|#)[ ._#]*)?(?P<index>\d{1,3}|[a-f])", re.IGNORECASE
 )
 # "C" and "F" are units too, as are "A" and "V".
 _LETTER = re.compile(r"[A-H]")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import compress
 from types import MappingProxyType
@@ -10,13 +10,19 @@ from types import MappingProxyType
 import numpy as np
 
 from calib.errors import Fault, InputError, capped
-from calib.lab.instruments.choice import choose_columns, holds_clock, missing_columns, source_of_column, unit_of_column
+from calib.lab.instruments.choice import choose_columns, holds_clock, missing_columns
+from calib.lab.instruments.circuit import untold_circuit
 from calib.lab.instruments.family import InstrumentFamily
-from calib.lab.instruments.labtable import LabTable, Reading
+from calib.lab.instruments.keys import several_records
+from calib.lab.instruments.labtable import LabTable, Reading, Unread
 from calib.lab.instruments.numbers import Notation, clock_seconds, decide_notation, is_missing, to_numbers
 from calib.lab.instruments.sheet import Sheet
+from calib.lab.instruments.size import implausible
 from calib.lab.instruments.started import started_at
-from calib.lab.instruments.units import SI_UNIT
+from calib.lab.instruments.unit_choice import source_of_column, unit_of_column
+from calib.lab.instruments.units import IN_PLACE_OF
+from calib.lab.instruments.vocabulary import Heading
+from calib.lab.instruments.where import rows_asked
 from models.sensor import BoolArray, FloatArray
 
 # A reading of 999999 digits is how some LCR meters say that there is none.
@@ -25,26 +31,26 @@ _LCR = ("capacitance", "capacitance_series", "dissipation")
 _ESSENTIAL = ("time", "displacement", "force", "capacitance", "capacitance_series")
 _STATUS_GOOD = ("0", "+0", "0.0", "ok", "normal", "good", "")
 
-#: Largest reading, in SI, between which the tests of small soft samples lie: outside of it the unit is wrong.
-PLAUSIBLE: Mapping[str, tuple[float, float]] = MappingProxyType(
-    {"displacement": (1e-9, 2.0), "force": (1e-6, 1e6), "capacitance": (1e-16, 1e-3), "capacitance_series": (1e-16, 1e-3)}
-)
-
 
 @dataclass(frozen=True)
 class _Column:
     """One column that is read: where it stands, what it is, and the factor to SI; `clock` if its cells are times of day."""
 
     index: int
-    quantity: str
+    heading: Heading
     factor: float
     clock: bool
+
+    @property
+    def quantity(self) -> str:
+        return self.heading.quantity
 
 
 def read_columns(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Reading) -> LabTable:
     """Read the columns of a sheet that are understood into SI, with a reason at each row that is not usable.
 
-    Where several columns stand for one quantity the preferred name is taken and the choice noted.
+    Where several columns stand for one quantity the preferred name is taken and the choice noted, or the user is asked; every
+    column that is not read is named in `LabTable.unread`, with the reason.
 
     Parameters
     ----------
@@ -55,31 +61,36 @@ def read_columns(sheet: Sheet, family: InstrumentFamily, reason: str, reading: R
     Raises
     ------
     InputError
-        With every fault: a needed column missing, a column twice, a unit missing, unknown or contradictory, readings of an
+        With every fault: a needed column missing, a choice of columns or of rows that the file leaves open, a unit missing, unknown or contradictory, readings of an
         implausible size, text in a number cell, an ambiguous decimal mark.
     """
-    chosen, notes, faults = choose_columns(sheet, reading)
-    faults += missing_columns(sheet, family, chosen, reading)
+    choice = choose_columns(sheet, family, reading)
+    notes, faults, unread = list(choice.notes), list(choice.faults), dict(choice.unread)
+    faults += missing_columns(sheet, family, choice, reading)
     if not family.verified:
         notes.append(f"the layout of {family.name} files is built from what is documented of them: check these numbers once")
     columns: list[_Column] = []
-    for quantity, index in chosen.items():
+    for quantity, (index, heading) in choice.chosen.items():
         if quantity == "status":
             continue
         clock = quantity == "time" and holds_clock(sheet.columns[index])
-        fault, factor = (None, 1.0) if clock else unit_of_column(sheet, quantity, index, reading)
+        fault, factor = (None, 1.0) if clock else unit_of_column(sheet, index, heading, reading)
         if fault is not None and quantity == "frequency":
+            unread[index] = "it has no unit of frequency"
             notes.append(f'"{sheet.names[index]}" left out: it has no unit of frequency')
-        elif fault is not None:
-            faults.append(fault)
-            columns.append(_Column(index, quantity, 1.0, clock))
-        else:
-            columns.append(_Column(index, quantity, factor, clock))
+            continue
+        faults += [fault] if fault is not None else []
+        columns.append(_Column(index, heading, factor, clock))
+        if heading.unit_doubt and fault is None:
+            notes.append(f'"{sheet.names[index]}" is read as asked: {heading.unit_doubt}')
     cells = {c.quantity: _cells(sheet, c.index) for c in columns}
     notation = decide_notation([cells[c.quantity] for c in columns if not c.clock], sheet.declared_decimal)
     if notation.conflict:
         raise InputError([*faults, _notation_fault(sheet, notation, [c for c in columns if not c.clock])])
-    reasons = [""] * len(sheet.lines)
+    kept, others, more, open_rows = rows_asked(sheet, reading, notation.decimal)
+    notes, faults = notes + more, faults + open_rows
+    reasons = others or [""] * len(sheet.lines)
+    n_kept = int(np.count_nonzero(kept))
     if sheet.cut_short:
         reasons[-1] = "cut short: the file ends within this row"
     values: dict[str, FloatArray] = {}
@@ -99,25 +110,35 @@ def read_columns(sheet: Sheet, family: InstrumentFamily, reason: str, reading: R
             ],
             "cells are not numbers",
         )
-        for r in np.flatnonzero(over).tolist():
+        for r in np.flatnonzero(over & kept).tolist():
             _append(reasons, r, f"over-range {own[r].strip()}")
         # A quantity logged at a lower rate than the others leaves most of its cells empty: that makes no row unusable.
+        empty &= kept
         n_empty = int(np.count_nonzero(empty))
-        if len(reasons) / 2 < n_empty < len(reasons):
-            notes.append(f'"{name}" has a value in {len(reasons) - n_empty} of {len(reasons)} rows only')
-        elif column.quantity in _ESSENTIAL or (column.quantity == "dissipation" and "capacitance_series" in chosen):
+        if n_kept / 2 < n_empty < n_kept:
+            notes.append(f'"{name}" has a value in {n_kept - n_empty} of {n_kept} rows only')
+        elif column.quantity in _ESSENTIAL or (column.quantity == "dissipation" and "capacitance_series" in choice.chosen):
             for r in np.flatnonzero(empty).tolist():
                 _append(reasons, r, f"empty cell: {column.quantity.removesuffix('_series')}")
         values[column.quantity] = _times(number, column.factor)
         if column.clock:
             notes.append(f'time is taken from the time of day in "{name}"')
     faults = capped(sorted(faults, key=lambda f: (f.line or 0, f.column or 0)), "faults", 12) if len(faults) > 12 else faults
+    places = {c.quantity: c.index for c in columns}
+    if "quality" in values:
+        _invert(values, notes, sheet.names[places["quality"]])
+    if "capacitance" in values:
+        index, heading = choice.chosen["capacitance"]
+        more, unclear = untold_circuit(sheet, index, heading, values.get("dissipation"))
+        notes, faults = notes + more, faults + unclear
+    if not open_rows:
+        faults += several_records(sheet, {q: i for q, (i, _) in choice.chosen.items()}, values, kept)
     if not faults:
-        faults += _implausible(sheet, values, {c.quantity: c.index for c in columns})
+        faults += implausible(sheet, values, places, kept, reading)
     if faults:
         raise InputError(faults)
-    if "status" in chosen:
-        for r, cell in enumerate(_cells(sheet, chosen["status"])):
+    if "status" in choice.chosen:
+        for r, cell in enumerate(_cells(sheet, choice.chosen["status"][0])):
             if cell.lower() not in _STATUS_GOOD and not is_missing(cell):
                 _append(reasons, r, f"LCR status {cell[:20]}")
     for array in values.values():
@@ -132,11 +153,12 @@ def read_columns(sheet: Sheet, family: InstrumentFamily, reason: str, reading: R
         decimal=notation.decimal,
         columns=MappingProxyType(values),
         sources=MappingProxyType(
-            {c.quantity: source_of_column(sheet, c.quantity, c.index, reading, clock=c.clock) for c in columns}
+            {_held(c.quantity): source_of_column(sheet, c.index, c.heading, reading, clock=c.clock) for c in columns}
         ),
         lines=sheet.lines,
         reasons=tuple(reasons),
         notes=(*sheet.notes, *notes),
+        unread=(*sheet.unread, *(_unread(sheet, i, why) for i, why in sorted(unread.items()))),
         started=started_at(sheet, values.get("time")),
     )
 
@@ -173,29 +195,20 @@ def _times(values: FloatArray, factor: float) -> FloatArray:
     return values / inverse if inverse and 1 / inverse == factor else values * factor
 
 
-def _implausible(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[str, int]) -> list[Fault]:
-    faults = []
-    for quantity, (low, high) in PLAUSIBLE.items():
-        if quantity not in values:
-            continue
-        size = np.abs(values[quantity])
-        size = np.where(np.isfinite(size), size, 0.0)
-        row = int(np.argmax(size))
-        top = float(size[row])
-        if top == 0.0 or low <= top <= high:
-            continue
-        si = SI_UNIT[quantity]
-        name = sheet.names[places[quantity]]
-        faults.append(
-            Fault(
-                f'column "{name}": the largest reading would be {top:.3g} {si}, which no test of a small sample gives',
-                sheet.text.path,
-                int(sheet.lines[row]),
-                places[quantity] + 1,
-                advice=f"Check its unit; say the right one by --units {quantity.removesuffix('_series')}=...",
-            )
-        )
-    return faults
+def _held(quantity: str) -> str:
+    return IN_PLACE_OF[quantity] if quantity == "quality" else quantity
+
+
+def _invert(values: dict[str, FloatArray], notes: list[str], name: str) -> None:
+    """Put the dissipation in the place of the quality factor: D = 1/Q."""
+    quality = values.pop("quality")
+    values["dissipation"] = np.divide(1.0, quality, out=np.full(quality.shape, np.nan), where=quality != 0)
+    notes.append(f'dissipation is 1/Q of "{name}"')
+
+
+def _unread(sheet: Sheet, index: int, reason: str) -> Unread:
+    name = sheet.names[index]
+    return Unread(f'column {index + 1} "{name}"' if name else f"column {index + 1}", reason)
 
 
 def _notation_fault(sheet: Sheet, notation: Notation, columns: Sequence[_Column]) -> Fault:

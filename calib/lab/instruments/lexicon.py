@@ -5,6 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
+
+def _set(text: str) -> frozenset[str]:
+    return frozenset(text.split())
+
+
 #: Quantity -> names in lower case, in order of preference where a file has several. Underscores and spaces are the same. The raw
 #: force comes before a corrected one: the model has the load zero as a parameter, and must see what the cell read.
 NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
@@ -87,41 +92,46 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
 )
 
 #: Words beside a name that leave it what it is: `Primary load measurement`, `Tensile Force`.
-QUALIFIERS = frozenset(
+QUALIFIERS = _set(
     "primary main measured measurement meas measure tensile compressive compression tension applied actual act current present "
     "reading readings value values val data signal sensor cell machine instron axial vertical live instantaneous instant raw "
     "digital linear analog test sample specimen frame total device lcr meter ist messwert istwert gemessene gemessener mesurée "
-    "mesuré mesure misurata misurato medida medido zmierzona gemeten".split()
+    "mesuré mesure misurata misurato medida medido zmierzona gemeten"
 )
 #: Words that say that a column was worked on after the measurement: read only where no other column is.
-PROCESSED = frozenset(
+PROCESSED = _set(
     "corrected filtered smoothed smooth tared zeroed balanced compensated adjusted fitted fit interpolated lowpass gefiltert "
     "korrigiert geglättet tariert corrigé filtré normalized normalised scaled offset computed calculated calc baseline estimated"
-    .split()
 )
 #: Words of what was commanded or allowed, not measured.
-COMMANDED = frozenset(
+COMMANDED = _set(
     "setpoint set setpt sp command commanded cmd target demand demanded desired limit limits threshold reference nominal "
     "programmed preset goal trigger soll sollwert vorgabe sollkraft sollweg zielwert consigne consignes setpunt obiettivo "
-    "zadana zadany zadane consigna 设定 设定值 目标 目標 設定 설정 목표".split()
+    "zadana zadany zadane consigna 设定 设定值 目标 目標 設定 설정 목표"
 )
 #: Words of a number drawn from several readings.
-STATISTIC = frozenset(
+STATISTIC = _set(
     "max maximum min minimum mean average avg averaged peak peaks valley std stdev sd stddev deviation variance var median rms "
     "range hold p-p pk-pk pp statistic statistics maximal maximale maximaler höchst mittel mittelwert moyenne moyen maxi mini "
-    "massimo minimo media promedio médio średnia maks gemiddelde spitze spitzenwert scheitel 最大 最小 平均 최대 최소 평균".split()
+    "massimo minimo media promedio médio średnia maks gemiddelde spitze spitzenwert scheitel 最大 最小 平均 최대 최소 평균"
 )
 #: Words in brackets that say where or how a column was measured, and change nothing.
-REMARKS = QUALIFIERS | frozenset(
+REMARKS = QUALIFIERS | _set(
     "absolute abs absolut relative rel loadcell lvdt encoder crosshead top upper bottom lower channel ch z cp parallel axis down "
-    "up calibrated auto medium slow fast".split()
+    "up calibrated auto medium slow fast"
 )
 #: Words of a second instrument of a kind, beside the one that is meant where nothing else is said.
-SECOND = frozenset("aux auxiliary second secondary 2nd backup spare other external ext zweite zweiter".split())
+SECOND = _set("aux auxiliary second secondary 2nd backup spare other external ext zweite zweiter")
 #: Words that name a column whose values part a long table into several records.
-KEYS = frozenset(
+KEYS = _set(
     "channel chan ch kanal canal canale kanaal kanał sensor sensore capteur sensors specimen sample prüfling probe probekörper "
     "éprouvette échantillon probeta muestra provino campione próbka run trial test device dut port mux electrode elektrode "
     "électrode pad taxel pixel cell unit replicate repeat experiment indent indentation site location punkt messpunkt point "
-    "通道 传感器 试样 チャンネル センサ 試料 채널 센서 시편".split()
+    "通道 传感器 试样 チャンネル センサ 試料 채널 센서 시편"
+)
+#: Words by which a testing machine says what it does, in a column of its status.
+OF_TESTERS = _set(
+    "running run loading unloading load unload hold holding dwell stopped stop ramp idle active moving test testing start "
+    "started end ended finished preload approach retract return measuring contact waiting pause paused up down forward backward "
+    "cycling compression tension läuft fertig ende"
 )

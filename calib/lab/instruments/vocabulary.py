@@ -48,14 +48,14 @@ _LONGEST = 120
 _APART = " ,;:/-"
 # Names with a number or a letter behind or before them: "load 2", "cap2", "force b", "load .1", "c 1 force", "ch3 load".
 _NUMBERED = re.compile(r"^(?P<name>.*[^\W\d])[ #.-]*(?P<index>\d{1,3})$")
-_LETTERED = re.compile(r"^(?P<name>.+) (?P<index>[a-h]|ii|iii)$")
+_LETTERED = re.compile(r"^(?P<name>.+) (?P<index>[a-f]|ii|iii)$")
 _LEADING = re.compile(r"^(?:c|ch|chan|channel|kanal|sensor|k|ai)? ?(?P<index>\d{1,3}) (?P<name>.+)$")
 _AT_FREQUENCY = re.compile(r"^(?P<name>.+?)[ @]+(?:at )?(?P<index>\d+(?:[.,]\d+)? ?[km]?hz)$")
 _AXIS = re.compile(r"^(?:(?P<name>.+?)[ -]?(?P<axis>[xyz])|(?P<first>[xyz])[ -](?P<rest>.+))$")
 # A channel by its number only, whose unit says what it measures.
 _CHANNEL = re.compile(
     r"^(?:ch|chan|channel|kanal|canal|canale|kanał|sensor|electrode|elektrode|taxel|pad|pixel|node|port|mux|input|ai|e|s|通道|채널)"
-    r"[ #.-]*(?P<index>\d{1,3}|[a-h])$"
+    r"[ #.-]*(?P<index>\d{1,3}|[a-f])$"
 )
 # The pair that a meter is set to, before its first value: "Cp-D", "Cs-Rs".
 _BOTH_VALUES = re.compile(r"^(?P<first>c[ps])[-/](?:d|q|g|rs|rp|esr)$")
@@ -182,7 +182,11 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
         inside = [*brackets, tail] if tail else list(brackets)
         plain = words(name)
         readings = list(_meanings(plain, inside, unit_below))
-        if tail and readings and not any(is_unit_of(tail, m.quantity) or (m.quantity == "force" and is_mass(tail)) for m in readings):
+        if (
+            tail
+            and readings
+            and not any(is_unit_of(tail, m.quantity) or (m.quantity == "force" and is_mass(tail)) for m in readings)
+        ):
             # What stands behind the name is no unit of it: "Load A", "Time N".
             if not is_letter(tail):
                 return _weighed(readings, plain, inside, unit_below)
