@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from calib.errors import Fault
+from calib.lab.instruments.clock import is_clock
 from calib.lab.instruments.family import InstrumentFamily
 from calib.lab.instruments.labtable import Reading
-from calib.lab.instruments.numbers import is_clock
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.units import lab_factor
 from calib.lab.instruments.vocabulary import EXAMPLE, NEEDS_UNIT, Heading, understood_names

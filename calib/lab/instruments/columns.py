@@ -11,11 +11,14 @@ import numpy as np
 
 from calib.errors import Fault, InputError, capped
 from calib.lab.instruments.choice import choose_columns, holds_clock, missing_columns, source_of_column, unit_of_column
+from calib.lab.instruments.doubts import Doubts, doubtful
 from calib.lab.instruments.family import InstrumentFamily
 from calib.lab.instruments.labtable import LabTable, Reading
-from calib.lab.instruments.numbers import Notation, clock_seconds, decide_notation, is_missing, to_numbers
+from calib.lab.instruments.notation import Notation, decide_notation
+from calib.lab.instruments.numbers import is_missing, to_numbers
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.started import started_at
+from calib.lab.instruments.times import clock_of, time_faults
 from calib.lab.instruments.units import SI_UNIT
 from models.sensor import BoolArray, FloatArray
 
@@ -76,16 +79,36 @@ def read_columns(sheet: Sheet, family: InstrumentFamily, reason: str, reading: R
         else:
             columns.append(_Column(index, quantity, factor, clock))
     cells = {c.quantity: _cells(sheet, c.index) for c in columns}
-    notation = decide_notation([cells[c.quantity] for c in columns if not c.clock], sheet.declared_decimal)
+    written = [c for c in columns if not c.clock]
+    notation = decide_notation(
+        [cells[c.quantity] for c in written],
+        [sheet.names[c.index] for c in written],
+        declared=sheet.declared_decimal,
+        asked=reading.decimal,
+        delimiter=sheet.delimiter,
+    )
     if notation.conflict:
-        raise InputError([*faults, _notation_fault(sheet, notation, [c for c in columns if not c.clock])])
+        raise InputError([*faults, _notation_fault(sheet, notation, written)])
+    notes += notation.notes
+    decimals = dict(zip((c.quantity for c in written), notation.decimals, strict=True))
     reasons = [""] * len(sheet.lines)
     if sheet.cut_short:
         reasons[-1] = "cut short: the file ends within this row"
     values: dict[str, FloatArray] = {}
     for column in columns:
         name, own = sheet.names[column.index], cells[column.quantity]
-        number, empty, over, bad = _numbers(own, column, notation.decimal)
+        decimal = decimals.get(column.quantity, "")
+        if column.clock:
+            number, empty, over, bad = _clock(sheet, own, column, reading, faults, notes)
+        else:
+            number, empty, over, bad = _numbers(own, column, decimal)
+            doubts = doubtful(own, number, decimal)
+            faults += _doubt(sheet, column, doubts)
+            for r, why in doubts.rows.items():
+                number[r] = np.nan
+                _append(reasons, r, why)
+        if column.quantity == "time" and not np.any(bad):
+            faults += time_faults(sheet, column.index, own, number, 0.0 if column.clock else column.factor, reading)
         faults += capped(
             [
                 Fault(
@@ -120,6 +143,8 @@ def read_columns(sheet: Sheet, family: InstrumentFamily, reason: str, reading: R
         for r, cell in enumerate(_cells(sheet, chosen["status"])):
             if cell.lower() not in _STATUS_GOOD and not is_missing(cell):
                 _append(reasons, r, f"LCR status {cell[:20]}")
+    for r, why in sheet.reasons.items():
+        reasons[r] = reasons[r] or why
     for array in values.values():
         array.flags.writeable = False
     return LabTable(
@@ -137,6 +162,7 @@ def read_columns(sheet: Sheet, family: InstrumentFamily, reason: str, reading: R
         lines=sheet.lines,
         reasons=tuple(reasons),
         notes=(*sheet.notes, *notes),
+        unread=sheet.unread,
         started=started_at(sheet, values.get("time")),
     )
 
@@ -150,17 +176,55 @@ def _cells(sheet: Sheet, index: int) -> Sequence[str]:
 
 def _numbers(cells: Sequence[str], column: _Column, decimal: str) -> tuple[FloatArray, BoolArray, BoolArray, BoolArray]:
     """Values with nan where there is none, and the masks of empty, over-range and bad cells."""
-    if column.clock:
-        values = clock_seconds(cells)
-        empty = np.isnan(values)
-        empty[empty] = [is_missing(c) for c in compress(cells, empty)]
-        return values, empty, np.zeros(len(cells), dtype=bool), np.isnan(values) & ~empty
     numbers = to_numbers(cells, decimal)
     values, over = numbers.values.copy(), numbers.over.copy()
     if column.quantity in _LCR:
         over |= np.abs(values) == _NO_READING
     values[over] = np.nan
     return values, numbers.empty, over, numbers.bad
+
+
+def _clock(
+    sheet: Sheet, cells: Sequence[str], column: _Column, reading: Reading, faults: list[Fault], notes: list[str]
+) -> tuple[FloatArray, BoolArray, BoolArray, BoolArray]:
+    """Seconds of times of day and the masks as of `_numbers`; a form that may be two is a fault."""
+    read = clock_of(sheet, column.index, cells, reading)
+    notes += read.notes
+    empty = np.isnan(read.seconds)
+    none = np.zeros(len(cells), dtype=bool)
+    if read.conflict:
+        faults.append(
+            Fault(
+                f'"{cells[read.row].strip()[:40]}" in column "{sheet.names[column.index]}": {read.conflict}',
+                sheet.text.path,
+                int(sheet.lines[read.row]),
+                column.index + 1,
+                advice=read.advice,
+            )
+        )
+        return read.seconds, none, none, none
+    empty[empty] = [is_missing(c) for c in compress(cells, empty)]
+    return read.seconds, empty, none, np.isnan(read.seconds) & ~empty
+
+
+def _doubt(sheet: Sheet, column: _Column, doubts: Doubts) -> list[Fault]:
+    if not doubts.fault:
+        return []
+    return [
+        Fault(
+            f'column "{sheet.names[column.index]}": {doubts.fault}',
+            sheet.text.path,
+            int(sheet.lines[doubts.row]),
+            column.index + 1,
+            advice=_DAMAGED,
+        )
+    ]
+
+
+_DAMAGED = (
+    "A spreadsheet program may have damaged the numbers: export the file again from the instrument's software, with a decimal "
+    "point and without thousands separators"
+)
 
 
 def _append(reasons: list[str], row: int, reason: str) -> None:
@@ -209,6 +273,5 @@ def _notation_fault(sheet: Sheet, notation: Notation, columns: Sequence[_Column]
         sheet.text.path,
         int(sheet.lines[row]),
         columns[column].index + 1,
-        advice="A spreadsheet program may have damaged the numbers: export the file again from the instrument's "
-        "software, with a decimal point and without thousands separators",
+        advice=f'{_DAMAGED}; where the file leaves it open, say the mark: --decimal "," or --decimal "."',
     )

@@ -7,6 +7,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 from calib.errors import Fault, InputError
+from calib.lab.instruments.clock import is_clock
 from calib.lab.instruments.header import (
     DELIMITERS,
     HEADER_WITHIN,
@@ -18,7 +19,7 @@ from calib.lab.instruments.header import (
 )
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.lines import FEW_ROWS
-from calib.lab.instruments.numbers import is_clock, is_numeric, is_over_range
+from calib.lab.instruments.numbers import is_numeric, is_over_range
 from calib.lab.instruments.rows import with_rows
 from calib.lab.instruments.sheet import Sheet, which_specimen
 from calib.lab.instruments.text import LabText

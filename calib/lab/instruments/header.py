@@ -9,8 +9,9 @@ from itertools import pairwise
 from types import MappingProxyType
 
 from calib.errors import Fault
+from calib.lab.instruments.clock import is_clock
 from calib.lab.instruments.labtable import Reading
-from calib.lab.instruments.numbers import is_clock, is_numeric
+from calib.lab.instruments.numbers import is_numeric
 from calib.lab.instruments.text import LabText
 from calib.lab.instruments.units import is_unit_of
 from calib.lab.instruments.vocabulary import EXAMPLE, understand, understood_names

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from calib.lab.instruments.clock import is_clock
 from calib.lab.instruments.labtable import IntArray
-from calib.lab.instruments.numbers import is_clock, is_missing, is_numeric, is_over_range
+from calib.lab.instruments.numbers import is_missing, is_numeric, is_over_range
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.vocabulary import understand
 

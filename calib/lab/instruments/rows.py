@@ -12,10 +12,11 @@ import numpy as np
 
 from calib.errors import Fault, InputError
 from calib.lab.instruments.blocks import block_table
+from calib.lab.instruments.clock import not_clocks
 from calib.lab.instruments.header import split_line
 from calib.lab.instruments.labtable import IntArray, Reading
 from calib.lab.instruments.lines import Table, is_other_header, kind_of_line, left_out, n_named
-from calib.lab.instruments.numbers import not_clocks, not_numbers
+from calib.lab.instruments.numbers import not_numbers
 from calib.lab.instruments.sheet import Sheet, no_such_specimen
 
 # Lines of text below a table that may belong to it.

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from calib.errors import Fault, InputError
-from calib.lab.instruments.labtable import IntArray, Reading
+from calib.lab.instruments.labtable import IntArray, Reading, Unread
 from calib.lab.instruments.text import LabText
 from calib.lab.instruments.vocabulary import Heading, understand, words
 
@@ -31,6 +31,8 @@ class Sheet:
     lines : 1-based line of each row, shape (n_row,).
     cut_short : whether the file ends within the last row.
     notes : what was left out while cutting.
+    reasons : row from 0 -> why its cells cannot be trusted.
+    unread : lines and blocks of the file that are not in `columns`, with the reason.
     """
 
     text: LabText
@@ -46,6 +48,8 @@ class Sheet:
     lines: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     cut_short: bool = False
     notes: tuple[str, ...] = ()
+    reasons: Mapping[int, str] = field(default_factory=dict)
+    unread: tuple[Unread, ...] = ()
 
     @property
     def prelude(self) -> tuple[str, ...]:
