@@ -7,10 +7,11 @@ from dataclasses import dataclass, field, replace
 
 from calib.errors import Fault
 from calib.lab.instruments.circuit import said_circuit
+from calib.lab.instruments.clock import is_clock
 from calib.lab.instruments.family import InstrumentFamily
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.lexicon import OF_TESTERS
-from calib.lab.instruments.numbers import is_clock, is_numeric
+from calib.lab.instruments.numbers import is_numeric
 from calib.lab.instruments.rivals import difference, goes_back, readings, stands_still
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.unit_choice import unit_of_column
@@ -118,7 +119,7 @@ def _in_circuit(sheet: Sheet, reading: Reading) -> tuple[dict[int, Heading], dic
                     sheet.text.path,
                     sheet.header_line or None,
                     index + 1,
-                    advice=f'Say which: --columns "capacitance_series={sheet.name_for_asking(index)}" for a series capacitance, '
+                    advice=f'Say which: --columns "capacitance_series={sheet.name_for_asking(index)}" for Cs, '
                     f'else --columns "capacitance={sheet.name_for_asking(index)}"',
                 )
             )
@@ -362,7 +363,7 @@ def _rest(sheet: Sheet, chosen: Mapping[str, tuple[int, Heading]], unread: dict[
 
 
 def _same_unit(sheet: Sheet, index: int, taken: Mapping[str, int], unread: dict[int, str], faults: list[Fault]) -> list[str]:
-    """The note on a column that is not understood but has a unit of a quantity that is read; where that stands still: a choice."""
+    """The note on a column not understood with a unit of a quantity that is read; where that stands still, a choice."""
     unit = sheet.unit_written(index)
     for quantity in ("force", "displacement", "capacitance"):
         if not unit or not is_unit_of(unit, quantity) or not is_numeric(_first_cell(sheet, index)):

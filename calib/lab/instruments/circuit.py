@@ -13,20 +13,23 @@ from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.vocabulary import Heading
 from models.sensor import FloatArray
 
+# Words before which, or after which, a meter's circuit is named.
+_OF_CIRCUIT = (
+    r"(?:mode|circuit|equiv\w*|schaltung|ersatzschalt\w*|function|func|param\w*|measure\w*|model|modell|montage|schéma|"
+    r"circuito)"
+)
+_AFTER = r"(?:mode|circuit|equivalent|model|schaltung|ersatz\w*)"
 _SERIES = re.compile(
-    r"\b(?:c|l)s\s*[-/–,]\s*(?:d|q|rs|esr|cs)\b|\b(?:mode|circuit|equiv\w*|schaltung|ersatzschalt\w*|function|func|param\w*|measure\w*|"
-    r"model|modell|montage|schéma|circuito)\b.*\b(?:ser|series?|serie[ns]?|seriell|série|reihe\w*|cs|ls)\b|\b(?:series|serial|serie|reihen)\b[ -]*"
-    r"(?:mode|circuit|equivalent|model|schaltung|ersatz\w*)|series capacitance|直列|串联",
+    rf"\b[cl]s\s*[-/–,]\s*(?:d|q|rs|esr|cs)\b|\b{_OF_CIRCUIT}\b.*"
+    rf"\b(?:ser|series?|serie[ns]?|seriell|série|reihe\w*|cs|ls)\b|\b(?:series|serial|serie|reihen)[ -]*{_AFTER}|"
+    r"series capacitance|直列|串联",
     re.IGNORECASE,
 )
 _PARALLEL = re.compile(
-    r"\b(?:c|l)p\s*[-/–,]\s*(?:d|q|g|rp|cp)\b|\b(?:mode|circuit|equiv\w*|schaltung|ersatzschalt\w*|function|func|param\w*|measure\w*|"
-    r"model|modell|montage|schéma|circuito)\b.*\b(?:par|parallel\w*|parallèle|paralelo|cp|lp)\b|\bparallel\w*\b[ -]*"
-    r"(?:mode|circuit|equivalent|model|schaltung|ersatz\w*)|parallel capacitance|並列|并联",
+    rf"\b[cl]p\s*[-/–,]\s*(?:d|q|g|rp|cp)\b|\b{_OF_CIRCUIT}\b.*\b(?:par|parallel\w*|parallèle|paralelo|cp|lp)\b|"
+    rf"\bparallel\w*[ -]*{_AFTER}|parallel capacitance|並列|并联",
     re.IGNORECASE,
 )
-
-
 _NAMES_PARALLEL = ("cp", "parallel", "cap parallel", "并联", "並列")
 
 

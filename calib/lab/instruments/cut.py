@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from calib.errors import Fault, InputError
+from calib.lab.instruments.clock import is_clock
 from calib.lab.instruments.header import (
     DELIMITERS,
     HEADER_WITHIN,
@@ -16,13 +17,14 @@ from calib.lab.instruments.header import (
     split_line,
 )
 from calib.lab.instruments.labtable import Reading
-from calib.lab.instruments.lines import FEW_ROWS
-from calib.lab.instruments.numbers import is_clock, is_numeric, is_over_range
+from calib.lab.instruments.lines import FEW_ROWS, is_comment, n_named, not_read
+from calib.lab.instruments.numbers import is_numeric, is_over_range
 from calib.lab.instruments.rows import with_rows
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.side_by_side import one_of_side_by_side
 from calib.lab.instruments.text import LabText
-from calib.lab.instruments.vocabulary import unit_of_cell, words
+from calib.lab.instruments.titles import below_header
+from calib.lab.instruments.vocabulary import words
 
 
 def cut(text: LabText, reading: Reading) -> Sheet:
@@ -53,30 +55,50 @@ def cut(text: LabText, reading: Reading) -> Sheet:
             return _without_header(text, reading)
         raise InputError(no_header(text))
     delimiter, header, names = found
-    start = header + 1
-    units_line: int | None = None
-    units: list[str] = []
-    following = next((i for i in range(start, len(text.lines)) if text.lines[i].strip()), None)
-    if following is not None:
-        cells = [unit_of_cell(c) for c in split_line(text.lines[following], delimiter)]
-        if any(cells) and all(c is not None for c in cells):
-            units_line, units, start = following + 1, [c or "" for c in cells], following + 1
+    below = below_header(text, delimiter, header, names)
     assigned = _assigned(reading, names, text, header + 1)
     sheet = Sheet(
         text,
         delimiter,
         header + 1,
         tuple(names),
-        units_line,
-        tuple(units),
+        below.units_line,
+        below.units,
         declared_units(text.lines[:header]),
         declared_decimal(text.lines[:header]),
         assigned,
     )
     above = _rows_above(sheet, reading)
+    if split_line(text.lines[header], delimiter)[: len(names)] != names[: len(names)] and is_comment(text.lines[header]):
+        above = (*above, f'the header in line {header + 1} stands behind "{text.lines[header].strip()[0]}"')
+    unread = not_read(sheet, [i for i in range(header) if text.lines[i].strip()], "above the header")
+    whole_sheet = sheet
     sheet, side_notes = one_of_side_by_side(sheet, reading)
-    whole = with_rows(sheet, start, reading, side_notes)
-    return replace(whole, notes=(*above, *whole.notes))
+    if not side_notes:
+        _check_nameless(whole_sheet, below.start, reading)
+    whole = with_rows(sheet, below.start, reading, side_notes)
+    return replace(whole, notes=(*above, *whole.notes), unread=(*unread, *below.unread, *whole.unread))
+
+
+def _check_nameless(sheet: Sheet, start: int, reading: Reading) -> None:
+    """Refuse numbers below the empty end of a header: the names may stand one cell too far to the left of their columns."""
+    named = n_named(sheet)
+    if named == len(sheet.names) or any(c.isdigit() for c in reading.columns.values()):
+        return
+    rows = [split_line(line, sheet.delimiter) for line in sheet.text.lines[start : start + 50] if line.strip()]
+    filled = [i for i, row in enumerate(rows) if any(map(is_numeric, row[named : len(sheet.names)]))]
+    if 2 * len(filled) <= len(rows) or not rows:
+        return
+    raise InputError(
+        Fault(
+            f"the header names {named} columns, numbers stand in more: which name belongs to which column cannot be told",
+            sheet.text.path,
+            sheet.header_line,
+            named + 1,
+            advice="If the first cell of each row is its number, write a name for it into the header, such as No; or say "
+            "which column is what: --columns force=3, with --units where that column's name has another unit",
+        )
+    )
 
 
 def _assigned(reading: Reading, names: Sequence[str], text: LabText, line: int) -> dict[int, str]:

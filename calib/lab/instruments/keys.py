@@ -14,7 +14,7 @@ from calib.lab.instruments.lexicon import KEYS
 from calib.lab.instruments.numbers import is_missing, is_numeric
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.where import asked_name, listed_values
-from models.sensor import BoolArray, FloatArray
+from models.sensor import FloatArray
 
 # A key has no more values than this; a column with more is a measurement, a counter or a remark.
 _MOST = 64
@@ -28,7 +28,7 @@ _JUMPING = ("displacement", "force", "capacitance", "capacitance_series")
 _WHOLE = re.compile(r"[+-]?\d+(?:[.,]0*)?")
 
 
-def several_records(sheet: Sheet, used: Mapping[str, int], values: Mapping[str, FloatArray], kept: BoolArray) -> list[Fault]:
+def several_records(sheet: Sheet, used: Mapping[str, int], values: Mapping[str, FloatArray]) -> list[Fault]:
     """List the columns by whose values the rows belong to several records: channels, specimens, frequencies of a list sweep.
 
     A column of such a name is one as soon as it has two values; any other that is not read is, where time or displacement
@@ -39,28 +39,27 @@ def several_records(sheet: Sheet, used: Mapping[str, int], values: Mapping[str, 
     sheet : the record.
     used : quantity -> index of its column.
     values : quantity -> its readings in SI, nan where there is none.
-    kept : the rows that are read.
     """
     faults: list[Fault] = []
     meter = "capacitance" in values or "capacitance_series" in values
-    if meter and "frequency" in values and _has_several(values["frequency"][kept]):
-        faults.append(_fault(sheet, used["frequency"], kept, "the capacitance stands at several frequencies"))
+    if meter and "frequency" in values and _has_several(values["frequency"]):
+        faults.append(_fault(sheet, used["frequency"], "the capacitance stands at several frequencies"))
     for index in range(len(sheet.names)):
         if index in used.values() or index in sheet.set_aside:
             continue
-        codes = _codes(sheet.columns[index], kept)
+        codes = _codes(sheet.columns[index])
         if codes is None:
             continue
         named = _is_named_key(sheet, index)
-        if not named and not _parts(codes, {q: v[kept] for q, v in values.items()}):
+        if not named and not _parts(codes, values):
             continue
         why = "names several" if named else "changes, and time or a reading jumps with it"
-        faults.append(_fault(sheet, index, kept, f'column "{sheet.names[index] or index + 1}" {why}'))
+        faults.append(_fault(sheet, index, f'column "{sheet.names[index] or index + 1}" {why}'))
     return faults
 
 
-def _fault(sheet: Sheet, index: int, kept: BoolArray, what: str) -> Fault:
-    cells = [c.strip() for c, k in zip(sheet.columns[index], kept.tolist(), strict=True) if k]
+def _fault(sheet: Sheet, index: int, what: str) -> Fault:
+    cells = [c.strip() for c in sheet.columns[index]]
     first = next((c for c in cells if c and not is_missing(c)), "...")
     return Fault(
         f"the rows may belong to several records: {what}: {listed_values(cells)}",
@@ -76,24 +75,23 @@ def _has_several(frequencies: FloatArray) -> bool:
     return there.size > 1 and float(there.max() - there.min()) > _ONE_FREQUENCY * float(np.abs(there).max())
 
 
-def _codes(cells: Sequence[str], kept: BoolArray) -> IntArray | None:
+def _codes(cells: Sequence[str]) -> IntArray | None:
     """The number of the value in each row, -1 where there is none; None for a column of one value, or of too many."""
     few = {c.strip() for c in cells[:2000]}
     if len(few) > _MOST + 1:
         return None
-    own = cells if kept.all() else [c for c, k in zip(cells, kept.tolist(), strict=True) if k]
-    distinct = {c: c.strip() for c in set(own)}
+    distinct = {c: c.strip() for c in set(cells)}
     values = sorted({v for v in distinct.values() if not is_missing(v)})
-    if not 2 <= len(values) <= min(_MOST, len(own) // 2):
+    if not 2 <= len(values) <= min(_MOST, len(cells) // 2):
         return None
-    number_of = Counter(own)
+    number_of = Counter(cells)
     rows_of = {v: sum(number_of[raw] for raw, w in distinct.items() if w == v) for v in values}
     # What a key names is a record of its own, of several rows; a fraction that often stands there is a setting.
     fractions = any(is_numeric(v) and not _WHOLE.fullmatch(v) for v in values)
     if min(rows_of.values()) < (_ROWS_OF_SETTING if fractions else 2):
         return None
     number = {raw: values.index(v) if v in values else -1 for raw, v in distinct.items()}
-    return np.array([number[c] for c in own], dtype=np.int64)
+    return np.array([number[c] for c in cells], dtype=np.int64)
 
 
 def _is_named_key(sheet: Sheet, index: int) -> bool:

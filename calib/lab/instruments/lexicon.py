@@ -10,8 +10,8 @@ def _set(text: str) -> frozenset[str]:
     return frozenset(text.split())
 
 
-#: Quantity -> names in lower case, in order of preference where a file has several. Underscores and spaces are the same. The raw
-#: force comes before a corrected one: the model has the load zero as a parameter, and must see what the cell read.
+#: Quantity -> names in lower case, in order of preference where a file has several. Underscores and spaces are the same. The
+#: raw force comes before a corrected one: the model has the load zero as a parameter, and must see what the cell read.
 NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         quantity: tuple(name.strip() for name in " | ".join(lines).split("|"))
@@ -33,17 +33,17 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
                 "distance | deflection | deformation | disp | penetration | penetration depth | compression distance",
                 "indenter displacement | stage position | piezo displacement | piezo extension | z stage | z height | z",
                 "d",
-                "standardweg | traversenweg | weg | verschiebung | verformung | eindringtiefe | maschinenweg | stauchung | hub",
-                "kolbenweg | stempelweg | prüfweg | auslenkung | eindrückung",
-                "déplacement | deplacement | traverse | déplacement traverse | déplacement de la traverse | enfoncement | course",
-                "allongement | écrasement | ecrasement | profondeur | profondeur de pénétration | flèche",
+                "standardweg | traversenweg | weg | verschiebung | verformung | eindringtiefe | maschinenweg | stauchung",
+                "hub | kolbenweg | stempelweg | prüfweg | auslenkung | eindrückung",
+                "déplacement | deplacement | traverse | déplacement traverse | déplacement de la traverse | enfoncement",
+                "course | allongement | écrasement | ecrasement | profondeur | profondeur de pénétration | flèche",
                 "desplazamiento | extensión | posición | recorrido | deformación | alargamiento | carrera | profundidad",
                 "spostamento | spostamento traversa | corsa | corsa traversa | posizione | allungamento | deformazione",
                 "schiacciamento | profondità | deslocamento | deslocação | extensão | posição | deformação | curso",
-                "profundidade | verplaatsing | indrukking | indringdiepte | positie | afstand | uitrekking | slag | traverseweg",
-                "przemieszczenie | przesunięcie | przesuniecie | droga | wydłużenie | wydluzenie | ugięcie | ugiecie | położenie",
-                "polozenie | pozycja | przemieszczenie trawersy | skok | posunutí | posuv | dráha | förskjutning | väg",
-                "перемещение | деформация | ход | глубина",
+                "profundidade | verplaatsing | indrukking | indringdiepte | positie | afstand | uitrekking | slag",
+                "traverseweg | przemieszczenie | przesunięcie | przesuniecie | droga | wydłużenie | wydluzenie | ugięcie",
+                "ugiecie | położenie | polozenie | pozycja | przemieszczenie trawersy | skok | posunutí | posuv | dráha | förskjutning",
+                "väg | перемещение | деформация | ход | глубина",
                 "位移 | 横梁位移 | 变形 | 压缩位移 | 压缩量 | 変位 | ストローク | 変位量 | 伸び | 圧縮変位",
                 "변위 | 이동거리 | 거리 | 위치 | 신장 | 신율 | 스트로크 | 압축변위 | 압축량 | 크로스헤드 변위",
                 "traversenweg absolut",
@@ -64,8 +64,8 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             ),
             "capacitance": (
                 "cp | parallel capacitance | cpar | cap parallel | capacitance | cap | c",
-                "kapazität | kapazitaet | capacité | capacite | capacitancia | capacidad | capacità | capacitância | capacidade",
-                "capaciteit | pojemność | pojemnosc | kapacita | kapacitans | ёмкость | емкость",
+                "kapazität | kapazitaet | capacité | capacite | capacitancia | capacidad | capacità | capacitância",
+                "capacidade | capaciteit | pojemność | pojemnosc | kapacita | kapacitans | ёмкость | емкость",
                 "电容 | 电容值 | 静電容量 | 電容 | 정전용량 | 커패시턴스 | 용량",
             ),
             "capacitance_series": ("cs | series capacitance | cser | cap series | capacitance series | 串联电容 | 直列容量",),
@@ -101,7 +101,8 @@ QUALIFIERS = _set(
 #: Words that say that a column was worked on after the measurement: read only where no other column is.
 PROCESSED = _set(
     "corrected filtered smoothed smooth tared zeroed balanced compensated adjusted fitted fit interpolated lowpass gefiltert "
-    "korrigiert geglättet tariert corrigé filtré normalized normalised scaled offset computed calculated calc baseline estimated"
+    "korrigiert geglättet tariert corrigé filtré normalized normalised scaled offset computed calculated calc baseline "
+    "estimated"
 )
 #: Words of what was commanded or allowed, not measured.
 COMMANDED = _set(
@@ -117,8 +118,8 @@ STATISTIC = _set(
 )
 #: Words in brackets that say where or how a column was measured, and change nothing.
 REMARKS = QUALIFIERS | _set(
-    "absolute abs absolut relative rel loadcell lvdt encoder crosshead top upper bottom lower channel ch z cp parallel axis down "
-    "up calibrated auto medium slow fast"
+    "absolute abs absolut relative rel loadcell lvdt encoder crosshead top upper bottom lower channel ch z cp parallel axis "
+    "down up calibrated auto medium slow fast"
 )
 #: Words of a second instrument of a kind, beside the one that is meant where nothing else is said.
 SECOND = _set("aux auxiliary second secondary 2nd backup spare other external ext zweite zweiter")
@@ -132,6 +133,6 @@ KEYS = _set(
 #: Words by which a testing machine says what it does, in a column of its status.
 OF_TESTERS = _set(
     "running run loading unloading load unload hold holding dwell stopped stop ramp idle active moving test testing start "
-    "started end ended finished preload approach retract return measuring contact waiting pause paused up down forward backward "
-    "cycling compression tension läuft fertig ende"
+    "started end ended finished preload approach retract return measuring contact waiting pause paused up down forward "
+    "backward cycling compression tension läuft fertig ende"
 )

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from calib.lab.instruments.numbers import clock_seconds, is_clock, to_numbers
+from calib.lab.instruments.clock import is_clock, read_clock
+from calib.lab.instruments.numbers import to_numbers
 from models.sensor import FloatArray
 
 # Rows that are compared, spread over the record.
@@ -34,7 +35,7 @@ def readings(columns: Sequence[Sequence[str]], factors: Sequence[float], decimal
 
 def _numbers(cells: Sequence[str], decimal: str) -> FloatArray:
     if any(is_clock(c) for c in cells[:20]):
-        return clock_seconds(cells)
+        return read_clock(cells).seconds
     return to_numbers([c.strip() for c in cells], decimal).values
 
 

@@ -34,7 +34,8 @@ class Sheet:
     cut_short : whether the file ends within the last row.
     notes : what was left out while cutting.
     set_aside : column -> why it is not read although the file may name it, as of another specimen.
-    unread : lines and blocks of the file that are not used.
+    reasons : row from 0 -> why its cells cannot be trusted.
+    unread : lines and blocks of the file that are not in `columns`, with the reason.
     """
 
     text: LabText
@@ -51,6 +52,7 @@ class Sheet:
     cut_short: bool = False
     notes: tuple[str, ...] = ()
     set_aside: Mapping[int, str] = field(default_factory=dict)
+    reasons: Mapping[int, str] = field(default_factory=dict)
     unread: tuple[Unread, ...] = ()
 
     @property

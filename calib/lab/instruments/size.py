@@ -11,7 +11,7 @@ from calib.errors import Fault
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.units import IN_PLACE_OF, SI_UNIT
-from models.sensor import BoolArray, FloatArray
+from models.sensor import FloatArray
 
 #: Largest reading, in SI, between which the tests of small soft samples lie: outside of it the unit is wrong.
 PLAUSIBLE: Mapping[str, tuple[float, float]] = MappingProxyType(
@@ -21,9 +21,7 @@ PLAUSIBLE: Mapping[str, tuple[float, float]] = MappingProxyType(
 MICRO: Mapping[str, tuple[float, float]] = MappingProxyType({**PLAUSIBLE, "displacement": (1e-12, 2.0), "force": (1e-12, 1e6)})
 
 
-def implausible(
-    sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[str, int], kept: BoolArray, reading: Reading
-) -> list[Fault]:
+def implausible(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[str, int], reading: Reading) -> list[Fault]:
     """List the columns whose largest reading is too small or too large for the tests of small soft samples.
 
     Parameters
@@ -31,7 +29,6 @@ def implausible(
     sheet : the record.
     values : quantity -> readings in SI, nan where there is none.
     places : quantity -> index of its column.
-    kept : the rows that are read.
     reading : with `scale`.
     """
     faults = []
@@ -40,7 +37,7 @@ def implausible(
         if quantity not in values:
             continue
         size = np.abs(values[quantity])
-        size = np.where(np.isfinite(size) & kept, size, 0.0)
+        size = np.where(np.isfinite(size), size, 0.0)
         row = int(np.argmax(size))
         top = float(size[row])
         if top == 0.0 or low <= top <= high:
@@ -52,7 +49,8 @@ def implausible(
         name = sheet.names[places[quantity]]
         faults.append(
             Fault(
-                f'column "{name}": the largest reading would be {top:.3g} {SI_UNIT[quantity]}, which no test of a small sample gives',
+                f'column "{name}": the largest reading would be {top:.3g} {SI_UNIT[quantity]}, '
+                "which no test of a small sample gives",
                 sheet.text.path,
                 int(sheet.lines[row]),
                 places[quantity] + 1,

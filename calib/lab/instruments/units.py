@@ -35,7 +35,8 @@ IN_PLACE_OF: Mapping[str, str] = MappingProxyType({"capacitance_series": "capaci
 _SPELLINGS: Mapping[str, Mapping[str, str]] = MappingProxyType(
     {
         "s": {
-            "s": "s S sec secs Sec Secs SEC second seconds Seconds sek Sek Sekunden seconde secondes segundo segundos secondi sekunda sekundy seg с сек 秒 초",
+            "s": "s S sec secs Sec Secs SEC second seconds Seconds sek Sek Sekunden seconde secondes "
+            "segundo segundos secondi sekunda sekundy seg с сек 秒 초",
             "ms": "ms msec msecs millisecond milliseconds Millisekunden мс 毫秒 ミリ秒 밀리초",
             "us": "us µs microseconds",
             "min": "min mins minute minutes Min MIN Minutes Minuten minuto minutos minuti minuty мин 分 分钟 분",
@@ -44,7 +45,8 @@ _SPELLINGS: Mapping[str, Mapping[str, str]] = MappingProxyType(
         "m": {
             "m": "m meter meters metre metres Meter mètres metros 米",
             "cm": "cm centimeter centimeters",
-            "mm": "mm MM millimeter millimeters millimetre millimetres Millimeter Millimetern millimètres milímetros millimetri milimetry мм 毫米 ミリ 밀리미터",
+            "mm": "mm MM millimeter millimeters millimetre millimetres Millimeter "
+            "Millimetern millimètres milímetros millimetri milimetry мм 毫米 ミリ 밀리미터",
             "um": "um µm UM micron microns micrometer micrometers micrometre micrometres Mikrometer мкм 微米",
             "nm": "nm nanometer nanometers",
             "in": 'in inch inches In IN Inch Inches " Zoll pouces pulgadas 英寸',
@@ -208,5 +210,6 @@ def looks_like_unit(text: str) -> bool:
 
 _OTHER_UNIT = re.compile(
     r"%|°|°?[CFK]|deg|rad|[kMG]?Pa|[mkµu]?V|[mkµun]?A|[mk]?W|[mk]?J|[mkMG]?(?:Ω|ohms?|Ohms?|OHM)|[mµu]?S|psi|ksi|m?bar|N/mm²?|"
-    r"N/mm\^?2|N/m|[mµ]?m/(?:s|min)|mm/sec|mm²|mm\^?2|N[·.* -]?mm?|mm/mm|%/(?:s|min)|1/s|[mµun]?H|dB|[pnµu]C|deg ?[CF]|° ?[CFK]|rpm"
+    r"N/mm\^?2|N/m|[mµ]?m/(?:s|min)|mm/sec|mm²|mm\^?2|N[·.* -]?mm?|mm/mm|%/(?:s|min)|1/s|[mµun]?H|dB|[pnµu]C|deg ?[CF]|"
+    r"° ?[CFK]|rpm"
 )

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from itertools import islice
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import compress, islice
 
 import numpy as np
 
-from calib.errors import Fault
+from calib.errors import Fault, InputError
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.numbers import parse_number
 from calib.lab.instruments.sheet import Sheet
@@ -19,25 +20,33 @@ _SAME = 1e-6
 _LISTED = 24
 
 
-def rows_asked(sheet: Sheet, reading: Reading, decimal: str) -> tuple[BoolArray, list[str], list[str], list[Fault]]:
+@dataclass(frozen=True, eq=False)
+class RowsAsked:
+    """The rows that are read, (n_row,), why each of the others is not, and notes on what was asked."""
+
+    kept: BoolArray
+    reasons: Mapping[int, str]
+    notes: tuple[str, ...]
+
+
+def rows_asked(sheet: Sheet, reading: Reading) -> RowsAsked:
     """Choose the rows that hold the values which the user asks for.
 
     Parameters
     ----------
     sheet : the record.
-    reading : with `where`, column -> value.
-    decimal : the decimal mark of the file.
+    reading : with `where`, column -> value; a number may be written in any notation.
 
-    Returns
-    -------
-    Mask of the rows that are read, a reason for each row that is not and "" else (none if all are read), notes, and faults of
-    columns and values that are not there.
+    Raises
+    ------
+    InputError
+        If there is no such column or no such value, with those that there are.
     """
-    n = len(sheet.lines)
-    kept = np.ones(n, dtype=bool)
-    reasons: list[str] = []
+    kept = np.ones(len(sheet.lines), dtype=bool)
+    reasons: dict[int, str] = {}
     notes: list[str] = []
     faults: list[Fault] = []
+    marks = [sheet.declared_decimal] if sheet.declared_decimal else [".", ","]
     for wanted, value in reading.where.items():
         column = column_called(sheet, wanted)
         if column is None:
@@ -52,7 +61,8 @@ def rows_asked(sheet: Sheet, reading: Reading, decimal: str) -> tuple[BoolArray,
             )
             continue
         cells = [c.strip() for c in sheet.columns[column]]
-        holding = {cell for cell in set(cells) if _is_the_same(cell, value, decimal)}
+        exact = {cell for cell in set(cells) if cell == value.strip()}
+        holding = exact or {cell for cell in set(cells) if _is_the_same(cell, value.strip(), marks)}
         here = np.array([cell in holding for cell in cells], dtype=bool)
         name = sheet.names[column] or f"column {column + 1}"
         if not here.any():
@@ -66,15 +76,33 @@ def rows_asked(sheet: Sheet, reading: Reading, decimal: str) -> tuple[BoolArray,
                 )
             )
             continue
-        reasons = reasons or [""] * n
-        for row in np.flatnonzero(kept & ~here).tolist():
-            reasons[row] = f'not asked for: "{name}" is "{cells[row]}"'
+        reasons |= {r: f'not asked for: "{name}" is "{cells[r]}"' for r in np.flatnonzero(kept & ~here).tolist()}
         kept &= here
-        notes.append(f'only rows whose "{name}" is "{value}" are read: {int(here.sum())} of {n}')
-    if reading.where and not faults and not kept.any():
+        notes.append(f'only rows whose "{name}" is "{value}" are read: {int(here.sum())} of {len(kept)}')
+    if not faults and not kept.any():
         said = " and ".join(f'"{k}" is "{v}"' for k, v in reading.where.items())
-        faults.append(Fault(f"no row in which {said}", sheet.text.path, int(sheet.lines[0]), advice="Ask for fewer: --where"))
-    return kept, reasons, notes, faults
+        faults.append(Fault(f"no row in which {said}", sheet.text.path, int(sheet.lines[0]), advice="Ask for less by --where"))
+    if faults:
+        raise InputError(faults)
+    return RowsAsked(kept, reasons, tuple(notes))
+
+
+def only_rows(sheet: Sheet, kept: BoolArray) -> Sheet:
+    """The sheet with some of its rows.
+
+    Parameters
+    ----------
+    sheet : the record.
+    kept : mask of its rows, (n_row,).
+    """
+    new_row = np.cumsum(kept) - 1
+    return replace(
+        sheet,
+        columns=tuple(list(compress(column, kept)) for column in sheet.columns),
+        lines=sheet.lines[kept],
+        cut_short=sheet.cut_short and bool(kept[-1]),
+        reasons={int(new_row[r]): why for r, why in sheet.reasons.items() if kept[r]},
+    )
 
 
 def column_called(sheet: Sheet, wanted: str) -> int | None:
@@ -118,12 +146,9 @@ def listed_values(cells: Sequence[str]) -> str:
     return shown + (f" and {len(found) - _LISTED} more" if len(found) > _LISTED else "")
 
 
-def _is_the_same(cell: str, value: str, decimal: str) -> bool:
-    if cell == value.strip() or (cell and cell.casefold() == value.strip().casefold()):
+def _is_the_same(cell: str, value: str, marks: Sequence[str]) -> bool:
+    if cell and cell.casefold() == value.casefold():
         return True
-    one = parse_number(cell, decimal)
-    if one is None:
-        return False
-    # The user may write either mark, whatever the file does.
-    others = [parse_number(value.strip(), mark) for mark in dict.fromkeys((decimal, ".", ","))]
-    return any(o is not None and abs(one - o) <= _SAME * max(abs(one), abs(o)) for o in others)
+    ones = [n for mark in marks if (n := parse_number(cell, mark)) is not None]
+    others = [n for mark in ".," if (n := parse_number(value, mark)) is not None]
+    return any(abs(a - b) <= _SAME * max(abs(a), abs(b)) for a in ones for b in others)
