@@ -1,4 +1,4 @@
-"""From the lines between a header and its rows to the units that stand there, and to what else does: rulers, numbers, titles."""
+"""From the lines between a header and its rows to the units that stand there, and what else does: rulers, counts, titles."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _RULER = re.compile(r"[-=_+|*~\s,;.:]*[-=_~*]{2}[-=_+|*~\s,;.:]*")
 
 @dataclass(frozen=True)
 class BelowHeader:
-    """What stands below a header: index of the line from which rows may stand, units and their 1-based line, and what is left."""
+    """What stands below a header: index of the line where rows may begin, units and their 1-based line, and what is left."""
 
     start: int
     units_line: int | None = None
