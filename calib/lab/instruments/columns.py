@@ -18,7 +18,7 @@ from calib.lab.instruments.notation import Notation, decide_notation
 from calib.lab.instruments.numbers import is_missing, to_numbers
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.started import started_at
-from calib.lab.instruments.times import clock_of, time_faults
+from calib.lab.instruments.times import clock_of, gone_on, time_faults, time_notes
 from calib.lab.instruments.units import SI_UNIT
 from models.sensor import BoolArray, FloatArray
 
@@ -102,12 +102,15 @@ def read_columns(sheet: Sheet, family: InstrumentFamily, reason: str, reading: R
             number, empty, over, bad = _clock(sheet, own, column, reading, faults, notes)
         else:
             number, empty, over, bad = _numbers(own, column, decimal)
+            number[list(sheet.reasons)] = np.nan
             doubts = doubtful(own, number, decimal)
             faults += _doubt(sheet, column, doubts)
             for r, why in doubts.rows.items():
                 number[r] = np.nan
                 _append(reasons, r, why)
-        if column.quantity == "time" and not np.any(bad):
+        if column.quantity == "time" and not np.any(bad) and not any(f.column == column.index + 1 for f in faults):
+            number, told = gone_on(sheet, column.index, number)
+            notes += [*told, *time_notes(sheet, column.index, number)]
             faults += time_faults(sheet, column.index, own, number, 0.0 if column.clock else column.factor, reading)
         faults += capped(
             [
@@ -227,6 +230,14 @@ _DAMAGED = (
 )
 
 
+_SAY_MARK = {
+    "": "",
+    ",": 'Say which it is: --decimal ",". ',
+    ".": 'Say which it is: --decimal ".". ',
+    ".,": "Say which it is, a point or a comma, by the option --decimal. ",
+}
+
+
 def _append(reasons: list[str], row: int, reason: str) -> None:
     reasons[row] = f"{reasons[row]}; {reason}" if reasons[row] else reason
 
@@ -273,5 +284,5 @@ def _notation_fault(sheet: Sheet, notation: Notation, columns: Sequence[_Column]
         sheet.text.path,
         int(sheet.lines[row]),
         columns[column].index + 1,
-        advice=f'{_DAMAGED}; where the file leaves it open, say the mark: --decimal "," or --decimal "."',
+        advice=f"{_SAY_MARK[notation.askable]}{_DAMAGED}",
     )
