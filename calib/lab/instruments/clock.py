@@ -34,7 +34,7 @@ FORMS = {
     "h:min": (3600.0, 60.0, 0.0),
     "min:s:cs": (60.0, 1.0, 0.01),
 }
-_SAY_FORM = "Say what its parts are, such as --units time=h:min:s or --units time=min:s:cs, or log the time in seconds"
+_SAY = "Say what the parts of the time are: --units time="
 
 
 def is_clock(cell: str) -> bool:
@@ -90,7 +90,7 @@ def read_clock(cells: Sequence[str], dates: Sequence[str] = (), form: str = "") 
     ----------
     cells : of the column, (n_row,).
     dates : those of a column of dates beside it, (n_row,); () without one.
-    form : how its parts are to be understood, as said by the user or the header: one of `FORMS`, or "" if nobody says.
+    form : how its parts are to be understood, as `form_of_clock` gives it; "" if nobody says.
     """
     parsed = _parse(cells)
     n = len(cells)
@@ -98,9 +98,9 @@ def read_clock(cells: Sequence[str], dates: Sequence[str] = (), form: str = "") 
     if not np.any(there):
         return ClockTimes(np.full(n, np.nan))
     notes: list[str] = []
-    meant = form or _form(parsed, dates)
-    if meant not in FORMS:
-        return ClockTimes(np.full(n, np.nan), conflict=meant, row=int(np.argmax(there)), advice=_SAY_FORM)
+    meant, conflict, likely = (form, "", "") if form in FORMS else _form(parsed, dates, form)
+    if conflict:
+        return ClockTimes(np.full(n, np.nan), conflict=conflict, row=int(np.argmax(there)), advice=f"{_SAY}{likely}")
     weights = FORMS[meant]
     timed = meant == "h:min:s" and not parsed.long_hours
     if meant in ("h:min:s", "min:s:cs"):
@@ -113,6 +113,11 @@ def read_clock(cells: Sequence[str], dates: Sequence[str] = (), form: str = "") 
         values = values + weights[2] * parts[:, 2]
     values = values + parsed.fraction
     there = np.isfinite(values)
+    unfilled = _unfilled(cells, values)
+    if unfilled:
+        return ClockTimes(
+            values, conflict="the decimals of the seconds are not filled up with zeros", row=unfilled, advice=_LOG
+        )
     if not timed:
         if meant == "min:s":
             falls = np.diff(values[there], prepend=values[there][:1]) < -0.8 * 3600
@@ -149,6 +154,7 @@ def read_clock(cells: Sequence[str], dates: Sequence[str] = (), form: str = "") 
     return ClockTimes(values, tuple(notes), conflict, row, _UTC if conflict else "")
 
 
+_LOG = "Log the time in seconds"
 _UTC = "Log the time in seconds or in UTC, or split the file there"
 
 
@@ -250,37 +256,56 @@ def _without_dates(cells: Sequence[str]) -> tuple[list[str], str]:
     )
 
 
-def _form(parsed: _Parsed, dates: Sequence[str]) -> str:
-    """The form of times of which nobody says it: one of `FORMS` if the cells prove it, else why they do not."""
+def _form(parsed: _Parsed, dates: Sequence[str], said: str) -> tuple[str, str, str]:
+    """The form of times that the cells prove, one of `FORMS`; else "", why they do not, and the likeliest.
+
+    What is `said` of it is "" or a form that names no length for its last part.
+    """
     parts = parsed.parts
     there = np.isfinite(parts[:, 0])
     first, second, third = (parts[there, k] for k in range(3))
     missing = np.isnan(third)
     if np.mean(missing) > 0.5:
         if np.any(parsed.fraction > 0):
-            return "min:s"
-        return "times of two parts may be hours and minutes or minutes and seconds"
+            return "min:s", "", ""
+        repeated = np.mean(np.diff(60 * first + second) == 0) > 0.5
+        likely = "h:min" if repeated else "min:s"
+        return "", "times of two parts may be hours and minutes or minutes and seconds", likely
+    if said:
+        return "", "the last part of the times may be frames or hundredths of a second", "min:s:cs for hundredths"
     above = (third >= 60) & ~missing
     if np.count_nonzero(above) > max(2, 0.02 * third.size):
-        return "the last part of the times passes 60: it is no second"
+        return "", "the last part of the times passes 60: it is no second", "min:s:cs for hundredths"
     whole = not np.any(third[~missing] % 1)
     if not whole or parsed.dates or len(dates) or parsed.has_half or np.any(np.isfinite(parsed.zones)) or third.size < 4:
-        return "h:min:s"
+        return "h:min:s", "", ""
     # Seconds go on where a minute is full; hundredths and frames jump there.
     minute = 60 * first + second
     carried = np.diff(minute) == 1
     stays = np.diff(minute) == 0
     steps = np.diff(third)
     if np.mean(steps[stays] == 0) > 0.3 if np.any(stays) else False:
-        return "h:min:s"  # many readings within a second
+        return "h:min:s", "", ""  # many readings within a second
     if np.any(carried) and np.any(stays):
         usual = float(np.percentile(steps[stays], 90))
-        if np.median(steps[carried] + 60) <= 3 * max(usual, 1.0):
-            return "h:min:s"
-        return "the last part of the times does not go on as seconds do where a minute is full"
+        step = float(np.median(steps[carried] + 60))
+        if usual / 3 <= step <= 3 * max(usual, 1.0):
+            return "h:min:s", "", ""
+        why = "the last part of the times does not go on as seconds do where a minute is full"
+        return "", why, "min:s:cs for hundredths"
     if first[0] > 0:
-        return "h:min:s"
-    return "the parts of the times may be hours, minutes and seconds, or minutes, seconds and hundredths: no minute is full"
+        return "h:min:s", "", ""
+    why = "the parts of the times may be hours, minutes and seconds, or minutes, seconds and hundredths: no minute is full"
+    return "", why, "h:min:s"
+
+
+def _unfilled(cells: Sequence[str], values: FloatArray) -> int:
+    """A row where time falls within a second as decimals do that are not filled up (1.50, then 1.100); 0 if there is none."""
+    falls = np.flatnonzero((np.diff(values) < 0) & (np.diff(values) > -1))
+    if falls.size < 2 or falls.size > 0.5 * len(cells):
+        return 0
+    lengths = {len(re.split("[.,]", cells[i + k])[-1]) for i in falls[:20].tolist() for k in (0, 1)}
+    return int(falls[0]) + 1 if len(lengths) > 1 else 0
 
 
 def _days(dates: Sequence[str], values: FloatArray) -> tuple[FloatArray | None, str, str]:
@@ -355,7 +380,7 @@ _LETTERS = {("h", "m", "s"): "h:min:s", ("m", "s"): "min:s", ("h", "m"): "h:min"
 
 
 def form_of_clock(unit: str) -> str:
-    """The form of times that a unit says ("hh:mm:ss", "min:s"): one of `FORMS`, "" if it says none.
+    """The form of times that a unit says ("hh:mm:ss", "min:s"): one of `FORMS`, "other" of minutes and seconds, "" for none.
 
     >>> form_of_clock("HH:MM:SS.fff"), form_of_clock("mm:ss"), form_of_clock("s")
     ('h:min:s', 'min:s', '')
@@ -364,4 +389,4 @@ def form_of_clock(unit: str) -> str:
     if tidy in FORMS:
         return tidy
     letters = tuple(part.strip()[:1] for part in tidy.split(":"))
-    return _LETTERS.get(letters, "")
+    return _LETTERS.get(letters, "other" if letters[:2] == ("m", "s") else "")

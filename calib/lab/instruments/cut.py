@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -55,7 +56,7 @@ def cut(text: LabText, reading: Reading) -> Sheet:
             return _without_header(text, reading)
         raise InputError(no_header(text))
     delimiter, header, names = found
-    below = below_header(text, delimiter, header, names)
+    below = below_header(text, delimiter, header, names, strict=not any(c.isdigit() for c in reading.columns.values()))
     assigned = _assigned(reading, names, text, header + 1)
     sheet = Sheet(
         text,
@@ -72,18 +73,40 @@ def cut(text: LabText, reading: Reading) -> Sheet:
     if split_line(text.lines[header], delimiter)[: len(names)] != names[: len(names)] and is_comment(text.lines[header]):
         above = (*above, f'the header in line {header + 1} stands behind "{text.lines[header].strip()[0]}"')
     unread = not_read(sheet, [i for i in range(header) if text.lines[i].strip()], "above the header")
+    if any(index < 0 for index in assigned):
+        above = (*above, *(f"{quantity} is left out, as asked" for index, quantity in assigned.items() if index < 0))
     whole_sheet = sheet
     sheet, side_notes = one_of_side_by_side(sheet, reading)
     if not side_notes:
         _check_nameless(whole_sheet, below.start, reading)
     whole = with_rows(sheet, below.start, reading, side_notes)
+    _check_torn_decimals(whole)
     return replace(whole, notes=(*above, *whole.notes), unread=(*unread, *below.unread, *whole.unread))
+
+
+def _check_torn_decimals(sheet: Sheet) -> None:
+    """Refuse decimal commas between commas, even where a wide header holds the cells: no point, and decimals like 084."""
+    if sheet.delimiter != "," or any("." in c for column in sheet.columns for c in column[:1000]):
+        return
+    for index, column in enumerate(sheet.columns[1:], 1):
+        cells = [c.strip() for c in column[:1000] if c.strip()]
+        torn = [c for c in cells if re.fullmatch(r"0\d+", c)]
+        if torn and len(set(cells)) > 4 and all(c.isdigit() and len(c) <= len(torn[0]) for c in cells):
+            raise InputError(
+                Fault(
+                    f'"{torn[0]}" in column {index + 1} seems to be the decimals behind a decimal comma',
+                    sheet.text.path,
+                    int(sheet.lines[0]),
+                    index + 1,
+                    advice="Export with semicolons between the columns, or with a decimal point",
+                )
+            )
 
 
 def _check_nameless(sheet: Sheet, start: int, reading: Reading) -> None:
     """Refuse numbers below the empty end of a header: the names may stand one cell too far to the left of their columns."""
     named = n_named(sheet)
-    if named == len(sheet.names) or any(c.isdigit() for c in reading.columns.values()):
+    if named == len(sheet.names) or sheet.headings().keys() <= sheet.assigned.keys():
         return
     rows = [split_line(line, sheet.delimiter) for line in sheet.text.lines[start : start + 50] if line.strip()]
     filled = [i for i, row in enumerate(rows) if any(map(is_numeric, row[named : len(sheet.names)]))]
@@ -95,8 +118,8 @@ def _check_nameless(sheet: Sheet, start: int, reading: Reading) -> None:
             sheet.text.path,
             sheet.header_line,
             named + 1,
-            advice="If the first cell of each row is its number, write a name for it into the header, such as No; or say "
-            "which column is what: --columns force=3, with --units where that column's name has another unit",
+            advice="If the first cell of each row is its number, write a name for it into the header, such as No; or say of "
+            "every column, by its number, what it is and its unit",
         )
     )
 
@@ -105,6 +128,9 @@ def _assigned(reading: Reading, names: Sequence[str], text: LabText, line: int) 
     """Columns by the user's word: index -> quantity."""
     assigned: dict[int, str] = {}
     for quantity, wanted in reading.columns.items():
+        if wanted == "none" and wanted not in names:
+            assigned[-1 - len(assigned)] = quantity  # no column is: none of those that are understood as it
+            continue
         matching = [i for i, name in enumerate(names) if name == wanted] or [
             i for i, name in enumerate(names) if words(name) == words(wanted)
         ]

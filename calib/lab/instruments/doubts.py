@@ -131,7 +131,13 @@ def _without_mark(cells: Sequence[str], rows: IntArray, level: FloatArray, decim
         return None
     steps = (level[1:] - level[:-1])[changes] * np.where(marked[changes], 1.0, -1.0)  # up to the one without a mark
     power = float(np.round(np.median(steps)))
-    if power < 1 or np.median(np.abs(steps)) < _APART or np.mean(np.abs(steps - power)) > _TOGETHER * np.mean(np.abs(steps)):
+    beside = _decimals(cells[rows[changes[0]] if marked[changes[0]] else rows[changes[0] + 1]], decimal)
+    if (
+        power < 1
+        or (power < 2 and beside != power)
+        or np.median(np.abs(steps)) < _APART
+        or np.mean(np.abs(steps - power)) > _TOGETHER * np.mean(np.abs(steps))
+    ):
         return None
     if np.median(np.abs(steps - power)) > _TOGETHER:
         return None

@@ -162,7 +162,7 @@ def no_header(text: LabText) -> Fault:
         text.path,
         seen[0] if seen else None,
         advice=f'Name the columns for example "{EXAMPLE["time"]}", "{EXAMPLE["force"]}", or say which is what '
-        f"(--columns force=2 --units force=N). Understood are {advice}",
+        f"(--columns force=... --units force=...). Understood are {advice}",
     )
 
 

@@ -20,6 +20,7 @@ class Notation:
     decimal : that of most columns, "" with a conflict.
     decimals : that of each column.
     notes : choices that were made.
+    askable : the likelier mark where the user may say it, ".," if none is, "" where the cells contradict each other.
     conflict, places : why a mark cannot be told, "" if all can, and the cells (row, column) that show it.
     """
 
@@ -28,6 +29,7 @@ class Notation:
     notes: tuple[str, ...] = ()
     conflict: str = ""
     places: tuple[tuple[int, int], ...] = ()
+    askable: str = ""
 
 
 @dataclass(frozen=True)
@@ -137,7 +139,9 @@ def decide_notation(
     for c, text in enumerate(texts):
         decimal, note, conflict, places = _decimal(text, columns[c], shown[c], seen, declared, asked, delimiter)
         if conflict:
-            return Notation("", conflict=conflict, places=_places(texts, [(m, c) for m in places]))
+            several = len(places) > 1
+            likely = "" if several else ".," if seen else "," if commas[c] else "."
+            return Notation("", conflict=conflict, places=_places(texts, [(m, c) for m in places]), askable=likely)
         was_open |= not shown[c] and ("." in text or commas[c])
         notes += [f'"{names[c]}": {note}'] if note else []
         decimals.append(decimal)

@@ -13,7 +13,7 @@ from calib.lab.instruments.doubts import doubtful
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.numbers import is_missing, to_numbers
 from calib.lab.instruments.sheet import Sheet
-from calib.lab.instruments.times import clock_of, time_faults
+from calib.lab.instruments.times import clock_of, gone_on, time_faults, time_notes
 from calib.lab.instruments.vocabulary import Heading
 from models.sensor import BoolArray, FloatArray
 
@@ -80,6 +80,7 @@ def readings_of(sheet: Sheet, column: ReadColumn, cells: Sequence[str], decimal:
         number, empty, over, bad = _clock(sheet, cells, column, reading, faults, notes)
     else:
         number, empty, over, bad = _numbers(cells, column, decimal)
+        number[list(sheet.reasons)] = np.nan
         doubts = doubtful(cells, number, decimal)
         if doubts.fault:
             line = int(sheet.lines[doubts.row])
@@ -87,7 +88,9 @@ def readings_of(sheet: Sheet, column: ReadColumn, cells: Sequence[str], decimal:
         for r, why in doubts.rows.items():
             number[r] = np.nan
             rows.append((r, why))
-    if column.quantity == "time" and not np.any(bad):
+    if column.quantity == "time" and not np.any(bad) and not faults:
+        number, told = gone_on(sheet, column.index, number)
+        notes += [*told, *time_notes(sheet, column.index, number)]
         faults += time_faults(sheet, column.index, cells, number, 0.0 if column.clock else column.factor, reading)
     faults += capped(
         [

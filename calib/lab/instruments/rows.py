@@ -57,12 +57,15 @@ def with_rows(sheet: Sheet, start: int, reading: Reading, notes: tuple[str, ...]
     n_row = next((n for n in range(n_line, 0, -1) if any(table.columns[k][n - 1].strip() for k in keys)), 0)
     if n_row == 0:
         raise InputError(Fault("all rows are empty", sheet.text.path, sheet.header_line, advice="Export the raw data too"))
+    n_short = len(table.reasons)
+    first = int(table.lines[min(table.reasons)]) if n_short else 0
+    short = [f"{n_short} row(s) with fewer cells than most are left out, the first in line {first}"] if n_short else []
     return replace(
         sheet,
         columns=tuple(column[:n_row] for column in table.columns),
         lines=table.lines[:n_row],
         cut_short=n_row == n_line and _is_cut_short(sheet, table.lines),
-        notes=(*notes, *table.notes),
+        notes=(*notes, *table.notes, *short),
         reasons={r: why for r, why in table.reasons.items() if r < n_row},
         unread=(*sheet.unread, *table.unread),
     )

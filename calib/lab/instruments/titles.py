@@ -1,4 +1,4 @@
-"""From the lines between a header and its rows to the units that stand there, and to what else does: rulers, numbers, titles."""
+"""From the lines between a header and its rows to the units that stand there, and what else does: rulers, counts, titles."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from calib.errors import Fault, InputError
 from calib.lab.instruments.clock import is_clock
 from calib.lab.instruments.header import split_line, without_comment_mark
 from calib.lab.instruments.labtable import Unread
-from calib.lab.instruments.numbers import is_missing, is_numeric, is_over_range
+from calib.lab.instruments.numbers import is_missing, is_numeric, is_over_range, parse_number
 from calib.lab.instruments.text import LabText
 from calib.lab.instruments.units import looks_like_unit
-from calib.lab.instruments.vocabulary import unit_of_cell
+from calib.lab.instruments.vocabulary import understand, unit_of_cell
 
 # Lines that are looked at before the first row.
 _FEW_LINES = 5
@@ -22,7 +22,7 @@ _RULER = re.compile(r"[-=_+|*~\s,;.:]*[-=_~*]{2}[-=_+|*~\s,;.:]*")
 
 @dataclass(frozen=True)
 class BelowHeader:
-    """What stands below a header: index of the line from which rows may stand, units and their 1-based line, and what is left."""
+    """What stands below a header: index of the line where rows may begin, units and their 1-based line, and what is left."""
 
     start: int
     units_line: int | None = None
@@ -30,7 +30,7 @@ class BelowHeader:
     unread: tuple[Unread, ...] = ()
 
 
-def below_header(text: LabText, delimiter: str, header: int, names: Sequence[str]) -> BelowHeader:
+def below_header(text: LabText, delimiter: str, header: int, names: Sequence[str], *, strict: bool) -> BelowHeader:
     """Find the units row below a header, and pass by rulers and by numbers of columns or channels.
 
     Parameters
@@ -39,6 +39,7 @@ def below_header(text: LabText, delimiter: str, header: int, names: Sequence[str
     delimiter : between cells.
     header : index of the line of the header.
     names : its cells.
+    strict : whether a second line of titles is refused; not where the user says which column is what.
 
     Raises
     ------
@@ -49,11 +50,12 @@ def below_header(text: LabText, delimiter: str, header: int, names: Sequence[str
     units_line: int | None = None
     units: tuple[str, ...] = ()
     start = header + 1
+    time = next((i for i, n in enumerate(names) if (found_name := understand(n)) and found_name.quantity == "time"), None)
     lines = [i for i in range(header + 1, len(text.lines)) if text.lines[i].strip()][:_FEW_LINES]
     for place, index in enumerate(lines):
         line = without_comment_mark(text.lines[index], delimiter)
         cells = split_line(line, delimiter)
-        shown = text.lines[index].strip()[:60]
+        shown, later = text.lines[index].strip()[:60], [split_line(text.lines[i], delimiter) for i in lines[place + 1 :]]
         found = _units(cells, names) if units_line is None else None
         if _RULER.fullmatch(line):
             unread.append(Unread(f"line {index + 1}", f'a ruler, "{shown}"'))
@@ -61,11 +63,11 @@ def below_header(text: LabText, delimiter: str, header: int, names: Sequence[str
             units_line, units = index + 1, found
             notes = [c for c, u in zip(cells, found, strict=True) if c.strip() and not u and unit_of_cell(c) is None]
             unread += [Unread(f"line {index + 1}", f'"{c[:40]}" stands among the units') for c in notes]
-        elif _counts(cells, names) and _written_otherwise(
-            cells, [split_line(text.lines[i], delimiter) for i in lines[place + 1 :]]
-        ):
+        elif _counts(cells, names) and _written_otherwise(cells, later):
             unread.append(Unread(f"line {index + 1}", f'numbers of the columns, "{shown}"'))
-        elif _titles(cells, names) and delimiter != " ":
+        elif _falls_after(cells, later, time):
+            unread.append(Unread(f"line {index + 1}", f'numbers above the record, time falls after them: "{shown}"'))
+        elif strict and _titles(cells, names) and delimiter != " ":
             raise InputError(
                 Fault(
                     f'"{shown}" stands below the header of line {header + 1} like another header',
@@ -107,8 +109,25 @@ def _counts(cells: Sequence[str], names: Sequence[str]) -> bool:
     return first in (0, 1) and [int(d) for d in digits] == list(range(first, first + len(digits)))
 
 
+def _falls_after(cells: Sequence[str], rows: Sequence[Sequence[str]], time: int | None) -> bool:
+    """Whether a row of numbers, as of gains, stands above the record: time falls after it, and is written otherwise below."""
+    rows = [row for row in rows if time is not None and time < len(row) and parse_number(row[time], ".") is not None]
+    if (
+        time is None
+        or time >= len(cells)
+        or len(rows) < 3
+        or len(cells) < len(rows[0])
+        or parse_number(cells[time], ".") is None
+    ):
+        return False
+    values = [parse_number(row[time], ".") or 0.0 for row in (cells, *rows)]
+    digits = [len(row[time].partition(".")[2]) for row in (cells, *rows)]
+    return values[0] > values[1] < values[2] < values[3] and digits[0] not in digits[1:]
+
+
 def _written_otherwise(cells: Sequence[str], rows: Sequence[Sequence[str]]) -> bool:
     """Whether the rows below have decimals in most columns, where these cells are whole numbers."""
+    rows = [row for row in rows if sum(map(is_numeric, row)) * 2 >= len(row)]
     if not rows:
         return False
     if not all(map(is_numeric, (c for c in cells if c))):
