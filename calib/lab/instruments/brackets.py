@@ -119,7 +119,7 @@ _OF_UNIT = (
     (r"%|mm/mm|m/m|in/in|[µu]ε|[µu]strain|strain", "a share or strain"),
     (r"[mkµu]?V", "a voltage"),
     (r"[mkµun]?A", "a current"),
-    (r"[mkMG]?(?:Ω|ohms?|Ohms?|OHM)|[mkMG]?Ω", "a resistance or impedance"),
+    (r"[mkMG]?(?:Ω|ohms?|Ohms?|OHM)", "a resistance or impedance"),
     (r"[µum]?S", "a conductance"),
     (r"[pnuµm]?C", "an electric charge"),
     (r"[mk]?J|mWh", "an energy"),

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calib.errors import Fault
+from calib.errors import Choice, Fault
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.vocabulary import Heading
 from models.sensor import FloatArray
@@ -60,6 +60,34 @@ def said_circuit(lines: Sequence[str]) -> Circuit | None:
     return found[0] if len(words) == 1 else Circuit("both", "; ".join(c.shown for c in found[:2]), found[0].line)
 
 
+# No capacitor loses more.
+_LOSSY = 3.0
+
+
+def impossible_loss(sheet: Sheet, index: int, dissipation: FloatArray, *, told: bool) -> list[Fault]:
+    """Refuse a dissipation by which Cs is to be converted and which no capacitor has: it is in per cent or per mille.
+
+    Parameters
+    ----------
+    sheet : the record.
+    index : the column of the dissipation.
+    dissipation : as read, nan where there is none.
+    told : whether the user says its unit.
+    """
+    there = np.abs(dissipation[np.isfinite(dissipation)])
+    if told or not there.size or float(np.median(there)) <= _LOSSY:
+        return []
+    return [
+        Fault(
+            f'column "{sheet.names[index]}": a dissipation of {float(np.median(there)):.3g} is none of a capacitor',
+            sheet.text.path,
+            int(sheet.lines[0]),
+            index + 1,
+            advice="Say in what it is: --units dissipation=% for per cent, or 1e-3 for per mille",
+        )
+    ]
+
+
 # A dissipation whose square, the share by which Cs and Cp differ, is no longer small beside other errors.
 _LARGE = 0.1
 
@@ -83,13 +111,15 @@ def untold_circuit(sheet: Sheet, index: int, heading: Heading, dissipation: Floa
     if large <= _LARGE:
         differ = f"; Cs would differ by {100 * large**2:.2g} %" if there.size else ""
         return [f'"{name}" does not say whether it is Cp or Cs; taken as Cp{differ}'], []
-    asking = sheet.name_for_asking(index)
+    asking = (sheet.name_for_asking(index),)
+    series, parallel = Choice("columns", asking, "capacitance_series"), Choice("columns", asking, "capacitance")
     return [], [
         Fault(
             f'column "{name}" does not say whether it is Cp or Cs, which differ by {100 * large**2:.2g} % at D {large:.2g}',
             sheet.text.path,
             sheet.header_line or None,
             index + 1,
-            advice=f'Say which: --columns "capacitance={asking}" for Cp, --columns "capacitance_series={asking}" for Cs',
+            advice=f"Say which: {parallel} for Cp, {series} for Cs",
+            choice=parallel,
         )
     ]

@@ -9,14 +9,15 @@ from types import MappingProxyType
 import numpy as np
 
 from calib.errors import Fault, InputError, capped
-from calib.lab.instruments.choice import choose_columns, holds_clock, missing_columns
-from calib.lab.instruments.circuit import untold_circuit
+from calib.lab.instruments.choice import choose_columns, missing_columns
+from calib.lab.instruments.circuit import impossible_loss, untold_circuit
 from calib.lab.instruments.family import InstrumentFamily
 from calib.lab.instruments.keys import several_records
 from calib.lab.instruments.labtable import LabTable, Reading, Unread
 from calib.lab.instruments.notation import Notation, decide_notation
 from calib.lab.instruments.numbers import is_missing
 from calib.lab.instruments.readings import DAMAGED, ReadColumn, readings_of
+from calib.lab.instruments.rivals import holds_clock
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.size import implausible
 from calib.lab.instruments.started import started_at
@@ -125,6 +126,9 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         quality = values.pop("quality")
         values["dissipation"] = np.divide(1.0, quality, out=np.full(quality.shape, np.nan), where=quality != 0)
         notes.append(f'dissipation is 1/Q of "{sheet.names[places["quality"]]}"')
+    if "capacitance_series" in values and "capacitance" not in values and "dissipation" in values:
+        loss = places.get("dissipation", places.get("quality", 0))
+        faults += impossible_loss(sheet, loss, values["dissipation"], told="dissipation" in reading.units)
     if "capacitance" in values:
         more, unclear = untold_circuit(sheet, *choice.chosen["capacitance"], values.get("dissipation"))
         notes, faults = notes + more, faults + unclear

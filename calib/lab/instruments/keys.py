@@ -8,9 +8,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from calib.errors import Fault
+from calib.errors import Choice, Fault
 from calib.lab.instruments.labtable import IntArray
-from calib.lab.instruments.lexicon import KEYS
+from calib.lab.instruments.lexicon import KEYS, OF_TESTERS, PHASES
 from calib.lab.instruments.numbers import is_missing, is_numeric
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.where import asked_name, listed_values
@@ -51,7 +51,7 @@ def several_records(sheet: Sheet, used: Mapping[str, int], values: Mapping[str, 
         if codes is None:
             continue
         named = _is_named_key(sheet, index)
-        if not named and not _parts(codes, values):
+        if not named and not _parts(codes, values, phases=_is_of_phases(sheet, index)):
             continue
         why = "names several" if named else "changes, and time or a reading jumps with it"
         faults.append(_fault(sheet, index, f'column "{sheet.names[index] or index + 1}" {why}'))
@@ -60,13 +60,15 @@ def several_records(sheet: Sheet, used: Mapping[str, int], values: Mapping[str, 
 
 def _fault(sheet: Sheet, index: int, what: str) -> Fault:
     cells = [c.strip() for c in sheet.columns[index]]
-    first = next((c for c in cells if c and not is_missing(c)), "...")
+    found = tuple(dict.fromkeys(c for c in cells if c and not is_missing(c)))
+    choice = Choice("where", found, asked_name(sheet, index))
     return Fault(
         f"the rows may belong to several records: {what}: {listed_values(cells)}",
         sheet.text.path,
         sheet.header_line or None,
         index + 1,
-        advice=f'Say which rows to read: --where "{asked_name(sheet, index)}={first}"',
+        advice=f"Say which rows to read: {choice}",
+        choice=choice,
     )
 
 
@@ -102,7 +104,14 @@ def _is_named_key(sheet: Sheet, index: int) -> bool:
     return all(not is_numeric(c) or _WHOLE.fullmatch(c) for c in {c.strip() for c in sheet.columns[index]} if c)
 
 
-def _parts(codes: IntArray, values: Mapping[str, FloatArray]) -> bool:
+def _is_of_phases(sheet: Sheet, index: int) -> bool:
+    """Whether a column counts or names the phases of one record, at whose ends a reading may jump."""
+    parts = {w for w in re.split(r"[\s_.()\[\]#:/-]+", sheet.names[index].lower()) if w}
+    cells = {c.strip().lower() for c in sheet.columns[index]} - {""}
+    return bool(parts & PHASES) or all(any(w in OF_TESTERS for w in re.split(r"[\s_-]+", c)) for c in cells)
+
+
+def _parts(codes: IntArray, values: Mapping[str, FloatArray], *, phases: bool) -> bool:
     """Whether the rows are of several records by a key: at its changes time falls or stands, or a reading jumps."""
     change = np.flatnonzero((codes[1:] != codes[:-1]) & (codes[1:] >= 0) & (codes[:-1] >= 0))
     if change.size == 0:
@@ -114,9 +123,14 @@ def _parts(codes: IntArray, values: Mapping[str, FloatArray]) -> bool:
         at = at[np.isfinite(at)]
         if at.size and (np.mean(at < 0) >= 0.5 or (np.mean(at <= 0) >= 0.4 and np.mean(step[np.isfinite(step)] <= 0) < 0.99)):
             return True
+    if phases:
+        return False
+    # Of records one below the other the place begins anew; a force may also fall where a press turns.
+    in_turn = change.size > 2 * (int(codes.max()) + 1)
+    jumping = _JUMPING if in_turn or "displacement" not in values else ("displacement",)
     order = np.argsort(codes, kind="stable")
     within = np.flatnonzero(codes[order][1:] == codes[order][:-1])
-    for quantity in _JUMPING:
+    for quantity in jumping:
         if quantity not in values:
             continue
         v = values[quantity]

@@ -81,3 +81,8 @@ def difference(one: FloatArray, other: FloatArray) -> tuple[str, float]:
         if rest <= _SHARE:
             return word, rest
     return "different", plain
+
+
+def holds_clock(cells: Sequence[str]) -> bool:
+    """Whether a column holds times of day, by its first fifty cells."""
+    return any(map(is_clock, (c for c in cells[:50] if c.strip())))

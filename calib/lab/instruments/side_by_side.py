@@ -10,6 +10,7 @@ from calib.errors import Fault, InputError
 from calib.lab.instruments.header import no_header, split_line
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.numbers import is_numeric
+from calib.lab.instruments.rivals import goes_back, readings, stands_still
 from calib.lab.instruments.sheet import Sheet, which_specimen
 from calib.lab.instruments.vocabulary import Heading
 
@@ -83,7 +84,9 @@ def _first_named_only(sheet: Sheet, reading: Reading, found: Mapping[int, Headin
     own = [i for i in range(first, last) if i in numbers]
     if len(nameless) < 2 or not own or any(i >= last for i in sheet.assigned):
         return sheet, ()
-    period = _period(own, nameless)
+    period = _period(own, nameless) if _go_on(sheet, found, own, nameless) else 0
+    if not period and sheet.delimiter == ",":
+        return sheet, ()
     count = 1 + -(-(max(nameless) + 1 - first - period) // period) if period else 0
     if not period or any((i - first) % period + first not in own for i in nameless):
         columns = f"columns {nameless[0] + 1} to {nameless[-1] + 1}"
@@ -109,6 +112,23 @@ def _first_named_only(sheet: Sheet, reading: Reading, found: Mapping[int, Headin
 
 
 _ASKED = ("time", "displacement", "force", "capacitance")
+
+
+def _go_on(sheet: Sheet, found: Mapping[int, Heading], own: Sequence[int], nameless: Sequence[int]) -> bool:
+    """Whether the columns may be those of specimens: with decimals somewhere, and times that do not fall."""
+    period = _period(own, nameless)
+    rows = [split_line(line, sheet.delimiter) for line in sheet.text.lines[sheet.header_line : sheet.header_line + 2000]]
+    if not period or (sheet.delimiter == "," and not any("." in cell for row in rows for cell in row)):
+        return False
+    times = [i for i, h in found.items() if h.quantity == "time"]
+    if len(times) != 1:
+        return True
+    for index in range(times[0], len(sheet.names), period):
+        cells = [row[index] for row in rows if index < len(row)]
+        (values,) = readings([cells], [1.0], sheet.declared_decimal)
+        if cells and (stands_still(values) or goes_back(values)):
+            return False
+    return True
 
 
 def _period(own: Sequence[int], nameless: Sequence[int]) -> int:

@@ -44,9 +44,8 @@ def unit_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading)
         except ValueError as error:
             return fault(f"the unit asked for: {error}", "See `calib read --help`")
     if heading.unit_doubt:
-        unit = inside or below or "unit"
-        factor = "say by which factor and unit" if "factor" in heading.unit_doubt else "say which is right"
-        return fault(f'column "{name}": {heading.unit_doubt}', f"Correct the header, or {factor}: --units {shown}={unit}")
+        how = "the unit with the factor that makes it right" if "factor" in heading.unit_doubt else "the right one"
+        return fault(f'column "{name}": {heading.unit_doubt}', f"Correct the header, or say {how}: --units {shown}=...")
     said = [unit for unit in (inside, below, declared) if unit]
     if not said:
         return fault(f'column "{name}" has no unit', example) if quantity in (*NEEDS_UNIT, "frequency") else (None, 1.0)
@@ -59,7 +58,7 @@ def unit_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading)
     if len(set(factors)) > 1:
         return fault(
             f'column "{name}" has the unit "{said[0]}" and "{declared}" is declared in line {declared_line}',
-            f"Correct one of the two, or say which is right: --units {shown}={said[0]}",
+            f"Correct one of the two, or say which is right: --units {shown}=...",
         )
     return None, factors[0]
 

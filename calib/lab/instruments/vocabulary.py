@@ -20,9 +20,11 @@ from calib.lab.instruments.brackets import (
     tidy,
     without_brackets,
 )
-from calib.lab.instruments.lexicon import COMMANDED, NAMES, PROCESSED, QUALIFIERS, SECOND, STATISTIC
+from calib.lab.instruments.lexicon import COMMANDED, NAMES, PROCESSED, QUALIFIERS, RELATIVE, SECOND, STATISTIC
 from calib.lab.instruments.units import SI_UNIT, is_mass, is_unit_of, lab_factor, looks_like_unit
 
+#: Ranks below are of names that stand in the lists of names; words, numbers or letters beside a name put it behind these.
+PLAIN = 200
 #: Quantities whose unit must be written in the file.
 NEEDS_UNIT = ("time", "displacement", "force", "capacitance", "capacitance_series")
 
@@ -43,13 +45,14 @@ EXAMPLE: Mapping[str, str] = MappingProxyType(
 )
 
 _TAIL = re.compile(r"^(?P<name>.+?)\s*(?:_|/|,|:|\sin\s|\s)\s*(?P<unit>[^\s_/,:]+)$")
-_UNIT_CELL = re.compile(r"^[(\[{]\s*(?P<unit>.*?)\s*[)\]}]$")
+_UNIT_CELL = re.compile(r"^[(\[{]\s*(?P<unit>[^()\[\]{}]*?)\s*[)\]}]$")
+_UNIT_WITH_REMARK = re.compile(r"^[(\[](?P<unit>[^()\[\]]+)[)\]]\s+(?P<remark>[^\W\d][\w ,.]*)$")
 _LONGEST = 120
 _APART = " ,;:/-"
 # Names with a number or a letter behind or before them: "load 2", "cap2", "force b", "load .1", "c 1 force", "ch3 load".
 _NUMBERED = re.compile(r"^(?P<name>.*[^\W\d])[ #.-]*(?P<index>\d{1,3})$")
 _LETTERED = re.compile(r"^(?P<name>.+) (?P<index>[a-f]|ii|iii)$")
-_LEADING = re.compile(r"^(?:c|ch|chan|channel|kanal|sensor|k|ai)? ?(?P<index>\d{1,3}) (?P<name>.+)$")
+_LEADING = re.compile(r"^(?:[a-z]|ch|chan|channel|kanal|sensor|ai)? ?(?P<index>\d{1,3}) (?P<name>.+)$")
 _AT_FREQUENCY = re.compile(r"^(?P<name>.+?)[ @]+(?:at )?(?P<index>\d+(?:[.,]\d+)? ?[km]?hz)$")
 _AXIS = re.compile(r"^(?:(?P<name>.+?)[ -]?(?P<axis>[xyz])|(?P<first>[xyz])[ -](?P<rest>.+))$")
 # A channel by its number only, whose unit says what it measures.
@@ -60,10 +63,12 @@ _CHANNEL = re.compile(
 # The pair that a meter is set to, before its first value: "Cp-D", "Cs-Rs".
 _BOTH_VALUES = re.compile(r"^(?P<first>c[ps])[-/](?:d|q|g|rs|rp|esr)$")
 _BY_UNIT = ("capacitance", "force", "displacement")
+# How a time of day is written: "mm:ss:ff", "h:min:s".
+_CLOCK_FORM = re.compile(r"[a-z]{1,5}(?:[:.][a-z]{1,5}){1,3}", re.IGNORECASE)
 _SERIES = re.compile(r"series|serie|reihe|\bcs\b|cs-|ls-|\bser\b", re.IGNORECASE)
 _PARALLEL = re.compile(r"parallel|\bcp\b|cp-|\bpar\b|parall[eè]le", re.IGNORECASE)
 _KNOWN_BY_WORDS = (
-    (r"temp|temperatur|température|temperatura|온도|温度", "a temperature: not used"),
+    (r"\btemp\b|temperatur|température|temperatura|온도|温度", "a temperature: not used"),
     (r"humid|feuchte|humidité", "a humidity: not used"),
     (r"stress|spannung|contrainte|pressure|druck$|naprężenie|応力|应力|응력", "a stress or pressure: not used"),
     (r"strain|dehnung|odkształcenie|ひずみ|应变|변형률", "a strain: not used"),
@@ -212,9 +217,11 @@ class _Meaning:
     index: str = ""
     processed: bool = False
     doubt: str = ""
+    letter: bool = False
 
 
-_ROW = 200  # names of a quantity, so that a name with words beside it stands behind all plain ones
+# Letters that are names only with a unit: s, h of a depth, P of a load.
+_ONLY_WITH_UNIT = ("s", "h", "p")
 
 
 def _meanings(name: str, inside: Sequence[str], unit_below: str) -> Iterator[_Meaning]:
@@ -230,14 +237,14 @@ def _meanings(name: str, inside: Sequence[str], unit_below: str) -> Iterator[_Me
         if match is not None:
             found = list(_plain(match["name"].strip(" .#-"))) or list(_qualified(match["name"].strip(" .#-")))
             if found:
-                yield from (_Meaning(m.quantity, m.rank + _ROW, match["index"], m.processed, m.doubt) for m in found)
+                yield from (_Meaning(m.quantity, m.rank + PLAIN, match["index"], m.processed, m.doubt) for m in found)
                 return
     match = _AXIS.match(name)
     if match is not None and (match["axis"] or match["first"]) == "z":
         found = list(_plain(match["name"] or match["rest"])) or list(_qualified(match["name"] or match["rest"]))
         found = [m for m in found if m.quantity in ("force", "displacement")]
         if found:
-            yield from (_Meaning(m.quantity, m.rank + _ROW, m.index, m.processed) for m in found)
+            yield from (_Meaning(m.quantity, m.rank + PLAIN, m.index, m.processed) for m in found)
             return
     found = list(_qualified(name))
     if found:
@@ -248,7 +255,7 @@ def _meanings(name: str, inside: Sequence[str], unit_below: str) -> Iterator[_Me
         units = [*inside, unit_below]
         for quantity in _BY_UNIT:
             if any(u and is_unit_of(u, quantity) for u in units):
-                yield _Meaning(quantity, 3 * _ROW, match["index"])
+                yield _Meaning(quantity, 3 * PLAIN, match["index"])
 
 
 def _plain(name: str) -> Iterator[_Meaning]:
@@ -262,15 +269,16 @@ def _qualified(name: str) -> Iterator[_Meaning]:
     parts = [w for w in re.split(r"[ ./-]+", name) if w]
     if any(w in STATISTIC or w in COMMANDED for w in parts):
         return
-    left = [w for w in parts if w not in QUALIFIERS and w not in PROCESSED and w not in SECOND]
+    left = [w for w in parts if w not in QUALIFIERS and w not in PROCESSED and w not in RELATIVE and w not in SECOND]
     if len(left) == len(parts) or not left:
         return
-    processed = any(w in PROCESSED for w in parts)
+    processed = any(w in PROCESSED or w in RELATIVE for w in parts)
     index = next((w for w in parts if w in SECOND), "")
     rest = " ".join(left)
     for m in list(_plain(rest)) or list(_indexed(rest)):
-        if len(rest) > 1 or re.fullmatch(r"[^\x00-\x7f]", rest):
-            yield _Meaning(m.quantity, m.rank + _ROW, index or m.index, processed or m.processed)
+        relative = any(w in RELATIVE for w in parts) and m.quantity.startswith("capacitance")
+        doubt = "a change of a capacitance is no capacitance" if relative else ""
+        yield _Meaning(m.quantity, m.rank + PLAIN, index or m.index, processed or m.processed, doubt, letter=len(rest) == 1)
 
 
 def _indexed(name: str) -> Iterator[_Meaning]:
@@ -282,7 +290,7 @@ def _indexed(name: str) -> Iterator[_Meaning]:
 
 def _weighed(readings: Sequence[_Meaning], name: str, inside: Sequence[str], unit_below: str) -> Heading | str:
     """The one meaning that the units and other brackets leave, or why none is left."""
-    letter = len(re.sub(r"[ \d]", "", name)) == 1 and name.isascii()
+    letter = (len(re.sub(r"[ \d]", "", name)) == 1 and name.isascii()) or readings[0].letter
     written = [b for b in inside if b]
     fitting = [m for m in readings if any(is_unit_of(b, m.quantity) for b in (*written, unit_below) if b)]
     if not fitting and len(readings) > 1:
@@ -294,6 +302,8 @@ def _weighed(readings: Sequence[_Meaning], name: str, inside: Sequence[str], uni
         fitting = [m for m in readings if not SI_UNIT[m.quantity]]
         if not fitting:
             return "a letter without a unit"
+    if not fitting and name in _ONLY_WITH_UNIT:
+        return "not understood"
     meaning = (fitting or list(readings))[0]
     quantity = meaning.quantity
     if not fitting:
@@ -322,9 +332,13 @@ def _weighed(readings: Sequence[_Meaning], name: str, inside: Sequence[str], uni
                 name = "cp" if quantity == "capacitance" else name
         elif plain in ("x", "y"):
             name_doubt = f'"{bracket}" is another axis'
+        elif quantity.startswith("capacitance") and any(w in RELATIVE for w in re.split(r"[ .,;/-]+", plain)):
+            name_doubt = f'"{bracket}": a change of a capacitance is no capacitance'
+        elif quantity == "time" and _CLOCK_FORM.fullmatch(bracket):
+            unit = unit or bracket
         elif is_remark(bracket) or is_wiring(bracket) or any(m.quantity == quantity for m in _plain(plain)):
             continue
-        elif any(w in PROCESSED for w in re.split(r"[ .,;/-]+", plain)):
+        elif any(w in PROCESSED or w in RELATIVE for w in re.split(r"[ .,;/-]+", plain)):
             processed = True
         elif index_in(bracket):
             index = index_in(bracket)
@@ -356,7 +370,7 @@ def _unit_of(quantity: str, written: Sequence[str], unit_below: str) -> tuple[st
         )
     # A letter such as A or C beside a unit is no second unit, anything else is.
     others = [b for b in written if b and looks_like_unit(b) and b not in units and not is_letter(b) and not is_wiring(b)]
-    others = [b for b in others if b not in ("-", "1", "#", "x", "m") and not no_record(b)]
+    others = [b for b in others if b not in ("-", "1", "#", "x") and not no_record(b)]
     if others and (units or own):
         return (units[-1] if units else None), f'two units, "{others[0]}" and "{(units or [own])[-1]}"'
     if units:
@@ -405,8 +419,10 @@ def _reason(name: str, brackets: Sequence[str], unit_below: str) -> str:
 def unit_of_cell(cell: str) -> str | None:
     """The unit in a cell of a units row, "" if the cell is empty, None if it cannot be a unit.
 
-    >>> unit_of_cell("(mm)"), unit_of_cell("kN"), unit_of_cell("0.5")
-    ('mm', 'kN', None)
+    A remark may stand behind a unit in brackets, unless it is a statistic or a factor.
+
+    >>> unit_of_cell("(mm)"), unit_of_cell("kN"), unit_of_cell("0.5"), unit_of_cell("(N) zeroed"), unit_of_cell("(N) max")
+    ('mm', 'kN', None, 'N', None)
     """
     cell = cell.strip()
     if not cell:
@@ -414,4 +430,8 @@ def unit_of_cell(cell: str) -> str | None:
     match = _UNIT_CELL.match(cell)
     if match:
         return match["unit"]
+    match = _UNIT_WITH_REMARK.match(cell)
+    if match and looks_like_unit(match["unit"]):
+        relative = is_unit_of(match["unit"], "capacitance") and any(w in RELATIVE for w in words(match["remark"]).split())
+        return None if relative or no_record(match["remark"]) else match["unit"]
     return cell if looks_like_unit(cell) else None
