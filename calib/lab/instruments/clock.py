@@ -97,6 +97,9 @@ def read_clock(cells: Sequence[str], dates: Sequence[str] = (), form: str = "") 
     parts, there = parsed.parts, np.isfinite(parsed.parts[:, 0])
     if not np.any(there):
         return ClockTimes(np.full(n, np.nan))
+    if 2 * np.count_nonzero(there) < sum(bool(c.strip()) for c in cells):
+        row = int(np.argmax(there))
+        return ClockTimes(np.full(n, np.nan), conflict="a time of day stands among numbers", row=row, advice="Correct the cell")
     notes: list[str] = []
     meant, conflict, likely = (form, "", "") if form in FORMS else _form(parsed, dates, form)
     if conflict:
@@ -268,7 +271,7 @@ def _form(parsed: _Parsed, dates: Sequence[str], said: str) -> tuple[str, str, s
     if np.mean(missing) > 0.5:
         if np.any(parsed.fraction > 0):
             return "min:s", "", ""
-        repeated = np.mean(np.diff(60 * first + second) == 0) > 0.5
+        repeated = 2 * np.count_nonzero(np.diff(60 * first + second) == 0) > first.size
         likely = "h:min" if repeated else "min:s"
         return "", "times of two parts may be hours and minutes or minutes and seconds", likely
     if said:

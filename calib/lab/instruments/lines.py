@@ -134,6 +134,8 @@ def short_rows(lengths: Mapping[int, int], n_row: int, width: int) -> dict[int, 
     counts = Counter(n for n in lengths.values() if n > 1)
     counts[width] += n_row - len(lengths)
     usual = max(counts, key=lambda n: (counts[n], n))
+    if usual <= min(counts) and 1 not in lengths.values():
+        return {}
     return {i: f"{n} cells where most rows have {usual}" for i, n in lengths.items() if n < usual}
 
 

@@ -122,7 +122,7 @@ def time_faults(
         words = f'"{written}" seems to be the days of a calendar, as spreadsheets count them'
         return fault(0, words, f"If it is, say so by the unit of time (day), {_WITHOUT}")
     span = float(np.ptp(time))
-    absurd = usual < _FASTEST or span > _LONGEST or usual > 86_400 or (rows.size >= _FEWEST and span < _SHORTEST)
+    absurd = usual < _FASTEST or span > _LONGEST or usual > 86_400 or (rows.size >= 2 * _FEWEST and span < _SHORTEST)
     if absurd and not _EPOCH[0] < start:
         words = f"steps of {usual:.3g} s and {span:.3g} s in all are no time of a press"
         return fault(0, words, f"Say the unit that is meant, {_WITHOUT}")
@@ -156,7 +156,7 @@ def gone_on(sheet: Sheet, index: int, values: FloatArray) -> tuple[FloatArray, l
     turned[rows[over + 1]] = _OVERFLOW
     lines = [int(sheet.lines[rows[k + 1]]) for k in over]
     name = sheet.names[index]
-    return values + np.cumsum(turned), [f'"{name}" overflows at 4294967296 in line {n} and goes on there' for n in lines]
+    return values + np.cumsum(turned), [f'"{name}" goes on over an overflow at 4294967296 in line {n}' for n in lines]
 
 
 def time_notes(sheet: Sheet, index: int, values: FloatArray) -> list[str]:

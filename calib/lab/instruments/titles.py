@@ -121,8 +121,13 @@ def _falls_after(cells: Sequence[str], rows: Sequence[Sequence[str]], time: int 
     ):
         return False
     values = [parse_number(row[time], ".") or 0.0 for row in (cells, *rows)]
-    digits = [len(row[time].partition(".")[2]) for row in (cells, *rows)]
-    return values[0] > values[1] < values[2] < values[3] and digits[0] not in digits[1:]
+    if not values[0] > values[1] < values[2] < values[3]:
+        return False
+    digits = [[len(c.partition(".")[2]) for c in row] for row in (cells, *rows)]
+    odd = [
+        k for k in range(len(cells)) if is_numeric(cells[k]) and digits[0][k] not in [d[k] for d in digits[1:] if k < len(d)]
+    ]
+    return len(odd) > 1
 
 
 def _written_otherwise(cells: Sequence[str], rows: Sequence[Sequence[str]]) -> bool:
