@@ -185,9 +185,13 @@ def _counts_clock(numbers: FloatArray) -> bool:
     if np.any(numbers % 100 >= 60) or np.any(numbers // 100 % 100 >= 60):
         return False
     steps = np.diff(numbers)
-    full = np.diff(numbers // 100) > 0
-    usual = float(np.median(steps[~full])) if np.any(~full) else np.inf
-    return bool(np.any(full)) and bool(np.all(steps[full] >= 40)) and usual < 10
+    full = np.flatnonzero(np.diff(numbers // 100) > 0)
+    within = np.diff(numbers // 100) == 0
+    if not full.size or not np.any(within):
+        return False
+    usual = float(np.median(steps[within]))
+    going_on = 60 - numbers[full] % 100 + numbers[full + 1] % 100
+    return bool(np.all(np.abs(going_on - usual) <= 2 * usual + 1e-6)) and usual < 10
 
 
 def _lost_digits(cells: Sequence[str], rows: Sequence[int], steps: FloatArray) -> str:
