@@ -1,10 +1,10 @@
-"""Change lab files so that it is known what may be read of them, and hold the reader to it: `nice python benchmarks/mutate_lab_files.py`.
+"""Change lab files, knowing what may be read of them, and hold the reader to it: `nice python benchmarks/mutate_lab_files.py`.
 
-Each mutant is a real file after one change or two (a header, a unit, a decimal mark, a cell, a row, a sign, lines, encoding, ...),
-and carries along what each of its numbers means. A reader must give exactly that, leave out changed rows with a reason, name what
-it does not use, or refuse the file with advice; anything else is SILENT. Files are those of --folder that are read as they are, and
-those of datasets/padded_sensor. Ten thousand take about ten minutes; with -o the verdicts are kept, and a run that was stopped
-goes on. `--again SEED` writes the mutant of a seed and says what came of it.
+Each mutant is a real file after one change or two (a header, a unit, a decimal mark, a cell, a row, a sign, lines, encoding),
+and carries along what each of its numbers means. A reader must give exactly that, leave out changed rows with a reason, name
+what it does not use, or refuse the file with advice; anything else is SILENT. Files are those of --folder that are read as they
+are, and those of datasets/padded_sensor. With -o the verdicts are kept, and a run that was stopped goes on. `--again SEED`
+writes the mutant of a seed and says what came of it.
 """
 
 from __future__ import annotations
@@ -22,15 +22,16 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from mutants import of_cells, of_columns, of_files, of_time
-from mutants.document import Document, take_apart, thinned, written
+from mutants import of_columns, of_files, of_names, of_numbers, of_rows, of_time
+from mutants.document import Document, written
 from mutants.kind import Kind
+from mutants.take_apart import take_apart, thinned
 from mutants.verdict import FAILURES, VERDICTS, judge
 
 from calib.errors import InputError
 
 ROOT = Path(__file__).resolve().parents[1]
-KINDS: tuple[Kind, ...] = (*of_columns.KINDS, *of_cells.KINDS, *of_time.KINDS, *of_files.KINDS)
+KINDS: tuple[Kind, ...] = tuple(k for m in (of_names, of_columns, of_numbers, of_rows, of_time, of_files) for k in m.KINDS)
 FIELDS = ("seed", "file", "rows", "kinds", "readable", "verdict", "counts_for", "seconds", "what")
 _SIZES = ({"step": 1, "most": 120}, {"step": 12, "most": 300}, {"step": 25, "most": 150}, {"step": 7, "most": 400})
 
@@ -81,7 +82,9 @@ def mutant(seed: int, folder: Path, only: Sequence[str] = ()) -> Mutant:
         if rng.random() < 0.97:
             size = rng.choice(_SIZES)
             plain = thinned(plain, size if len(plain.body) > 30 * size["step"] else _SIZES[0])
-        doc, steps, kinds = plain, [], []
+        doc = plain
+        steps: list[Document] = []
+        kinds: list[Kind] = []
         for n in range(rng.choice((1, 2))):
             kind = rng.choice([k for k in KINDS if n or not only or k.name in only])
             changed = kind.change(doc, rng)
@@ -109,8 +112,9 @@ def verdict_row(seed: int, folder: Path, only: Sequence[str], work: Path) -> dic
     start = time.process_time()
     verdict = judge(made.doc, made.plain, work)
     counts_for = made.kinds
-    if len(made.kinds) > 1 and verdict.verdict in FAILURES and judge(made.first, made.plain, work).verdict in FAILURES:
-        counts_for = made.kinds[:1]
+    if len(made.kinds) > 1 and verdict.verdict in FAILURES:
+        by_first = judge(made.first, made.plain, work).verdict in FAILURES
+        counts_for = made.kinds[:1] if by_first else made.kinds[1:]
     return {
         "seed": str(seed),
         "file": made.doc.path.name,
@@ -148,7 +152,7 @@ def _kept(path: Path | None) -> list[dict[str, str]]:
 
 
 def table(rows: Sequence[dict[str, str]]) -> str:
-    """Verdicts by kind; a mutant of two changes counts for both kinds, if it failed by the first alone for that."""
+    """Verdicts by kind; a mutant of two changes counts for both kinds, one that failed for the change after which it did."""
     counts = Counter((kind, row["verdict"]) for row in rows for kind in row["counts_for"].split(" + "))
     needless = Counter(
         kind for row in rows for kind in row["kinds"].split(" + ") if row["readable"] and row["verdict"] == "refused"

@@ -242,7 +242,7 @@ def digits_after(text: str, mark: str) -> int:
 def shown(value: float, digits: int, column: Column) -> str:
     """A number as the column writes it, with some digits after the mark."""
     text = f"{value:,.{digits}f}"
-    return text.translate(str.maketrans({",": column.group, ".": column.mark}))
+    return "".join({",": column.group, ".": column.mark}.get(c, c) for c in text)
 
 
 def written(doc: Document) -> Written:
@@ -254,9 +254,8 @@ def written(doc: Document) -> Written:
     loud = doc.quote == "all"
     lines.append(doc.prefix + _joined(doc, names, loud) + doc.delimiter * doc.trail_header)
     if doc.units_row:
-        lines.append(
-            doc.prefix + _joined(doc, [c.unit_text() if c.unit else "" for c in heads], loud) + doc.delimiter * doc.trail_header
-        )
+        units = [c.unit_text() if c.unit else "" for c in heads]
+        lines.append(doc.prefix + _joined(doc, units, loud) + doc.delimiter * doc.trail_header)
     places = []
     for item in doc.body:
         lines.append(item.text if isinstance(item, Line) else _row_text(doc, item, sign))

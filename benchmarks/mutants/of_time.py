@@ -110,16 +110,17 @@ def summer_time(doc: Document, rng: random.Random) -> Document | None:
 
 
 _MORNING = (8 * 3600.0, 9.5 * 3600, 13 * 3600 + 61.5)
+_SAME, _NEVER = "the same differences", "no time of a lab"
 _CLOCKS = ("Time", "Time of day", "Clock", "Uhrzeit")
 _DATES = ("Timestamp", "Time", "Date Time", "DateTime", "Date/Time")
 
 KINDS = (
-    Kind("time of day", "the same differences", _as_time(_CLOCKS, "", _clock, True, _MORNING), True),
-    Kind("time of day over midnight", "the same differences", _as_time(_CLOCKS, "", _clock, True, (86_390.0, 86_399.5)), True),
-    Kind("date and time", "the same differences", _as_time(_DATES, "", _date("%Y-%m-%d %H:%M:%S"), True, _MORNING), True),
+    Kind("time of day", _SAME, _as_time(_CLOCKS, "", _clock, True, _MORNING), True),
+    Kind("time of day over midnight", _SAME, _as_time(_CLOCKS, "", _clock, True, (86_390.0, 86_399.5)), True),
+    Kind("date and time", _SAME, _as_time(_DATES, "", _date("%Y-%m-%d %H:%M:%S"), True, _MORNING), True),
     Kind(
         "date and time, ISO",
-        "the same differences",
+        _SAME,
         _as_time(_DATES, "", _date("%Y-%m-%dT%H:%M:%S", "Z"), True, _MORNING),
         True,
     ),
@@ -132,13 +133,13 @@ KINDS = (
     ),
     Kind(
         "epoch seconds",
-        "the same differences",
+        _SAME,
         _as_time(("Epoch", "Timestamp", "Unix time"), "s", lambda v: f"{_epoch(v):.4f}", True),
         True,
     ),
     Kind(
         "epoch milliseconds",
-        "the same differences",
+        _SAME,
         _as_time(("Epoch", "Timestamp", "Unix time", "Time"), "ms", lambda v: f"{1000 * _epoch(v):.1f}", True),
         True,
     ),
@@ -149,12 +150,10 @@ KINDS = (
     ),
     Kind(
         "epoch seconds under (ms)",
-        "no time of a lab",
+        _NEVER,
         _as_time(("Time", "Timestamp"), "ms", lambda v: f"{_epoch(v):.4f}", False),
     ),
-    Kind(
-        "epoch milliseconds under (s)", "no time of a lab", _as_time(("Time",), "s", lambda v: f"{1e3 * _epoch(v):.1f}", False)
-    ),
+    Kind("epoch milliseconds under (s)", _NEVER, _as_time(("Time",), "s", lambda v: f"{1e3 * _epoch(v):.1f}", False)),
     Kind(
         "time with its digits lost",
         "nothing is left of the differences",

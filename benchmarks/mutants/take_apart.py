@@ -1,7 +1,7 @@
 """A lab file in, its parts with what each of its numbers means out, so that they can be changed together.
 
-Numbers are those of the text, units those of `UNITS`: the truth does not come from the reader. Only where the table is in the file
-(delimiter, rows, which column was taken for what) is asked of it, and then held against the text.
+Numbers are those of the text, units those of `UNITS`: the truth does not come from the reader. Only where the table is in the
+file (delimiter, rows, which column was taken for what) is asked of it, and then held against the text.
 """
 
 from __future__ import annotations

@@ -213,26 +213,24 @@ def _rows(
             raise SilentError(f"line {n} is read, though the user chose other rows")
         else:
             kept.append((at, row, n))
-    at = np.array([k for k, _, _ in kept], dtype=int)
+    used = np.array([k for k, _, _ in kept], dtype=int)
     taken = [row for _, row, _ in kept]
     changed = len(taken) != sum(isinstance(v, Row) for v in plain.body)
     for quantity, values in table.columns.items():
-        if not len(at):
+        if not len(used):
             continue
         options = _candidates(doc, quantity, table.sources[quantity])
         if not options and quantity == "frequency":
             continue
-        found = values[at]
+        found = values[used]
         failure = f'{quantity} is read from "{table.sources[quantity]}", which may not be read'
         for j, factor in options:
             failure, lost = _differs(doc, j, factor, found, kept, seen, quantity)
             if not failure:
                 left_out = left_out or lost
-                told = doc.columns[j].told
-                if told and not _is_named(told, said):
-                    failure = (
-                        f'{quantity} is read from "{table.sources[quantity]}", and nothing says how "{told}" was understood'
-                    )
+                word = doc.columns[j].told
+                if word and not _is_named(word, said):
+                    failure = f'{quantity} is read from "{table.sources[quantity]}", and no note says how "{word}" was taken'
                 break
         if failure:
             raise SilentError(failure)
@@ -265,7 +263,7 @@ def _differs(
     tolerance = 1e-6 if quantity == "time" and doc.free_time else 1e-9 * np.abs(np.nan_to_num(expected))
     same = np.isnan(found) & np.isnan(expected) | (np.abs(found - expected) <= tolerance)
     lost = ""
-    for k in np.flatnonzero(~same):
+    for k in map(int, np.flatnonzero(~same)):
         at, row, line = kept[k]
         if math.isnan(found[k]):
             if not (row.doubtful or doc.doubt_all):
