@@ -22,7 +22,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from mutants import of_columns, of_files, of_names, of_numbers, of_rows, of_time
+from mutants import of_columns, of_files, of_names, of_numbers, of_rows, of_signs, of_time
 from mutants.document import Document, written
 from mutants.kind import Kind
 from mutants.take_apart import take_apart, thinned
@@ -31,7 +31,9 @@ from mutants.verdict import FAILURES, VERDICTS, judge
 from calib.errors import InputError
 
 ROOT = Path(__file__).resolve().parents[1]
-KINDS: tuple[Kind, ...] = tuple(k for m in (of_names, of_columns, of_numbers, of_rows, of_time, of_files) for k in m.KINDS)
+KINDS: tuple[Kind, ...] = tuple(
+    k for m in (of_names, of_columns, of_numbers, of_rows, of_signs, of_time, of_files) for k in m.KINDS
+)
 FIELDS = ("seed", "file", "rows", "kinds", "readable", "verdict", "counts_for", "seconds", "what")
 _SIZES = ({"step": 1, "most": 120}, {"step": 12, "most": 300}, {"step": 25, "most": 150}, {"step": 7, "most": 400})
 
@@ -86,7 +88,7 @@ def mutant(seed: int, folder: Path, only: Sequence[str] = ()) -> Mutant:
         steps: list[Document] = []
         kinds: list[Kind] = []
         for n in range(rng.choice((1, 2))):
-            kind = rng.choice([k for k in KINDS if n or not only or k.name in only])
+            kind = rng.choice([k for k in KINDS if k not in kinds and (n or not only or k.name in only)])
             changed = kind.change(doc, rng)
             if changed is not None:
                 doc, steps, kinds = changed, [*steps, changed], [*kinds, kind]

@@ -7,7 +7,7 @@ reading it.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TypeVar
@@ -25,7 +25,7 @@ UNITS: dict[str, dict[str, float]] = {
     "force": {"N": 1.0, "kN": 1e3, "mN": 1e-3, "lbf": 4.4482216152605, "kgf": 9.80665, "gf": 9.80665e-3},
     "capacitance": {"pF": 1e-12, "F": 1.0, "nF": 1e-9, "fF": 1e-15, "uF": 1e-6},
     "frequency": {"Hz": 1.0, "kHz": 1e3},
-    "dissipation": {"": 1.0},
+    "dissipation": {"": 1.0, "%": 1e-2, "‰": 1e-3},
     "cycle": {"": 1.0},
 }
 
@@ -99,7 +99,7 @@ class Document:
 
     Attributes
     ----------
-    above, below : lines as they stand; those of `below_named` are new and must be mentioned.
+    above, below : lines as they stand.
     columns, body : the table.
     units_row : units stand in a row of their own.
     delimiter, newline, codec, quote : how it is written; quote "none", "data" or "all".
@@ -112,6 +112,8 @@ class Document:
     refuse : nothing may be read of it.
     free_time : time may begin anywhere, only its differences count.
     doubt_all : any row may be left out with a reason.
+    turned : quantity -> -1.0 if compression is negative in the file, 1.0 if it is positive; as the whole file shows.
+    signs : compression must still point there.
     """
 
     path: Path
@@ -129,12 +131,13 @@ class Document:
     trail_header: int = 0
     trail_rows: int = 0
     end: bool = True
-    below_named: bool = False
     flipped: frozenset[str] = frozenset()
     reading: Reading = field(default_factory=Reading)
     refuse: bool = False
     free_time: bool = False
     doubt_all: bool = False
+    turned: Mapping[str, float] = field(default_factory=dict)
+    signs: bool = False
 
     def rows(self) -> list[int]:
         """Places in `body` that are rows."""
@@ -218,6 +221,22 @@ def with_cells(
         return replace(row, cells=put(row.cells, at, text), values=put(row.values, at, value))
 
     return with_rows(doc, changed, places)
+
+
+def all_numbers(doc: Document, at: int) -> bool:
+    """Whether all that stands in a column may be read.
+
+    Parameters
+    ----------
+    doc : the document.
+    at : which column.
+
+    Returns
+    -------
+    False if a cell is damaged.
+    """
+    rows = [doc.row(i) for i in doc.rows()]
+    return all(r.values[at] == r.values[at] for r in rows if at < len(r.cells) and r.cells[at])
 
 
 def put(values: tuple[T, ...], at: int, value: T) -> tuple[T, ...]:

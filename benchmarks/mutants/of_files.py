@@ -104,14 +104,14 @@ def footer(doc: Document, rng: random.Random) -> Document | None:
             ("", "Results", "Modulus (MPa)", "0.62"),
         )
     )
-    return replace(doc, below=(*[v for v in doc.below if v.strip()], *lines), below_named=True, end=True)
+    return replace(doc, below=(*[v for v in doc.below if v.strip()], *lines), end=True)
 
 
 def numbers_below(doc: Document, rng: random.Random) -> Document | None:
     """A row of results below the table, after a blank line or at once, which looks like a row."""
     cells = [f"{rng.uniform(0.0, 30.0):.3f}" for _ in doc.columns[1:]]
     lines = (*rng.choice(((), ("",))), doc.delimiter.join([rng.choice(("Mean", "Std", "Max", "Average")), *cells]))
-    return replace(doc, below=(*[v for v in doc.below if v.strip()], *lines), below_named=True, end=True)
+    return replace(doc, below=(*[v for v in doc.below if v.strip()], *lines), end=True)
 
 
 def series_above(doc: Document, rng: random.Random) -> Document | None:
@@ -146,5 +146,7 @@ KINDS = (
     Kind("lines below the table", "named, no readings", footer, True),
     Kind("row of results below the table", "named, no reading", numbers_below),
     Kind("series mode above a parallel capacitance", "one of them is wrong", series_above),
-    Kind("nothing", "the same readings; every column that is not used is named", lambda doc, rng: doc, True),
+    Kind(
+        "nothing", "the same readings; every column that is not used is named", lambda doc, rng: replace(doc, signs=True), True
+    ),
 )

@@ -6,7 +6,20 @@ import random
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from mutants.document import UNITS, Column, Document, digits_after, shown, with_cells, with_column
+from mutants.document import (
+    UNITS,
+    Column,
+    Document,
+    Row,
+    all_numbers,
+    digits_after,
+    number,
+    put,
+    shown,
+    with_cells,
+    with_column,
+    with_rows,
+)
 from mutants.kind import Kind
 from mutants.of_columns import column_read, two_columns
 
@@ -77,7 +90,7 @@ def restate(doc: Document, rng: random.Random) -> Document | None:
     column = doc.columns[at]
     pairs = {"N": "mN", "mm": "µm", "s": "ms", "sec": "ms", "kN": "N", "pF": "fF", "min": "s"}
     unit = pairs.get(column.unit)
-    if unit is None or column.group:
+    if unit is None or column.group or not all_numbers(doc, at):
         return None
     factor = UNITS[column.quantity][unit]
     ratio = column.factors[0] / factor
@@ -173,6 +186,38 @@ def _multiplied(column: Column, word: str) -> tuple[float, ...]:
     return tuple(f * float(word.lstrip("x×*").replace("^", "e").replace("10e", "1e")) for f in column.factors)
 
 
+def series(doc: Document, rng: random.Random) -> Document | None:
+    """A series capacitance: the parallel one is Cs / (1 + D^2), which needs D."""
+    at, loss = doc.index("capacitance"), doc.index("dissipation")
+    if at is None or loss is None or not doc.columns[at].factors or doc.refuse:
+        return None
+    if len(doc.columns[loss].factors) != 1 or not (all_numbers(doc, at) and all_numbers(doc, loss)):
+        return None
+    factor = doc.columns[loss].factors[0]
+
+    def parallel(row: Row) -> Row:
+        return replace(row, values=put(row.values, at, row.values[at] / (1.0 + (factor * row.values[loss]) ** 2)))
+
+    name = rng.choice(("Cs", "CS", "Series capacitance"))
+    return with_column(with_rows(doc, parallel), at, replace(doc.columns[at], name=name))
+
+
+def loss_in_percent(doc: Document, rng: random.Random) -> Document | None:
+    """The dissipation in per cent or per mille."""
+    at = doc.index("dissipation")
+    if at is None or doc.columns[at].factors != (1.0,) or not all_numbers(doc, at):
+        return None
+    unit, ratio = rng.choice((("%", 100.0), ("‰", 1000.0)))
+    column = doc.columns[at]
+
+    def changed(text: str, value: float) -> tuple[str, float]:
+        new = shown(value * ratio, 4, column)
+        return new, number(new, column)
+
+    new = replace(column, gap=" ", bracket="()", unit=unit, factors=(1.0 / ratio,))
+    return with_column(with_cells(doc, at, changed), at, new)
+
+
 def doubled_unit(doc: Document, rng: random.Random) -> Document | None:
     """A second unit, which contradicts the first."""
     at = _with_unit(doc, rng)
@@ -195,7 +240,7 @@ def agreeing_unit(doc: Document, rng: random.Random) -> Document | None:
 def flip(doc: Document, rng: random.Random) -> Document | None:
     """The sign of displacement or force turned."""
     at = column_read(doc, rng, ("displacement", "force"))
-    return None if at is None else replace(doc, flipped=doc.flipped ^ {doc.columns[at].quantity})
+    return None if at is None else replace(doc, flipped=doc.flipped ^ {doc.columns[at].quantity}, signs=True)
 
 
 def language(doc: Document, rng: random.Random) -> Document | None:
@@ -212,6 +257,8 @@ KINDS = (
     Kind("swap two names, units stay", "read in the unit that stands there if it is of the name's kind", swap_names),
     Kind("unit of the same kind", "the numbers scale by exactly the factor", other_unit),
     Kind("unit and numbers restated", "the same in SI", restate, True),
+    Kind("series capacitance", "parallel by the dissipation of its row", series, True),
+    Kind("dissipation in per cent or per mille", "the same in SI", loss_in_percent),
     Kind("unit of another dimension", "no reading of it is right", wrong_unit),
     Kind("unit deleted", "nothing says which it is", no_unit),
     Kind("time unit deleted", "seconds may be taken if that is told", no_time_unit),

@@ -7,7 +7,19 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from statistics import median
 
-from mutants.document import NAN, UNITS, Document, digits_after, number, put, shown, with_cells, with_column, with_rows
+from mutants.document import (
+    NAN,
+    UNITS,
+    Document,
+    all_numbers,
+    digits_after,
+    number,
+    put,
+    shown,
+    with_cells,
+    with_column,
+    with_rows,
+)
 from mutants.kind import Kind
 from mutants.of_rows import changed_row, quantity_column, whole_row, whole_rows
 
@@ -159,7 +171,7 @@ def _finer(doc: Document, at: int) -> Document | None:
     unit = {"time": "ms", "displacement": "µm", "force": "mN", "capacitance": "fF"}[column.quantity]
     factor = UNITS[column.quantity][unit]
     ratio = column.factors[0] / factor
-    if max((abs(doc.row(i).values[at]) for i in whole_rows(doc, at)), default=0.0) * ratio < 2000:
+    if not all_numbers(doc, at) or max((abs(doc.row(i).values[at]) for i in whole_rows(doc, at)), default=0.0) * ratio < 2000:
         return None
 
     def changed(text: str, value: float) -> tuple[str, float]:

@@ -239,7 +239,7 @@ def cut_file(doc: Document, rng: random.Random) -> Document | None:
     i = rows[rng.randrange(10, len(rows))] if len(rows) > 20 else None
     if i is None or len(doc.row(i).cells) != len(doc.columns):
         return None
-    return _cut(replace(doc, body=doc.body[: i + 1], below=(), below_named=False, end=False), rng, i, True)
+    return _cut(replace(doc, body=doc.body[: i + 1], below=(), end=False), rng, i, True)
 
 
 def _cut(doc: Document, rng: random.Random, i: int, end: bool) -> Document | None:
@@ -273,10 +273,10 @@ KINDS = (
     Kind("text among the rows", _NAMED, text_line),
     Kind("comment among the rows", _NAMED, comment_line),
     Kind("blank line among the rows", "nothing", blank_line, True),
-    Kind("header repeated", "nothing", header_again, True),
-    Kind("units repeated", "nothing", units_again),
-    Kind("other units below", "the rows below scale by the factor, or refused", other_units_again),
-    Kind("other header below", "the rows below follow it, or refused", other_header_again),
+    Kind("header repeated", "nothing", header_again, True, last=True),
+    Kind("units repeated", "nothing", units_again, last=True),
+    Kind("other units below", "the rows below scale by the factor, or refused", other_units_again, last=True),
+    Kind("other header below", "the rows below follow it, or refused", other_header_again, last=True),
     Kind("row of channel numbers", "no reading", channel_numbers),
     Kind("row cut", "what is missing is not read; a last cell that lost digits is a number like another", cut_row),
     Kind("file cut within a row", "the last row is left out", cut_file, last=True),

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from calib.lab import LabTable, read_lab_file
+from calib.lab import LabTable, Observations, observe, read_lab_file
 from mutants.document import UNITS, Column, Document, Line, Row, number
 
 #: Words of an unused column by which it may stand in for a quantity whose own column can no longer be read.
@@ -101,7 +101,17 @@ def take_apart(path: Path) -> Document | str:
         newline,
         "data" if lines[first].startswith('"') else "none",
         end=end,
+        turned=_turned(table, observe(table)),
     )
+
+
+def _turned(table: LabTable, seen: Observations) -> dict[str, float]:
+    """Which way compression points in the file: what was made of it over what stands in it."""
+    found = {}
+    for quantity, values in (("displacement", seen.displacement), ("force", seen.force)):
+        if values is not None:
+            found[quantity] = float(np.sign(np.nansum(values * table.columns[quantity])))
+    return found
 
 
 def _stand_in(column: Column, taken: set[str]) -> Column:

@@ -17,7 +17,8 @@ import numpy.typing as npt
 
 from calib.errors import InputError
 from calib.lab import LabTable, Observations, observe, read_lab_file
-from mutants.document import Document, Line, Row, Written, written
+from mutants.document import Document, Row, Written, written
+from mutants.mentions import SilentError, columns_named, is_named, lines_named, lines_told, said_of
 
 #: Verdicts that fail the run, and those that do not, the worse first.
 FAILURES = ("SILENT", "CRASH", "NO ADVICE")
@@ -33,10 +34,6 @@ class Verdict:
 
     verdict: str
     what: str
-
-
-class SilentError(Exception):
-    """Something was read that may not be; the message says what."""
 
 
 class TooSlowError(BaseException):
@@ -100,10 +97,12 @@ def _judge(doc: Document, plain: Document, folder: Path) -> Verdict:
     out, table, seen = _read(doc, folder)
     if doc.refuse:
         raise SilentError(f"read, with columns from {dict(table.sources)}; a choice must be made or the file refused")
-    said = " ".join([*table.notes, *(f"{u.what} {u.reason}" for u in table.unread), *table.reasons])
-    named = _columns_named(doc, table, said)
+    said = said_of(table)
     left_out, more, changed = _rows(doc, plain, out, table, seen, said)
-    named |= _lines_named(doc, out, table, said)
+    named = columns_named(doc, table, said)
+    named |= lines_named(doc, out, table, said)
+    if doc.signs:
+        _directions(doc, seen)
     if doc.flipped:
         _signs(doc, folder, seen)
     if more:
@@ -113,56 +112,6 @@ def _judge(doc: Document, plain: Document, folder: Path) -> Verdict:
     if named:
         return Verdict("named", "")
     return Verdict("as it should", "") if changed else Verdict("changes nothing", "")
-
-
-def _is_named(name: str, said: str) -> bool:
-    return re.search(rf"(?<!\w){re.escape(name.strip().lower())}(?!\w)", said.lower()) is not None
-
-
-def _columns_named(doc: Document, table: LabTable, said: str) -> bool:
-    """Whether something was named; raises if a quantity comes from nowhere, or a column is neither used nor named."""
-    named = False
-    used = " ".join(table.sources.values())
-    own = {c.quantity: c for c in doc.columns if c.quantity}
-    for quantity in table.columns:
-        column = own.get(quantity)
-        spare = any(c.stands_in == quantity for c in doc.columns)
-        if column is None and not spare and not (quantity == "frequency" and any(c.name == "Frequency" for c in doc.columns)):
-            raise SilentError(f'{quantity} is read from "{table.sources[quantity]}", which is none')
-    for column in doc.columns:
-        if not column.name:
-            continue
-        missing = bool(column.quantity) and column.quantity not in table.columns
-        if missing or (column.added and column.name not in used):
-            if not _is_named(column.name, said):
-                raise SilentError(f'column "{column.name}" is neither used nor named')
-            named = True
-    return named
-
-
-def _lines_named(doc: Document, out: Written, table: LabTable, said: str) -> bool:
-    """Whether lines were named; raises if one is neither used nor named."""
-    new = [(n, v.text) for n, v in zip(out.lines, doc.body, strict=True) if isinstance(v, Line) and v.named]
-    if doc.below_named:
-        new += [(n, v) for n, v in zip(out.below, doc.below, strict=True) if v.strip()]
-    counted = sum(int(v) for v in re.findall(r"(\d+) (?:line|row)", said))
-    with_reason = {int(n) for n, why in zip(table.lines, table.reasons, strict=True) if why}
-    for line, text in new:
-        words = text.strip(" #%/;*").split(doc.delimiter)[0]
-        known = (
-            re.search(rf"\b{line}\b", said) or (words and _is_named(words, said)) or line in with_reason or counted >= len(new)
-        )
-        if not known:
-            raise SilentError(f'line {line}, "{text}", is neither used nor named')
-    return bool(new)
-
-
-def _lines_told(lines: Sequence[int], said: str) -> set[int]:
-    """Which of some lines were mentioned: by their number, as one of a range, or all of them, counted from the first on."""
-    ranges = [(int(a), int(b)) for a, b in re.findall(r"(\d+)(?: to |-|–)(\d+)", said)]
-    told = {n for n in lines if re.search(rf"\b{n}\b", said) or any(a <= n <= b for a, b in ranges)}
-    counted = sum(int(v) for v in re.findall(r"(\d+) (?:line|row)", said))
-    return set(lines) if told and counted >= len(lines) else told
 
 
 def _expected(doc: Document, column: int, rows: Sequence[Row], factor: float) -> npt.NDArray[np.float64]:
@@ -196,7 +145,7 @@ def _rows(
     for n, k in place.items():
         if n not in ours and not table.reasons[k] and any(math.isfinite(v[k]) for v in table.columns.values()):
             raise SilentError(f"line {n} is no row, and is read as {_reading(table, k)}")
-    told = _lines_told([n for n, row in rows if n not in place and not row.absent], said)
+    told = lines_told([n for n, row in rows if n not in place and not row.absent], said)
     left_out, more, kept = "", [], []
     for n, row in rows:
         at = place.get(n)
@@ -229,7 +178,7 @@ def _rows(
             if not failure:
                 left_out = left_out or lost
                 word = doc.columns[j].told
-                if word and not _is_named(word, said):
+                if word and not is_named(word, said):
                     failure = f'{quantity} is read from "{table.sources[quantity]}", and no note says how "{word}" was taken'
                 break
         if failure:
@@ -239,7 +188,7 @@ def _rows(
             changed = True
         else:
             before = {r.origin: r.values[old] * plain.columns[old].factors[0] for r in plain.body if isinstance(r, Row)}
-            was = np.array([before[r.origin] for r in taken])
+            was = np.array([before.get(r.origin, math.nan) for r in taken])
             changed |= not np.allclose(found, was, rtol=1e-9, atol=0.0, equal_nan=True)
     return left_out, more, changed
 
@@ -289,6 +238,18 @@ def _why(seen: Observations, at: int) -> bool:
 
 def _reading(table: LabTable, at: int) -> str:
     return ", ".join(f"{q} {v[at]:.6g}" for q, v in table.columns.items())
+
+
+def _directions(doc: Document, seen: Observations) -> None:
+    """Hold the direction of compression against that of the whole file, for the columns in which their own numbers stand."""
+    for quantity, right in doc.turned.items():
+        column = next((c for c in doc.columns if c.quantity == quantity), None)
+        values = getattr(seen, quantity)
+        if column is None or values is None or (column.name or "") not in seen.table.sources[quantity]:
+            continue
+        found = float(np.sign(np.nansum(values * seen.table.columns[quantity])))
+        if found * (-1.0 if quantity in doc.flipped else 1.0) != right:
+            raise SilentError(f"{quantity} after `observe` is negative in compression ({seen.sign_note})")
 
 
 def _signs(doc: Document, folder: Path, seen: Observations) -> None:
