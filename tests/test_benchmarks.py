@@ -80,3 +80,9 @@ def test_the_input_for_calculix_is_written_without_calculix() -> None:
     text = run("-c", code)
     assert text.count("*STEP, NLGEOM") == text.count("*END STEP") == 2
     assert "TYPE=CAX8R, ELSET=DISC" in text
+
+
+def test_every_kind_of_mutant_is_in_the_docs_with_its_reason() -> None:
+    text = run("-c", "from mutate_lab_files import KINDS; [print(f'| {k.name} | {k.why} |') for k in KINDS]")
+    docs = (ROOT / "docs" / "reading.md").read_text(encoding="utf-8").replace("\\|", "|")
+    assert [row for row in text.splitlines() if row not in docs] == []

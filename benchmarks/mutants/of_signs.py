@@ -16,13 +16,25 @@ from mutants.of_rows import changed_row, whole_rows
 def _pair(doc: Document) -> tuple[int, int] | None:
     """The columns of displacement and force, if both are read, in whole rows of plain numbers."""
     places = [doc.index(q) for q in ("displacement", "force")]
-    if set(doc.turned) != {"displacement", "force"}:
+    if set(doc.turned) != {"displacement", "force"} or not pressed(doc):
         return None
     at = [j for j in places if j is not None and doc.columns[j].factors and not doc.columns[j].group]
     rows = doc.rows()
     if len(at) < 2 or len(rows) < 30 or any(doc.row(i).values[j] != doc.row(i).values[j] for i in rows for j in at):
         return None
     return None if len(whole_rows(doc)) < len(rows) else (at[0], at[1])
+
+
+def pressed(doc: Document) -> bool:
+    """Whether the record has a press: a force that leaves its start for compression by many times its steps from row to row."""
+    at = doc.index("force")
+    if at is None or "force" not in doc.turned:
+        return False
+    values = doc.turned["force"] * np.array([doc.row(i).values[at] for i in doc.rows()])
+    values = values[np.isfinite(values)]
+    if len(values) < 20:
+        return False
+    return bool(values.max() - values[0] > max(15.0 * float(np.median(np.abs(np.diff(values)))), 0.5 * float(np.ptp(values))))
 
 
 def _range(doc: Document, at: int) -> float:

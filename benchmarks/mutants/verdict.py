@@ -19,6 +19,7 @@ from calib.errors import InputError
 from calib.lab import LabTable, Observations, observe, read_lab_file
 from mutants.document import Document, Row, Written, written
 from mutants.mentions import SilentError, columns_named, is_named, lines_named, lines_told, said_of
+from mutants.of_signs import pressed
 
 #: Verdicts that fail the run, and those that do not, the worse first.
 FAILURES = ("SILENT", "CRASH", "NO ADVICE")
@@ -101,10 +102,10 @@ def _judge(doc: Document, plain: Document, folder: Path) -> Verdict:
     left_out, more, changed = _rows(doc, plain, out, table, seen, said)
     named = columns_named(doc, table, said)
     named |= lines_named(doc, out, table, said)
-    if doc.signs:
+    if doc.signs and pressed(plain):
         _directions(doc, seen)
-    if doc.flipped:
-        _signs(doc, folder, seen)
+        if doc.flipped:
+            _signs(doc, folder, seen)
     if more:
         return Verdict("excluded more", f"{more[0]}; {len(more)} rows that were not changed are left out")
     if left_out:
