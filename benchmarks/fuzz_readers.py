@@ -1,12 +1,15 @@
 """Read mutated lab files until something breaks: `python benchmarks/fuzz_readers.py -n 100000 --processes 2`.
 
-Each file is one of the test corpus after one to four mutations. A reader must read it or refuse it by `InputError`, within 2 s;
-anything else is printed with its seed, and its bytes are kept. `--again SEED` reads the one file of a seed, and says what came.
+Each file is one of the test corpus, or of the folder --seeds, after one to four mutations; for one in three, what is said of it
+(units, columns, sheet, ...) is drawn, too. Zip archives, as workbooks are, are mutated as they are or within one of their members.
+A reader must read the file or refuse it by `InputError`, within 2 s; anything else is printed with its seed, and its bytes are
+kept. `--again SEED` reads the one file of a seed, and says what came.
 """
 
 from __future__ import annotations
 
 import argparse
+import io
 import random
 import signal
 import sys
@@ -14,6 +17,7 @@ import tempfile
 import time
 import traceback
 import warnings
+import zipfile
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
@@ -26,7 +30,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "calib" /
 from lab_corpus import corpus
 
 from calib.errors import InputError
-from calib.lab.instruments.reader import read_lab_file
+from calib.lab import AS_FOUND, Reading, read_lab_file
 
 #: A file that takes longer is a failure [s of the processor]; the watchdog ends it at twice that.
 LIMIT = 2.0
@@ -54,9 +58,28 @@ class Outcome:
     slowest_seed: int
 
 
+@dataclass(frozen=True)
+class Seed:
+    """A file to be mutated: its bytes, and the ending of its name, by which a reader may go."""
+
+    data: bytes
+    suffix: str
+
+
+@dataclass(frozen=True)
+class Mutated:
+    """A mutated file, and what is said of it."""
+
+    data: bytes
+    suffix: str
+    reading: Reading
+
+
 @cache
-def _files() -> tuple[bytes, ...]:
-    return tuple(v.data for v in corpus(12)) + tuple(v.data for v in corpus(60)[::7])
+def _files(folder: Path | None) -> tuple[Seed, ...]:
+    if folder is None:
+        return tuple(Seed(v.data, ".csv") for v in (*corpus(12), *corpus(60)[::7]))
+    return tuple(Seed(v.read_bytes(), v.suffix) for v in sorted(folder.rglob("*")) if v.is_file())
 
 
 def _flip(data: bytearray, rng: random.Random) -> bytearray:
@@ -86,7 +109,7 @@ def _duplicate(data: bytearray, rng: random.Random) -> bytearray:
 
 
 def _splice(data: bytearray, rng: random.Random) -> bytearray:
-    other = rng.choice(_files())
+    other = rng.choice(_files(None)).data
     return data[: rng.randrange(len(data) + 1)] + other[rng.randrange(len(other) + 1) :]
 
 
@@ -139,13 +162,71 @@ _MUTATIONS: tuple[Callable[[bytearray, random.Random], bytearray], ...] = (
 )  # fmt: skip
 
 
-def mutated(seed: int) -> bytes:
-    """The file of a seed."""
-    rng = random.Random(seed)
-    data = bytearray(rng.choice(_files()))
+_QUANTITIES = ("time", "displacement", "force", "capacitance", "dissipation", "frequency", "cycle", "mass")
+_UNITS = ("s", "ms", "mm", "N", "kN", "gf", "pF", "F", "%", "", "degC", "m^2", "\u00b5m")
+_NAMES = ("1", "2", "3", "99", "-1", "", "Load", "Time (s)", "Frequency (Hz)", "Cp", "no such column", "Specimen", "\x00")
+_VALUES = ("1", "1000", "1e3", "", "A", "nan", "100 kHz")
+_SIGNS = ("compression positive", "compression negative", "positive")
+
+
+def _reading(rng: random.Random) -> Reading:
+    """Something said of a file, mostly one thing."""
+
+    def some(keys: Sequence[str], values: Sequence[str]) -> dict[str, str]:
+        return {rng.choice(keys): rng.choice(values) for _ in range(rng.choice((0, 0, 0, 0, 1, 1, 2)))}
+
+    def one(values: Sequence[str]) -> str:
+        return rng.choice(values) if rng.random() < 0.2 else ""
+
+    return Reading(
+        units=some(_QUANTITIES, _UNITS),
+        columns=some(_QUANTITIES, _NAMES),
+        specimen=rng.choice((None, None, None, None, 0, 1, 2, 9)),
+        where=some(_NAMES, _VALUES),
+        sheet=one(("Sheet1", "Data", "2", "no such sheet")),
+        sign=some(("force", "displacement"), _SIGNS),
+        scale=one(("micro", "nano")),
+        decimal=one((".", ",", ";")),
+    )
+
+
+def _within(data: bytes, rng: random.Random) -> bytes:
+    """A zip archive with one of its members mutated, and the sums of it right."""
+    out = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(data)) as archive, zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as new:
+        names = archive.namelist()
+        chosen = rng.choice(names)
+        for name in names:
+            member = archive.read(name)
+            new.writestr(name, bytes(_changed(bytearray(member), rng)) if name == chosen else member)
+    return out.getvalue()
+
+
+def _changed(data: bytearray, rng: random.Random) -> bytearray:
     for _ in range(rng.choice((1, 1, 2, 4))):
         data = rng.choice(_MUTATIONS)(data, rng)[:1_000_000]
-    return bytes(data)
+    return data
+
+
+def mutated(seed: int, folder: Path | None = None) -> Mutated:
+    """The file of a seed.
+
+    Parameters
+    ----------
+    seed : its number.
+    folder : where the files are that are mutated; None for the test corpus.
+
+    Returns
+    -------
+    The file, and what is said of it.
+    """
+    rng = random.Random(seed)
+    chosen = rng.choice(_files(folder))
+    if chosen.data.startswith(b"PK") and rng.random() < 0.7:
+        data = _within(chosen.data, rng)
+    else:
+        data = bytes(_changed(bytearray(chosen.data), rng))
+    return Mutated(data, chosen.suffix, _reading(rng) if rng.random() < 1 / 3 else AS_FOUND)
 
 
 class TooSlowError(BaseException):
@@ -156,8 +237,19 @@ def _bark(_signal: int, _frame: FrameType | None) -> None:
     raise TooSlowError
 
 
-def read_once(data: bytes, path: Path) -> tuple[str, float, str]:
-    """Read one file: "read", "refused" or "failed", the seconds it took, and what failed."""
+def read_once(data: bytes, path: Path, reading: Reading = AS_FOUND) -> tuple[str, float, str]:
+    """Read one file.
+
+    Parameters
+    ----------
+    data : its bytes.
+    path : where they are written.
+    reading : what is said of it.
+
+    Returns
+    -------
+    "read", "refused" or "failed", the seconds of the processor it took, and what failed.
+    """
     path.write_bytes(data)
     before = signal.signal(signal.SIGPROF, _bark)
     signal.setitimer(signal.ITIMER_PROF, 2 * LIMIT)
@@ -166,7 +258,7 @@ def read_once(data: bytes, path: Path) -> tuple[str, float, str]:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
-            table = read_lab_file(path)
+            table = read_lab_file(path, reading)
         lengths = {len(v) for v in table.columns.values()} | {len(table.lines), len(table.reasons)}
         if len(lengths) != 1:
             outcome, what = "failed", f"columns, lines and reasons have the lengths {sorted(lengths)}"
@@ -187,37 +279,49 @@ def read_once(data: bytes, path: Path) -> tuple[str, float, str]:
     return outcome, seconds, what
 
 
-def _run(seeds: Sequence[int], saved: Path) -> Outcome:
+def _run(seeds: Sequence[int], saved: Path, files: Path | None) -> Outcome:
     read = refused = slowest_seed = 0
     slowest = 0.0
     failures: list[str] = []
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "lab.csv"
         for seed in seeds:
-            data = mutated(seed)
-            outcome, seconds, what = read_once(data, path)
+            one = mutated(seed, files)
+            outcome, seconds, what = read_once(one.data, Path(folder) / f"lab{one.suffix}", one.reading)
             read += outcome == "read"
             refused += outcome == "refused"
             if seconds > slowest:
                 slowest, slowest_seed = seconds, seed
             if outcome == "failed":
-                kept = saved / f"fuzz_{seed}.csv"
-                kept.write_bytes(data)
-                failures.append(f"seed {seed}, {len(data)} bytes in {kept}: {what}")
+                kept = saved / f"fuzz_{seed}{one.suffix}"
+                kept.write_bytes(one.data)
+                failures.append(f"seed {seed}, {len(one.data)} bytes in {kept}, {one.reading}: {what}")
     return Outcome(read, refused, tuple(failures), slowest, slowest_seed)
 
 
-def fuzz(n: int, seed: int, saved: Path, processes: int = 1) -> Outcome:
-    """Read n mutated files of the seeds seed, seed + 1, ...; the files that fail are written into `saved`."""
+def fuzz(n: int, seed: int, saved: Path, processes: int = 1, files: Path | None = None) -> Outcome:
+    """Read mutated files of the seeds seed, seed + 1, ...
+
+    Parameters
+    ----------
+    n : how many.
+    seed : the first seed.
+    saved : where files that fail are written.
+    processes : how many run side by side.
+    files : folder of the files that are mutated; None for the test corpus.
+
+    Returns
+    -------
+    What came of them.
+    """
     saved.mkdir(parents=True, exist_ok=True)
     seeds = range(seed, seed + n)
     parts: Iterable[Outcome]
     if processes == 1:
-        parts = [_run(seeds, saved)]
+        parts = [_run(seeds, saved, files)]
     else:
         chunks = [seeds[i : i + 500] for i in range(0, n, 500)]
         with ProcessPoolExecutor(processes) as pool:
-            parts = list(pool.map(_run, chunks, [saved] * len(chunks)))
+            parts = list(pool.map(_run, chunks, [saved] * len(chunks), [files] * len(chunks)))
     done = list(parts)
     slow = max(done, key=lambda o: o.slowest)
     return Outcome(
@@ -236,13 +340,16 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1, help="seed of the first file, the next is one more")
     parser.add_argument("--processes", type=int, default=1)
     parser.add_argument("--saved", type=Path, default=Path("fuzz_failures"), help="folder for the files that fail")
+    parser.add_argument("--seeds", type=Path, help="folder of the files that are mutated, instead of the test corpus")
     parser.add_argument("--again", type=int, help="read the file of this seed only")
     options = parser.parse_args()
     if options.again is not None:
-        print(_run([options.again], options.saved))
+        print(_run([options.again], options.saved, options.seeds))
         return
     start = time.perf_counter()
-    outcome = fuzz(options.n, options.seed, options.saved, options.processes)
+    if options.seeds is not None and not _files(options.seeds):
+        parser.error(f"no files in {options.seeds}")
+    outcome = fuzz(options.n, options.seed, options.saved, options.processes, options.seeds)
     for failure in outcome.failures[:50]:
         print(failure, file=sys.stderr)
     print(

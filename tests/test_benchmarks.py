@@ -31,6 +31,8 @@ QUICK: dict[str, tuple[list[str], str]] = {
         ["FOLDER/runs.sqlite", "--accuracy", str(ACCURACY), "--fits", "ours", "--runs", "64", "--kept", "8", "--steps", "20"],
         "error that 95 % of 8 designs stay below",
     ),
+    # What fails is told by its exit code: a seed of which all mutants are read as they may be.
+    "mutate_lab_files.py": (["-n", "30", "--folder", "FOLDER", "-o", "FOLDER/mutants.csv"], "0 of 30 failed"),
     "posterior_against_fem.py": (
         ["--cases", "force", "--designs", "16", "--accuracy", "3e-2", "--steps", "50", "--draws", "40", "--processes", "0"],
         "force: 8 unknowns, NOT converged; 40 draws re-weighted",
@@ -78,3 +80,9 @@ def test_the_input_for_calculix_is_written_without_calculix() -> None:
     text = run("-c", code)
     assert text.count("*STEP, NLGEOM") == text.count("*END STEP") == 2
     assert "TYPE=CAX8R, ELSET=DISC" in text
+
+
+def test_every_kind_of_mutant_is_in_the_docs_with_its_reason() -> None:
+    text = run("-c", "from mutate_lab_files import KINDS; [print(f'| {k.name} | {k.why} |') for k in KINDS]")
+    docs = (ROOT / "docs" / "reading.md").read_text(encoding="utf-8").replace("\\|", "|")
+    assert [row for row in text.splitlines() if row not in docs] == []
