@@ -120,8 +120,8 @@ def _parts(codes: IntArray, values: Mapping[str, FloatArray], *, phases: bool) -
     if time is not None:
         step = np.diff(time)
         at = step[change]
-        at = at[np.isfinite(at)]
-        if at.size and (np.mean(at < 0) >= 0.5 or (np.mean(at <= 0) >= 0.4 and np.mean(step[np.isfinite(step)] <= 0) < 0.99)):
+        at, step = at[np.isfinite(at)], step[np.isfinite(step)]
+        if at.size and (np.mean(at < 0) >= 0.5 or (np.mean(at <= 0) >= 0.4 and np.mean(step <= 0) < 0.99)):
             return True
     if phases:
         return False

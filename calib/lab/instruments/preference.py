@@ -232,7 +232,7 @@ def other_clock(sheet: Sheet, asked: int, reading: Reading) -> Told:
         if index == asked or heading.quantity != "time" or max(own.rank, heading.rank) < PLAIN:
             continue
         one, other = (c.values for c in _with_values(sheet, [Candidate(asked, own), Candidate(index, heading)], reading))
-        if one is None or other is None or difference(one, other)[0] == "same":
+        if one is None or other is None or difference(one, other)[0] != "different":
             continue
         without = Choice("columns", ("none",), "capacitance")
         message = f'"{sheet.names[asked]}" and "{sheet.names[index]}" are two clocks: what was read at the one is open'
