@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import pairwise
 
 from calib.errors import Fault, InputError
 from calib.lab.instruments.clock import is_clock
@@ -22,7 +21,8 @@ from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.lines import FEW_ROWS, is_comment, n_named, not_read
 from calib.lab.instruments.numbers import is_numeric, is_over_range
 from calib.lab.instruments.rows import with_rows
-from calib.lab.instruments.sheet import Sheet, which_specimen
+from calib.lab.instruments.sheet import Sheet
+from calib.lab.instruments.side_by_side import one_of_side_by_side
 from calib.lab.instruments.text import LabText
 from calib.lab.instruments.titles import below_header
 from calib.lab.instruments.vocabulary import words
@@ -76,7 +76,7 @@ def cut(text: LabText, reading: Reading) -> Sheet:
     if any(index < 0 for index in assigned):
         above = (*above, *(f"{quantity} is left out, as asked" for index, quantity in assigned.items() if index < 0))
     whole_sheet = sheet
-    sheet, side_notes = _side_by_side(sheet, reading)
+    sheet, side_notes = one_of_side_by_side(sheet, reading)
     if not side_notes:
         _check_nameless(whole_sheet, below.start, reading)
     whole = with_rows(sheet, below.start, reading, side_notes)
@@ -184,49 +184,3 @@ def _rows_above(sheet: Sheet, reading: Reading) -> tuple[str, ...]:
             )
         )
     return (f"{len(rows)} row(s) of numbers above the header left out, the first in line {rows[0]}",)
-
-
-def _side_by_side(sheet: Sheet, reading: Reading) -> tuple[Sheet, tuple[str, ...]]:
-    """The sheet with the columns of one specimen, where several stand side by side with the same names."""
-    found = sheet.headings()
-    places: dict[tuple[str, str], list[int]] = {}
-    for index, heading in found.items():
-        if index not in sheet.assigned and heading.quantity != "status":
-            places.setdefault((heading.quantity, heading.name), []).append(index)
-    repeated = {key: at for key, at in places.items() if len(at) > 1}
-    counts = {len(at) for at in repeated.values()}
-    if len(repeated) < 2 or len(counts) != 1:
-        return sheet, ()
-    count = counts.pop()
-    steps = {b - a for at in repeated.values() for a, b in pairwise(at)}
-    if len(steps) != 1:
-        return sheet, ()
-    period = steps.pop()
-    first = min(at[0] for at in repeated.values())
-    groups = [sheet.names[first + k * period : first + (k + 1) * period] for k in range(count)]
-    groups = [(*group, *[""] * (period - len(group))) for group in groups]
-    alone = [i for i, h in found.items() if i < first and h.quantity != "time"]
-    if len(set(groups)) != 1 or alone:
-        raise InputError(
-            Fault(
-                f"{count} specimens seem to stand side by side, but their columns differ: "
-                + " / ".join(", ".join(f'"{n}"' for n in group) for group in groups),
-                sheet.text.path,
-                sheet.header_line,
-                first + 1,
-                advice="Export one specimen per file, or correct the header",
-            )
-        )
-    if reading.specimen is None:
-        listed = "; ".join(
-            f"{k + 1}: columns {first + k * period + 1} to {min(first + (k + 1) * period, len(sheet.names))}"
-            for k in range(count)
-        )
-        raise which_specimen(sheet, f"{count} specimens stand side by side ({listed})", count)
-    if not 1 <= reading.specimen <= count:
-        raise which_specimen(sheet, f"there is no specimen {reading.specimen}, {count} stand side by side", count)
-    own = range(first + (reading.specimen - 1) * period, first + reading.specimen * period)
-    shared = set(range(len(sheet.names))) - set(range(first, first + count * period))
-    names = tuple(n if i in own or i in shared else "" for i, n in enumerate(sheet.names))
-    note = f"specimen {reading.specimen} of {count} side by side: columns {own.start + 1} to {own.stop}"
-    return replace(sheet, names=names), (note,)

@@ -74,10 +74,11 @@ def find_header(text: LabText, reading: Reading) -> tuple[str, int, list[str]] |
             if delimiter == " " and found is not None and found[0] != " ":
                 continue
             for cells in _header_cells(line, delimiter):
-                if len(cells) > _WIDEST or any(map(is_numeric, cells[1:])):  # a first number may be the specimen's
+                if len(cells) > _WIDEST or not any(cells):
                     continue
                 known = [i for i, c in enumerate(cells) if c and (c in wanted or understand(c) is not None)]
-                if not known:
+                # A first number may be the specimen's, another the name of a channel.
+                if not known or sum(map(is_numeric, cells[1:])) > (len(known) - 1) // 2:
                     continue
                 rows = _rows_below(text, index, delimiter, len(cells), known)
                 if len(known) < 2 and rows == 0:
