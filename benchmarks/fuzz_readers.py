@@ -1,9 +1,9 @@
 """Read mutated lab files until something breaks: `python benchmarks/fuzz_readers.py -n 100000 --processes 2`.
 
-Each file is one of the test corpus, or of the folder --seeds, after one to four mutations; for one in three, what is said of it
-(units, columns, sheet, ...) is drawn, too. Zip archives, as workbooks are, are mutated as they are or within one of their members.
-A reader must read the file or refuse it by `InputError`, within 2 s; anything else is printed with its seed, and its bytes are
-kept. `--again SEED` reads the one file of a seed, and says what came.
+Each file is one of the test corpus, or of the folder --seeds, after one to four mutations; for one in three, what is said of
+it (units, columns, sheet, ...) is drawn, too. Zip archives, as workbooks are, are mutated as they are or within one of their
+members. A reader must read the file or refuse it by `InputError`, within 2 s; anything else is printed with its seed, and
+its bytes are kept. `--again SEED` reads the one file of a seed, and says what came.
 """
 
 from __future__ import annotations

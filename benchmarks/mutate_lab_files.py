@@ -147,10 +147,18 @@ def _run(seeds: Sequence[int], folder: Path, only: Sequence[str], processes: int
 
 
 def _kept(path: Path | None) -> list[dict[str, str]]:
-    if path is None or not path.exists():
+    """Rows of an earlier run, written anew without the one within which it was stopped."""
+    if path is None:
         return []
-    with path.open(encoding="utf-8", newline="") as file:
-        return [row for row in csv.DictReader(file) if row["what"] is not None]
+    rows = []
+    if path.exists():
+        with path.open(encoding="utf-8", newline="") as file:
+            rows = [row for row in csv.DictReader(file) if row["what"] is not None]
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.DictWriter(file, FIELDS)
+        writer.writeheader()
+        writer.writerows(rows)
+    return rows
 
 
 def table(rows: Sequence[dict[str, str]]) -> str:
@@ -192,7 +200,12 @@ def main() -> None:
     parser.add_argument("--folder", type=Path, default=ROOT.parent / "shared" / "labdata", help="folder of real lab files")
     parser.add_argument("--kinds", nargs="+", default=[], help="only these kinds of first changes", metavar="KIND")
     parser.add_argument("--processes", type=int, default=1)
-    parser.add_argument("-o", "--output", type=Path, help="CSV file of the verdicts; seeds that are in it are not run again")
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        help="CSV file of the verdicts; its seeds are not run again, so take another for other options",
+    )
     parser.add_argument("--again", type=int, metavar="SEED", help="this mutant only, written into --saved")
     parser.add_argument("--saved", type=Path, default=Path("mutants_saved"), help="folder for --again")
     options = parser.parse_args()
@@ -208,17 +221,14 @@ def main() -> None:
     for row in _run(missing, options.folder, options.kinds, options.processes):
         rows.append(row)
         if options.output is not None:
-            new = not options.output.exists()
             with options.output.open("a", encoding="utf-8", newline="") as file:
-                writer = csv.DictWriter(file, FIELDS)
-                if new:
-                    writer.writeheader()
-                writer.writerow(row)
+                csv.DictWriter(file, FIELDS).writerow(row)
     print(table(rows))
     failed = [row for row in rows if row["verdict"] in FAILURES]
     for row in failed[:50]:
         print(f"seed {row['seed']}, {row['file']}, {row['kinds']}: {row['verdict']}: {row['what']}", file=sys.stderr)
-    print(f"{len(missing)} mutants in {time.perf_counter() - start:.0f} s; {len(failed)} of {len(rows)} failed")
+    n_file, seconds = len(documents(options.folder)), time.perf_counter() - start
+    print(f"{len(missing)} mutants of {n_file} files in {seconds:.0f} s; {len(failed)} of {len(rows)} failed")
     sys.exit(1 if failed else 0)
 
 

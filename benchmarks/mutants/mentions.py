@@ -60,11 +60,12 @@ def columns_named(doc: Document, table: LabTable, said: str) -> bool:
     named = False
     used = " ".join(table.sources.values())
     for j, column in enumerate(doc.columns):
-        taken = column.quantity in table.columns or (bool(column.name) and str(column.name) in used)
+        twin = column.added and sum(c.name == column.name for c in doc.columns) > 1
+        taken = column.quantity in table.columns or (bool(column.name) and str(column.name) in used and not twin)
         if taken or "status" in str(column.name).lower():
             continue
         by_place = re.search(rf"\bcolumn {j + 1}\b", said) is not None
-        if not by_place and not (column.name and is_named(column.name, said)):
+        if not by_place and (twin or not (column.name and is_named(column.name, said))):
             name = f'"{column.name}"' if column.name else f"{j + 1}, without a name,"
             raise SilentError(f"column {name} is neither used nor named")
         named |= column.added or bool(column.quantity)

@@ -119,14 +119,22 @@ def rival(doc: Document, rng: random.Random) -> Document | None:
 
 
 def twin(doc: Document, rng: random.Random) -> Document | None:
-    """A column with the same header and other numbers."""
+    """A column with the same header and other numbers that move."""
     at = column_read(doc, rng)
     if at is None:
         return None
     column = replace(doc.columns[at], factors=())
-    values = _series(doc, at, rng, rng.choice(("like", "constant", "noise")))
-    doc = with_column(doc, at, column)
-    new = replace(column, quantity="", added=True)
+    return _beside(with_column(doc, at, column), rng, at, _series(doc, at, rng, rng.choice(("like", "noise"))))
+
+
+def still_twin(doc: Document, rng: random.Random) -> Document | None:
+    """A column with the same header and the same number in all rows."""
+    at = column_read(doc, rng)
+    return None if at is None else _beside(doc, rng, at, _series(doc, at, rng, "constant"))
+
+
+def _beside(doc: Document, rng: random.Random, at: int, values: Sequence[float]) -> Document:
+    new = replace(doc.columns[at], quantity="", factors=(), told="", added=True)
     return insert_column(doc, rng.choice((at, at + 1)), new, [shown(v, 4, new) if v == v else "" for v in values], values)
 
 
@@ -222,6 +230,7 @@ KINDS = (
     Kind("swap two columns", "order means nothing", swap_columns, True),
     Kind("rival column", "the true one is read and the rival named", rival),
     Kind("two columns of one header", "nothing says which is right", twin),
+    Kind("a constant under the same header", "the one that moves is read and the other named, or refused", still_twin),
     Kind("the same force in pounds", "both agree", agreeing_column, True),
     Kind("key column of two values", "a choice must be made", key_column),
     Kind("key column, chosen", "the rows that were chosen", key_chosen, True),

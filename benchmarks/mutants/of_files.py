@@ -130,7 +130,7 @@ KINDS = (
     Kind("UTF-16", "the same text", codec("utf-16"), True),
     Kind("UTF-16 without its mark", "the same text", codec("utf-16-le", "utf-16-be")),
     Kind("byte order mark", "the same text", codec("utf-8-sig"), True),
-    Kind("Latin-1, GBK, Shift-JIS", "the same text", codec("latin-1", "cp1252", "gbk", "shift_jis"), True),
+    Kind("Latin-1, GBK, Shift-JIS", "the same text", codec("latin-1", "cp1252", "gbk", "shift_jis"), True, last=True),
     Kind("lines end in CR", "the same text", _newline("\r")),
     Kind("lines end in CRLF", "the same text", _newline("\r\n"), True),
     Kind("lines end in LF", "the same text", _newline("\n"), True),
@@ -145,7 +145,7 @@ KINDS = (
     Kind("lines above removed", "the same table", no_lines_above, True),
     Kind("lines below the table", "named, no readings", footer, True),
     Kind("row of results below the table", "named, no reading", numbers_below),
-    Kind("series mode above a parallel capacitance", "one of them is wrong", series_above),
+    Kind("series mode above a parallel capacitance", "one of them is wrong", series_above, last=True),
     Kind(
         "nothing", "the same readings; every column that is not used is named", lambda doc, rng: replace(doc, signs=True), True
     ),

@@ -263,7 +263,7 @@ KINDS = (
     Kind("unit deleted", "nothing says which it is", no_unit),
     Kind("time unit deleted", "seconds may be taken if that is told", no_time_unit),
     Kind("unit declared above", "said in another place", unit_above),
-    Kind("unit contradicted above", "nothing says which is right", other_unit_above),
+    Kind("unit contradicted above", "nothing says which is right", other_unit_above, last=True),
     Kind("bracket: statistic", "a maximum, a mean or a setpoint is no record", _bracket(_STATISTICS, _none)),
     Kind(
         "bracket: factor",
