@@ -1,4 +1,4 @@
-"""From the displacement (or the force) of a record to its branches: loading, unloading or hold, and of which cycle each row is."""
+"""From the displacement or the force of a record to its branches: loading, unloading or hold, of which cycle each row is."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From the rows of a branch and the limits of a `Use` to those that lie beyond, each with its reason, and where depth counts from."""
+"""From the rows of a branch and the limits of a `Use` to those that lie beyond, with reasons, and where depth counts from."""
 
 from __future__ import annotations
 

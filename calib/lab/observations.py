@@ -100,8 +100,8 @@ class Observations:
 def observe(table: LabTable, use: Use = FIRST_LOADING) -> Observations:
     """Turn signs so that compression is positive, label the branches, and say which rows are used and why others are not.
 
-    Signs come from the whole record (`calib.lab.signs`), or from what was said of them; one that is doubtful is refused. Nothing
-    is re-zeroed: load zero and contact point are parameters. Branches come from the displacement, or from the force in a file
+    Signs come from the whole record (`calib.lab.signs`), or from what was said of them; a doubtful one is refused. Nothing is
+    re-zeroed: load zero and contact point are parameters. Branches come from the displacement, or from the force in a file
     without displacement; a reversal counts from 2 % of the travel over which the force changes and six times the noise on. A
     cycle begins with a loading branch that reaches half of the largest indentation: a touch before the pressing is none, and a
     smaller loading later belongs to the cycle that it follows.

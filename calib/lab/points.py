@@ -96,8 +96,8 @@ def over_time(
     if sum(r.size for r in inside) < 5:
         raise InputError(
             Fault(
-                f"only {sum(r.size for r in inside)} {channel} readings fall into the {tester.use.branch} branch, with the clock "
-                f"offset {offset:.3g} s",
+                f"only {sum(r.size for r in inside)} {channel} readings fall into the {tester.use.branch} branch, with the "
+                f"clock offset {offset:.3g} s",
                 lcr.table.path,
                 advice="Check that both files are of the same test and that the log covers "
                 + cycles_in_words(tester.used_cycles),

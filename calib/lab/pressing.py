@@ -14,8 +14,8 @@ from calib.lab.instruments import AS_FOUND, LabTable, Reading, read_lab_file
 from calib.lab.limits import contact_of
 from calib.lab.observations import Observations, observe, usable_rows, why_left_out
 from calib.lab.onset import coarse_onset
-from calib.lab.quality import judge
 from calib.lab.points import over_displacement, over_force, over_time
+from calib.lab.quality import judge
 from calib.lab.reduction import NoiseEstimate, reduce_channel
 from calib.lab.signal import first_crest, increasing_rows, smoothed_record
 from calib.lab.sweep import TRACK_MARGIN, TRACK_NODES, Points, Sweep, Track
@@ -36,7 +36,7 @@ def make_sweep(
     clock_range: tuple[float, float] | None = None,
     machine_compliance: float | None = None,
 ) -> Sweep:
-    """Read the files of a sweep and reduce each channel to about `n_points` points of the part that is used, the first loading branch unless another is said.
+    """Read the files of a sweep and reduce each channel to about `n_points` points of the part of the press that is used.
 
     A quarter of the points at most lies before the estimated onset of contact, the others in equal steps after it. A point
     is the mean of its bin, less the bias that the curve's bend has on a mean (from a smooth over the branch). Its
@@ -67,7 +67,8 @@ def make_sweep(
     ------
     InputError
         With the faults of both files; if nothing ties capacitance to the crosshead; if too few rows are usable; if a cycle is
-        asked for that is not there, or a limit of something that neither file has; if the clock offset is ambiguous by discrete steps.
+        asked for that is not there, or a limit of something that neither file has; if the clock offset is ambiguous by
+        discrete steps.
     """
     if force_file is None and capacitance_file is None:
         raise InputError(Fault(f"sweep {name} of {specimen} has neither a force nor a capacitance file"))

@@ -21,6 +21,8 @@ _MOST = 20_000
 _BINS = 40
 # A branch counts from this share of the largest change of the channel on.
 _COUNTS = 0.1
+# Steps in the first or last rows that are so many times those beside them are no readings of the press.
+_JUMP = 5.0
 # A channel is flat as long as it stays within this share of its range.
 _FLAT = 0.02
 
@@ -36,6 +38,7 @@ class Stretch:
     error : sd of such a median, about.
     begin, end : the channel at its first and at its last reading.
     duration : in the unit of the clock.
+    last : the channel at its very last reading, for words.
     """
 
     travel: float
@@ -45,6 +48,7 @@ class Stretch:
     begin: float
     end: float
     duration: float
+    last: float
 
     @property
     def change(self) -> float:
@@ -63,8 +67,10 @@ class Shape:
     flat_low, flat_high : share of the travel at the smaller, and at the larger displacements over which the channel is flat.
     first, first_travel : change of the channel and of the displacement in the first stretch that counts.
     begin : what the channel reads where that begins.
+    rise : change of the channel up to the very last reading of that stretch, for words.
     range : of the channel over all stretches.
     crosses : whether the channel goes through zero in the first stretch, far to either side.
+    once : whether one stretch alone counts.
     """
 
     slope: float
@@ -74,8 +80,10 @@ class Shape:
     first: float
     first_travel: float
     begin: float
+    rise: float
     range: float
     crosses: bool
+    once: bool
 
 
 def calm(values: FloatArray) -> FloatArray:
@@ -84,10 +92,16 @@ def calm(values: FloatArray) -> FloatArray:
     return np.asarray(median_filter(values, size=size, mode="nearest"))
 
 
-def without_ends(n_row: int) -> slice:
-    """Which rows to look at: those but the first and last few, in which an instrument may still settle."""
-    few = min(6, n_row // 15)
-    return slice(few, n_row - few)
+def settled(values: FloatArray) -> slice:
+    """Which rows to look at: those but the first and last few, if an instrument still or already jumps in them."""
+    few = min(6, values.size // 10)
+    steps = np.abs(np.diff(values))
+
+    def jumps(steps: FloatArray) -> int:
+        usual = float(np.quantile(steps[few : 5 * few], 0.9)) if few else 0.0
+        return int(np.max(np.flatnonzero(steps[:few] > _JUMP * usual) + 1, initial=0))
+
+    return slice(jumps(steps), values.size - jumps(steps[::-1]))
 
 
 def working_range(x: FloatArray, y: FloatArray) -> float:
@@ -152,7 +166,7 @@ def _stretch(x: FloatArray, y: FloatArray, clock: FloatArray, noise: float) -> S
     forwards = x[-1] >= x[0]
     begin, end = (float(ys[0]), float(ys[-1])) if forwards else (float(ys[-1]), float(ys[0]))
     error = noise / math.sqrt(max(1.0, x.size / len(parts)))
-    return Stretch(float(x[-1] - x[0]), xs, ys, error, begin, end, float(clock[-1] - clock[0]))
+    return Stretch(float(x[-1] - x[0]), xs, ys, error, begin, end, float(clock[-1] - clock[0]), float(y[-1]))
 
 
 def shape_of(x: FloatArray, y: FloatArray, clock: FloatArray) -> Shape | None:
@@ -166,7 +180,7 @@ def shape_of(x: FloatArray, y: FloatArray, clock: FloatArray) -> Shape | None:
     -------
     None where nothing changes with the displacement.
     """
-    inner, start = without_ends(x.size), float(calm(y)[0])
+    inner = settled(y)
     x, y, clock = x[inner], y[inner], clock[inner]
     noise = reading_noise(y)
     parts = stretches(x, y, clock)
@@ -189,21 +203,39 @@ def shape_of(x: FloatArray, y: FloatArray, clock: FloatArray) -> Shape | None:
     )
     low = min(float(np.min(s.y)) for s in parts)
     high = max(float(np.max(s.y)) for s in parts)
-    # The first reading, unless it is one before the instrument had settled.
-    begin = start if first == 0 and abs(start - parts[0].begin) < 0.15 * (high - low) else parts[first].begin
+    begin = float(calm(y)[0]) if first == 0 else parts[first].begin
     end = begin + float(change[first])
-    crosses = begin * end < 0 and min(abs(begin), abs(end)) > 0.2 * (high - low)
-    return Shape(slope, bend, flat_low, flat_high, float(change[first]), parts[first].travel, begin, high - low, crosses)
+    crosses = begin * end < 0 and min(abs(begin), abs(end)) > _COUNTS * (high - low)
+    return Shape(
+        slope=slope,
+        bend=bend,
+        flat_low=flat_low,
+        flat_high=flat_high,
+        first=float(change[first]),
+        first_travel=parts[first].travel,
+        begin=begin,
+        rise=parts[first].last - begin,
+        range=high - low,
+        crosses=crosses,
+        once=len(counted) == 1,
+    )
 
 
 def _drift(parts: list[Stretch]) -> float:
-    """How fast the channel goes on by itself: what is left of its changes when the displacement comes back."""
-    travel, change, duration = (np.array([getattr(s, name) for s in parts]) for name in ("travel", "change", "duration"))
-    if len(parts) < 2 or np.all(travel > 0) or np.all(travel < 0) or np.sum(duration) <= 0:
+    """How fast the channel goes on by itself: what is left of its change when the ball has gone there and back.
+
+    Two stretches begin and end alike if the record comes back to where it began. Of more stretches every two neighbours tell a
+    drift, wherever they turn; it is one if they agree.
+    """
+    pairs = [(a, b) for a, b in pairwise(parts) if a.travel * b.travel < 0 and a.duration + b.duration > 0]
+    if not pairs:
         return 0.0
-    # Only where the record comes back to where it began: a press alone, or a pull-off at its end, is no drift.
-    there = abs(float(np.sum(travel))) < 0.05 * float(np.max(np.abs(travel)))
-    return float(np.sum(change) / np.sum(duration)) if there else 0.0
+    rates = np.array([(a.change + b.change) / (a.duration + b.duration) for a, b in pairs])
+    if len(pairs) >= 2:
+        middle = float(np.median(rates))
+        return middle if float(np.ptp(rates)) < 0.5 * abs(middle) else 0.0
+    travel = [s.travel for s in pairs[0]]
+    return float(rates[0]) if abs(sum(travel)) < 0.05 * max(abs(t) for t in travel) else 0.0
 
 
 def _ends(s: Stretch, drift: float) -> tuple[float, float, float]:

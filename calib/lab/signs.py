@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -11,7 +12,7 @@ import numpy as np
 
 from calib.errors import Fault, InputError
 from calib.lab.instruments import LabTable
-from calib.lab.shape import NOTHING, Shape, calm, shape_of, without_ends
+from calib.lab.shape import NOTHING, Shape, calm, settled, shape_of
 from calib.lab.signal import excursion, reading_noise
 from models.sensor import BoolArray, FloatArray
 
@@ -29,9 +30,11 @@ _TOGETHER = 0.5
 # A flat end counts from the first share of the travel on (any curve is flat over a little), and most from the second on.
 _FLAT_COUNTS, _FLAT_FROM, _FLAT_MOST = 3.0, 0.08, 0.23
 # What a bend counts at most, and which share of the change it then is (a force that goes with depth^1.5: 0.1).
-_BEND_COUNTS, _BEND_MOST = 2.2, 0.1
+_BEND_COUNTS, _BEND_MOST = 3.0, 0.1
 # What the first change counts if the record begins at zero load, if it does not, and from which nearness to zero on it does.
 _START_COUNTS, _ANYWHERE_COUNTS, _NEAR_ZERO = 2.6, 0.3, 0.35
+# No record starts pressed by as much as this [m]: what that counts.
+_DEEP, _DEEP_COUNTS = 10e-3, 1.5
 _COMPRESSION = re.compile(r"compress|indent|penetrat|\bdepth|druck|stauch|eindring|écras|压|圧", re.IGNORECASE)
 _TENSION = re.compile(r"\btensile|\btension|\bpull|zug|elongat|dehn|traction|拉|引", re.IGNORECASE)
 
@@ -98,9 +101,9 @@ def decide_signs(table: LabTable, displacement: FloatArray | None, good: BoolArr
         return shape_of(found[x][rows], found[y][rows], clock) if rows.size >= 5 else None
 
     press = shape("displacement", "force")
-    sensed = {x: shape(x, "capacitance") for x in SIGNED}
+    sensed = {"displacement": shape("displacement", "capacitance"), "force": shape("capacitance", "force")}
     if press is not None and abs(press.slope) >= _TOGETHER:
-        return _together(table, press, sensed["displacement"], said)
+        return {**_together(table, press, sensed["displacement"], said), **_missing(found, said)}
     decided: dict[str, SignDecision] = {}
     for quantity in SIGNED:
         if quantity not in found:
@@ -112,7 +115,15 @@ def decide_signs(table: LabTable, displacement: FloatArray | None, good: BoolArr
             decided[quantity] = _by_capacitance(table, _present(sensed[quantity]), said)
         else:
             decided[quantity] = _alone(table, quantity, found[quantity][rows], sensed[quantity], said)
-    return decided
+    return {**decided, **_missing(found, said)}
+
+
+def _missing(found: Mapping[str, FloatArray], said: Mapping[str, float]) -> dict[str, SignDecision]:
+    """What was said of columns that the file does not have; nothing where one thing was said of both and one is there."""
+    missing = [q for q in said if q not in found]
+    if len(set(said.values())) == 1 and len(said) > len(missing):
+        return {}
+    return {q: SignDecision(q, said[q], "stated", f"{q}: its sign is stated, but the file has no such column") for q in missing}
 
 
 def _said(table: LabTable) -> dict[str, float]:
@@ -136,7 +147,7 @@ def _present(shape: Shape | None) -> Shape:
 
 def _moves(values: FloatArray) -> bool:
     """Whether a column shows more than its noise, spikes aside."""
-    range_of = float(np.ptp(calm(values[without_ends(values.size)])))
+    range_of = float(np.ptp(calm(values[settled(values)])))
     return range_of > NOTHING * reading_noise(values) and range_of > 0
 
 
@@ -157,7 +168,7 @@ def _together(table: LabTable, press: Shape, sensed: Shape | None, said: Mapping
         *_of_capacitance(sensed, "displacement", same),
     ]
     total = sum(e.weight for e in evidence)
-    changes = {"force": press.first, "displacement": press.first_travel}
+    changes = {"force": press.rise, "displacement": press.first_travel}
     if said:
         factor = said.get("force", same * said.get("displacement", 0.0))
         wanted = {q: said.get(q, factor if q == "force" else same * factor) for q in SIGNED}
@@ -183,7 +194,7 @@ def _together(table: LabTable, press: Shape, sensed: Shape | None, said: Mapping
     strength: Strength = "clear" if abs(total) >= _CLEAR else "likely"
     return {
         "force": _decision(
-            "force", factor, strength, f"{_of(press.first, 'force')} in the first stretch; {_why(evidence, factor)}"
+            "force", factor, strength, f"{_of(press.rise, 'force')} in the first stretch; {_why(evidence, factor)}"
         ),
         "displacement": _decision(
             "displacement",
@@ -220,24 +231,21 @@ def _alone(table: LabTable, quantity: str, values: FloatArray, sensed: Shape | N
     """Decide the sign of a column by its course in time, where nothing else in the file goes with it."""
     if quantity in said:
         return _stated(quantity, said[quantity], "")
-    path = calm(values[without_ends(values.size)])
+    path = calm(values[settled(values)])
     away = excursion(path)
-    span = float(np.ptp(path))
     largest = float(away[np.argmax(np.abs(away))])
-    clear_of_noise = max(0.1 * span, NOTHING * reading_noise(values))
-    beyond = np.flatnonzero(np.abs(away) > clear_of_noise)
-    first = float(away[beyond[0]]) if beyond.size else largest
-    start = float(path[0])
-    evidence = [
-        _Evidence(
-            float(np.sign(first))
-            * _start_counts(start, start + first, waits=bool(beyond.size and beyond[0] > 0.05 * away.size)),
-            f"{quantity} goes {_up(first)} first",
-        ),
-        _Evidence(float(np.sign(largest)), f"its largest excursion from the start is {_of(largest, quantity)}"),
-        *_of_names(table, quantity, 1.0),
-        *_of_capacitance(sensed, quantity, 1.0),
-    ]
+    if sensed is not None and abs(sensed.slope) >= _TOGETHER:
+        evidence = [*_of_capacitance(sensed, quantity, 1.0), *_of_start(quantity, sensed), *_of_names(table, quantity, 1.0)]
+    else:
+        beyond = np.flatnonzero(np.abs(away) > max(0.1 * float(np.ptp(path)), NOTHING * reading_noise(values)))
+        first = float(away[beyond[0]]) if beyond.size else largest
+        waits = bool(beyond.size and beyond[0] > 0.05 * away.size)
+        counts = _start_counts(float(path[0]), float(path[0]) + first, waits=waits)
+        evidence = [
+            _Evidence(float(np.sign(first)) * counts, f"{quantity} goes {_up(first)} first"),
+            _Evidence(float(np.sign(largest)), f"its largest excursion from the start is {_of(largest, quantity)}"),
+            *_of_names(table, quantity, 1.0),
+        ]
     total = sum(e.weight for e in evidence)
     if abs(total) < _DOUBTFUL:
         raise InputError(_doubtful(table, quantity, evidence, largest, None))
@@ -254,7 +262,9 @@ def _of_shape(name: str, shape: Shape, same: float) -> list[_Evidence]:
     more = shape.flat_low - shape.flat_high
     flat = float(np.sign(more)) * _FLAT_COUNTS * float(np.clip((abs(more) - _FLAT_FROM) / (_FLAT_MOST - _FLAT_FROM), 0.0, 1.0))
     # A force that goes from one side of zero to the other bends by adhesion, too.
-    bend = (0.3 if shape.crosses else 1.0) * _BEND_COUNTS * float(np.clip(shape.bend / _BEND_MOST, -1.0, 1.0))
+    adhesion = (0.8 if shape.once else 0.5) * _BEND_MOST if shape.crosses else 0.0
+    bent = float(np.sign(shape.bend)) * max(abs(shape.bend) - adhesion, 0.0)
+    bend = _BEND_COUNTS * float(np.clip(bent / _BEND_MOST, -1.0, 1.0))
     share, end = (shape.flat_low, "small") if flat > 0 else (shape.flat_high, "large")
     words = f"{name} is flat, as out of contact, over {share * 100:.0f} % of the travel at {end} displacements of the file"
     bends = f"{name} bends {_up(bend)} over the displacement, and a press stiffens"
@@ -263,7 +273,10 @@ def _of_shape(name: str, shape: Shape, same: float) -> list[_Evidence]:
 
 def _of_start(name: str, shape: Shape) -> list[_Evidence]:
     """Which way the channel goes first: a record begins out of contact, near zero load."""
-    weight = _start_counts(shape.begin, shape.begin + shape.first, waits=False)
+    end = shape.begin + shape.first
+    weight = _ANYWHERE_COUNTS if shape.crosses else _start_counts(shape.begin, end, waits=False)
+    if abs(shape.first_travel) > _DEEP:
+        weight += _DEEP_COUNTS
     return [_Evidence(float(np.sign(shape.first)) * weight, f"the record begins with {name} going {_up(shape.first)}")]
 
 
@@ -310,7 +323,9 @@ def _with(same: float) -> str:
 
 def _of(value: float, quantity: str) -> str:
     unit, scale = SIGNED[quantity]
-    return f"{value * scale:+.4g} {unit}"
+    size = abs(value * scale)
+    decimals = max(0, 1 - math.floor(math.log10(size))) if size > 0 else 0
+    return f"{value * scale:+.{decimals}f} {unit}"
 
 
 def _words(evidence: Sequence[_Evidence], factor: float) -> str:
@@ -335,17 +350,16 @@ def _stated(quantity: str, factor: float, against: str) -> SignDecision:
 
 def _doubtful(table: LabTable, quantity: str, evidence: Sequence[_Evidence], change: float, travel: float | None) -> Fault:
     other = "" if travel is None else f" while displacement goes by {_of(travel, 'displacement')}"
-    first = f"the first stretch of the record, {quantity} by {_of(change, quantity)}{other},"
+    first = f"at first {quantity} goes by {_of(change, quantity)}{other}"
     alternatives = []
     for factor, sense in ((1.0, "positive"), (-1.0, "negative")):
-        kind = "the press" if change * factor > 0 else "a retreat of the ball, from a record that starts pressed, or a pull"
+        kind = "a press" if change * factor > 0 else "a retreat from a record that starts pressed, or a pull"
         why = _words(evidence, factor)
-        alternatives.append(
-            f'--sign "{quantity}=compression {sense}" if {first} is {kind}' + (f" (for this: {why})" if why else "")
-        )
+        alternatives.append(f'--sign "{quantity}=compression {sense}" if this is {kind}' + (f" (for it: {why})" if why else ""))
     toml = f'in an experiment file sign = {{ {quantity} = "compression positive" }} beside the file'
     return Fault(
-        f"it cannot be told which way compression is in {quantity}: the record speaks for both senses, or for none",
+        f"it cannot be told which way compression is in {quantity}: {first}, and the record speaks for both, or for none",
         table.path,
+        int(table.lines[0]) if len(table.lines) else None,
         advice=f"Say {alternatives[0]}, or {alternatives[1]}; {toml}",
     )
