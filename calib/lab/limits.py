@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
 from scipy.ndimage import median_filter
 
 from calib.errors import Fault, InputError
-from calib.lab.instruments import IntArray
+from calib.lab.instruments import IntArray, LabTable
 from calib.lab.onset import fine_onset, flat_part
 from calib.lab.use import Branch, Use
 from models.sensor import BoolArray, FloatArray
@@ -65,7 +64,7 @@ def contact_of(displacement: FloatArray, channels: Mapping[str, FloatArray], loa
 
 def limits_of(
     use: Use,
-    path: Path,
+    table: LabTable,
     displacement: FloatArray | None,
     channels: Mapping[str, FloatArray],
     stretches: Sequence[IntArray],
@@ -76,7 +75,7 @@ def limits_of(
     Parameters
     ----------
     use : with or without limits.
-    path : of the file, for refusals.
+    table : the file, for refusals.
     displacement, channels : [m] and SI, (n_row,), compression positive; None for a file without displacement.
     stretches : rows of the branch that is used, cycle by cycle, in the order of reading.
     contact : where depth counts from.
@@ -84,20 +83,25 @@ def limits_of(
     Raises
     ------
     InputError
-        If the file has no column that a limit speaks of.
+        If the file has no column that a limit speaks of, or a limit is not positive.
     """
+    for key, value in (("max_force", use.max_force), ("max_depth", use.max_depth)):
+        if value is not None and not value > 0:
+            raise InputError(
+                Fault(f"{key} must be positive, got {value:.6g}", table.path, advice=f"Leave {key} out for no limit")
+            )
     reasons: dict[int, str] = {}
     notes: list[str] = []
     if use.max_force is not None:
         if "force" not in channels:
-            raise InputError(_nothing_to_limit(path, "max_force", "force", "max_depth", "0.5 mm"))
+            raise InputError(_nothing_to_limit(table, "max_force", "force", "max_depth", "0.5 mm"))
         limit = f"{use.max_force:.6g} N"
         out = np.flatnonzero(_rows_beyond(channels["force"], use.max_force, stretches, use.branch))
         reasons |= dict.fromkeys(out.tolist(), f"more force than max_force = {limit}")
         notes.append(f"used up to {limit} of force as read, its zero not taken off: {_rows(out.size)} beyond")
     if use.max_depth is not None:
         if displacement is None or contact is None:
-            raise InputError(_nothing_to_limit(path, "max_depth", "displacement", "max_force", "5 N"))
+            raise InputError(_nothing_to_limit(table, "max_depth", "displacement", "max_force", "5 N"))
         limit = f"{use.max_depth * 1e3:.6g} mm"
         out = np.flatnonzero(_rows_beyond(displacement - contact.reading, use.max_depth, stretches, use.branch))
         reasons = dict.fromkeys(out.tolist(), f"deeper than max_depth = {limit} after contact") | reasons
@@ -112,11 +116,16 @@ def _rows(n: int) -> str:
     return f"{n} row{'' if n == 1 else 's'}"
 
 
-def _nothing_to_limit(path: Path, key: str, column: str, other: str, example: str) -> Fault:
+def columns_in_words(table: LabTable) -> str:
+    """Name the columns that are read of a file, as they are written in it."""
+    return ", ".join(f'"{source}"' for source in table.sources.values()) or "no column"
+
+
+def _nothing_to_limit(table: LabTable, key: str, column: str, other: str, example: str) -> Fault:
     option = f'--{other.replace("_", "-")} "{example}"'
     return Fault(
-        f"{key} says nothing of this file, which has no {column} column",
-        path,
+        f"{key} says nothing of this file, which has no {column} column: it has {columns_in_words(table)}",
+        table.path,
         advice=f'Say how far it is used by {other} (use = {{ {other} = "{example}" }}, or {option})',
     )
 

@@ -14,7 +14,7 @@ from calib.catalogue import CHANNELS
 from calib.errors import Fault, InputError
 from calib.lab.branches import label_branches
 from calib.lab.instruments import IntArray, LabTable
-from calib.lab.limits import contact_of, limits_of
+from calib.lab.limits import columns_in_words, contact_of, limits_of
 from calib.lab.resets import of_another_zero, resets_of, without_jumps
 from calib.lab.signs import SignDecision, decide_signs
 from calib.lab.use import FIRST_LOADING, Use, use_in_words
@@ -166,7 +166,7 @@ def observe(table: LabTable, use: Use = FIRST_LOADING) -> Observations:
     if use.max_depth is not None and displacement is not None:
         contact = contact_of(displacement, channels, np.flatnonzero(loading if np.any(loading) else chosen))
     stretches = [np.flatnonzero(chosen & (cycles == c)) for c in used_cycles]
-    beyond = limits_of(use, table.path, displacement, channels, stretches, contact)
+    beyond = limits_of(use, table, displacement, channels, stretches, contact)
     if driver is not None:
         which = use_in_words(use, used_cycles) if used_cycles else ""
         for row in np.flatnonzero(sound & ~chosen).tolist():
@@ -177,6 +177,8 @@ def observe(table: LabTable, use: Use = FIRST_LOADING) -> Observations:
             )
     for row, reason in beyond.reasons.items():
         reasons[row] = reason
+    if use != FIRST_LOADING and all(reasons):
+        raise InputError(_nothing_left(table, use, channels, chosen, branch))
     notes = list(beyond.notes)
     if anew.size:
         notes.insert(0, f"the displacement was set to zero anew in {_lines(table, anew)}: rows of one zero are used together")
@@ -287,9 +289,30 @@ def _used_cycles(table: LabTable, use: Use, n_cycle: int, branch: npt.NDArray[np
     return (0,) if use.branch == "unloading" or not np.any(branch != "") else ()
 
 
+def _nothing_left(
+    table: LabTable, use: Use, channels: Mapping[str, FloatArray], chosen: BoolArray, branch: npt.NDArray[np.object_]
+) -> Fault:
+    rows = np.flatnonzero(chosen)
+    if rows.size == 0:
+        there = [f"{int(np.sum(branch == b))} rows of {b}" for b in ("loading", "unloading", "hold") if np.any(branch == b)]
+        found = f"the record has no {use.branch} branch to use, but {' and '.join(there) or 'no branch at all'}"
+        other = "loading" if use.branch == "unloading" else "unloading"
+        return Fault(found, table.path, advice=f'Leave the branch out, or say branch = "{other}" if that is what is wanted')
+    least = f", where the force is {np.nanmin(channels['force'][rows]):.4g} N and more" if "force" in channels else ""
+    said = [f"max_force = {use.max_force:.6g} N"] if use.max_force is not None else []
+    said += [f"max_depth = {use.max_depth * 1e3:.6g} mm"] if use.max_depth is not None else []
+    return Fault(
+        f"{' and '.join(said)} leave none of the {rows.size} rows of the {use.branch} branch{least}",
+        table.path,
+        int(table.lines[rows[0]]),
+        advice="Give larger limits, or leave them out",
+    )
+
+
 def _nothing_tells(table: LabTable) -> Fault:
     return Fault(
-        "without a displacement or force column nothing tells the cycles and branches of this file, nor how deep its rows are",
+        "without a displacement or force column nothing tells the cycles and branches of this file, nor how deep its rows are: "
+        f"it has {columns_in_words(table)}",
         table.path,
         advice="Say which part is used of the tester's file, to which this one is tied by time",
     )
