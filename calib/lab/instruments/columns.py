@@ -168,6 +168,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         notes=(*sheet.notes, *notes),
         unread=(*sheet.unread, *(_unread(sheet, index, why) for index, why in sorted(unread.items()))),
         started=started_at(sheet, values.get("time")),
+        sign=reading.sign,
     )
 
 
