@@ -222,7 +222,7 @@ def mutated(seed: int, folder: Path | None = None) -> Mutated:
     """
     rng = random.Random(seed)
     chosen = rng.choice(_files(folder))
-    if chosen.data.startswith(b"PK") and rng.random() < 0.7:
+    if zipfile.is_zipfile(io.BytesIO(chosen.data)) and rng.random() < 0.7:
         data = _within(chosen.data, rng)
     else:
         data = bytes(_changed(bytearray(chosen.data), rng))

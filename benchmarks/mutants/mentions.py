@@ -60,7 +60,7 @@ def columns_named(doc: Document, table: LabTable, said: str) -> bool:
     named = False
     used = " ".join(table.sources.values())
     for j, column in enumerate(doc.columns):
-        twin = column.added and sum(c.name == column.name for c in doc.columns) > 1
+        twin = column.added and sum((c.name, c.unit) == (column.name, column.unit) for c in doc.columns) > 1
         taken = column.quantity in table.columns or (bool(column.name) and str(column.name) in used and not twin)
         if taken or "status" in str(column.name).lower():
             continue

@@ -13,8 +13,10 @@ _READ = ("time", "displacement", "force", "capacitance")
 
 
 def quantity_column(doc: Document, rng: random.Random) -> int | None:
-    """A column that may be read as time, displacement, force or capacitance; None if there is none."""
-    places = [j for j, c in enumerate(doc.columns) if c.quantity in _READ and c.factors]
+    """A column of plain numbers that may be read as time, displacement, force or capacitance; None if there is none."""
+    # A time that was written in another way holds dates, or other numbers than its seconds.
+    read = [q for q in _READ if q != "time" or not doc.free_time]
+    places = [j for j, c in enumerate(doc.columns) if c.quantity in read and c.factors]
     return rng.choice(places) if places else None
 
 
