@@ -26,6 +26,7 @@ _SHARE_SURE = 0.5
 # Rows in succession with a mark moved alike that are still told from a step of the signal.
 _RUN = 3
 _FEWEST = 5
+_MANY_DIGITS = 10_000
 
 _PADDED = re.compile(rf"\n[ \t]*[{SIGNS}]?0\d+[ \t]*$", re.ASCII | re.MULTILINE)
 
@@ -74,6 +75,20 @@ def doubtful(cells: Sequence[str], values: FloatArray, decimal: str) -> Doubts:
             other = _jumping(cells, rest, decimal)
             return Doubts({**other.rows, **rows}, other.fault, other.row)
     return _jumping(cells, values, decimal)
+
+
+def without_marks(cells: Sequence[str], values: FloatArray) -> bool:
+    """Whether a column holds nothing but whole numbers above ten thousand, as one does whose decimal marks are all lost.
+
+    Parameters
+    ----------
+    cells : of the column, (n_row,).
+    values : as read, in its own unit, nan where there is none, (n_row,).
+    """
+    there = values[np.isfinite(values)]
+    if there.size < _FEWEST or np.min(np.abs(there)) < _MANY_DIGITS or np.any(there % 1):
+        return False
+    return not any(re.search("[.,eE]", c) for c in cells)
 
 
 def _padded(cells: Sequence[str], decimal: str) -> IntArray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import compress
@@ -9,11 +10,11 @@ from itertools import compress
 import numpy as np
 
 from calib.errors import Fault, capped
-from calib.lab.instruments.doubts import doubtful
+from calib.lab.instruments.doubts import doubtful, without_marks
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.numbers import is_missing, to_numbers
 from calib.lab.instruments.sheet import Sheet
-from calib.lab.instruments.times import clock_of, gone_on, time_faults, time_notes
+from calib.lab.instruments.times import above_the_record, clock_of, gone_on, time_faults, time_notes
 from calib.lab.instruments.vocabulary import Heading
 from models.sensor import BoolArray, FloatArray
 
@@ -26,6 +27,9 @@ DAMAGED = (
     "A spreadsheet program may have damaged the numbers: export the file again from the instrument's software, with a decimal "
     "point and without thousands separators"
 )
+
+# Nobody writes tens of thousands of picofarad.
+_PICO = 1e-12
 
 
 @dataclass(frozen=True)
@@ -85,11 +89,24 @@ def readings_of(sheet: Sheet, column: ReadColumn, cells: Sequence[str], decimal:
         if doubts.fault:
             line = int(sheet.lines[doubts.row])
             faults.append(Fault(f'column "{name}": {doubts.fault}', sheet.text.path, line, column.index + 1, advice=DAMAGED))
+        if math.isclose(column.factor, _PICO) and without_marks(cells, number) and "capacitance" not in reading.units:
+            faults.append(
+                Fault(
+                    f'column "{name}": "{cells[0].strip()}" and all others are whole numbers above 10,000: '
+                    "their decimal marks may be lost",
+                    sheet.text.path,
+                    int(sheet.lines[0]),
+                    column.index + 1,
+                    advice=f"{DAMAGED}; or, if they are right, say so by their unit: --units capacitance=...",
+                )
+            )
         for r, why in doubts.rows.items():
             number[r] = np.nan
             rows.append((r, why))
     if column.quantity == "time" and not np.any(bad) and not faults:
         number, told = gone_on(sheet, column.index, number)
+        number, first = above_the_record(sheet, number)
+        rows += first.items()
         notes += [*told, *time_notes(sheet, column.index, number)]
         faults += time_faults(sheet, column.index, cells, number, 0.0 if column.clock else column.factor, reading)
     faults += capped(

@@ -9,7 +9,9 @@ from itertools import islice
 import numpy as np
 
 from calib.errors import Fault
-from calib.lab.instruments.clock import ClockTimes, form_of_clock, is_date, read_clock
+from calib.lab.instruments.clock import ClockTimes, read_clock
+from calib.lab.instruments.clock_cells import is_date
+from calib.lab.instruments.clock_form import form_of_clock
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.sheet import Sheet
 from models.sensor import FloatArray
@@ -157,6 +159,27 @@ def gone_on(sheet: Sheet, index: int, values: FloatArray) -> tuple[FloatArray, l
     lines = [int(sheet.lines[rows[k + 1]]) for k in over]
     name = sheet.names[index]
     return values + np.cumsum(turned), [f'"{name}" goes on over an overflow at 4294967296 in line {n}' for n in lines]
+
+
+def above_the_record(sheet: Sheet, values: FloatArray) -> tuple[FloatArray, dict[int, str]]:
+    """Take out a first row that is none of the record, such as one of maxima: time falls after it, and never reaches it again.
+
+    Parameters
+    ----------
+    sheet : the record.
+    values : its times, (n_row,).
+
+    Returns
+    -------
+    The times, nan in that row, and the row from 0 with why it is not usable.
+    """
+    rows = np.flatnonzero(np.isfinite(values))
+    steps = np.diff(values[rows])
+    if rows.size < _FEWEST or steps[0] >= 0 or np.any(steps[1:] < 0) or values[rows[0]] < values[rows[-1]]:
+        return values, {}
+    kept = values.copy()
+    kept[rows[0]] = np.nan
+    return kept, {int(rows[0]): f"line {int(sheet.lines[rows[0]])} is none of the record: time falls after it"}
 
 
 def time_notes(sheet: Sheet, index: int, values: FloatArray) -> list[str]:

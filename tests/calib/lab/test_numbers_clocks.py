@@ -11,7 +11,8 @@ import pytest
 
 from calib.errors import InputError
 from calib.lab import Reading, read_lab_file
-from calib.lab.instruments.clock import form_of_clock, read_clock
+from calib.lab.instruments.clock import read_clock
+from calib.lab.instruments.clock_form import form_of_clock
 
 N = 90
 
