@@ -154,7 +154,7 @@ def observe(table: LabTable, use: Use = FIRST_LOADING) -> Observations:
         for row in np.flatnonzero(nothing).tolist():
             reasons[row] = reasons[row] or "no reading"
     n_cycle = int(np.max(cycles, initial=0))
-    used_cycles = _used_cycles(table, use, n_cycle, branch)
+    used_cycles = _used_cycles(table, use, n_cycle, branch, cycles)
     sound = np.array([not r for r in reasons], dtype=bool)
     in_press = (branch == "loading") & ~repeats & (cycles > 0) | ((branch == "") if driver is None else False)
     chosen = sound & (in_press if use.branch == "loading" else branch == "unloading") & np.isin(cycles, used_cycles)
@@ -267,7 +267,7 @@ def _why_not(label: str, cycle: int, used: Sequence[int], use: Use, which: str, 
     return UNLOADING if label == "unloading" else LOADING
 
 
-def _used_cycles(table: LabTable, use: Use, n_cycle: int, branch: npt.NDArray[np.object_]) -> tuple[int, ...]:
+def _used_cycles(table: LabTable, use: Use, n_cycle: int, branch: npt.NDArray[np.object_], cycles: IntArray) -> tuple[int, ...]:
     """Which cycles are used; 0 for the unloading of a record that starts pressed, and where nothing tells cycles.
 
     Raises
@@ -284,9 +284,12 @@ def _used_cycles(table: LabTable, use: Use, n_cycle: int, branch: npt.NDArray[np
         raise InputError(Fault(f"there is no cycle {missing[0]}, the file has {has}", table.path, advice=advice))
     if use.cycles:
         return use.cycles
+    if use.branch == "unloading":
+        there = np.unique(cycles[branch == "unloading"])
+        return (1,) if 1 in there or there.size == 0 else (int(there[0]),)
     if n_cycle:
         return (1,)
-    return (0,) if use.branch == "unloading" or not np.any(branch != "") else ()
+    return () if np.any(branch != "") else (0,)
 
 
 def _nothing_left(
@@ -295,7 +298,7 @@ def _nothing_left(
     rows = np.flatnonzero(chosen)
     if rows.size == 0:
         there = [f"{int(np.sum(branch == b))} rows of {b}" for b in ("loading", "unloading", "hold") if np.any(branch == b)]
-        found = f"the record has no {use.branch} branch to use, but {' and '.join(there) or 'no branch at all'}"
+        found = f"the record has no {use.branch} branch to use, but {', '.join(there) or 'no branch at all'}"
         other = "loading" if use.branch == "unloading" else "unloading"
         return Fault(found, table.path, advice=f'Leave the branch out, or say branch = "{other}" if that is what is wanted')
     least = f", where the force is {np.nanmin(channels['force'][rows]):.4g} N and more" if "force" in channels else ""

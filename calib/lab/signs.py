@@ -10,7 +10,7 @@ from typing import Literal
 
 import numpy as np
 
-from calib.errors import Fault, InputError
+from calib.errors import Choice, Fault, InputError
 from calib.lab.instruments import LabTable
 from calib.lab.shape import NOTHING, Shape, calm, settled, shape_of
 from calib.lab.signal import excursion, reading_noise
@@ -362,4 +362,5 @@ def _doubtful(table: LabTable, quantity: str, evidence: Sequence[_Evidence], cha
         table.path,
         int(table.lines[0]) if len(table.lines) else None,
         advice=f"Say {alternatives[0]}, or {alternatives[1]}; {toml}",
+        choice=Choice("sign", tuple(SIGNS), quantity),
     )

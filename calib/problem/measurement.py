@@ -277,6 +277,37 @@ def why_outside(known: Calibrated, forward: Forward, plan: SweepPlan, values: Ma
     return f"its loading curve ends at {np.max(table.force):.4g} N ({table.depth[0, -1] * 1e3:.4g} mm), short of the readings"
 
 
+def reach(
+    known: Calibrated, forward: Forward, plan: SweepPlan, values: Mapping[str, FloatArray]
+) -> tuple[FloatArray, FloatArray]:
+    """Find how far the forward model covers a press, in terms of what the instruments read: crosshead and load.
+
+    Parameters
+    ----------
+    known, forward, plan, values : as in `model_sweep`.
+
+    Returns
+    -------
+    Reading of the crosshead [m] (at no less, as the machine gives), and load [N], (n_draw,); -inf where it does not cover the
+    design.
+    """
+    own = _SweepValues(values, plan.sweep)
+    design = design_values(known, values, plan.sweep.specimen, plan.sweep.name)
+    valid = _valid(design)
+    reading, load = np.full(valid.size, -np.inf), np.full(valid.size, -np.inf)
+    if not np.any(valid):
+        return reading, load
+    limit = np.zeros(valid.size)
+    limit[valid] = forward.max_depth(_batch(design, valid, known.experiment.friction_coefficient))
+    inside = limit > 0
+    if np.any(inside):
+        ends = forward.respond(_batch(design, inside, known.experiment.friction_coefficient), limit[inside][:, None])
+        some = own.of(inside)
+        reading[inside] = (limit[inside][:, None] + some["contact_offset"])[:, 0]
+        load[inside] = (ends.force + some["load_zero"])[:, 0]
+    return reading, load
+
+
 def _present(part: _T | None) -> _T:
     """Return a part of a sweep that must be there, as the tie or the channel requires it; refuse None."""
     if part is None:

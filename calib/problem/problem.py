@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -10,11 +11,15 @@ import numpy as np
 from calib.errors import Fault, InputError
 from calib.experiment import Experiment, forward_of_experiment, read_sweeps
 from calib.lab import Sweep
-from calib.problem.measurement import SweepPlan, model_sweep, plan_sweep, why_outside
+from calib.problem.measurement import SweepPlan, model_sweep, plan_sweep, reach, why_outside
 from calib.problem.unknowns import ParameterInfo, list_unknowns
 from calib.problem.values import values_at
 from models.response import Forward
 
+# Of a press that is too deep so much is advised of what is covered at the medians, and for all but this share of the prior.
+_FITS, _FITTING_SHARE = 0.9, 0.35
+# How far [m] the estimates of contact from the whole press and from its beginning may lie apart.
+_CONTACT_SHIFTS = 0.03e-3
 #: Prior draws with which `build_problem` checks what the forward model covers.
 _N_PRIOR_CHECK = 512
 
@@ -133,9 +138,33 @@ def _outside_faults(problem: Problem) -> list[Fault]:
                 Fault(
                     f"{where} lies outside what the {problem.forward.name} covers {at}: {reason}",
                     problem.experiment.path,
-                    advice="Check thicknesses, ball radius and contact_offset, narrow their priors, or use a smaller depth",
+                    advice=_what_fits(problem, plan)
+                    + "check thicknesses, ball radius and contact_offset, or narrow their priors",
                 )
             )
         if faults:
             break
     return faults
+
+
+def _what_fits(problem: Problem, plan: SweepPlan) -> str:
+    """How much of a press the forward model would cover, as the use that says so; without a number where another thing is wrong."""
+    n = len(problem.parameters)
+    draws = np.random.default_rng(20190304).standard_normal((_N_PRIOR_CHECK, n))
+    reached = reach(problem, problem.forward, plan, values_at(problem, np.concatenate([np.zeros((1, n)), draws])))
+    # At the medians, and for more of the prior than must be; less what the contact and the default priors shift with the data.
+    reading, load = (_FITS * min(float(of[0]), float(np.quantile(of[1:], _FITTING_SHARE))) for of in reached)
+    by_force = all(channel.tie == "force" for channel in plan.channels.values())
+    use = ""
+    if by_force and load > 0:
+        use = f'max_force = "{_floored(load):g} N"'
+    depth = reading / _FITS - plan.sweep.contact
+    if not by_force and np.isfinite(depth) and _FITS * depth - _CONTACT_SHIFTS > 0:
+        use = f'max_depth = "{_floored((_FITS * depth - _CONTACT_SHIFTS) * 1e3):g} mm"'
+    return f"Use less of this press: use = {{ {use} }} beside its files; or " if use else "Use less of the press, or "
+
+
+def _floored(value: float) -> float:
+    """A positive number with two digits, not above it."""
+    step = 10.0 ** (math.floor(math.log10(value)) - 1)
+    return round(math.floor(value / step) * step, 12)

@@ -15,6 +15,7 @@ from calib.experiment.experiment_file import read_experiment
 from calib.experiment.record import experiment_from_json, experiment_to_json
 from calib.experiment.sweeps import read_sweeps
 from calib.lab.pressing import make_sweep
+from calib.lab.use import Use
 
 
 def _run(*words: object) -> Result:
@@ -44,7 +45,7 @@ LCR = "Time (s),Cp (pF),D\n"
 
 def test_read_tells_noise_resolution_cycles_and_quality_and_draws(tmp_path: Path) -> None:
     (tmp_path / "press.csv").write_text(TESTER + _press(0.0, cycles=3))
-    result = _run("read", tmp_path / "press.csv", "--cycle", 2, "--picture", tmp_path / "p.png", "-o", tmp_path / "o.csv")
+    result = _run("read", tmp_path / "press.csv", "--cycles", 2, "--picture", tmp_path / "p.png", "-o", tmp_path / "o.csv")
     assert result.exit_code == 0, result.output
     said = _line(result.stdout)
     for words in ("delimiter comma", "decimal point", "3 cycles, cycle 2 is used", "noise", "0.0001", "hysteresis"):
@@ -52,7 +53,7 @@ def test_read_tells_noise_resolution_cycles_and_quality_and_draws(tmp_path: Path
     assert (tmp_path / "p.png").read_bytes()[:4] == b"\x89PNG"
     table = pd.read_csv(tmp_path / "o.csv")
     assert set(table["cycle"][table["used"]]) == {2}
-    assert _run("read", tmp_path / "press.csv", "--cycle", 4).exit_code == 2
+    assert _run("read", tmp_path / "press.csv", "--cycles", 4).exit_code == 2
 
 
 def test_what_the_user_says_of_units_and_columns_replaces_what_the_file_says(tmp_path: Path) -> None:
@@ -222,15 +223,15 @@ padding_thickness = {{ normal = ["1.10 mm", "0.03 mm"] }}
 
 def test_an_experiment_says_how_a_file_is_to_be_read(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("Time (s),Extension (mm),Load 1\n" + _press(0.0, cycles=2))
-    force = '{ file = "a.csv", units = { force = "mN" }, columns = { force = 3 }, cycle = 2 }'
+    force = '{ file = "a.csv", units = { force = "mN" }, columns = { force = 3 } }\nuse = { cycles = [2] }'
     (tmp_path / "e.toml").write_text(HEAD.format(force=force))
     files = read_experiment(tmp_path / "e.toml").specimens[0].sweeps[0]
     plan = read_experiment(tmp_path / "e.toml")
     assert experiment_from_json(experiment_to_json(plan)) == plan
     assert dict(files.force_reading.units) == {"force": "mN"}
     assert dict(files.force_reading.columns) == {"force": "3"}
-    assert files.cycle == 2
-    sweep = make_sweep("s", "", 5e-3, files.force, None, force_reading=files.force_reading, cycle=files.cycle)
+    assert files.use == Use(cycles=(2,))
+    sweep = make_sweep("s", "", 5e-3, files.force, None, force_reading=files.force_reading, use=files.use)
     assert "force" in sweep.channels
     assert np.max(sweep.channels["force"].value) == pytest.approx(8e-3 * 0.6**1.5, rel=0.1)
     assert any("cycle 2 is used" in note for note in sweep.notes)
