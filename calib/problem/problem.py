@@ -148,7 +148,7 @@ def _outside_faults(problem: Problem) -> list[Fault]:
 
 
 def _what_fits(problem: Problem, plan: SweepPlan) -> str:
-    """How much of a press the forward model would cover, as the use that says so; without a number where another thing is wrong."""
+    """How much of a press the forward model would cover, as the use that says so; no number where another thing is wrong."""
     n = len(problem.parameters)
     draws = np.random.default_rng(20190304).standard_normal((_N_PRIOR_CHECK, n))
     reached = reach(problem, problem.forward, plan, values_at(problem, np.concatenate([np.zeros((1, n)), draws])))

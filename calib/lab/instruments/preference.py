@@ -21,6 +21,8 @@ from models.sensor import FloatArray
 _DECISIVE = ("time", "displacement", "force", "capacitance", "capacitance_series")
 # A column that moves by less than this share of another of its quantity is not the one that was in use.
 _NOISE = 0.05
+# Largest difference, as a share of the span, of columns that hold the same numbers, maybe in other units.
+_EXACT = 1e-6
 _RAW = "the load as the cell read it is preferred, its zero is a parameter of the model"
 
 
@@ -188,8 +190,10 @@ def _beside(sheet: Sheet, quantity: str, best: Candidate, others: Sequence[Candi
         )
         numbered = bool(heading.index) and heading.index != best.heading.index and (not best.heading.index or asked_index)
         numbered = numbered and not _hardly_moves(best, other)
-        if word == "same":
-            unread[index] = f'the same readings as "{name}"'
+        # Of two columns of one name no difference is a matter of rounding.
+        if word == "same" and (share <= _EXACT or words(sheet.names[index]) != words(name)):
+            within = f", within {100 * share:.1g} % of their span" if share > _EXACT else ""
+            unread[index] = f'the same readings as "{name}"{within}'
         elif quantity not in _DECISIVE:
             unread[index] = f'another column of the {in_words(quantity)}: "{name}" is preferred'
         elif quantity == "time" and heading.name != best.heading.name and _begins_anew(other) and not _begins_anew(best):
@@ -219,7 +223,9 @@ def _beside(sheet: Sheet, quantity: str, best: Candidate, others: Sequence[Candi
             notes.append(f'"{name}" stands {len(twins) + 1} times with the same values')
         listed = ", ".join(f'"{sheet.names[i]}"' for i in same if i not in twins)
         if listed:
-            notes.append(f'{in_words(quantity)} is taken from "{name}"; {listed} agrees with it')
+            far = max(shares[i] for i in same if i not in twins)
+            within = f" within {100 * far:.1g} % of their span" if far > _EXACT else ""
+            notes.append(f'{in_words(quantity)} is taken from "{name}"; {listed} agrees with it{within}')
     return Told(unread, tuple(notes), tuple(_choice_of(sheet, quantity, best, rivals, shares)))
 
 

@@ -45,6 +45,10 @@ def read_lab_file(path: Path, reading: Reading = AS_FOUND) -> LabTable:
     unknown = sorted({*reading.units, *reading.columns} - set(QUANTITIES) - set(IN_PLACE_OF))
     if unknown:
         raise InputError(Fault(f"there is no quantity {', '.join(unknown)}", path, advice=f"There are {', '.join(QUANTITIES)}"))
+    for name, said, known in (("decimal", reading.decimal, (".", ",")), ("scale", reading.scale, ("micro",))):
+        if said and said not in known:
+            listed = " or ".join(f'"{word}"' for word in known)
+            raise InputError(Fault(f'{name} "{said}" is none that there is', path, advice=f"Write {name} = {listed}"))
     text = read_lab_text(path)
     sheet = _own_sheet(text, reading) or cut(text, reading)
     for family in FAMILIES:
