@@ -26,7 +26,6 @@ _SHARE_SURE = 0.5
 # Rows in succession with a mark moved alike that are still told from a step of the signal.
 _RUN = 3
 _FEWEST = 5
-_MANY_DIGITS = 10_000
 
 _PADDED = re.compile(rf"\n[ \t]*[{SIGNS}]?0\d+[ \t]*$", re.ASCII | re.MULTILINE)
 
@@ -77,20 +76,6 @@ def doubtful(cells: Sequence[str], values: FloatArray, decimal: str) -> Doubts:
     return _jumping(cells, values, decimal)
 
 
-def without_marks(cells: Sequence[str], values: FloatArray) -> bool:
-    """Whether a column holds nothing but whole numbers above ten thousand, as one does whose decimal marks are all lost.
-
-    Parameters
-    ----------
-    cells : of the column, (n_row,).
-    values : as read, in its own unit, nan where there is none, (n_row,).
-    """
-    there = values[np.isfinite(values)]
-    if there.size < _FEWEST or np.min(np.abs(there)) < _MANY_DIGITS or np.any(there % 1):
-        return False
-    return not any(re.search("[.,eE]", c) for c in cells)
-
-
 def _padded(cells: Sequence[str], decimal: str) -> IntArray:
     """Rows of whole numbers with leading zeros; none where all cells are whole."""
     text = "\n" + "\n".join(cells)
@@ -127,7 +112,9 @@ def _jumping(cells: Sequence[str], values: FloatArray, decimal: str) -> Doubts:
     if population is not None:
         return population
     found = _off(cells, rows, at, level, decimal)
-    if len(found) > _SHARE * rows.size and len(found) > 1:
+    # Where no number has a mark, those that are the fewer may be the right ones.
+    unmarked = not any(decimal in c for c in cells)
+    if len(found) > 1 and (unmarked or len(found) > _SHARE * rows.size):
         row, power = next(iter(found.items()))
         return Doubts(
             fault=f'"{cells[row].strip()}" and {len(found) - 1} more are off by powers of ten, such as {power}', row=row

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import compress
@@ -10,7 +9,7 @@ from itertools import compress
 import numpy as np
 
 from calib.errors import Fault, capped
-from calib.lab.instruments.doubts import doubtful, without_marks
+from calib.lab.instruments.doubts import doubtful
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.numbers import is_missing, to_numbers
 from calib.lab.instruments.sheet import Sheet
@@ -27,9 +26,6 @@ DAMAGED = (
     "A spreadsheet program may have damaged the numbers: export the file again from the instrument's software, with a decimal "
     "point and without thousands separators"
 )
-
-# Nobody writes tens of thousands of picofarad.
-_PICO = 1e-12
 
 
 @dataclass(frozen=True)
@@ -89,17 +85,6 @@ def readings_of(sheet: Sheet, column: ReadColumn, cells: Sequence[str], decimal:
         if doubts.fault:
             line = int(sheet.lines[doubts.row])
             faults.append(Fault(f'column "{name}": {doubts.fault}', sheet.text.path, line, column.index + 1, advice=DAMAGED))
-        if math.isclose(column.factor, _PICO) and without_marks(cells, number) and "capacitance" not in reading.units:
-            faults.append(
-                Fault(
-                    f'column "{name}": "{cells[0].strip()}" and all others are whole numbers above 10,000: '
-                    "their decimal marks may be lost",
-                    sheet.text.path,
-                    int(sheet.lines[0]),
-                    column.index + 1,
-                    advice=f"{DAMAGED}; or, if they are right, say so by their unit: --units capacitance=...",
-                )
-            )
         for r, why in doubts.rows.items():
             number[r] = np.nan
             rows.append((r, why))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -22,11 +23,11 @@ def lab_file(tmp_path: Path, *lines: str) -> Path:
     return path
 
 
-def joined(rows: list[tuple[str, ...]], sep: str = ",") -> list[str]:
+def joined(rows: Sequence[tuple[str, ...]], sep: str = ",") -> list[str]:
     return [sep.join(row) for row in rows]
 
 
-def assert_right(table: LabTable, rows: list[tuple[str, ...]] | None = None) -> None:
+def assert_right(table: LabTable, rows: Sequence[tuple[str, ...]] | None = None) -> None:
     for k, (quantity, factor) in enumerate((("time", 1.0), ("displacement", 1e-3), ("force", 1.0))):
         expected = np.array([float(row[k]) for row in rows or ROWS]) * factor
         np.testing.assert_allclose(table.columns[quantity][[not r for r in table.reasons]], expected, rtol=1e-12)

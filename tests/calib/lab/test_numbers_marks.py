@@ -88,6 +88,12 @@ def test_a_spreadsheet_that_took_three_decimals_for_thousands_is_refused(tmp_pat
     assert "lost their decimal mark" in refusal(written(tmp_path, "Time (s);Cp (pF)", TIME, eaten))
 
 
+def test_numbers_of_which_all_marks_are_lost_are_refused_by_those_with_fewer_digits(tmp_path: Path) -> None:
+    lost = [f"{float(c):g}".replace(".", "") for c in [f"{97.301 + 0.0011 * i:.3f}" for i in range(N)]]
+    assert {len(c) for c in lost} == {4, 5}
+    assert "off by powers of ten" in refusal(written(tmp_path, "Time (s);Cp (pF)", TIME, lost))
+
+
 @pytest.mark.parametrize("every", [9, 17, 39])
 @pytest.mark.parametrize("sign", ["", "-"])
 def test_a_mark_that_is_stripped_now_and_then_makes_rows_unusable_or_the_column(tmp_path: Path, every: int, sign: str) -> None:
