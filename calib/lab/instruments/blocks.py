@@ -114,7 +114,7 @@ def _blocks(
     """Rows of numbers below each standing of the header; lines of text below a block are left out, among its rows refused."""
     text, names = sheet.text, list(sheet.names)
     header = split_line(text.lines[sheet.header_line - 1], sheet.delimiter) if sheet.header_line else []
-    blocks = [_Block(sheet.header_line, _label(sheet, sheet.header_line - 1), [])]
+    blocks = [_Block(sheet.header_line, _numbered(header) or _label(sheet, sheet.header_line - 1), [])]
     faults: list[Fault] = []
     apart: list[int] = []  # lines of text since the last row
     among_text: list[int] = []
@@ -146,7 +146,7 @@ def _blocks(
                 )
                 raise InputError(Fault(message, text.path, line, 1, advice="Remove the line, or that header"))
             among_text += apart
-            blocks.append(_Block(start + i + 1, _label(sheet, start + i), []))
+            blocks.append(_Block(start + i + 1, _numbered(row) or _label(sheet, start + i), []))
             apart, skip_units = [], sheet.units_line is not None
         elif kind == "text":
             if is_other_header(row) and _numbers_below(rows, i):
@@ -206,6 +206,11 @@ def _another_table(sheet: Sheet, rows: list[list[str]], at: int, start: int) -> 
 _SPECIMEN = re.compile(
     r"specimen|sample|test ?piece|probe\b|prüfling|prüfkörper|éprouvette|échantillon|probeta|muestra|试样|試験片|サンプル", re.I
 )
+
+
+def _numbered(header: Sequence[str]) -> str:
+    """The specimen whose number stands in the first cell of a header."""
+    return f"specimen {header[0].strip()}" if header and header[0].strip().isdigit() else ""
 
 
 def _label(sheet: Sheet, header: int) -> str:

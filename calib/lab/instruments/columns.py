@@ -76,6 +76,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     if not family.verified:
         notes.append(f"the layout of {family.name} files is built from what is documented of them: check these numbers once")
     columns: list[ReadColumn] = []
+    without_unit: set[str] = set()
     for quantity, (index, heading) in choice.chosen.items():
         if quantity == "status":
             continue
@@ -85,7 +86,9 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
             unread[index] = "it has no unit of frequency"
             notes.append(f'"{sheet.names[index]}" left out: it has no unit of frequency')
             continue
-        faults += [fault] if fault is not None else []
+        if fault is not None:
+            faults.append(fault)
+            without_unit.add(quantity)
         columns.append(ReadColumn(index, heading, factor, clock))
         if heading.unit_doubt and fault is None:
             notes.append(f'"{sheet.names[index]}" is read in the unit asked for, though it has {heading.unit_doubt}')
@@ -108,7 +111,8 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     values: dict[str, FloatArray] = {}
     for column in columns:
         found = readings_of(sheet, column, cells[column.quantity], decimals.get(column.quantity, ""), reading)
-        faults += found.faults
+        # Of a time without a unit nothing else can be said.
+        faults += found.faults if column.quantity != "time" or "time" not in without_unit else ()
         notes += found.notes
         for r, why in found.rows:
             _append(reasons, r, why)
@@ -187,6 +191,15 @@ def _unread(sheet: Sheet, index: int, reason: str) -> Unread:
     return Unread(f'column {index + 1} "{name}"' if name else f"column {index + 1}", reason)
 
 
+# The likelier mark that may be asked for -> what to say; ".," if either may be right, "" if the user cannot decide.
+_SAY_MARK = {
+    "": "",
+    ",": 'Say which it is: --decimal ",". ',
+    ".": 'Say which it is: --decimal ".". ',
+    ".,": "Say which it is, a point or a comma, by the option --decimal. ",
+}
+
+
 def _notation_fault(sheet: Sheet, notation: Notation, columns: Sequence[ReadColumn]) -> Fault:
     shown = " and ".join(
         f'"{sheet.columns[columns[c].index][r].strip()}" (line {sheet.lines[r]}, column "{sheet.names[columns[c].index]}")'
@@ -198,5 +211,5 @@ def _notation_fault(sheet: Sheet, notation: Notation, columns: Sequence[ReadColu
         sheet.text.path,
         int(sheet.lines[row]),
         columns[column].index + 1,
-        advice=f'{DAMAGED}; where the file leaves it open, say the mark: --decimal "," or --decimal "."',
+        advice=f"{_SAY_MARK[notation.askable]}{DAMAGED}",
     )

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from calib.errors import Fault, InputError
-from calib.lab.instruments.clock import is_clock
+from calib.lab.instruments.clock_cells import is_clock
 from calib.lab.instruments.header import (
     DELIMITERS,
     HEADER_WITHIN,
@@ -52,7 +52,9 @@ def cut(text: LabText, reading: Reading) -> Sheet:
     """
     found = find_header(text, reading)
     if found is None:
-        if reading.columns and all(c.isdigit() for c in reading.columns.values()):
+        if any(c != "none" for c in reading.columns.values()) and all(
+            c.isdigit() or c == "none" for c in reading.columns.values()
+        ):
             return _without_header(text, reading)
         raise InputError(no_header(text))
     delimiter, header, names = found
@@ -152,17 +154,24 @@ def _assigned(reading: Reading, names: Sequence[str], text: LabText, line: int) 
 
 def _without_header(text: LabText, reading: Reading) -> Sheet:
     """A table of numbers only, with the columns that the user names by number."""
-    last = max(int(c) for c in reading.columns.values())
+    wanted = [int(c) for c in reading.columns.values() if c.isdigit()]
+    last = max(wanted)
     for index, line in enumerate(text.lines[:HEADER_WITHIN]):
         for delimiter in DELIMITERS:
             cells = split_line(line, delimiter)
-            chosen = [cells[int(c) - 1] for c in reading.columns.values()] if 0 < last <= len(cells) else []
+            chosen = [cells[c - 1] for c in wanted] if 0 < last <= len(cells) else []
             if chosen and all(is_numeric(c) or is_clock(c) or is_over_range(c) for c in chosen):
                 names = tuple(str(i + 1) for i in range(len(cells)))
                 assigned = _assigned(reading, names, text, index + 1)
                 sheet = Sheet(text, delimiter, 0, names, assigned=assigned)
                 return with_rows(sheet, index, reading, ())
     raise InputError(no_header(text))
+
+
+def _by_specimen(sheet: Sheet, rows: Sequence[int]) -> bool:
+    """Whether rows are those of results, one a specimen: they begin with 1, 2, 3 and have fewer cells than the record."""
+    cells = [[c for c in split_line(sheet.text.lines[row - 1], sheet.delimiter) if c] for row in rows]
+    return [row[0] for row in cells] == [str(k + 1) for k in range(len(rows))] and len(cells[0]) < n_named(sheet)
 
 
 def _rows_above(sheet: Sheet, reading: Reading) -> tuple[str, ...]:
@@ -174,7 +183,7 @@ def _rows_above(sheet: Sheet, reading: Reading) -> tuple[str, ...]:
             rows.append(number)
     if not rows:
         return ()
-    if len(rows) >= FEW_ROWS or reading.specimen is not None:
+    if len(rows) >= FEW_ROWS or (reading.specimen is not None and not _by_specimen(sheet, rows)):
         raise InputError(
             Fault(
                 f"{len(rows)} rows of numbers stand above the header of line {sheet.header_line}, under none understood",

@@ -18,6 +18,8 @@ _JUMP = 4.0
 _APART, _TOGETHER = 0.9, 0.3
 # How near a number must come to its neighbours once its mark is moved, in steps between these, and how small these must be.
 _NEAR, _SMALL_STEPS, _COARSE_STEPS = 2.0, 0.03, 0.5
+# Rounding of a number whose mark has moved to the left may add up to this share.
+_ROUNDED = 0.1
 # Larger shares of contradicted numbers are no single damage: the column is.
 _SHARE = 0.05
 _SHARE_SURE = 0.5
@@ -110,7 +112,9 @@ def _jumping(cells: Sequence[str], values: FloatArray, decimal: str) -> Doubts:
     if population is not None:
         return population
     found = _off(cells, rows, at, level, decimal)
-    if len(found) > _SHARE * rows.size and len(found) > 1:
+    # Where no number has a mark, those that are the fewer may be the right ones.
+    unmarked = not any(decimal in c for c in cells)
+    if len(found) > 1 and (unmarked or len(found) > _SHARE * rows.size):
         row, power = next(iter(found.items()))
         return Doubts(
             fault=f'"{cells[row].strip()}" and {len(found) - 1} more are off by powers of ten, such as {power}', row=row
@@ -169,7 +173,9 @@ def _off(cells: Sequence[str], rows: IntArray, at: FloatArray, level: FloatArray
         low, high = float(min(before[-1], after[0])), float(max(before[-1], after[0]))
         step = max(high - low, float(np.max(np.abs(np.diff(before)))), float(np.max(np.abs(np.diff(after)))))
         middle = abs(low + high) / 2
-        if np.any(mended < low - _NEAR * step) or np.any(mended > high + _NEAR * step):
+        digits = max(_decimals(cells[i], decimal) for i in rows[start : end + 1].tolist())
+        last = min(0.5 * 10.0 ** (-digits - power[j]), _ROUNDED * middle) if power[j] < 0 else 0.0
+        if np.any(mended < low - _NEAR * step - last) or np.any(mended > high + _NEAR * step + last):
             continue
         smooth = 0 < step < _SMALL_STEPS * middle
         near = rows[[start - 2, start - 1, end + 1, end + 2]].tolist()

@@ -9,7 +9,7 @@ from itertools import pairwise
 from types import MappingProxyType
 
 from calib.errors import Fault
-from calib.lab.instruments.clock import is_clock
+from calib.lab.instruments.clock_cells import is_clock
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.numbers import is_numeric
 from calib.lab.instruments.text import LabText
@@ -84,11 +84,24 @@ def find_header(text: LabText, reading: Reading) -> tuple[str, int, list[str]] |
                 if len(known) < 2 and rows == 0:
                     continue
                 score = (rows, len(known))
-                if found is not None and rows and cells == found[2] and best[0]:
+                if found is not None and rows and is_same_header(cells, found[2]) and best[0]:
                     continue  # the header again
                 if score > best and (rows or len(known) > best[1]):
                     best, found = score, (delimiter, index, cells)
     return found
+
+
+def is_same_header(cells: Sequence[str], header: Sequence[str]) -> bool:
+    """Whether cells are a header again, or that of the next specimen, whose number stands in its first cell.
+
+    Parameters
+    ----------
+    cells, header : stripped.
+    """
+    if list(cells) == list(header):
+        return True
+    numbered = len(cells) > 1 and cells[0].isdigit() and len(header) > 1 and header[0].isdigit()
+    return numbered and list(cells[1:]) == list(header[1:])
 
 
 _COMMENT_MARK = re.compile(r'\s*(?P<quote>"?)(?:#+|%+|//+|;+|!)(?P<rest>.*)', re.DOTALL)

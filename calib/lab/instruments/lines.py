@@ -7,7 +7,8 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from calib.lab.instruments.clock import is_clock
+from calib.lab.instruments.clock_cells import is_clock
+from calib.lab.instruments.header import is_same_header
 from calib.lab.instruments.labtable import IntArray, Unread
 from calib.lab.instruments.numbers import is_missing, is_numeric, is_over_range
 from calib.lab.instruments.sheet import Sheet
@@ -80,7 +81,9 @@ def not_read(sheet: Sheet, indices: Sequence[int], why: str) -> list[Unread]:
 
 
 # A line that a program has set apart from the rows; a spreadsheet's words for an error are none.
-_COMMENT = re.compile(r"(?:#(?!#|N/?A|NV|REF|DIV|VALUE|NAME|NUM|NULL|WERT|BEZUG|ZAHL)|%|//|!)\s*(?=[^\s%])", re.IGNORECASE)
+_COMMENT = re.compile(
+    r"(?:#+(?!#|N/?A|NV|REF|DIV|VALUE|NAME|NUM|NULL|WERT|BEZUG|ZAHL)|%+|//+|!)\s*(?=[\w(\[\"'])", re.IGNORECASE
+)
 
 
 def is_comment(line: str) -> bool:
@@ -99,12 +102,12 @@ def kind_of_line(row: Sequence[str], header: Sequence[str], keys: Sequence[int],
     width : columns of the header.
     """
     if row and is_comment(row[0]):
-        return "header" if [c.strip() for c in row] == list(header) else "text"
+        return "header" if is_same_header([c.strip() for c in row], header) else "text"
     key = keys[0] if keys else 0
     if min(width, 2) <= len(row) > key and is_numeric(row[key]):
         return "row"
     cells = [c.strip() for c in row]
-    if cells == list(header):
+    if is_same_header(cells, header):
         return "header"
     there = [cells[i] for i in keys if i < len(cells)]
     numbers = sum(is_numeric(c) or is_clock(c) for c in there)
@@ -113,6 +116,9 @@ def kind_of_line(row: Sequence[str], header: Sequence[str], keys: Sequence[int],
     worded = not (is_numeric(first) or is_over_range(first) or is_clock(first) or is_missing(first))
     if worded and len(cells) < width and not any(map(is_numeric, cells[2:])):
         return "text"  # `key,value` below the table
+    readings = sum(is_numeric(c) or is_clock(c) for c in cells)
+    if worded and readings < sum(bool(c) for c in cells) - readings and readings < 2:
+        return "text"  # `key,value,unit`
     if numbers == 0 and not (nothing and not worded):
         return "text"
     return "row"

@@ -137,18 +137,18 @@ def decide_notation(
     decimals, notes = [], []
     was_open = False
     for c, text in enumerate(texts):
-        decimal, note, conflict, places = _decimal(text, columns[c], shown[c], seen, declared, asked, delimiter)
+        decimal, note, conflict, showing = _decimal(text, columns[c], shown[c], seen, declared, asked, delimiter)
         if conflict:
-            several = len(places) > 1
+            several = len(showing) > 1
             likely = "" if several else ".," if seen else "," if commas[c] else "."
-            return Notation("", conflict=conflict, places=_places(texts, [(m, c) for m in places]), askable=likely)
+            return Notation("", conflict=conflict, places=_places(texts, [(m, c) for m in showing]), askable=likely)
         was_open |= not shown[c] and ("." in text or commas[c])
         notes += [f'"{names[c]}": {note}'] if note else []
         decimals.append(decimal)
         if decimal and decimal in text:
-            conflict, places = _damaged(text, decimal)
+            conflict, showing = _damaged(text, decimal)
             if conflict:
-                return Notation("", conflict=conflict, places=_places(texts, [(m, c) for m in places]))
+                return Notation("", conflict=conflict, places=_places(texts, [(m, c) for m in showing]))
     if asked and not was_open and seen - {asked}:
         c = next(c for c, mark in enumerate(shown) if mark and mark != asked)
         return Notation(

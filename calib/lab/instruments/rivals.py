@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from calib.lab.instruments.clock import is_clock, read_clock
+from calib.lab.instruments.clock import read_clock
+from calib.lab.instruments.clock_cells import is_clock
 from calib.lab.instruments.numbers import to_numbers
 from models.sensor import FloatArray
 

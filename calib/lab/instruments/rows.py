@@ -12,7 +12,7 @@ import numpy as np
 
 from calib.errors import Fault, InputError
 from calib.lab.instruments.blocks import block_table
-from calib.lab.instruments.clock import not_clocks
+from calib.lab.instruments.clock_cells import not_clocks
 from calib.lab.instruments.header import split_line
 from calib.lab.instruments.labtable import IntArray, Reading
 from calib.lab.instruments.lines import Table, is_other_header, kind_of_line, left_out, n_named, not_read, short_rows

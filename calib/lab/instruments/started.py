@@ -12,11 +12,14 @@ _DATE = re.compile(
     r"(?P<a>\d{1,4})(?P<mark>[-/.])(?P<b>\d{1,2})(?P=mark)(?P<c>\d{1,4})(?:[ T]+(?P<h>\d{1,2}):(?P<m>\d{2})(?::(?P<s>\d{2}))?"
     r"\s*(?P<half>[AaPp][Mm])?)?"
 )
+# Lines with the date of something else, and those that speak of the test's.
+_OTHER_DATE = re.compile(r"calib|kalib|étalon|due|fällig|version|export|print|gedruckt|created|modified|install|firmware", re.I)
+_BEGAN = re.compile(r"start|begin|began|test.?(?:date|time)|prüf(?:datum|zeit)|début|inicio|开始", re.I)
 _EPOCH = (1e9, 4.2e9)  # [s] since 1970, in the years 2001 to 2100: no time since the start of a test
 
 
 def started_at(sheet: Sheet, time: FloatArray | None) -> datetime | None:
-    """When a record began, if its file says so: the date in the first row, else the first one above the header.
+    """When a record began, if its file says so: the date in the first row, else one above the header, the test's before others.
 
     Parameters
     ----------
@@ -24,7 +27,8 @@ def started_at(sheet: Sheet, time: FloatArray | None) -> datetime | None:
     time : its time column [s], None if it has none; seconds since 1970 are a date too, then UTC.
     """
     first = sheet.text.lines[int(sheet.lines[0]) - 1] if len(sheet.lines) else ""
-    for line in (first, *sheet.prelude[-200:]):
+    above = [line for line in sheet.prelude[-200:] if not _OTHER_DATE.search(line)]
+    for line in (first, *sorted(above, key=lambda line: not _BEGAN.search(line))):
         match = _DATE.search(line)
         found = _date(match) if match else None
         if found is not None:

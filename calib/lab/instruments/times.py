@@ -9,7 +9,9 @@ from itertools import islice
 import numpy as np
 
 from calib.errors import Fault
-from calib.lab.instruments.clock import ClockTimes, form_of_clock, is_date, read_clock
+from calib.lab.instruments.clock import ClockTimes, read_clock
+from calib.lab.instruments.clock_cells import is_date
+from calib.lab.instruments.clock_form import form_of_clock
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.sheet import Sheet
 from models.sensor import FloatArray
@@ -159,6 +161,27 @@ def gone_on(sheet: Sheet, index: int, values: FloatArray) -> tuple[FloatArray, l
     return values + np.cumsum(turned), [f'"{name}" goes on over an overflow at 4294967296 in line {n}' for n in lines]
 
 
+def above_the_record(sheet: Sheet, values: FloatArray) -> tuple[FloatArray, dict[int, str]]:
+    """Take out a first row that is none of the record, such as one of maxima: time falls after it, and never reaches it again.
+
+    Parameters
+    ----------
+    sheet : the record.
+    values : its times, (n_row,).
+
+    Returns
+    -------
+    The times, nan in that row, and the row from 0 with why it is not usable.
+    """
+    rows = np.flatnonzero(np.isfinite(values))
+    steps = np.diff(values[rows])
+    if rows.size < _FEWEST or steps[0] >= 0 or np.any(steps[1:] < 0) or values[rows[0]] < values[rows[-1]]:
+        return values, {}
+    kept = values.copy()
+    kept[rows[0]] = np.nan
+    return kept, {int(rows[0]): f"line {int(sheet.lines[rows[0]])} is none of the record: time falls after it"}
+
+
 def time_notes(sheet: Sheet, index: int, values: FloatArray) -> list[str]:
     """Write notes on times that fall or stand still, each with its first line.
 
@@ -185,9 +208,13 @@ def _counts_clock(numbers: FloatArray) -> bool:
     if np.any(numbers % 100 >= 60) or np.any(numbers // 100 % 100 >= 60):
         return False
     steps = np.diff(numbers)
-    full = np.diff(numbers // 100) > 0
-    usual = float(np.median(steps[~full])) if np.any(~full) else np.inf
-    return bool(np.any(full)) and bool(np.all(steps[full] >= 40)) and usual < 10
+    full = np.flatnonzero(np.diff(numbers // 100) > 0)
+    within = np.diff(numbers // 100) == 0
+    if not full.size or not np.any(within):
+        return False
+    usual = float(np.median(steps[within]))
+    going_on = 60 - numbers[full] % 100 + numbers[full + 1] % 100
+    return bool(np.all(np.abs(going_on - usual) <= 2 * usual + 1e-6)) and usual < 10
 
 
 def _lost_digits(cells: Sequence[str], rows: Sequence[int], steps: FloatArray) -> str:

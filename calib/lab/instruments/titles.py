@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from calib.errors import Fault, InputError
-from calib.lab.instruments.clock import is_clock
+from calib.lab.instruments.clock_cells import is_clock
 from calib.lab.instruments.header import split_line, without_comment_mark
 from calib.lab.instruments.labtable import Unread
 from calib.lab.instruments.numbers import is_missing, is_numeric, is_over_range, parse_number

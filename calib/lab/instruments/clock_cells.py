@@ -1,0 +1,160 @@
+"""From the cells of a column of times of day to their parts: hours, minutes, seconds, dates, offsets from UTC."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import compress
+
+import numpy as np
+
+from calib.lab.instruments.numbers import odd_cells
+from models.sensor import FloatArray
+
+_DATE = r"\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}"
+_CLOCK = re.compile(
+    rf"^\s*(?P<date>{_DATE})?[ T]*"
+    r"(?P<first>\d{1,3}):(?P<second>\d{2})(?::(?P<third>\d{2})|(?=[.,]\d))(?P<part>[.,]\d+)?\s*"
+    r"(?P<half>[AaPp]\.?[Mm]\.?)?\s*(?P<zone>Z|UTC|GMT|[+-]\d{2}:?\d{2})?\s*$"
+)
+# The usual one, with a date or without, recognised and read at once.
+_USUAL_CLOCK = rf"(?:{_DATE}[ T]+)?\d{{1,2}}:\d{{2}}:\d{{2}}(?:[.,]\d+)?"
+_NOT_USUAL_CLOCK = re.compile(rf"\n(?!{_USUAL_CLOCK}$)", re.ASCII | re.MULTILINE)
+_DATED = re.compile(rf"{_DATE}[ T]+", re.ASCII)
+_ZONE = re.compile(r"\s*(?:Z|UTC|GMT|[+-]\d{2}:?\d{2})$", re.ASCII)
+_TWO_FIELDS = re.compile(r"^\s*\d{1,3}:\d{2}\s*$", re.ASCII)
+
+
+def is_clock(cell: str) -> bool:
+    """Whether a cell is a time of day, with or without a date: "12:30:01.25", "2024-05-02 12:30:01", "30:01.2"."""
+    return _CLOCK.match(cell) is not None or _TWO_FIELDS.match(cell) is not None
+
+
+def not_clocks(cells: Sequence[str], most: int) -> list[int] | None:
+    """Find the cells of a column that are no time of day as usually written, all at once, as `not_numbers` does for numbers.
+
+    Parameters
+    ----------
+    cells : of a column.
+    most : how many of them are worth a look.
+
+    Returns
+    -------
+    Their rows from 0; None if there are more than `most`.
+    """
+    return odd_cells(_NOT_USUAL_CLOCK, cells, most)
+
+
+def is_date(cell: str) -> bool:
+    """Whether a cell is a date and nothing else: "2024-05-02", "2.5.2024"."""
+    return re.fullmatch(rf"\s*{_DATE}\s*", cell) is not None
+
+
+@dataclass(frozen=True, eq=False)
+class ClockParts:
+    """Cells of times of day taken apart.
+
+    Attributes
+    ----------
+    parts : numbers before, between and behind the colons, nan where there is none, (n_row, 3).
+    fraction : decimals behind a part that is not the third, (n_row,).
+    zones : offset from UTC [s], nan where none is written, (n_row,).
+    dates : of each cell, "" where it has none; [] if no cell has.
+    has_half : whether am or pm is written.
+    long_hours : whether hours pass 24, as of a time since the start.
+    """
+
+    parts: FloatArray
+    fraction: FloatArray
+    zones: FloatArray
+    dates: list[str]
+    has_half: bool
+    long_hours: bool
+
+
+def clock_parts(cells: Sequence[str]) -> ClockParts:
+    """Take the cells of a column of times of day apart, the usual ones all at once."""
+    n = len(cells)
+    parts, fraction, zones = np.full((n, 3), np.nan), np.zeros(n), np.full(n, np.nan)
+    dates = [""] * n
+    has_half = False
+    cells, zone = _without_one_zone(cells)
+    odd = not_clocks(cells, n) or []
+    regular = np.ones(n, dtype=bool)
+    regular[odd] = False
+    if np.any(regular):
+        usual = cells if not odd else list(compress(cells, regular))
+        own, text = _without_dates(usual)
+        numbers = np.array(text.replace(",", ".").replace(":", "\n").split("\n"), dtype=np.float64).reshape(-1, 3)
+        parts[regular] = numbers
+        if own and odd:
+            for i, day in zip(np.flatnonzero(regular).tolist(), own, strict=True):
+                dates[i] = day
+        elif own:
+            dates = own
+    if zone is not None:
+        zones[:] = zone
+    for i in odd:
+        match = _CLOCK.match(cells[i])
+        two = _TWO_FIELDS.match(cells[i])
+        if match is None and two is None:
+            continue
+        if match is None:
+            first, second = cells[i].split(":")
+            parts[i, :2] = int(first), int(second)
+            continue
+        hour = int(match["first"])
+        if match["half"]:
+            has_half = True
+            if not 1 <= hour <= 12:
+                continue
+            hour = hour % 12 + (12 if match["half"][0] in "pP" else 0)
+        parts[i, :2] = hour, int(match["second"])
+        if match["third"] is not None:
+            parts[i, 2] = float(match["third"] + (match["part"] or "").replace(",", "."))
+        elif match["part"]:
+            fraction[i] = float("0" + match["part"].replace(",", "."))
+        if match["zone"]:
+            zones[i] = _offset(match["zone"])
+        dates[i] = match["date"] or ""
+    dated = any(dates)
+    hours = parts[np.isfinite(parts[:, 0]), 0]
+    long_hours = not dated and not has_half and bool(np.any(hours > 23)) and bool(np.all(np.diff(hours) >= 0))
+    return ClockParts(parts, fraction, zones, dates if dated else [], has_half, long_hours)
+
+
+def _without_one_zone(cells: Sequence[str]) -> tuple[Sequence[str], float | None]:
+    """The cells without the offset from UTC that all of them have, and that offset [s]."""
+    first = next((c for c in cells if c.strip()), "")
+    match = _ZONE.search(first)
+    if match is None or ":" not in first[: match.start()]:
+        return cells, None
+    end = match[0]
+    if not all(c.endswith(end) for c in cells):
+        return cells, None
+    return [c[: -len(end)] for c in cells], _offset(end.strip())
+
+
+def _offset(zone: str) -> float:
+    if not zone[1:2].isdigit():
+        return 0.0
+    digits = zone[1:].replace(":", "")
+    return (-1.0 if zone[0] == "-" else 1.0) * (3600.0 * int(digits[:2]) + 60.0 * int(digits[2:]))
+
+
+def _without_dates(cells: Sequence[str]) -> tuple[list[str], str]:
+    """The dates of usual times, [] if none has one, and the times without them, one in a line."""
+    text = "\n" + "\n".join(cells)
+    match = _DATED.match(cells[0])
+    if match and text.count("\n" + match[0]) == len(cells):  # one day, and quickly told
+        return [match[0].strip(" T")] * len(cells), text.replace("\n" + match[0], "\n")[1:]
+    if not match and not any(mark in text for mark in "-/ T") and not _DATED.search(text):
+        return [], text[1:]
+    found = [_DATED.match(cell) for cell in cells]
+    if not any(found):
+        return [], text[1:]
+    ends = [m.end() if m else 0 for m in found]
+    return [c[:e].strip(" T") for c, e in zip(cells, ends, strict=True)], "\n".join(
+        c[e:] for c, e in zip(cells, ends, strict=True)
+    )

@@ -1,0 +1,100 @@
+"""From times of day taken apart to what their parts count: hours, minutes and seconds, or other forms, proven or said."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.lab.instruments.clock_cells import ClockParts
+
+#: How a time may be said to be written, in `Reading.units`: the seconds that each of its parts counts.
+FORMS = {
+    "h:min:s": (3600.0, 60.0, 1.0),
+    "min:s": (60.0, 1.0, 0.0),
+    "h:min": (3600.0, 60.0, 0.0),
+    "min:s:cs": (60.0, 1.0, 0.01),
+}
+
+
+@dataclass(frozen=True)
+class ClockForm:
+    """What the parts of times count: one of `FORMS`; or "" with why it is open, and the likeliest for the user to say."""
+
+    form: str
+    conflict: str = ""
+    likely: str = ""
+
+
+_HOURS = ClockForm("h:min:s")
+_HUNDREDTHS = "min:s:cs for hundredths"
+
+
+def clock_form(parsed: ClockParts, dates: Sequence[str], said: str) -> ClockForm:
+    """Tell what the parts of times count, by what is said of it, else by what the cells prove.
+
+    Hours, minutes and seconds are proven by a date, am or pm, an offset from UTC, decimals, and by going on where a minute is
+    full. Times that begin within the first hour and fill no minute may be anything.
+
+    Parameters
+    ----------
+    parsed : the cells.
+    dates : those of a column beside it, () without one.
+    said : as `form_of_clock` gives it; "" if nobody says.
+    """
+    if said in FORMS:
+        return ClockForm(said)
+    parts = parsed.parts
+    there = np.isfinite(parts[:, 0])
+    first, second, third = (parts[there, k] for k in range(3))
+    missing = np.isnan(third)
+    if np.mean(missing) > 0.5:
+        if np.any(parsed.fraction > 0):
+            return ClockForm("min:s")
+        repeated = 2 * np.count_nonzero(np.diff(60 * first + second) == 0) > first.size
+        likely = "h:min" if repeated else "min:s"
+        return ClockForm("", "times of two parts may be hours and minutes or minutes and seconds", likely)
+    if said:
+        return ClockForm("", "the last part of the times may be frames or hundredths of a second", _HUNDREDTHS)
+    above = (third >= 60) & ~missing
+    if np.count_nonzero(above) > max(2, 0.02 * third.size):
+        return ClockForm("", "the last part of the times passes 60: it is no second", _HUNDREDTHS)
+    whole = not np.any(third[~missing] % 1)
+    if not whole or parsed.dates or len(dates) or parsed.has_half or np.any(np.isfinite(parsed.zones)) or third.size < 4:
+        return _HOURS
+    # Seconds go on where a minute is full; hundredths and frames jump there.
+    minute = 60 * first + second
+    carried = np.diff(minute) == 1
+    stays = np.diff(minute) == 0
+    steps = np.diff(third)
+    if np.mean(steps[stays] == 0) > 0.3 if np.any(stays) else False:
+        return _HOURS  # many readings within a second
+    if np.any(carried) and np.any(stays):
+        usual = float(np.percentile(steps[stays], 90))
+        step = float(np.median(steps[carried] + 60))
+        if usual / 3 <= step <= 3 * max(usual, 1.0):
+            return _HOURS
+        why = "the last part of the times does not go on as seconds do where a minute is full"
+        return ClockForm("", why, _HUNDREDTHS)
+    if first[0] > 0:
+        return _HOURS
+    why = "the parts of the times may be hours, minutes and seconds, or minutes, seconds and hundredths: no minute is full"
+    return ClockForm("", why, "h:min:s")
+
+
+# Letters of a written form -> what it means; any other is not known.
+_LETTERS = {("h", "m", "s"): "h:min:s", ("m", "s"): "min:s", ("h", "m"): "h:min"}
+
+
+def form_of_clock(unit: str) -> str:
+    """The form of times that a unit says ("hh:mm:ss", "min:s"): one of `FORMS`, "other" of minutes and seconds, "" for none.
+
+    >>> form_of_clock("HH:MM:SS.fff"), form_of_clock("mm:ss"), form_of_clock("s")
+    ('h:min:s', 'min:s', '')
+    """
+    tidy = unit.strip().lower()
+    if tidy in FORMS:
+        return tidy
+    letters = tuple(part.strip()[:1] for part in tidy.split(":"))
+    return _LETTERS.get(letters, "other" if letters[:2] == ("m", "s") else "")

@@ -1,0 +1,190 @@
+"""Times of day and numbers under "time": dates, offsets and midnights count, what may be two times or none is refused."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from datetime import datetime, timedelta
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from calib.errors import InputError
+from calib.lab import Reading, read_lab_file
+from calib.lab.instruments.clock import read_clock
+from calib.lab.instruments.clock_form import form_of_clock
+
+N = 90
+
+
+def lab_file(tmp_path: Path, name: str, times: Sequence[str], sep: str = ";") -> Path:
+    path = tmp_path / "lab.csv"
+    rows = (sep.join((t, f"{i * 0.0113:.4f}", f"{0.3 + i * 0.017:.3f}")) for i, t in enumerate(times))
+    path.write_text("\n".join((sep.join((name, "Extension (mm)", "Load (N)")), *rows)) + "\n", encoding="utf-8")
+    return path
+
+
+def since_start(tmp_path: Path, name: str, times: Sequence[str], reading: Reading | None = None) -> np.ndarray:
+    time = read_lab_file(lab_file(tmp_path, name, times), reading or Reading()).columns["time"]
+    return np.asarray(time - time[0])
+
+
+def refusal(path: Path, reading: Reading | None = None) -> str:
+    with pytest.raises(InputError) as caught:
+        read_lab_file(path, reading or Reading())
+    return str(caught.value)
+
+
+@pytest.mark.parametrize("pause", [0, 3600, 86_400, 86_400 * 3 + 77, 86_400 * 40])
+@pytest.mark.parametrize("form", ["%Y-%m-%d %H:%M:%S.%f", "%d.%m.%Y %H:%M:%S", "%Y-%m-%dT%H:%M:%S+02:00", "%Y/%m/%d %H:%M:%SZ"])
+@pytest.mark.parametrize("start", [datetime(2024, 2, 28, 23, 59, 20), datetime(2023, 12, 31, 11, 0)])
+def test_pauses_of_days_count_by_the_date(tmp_path: Path, pause: int, form: str, start: datetime) -> None:
+    seconds = np.arange(N) + np.where(np.arange(N) >= 50, pause + 0.0, 0.0)
+    times = [(start + timedelta(seconds=float(s))).strftime(form) for s in seconds]
+    np.testing.assert_allclose(since_start(tmp_path, "Timestamp", times), seconds, atol=1e-6)
+
+
+@pytest.mark.parametrize("order", [("Date", "Time"), ("Time", "Date")])
+def test_a_column_of_dates_beside_the_times_counts_too(tmp_path: Path, order: tuple[str, str]) -> None:
+    seconds = np.arange(N) + np.where(np.arange(N) >= 50, 2 * 86_400.0, 0.0)
+    stamps = [datetime(2024, 5, 1, 12) + timedelta(seconds=float(s)) for s in seconds]
+    cells = {"Date": "%Y-%m-%d", "Time": "%H:%M:%S"}
+    times = [";".join(t.strftime(cells[name]) for name in order) for t in stamps]
+    np.testing.assert_allclose(since_start(tmp_path, ";".join(order), times), seconds)
+
+
+def test_day_and_month_are_told_by_a_midnight_and_refused_over_days() -> None:
+    late = [datetime(2024, 5, 11, 23, 59, 30) + timedelta(seconds=i) for i in range(60)]
+    read = read_clock([t.strftime("%d/%m/%Y %H:%M:%S") for t in late])
+    np.testing.assert_allclose(read.seconds - read.seconds[0], np.arange(60))
+    assert any("day, month, year" in note for note in read.notes)
+    paused = [t + timedelta(days=3 if i > 30 else 0) - timedelta(days=10) for i, t in enumerate(late)]
+    assert "day and month" in read_clock([t.strftime("%d/%m/%Y %H:%M:%S") for t in paused]).conflict
+    # A day above twelve tells.
+    known = [t + timedelta(days=5 if i > 30 else 0) for i, t in enumerate(late)]
+    assert not read_clock([t.strftime("%d/%m/%Y %H:%M:%S") for t in known]).conflict
+
+
+def test_an_offset_that_changes_is_taken_off_and_its_lack_refused() -> None:
+    summer = [f"2024-10-27T02:59:{30 + i:02d}+02:00" for i in range(30)]
+    winter = [f"2024-10-27T02:00:{i:02d}+01:00" for i in range(30)]
+    read = read_clock([*summer, *winter])
+    np.testing.assert_allclose(read.seconds - read.seconds[0], np.arange(60))
+    assert "set back by an hour" in read_clock([c[:-6] for c in (*summer, *winter)]).conflict
+    assert "offset" in read_clock([*summer, *(c[:-6] for c in winter)]).conflict
+
+
+def test_a_clock_of_twelve_hours_without_am_and_pm_is_refused() -> None:
+    times = [datetime(2024, 5, 1, 12, 59, 30) + timedelta(seconds=i) for i in range(60)]
+    assert "am and pm" in read_clock([t.strftime("%I:%M:%S") for t in times]).conflict
+    read = read_clock([t.strftime("%I:%M:%S %p") for t in times])
+    np.testing.assert_allclose(read.seconds - read.seconds[0], np.arange(60))
+
+
+@pytest.mark.parametrize("step", [1, 7, 20])
+def test_hours_minutes_seconds_are_known_by_going_on_where_a_minute_is_full(step: int) -> None:
+    times = [f"{s // 3600:02d}:{s // 60 % 60:02d}:{s % 60:02d}" for s in range(0, N * step, step)]
+    read = read_clock(times)
+    assert not read.conflict
+    np.testing.assert_allclose(read.seconds, np.arange(N) * step)
+
+
+@pytest.mark.parametrize("step", [4, 13, 25, 50])
+@pytest.mark.parametrize("base", [25, 100])
+def test_minutes_seconds_frames_are_not_read_as_hours(tmp_path: Path, step: int, base: int) -> None:
+    counts = [i * min(step, base // 2) for i in range(N)]
+    times = [f"{c // base // 60:02d}:{c // base % 60:02d}:{c % base:02d}" for c in counts]
+    path = lab_file(tmp_path, "Time", times)
+    if base == 100:
+        assert "min:s:cs" in refusal(path)
+        np.testing.assert_allclose(
+            since_start(tmp_path, "Time", times, Reading(units={"time": "min:s:cs"})), np.array(counts) / 100, atol=1e-9
+        )
+    else:
+        assert "--units time=" in refusal(path)
+
+
+def test_minutes_and_seconds_with_decimals_pass_the_hour() -> None:
+    tenths = range(35_950, 35_950 + N)
+    read = read_clock([f"{t // 600 % 60:02d}:{t // 10 % 60:02d}.{t % 10}" for t in tenths])
+    np.testing.assert_allclose(read.seconds - read.seconds[0], np.arange(N) / 10, atol=1e-9)
+    assert any("hour" in note for note in read.notes)
+
+
+def test_two_parts_are_refused_until_their_form_is_said(tmp_path: Path) -> None:
+    times = [f"{s // 60:02d}:{s % 60:02d}" for s in range(N)]
+    assert "--units time=min:s" in refusal(lab_file(tmp_path, "Time", times))
+    np.testing.assert_allclose(since_start(tmp_path, "Time", times, Reading(units={"time": "min:s"})), np.arange(N))
+    np.testing.assert_allclose(since_start(tmp_path, "Time (mm:ss)", times), np.arange(N))
+    assert "no unit" in refusal(lab_file(tmp_path, "Time", times), Reading(units={"time": "ms"}))
+
+
+def test_decimals_that_are_not_filled_up_are_refused() -> None:
+    assert "filled up" in read_clock([f"12:00:{ms // 1000:02d}.{ms % 1000}" for ms in range(0, 4500, 50)]).conflict
+
+
+def test_forms_of_clocks_are_known_by_their_letters() -> None:
+    words = ("hh:mm:ss", "h:min:s", "mm:ss.0", "hh:mm", "mm:ss:ff", "s")
+    assert [form_of_clock(w) for w in words] == ["h:min:s", "h:min:s", "min:s", "h:min", "other", ""]
+
+
+# --------------------------------------------------------------------------------------------------------------- numbers
+
+
+SECONDS = np.arange(N) * 0.1
+
+
+@pytest.mark.parametrize(
+    ("unit", "cells", "word"),
+    [
+        ("s", [f"{1.7e12 + s * 1000:.0f}" for s in SECONDS], "--units time=ms"),
+        ("min", [f"{1.7e9 + s:.1f}" for s in SECONDS], "--units time=s"),
+        ("ms", [f"{1.7e9 + s:.1f}" for s in SECONDS], "--units time=s"),
+        ("s", [f"{45_000.5 + s / 86_400:.9f}" for s in SECONDS], "days"),
+        ("ms", [f"{45_000.5 + s / 86_400:.9f}" for s in SECONDS], "days"),
+        ("s", [f"{739_000.5 + s / 86_400:.9f}" for s in SECONDS], "days"),
+        ("s", [f"{0.5 + s / 86_400:.10f}" for s in SECONDS], "no time of a press"),
+        ("s", ["1.78065E+09"] * N, "digits"),
+        ("ms", [f"{1.78065e12 + 1e7 * (i // 40):.5E}" for i in range(N)], "digits"),
+        ("s", ["1780650000"] * N, "all times are"),
+        ("s", [f"{(i * 37) % 91}.5" for i in range(N)], "falls"),
+        ("s", [f"{(datetime(2024, 5, 1, 12, 0, 55) + timedelta(seconds=s)):%H%M%S.%f}" for s in SECONDS], "one number"),
+    ],
+)
+def test_a_time_that_is_no_labs_time_is_refused_and_can_be_left_out(
+    tmp_path: Path, unit: str, cells: list[str], word: str
+) -> None:
+    path = lab_file(tmp_path, f"Time ({unit})", cells)
+    assert word in refusal(path)
+    table = read_lab_file(path, Reading(columns={"time": "none"}))
+    assert set(table.columns) == {"displacement", "force"}
+    assert any("time is left out" in note for note in table.notes)
+
+
+@pytest.mark.parametrize(
+    ("unit", "cells"),
+    [
+        ("ms", [f"{1.7e12 + s * 1000:.0f}" for s in SECONDS]),
+        ("s", [f"{1.7e9 + s:.1f}" for s in SECONDS]),
+        ("s", [f"{3.8e9 + s:.1f}" for s in SECONDS]),
+        ("s", [f"{s - 2:.1f}" for s in SECONDS]),
+        ("ms", [f"{(2**32 - 3000 + round(s * 1000)) % 2**32}" for s in SECONDS]),
+        ("min", [f"{s / 60:.8f}" for s in SECONDS]),
+    ],
+)
+def test_times_of_any_origin_are_read(tmp_path: Path, unit: str, cells: list[str]) -> None:
+    np.testing.assert_allclose(since_start(tmp_path, f"Time ({unit})", cells), SECONDS, atol=2e-6)
+
+
+def test_a_time_that_falls_once_or_stands_still_is_read_with_a_note(tmp_path: Path) -> None:
+    times = [f"{i // 2 - (20 if i > 60 else 0)}.0" for i in range(N)]
+    notes = " | ".join(read_lab_file(lab_file(tmp_path, "Time (s)", times)).notes)
+    assert "falls back in 1 row(s), the first in line 63" in notes
+    assert "is the same as in the row before" in notes
+
+
+def test_the_date_of_a_calibration_is_not_the_beginning_of_a_test(tmp_path: Path) -> None:
+    path = lab_file(tmp_path, "Time (s)", [f"{s:.1f}" for s in SECONDS])
+    text = path.read_text(encoding="utf-8")
+    path.write_text("Calibration due: 2026-01-31\nSaved 2024-06-01\nTest start: 2024-05-02 12:30:01\n" + text, encoding="utf-8")
+    assert read_lab_file(path).started == datetime(2024, 5, 2, 12, 30, 1)

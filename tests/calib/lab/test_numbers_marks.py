@@ -1,0 +1,148 @@
+"""The decimal mark is told for each column by what its cells, the other columns or its course show, and never guessed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from calib.errors import InputError
+from calib.lab import LabTable, Reading, read_lab_file
+
+N = 40
+TIME = [f"{i * 0.1:.1f}" for i in range(N)]
+DEPTH = [f"{i * 0.0131:.4f}" for i in range(N)]
+CAP = [f"{97.301 + 0.0137 * i * i:.3f}" for i in range(N)]
+
+
+def comma(cells: list[str]) -> list[str]:
+    return [c.replace(".", ",") for c in cells]
+
+
+def written(tmp_path: Path, head: str, *columns: list[str], sep: str = ";") -> Path:
+    path = tmp_path / "lab.csv"
+    path.write_text("\n".join([head, *(sep.join(row) for row in zip(*columns, strict=True))]) + "\n", encoding="utf-8")
+    return path
+
+
+def capacitance(table: LabTable) -> list[float]:
+    return [round(c * 1e12, 6) for c in table.columns["capacitance"].tolist()]
+
+
+def refusal(path: Path, reading: Reading | None = None) -> str:
+    with pytest.raises(InputError) as caught:
+        read_lab_file(path, reading or Reading())
+    return str(caught.value)
+
+
+def test_three_decimals_everywhere_are_decimals_if_the_other_columns_show_the_mark(tmp_path: Path) -> None:
+    table = read_lab_file(written(tmp_path, "Zeit (s);Cp (pF)", comma(TIME), comma(CAP)))
+    assert capacitance(table) == [float(c) for c in CAP]
+
+
+def test_three_decimals_of_which_no_column_tells_are_refused_until_the_mark_is_said(tmp_path: Path) -> None:
+    path = written(tmp_path, "Zeit (s);Cp (pF)", [str(i) for i in range(N)], comma(CAP))
+    assert '--decimal ","' in refusal(path)
+    assert capacitance(read_lab_file(path, Reading(decimal=","))) == [float(c) for c in CAP]
+    assert capacitance(read_lab_file(path, Reading(decimal="."))) == [1000 * float(c) for c in CAP]
+
+
+@pytest.mark.parametrize(("mark", "other"), [(".", ","), (",", ".")])
+def test_a_column_whose_mark_the_others_use_for_decimals_of_the_other_kind_is_asked_for(
+    tmp_path: Path, mark: str, other: str
+) -> None:
+    cap = [c.replace(".", other) for c in CAP]
+    path = written(tmp_path, "Time (s);Cp (pF)", [t.replace(".", mark) for t in TIME], cap)
+    assert "--decimal" in refusal(path)
+    assert capacitance(read_lab_file(path, Reading(decimal=other))) == [float(c) for c in CAP]
+    assert capacitance(read_lab_file(path, Reading(decimal=mark))) == [1000 * float(c) for c in CAP]
+
+
+def test_columns_that_each_show_their_own_mark_are_read_by_it_and_a_note_says_so(tmp_path: Path) -> None:
+    cap = [f"{97.3 + i / 100:.2f}" for i in range(N)]
+    table = read_lab_file(written(tmp_path, "Time (s);Cp (pF)", comma(TIME), cap))
+    assert capacitance(table) == [float(c) for c in cap]
+    assert any("decimal comma" in note and "decimal point" in note for note in table.notes)
+
+
+def test_thousands_points_go_on_from_the_whole_numbers_below_a_thousand(tmp_path: Path) -> None:
+    um = [f"{i * 37:,}".replace(",", ".") for i in range(N)]
+    force = [f"{i * 0.11:.2f}".replace(".", ",") for i in range(N)]
+    table = read_lab_file(written(tmp_path, "Zeit (s);Weg (µm);Kraft (N)", comma(TIME), um, force))
+    np.testing.assert_allclose(table.columns["displacement"], np.arange(N) * 37e-6)
+    assert any("thousands" in note for note in table.notes)
+
+
+def test_an_asked_mark_that_the_whole_file_contradicts_is_refused(tmp_path: Path) -> None:
+    path = written(tmp_path, "Time (s);Extension (mm);Load (N)", TIME, DEPTH, TIME)
+    assert "asked for" in refusal(path, Reading(decimal=","))
+
+
+# ----------------------------------------------------------------------------------------------------- lost, moved marks
+
+
+def test_a_spreadsheet_that_took_three_decimals_for_thousands_is_refused(tmp_path: Path) -> None:
+    eaten = [str(round(float(c) * 1000)) if len(c.rstrip("0").split(".")[1]) == 3 else c.rstrip("0") for c in CAP]
+    assert {"." in c for c in eaten} == {True, False}
+    assert "lost their decimal mark" in refusal(written(tmp_path, "Time (s);Cp (pF)", TIME, eaten))
+
+
+def test_numbers_of_which_all_marks_are_lost_are_refused_by_those_with_fewer_digits(tmp_path: Path) -> None:
+    lost = [f"{float(c):g}".replace(".", "") for c in [f"{97.301 + 0.0011 * i:.3f}" for i in range(N)]]
+    assert {len(c) for c in lost} == {4, 5}
+    assert "off by powers of ten" in refusal(written(tmp_path, "Time (s);Cp (pF)", TIME, lost))
+
+
+@pytest.mark.parametrize("every", [9, 17, 39])
+@pytest.mark.parametrize("sign", ["", "-"])
+def test_a_mark_that_is_stripped_now_and_then_makes_rows_unusable_or_the_column(tmp_path: Path, every: int, sign: str) -> None:
+    force = [f"{sign}{0.1 + i * 0.0123:.5f}".replace(".", ",") for i in range(N)]
+    damaged = [f.replace(",", "") if i % every == every - 1 else f for i, f in enumerate(force)]
+    path = written(tmp_path, "Zeit (s);Weg (mm);Kraft (N)", comma(TIME), comma(DEPTH), damaged)
+    table = read_lab_file(path)
+    bad = [i for i in range(N) if damaged[i] != force[i]]
+    assert bad == [i for i, reason in enumerate(table.reasons) if reason]
+    assert all("decimal mark" in table.reasons[i] for i in bad)
+
+
+@pytest.mark.parametrize("power", [-3, -2, -1, 1, 2, 3])
+@pytest.mark.parametrize("quantity", ["time", "displacement", "force", "capacitance"])
+def test_a_mark_moved_in_one_cell_of_a_smooth_signal_makes_its_row_unusable(tmp_path: Path, quantity: str, power: int) -> None:
+    n, at = 400, 217
+    columns = {
+        "time": [f"{i * 0.05:.4f}" for i in range(n)],
+        "displacement": [f"{0.2 + i * 0.0021:.4f}" for i in range(n)],
+        "force": [f"{0.4 + (i * 0.01) ** 1.5:.4f}" for i in range(n)],
+        "capacitance": [f"{97.3011 + 1e-4 * i * i:.4f}" for i in range(n)],
+    }
+    columns[quantity][at] = f"{float(columns[quantity][at]) * 10.0**power:.4f}"
+    path = written(tmp_path, "Time (s);Extension (mm);Load (N);Cp (pF)", *columns.values())
+    table = read_lab_file(path)
+    assert [i for i, reason in enumerate(table.reasons) if reason] == [at]
+    assert "off by a factor" in table.reasons[at]
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_honest_spikes_steps_resets_stairs_and_noise_are_not_touched(tmp_path: Path, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    n = 600
+    force = 5 * np.abs(np.sin(np.linspace(0, 9, n))) ** 1.5 + rng.normal(0, 0.004, n)
+    force[rng.integers(0, n, 4)] += rng.uniform(-8, 8, 4)  # spikes
+    force[300:] += rng.uniform(1, 50)  # a step of the zero
+    stairs = np.repeat(rng.choice([0.0, 0.1, 0.5, 1.0, 5.0, 10.0], n // 20), 20)
+    stairs += np.where(rng.uniform(size=n) < 0.3, 0.001, 0)
+    time = np.cumsum(np.where(rng.uniform(size=n) < 0.01, rng.uniform(10, 4000), 0.02))
+    cap = 97.3 + 0.4 * force + rng.normal(0, 0.002, n)
+    cells = [[f"{x:.{d}f}" for x in column] for column, d in ((time, 2), (stairs, 3), (force, 4), (cap, 3))]
+    table = read_lab_file(written(tmp_path, "Time (s);Extension (mm);Load (N);Cp (pF)", *cells))
+    assert not any(table.reasons)
+
+
+@pytest.mark.parametrize("form", ["g", ".3g", ".5g"])
+def test_numbers_without_trailing_zeros_are_not_doubted(tmp_path: Path, form: str) -> None:
+    force = [f"{x:{form}}" for x in np.linspace(0.05, 250, 300).round(3)]
+    depth = [f"{x:{form}}" for x in np.linspace(0.001, 2, 300).round(4)]
+    time = [f"{i * 0.5:g}" for i in range(300)]
+    table = read_lab_file(written(tmp_path, "Time (s);Extension (mm);Load (N)", time, depth, force))
+    assert not any(table.reasons)
