@@ -21,7 +21,7 @@ from calib.lab.instruments.brackets import (
     without_brackets,
 )
 from calib.lab.instruments.lexicon import NAMES, PROCESSED, RELATIVE
-from calib.lab.instruments.meanings import Meaning, doubt_of, meanings, other_axis, plain_meanings
+from calib.lab.instruments.meanings import Meaning, doubt_of, meanings, other_axis
 from calib.lab.instruments.units import SI_UNIT, is_mass, is_unit_of, lab_factor, looks_like_unit
 
 #: Quantities whose unit must be written in the file.
@@ -46,6 +46,8 @@ EXAMPLE: Mapping[str, str] = MappingProxyType(
 _TAIL = re.compile(r"^(?P<name>.+?)\s*(?:_|/|,|:|\sin\s|\s)\s*(?P<unit>[^\s_/,:]+)$")
 _UNIT_CELL = re.compile(r"^[(\[{]\s*(?P<unit>[^()\[\]{}]*?)\s*[)\]}]$")
 _UNIT_WITH_REMARK = re.compile(r"^[(\[](?P<unit>[^()\[\]]+)[)\]]\s+(?P<remark>[^\W\d][\w ,.]*)$")
+# Words that are units of plain numbers within brackets only.
+_NO_TAIL = ("x", "#", "-", "1", "none", "cycles")
 _LONGEST = 120
 _APART = " ,;:/"
 # Letters that are names only with a unit: s, h of a depth, P of a load.
@@ -196,7 +198,7 @@ def _bare(outside: str) -> str:
 def _with_tail(outside: str) -> Iterator[tuple[str, str]]:
     """The words of a cell as a name with its unit behind it, if they are one: "force_N", "Time, s", "Weg in mm"."""
     match = _TAIL.match(_bare(outside))
-    if match is not None and looks_like_unit(match["unit"]):
+    if match is not None and looks_like_unit(match["unit"]) and match["unit"] not in _NO_TAIL:
         yield _bare(match["name"]), match["unit"]
 
 
@@ -250,7 +252,7 @@ def _weighed(readings: Sequence[Meaning], name: str, inside: Sequence[str], unit
             unit = unit or bracket
         elif quantity == "force" and plain in ("abs", "absolute"):
             name_doubt = f'"{bracket}" may mean that the sign is lost'
-        elif is_remark(bracket) or is_wiring(bracket) or any(m.quantity == quantity for m in plain_meanings(plain)):
+        elif is_remark(bracket) or is_wiring(bracket) or any(m.quantity == quantity for m in meanings(plain, (), "")):
             continue
         elif any(w in PROCESSED for w in re.split(r"[ .,;/-]+", plain)):
             processed = True
