@@ -148,12 +148,12 @@ def _outside_faults(problem: Problem) -> list[Fault]:
 
 
 def _what_fits(problem: Problem, plan: SweepPlan) -> str:
-    """How much of a press the forward model would cover, as the use that says so; without a number where another thing is wrong."""
+    """How much of a press the forward model would cover, as the use that says so; no number where another thing is wrong."""
     n = len(problem.parameters)
     draws = np.random.default_rng(20190304).standard_normal((_N_PRIOR_CHECK, n))
     reached = reach(problem, problem.forward, plan, values_at(problem, np.concatenate([np.zeros((1, n)), draws])))
     # At the medians, and for more of the prior than must be; less what the contact and the default priors shift with the data.
-    reading, load = (_FITS * min(float(of[0]), float(np.quantile(of[1:], _FITTING_SHARE))) for of in reached)
+    reading, load = (_FITS * min(float(of[0]), float(np.quantile(of[1:], _FITTING_SHARE, method="lower"))) for of in reached)
     by_force = all(channel.tie == "force" for channel in plan.channels.values())
     use = ""
     if by_force and load > 0:
