@@ -263,7 +263,7 @@ def test_points_of_several_cycles_lie_between_them(folder: Path, cycles: tuple[i
     slack = (0.06 if capacitance == "loaded.csv" else 0.012) + 3 * sd
     assert np.all(value[pressed] > low[pressed] - slack[pressed])
     assert np.all(value[pressed] < high[pressed] + slack[pressed])
-    assert np.max(depth) == pytest.approx(0.8, abs=0.03)
+    assert np.max(depth) == pytest.approx(0.8, abs=0.05)
     assert value.size >= 20
 
 
