@@ -168,7 +168,6 @@ def _together(table: LabTable, press: Shape, sensed: Shape | None, said: Mapping
         *_of_capacitance(sensed, "displacement", same),
     ]
     total = sum(e.weight for e in evidence)
-    changes = {"force": press.rise, "displacement": press.first_travel}
     if said:
         factor = said.get("force", same * said.get("displacement", 0.0))
         wanted = {q: said.get(q, factor if q == "force" else same * factor) for q in SIGNED}
@@ -189,19 +188,15 @@ def _together(table: LabTable, press: Shape, sensed: Shape | None, said: Mapping
                 )
         return found
     if abs(total) < _DOUBTFUL:
-        raise InputError(_doubtful(table, "force", evidence, changes["force"], changes["displacement"]))
+        raise InputError(_doubtful(table, "force", evidence, press.rise, press.first_travel))
     factor = float(np.sign(total))
     strength: Strength = "clear" if abs(total) >= _CLEAR else "likely"
+    begun = " (the record starts pressed)" if press.first * factor < 0 else ""
+    force = f"{_of(press.rise, 'force')} in the first stretch{begun}; {_why(evidence, factor)}"
+    place = f"{_of(press.first_travel, 'displacement')} in the first stretch; force goes {_with(same)} it"
     return {
-        "force": _decision(
-            "force", factor, strength, f"{_of(press.rise, 'force')} in the first stretch; {_why(evidence, factor)}"
-        ),
-        "displacement": _decision(
-            "displacement",
-            same * factor,
-            strength,
-            f"{_of(press.first_travel, 'displacement')} in the first stretch; force goes {_with(same)} it",
-        ),
+        "force": _decision("force", factor, strength, force),
+        "displacement": _decision("displacement", same * factor, strength, place),
     }
 
 

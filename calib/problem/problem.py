@@ -153,7 +153,7 @@ def _what_fits(problem: Problem, plan: SweepPlan) -> str:
     draws = np.random.default_rng(20190304).standard_normal((_N_PRIOR_CHECK, n))
     reached = reach(problem, problem.forward, plan, values_at(problem, np.concatenate([np.zeros((1, n)), draws])))
     # At the medians, and for more of the prior than must be; less what the contact and the default priors shift with the data.
-    reading, load = (_FITS * min(float(of[0]), float(np.quantile(of[1:], _FITTING_SHARE))) for of in reached)
+    reading, load = (_FITS * min(float(of[0]), float(np.quantile(of[1:], _FITTING_SHARE, method="lower"))) for of in reached)
     by_force = all(channel.tie == "force" for channel in plan.channels.values())
     use = ""
     if by_force and load > 0:

@@ -253,3 +253,62 @@ def test_faults_in_how_a_file_is_to_be_read_are_told_with_their_line(tmp_path: P
     with pytest.raises(InputError, match=message) as caught:
         read_experiment(tmp_path / "e.toml")
     assert caught.value.faults[0].line == 8
+
+
+# ------------------------------------------------------------------------------------------------ what is said to `calib read`
+
+
+def test_read_takes_what_is_said_of_a_file_and_of_the_part_that_is_used(tmp_path: Path) -> None:
+    (tmp_path / "p.csv").write_text(TESTER + _press(0.0, cycles=3))
+    said = ["--sign", "compression negative", "--max-force", "0.5 N", "--max-depth", "0.3 mm", "--cycles", "2,3"]
+    result = _run("read", tmp_path / "p.csv", *said, "-o", tmp_path / "o.csv")
+    assert result.exit_code == 0
+    text = _line(result.output)
+    for words in ("as stated; the record shows the opposite", "counted from contact at", "cycles 2 and 3 are used", "beyond"):
+        assert words in text
+    back = _run("read", tmp_path / "p.csv", "--sign", "force=compression positive", "--branch", "unloading", "--decimal", ".")
+    assert back.exit_code == 0
+    assert "unloading of cycle 1 is used" in _line(back.output)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (
+            ("--where", "1000"),
+            '--where "1000" is not of the form column=value. Write for example --where "Frequency (Hz)=1000"',
+        ),
+        (("--where", "a=1", "--where", "a=2"), '--where is given twice for "a"'),
+        (("--sign", "negative"), '--sign "negative" is not understood. Write --sign "compression positive" or'),
+        (("--sign", "load=compression negative"), '--sign "load=compression negative" is not understood'),
+        (("--sign", "compression negative", "--sign", "force=compression positive"), "--sign is given twice for force"),
+        (("--scale", "nano"), '--scale "nano" is not understood. Write --scale "micro"'),
+        (("--decimal", ";"), '--decimal ";" is not understood'),
+        (("--max-force", "5"), '--max-force: max_force: "5" has no unit'),
+        (("--max-depth", "0 mm"), 'max_depth must be positive, got "0 mm". Write --max-depth "0.8 mm"'),
+        (("--branch", "down"), 'branch must be "loading" or "unloading", got "down". Write --branch unloading'),
+        (("--cycles", "2,x"), 'cycles must be a list of whole numbers from 1, got "2,x". Write --cycles 2,3'),
+    ],
+)
+def test_what_cannot_be_said_to_read_is_refused_with_an_example(tmp_path: Path, words: tuple[str, ...], message: str) -> None:
+    (tmp_path / "p.csv").write_text(TESTER + _press(0.0))
+    result = _run("read", tmp_path / "p.csv", *words)
+    assert result.exit_code == 2
+    assert message in _line(result.output)
+
+
+def test_the_help_of_read_names_every_option(tmp_path: Path) -> None:
+    text = _run("read", "--help").output
+    for option in ("where", "sheet", "sign", "scale", "decimal", "max-force", "max-depth", "branch", "cycles"):
+        assert f"--{option}" in text
+
+
+def test_a_doubtful_sign_is_refused_by_read_and_its_advice_works(tmp_path: Path) -> None:
+    rows = "".join(f"{i * 0.1:.1f},{-0.8 + i * 0.004:.4f},{4 - i * 0.02:.3f}\n" for i in range(200))
+    (tmp_path / "p.csv").write_text("Time (s),Extension (mm),Load (N)\n" + rows)
+    refused = _run("read", tmp_path / "p.csv")
+    assert refused.exit_code == 2
+    assert "cannot be told which way compression is in force" in _line(refused.output)
+    for option in ("force=compression positive", "force=compression negative"):
+        assert f'--sign "{option}"' in _line(refused.output)
+        assert _run("read", tmp_path / "p.csv", "--sign", option).exit_code == 0

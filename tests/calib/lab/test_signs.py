@@ -1,0 +1,262 @@
+"""Which way compression is, decided from whole records that mislead at a glance, obeyed where it is said, refused in doubt."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from calib.errors import InputError
+from calib.lab.instruments import LabTable
+from calib.lab.observations import Observations, observe
+from calib.lab.resets import resets_of
+from calib.lab.shape import shape_of
+from models.sensor import FloatArray
+
+SIGNS = [(1, 1), (-1, -1), (-1, 1), (1, -1)]
+SPEED = 0.02  # [mm/s]
+
+
+def table(sign: Mapping[str, str] | None = None, names: Mapping[str, str] | None = None, **columns: FloatArray) -> LabTable:
+    """A lab table of columns in SI, as a reader would give it."""
+    n = next(iter(columns.values())).size
+    return LabTable(
+        path=Path("press.csv"),
+        sha256="0",
+        recognised_as="table with a header",
+        reason="",
+        encoding="utf-8",
+        delimiter=",",
+        decimal=".",
+        columns=columns,
+        sources={name: name for name in columns} | dict(names or {}),
+        lines=np.arange(n) + 2,
+        reasons=("",) * n,
+        notes=(),
+        sign=sign or {},
+    )
+
+
+@dataclass(frozen=True)
+class Record:
+    """A ball that goes from corner to corner [mm] above a sensor whose surface is at 0; force [N], compression positive."""
+
+    corners: Sequence[float] = (-0.2, 0.8, -0.2)
+    wait: float = 0.0
+    power: float = 1.8
+    peak: float = 5.0
+    pull_off: float = 0.0
+    neck: float = 0.15
+    zero: float = 0.3
+    drift: float = 0.0  # [N/s]
+    noise: float = 5e-3
+    rate: float = 5.0
+    seed: int = 1
+    spikes: Mapping[int, float] = field(default_factory=dict)
+
+    @property
+    def columns(self) -> dict[str, FloatArray]:
+        """Time [s], displacement [m], force [N] and capacitance [F]."""
+        legs = np.abs(np.diff(self.corners)) / SPEED
+        times = np.concatenate([[0.0], np.cumsum(np.concatenate([[self.wait], legs]))])
+        t = np.arange(0, times[-1], 1 / self.rate)
+        x = np.interp(t, times, [self.corners[0], *self.corners])
+        back = np.gradient(x) < -1e-9
+        d = np.maximum(x, 0) / 0.8
+        stuck = np.zeros(t.size, dtype=bool)
+        for i in range(1, t.size):
+            stuck[i] = x[i] > 0 or (stuck[i - 1] and x[i] > -self.neck)
+        force = self.peak * d**self.power * np.where(back, 0.9, 1.0)
+        sticks = np.interp(x, [-self.neck, -0.98 * self.neck, 0.0, 0.3, 0.8], [0, -1, -0.7, -0.2, 0])
+        force = force + self.pull_off * np.where(back & stuck, sticks, 0)
+        rng = np.random.default_rng(self.seed)
+        force = force + self.zero + self.drift * t + self.noise * rng.normal(size=t.size)
+        for row, by in self.spikes.items():
+            force[row] += by
+        return {"time": t, "displacement": x * 1e-3, "force": force, "capacitance": (97 + 2 * d**1.6) * 1e-12}
+
+
+def seen(
+    columns: Mapping[str, FloatArray], force: int, displacement: int, without: Sequence[str] = ("capacitance",)
+) -> Observations:
+    """What is made of a record with the signs of some tester."""
+    turned = {"force": force, "displacement": displacement}
+    return observe(table(**{q: turned.get(q, 1) * v for q, v in columns.items() if q not in without}))
+
+
+MISLEADING = {
+    "a press": Record(),
+    "a press that ends at the top": Record(corners=(-0.2, 0.8)),
+    "a record from the touch on": Record(corners=(0.0, 0.8, 0.0), zero=0.0),
+    "a pull-off above the press": Record(corners=(-0.2, 0.8, -0.5), pull_off=15.0),
+    "a pull-off at which the record ends": Record(corners=(-0.2, 0.8, -0.1), pull_off=12.0),
+    "a long neck, withdrawn far": Record(corners=(-0.2, 0.8, -5.0), pull_off=12.0, neck=1.5),
+    "a pull-off in each cycle": Record(corners=(-0.2, 0.8, -0.5, 0.8, -0.5), pull_off=9.0),
+    "a withdrawal tenfold the press": Record(corners=(-0.2, 0.8, -8.0)),
+    "an approach tenfold the press": Record(corners=(-8.0, 0.8)),
+    "a start in the press": Record(corners=(0.8, -0.3, 0.8, -0.3)),
+    "a start in the press, only lifted": Record(corners=(0.8, -0.3)),
+    "a start in the press, with pull-off": Record(corners=(0.8, -0.5, 0.8), pull_off=9.0),
+    "a start in contact": Record(corners=(0.1, 0.8, 0.1), zero=0.0),
+    "a load of twice the press that was not zeroed": Record(zero=-10.0),
+    "a drift of three presses while it waits": Record(wait=60.0, drift=-0.1),
+    "a drift of a third of the press": Record(drift=-0.02),
+    "a drift over cycles": Record(corners=(-0.2, 0.8, -0.2, 0.8, -0.2), drift=-0.05),
+    "spikes at the start and inside": Record(spikes={0: -60.0, 1: -55.0, 100: -40.0, 180: -90.0, 181: -90.0}),
+    "a touch first": Record(corners=(-1.0, 0.08, -1.0, 0.8, -1.0)),
+    "few readings": Record(rate=0.2),
+}
+
+
+@pytest.mark.parametrize("record", MISLEADING.values(), ids=MISLEADING.keys())
+@pytest.mark.parametrize(("force", "displacement"), SIGNS)
+def test_compression_is_made_positive_whatever_misleads(record: Record, force: int, displacement: int) -> None:
+    true = record.columns
+    obs = seen(true, force, displacement)
+    assert obs.force is not None
+    assert obs.displacement is not None
+    np.testing.assert_array_equal(obs.force, true["force"])
+    np.testing.assert_array_equal(obs.displacement, true["displacement"])
+    for quantity, sign in (("force", force), ("displacement", displacement)):
+        assert obs.signs[quantity].factor == sign
+        assert obs.signs[quantity].strength in ("clear", "likely")
+        assert obs.signs[quantity].note in obs.sign_note
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_record_zeroed_in_the_press_is_told_by_its_flat_part(seed: int) -> None:
+    columns = Record(corners=(0.8, -0.3, 0.8), seed=seed).columns
+    tared = {**columns, "force": columns["force"] - columns["force"][0], "displacement": columns["displacement"] - 0.8e-3}
+    obs = seen(tared, -1, -1)
+    assert obs.signs["force"].factor == obs.signs["displacement"].factor == -1
+    assert "starts pressed" in obs.sign_note
+
+
+DOUBTFUL = {
+    "a straight line from a load, without a flat part": Record(corners=(0.8, 0.0), power=1.0, zero=0.0),
+    "a lift that ends at the pull-off": Record(corners=(0.8, -0.1), pull_off=9.0),
+    "a little more and a little less": Record(corners=(0.6, 0.8, 0.6), power=1.0),
+}
+
+
+@pytest.mark.parametrize("record", DOUBTFUL.values(), ids=DOUBTFUL.keys())
+@pytest.mark.parametrize(("force", "displacement"), SIGNS)
+def test_a_doubtful_sign_is_refused_and_the_advice_leads_out(record: Record, force: int, displacement: int) -> None:
+    true = record.columns
+    columns = {"time": true["time"], "force": force * true["force"], "displacement": displacement * true["displacement"]}
+    with pytest.raises(InputError, match="cannot be told which way compression is in force") as caught:
+        observe(table(**columns))
+    fault = caught.value.faults[0]
+    sense = "positive" if force > 0 else "negative"
+    for words in ('--sign "force=compression positive"', '--sign "force=compression negative"', "a press", "a retreat"):
+        assert words in fault.advice
+    assert fault.choice is not None
+    assert (fault.choice.option, fault.choice.key) == ("sign", "force")
+    obs = observe(table({"force": f"compression {sense}"}, **columns))
+    np.testing.assert_array_equal(obs.displacement, true["displacement"])
+    np.testing.assert_array_equal(obs.force, true["force"])
+
+
+def test_what_is_said_is_obeyed_and_a_contradiction_is_told() -> None:
+    columns = Record().columns
+    del columns["capacitance"]
+    agreed = observe(table({"force": "compression positive", "displacement": "compression positive"}, **columns))
+    assert "opposite" not in agreed.sign_note
+    assert [d.strength for d in agreed.signs.values()] == ["stated", "stated"]
+    against = observe(table({"force": "compression negative"}, **columns))
+    assert (against.signs["force"].factor, against.signs["displacement"].factor) == (-1, -1)
+    assert "as stated; the record shows the opposite" in against.sign_note
+    apart = observe(table({"force": "compression positive", "displacement": "compression negative"}, **columns))
+    assert (apart.signs["force"].factor, apart.signs["displacement"].factor) == (1, -1)
+    assert "opposite" in apart.sign_note
+
+
+def test_a_sign_said_of_what_is_not_there_is_told_and_a_wrong_word_refused() -> None:
+    columns = Record().columns
+    obs = observe(table({"force": "compression negative"}, time=columns["time"], capacitance=columns["capacitance"]))
+    assert obs.sign_note == "force: its sign is stated, but the file has no such column"
+    with pytest.raises(InputError, match="force = up"):
+        observe(table({"force": "up"}, **columns))
+
+
+def test_names_count_less_than_what_the_record_shows() -> None:
+    true = Record().columns
+    columns = {"time": true["time"], "force": -true["force"], "displacement": true["displacement"]}
+    obs = observe(table(names={"force": "Compressive load (N)"}, **columns))
+    assert obs.signs["force"].factor == -1
+    assert 'although force is called "Compressive load (N)"' in obs.sign_note
+    line = Record(corners=(0.6, 0.8, 0.6), power=1.0).columns
+    named = {"time": line["time"], "force": -line["force"], "displacement": line["displacement"]}
+    assert observe(table(names={"force": "Tensile force (N)"}, **named)).signs["force"].factor == -1
+
+
+@pytest.mark.parametrize("force", [1, -1])
+@pytest.mark.parametrize(
+    "record", [Record(zero=0.0), Record(corners=(-0.2, 0.8, -0.5), pull_off=15.0, zero=0.0), Record(drift=-0.2)]
+)
+def test_a_force_beside_a_capacitance_is_told_by_what_rises_with_compression(record: Record, force: int) -> None:
+    assert seen(record.columns, force, 1, without=("displacement",)).signs["force"].factor == force
+
+
+@pytest.mark.parametrize("displacement", [1, -1])
+@pytest.mark.parametrize("corners", [(-0.2, 0.8, -0.2), (0.8, -0.3, 0.8), (-0.2, 0.8, -6.0)])
+def test_a_displacement_beside_a_capacitance_is_told_by_what_rises(corners: Sequence[float], displacement: int) -> None:
+    columns = Record(corners=corners).columns
+    rng = np.random.default_rng(1)
+    noisy = {**columns, "capacitance": columns["capacitance"] + 5e-15 * rng.normal(size=columns["time"].size)}
+    obs = seen(noisy, 1, displacement, without=("force",))
+    assert obs.signs["displacement"].factor == displacement
+
+
+def test_noise_alone_keeps_its_sign_and_says_so() -> None:
+    columns = Record(peak=0.0).columns
+    obs = seen(columns, -1, 1)
+    assert obs.signs["force"].strength == "none"
+    assert "force: no excursion beyond its noise, sign kept" in obs.sign_note
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_rows_before_an_extension_that_was_reset_at_touch_are_left_out(sign: int) -> None:
+    columns = Record(corners=(-2.0, 0.8, -0.2), zero=0.0).columns
+    x = columns["displacement"]
+    touch = int(np.argmax(x > 0))
+    reset = np.where(np.arange(x.size) < touch, x + 5e-3, x - x[touch])
+    obs = seen({**columns, "displacement": reset}, 1, sign)
+    assert obs.signs["displacement"].factor == sign
+    assert not np.any(obs.used[:touch])
+    assert np.flatnonzero(obs.used)[0] == touch
+    assert f"set anew in line {touch + 2}" in obs.reason[touch - 5]
+    assert obs.displacement is not None
+    assert np.max(obs.displacement[obs.used]) == pytest.approx(np.max(reset[touch:]), abs=1e-5)
+
+
+def test_a_fast_return_of_the_crosshead_is_no_reset() -> None:
+    x = np.tile(np.concatenate([np.linspace(0, 0.8e-3, 200), [0.0]]), 3)
+    force = 5 * (x / 0.8e-3) ** 1.8
+    assert resets_of(x, force, np.arange(x.size) * 0.1, np.ones(x.size, dtype=bool)).size == 0
+
+
+def test_a_slow_press_after_a_fast_approach_does_not_stand_still() -> None:
+    t = np.concatenate([np.arange(0, 10, 0.1), np.arange(10, 16, 0.1)])
+    x = np.where(t < 10, t - 10, (t - 10) / 60)
+    force = 3 * (np.maximum(x, 0) / 0.1) ** 1.5 + 1e-3 * np.random.default_rng(1).normal(size=t.size)
+    obs = observe(table(time=t, displacement=x * 1e-3, force=force))
+    assert np.mean(obs.used[t > 10]) > 0.95
+
+
+def test_short_cycles_after_a_long_approach_are_told_apart() -> None:
+    obs = seen(Record(corners=(-8.0, 0.3, 0.1, 0.3, 0.1, 0.3, -8.0), zero=0.0).columns, -1, -1)
+    assert obs.n_cycle == 3
+
+
+def test_the_shape_of_a_press_is_what_it_was_made_with() -> None:
+    x = np.linspace(-0.4, 0.8, 600)
+    found = shape_of(x, np.maximum(x, 0) ** 2, np.arange(600.0))
+    assert found is not None
+    assert found.slope == 1
+    assert found.flat_low == pytest.approx(1 / 3 + np.sqrt(0.02) * 2 / 3, abs=0.04)
+    assert found.flat_high < 0.02
+    assert found.bend == pytest.approx(0.5 - 0.64 / 3 * 0.8 / 1.2 / 0.64, abs=0.02)
