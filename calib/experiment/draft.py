@@ -13,7 +13,7 @@ from calib.errors import Fault, InputError
 from calib.lab import LabTable, Reading, SeveralSpecimens, read_lab_file
 
 #: Endings of files that are looked at in a folder.
-ENDINGS = (".csv", ".tsv", ".txt", ".dat", ".log")
+ENDINGS = (".csv", ".tsv", ".txt", ".dat", ".log", ".asc", ".tra", ".xlsx", ".xlsm", ".xls", ".lvm", ".tdms", ".mat")
 
 #: Two records of one press begin within this time [s] of each other.
 TOGETHER = 600.0

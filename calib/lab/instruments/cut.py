@@ -70,7 +70,7 @@ def cut(text: LabText, reading: Reading) -> Sheet:
         units_line,
         tuple(units),
         declared_units(text.lines[:header]),
-        declared_decimal(text.lines[:header]),
+        text.decimal or declared_decimal(text.lines[:header]),
         assigned,
     )
     above = _rows_above(sheet, reading)
@@ -112,7 +112,7 @@ def _without_header(text: LabText, reading: Reading) -> Sheet:
             if chosen and all(is_numeric(c) or is_clock(c) or is_over_range(c) for c in chosen):
                 names = tuple(str(i + 1) for i in range(len(cells)))
                 assigned = _assigned(reading, names, text, index + 1)
-                sheet = Sheet(text, delimiter, 0, names, assigned=assigned)
+                sheet = Sheet(text, delimiter, 0, names, declared_decimal=text.decimal, assigned=assigned)
                 return with_rows(sheet, index, reading, ())
     raise InputError(no_header(text))
 
