@@ -76,7 +76,7 @@ def read_columns(sheet: Sheet, family: InstrumentFamily, reason: str, reading: R
         else:
             columns.append(_Column(index, quantity, factor, clock))
     cells = {c.quantity: _cells(sheet, c.index) for c in columns}
-    certain = Notation(sheet.text.decimal) if sheet.text.decimal else None  # numbers by their type, not as someone wrote them
+    certain = Notation(sheet.text.decimal) if sheet.text.typed else None
     notation = certain or decide_notation([cells[c.quantity] for c in columns if not c.clock], sheet.declared_decimal)
     if notation.conflict:
         raise InputError([*faults, _notation_fault(sheet, notation, [c for c in columns if not c.clock])])

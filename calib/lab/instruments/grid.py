@@ -107,7 +107,9 @@ def part_of(
     else:
         lines = tuple("\t".join(map(_quoted, line + [""] * (width - len(line)))) if line else "" for line in written)
         types, decimal = CellTypes(texts, dates, shown, errors, uncalculated, formulas), "." if n_typed else ""
-    text = LabText(sheet.path, sheet.sha256, f"{sheet.format}, sheet {sheet.name}", (*lines, ""), True, decimal)
+    text = LabText(
+        sheet.path, sheet.sha256, f"{sheet.format}, sheet {sheet.name}", (*lines, ""), True, decimal, typed=bool(decimal)
+    )
     return Part("sheet", sheet.name, text, "", sheet.hidden, types, tuple(notes))
 
 

@@ -52,6 +52,7 @@ class Part:
     hidden : whether the file hides it from who opens it.
     types : what its cells are; empty where every number is one.
     notes : what is to be known of it, one sentence each.
+    above : lines of the text above its first row, where the file has none: row 1 is then line `above` + 1 of the text.
     """
 
     kind: str
@@ -61,6 +62,7 @@ class Part:
     hidden: bool = False
     types: CellTypes = field(default_factory=CellTypes)
     notes: tuple[str, ...] = ()
+    above: int = 0
 
     @property
     def title(self) -> str:

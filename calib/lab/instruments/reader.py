@@ -137,7 +137,8 @@ def _read_part(part: Part, reading: Reading) -> LabTable:
     if part.text is None:
         raise InputError(Fault(f"{part.title} is no table: {part.reason}"))
     try:
-        return _read_text(part.text, reading, part.types)
+        table = _read_text(part.text, reading, part.types)
+        return replace(table, lines=table.lines - part.above)
     except SeveralSpecimens as error:
         raise SeveralSpecimens(_of(part, error.faults[0]), error.count) from None
     except InputError as error:
@@ -148,7 +149,8 @@ def _read_part(part: Part, reading: Reading) -> LabTable:
 
 
 def _of(part: Part, fault: Fault) -> Fault:
-    return replace(fault, message=f"{part.title}: {fault.message}")
+    line = fault.line if not part.above or fault.line is None else fault.line - part.above
+    return replace(fault, message=f"{part.title}: {fault.message}", line=line if line is None or line > 0 else None)
 
 
 def _is_record(text: LabText, reading: Reading) -> bool:

@@ -31,7 +31,8 @@ class LabText:
     encoding : that was used.
     lines : without line ends; after a last line end stands an empty line.
     ended : whether the file ends with a line end.
-    decimal : the decimal mark, where the file's format leaves no doubt of it; else "".
+    decimal : the decimal mark, where the file's format states it; else "".
+    typed : whether numbers are numbers by the file's format, so that no decimal mark is in doubt.
     """
 
     path: Path
@@ -40,6 +41,7 @@ class LabText:
     lines: tuple[str, ...]
     ended: bool
     decimal: str = ""
+    typed: bool = False
 
 
 def read_lab_text(path: Path) -> LabText:

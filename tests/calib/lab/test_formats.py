@@ -4,20 +4,26 @@ from __future__ import annotations
 
 import io
 import sqlite3
+import struct
 import sys
 import zipfile
+import zlib
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 import xlsxwriter
 import xlwt
+from scipy.io import savemat
+from scipy.sparse import coo_array
 
 from calib.errors import InputError
-from calib.lab import LabTable, Reading, SeveralParts, SeveralSpecimens, read_lab_file
+from calib.lab import LabTable, Reading, SeveralParts, SeveralSpecimens, make_sweep, read_lab_file
 
 N = 120
 TIME = np.round(np.arange(N) * 0.1, 6)
@@ -531,3 +537,519 @@ def test_a_text_file_with_the_ending_of_a_workbook_is_read_as_text(tmp_path: Pat
     path.write_text("\n".join(["\t".join(HEADER), *("\t".join(map(repr, row)) for row in ROWS)]) + "\n")
     assert_truth(read_lab_file(path))
     assert "the file is text" in refusal(path, Reading(sheet="Data"))
+
+
+# --- LabVIEW's text ------------------------------------------------------------------------------------------------------
+
+
+def lvm(
+    rows: Sequence[Sequence[str]],
+    *,
+    names: Sequence[str],
+    units: Sequence[str],
+    x_columns: str = "One",
+    decimal: str | None = ".",
+    separator: str = "Tab",
+    segment: Sequence[str] = (),
+    first: bool = True,
+    clock: str = "14:03:20.25",
+    time_pref: str = "Relative",
+    x_dimension: str = "Time",
+) -> str:
+    """A segment, by default with the header of its file, as National Instruments describes the format."""
+    n = len(units)
+    file = [
+        "LabVIEW Measurement",
+        "Writer_Version\t2",
+        "Reader_Version\t2",
+        f"Separator\t{separator}",
+        *([] if decimal is None else [f"Decimal_Separator\t{decimal}"]),
+        "Multi_Headings\tYes",
+        f"X_Columns\t{x_columns}",
+        f"Time_Pref\t{time_pref}",
+        "Operator\tlab",
+        "Description\tpress of sensor 1",
+        "Date\t2024/05/02",
+        "Time\t14:03:20.25",
+        "***End_of_Header***",
+        "",
+    ]
+    header = [
+        f"Channels\t{n}",
+        "\t".join(["Samples", *[str(len(rows))] * n]),
+        "\t".join(["Date", *["2024/05/02"] * n]),
+        "\t".join(["Time", *[clock] * n]),
+        "\t".join(["Y_Unit_Label", *units]),
+        "\t".join(["X_Dimension", *[x_dimension] * n]),
+        *segment,
+        "***End_of_Header***",
+        "\t".join(names),
+    ]
+    lines = [*(file if first else []), *header, *("\t".join(row) for row in rows), ""]
+    text = "\r\n".join(lines) + "\r\n"
+    return text.replace("\t", ",") if separator == "Comma" else text
+
+
+def written(path: Path, text: str, encoding: str = "utf-8") -> Path:
+    path.write_bytes(text.encode(encoding))
+    return path
+
+
+LVM_NAMES = ("X_Value", "Extension", "Load", "Comment")
+
+
+def _row(*values: float, mark: str = ".") -> list[str]:
+    return [f"{value:.6f}".replace(".", mark) for value in values]
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16", "latin-1"])
+@pytest.mark.parametrize("mark", [".", ","])
+def test_lvm_with_one_column_of_x(tmp_path: Path, mark: str, encoding: str) -> None:
+    rows = [_row(*row, mark=mark) for row in ROWS]
+    table = read_lab_file(written(tmp_path / "a.lvm", lvm(rows, names=LVM_NAMES, units=("mm", "N"), decimal=mark), encoding))
+    assert_truth(table)
+    assert table.decimal == mark
+    assert table.started == datetime(2024, 5, 2, 14, 3, 20)
+    assert table.lines[0] == 23  # below 14 lines of the file's header, 7 of the segment's and the names
+
+
+def test_lvm_with_commas_between_the_columns(tmp_path: Path) -> None:
+    text = lvm([_row(*row) for row in ROWS], names=LVM_NAMES, units=("mm", "N"), separator="Comma")
+    assert_truth(read_lab_file(written(tmp_path / "a.lvm", text)))
+    assert "cannot be obeyed" in refusal(
+        written(tmp_path / "b.lvm", text.replace("Decimal_Separator,.", "Decimal_Separator,,"))
+    )
+
+
+def test_lvm_obeys_the_decimal_mark_of_its_header(tmp_path: Path) -> None:
+    rows = [
+        [f"{t:.6f}".replace(".", ","), f"{x:.6f}".replace(".", ","), f"{1 + i},{250 + i}"] for i, (t, x, _) in enumerate(ROWS)
+    ]
+    path = written(tmp_path / "a.lvm", lvm(rows, names=LVM_NAMES, units=("mm", "N"), decimal=","))
+    np.testing.assert_allclose(read_lab_file(path).columns["force"], [1 + i + (250 + i) / 1000 for i in range(N)])
+    path = written(tmp_path / "b.lvm", lvm([_row(*row, mark=",") for row in ROWS], names=LVM_NAMES, units=("mm", "N")))
+    assert "decimal mark" in refusal(path)
+
+
+def test_lvm_of_the_first_version_states_no_decimal_mark(tmp_path: Path) -> None:
+    rows = [_row(*row, mark=",") for row in ROWS]
+    assert_truth(read_lab_file(written(tmp_path / "a.lvm", lvm(rows, names=LVM_NAMES, units=("mm", "N"), decimal=None))))
+
+
+@pytest.mark.parametrize("mark", [".", ","])
+def test_lvm_without_x_makes_the_time_from_its_beginning_and_step(tmp_path: Path, mark: str) -> None:
+    rows = [["", *_row(*row[1:], mark=mark)] for row in ROWS]
+    segment = (f"X0\t0{mark}5\t0{mark}5", f"Delta_X\t0{mark}100000\t0{mark}100000")
+    text = lvm(rows, names=LVM_NAMES, units=("mm", "N"), x_columns="No", segment=segment, decimal=mark)
+    table = read_lab_file(written(tmp_path / "a.lvm", text))
+    np.testing.assert_allclose(table.columns["time"], TIME + 0.5, atol=1e-9)
+    np.testing.assert_allclose(table.columns["force"], FORCE)
+    assert any("Delta_X 0.1" in note for note in table.notes)
+    broken = text.replace(f"\r\n\t{rows[7][1]}", f"\r\n1\t{rows[7][1]}")
+    assert "the first column is not empty" in refusal(written(tmp_path / "b.lvm", broken))
+    assert "no Delta_X" in refusal(written(tmp_path / "c.lvm", text.replace("Delta_X", "Delta_Y")))
+
+
+def test_lvm_with_an_x_for_each_channel(tmp_path: Path) -> None:
+    names = ("X_Value", "Extension", "X_Value", "Load", "Comment")
+    same = [_row(t, x, t, f) for t, x, f in ROWS]
+    assert_truth(read_lab_file(written(tmp_path / "a.lvm", lvm(same, names=names, units=("mm", "N"), x_columns="Multi"))))
+    other = [_row(t, x, t + 0.05, f) for t, x, f in ROWS]
+    path = written(tmp_path / "b.lvm", lvm(other, names=names, units=("mm", "N"), x_columns="Multi"))
+    said = refusal(path)
+    assert '"1: Extension"' in said
+    assert '"1: Load"' in said
+    cap = lvm([_row(t, c, t + 0.05, f) for (t, c), f in zip(LOG, FORCE, strict=True)],
+              names=("X_Value", "Cp", "X_Value", "Load"), units=("pF", "N"), x_columns="Multi")  # fmt: skip
+    table = read_lab_file(written(tmp_path / "c.lvm", cap))
+    np.testing.assert_allclose(table.columns["capacitance"], CAPACITANCE * 1e-12)
+    assert any('segment "1: Load"' in str(part) for part in table.unread)
+
+
+def test_lvm_segments_whose_times_go_on_are_one_record(tmp_path: Path) -> None:
+    rows = [_row(*row) for row in ROWS]
+    pieces = (rows[:50], rows[50:90], rows[90:])
+    text = "".join(lvm(p, names=LVM_NAMES, units=("mm", "N"), first=not k) for k, p in enumerate(pieces))
+    table = read_lab_file(written(tmp_path / "a.lvm", text))
+    assert_truth(table)
+    assert any("3 segments" in note for note in table.notes)
+
+
+def test_lvm_segments_that_count_anew_are_put_together_by_their_clocks_or_are_a_choice(tmp_path: Path) -> None:
+    rows = [_row(*row) for row in ROWS]
+    anew = [_row(t - 5.0, x, f) for t, x, f in ROWS[50:]]
+
+    def text(clock: str) -> str:
+        return lvm(rows[:50], names=LVM_NAMES, units=("mm", "N")) + lvm(
+            anew, names=LVM_NAMES, units=("mm", "N"), first=False, clock=clock
+        )
+
+    table = read_lab_file(written(tmp_path / "a.lvm", text("14:03:25.25")))
+    assert_truth(table)
+    assert any("by their dates and times" in note for note in table.notes)
+    path = written(tmp_path / "b.lvm", text("14:03:20.25"))
+    assert "2 segments of the file are records" in refusal(path)
+    assert len(read_lab_file(path, Reading(sheet="2")).lines) == N - 50
+
+
+def test_lvm_with_absolute_times(tmp_path: Path) -> None:
+    begun = (datetime(2024, 5, 2, 14, 3, 20) - datetime(1904, 1, 1)).total_seconds()
+    rows = [_row(begun + t, x, f) for t, x, f in ROWS]
+    table = read_lab_file(written(tmp_path / "a.lvm", lvm(rows, names=LVM_NAMES, units=("mm", "N"), time_pref="Absolute")))
+    assert_truth(table)
+    assert table.started == datetime(2024, 5, 2, 14, 3, 20)
+    assert any("UTC" in note for note in table.notes)
+
+
+def test_lvm_with_special_blocks_and_comments(tmp_path: Path) -> None:
+    rows = [_row(*row) for row in ROWS]
+    rows[0] = [*rows[0], "begin"]
+    text = lvm(rows, names=LVM_NAMES, units=("mm", "N"))
+    block = "***Start_Special***\r\nsetup\t7\t8\t9\r\n***End_Special***\r\n"
+    assert_truth(read_lab_file(written(tmp_path / "a.lvm", text.replace("Channels\t", block + "Channels\t"))))
+
+
+@pytest.mark.parametrize(
+    "change", ["X_Columns\tOne>X_Columns\tMulti", "X_Value\tExt>X\tExt", "***End_of_Header***>", "Tab>Pipe"]
+)
+def test_lvm_that_contradicts_its_header_is_refused(tmp_path: Path, change: str) -> None:
+    old, new = change.split(">")
+    text = lvm([_row(*row) for row in ROWS], names=LVM_NAMES, units=("mm", "N"))
+    assert refusal(written(tmp_path / "a.lvm", text.replace(old, new)))
+
+
+def test_lvm_over_something_else_than_time_has_no_time(tmp_path: Path) -> None:
+    rows = [_row(*row) for row in ROWS]
+    text = lvm(rows, names=LVM_NAMES, units=("mm", "N"), x_dimension="Frequency")
+    assert "time" not in read_lab_file(written(tmp_path / "a.lvm", text)).columns
+
+
+# --- LabVIEW's binary format ---------------------------------------------------------------------------------------------
+
+
+def _string(text: str) -> bytes:
+    data = text.encode()
+    return struct.pack("<I", len(data)) + data
+
+
+def _property(name: str, value: object) -> bytes:
+    if isinstance(value, str):
+        return _string(name) + struct.pack("<I", 0x20) + _string(value)
+    if isinstance(value, datetime):
+        seconds = int((value - datetime(1904, 1, 1)).total_seconds())
+        return _string(name) + struct.pack("<IQq", 0x44, 0, seconds)
+    return _string(name) + struct.pack("<Id", 10, value)
+
+
+def _object(path: str, index: bytes, properties: dict[str, object]) -> bytes:
+    packed = b"".join(_property(name, value) for name, value in properties.items())
+    return _string(path) + index + struct.pack("<I", len(properties)) + packed
+
+
+Channels = dict[str, tuple[np.ndarray, dict[str, object]]]
+
+
+def tdms(groups: dict[str, Channels], *, of_file: dict[str, object] | None = None, version: int = 4713) -> bytes:
+    """One segment of contiguous doubles, singles or whole numbers, as National Instruments describes the format."""
+    kinds = {"f8": 10, "f4": 9, "i4": 3}
+    objects = [_object("/", b"\xff\xff\xff\xff", of_file or {})]
+    raw = b""
+    for group, channels in groups.items():
+        objects.append(_object(f"/'{group}'", b"\xff\xff\xff\xff", {}))
+        for name, (values, properties) in channels.items():
+            kind = kinds[values.dtype.str[1:]]
+            objects.append(_object(f"/'{group}'/'{name}'", struct.pack("<IIIQ", 20, kind, 1, values.size), properties))
+            raw += values.tobytes()
+    meta = struct.pack("<I", len(objects)) + b"".join(objects)
+    contents = 1 << 1 | 1 << 2 | 1 << 3  # metadata, a new list of objects, raw data
+    return b"TDSm" + struct.pack("<IIQQ", contents, version, len(meta) + len(raw), len(meta)) + meta + raw
+
+
+def _wave(step: float, offset: float = 0.0) -> dict[str, object]:
+    return {
+        "wf_start_time": datetime(2024, 5, 2, 12, 3, 20),
+        "wf_start_offset": offset,
+        "wf_increment": step,
+        "wf_samples": 1.0,
+    }
+
+
+PRESS: Channels = {"Extension": (DEPTH, {"unit_string": "mm"}), "Load": (FORCE, {"unit_string": "N"})}
+
+
+def test_tdms_with_a_channel_of_times(tmp_path: Path) -> None:
+    path = tmp_path / "a.tdms"
+    path.write_bytes(tdms({"Press": {"Time": (TIME, {"unit_string": "s"}), **PRESS}}, of_file={"Operator": "lab"}))
+    table = read_lab_file(path)
+    assert_truth(table)
+    assert table.encoding == "tdms, group Press"
+    assert table.lines[0] == 1
+    assert table.lines[-1] == N
+
+
+def test_tdms_with_waveforms(tmp_path: Path) -> None:
+    path = tmp_path / "a.tdms"
+    channels = {name: (values, {**said, **_wave(0.1, 0.5)}) for name, (values, said) in PRESS.items()}
+    path.write_bytes(tdms({"Press": channels}))
+    table = read_lab_file(path)
+    np.testing.assert_allclose(table.columns["time"], TIME + 0.5, atol=1e-12)
+    np.testing.assert_allclose(table.columns["force"], FORCE)
+    assert table.started == datetime(2024, 5, 2, 12, 3, 20)
+    assert any("made from the waveform" in note for note in table.notes)
+
+
+def test_tdms_channels_of_other_rates_or_lengths_are_other_parts(tmp_path: Path) -> None:
+    path = tmp_path / "a.tdms"
+    channels = {name: (values, {**said, **_wave(0.1)}) for name, (values, said) in PRESS.items()}
+    channels["Temperature"] = (np.full(30, 21.5), {"unit_string": "°C", **_wave(0.4)})
+    channels["Serial"] = (np.arange(3.0), {})
+    path.write_bytes(tdms({"Press": channels, "Empty": {}}))
+    table = read_lab_file(path)
+    assert_truth(table)
+    unread = " / ".join(map(str, table.unread))
+    assert 'group "Press: Temperature"' in unread
+    assert 'group "Press: Serial"' in unread
+    assert 'group "Empty"' in unread
+
+
+def test_tdms_groups_that_are_records_are_a_choice(tmp_path: Path) -> None:
+    path = tmp_path / "a.tdms"
+    one = {"Time": (TIME, {"unit_string": "s"}), **PRESS}
+    two = {**one, "Load": (2 * FORCE, {"unit_string": "N"})}
+    path.write_bytes(tdms({"Ball 1": one, "Ball 2": two}))
+    assert "2 groups of the file are records" in refusal(path)
+    assert_truth(read_lab_file(path, Reading(sheet="Ball 2")), 2 * FORCE)
+
+
+def test_tdms_without_units_asks_for_them_and_two_units_are_none(tmp_path: Path) -> None:
+    path = tmp_path / "a.tdms"
+    path.write_bytes(tdms({"Press": {**PRESS, "Load": (FORCE, {})}}))
+    assert '"Load" has no unit' in refusal(path)
+    table = read_lab_file(path, Reading(units={"force": "mN"}))
+    np.testing.assert_allclose(table.columns["force"], FORCE / 1e3)
+    path.write_bytes(tdms({"Press": {**PRESS, "Load": (FORCE, {"unit_string": "V", "NI_UnitDescription": "N"})}}))
+    assert '"Load" has no unit' in refusal(path)
+
+
+def test_tdms_singles_and_whole_numbers_are_read_as_stored(tmp_path: Path) -> None:
+    path = tmp_path / "a.tdms"
+    channels: Channels = {
+        "Time": (np.arange(N, dtype="<i4"), {"unit_string": "s"}),
+        "Extension": (DEPTH.astype("<f4"), {"unit_string": "mm"}),
+        "Load": (FORCE.astype("<f4"), {"unit_string": "N"}),
+    }
+    path.write_bytes(tdms({"Press": channels}))
+    table = read_lab_file(path)
+    np.testing.assert_array_equal(table.columns["time"], np.arange(N))
+    np.testing.assert_array_equal(table.columns["force"], FORCE.astype("<f4").astype(float))
+
+
+def test_tdms_that_was_not_closed_says_that_readings_are_missing(tmp_path: Path) -> None:
+    path = tmp_path / "a.tdms"
+    data = tdms({"Press": {"Time": (TIME, {"unit_string": "s"}), **PRESS}})
+    open_end = data[:12] + b"\xff" * 8 + data[20:]
+    path.write_bytes(open_end + data[len(data) - 500 :])
+    table = read_lab_file(path)
+    assert_truth(table)
+    assert any("not closed" in note for note in table.notes)
+
+
+@pytest.mark.parametrize("size", [4, 20, 60, 200])
+def test_a_damaged_tdms_file_is_refused(tmp_path: Path, size: int) -> None:
+    path = tmp_path / "a.tdms"
+    path.write_bytes(tdms({"Press": PRESS})[:size])
+    assert refusal(path)
+
+
+def test_without_nptdms_it_is_said_how_to_install_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "a.tdms"
+    path.write_bytes(tdms({"Press": PRESS}))
+    monkeypatch.setitem(sys.modules, "nptdms", None)
+    assert 'pip install "dielectric-elastomer-calibration[formats]"' in refusal(path)
+
+
+# --- MATLAB --------------------------------------------------------------------------------------------------------------
+
+FIELDS = {"time_s": TIME, "extension_mm": DEPTH, "load_N": FORCE}
+
+
+def mat5(variables: dict[str, np.ndarray], *, packed: bool = False, order: str = "<") -> bytes:
+    """Version 5 by hand, from the description of MathWorks: double matrices, whole or compressed, in either byte order."""
+
+    def element(kind: int, data: bytes) -> bytes:
+        return struct.pack(f"{order}II", kind, len(data)) + data + bytes(-len(data) % 8)
+
+    body = b""
+    for name, values in variables.items():
+        matrix = element(6, struct.pack(f"{order}II", 6, 0))
+        matrix += element(5, struct.pack(f"{order}ii", *values.shape)) + element(1, name.encode())
+        matrix += element(9, values.astype(f"{order}f8").tobytes(order="F"))
+        whole = element(14, matrix)
+        if packed:
+            data = zlib.compress(whole)
+            whole = struct.pack(f"{order}II", 15, len(data)) + data
+        body += whole
+    return (
+        b"MATLAB 5.0 MAT-file, by hand".ljust(116)
+        + bytes(8)
+        + struct.pack(f"{order}H", 0x0100)
+        + (b"IM" if order == "<" else b"MI")
+        + body
+    )
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+@pytest.mark.parametrize("packed", [False, True])
+@pytest.mark.parametrize("upright", [False, True])
+def test_mat_with_columns_as_variables(tmp_path: Path, packed: bool, upright: bool, order: str) -> None:
+    path = tmp_path / "a.mat"
+    variables = {name: values.reshape(-1, 1) if upright else values.reshape(1, -1) for name, values in FIELDS.items()}
+    path.write_bytes(mat5({**variables, "rate": np.array([[10.0]])}, packed=packed, order=order))
+    table = read_lab_file(path)
+    assert_truth(table)
+    assert 'variable "rate": it is a single number' in map(str, table.unread)
+    assert table.lines[0] == 1
+
+
+def test_mat_with_a_matrix_is_read_by_the_numbers_of_its_columns(tmp_path: Path) -> None:
+    path = tmp_path / "a.mat"
+    path.write_bytes(mat5({"data": np.column_stack([TIME, DEPTH, FORCE])}))
+    assert "--columns" in refusal(path)
+    said = Reading(
+        columns={"time": "1", "displacement": "2", "force": "3"}, units={"time": "s", "displacement": "mm", "force": "N"}
+    )
+    assert_truth(read_lab_file(path, said))
+    path.write_bytes(mat5({"data": np.vstack([TIME, DEPTH, FORCE])}))
+    table = read_lab_file(path, said)
+    assert_truth(table)
+    assert "its rows are taken as columns" in table.notes
+
+
+@pytest.mark.parametrize("form", ["5", "4"])
+def test_mat_as_scipy_writes_it(tmp_path: Path, form: str) -> None:
+    path = tmp_path / "a.mat"
+    savemat(path, FIELDS, format=form)
+    assert_truth(read_lab_file(path))
+
+
+def test_mat_with_structs_in_structs_and_arrays_of_them(tmp_path: Path) -> None:
+    path = tmp_path / "a.mat"
+    savemat(path, {"test": {"raw": FIELDS, "operator": "lab", "date": "2024-05-02 14:03:20"}})
+    table = read_lab_file(path)
+    assert_truth(table)
+    assert table.encoding == "mat, variable test.raw"
+    two = np.empty((1, 2), dtype=object)
+    two[0, 0], two[0, 1] = FIELDS, {**FIELDS, "load_N": 2 * FORCE}
+    savemat(path, {"press": np.array([tuple(FIELDS.values()), tuple(two[0, 1].values())], dtype=[(k, "O") for k in FIELDS])})
+    assert "2 variables of the file are records" in refusal(path)
+    assert_truth(read_lab_file(path, Reading(sheet="press(2)")), 2 * FORCE)
+
+
+def test_mat_with_names_beside_a_matrix(tmp_path: Path) -> None:
+    path = tmp_path / "a.mat"
+    names = np.array(HEADER, dtype=object)
+    savemat(path, {"press": {"data": np.column_stack([TIME, DEPTH, FORCE]), "colheaders": names}})
+    table = read_lab_file(path)
+    assert_truth(table)
+    assert 'the columns are named by "press.colheaders"' in table.notes
+
+
+def test_mat_names_every_variable_that_it_does_not_read(tmp_path: Path) -> None:
+    path = tmp_path / "a.mat"
+    more = {
+        "spectrum": np.arange(4) * 1j,
+        "cube": np.zeros((2, 3, 4)),
+        "cells": np.array([1.0, "a", 3.0], dtype=object),
+        "sparse": coo_array(np.eye(3)),
+        "none": np.zeros((0, 0)),
+        "short": np.arange(7.0),
+    }
+    savemat(path, {**FIELDS, **more})
+    table = read_lab_file(path)
+    assert_truth(table)
+    unread = " / ".join(map(str, table.unread))
+    for name, reason in {
+        "spectrum": "complex",
+        "cube": "3 dimensions",
+        "cells": "cell array",
+        "sparse": "sparse",
+        "none": "empty",
+        "columns, 7 rows": "",
+    }.items():
+        assert f'variable "{name}": ' in unread
+        assert reason in unread
+
+
+def mat73(path: Path, variables: dict[str, np.ndarray], struct_name: str = "") -> Path:
+    """Version 7.3 by h5py: HDF5 behind 512 bytes, arrays turned, each with the name of its class."""
+    with h5py.File(path, "w", userblock_size=512) as file:
+        group = file
+        if struct_name:
+            group = file.create_group(struct_name)
+            group.attrs["MATLAB_class"] = np.bytes_("struct")
+        for name, values in variables.items():
+            item = group.create_dataset(name, data=np.atleast_2d(values).T if values.ndim == 2 else values.reshape(1, -1))
+            item.attrs["MATLAB_class"] = np.bytes_("double")
+        if not struct_name:
+            table = file.create_dataset("T", data=np.zeros((1, 6), dtype=np.uint32))
+            table.attrs["MATLAB_class"] = np.bytes_("table")
+            table.attrs["MATLAB_object_decode"] = 3
+            file["elsewhere"] = h5py.ExternalLink("other.mat", "/x")
+    data = path.read_bytes()
+    head = b"MATLAB 7.3 MAT-file, by hand".ljust(124) + struct.pack("<H", 0x0200) + b"IM"
+    path.write_bytes(head + data[len(head) :])
+    return path
+
+
+@pytest.mark.parametrize("struct_name", ["", "press"])
+def test_mat_of_version_73(tmp_path: Path, struct_name: str) -> None:
+    table = read_lab_file(mat73(tmp_path / "a.mat", FIELDS, struct_name))
+    assert_truth(table)
+    unread = " / ".join(map(str, table.unread))
+    if not struct_name:
+        assert 'variable "T": it is a MATLAB object' in unread
+        assert 'variable "elsewhere": it is a link' in unread
+
+
+def test_mat_of_version_73_with_a_matrix(tmp_path: Path) -> None:
+    path = mat73(tmp_path / "a.mat", {"data": np.column_stack([TIME, DEPTH, FORCE])})
+    said = Reading(
+        columns={"time": "1", "displacement": "2", "force": "3"}, units={"time": "s", "displacement": "mm", "force": "N"}
+    )
+    assert_truth(read_lab_file(path, replace(said, sheet="data")))
+
+
+@pytest.mark.parametrize("size", [4, 130, 600, 1500])
+def test_a_damaged_mat_file_is_refused(tmp_path: Path, size: int) -> None:
+    path = tmp_path / "a.mat"
+    path.write_bytes(mat5({"data": np.column_stack([TIME, DEPTH, FORCE])})[:size])
+    assert refusal(path)
+    data = mat73(tmp_path / "b.mat", FIELDS).read_bytes()
+    path.write_bytes(data[:size])
+    assert refusal(path)
+
+
+# --- testXpert's text ----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("mark", [".", ","])
+def test_tra_as_testxpert_exports_it(tmp_path: Path, mark: str) -> None:
+    delimiter = ";" if mark == "," else ","
+    rows = [["Prüfzeit", "Standardweg", "Standardkraft"], ["s", "mm", "N"], *(_row(*row, mark=mark) for row in ROWS)]
+    lines = ['"Probe 1"', "", *(delimiter.join(f'"{c}"' if r < 2 else c for c in row) for r, row in enumerate(rows))]
+    table = read_lab_file(written(tmp_path / "PROBE1.TRA", "\r\n".join(lines) + "\r\n", "latin-1"))
+    assert_truth(table)
+    assert table.recognised_as == "ZwickRoell testXpert"
+
+
+# --- workbooks in an experiment -------------------------------------------------------------------------------------------
+
+
+def test_force_and_capacitance_may_stand_in_two_sheets_of_one_workbook(tmp_path: Path) -> None:
+    log = [("Time (s)", "Cp (pF)"), *LOG]
+    path = new_workbook(tmp_path / "press.xlsx", {"Press": [HEADER, *ROWS], "LCR": log})
+    for capacitance in (Reading(sheet="LCR"), Reading(sheet="lcr")):
+        sweep = make_sweep("s", "a", 5e-3, path, path, force_reading=Reading(sheet="Press"), capacitance_reading=capacitance)
+        assert set(sweep.channels) == {"force", "capacitance"}
+    with pytest.raises(InputError, match="2 sheets of the file are records"):
+        make_sweep("s", "a", 5e-3, path, path, force_reading=Reading(sheet="Press"))

@@ -37,6 +37,7 @@ _BEGINNINGS: tuple[tuple[bytes, str, str], ...] = (
     (b"II*\x00", "a picture", _PICTURE),
     (b"MM\x00*", "a picture", _PICTURE),
     (b"{\\rtf", "an RTF document", _CSV),
+    (b"# Created by Octave", "a text of Octave's own", "Save it by: save -v7 press.mat; or write a CSV file"),
 )
 _INSIDE: tuple[tuple[str, str, str], ...] = (
     ("xl/workbook.bin", "a binary workbook (.xlsb)", "Save it as an Excel workbook (.xlsx), or export a CSV file"),
@@ -65,6 +66,8 @@ _MARKUP: tuple[tuple[re.Pattern[bytes], str, str], ...] = (
 
 def _kind(head: bytes, path: Path) -> tuple[str, str] | None:
     """What a file is, and what to do; None if it is of none of these kinds."""
+    if head.startswith(b"\x89HDF\r\n\x1a\n") and path.suffix.lower() != ".mat":
+        return "an HDF5 file", _CSV
     for beginning, what, advice in _BEGINNINGS:
         if head.startswith(beginning):
             return what, advice
@@ -76,6 +79,8 @@ def _kind(head: bytes, path: Path) -> tuple[str, str] | None:
             names = []
         if "xl/workbook.xml" in names or (not names and b"xl/" in path.read_bytes()[:1_000_000]):
             return None
+        if not names:
+            return "a zip archive or workbook (.xlsx) that is damaged or cut short", "Save it again, or export a CSV file"
         return next((what, advice) for inside, what, advice in _INSIDE if not inside or any(n.endswith(inside) for n in names))
     bare = head.removeprefix(b"\xef\xbb\xbf")
     return next(((what, advice) for pattern, what, advice in _MARKUP if pattern.search(bare)), None)
@@ -91,7 +96,8 @@ def take_apart(path: Path) -> tuple[Part, ...]:
     with path.open("rb") as file:
         kind = _kind(file.read(4096), path)
     what, advice = kind if kind is not None else ("of another kind", _CSV)
-    raise InputError(Fault(f"the file is {what}, which is not read", path, advice=advice))
+    beginning = "" if what in (kind for _, kind, _ in _MARKUP) else "not text but "
+    raise InputError(Fault(f"the file is {beginning}{what}, which is not read", path, advice=advice))
 
 
 FORMAT = Format("foreign", recognise, take_apart)
