@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import io
+import logging
 import warnings
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -102,15 +104,17 @@ def not_installed(path: Path, what: str) -> InputError:
 
 @contextmanager
 def damaged(path: Path, what: str) -> Iterator[None]:
-    """Turn whatever a library raises on a damaged file into the refusal of that file, and hide its warnings.
+    """Turn whatever a library raises on a damaged file into the refusal of that file, and hide what it prints.
 
     Parameters
     ----------
     path : the file.
     what : its format, such as "workbook".
     """
+    logged = logging.root.manager.disable
+    logging.disable(logging.CRITICAL)
     try:
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), redirect_stdout(io.StringIO()):
             warnings.simplefilter("ignore")
             yield
     except InputError:
@@ -122,3 +126,5 @@ def damaged(path: Path, what: str) -> Iterator[None]:
         said = " ".join(str(error).split())[:120]
         message = f"the {what} is damaged or cut short ({type(error).__name__}{': ' + said if said else ''})"
         raise InputError(Fault(message, path, advice="Save it again, or export a CSV file")) from None
+    finally:
+        logging.disable(logged)
