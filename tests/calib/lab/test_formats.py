@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from datetime import datetime, timedelta
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import h5py
 import numpy as np
@@ -375,8 +375,8 @@ def test_hidden_rows_and_columns_and_merged_cells_are_named(tmp_path: Path) -> N
     sheet.merge_range(0, 0, 0, 2, "Press 1")
     for r, row in enumerate([HEADER, *ROWS]):
         sheet.write_row(r + 1, 0, row)
-    for row in range(20, 25):
-        sheet.set_row(row, None, None, {"hidden": True})
+    for hidden in range(20, 25):
+        sheet.set_row(hidden, None, None, {"hidden": True})
     sheet.set_column(2, 2, None, None, {"hidden": True})
     book.close()
     table = read_lab_file(tmp_path / "press.xlsx")
@@ -814,8 +814,8 @@ def test_tdms_channels_of_other_rates_or_lengths_are_other_parts(tmp_path: Path)
 
 def test_tdms_groups_that_are_records_are_a_choice(tmp_path: Path) -> None:
     path = tmp_path / "a.tdms"
-    one = {"Time": (TIME, {"unit_string": "s"}), **PRESS}
-    two = {**one, "Load": (2 * FORCE, {"unit_string": "N"})}
+    one: Channels = {"Time": (TIME, {"unit_string": "s"}), **PRESS}
+    two: Channels = {**one, "Load": (2 * FORCE, {"unit_string": "N"})}
     path.write_bytes(tdms({"Ball 1": one, "Ball 2": two}))
     assert "2 groups of the file are records" in refusal(path)
     assert_truth(read_lab_file(path, Reading(sheet="Ball 2")), 2 * FORCE)
@@ -926,7 +926,7 @@ def test_mat_with_a_matrix_is_read_by_the_numbers_of_its_columns(tmp_path: Path)
 
 
 @pytest.mark.parametrize("form", ["5", "4"])
-def test_mat_as_scipy_writes_it(tmp_path: Path, form: str) -> None:
+def test_mat_as_scipy_writes_it(tmp_path: Path, form: Literal["5", "4"]) -> None:
     path = tmp_path / "a.mat"
     savemat(path, FIELDS, format=form)
     assert_truth(read_lab_file(path))

@@ -236,7 +236,7 @@ def _begun(segment: _Segment) -> datetime | None:
     if day is None or hour is None:
         return None
     try:
-        begun = datetime(*(int(part) for part in day.groups()), *(int(part) for part in hour.groups()[:3]))
+        begun = datetime(int(day[1]), int(day[2]), int(day[3]), int(hour[1]), int(hour[2]), int(hour[3]))
     except ValueError:
         return None
     return begun + timedelta(seconds=float(f"0.{hour[4] or 0}"))

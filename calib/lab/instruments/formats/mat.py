@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import io
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -45,15 +44,15 @@ def take_apart(path: Path) -> tuple[Part, ...]:
 
             found = variables_of_hdf5(data)
         else:
-            found = variables(data) if data.startswith(b"MATLAB 5.0") else _of_version_4(data)
+            found = variables(data) if data.startswith(b"MATLAB 5.0") else _of_version_4(path)
         where = Source(path, hashlib.sha256(data).hexdigest(), "mat", "variable", "")
         return tuple(_parts("", found, where, 0))
 
 
-def _of_version_4(data: bytes) -> dict[str, Variable]:
+def _of_version_4(path: Path) -> dict[str, Variable]:
     from scipy.io import loadmat
 
-    found = loadmat(io.BytesIO(data), chars_as_strings=True)
+    found = loadmat(str(path), chars_as_strings=True)
     return {
         name: value if isinstance(value, np.ndarray) and value.dtype.kind != "U" else Unreadable("it is text, or sparse")
         for name, value in found.items()
