@@ -1,6 +1,6 @@
 """The catalogue of what a calibration deals with: one row for each channel that instruments measure, one for each unknown.
 
-Experiment keys, priors and their defaults, the list of unknowns, labels and units in reports, and docs/unknowns.md follow from
+Experiment keys, priors and their defaults, the list of unknowns, labels and units in reports, and `calib unknowns` follow from
 these rows. A new nuisance is a row here and its line in `calib.problem.measurement`; a new channel is a row here, with the
 unknowns that it brings, and its model in `calib.problem.channels`.
 """
@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from textwrap import fill
 from types import MappingProxyType
 from typing import Literal
 
@@ -446,23 +447,17 @@ class UnknownName:
 # --- documentation ------------------------------------------------------------------------------------------------------
 
 
-def unknowns_table() -> str:
-    """Write the table of unknowns as Markdown, for docs/unknowns.md."""
-    heads = ("unknown", "symbol", "what it is", "unit", "of", "bounds", "exists", "default prior")
-    lines = [f"| {' | '.join(heads)} |", "|---" * len(heads) + "|"]
+def unknowns_in_words() -> str:
+    """Describe every unknown: what it is, when it exists, its default prior and why; what `calib unknowns` prints."""
+    entries = []
     for name, row in UNKNOWNS.items():
         q = row.quantity
-        default = f"`{row.default}`" if row.default else "none, must be given" if row.required else f"none: {row.derived}"
+        unit = f"in {q.display_unit}" if q.display_unit else "a plain number"
+        bounds = "of any sign" if row.bounds == "any" else row.bounds
+        default = row.default or ("none, must be given" if row.required else f"none: {row.derived}")
         when = f"{row.when}, else {row.derived}" if row.default and row.derived else row.when
-        cells = (f"`{name}`", q.symbol, q.label, q.display_unit or "1", row.scope, row.bounds, when, default)
-        lines.append(f"| {' | '.join(cells)} |")
-    return "\n".join(lines) + "\n"
-
-
-def reasons_list() -> str:
-    """Why each default prior is what it is, as a Markdown list, for docs/unknowns.md; unknowns of one reason stand together."""
-    names: dict[str, list[str]] = {}
-    for name, row in UNKNOWNS.items():
-        if row.reason:
-            names.setdefault(row.reason, []).append(f"`{name}`")
-    return "".join(f"- {', '.join(of)}: {reason}.\n" for reason, of in names.items())
+        about = (f"{unit}, one per {row.scope}, {bounds}", f"exists: {when}", f"default prior: {default}")
+        because = (f"because: {row.reason}",) if row.reason else ()
+        lines = (fill(line, 116, initial_indent="    ", subsequent_indent="      ") for line in (*about, *because))
+        entries.append("\n".join((f"{name} ({q.symbol}): {q.label}", *lines)))
+    return "\n\n".join(entries) + "\n"

@@ -2,9 +2,46 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What an input leaves open and its user must say: which option, and the values that it may have.
+
+    Printed as options of the command line that work as they stand, for advice.
+
+    >>> print(Choice("where", ("1000", "10000"), "Frequency (Hz)"))
+    --where "Frequency (Hz)=1000" or --where "Frequency (Hz)=10000"
+    >>> print(Choice("specimen", tuple("12345678")))
+    --specimen 1, --specimen 2, --specimen 3 or another of 8
+
+    Attributes
+    ----------
+    option : name of the option, which is a field of `calib.lab.Reading`.
+    alternatives : the values that may be said, as text, the likeliest first.
+    key : what the value is said of, where the option has a table of them: a quantity or a column; else "".
+    """
+
+    option: str
+    alternatives: tuple[str, ...]
+    key: str = ""
+
+    def __str__(self) -> str:
+        said = [f"{self.key}={value}" if self.key else value for value in self.alternatives]
+        options = [f"--{self.option} {_in_shell(text)}" for text in said]
+        if len(options) > 4:
+            return f"{', '.join(options[:3])} or another of {len(options)}"
+        return " or ".join([*([", ".join(options[:-1])] if options[1:] else []), *options[-1:]])
+
+
+def _in_shell(text: str) -> str:
+    """One word of a command line, in double quotes where that is enough, which every shell understands."""
+    plain = shlex.quote(text)
+    return f'"{text}"' if plain != text and not set(text) & set('"\\$`!') else plain
 
 
 @dataclass(frozen=True)
@@ -22,6 +59,7 @@ class Fault:
     path : file with the fault; None if the input is no file.
     line, column : place in the file, counted from 1; None if not known.
     advice : what to do about the fault; may be empty.
+    choice : what may be said of the input to be rid of the fault; None if it is not for its user to choose.
     """
 
     message: str
@@ -29,6 +67,7 @@ class Fault:
     line: int | None = None
     column: int | None = None
     advice: str = ""
+    choice: Choice | None = None
 
     def __str__(self) -> str:
         place = ":".join(str(p) for p in (self.path, self.line, self.column) if p is not None)

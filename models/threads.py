@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from contextlib import AbstractContextManager
 from functools import cache
+from importlib import import_module
 
 from threadpoolctl import ThreadpoolController
 
 
 @cache
 def _blas() -> ThreadpoolController:
+    # NumPy and SciPy each bring a BLAS, and only those that are loaded are found.
+    import_module("scipy.linalg")
     return ThreadpoolController()
 
 

@@ -1,4 +1,7 @@
-"""Every notebook runs from top to bottom, in its own folder; that of the whole job is kept with what came out."""
+"""Every notebook runs from top to bottom, in its own folder; that of the whole job is kept with what came out.
+
+It is kept as it came out of sampling until convergence; here it samples for less long.
+"""
 
 from pathlib import Path
 
@@ -7,12 +10,18 @@ import pytest
 from nbclient import NotebookClient
 
 NOTEBOOKS = Path(__file__).parents[1] / "notebooks"
+SHORTER = {"calibrate": ("calib.sample(problem, seed=1)", "calib.sample(problem, seed=1, max_steps=200)")}
 
 
 @pytest.mark.parametrize("path", sorted(NOTEBOOKS.glob("*.ipynb")), ids=lambda p: p.stem)
 @pytest.mark.filterwarnings("default")
 def test_notebook_runs(path: Path) -> None:
     notebook = nbformat.read(path, as_version=4)
+    if path.stem in SHORTER:
+        whole, short = SHORTER[path.stem]
+        assert sum(cell.source.count(whole) for cell in notebook.cells) == 1
+        for cell in notebook.cells:
+            cell.source = cell.source.replace(whole, short)
     NotebookClient(notebook, timeout=600, kernel_name="python3", resources={"metadata": {"path": str(NOTEBOOKS)}}).execute()
 
 

@@ -37,6 +37,7 @@ calibration has not converged, or its surrogate is off the finite elements by mo
 _FROM_LAB, _CALIBRATION, _MODEL = "From the lab", "Calibration", "Model of the sensor"
 app.command("init", rich_help_panel=_FROM_LAB)(lab.init)
 app.command("read", rich_help_panel=_FROM_LAB)(lab.read)
+app.command("unknowns", rich_help_panel=_FROM_LAB)(lab.unknowns)
 app.command("calibrate", rich_help_panel=_CALIBRATION)(calibrate.calibrate)
 app.command("recommend", rich_help_panel=_CALIBRATION)(runs.recommend)
 app.command("compare", rich_help_panel=_CALIBRATION)(runs.compare)

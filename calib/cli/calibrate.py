@@ -15,6 +15,7 @@ import typer
 from calib.cli.common import INTERRUPTED, NOT_USABLE, counting, err, out, refusing_bad_input, say
 
 if TYPE_CHECKING:
+    from calib.experiment import Experiment
     from calib.sampling import Posterior, Progress
 
 
@@ -38,9 +39,11 @@ def calibrate(
 ) -> None:
     """Calibrate the sensor model on the lab files of an experiment.
 
-    Reads and checks everything first; bad input leaves nothing behind. Then samples the posterior with four independent
-    ensembles until they agree (R-hat and effective draws) or the budget is spent, and compares the surrogate with the finite
-    elements at a few draws. Stop it with Ctrl-C whenever you like:
+    Reads and checks everything first; bad input leaves nothing behind. Lines of the experiment file that are still marked EDIT
+    and hold what `calib init` put there are named, here and in the report: the result rests on them.
+
+    Then samples the posterior with four independent ensembles until they agree (R-hat and effective draws) or the budget is
+    spent, and compares the surrogate with the finite elements at a few draws. Stop it with Ctrl-C whenever you like:
     `--resume` goes on from the last checkpoint, with the same result as if it had never stopped.
 
     With --reweight it also says what the finite elements themselves would make of the posterior: each of N draws is weighted by
@@ -71,7 +74,7 @@ def calibrate(
                 surrogate=surrogate,
                 reweight=reweight,
                 command=shlex.join(["calib", *sys.argv[1:]]),
-                watch=Watch(partial(_sampling, budget), _reweighting),
+                watch=Watch(partial(_sampling, budget), _reweighting, _planned),
                 stages=ctx.obj if ctx.obj is not None else Stages(),
             )
         except KeyboardInterrupt:
@@ -87,6 +90,15 @@ def calibrate(
             raise typer.Exit(INTERRUPTED)
     if not posterior.diagnostics.usable:
         raise typer.Exit(NOT_USABLE)
+
+
+def _planned(experiment: Experiment) -> None:
+    """Say which lines of the experiment file still hold a guess of `calib init`: the result rests on them."""
+    from calib.experiment import unedited_in_words
+
+    said = unedited_in_words(experiment.unedited)
+    if said:
+        out().print(f"Warning: {said}", style="yellow", markup=False, soft_wrap=True)
 
 
 @contextmanager

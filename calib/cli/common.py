@@ -12,6 +12,7 @@ from rich.console import Console
 
 from calib.errors import Fault, InputError
 from models.response import ConvergenceError, OutOfRangeError
+from models.threads import one_thread
 
 if TYPE_CHECKING:
     from calib.runs import Run
@@ -45,9 +46,13 @@ def say(text: str) -> None:
 
 @contextmanager
 def refusing_bad_input() -> Iterator[None]:
-    """Turn what is wrong with an input into its message on stderr and exit code 2; a defect still shows its trace."""
+    """Turn what is wrong with an input into its message on stderr and exit code 2; a defect still shows its trace.
+
+    Linear algebra inside has one thread: the matrices are small, and what is large is spread over processes.
+    """
     try:
-        yield
+        with one_thread():
+            yield
     except InputError as error:
         _refuse([str(fault) for fault in error.faults])
     except (OutOfRangeError, ConvergenceError) as error:

@@ -13,6 +13,7 @@ from calib.errors import Fault, InputError
 from calib.files import write_text
 
 if TYPE_CHECKING:
+    from calib.experiment import Looked, Pressed
     from calib.lab import Observations
 
 
@@ -88,10 +89,13 @@ def init(
 ) -> None:
     """Write a commented experiment file for a set of lab files.
 
-    Force files and capacitance files are told apart by their columns and paired by their names, or by the time at which they
-    began. Of a folder, files that are not understood are left out and listed with the reason. What the files cannot tell
-    (ball, disc, thicknesses of each specimen) is written with wide guesses and marked EDIT: put your own measurements there,
-    they matter.
+    Every file of a folder is listed, with what it was recognised as or the reason why it is left out. Force files and
+    capacitance files are told apart by their columns and paired by their names (s1_press.csv with s1_cap.csv), or by the time
+    at which they began; where several could be meant none is taken. What the reader noted stands above each file's line.
+
+    What the files cannot tell (ball, disc, thicknesses, stray capacitance, the machine's compliance, ...) is written with
+    guesses and marked EDIT: put your own measurements there, they decide the result. So is what a file leaves open, such as one
+    of several frequencies, with the lines to choose from.
 
     Example: `calib init measurements/ -o experiment.toml`
 
@@ -100,35 +104,60 @@ def init(
     Exit codes: 0 written; 2 a file that was named was not understood, no file was, or the experiment file exists.
     """
     with refusing_bad_input():
-        from calib.experiment import Found, experiment_text, lab_files_in, pair, read_all
+        from calib.experiment import MARK, experiment_text, look_through, pair
 
         if output.exists():
             raise InputError(Fault("the file exists and is not overwritten", output, advice="Choose another -o"))
-        named, lying = lab_files_in(paths)
-        records: list[Found] = []
-        faults: list[Fault] = []
-        left_out: list[tuple[Path, str]] = []
-        for file in (*named, *lying):
-            try:
-                records += read_all(file)
-            except InputError as error:
-                if file in named:
-                    faults += error.faults
-                else:
-                    left_out.append((file, error.faults[0].message))
-        if faults:
-            raise InputError(faults)
-        if not records:
-            raise InputError([Fault(reason, file) for file, reason in left_out])
+        looked, own = look_through(paths)
+        faults = [fault for file in looked if file.named for fault in file.faults]
+        records = [record for file in looked for record in file.records]
+        if faults or not records:
+            raise InputError(faults or [Fault(reason, file.path) for file in looked for reason in file.left_out])
         specimens = pair(records)
-        write_text(output, experiment_text(specimens, output.absolute().parent, left_out))
-        for paired in specimens:
-            parts = [f"force {paired.force.table.path.name}"] if paired.force else []
-            parts += [f"capacitance {paired.capacitance.table.path.name}"] if paired.capacitance else []
-            say(f"{paired.name}: {', '.join(parts)}{f' ({paired.why})' if paired.why else ''}")
-        for path, reason in left_out:
-            say(f"left out: {path}: {reason}")
-        say(f"Written: {output}. Edit the lines marked EDIT, then: calib calibrate {output} -o run1")
+        text = experiment_text(specimens, output.absolute().parent, looked)
+        write_text(output, text)
+        _show_files(looked, own)
+        for specimen in specimens:
+            _show_specimen(specimen)
+        say(f"Written: {output}, with {text.count(MARK)} lines marked EDIT. Put your values there, then:")
+        say(f"  calib calibrate {output} -o run1")
+
+
+def _show_files(looked: Sequence[Looked], own: Sequence[Path]) -> None:
+    width = min(48, max(len(file.shown) for file in looked))
+    for file in looked:
+        kinds = list(dict.fromkeys(record.table.recognised_as for record in file.records))
+        words = [f"{', '.join(kinds)}" + (f", {len(file.records)} specimens" if len(file.records) > 1 else "")] if kinds else []
+        words += list(dict.fromkeys(f"open: {fault.message}" for record in file.records for fault in record.open))
+        words += [f"note: {file.note}"] if file.note else []
+        words += [f"left out: {reason}" for reason in file.left_out]
+        for first, word in zip([file.shown, *[""] * len(words)], words, strict=False):
+            say(f"{first:<{width}}  {word}")
+    if own:
+        say(f"not looked at, as calib wrote it: {', '.join(path.name for path in own)}")
+    say("")
+
+
+def _show_specimen(specimen: Pressed) -> None:
+    for press in specimen.presses:
+        parts = [f"force {press.force.shown}"] if press.force else []
+        parts += [f"capacitance {press.capacitance.shown}"] if press.capacitance else []
+        name = f"{specimen.name}, {press.name}" if press.name else specimen.name
+        say(f"{name}: {', '.join(parts)}" + (f" ({press.in_words})" if press.in_words else ""))
+    for note in specimen.notes:
+        say(f"  {note}")
+
+
+def unknowns() -> None:
+    """List everything that a calibration can infer: what it is, when it exists, its default prior and why.
+
+    The names are the keys of `[priors]` and `[specimens.priors]` in an experiment file.
+
+    Example: `calib unknowns | less`
+    """
+    from calib.catalogue import unknowns_in_words
+
+    say(unknowns_in_words().rstrip())
 
 
 def _assignments(given: Sequence[str] | None, option: str) -> Mapping[str, str]:

@@ -1,30 +1,39 @@
 """A TOML file (or Python) in, a checked `Experiment` out, its sweeps and the forward model it names; knows no likelihood."""
 
 from calib.experiment.design import read_design
-from calib.experiment.draft import Found, experiment_text, lab_files_in, pair, read_all
+from calib.experiment.draft import experiment_text
+from calib.experiment.edits import MARK, Unedited, unedited_in_words
 from calib.experiment.experiment_file import experiment_from, read_experiment
 from calib.experiment.forward import forward_of_design, forward_of_experiment, surrogate_from
+from calib.experiment.lab_files import Found, Looked, look_through
+from calib.experiment.pairing import pair
 from calib.experiment.plan import Experiment, MaterialLaw, Specimen, SweepFiles
+from calib.experiment.presses import Press, Pressed
 from calib.experiment.record import experiment_from_json, experiment_to_json
 from calib.experiment.sweeps import read_sweeps
 
 __all__ = [
+    "MARK",
     "Experiment",
     "Found",
+    "Looked",
     "MaterialLaw",
+    "Press",
+    "Pressed",
     "Specimen",
     "SweepFiles",
+    "Unedited",
     "experiment_from",
     "experiment_from_json",
     "experiment_text",
     "experiment_to_json",
     "forward_of_design",
     "forward_of_experiment",
-    "lab_files_in",
+    "look_through",
     "pair",
-    "read_all",
     "read_design",
     "read_experiment",
     "read_sweeps",
     "surrogate_from",
+    "unedited_in_words",
 ]

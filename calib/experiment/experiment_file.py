@@ -11,6 +11,7 @@ from typing import Any, cast
 
 from calib.catalogue import UNKNOWNS, display, unknowns_of
 from calib.errors import InputError
+from calib.experiment.edits import unedited_lines
 from calib.experiment.lab_paths import check_name, read_sweeps_of
 from calib.experiment.plan import Discrepancy, Experiment, MaterialLaw, Model, PaddingMaterial, Specimen
 from calib.experiment.signposts import SIGNPOSTS, SWEEP_KEYS
@@ -139,6 +140,7 @@ def _experiment(toml: Toml, name: str) -> Experiment:
         discrepancy=cast(Discrepancy, choice_at(toml, ("discrepancy",), toml.data.get("discrepancy", "on"), ("off", "on"))),
         law=cast(MaterialLaw, law),
         stick=stick,
+        unedited=unedited_lines(toml.text, toml.data, toml.places),
     )
     raise_faults(toml)
     return experiment

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from calib.experiment.edits import Unedited
 from calib.lab import AS_FOUND, Reading
 from calib.priors import Prior
 from models.surrogate import Family, family_of
@@ -86,6 +87,7 @@ class Experiment:
     discrepancy : whether the residuals of a sweep are modelled as correlated.
     law : of sensor and padding; Gent's has an unknown of its own, `stiffening`.
     stick : whether the sensor sticks to the ball, or slides on it without friction.
+    unedited : lines of the file that still hold a guess of its draft, see `calib.experiment.edits`.
     """
 
     name: str
@@ -100,6 +102,7 @@ class Experiment:
     discrepancy: Discrepancy = "on"
     law: MaterialLaw = "neo-hookean"
     stick: bool = False
+    unedited: tuple[Unedited, ...] = ()
 
     @property
     def file_name(self) -> str:

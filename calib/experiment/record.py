@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
+from calib.experiment.edits import Unedited
 from calib.experiment.plan import Experiment, Specimen, SweepFiles
 from calib.lab import Reading
 from calib.priors import Prior, prior_from_json
 from calib.records import record_from_text, record_to_text
 
-_FORMAT = 4
+_FORMAT = 5
 
 
 def experiment_to_json(experiment: Experiment) -> str:
@@ -56,6 +57,7 @@ def experiment_to_json(experiment: Experiment) -> str:
         "discrepancy": experiment.discrepancy,
         "law": experiment.law,
         "stick": experiment.stick,
+        "unedited": [[u.line, u.what, u.of] for u in experiment.unedited],
         "priors": priors(experiment.priors),
         "specimens": specimens,
     }
@@ -111,4 +113,5 @@ def experiment_from_json(text: str) -> Experiment:
         discrepancy=document["discrepancy"],
         law=document["law"],
         stick=document["stick"],
+        unedited=tuple(Unedited(*u) for u in document["unedited"]),
     )

@@ -28,6 +28,7 @@ class Toml:
     sha256 : hash of the file's bytes.
     places : line and column of every key, counted from 1.
     faults : what has been found wrong so far.
+    text : of the file, with LF line ends; "" for tables that were built in Python.
     """
 
     path: Path | None
@@ -36,6 +37,7 @@ class Toml:
     sha256: str
     places: Mapping[KeyPath, tuple[int, int]]
     faults: list[Fault] = field(default_factory=list)
+    text: str = ""
 
     def place(self, at: KeyPath) -> tuple[int, int]:
         """Line and column of a key; where it is not written down, those of the innermost table around it that is."""
@@ -99,7 +101,7 @@ def read_toml(path: Path) -> Toml:
         raise InputError(_syntax_fault(path, text, str(error))) from None
     except RecursionError:
         raise InputError(Fault("is nested too deeply", path)) from None
-    return Toml(path, path.parent, data, hashlib.sha256(raw).hexdigest(), places)
+    return Toml(path, path.parent, data, hashlib.sha256(raw).hexdigest(), places, text=text)
 
 
 def _syntax_fault(path: Path, text: str, message: str) -> Fault:

@@ -1,4 +1,4 @@
-"""From a TOML text to the line and column of each key in it, which Python's own parser does not give."""
+"""From a TOML text to the places of its keys and its comments, which Python's own parser does not give."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ _STRING = re.compile(
     r"|'[^'\n]*'",
     re.DOTALL,
 )
+_STRING_OR_COMMENT = re.compile(rf"{_STRING.pattern}|#[^\n]*", re.DOTALL)
 
 
 def locate_keys(text: str) -> dict[KeyPath, tuple[int, int]]:
@@ -100,6 +101,16 @@ def locate_keys(text: str) -> dict[KeyPath, tuple[int, int]]:
             index = pair(index, here)
         index = _end(_BLANK, text, index)
     return places
+
+
+def comments_in(text: str) -> list[tuple[int, str]]:
+    """Find the comments of a valid TOML text with LF line ends: the line of each, from 1, and its text from the # on.
+
+    >>> comments_in('a = "# none"  # one\\n# two')
+    [(1, '# one'), (2, '# two')]
+    """
+    found = (match for match in _STRING_OR_COMMENT.finditer(text) if match[0].startswith("#"))
+    return [(text.count("\n", 0, match.start()) + 1, match[0]) for match in found]
 
 
 def _end(pattern: re.Pattern[str], text: str, index: int) -> int:

@@ -1,6 +1,6 @@
 """Lab files in, a `Sweep` for every press out, with what was judged of it; knows no prior and no model."""
 
-from calib.lab.instruments import AS_FOUND, QUANTITIES, LabTable, Reading, SeveralParts, SeveralSpecimens, Unread, read_lab_file
+from calib.lab.instruments import AS_FOUND, QUANTITIES, LabTable, Reading, SeveralSpecimens, Unread, read_lab_file
 from calib.lab.observations import Observations, observe, why_left_out
 from calib.lab.onset import hertz_onset, level_before_contact
 from calib.lab.pressing import make_sweep, readings_of
@@ -14,7 +14,6 @@ __all__ = [
     "Observations",
     "Points",
     "Reading",
-    "SeveralParts",
     "SeveralSpecimens",
     "Sweep",
     "Track",

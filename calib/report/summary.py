@@ -6,6 +6,7 @@ import csv
 import io
 from dataclasses import asdict
 
+from calib.experiment import unedited_in_words
 from calib.records import record_to_text
 from calib.sampling import Posterior
 
@@ -18,9 +19,11 @@ def summary_json(posterior: Posterior) -> str:
     """Write the content of summary.json, a calibration for other programs: whether to use it, what it is of, every parameter.
 
     SI, with nan as null. `converged` is a fact of the chains alone, `surrogate_honest` one of the forward model (null if not
-    known); `reasons` holds what speaks against either. "format" changes when a key changes its meaning or goes.
+    known); `reasons` holds what speaks against either, `warnings` what else may be wrong, and which lines of the experiment
+    file are as `calib init` made them. "format" changes when a key changes its meaning or goes.
     """
     d = posterior.diagnostics
+    unedited = unedited_in_words(posterior.experiment.unedited)
     inputs = {posterior.experiment.file_name: posterior.experiment.sha256}
     for sweep in posterior.sweeps:
         inputs |= dict(sweep.files)
@@ -28,7 +31,7 @@ def summary_json(posterior: Posterior) -> str:
         "converged": d.converged,
         "surrogate_honest": d.surrogate_honest,
         "reasons": list(d.reasons_against_use),
-        "warnings": list(d.warnings),
+        "warnings": [*([unedited] if unedited else []), *d.warnings],
         "spot_check": asdict(d.spot_check) if d.spot_check is not None else None,
         "reweighting": asdict(d.reweighting) if d.reweighting is not None else None,
         "seed": posterior.seed,

@@ -51,10 +51,12 @@ class Watch:
     ----------
     sampling : gives a function of `Progress`.
     reweighting : gives a function of the draws done and their number.
+    planned : no context, but a function that is told the experiment, once all input is checked and before anything is sampled.
     """
 
     sampling: Callable[[], AbstractContextManager[Callable[[Progress], None] | None]] = nullcontext
     reweighting: Callable[[], AbstractContextManager[Callable[[int, int], None] | None]] = nullcontext
+    planned: Callable[[Experiment], None] = lambda _: None
 
 
 _USUAL, _SILENT = Stages(), Watch()
@@ -120,6 +122,7 @@ def calibrate(
     if not problem.parameters:
         raise InputError(Fault("every parameter is fixed: there is nothing to calibrate", plan.path))
     begun = _begun_with(folder) if resume else DEFAULT_SEED
+    watch.planned(plan)
     seed = begun if seed is None else seed
     attrs = {"command": command}
     if surrogate is not None:

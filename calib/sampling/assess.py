@@ -102,7 +102,7 @@ def finish(run: SamplingRun, n_block: int, state: Convergence, gate: Gate, seed:
         thin=thin * STORE_EVERY,
         n_walker=run.n_walker,
         gate=gate,
-        acceptance_fraction=tuple(a / ((n_block - first) * BLOCK_STEPS) for a in accepted),
+        acceptance_fraction=tuple(a * STORE_EVERY / ((n_block - first) * BLOCK_STEPS) for a in accepted),
         tau={name: float(t) for name, t in zip(problem.names, state.tau, strict=True)},
     )
     return Posterior(

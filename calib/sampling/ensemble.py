@@ -16,6 +16,7 @@ from emcee.autocorr import next_pow_two
 
 from calib.problem import Problem, log_posterior
 from calib.sampling.coordinates import coordinates
+from calib.sampling.scoring import score
 from models.sensor import FloatArray
 
 #: A vectorised log density: (n_draw, n_parameter) -> (n_draw,).
@@ -55,7 +56,7 @@ class Block:
     """Steps of an ensemble, every `STORE_EVERY`-th of them, the last one included.
 
     `chain` (n_stored, n_walker, n_parameter) and `log_prob` (n_stored, n_walker) are those of theta, `accepted` (n_walker,)
-    counts all steps, `end` is the state after the last one.
+    counts which of the stored steps were accepted (emcee counts no others), `end` is the state after the last one.
     """
 
     chain: FloatArray
@@ -153,9 +154,9 @@ def autocorrelation_time(chains: FloatArray) -> FloatArray:
 def start(problem: Problem, seed: np.random.SeedSequence, n_walker: int) -> EnsembleState:
     """Place the walkers of an ensemble around the mode of the posterior, spread wider than the posterior there.
 
-    The best few of `N_START_DRAWS` prior draws climb by damped Newton steps, each to its end: about one in twelve ends in a
-    false mode, such as a contact point far off that the discrepancy pays for, hundreds below the true one in log density. At
-    the highest mode the inverse Hessian, inflated by `OVERDISPERSION`, gives the walkers. In a direction in which the Hessian
+    The best few of `N_START_DRAWS` prior draws climb, each to its end (`calib.sampling.scoring`), as some end in a false mode,
+    such as a contact point far off that the discrepancy pays for, hundreds below the true one in log density. At the highest
+    mode the inverse Hessian, inflated by `OVERDISPERSION`, gives the walkers. In a direction in which the Hessian
     is flatter than the prior, the prior's width is used. Walkers far below the mode are drawn anew from an ever narrower
     Gaussian, as a walker lost far out in a narrow ridge would take long to come back.
 
@@ -184,49 +185,11 @@ def start(problem: Problem, seed: np.random.SeedSequence, n_walker: int) -> Ense
     if not np.any(np.isfinite(log_prob)):
         raise ValueError(f"none of {N_START_DRAWS} prior draws has a finite posterior density")
     best = [i for i in np.argsort(-log_prob)[:N_CLIMBS] if np.isfinite(log_prob[i])]
-    mode, top = max((climb(space.log_density, x[i], n_iteration=80) for i in best), key=lambda c: c[1])
+    mode, top = max((score(space, x[i]) for i in best), key=lambda c: c[1])
     spread = laplace_factor(space.log_density, mode)
     coords, log_prob = _walkers(space.log_density, mode, top, spread, n_walker, rng)
     twister = np.random.RandomState(np.random.MT19937(chain_seed))
     return _state(coords, log_prob, tuple(twister.get_state(legacy=True)))
-
-
-def climb(density: Density, x: FloatArray, n_iteration: int) -> tuple[FloatArray, float]:
-    """Find a mode of the log posterior from a starting point by Newton steps.
-
-    The Hessian's eigenvalues count with their size and at least the prior's 1 (saddle-free Newton); the step length is the best
-    of a ladder of halvings. All differences and the whole ladder are one vectorised call each. Differences are taken over a
-    third of a standard deviation as the last Hessian has it; where that was misleading and no step leads up, over a fixed
-    width once more before the climb ends.
-
-    Parameters
-    ----------
-    density : log posterior, (n, n_parameter) -> (n,).
-    x : (n_parameter,), where the climb starts.
-    n_iteration : most Newton steps.
-
-    Returns
-    -------
-    The mode, (n_parameter,), and its log posterior.
-    """
-    ladder = 0.5 ** np.arange(-1, 15)
-    value = float(density(x[None])[0])
-    width, is_fresh = np.full(x.size, 1e-2), True
-    for _ in range(n_iteration):
-        gradient, hessian = _derivatives(density, x, width)
-        eigenvalue, vector = np.linalg.eigh(-hessian)
-        step = vector @ ((vector.T @ gradient) / np.maximum(np.abs(eigenvalue), 1.0))
-        tried = x + ladder[:, None] * step
-        values = density(tried)
-        k = int(np.argmax(values))
-        if values[k] - value >= 1e-3:
-            x, value = tried[k], float(values[k])
-            width, is_fresh = np.clip(0.3 / np.sqrt(np.maximum(-np.diagonal(hessian), 1.0)), 1e-6, 0.3), False
-        elif is_fresh:
-            break
-        else:
-            width, is_fresh = np.full(x.size, 1e-2), True
-    return x, value
 
 
 def laplace_factor(density: Density, mode: FloatArray) -> FloatArray:
@@ -243,16 +206,16 @@ def laplace_factor(density: Density, mode: FloatArray) -> FloatArray:
     -------
     (n_parameter, n_parameter).
     """
-    _, hessian = _derivatives(density, mode, np.full(mode.size, 1e-2))
+    hessian = _hessian(density, mode, np.full(mode.size, 1e-2))
     for _ in range(2):  # differences over a third of a standard deviation of each parameter given the others
         width = np.clip(0.3 / np.sqrt(np.maximum(-np.diagonal(hessian), 1.0)), 1e-6, 0.3)
-        _, hessian = _derivatives(density, mode, width)
+        hessian = _hessian(density, mode, width)
     eigenvalue, vector = np.linalg.eigh(-hessian)
     return np.asarray(vector / np.sqrt(np.maximum(eigenvalue, 1.0)), dtype=float)
 
 
-def _derivatives(density: Density, x: FloatArray, width: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Gradient and Hessian of the log posterior by central differences, in one call; those of the prior where it is -inf."""
+def _hessian(density: Density, x: FloatArray, width: FloatArray) -> FloatArray:
+    """Hessian of the log posterior by central differences, in one call; that of the prior where it is -inf."""
     n = x.size
     i, j = np.triu_indices(n, 1)
     e = np.eye(n) * width
@@ -262,11 +225,9 @@ def _derivatives(density: Density, x: FloatArray, width: FloatArray) -> tuple[Fl
     pp, pm, mp, mm = np.split(f[2 * n + 1 :], 4)
     hessian = np.zeros((n, n))
     with np.errstate(invalid="ignore"):
-        gradient = (plus - minus) / (2 * width)
         np.fill_diagonal(hessian, (plus - 2 * centre + minus) / width**2)
         hessian[i, j] = hessian[j, i] = (pp - pm - mp + mm) / (4 * width[i] * width[j])
-    gradient = np.where(np.isfinite(gradient), gradient, -x)
-    return gradient, np.where(np.isfinite(hessian), hessian, -np.eye(n))
+    return np.where(np.isfinite(hessian), hessian, -np.eye(n))
 
 
 def _walkers(

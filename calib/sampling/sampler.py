@@ -22,6 +22,7 @@ from calib.sampling.diagnostics import Convergence, Gate, shortcomings
 from calib.sampling.ensemble import Block, EnsembleState, advance, start
 from calib.sampling.posterior import Posterior
 from calib.workers import workers
+from models.threads import one_thread
 
 #: Steps after which convergence is first looked at, and the factor from one look to the next.
 FIRST_CHECK = 200
@@ -140,7 +141,7 @@ def sample(
     last = max(1, max_steps // BLOCK_STEPS)
     next_look = min(last, FIRST_CHECK // BLOCK_STEPS)
     # More processes than ensembles would idle.
-    with workers(0 if processes == 0 else min(4, n_ensembles, processes or os.cpu_count() or 1)) as executor:
+    with one_thread(), workers(0 if processes == 0 else min(4, n_ensembles, processes or os.cpu_count() or 1)) as executor:
         while True:
             n_block = _advance_to(run, executor, next_look, clock + max_seconds, report)
             state = look(run, n_block)
@@ -149,7 +150,8 @@ def sample(
                 break
             next_look = min(last, math.ceil(CHECK_FACTOR * next_look))
     kept = {"started": begin.isoformat(timespec="seconds"), "ended": datetime.now(UTC).isoformat(timespec="seconds")}
-    return finish(run, n_block, state, gate, seed, {**kept, **(attrs or {})})
+    with one_thread():
+        return finish(run, n_block, state, gate, seed, {**kept, **(attrs or {})})
 
 
 # --- advancing ----------------------------------------------------------------------------------------------------------

@@ -3,7 +3,7 @@
 from calib.lab.instruments.families import FAMILIES
 from calib.lab.instruments.family import InstrumentFamily
 from calib.lab.instruments.labtable import AS_FOUND, IntArray, LabTable, Reading, Unread
-from calib.lab.instruments.reader import QUANTITIES, SeveralParts, read_lab_file
+from calib.lab.instruments.reader import QUANTITIES, read_lab_file
 from calib.lab.instruments.sheet import SeveralSpecimens
 
 __all__ = [
@@ -14,7 +14,6 @@ __all__ = [
     "IntArray",
     "LabTable",
     "Reading",
-    "SeveralParts",
     "SeveralSpecimens",
     "Unread",
     "read_lab_file",

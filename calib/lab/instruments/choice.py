@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from calib.errors import Fault
+from calib.errors import Choice, Fault
 from calib.lab.instruments.family import InstrumentFamily
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.numbers import is_clock
@@ -46,13 +46,15 @@ def choose_columns(sheet: Sheet, reading: Reading) -> tuple[dict[str, int], list
         chosen[quantity] = best[0]
         same = [i for i, h in others if h.rank == best[1].rank and quantity != "status"]
         twins = [i for i in same if _alike(sheet, i, best[0])]
+        choice = Choice("columns", tuple(str(i + 1) for i in (best[0], *same) if i not in twins), quantity)
         faults += [
             Fault(
                 f'column "{sheet.names[index]}" appears twice (columns {best[0] + 1} and {index + 1})',
                 sheet.text.path,
                 sheet.header_line,
                 index + 1,
-                advice=f"Say which one is meant: --columns {quantity}={best[0] + 1}",
+                advice=f"Say which one is meant: {choice}",
+                choice=choice,
             )
             for index in same
             if index not in twins

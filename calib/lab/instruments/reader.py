@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from calib.errors import Fault, InputError
+from calib.errors import Choice, Fault, InputError
 from calib.lab.instruments.columns import read_columns
 from calib.lab.instruments.cut import cut
 from calib.lab.instruments.families import FAMILIES
@@ -43,12 +43,11 @@ def read_lab_file(path: Path, reading: Reading = AS_FOUND) -> LabTable:
 
     Raises
     ------
-    SeveralParts
-        If several sheets, groups or variables of the file are records and `reading` does not say which.
     SeveralSpecimens
         If the file holds several specimens and `reading` does not say which.
     calib.errors.InputError
-        With every fault of the file, each with line, column and advice.
+        If several sheets, groups or variables are records and `reading` does not say which; or with every fault of the
+        file, each with line, column and advice.
     """
     path = Path(path)
     unknown = sorted({*reading.units, *reading.columns} - set(QUANTITIES) - {"capacitance_series"})
@@ -78,14 +77,6 @@ def _read_text(text: LabText, reading: Reading, types: CellTypes | None = None) 
 # --- files of several parts --------------------------------------------------------------------------------------------
 
 
-class SeveralParts(InputError):
-    """A file of which several parts (sheets, groups, variables) are records, and none was chosen; `names` are theirs."""
-
-    def __init__(self, fault: Fault, names: tuple[str, ...]) -> None:
-        super().__init__(fault)
-        self.names = names
-
-
 def _one_of(path: Path, parts: Sequence[Part], reading: Reading) -> LabTable:
     """Read the part that was asked for, or else the one that is a record."""
     if not parts:
@@ -107,8 +98,10 @@ def _one_of(path: Path, parts: Sequence[Part], reading: Reading) -> LabTable:
     if len(chosen) > 1:
         listed = "; ".join(f"{part.name} ({_shown(read.get(part), faults.get(part))})" for part in chosen)
         message = f"{len(chosen)} {chosen[0].kind}s of the file are records: {listed}"
-        advice = f'Say which one: --sheet "{chosen[0].name}" (in an experiment file: sheet = "{chosen[0].name}")'
-        raise SeveralParts(Fault(message, path, advice=advice), tuple(part.name for part in chosen))
+        choice = Choice("sheet", tuple(part.name for part in chosen))
+        raise InputError(
+            Fault(message, path, advice=f"Say which one: {choice} (in an experiment file: sheet = ...)", choice=choice)
+        )
     if len(parts) == 1 or chosen:
         own = chosen[0] if chosen else parts[0]
         if own in faults:

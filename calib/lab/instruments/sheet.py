@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from calib.errors import Fault, InputError
+from calib.errors import Choice, Fault, InputError
 from calib.lab.instruments.labtable import IntArray, Reading
 from calib.lab.instruments.text import LabText
 from calib.lab.instruments.vocabulary import Heading, understand, words
@@ -97,7 +97,8 @@ def which_specimen(sheet: Sheet, message: str, count: int) -> SeveralSpecimens:
         f"Say which one: --specimen 1 to --specimen {count} (in an experiment file: specimen = 1), or export one specimen "
         "per file"
     )
-    return SeveralSpecimens(Fault(message, sheet.text.path, sheet.header_line, advice=advice), count)
+    choice = Choice("specimen", tuple(str(k) for k in range(1, count + 1)))
+    return SeveralSpecimens(Fault(message, sheet.text.path, sheet.header_line, advice=advice, choice=choice), count)
 
 
 def no_such_specimen(sheet: Sheet, reading: Reading) -> Fault:

@@ -8,7 +8,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from calib.errors import Fault, InputError, capped
+from calib.errors import Choice, Fault, InputError, capped
 from calib.lab.instruments.grid import address, column_letters
 from calib.lab.instruments.labtable import LabTable, Reading
 from calib.lab.instruments.numbers import decide_notation, is_numeric, parse_number
@@ -157,6 +157,9 @@ _DATED = (
 )
 
 
+_DECIMAL = Choice("decimal", (",", "."))
+
+
 def _numbers_in_text(
     column: _Column, types: CellTypes, reading: Reading, faults: list[Fault]
 ) -> tuple[Sequence[str], tuple[str, ...]]:
@@ -175,8 +178,8 @@ def _numbers_in_text(
     mark = reading.decimal
     if not mark and typed:
         message = f"{shown} is text, other cells of this column are numbers: a spreadsheet program may have changed them"
-        advice = f"{again}; or, if the numbers are right, say the decimal mark of the text: --decimal , or --decimal ."
-        faults.append(_fault(column.places[first], message, advice))
+        advice = f"{again}; or, if the numbers are right, say the decimal mark of the text: {_DECIMAL}"
+        faults.append(_fault(column.places[first], message, advice, _DECIMAL))
         return column.cells, ()
     if not mark:
         notation = decide_notation([[column.cells[i] for i in in_text]])
@@ -184,7 +187,7 @@ def _numbers_in_text(
             message = (
                 f"the numbers of this column are text, and their decimal mark cannot be told: {notation.conflict}: {shown}"
             )
-            faults.append(_fault(column.places[first], message, f"Say it: --decimal , or --decimal .; or {again.lower()}"))
+            faults.append(_fault(column.places[first], message, f"Say it: {_DECIMAL}; or {again.lower()}", _DECIMAL))
             return column.cells, ()
         mark = notation.decimal
     large = [
@@ -287,5 +290,5 @@ def _left_out(column: _Column, types: CellTypes) -> tuple[Sequence[str], dict[in
     return cells, reasons
 
 
-def _fault(place: Cell, message: str, advice: str) -> Fault:
-    return Fault(message, None, place[0], place[1] + 1, advice)
+def _fault(place: Cell, message: str, advice: str, choice: Choice | None = None) -> Fault:
+    return Fault(message, None, place[0], place[1] + 1, advice, choice)

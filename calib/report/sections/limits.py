@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from calib.experiment import Experiment, MaterialLaw
+from calib.experiment import Experiment, MaterialLaw, unedited_in_words
 from calib.report.section import Results, Section
 from calib.sampling import Posterior
 
@@ -34,6 +34,7 @@ def limits(posterior: Posterior) -> list[tuple[str, str]]:
     e = posterior.experiment
     unknown = {p.parameter for p in posterior.parameters} | {n.split("[")[0] for n in posterior.fixed}
     return [
+        *_guesses(e),
         (
             "The base is taken as bonded",
             "Sensor and padding are modelled as stuck to each other and to the rigid finger. This choice outweighs all noise: "
@@ -54,6 +55,14 @@ def limits(posterior: Posterior) -> list[tuple[str, str]]:
         *_derived(e, unknown),
         *_model(e),
     ]
+
+
+def _guesses(e: Experiment) -> list[tuple[str, str]]:
+    """What stands in the experiment file as its draft put it there."""
+    said = unedited_in_words(e.unedited)
+    if not said:
+        return []
+    return [("Guesses of the draft are taken as measured", f"In {e.file_name} {said}. The numbers above rest on them.")]
 
 
 def _contact(e: Experiment) -> tuple[str, str]:

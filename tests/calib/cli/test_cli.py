@@ -15,6 +15,7 @@ import pytest
 import typer
 from typer.testing import CliRunner, Result
 
+from calib.catalogue import UNKNOWNS
 from calib.cli import app
 from calib.cli.common import refusing_bad_input
 from calib.cli.surrogate import STEPS, FamilyName
@@ -192,6 +193,30 @@ def test_a_run_that_neither_converged_nor_has_an_honest_model_gets_both_pieces_o
     assert result.exit_code == 3, result.output
     said = " ".join(result.stdout.split())
     assert all(words in said for words in ("NOT converged", "--resume", "calib surrogate refine"))
+
+
+def test_lines_still_marked_edit_are_told_before_sampling_and_kept(lab: Path, make_posterior: Callable[..., Posterior]) -> None:
+    path = lab / "experiment.toml"
+    marked = EXPERIMENT.replace('radius = "5 mm"', 'radius = "5 mm"  # EDIT: half its diameter')
+    path.write_text(marked.replace('"0.7 MPa", 1.6] }', '"0.7 MPa", 1.6] }  # EDIT: from the datasheet'), encoding="utf-8")
+
+    def sampled(problem: Problem, **_: object) -> Posterior:
+        return replace(make_posterior(n_specimen=1), experiment=problem.experiment)
+
+    result = _run("calibrate", path, "-o", lab / "run", stages=Stages(sample=sampled))
+    assert result.exit_code == 0, result.output
+    words = "1 line marked EDIT is unchanged: line 5 indenter radius"
+    assert result.stdout.startswith(f"Warning: {words}\n")
+    assert words in json.loads((lab / "run" / "summary.json").read_text())["warnings"]
+    report = (lab / "run" / "report.html").read_text(encoding="utf-8")
+    assert "Guesses of the draft are taken as measured" in report
+    assert f"In experiment.toml {words}" in report
+    path.write_text(EXPERIMENT, encoding="utf-8")  # a run knows what it was made from
+    assert _run("report", lab / "run").exit_code == 0
+    assert words in (lab / "run" / "report.html").read_text(encoding="utf-8")
+    result = _run("calibrate", path, "-o", lab / "run2", stages=Stages(sample=sampled))
+    assert "EDIT" not in result.stdout
+    assert not any("EDIT" in w for w in json.loads((lab / "run2" / "summary.json").read_text())["warnings"])
 
 
 def _stopped(*_: object, **__: object) -> Posterior:
@@ -648,3 +673,15 @@ def test_a_model_that_finds_no_equilibrium_is_known_by_its_class_and_not_by_a_na
     namesake = type("ConvergenceError", (RuntimeError,), {})
     with pytest.raises(namesake), refusing_bad_input():
         raise namesake("of a library that has its own")
+
+
+def test_every_unknown_is_listed_with_what_stands_in_for_its_prior() -> None:
+    said = _run("unknowns")
+    assert said.exit_code == 0
+    entries = dict(entry.split(" (", 1) for entry in said.stdout.rstrip().split("\n\n"))
+    assert list(entries) == list(UNKNOWNS)
+    for name, row in UNKNOWNS.items():
+        expected = row.default or ("must be given" if row.required else row.derived)
+        assert expected
+        assert expected in " ".join(entries[name].split())
+    assert "one per specimen, positive" in entries["sensor_thickness"]

@@ -13,6 +13,7 @@ from calib.cli import app
 from calib.errors import InputError
 from calib.experiment.experiment_file import read_experiment
 from calib.experiment.record import experiment_from_json, experiment_to_json
+from calib.experiment.sweeps import read_sweeps
 from calib.lab.pressing import make_sweep
 
 
@@ -142,9 +143,62 @@ def test_names_that_agree_with_times_that_do_not_are_to_be_checked(tmp_path: Pat
     assert "but the records began 24.0 h apart: check" in result.stdout
 
 
+def test_init_lists_every_file_and_says_what_is_open_and_what_to_do_next(tmp_path: Path) -> None:
+    lab = tmp_path / "lab"
+    (lab / "old").mkdir(parents=True)
+    (lab / "s1_press.csv").write_text(TESTER + _press(0.0))
+    (lab / "old" / "s1_cap.csv").write_text(LCR + _log())
+    twice = "".join(f"{line},{line.split(',')[2]}9\n" for line in _press(0.0).splitlines())
+    (lab / "s2_press.csv").write_text("Time (s),Extension (mm),Load (N),Load (N)\n" + twice)
+    (lab / ".hidden").write_text("x")
+    (lab / "photo.png").write_bytes(b"\x89PNG")
+    result = _run("init", lab, "-o", lab / "experiment.toml")
+    assert result.exit_code == 0, result.output
+    said = [" ".join(line.split()) for line in result.stdout.splitlines()]
+    for line in (
+        ".hidden left out: a hidden file",
+        "photo.png left out: a picture",
+        "s1_press.csv Instron Bluehill raw data",
+        "old/s1_cap.csv LCR log",
+        'open: column "Load (N)" appears twice (columns 3 and 4)',
+        "s1: force s1_press.csv, capacitance old/s1_cap.csv (paired by name)",
+        "s2: force s2_press.csv",
+    ):
+        assert line in said, result.stdout
+    left = read_experiment(lab / "experiment.toml").unedited
+    assert f"with {len(left)} lines marked EDIT" in result.stdout
+    again = _run("init", lab, "-o", tmp_path / "experiment.toml")
+    assert "not looked at, as calib wrote it: experiment.toml" in again.stdout
+
+
+def test_what_init_offers_for_a_choice_can_be_read(tmp_path: Path) -> None:
+    twice = "".join(f"{line},{line.split(',')[2]}9\n" for line in _press(0.0).splitlines())
+    (tmp_path / "a.csv").write_text("Time (s),Extension (mm),Load (N),Load (N)\n" + twice)
+    assert _run("init", tmp_path / "a.csv", "-o", tmp_path / "e.toml").exit_code == 0
+    text = (tmp_path / "e.toml").read_text()
+    (marked,) = (line for line in text.splitlines() if "EDIT: choose" in line)
+    offered = [line[4:] for line in text.splitlines() if line.startswith('#   force = { file = "a.csv"')]
+    assert len(offered) == 2
+    for line in offered:
+        (tmp_path / "chosen.toml").write_text(text.replace(marked, line))
+        chosen = read_experiment(tmp_path / "chosen.toml")
+        (sweep,) = read_sweeps(chosen)
+        assert "force" in sweep.channels
+        assert "force" not in [u.what for u in chosen.unedited]
+
+
+def test_a_file_that_was_named_and_is_not_understood_stops_init(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text(TESTER + _press(0.0))
+    (tmp_path / "b.txt").write_text("dear diary\n")
+    result = _run("init", tmp_path / "a.csv", tmp_path / "b.txt", "-o", tmp_path / "e.toml")
+    assert result.exit_code == 2
+    assert "b.txt" in _line(result.stderr)
+    assert not (tmp_path / "e.toml").exists()
+
+
 def test_a_folder_without_lab_files_is_refused(tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
-    assert "there is no .csv" in _line(_run("init", tmp_path / "empty", "-o", tmp_path / "e.toml").stderr)
+    assert "there is no file in this folder" in _line(_run("init", tmp_path / "empty", "-o", tmp_path / "e.toml").stderr)
     (tmp_path / "empty" / "notes.txt").write_text("dear diary\n")
     result = _run("init", tmp_path / "empty", "-o", tmp_path / "e.toml")
     assert result.exit_code == 2

@@ -22,8 +22,8 @@ import xlwt
 from scipy.io import savemat
 from scipy.sparse import coo_array
 
-from calib.errors import InputError
-from calib.lab import LabTable, Reading, SeveralParts, SeveralSpecimens, make_sweep, read_lab_file
+from calib.errors import Choice, InputError
+from calib.lab import LabTable, Reading, SeveralSpecimens, make_sweep, read_lab_file
 
 N = 120
 TIME = np.round(np.arange(N) * 0.1, 6)
@@ -158,9 +158,9 @@ def test_the_sheet_that_is_a_record_is_found_and_the_others_are_named(tmp_path: 
 def test_several_sheets_that_are_records_are_a_choice(tmp_path: Path, write: Writer, ending: str) -> None:
     other = [(t, x, 2 * f) for t, x, f in ROWS]
     path = write(tmp_path / f"press.{ending}", {"Ball 1": [HEADER, *ROWS], "Ball 2": [HEADER, *other]})
-    with pytest.raises(SeveralParts) as refused:
+    with pytest.raises(InputError) as refused:
         read_lab_file(path)
-    assert refused.value.names == ("Ball 1", "Ball 2")
+    assert refused.value.faults[0].choice == Choice("sheet", ("Ball 1", "Ball 2"))
     assert '--sheet "Ball 1"' in str(refused.value)
     assert_truth(read_lab_file(path, Reading(sheet="Ball 1")))
     table = read_lab_file(path, Reading(sheet="ball 2"))

@@ -23,10 +23,13 @@ from calib.problem.likelihood import log_posterior
 from calib.problem.problem import Problem, build_problem
 from calib.problem.synthetic import Rig, synthetic_sweep
 from calib.problem.values import specimen_design
+from calib.sampling import scoring
+from calib.sampling.coordinates import coordinates
 from calib.sampling.diagnostics import Gate
-from calib.sampling.ensemble import advance, start
+from calib.sampling.ensemble import STORE_EVERY, advance, start
 from calib.sampling.posterior import Posterior, leave_out, thin_draws
 from calib.sampling.sampler import Progress, sample
+from calib.sampling.scoring import score
 from models.analytic import ClosedForm
 from models.response import Forward, Response
 from models.sensor import Design, FloatArray, design_from
@@ -202,6 +205,39 @@ def test_a_chain_does_not_depend_on_how_it_is_split_into_blocks() -> None:
     np.testing.assert_array_equal(whole.chain, np.concatenate([first.chain, second.chain]))
     np.testing.assert_array_equal(whole.log_prob, np.concatenate([first.log_prob, second.log_prob]))
     np.testing.assert_array_equal(whole.end.random_keys, second.end.random_keys)
+
+
+def test_the_share_of_accepted_steps_is_that_of_all_steps(posterior: Posterior) -> None:
+    problem = small_problem()
+    state = start(problem, np.random.SeedSequence(4), 64)
+    for _ in range(2):
+        state = advance(problem, state, 100).end
+    block = advance(problem, state, 400)
+    # Step by step: of two states one step apart, a walker that stands where it stood was refused.
+    moved = []
+    for _ in range(40):
+        coords = state.coords
+        state = advance(problem, state, STORE_EVERY).end
+        moved.append(np.mean(np.any(state.coords != coords, axis=1)))
+    # Within STORE_EVERY steps of acceptance a each, 1 - (1 - a)^STORE_EVERY of the walkers move.
+    share = 1 - (1 - float(np.mean(moved))) ** (1 / STORE_EVERY)
+    stored = 400 / STORE_EVERY
+    assert np.mean(block.accepted) / stored == pytest.approx(share, abs=0.06)
+    assert all(0.1 < a < 0.6 for a in posterior.diagnostics.acceptance_fraction)
+
+
+@pytest.mark.parametrize("power", [1e-3, 1.0])
+def test_the_score_is_the_slope_of_the_tempered_density_and_the_information_near_its_bend(power: float) -> None:
+    problem = small_problem()
+    space = coordinates(problem)
+    mode, _ = score(space, np.zeros(len(problem.parameters)))
+    x = mode + 0.02 * np.random.default_rng(2).standard_normal(mode.size)
+    slopes = scoring.slopes_at(space, x, power)
+    assert slopes is not None
+    step = 1e-4 * np.eye(x.size)
+    ahead, behind = (scoring.tempered(space, x + sign * step, power) for sign in (1, -1))
+    np.testing.assert_allclose(slopes[0], (ahead - behind) / 2e-4, rtol=2e-3, atol=2e-3 * np.max(np.abs(slopes[0])))
+    assert np.all(np.linalg.eigvalsh(slopes[1]) > 0)
 
 
 def test_draws_do_not_depend_on_the_number_of_processes(tmp_path: Path) -> None:

@@ -1,0 +1,235 @@
+"""What a draft of an experiment file cannot know, marked EDIT in it, and from a file's text to the marks that are left."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from typing import Any
+
+from calib.catalogue import UNKNOWNS
+from calib.experiment.toml_places import KeyPath, comments_in
+
+#: How a line is marked: the word at the beginning of its comment, and after it what to do.
+MARK = "# EDIT:"
+
+
+@dataclass(frozen=True)
+class Guess:
+    """A quantity that decides the result and that no lab file tells, as it stands in a draft.
+
+    Attributes
+    ----------
+    value : the draft's guess, TOML.
+    task : what to put in its place.
+    why : why it matters, and how a lab measures it; a sentence or two.
+    in_force : whether the line holds; else it is commented out and another quantity stands for it until it is given.
+    electrical : whether it matters for capacitance alone.
+    """
+
+    value: str
+    task: str
+    why: str
+    in_force: bool = True
+    electrical: bool = False
+
+
+def _default(name: str) -> str:
+    return UNKNOWNS[name].default
+
+
+#: By the keys that lead to it, in the order of a draft.
+GUESSES: Mapping[tuple[str, ...], Guess] = {
+    ("indenter", "radius"): Guess(
+        '"5 mm"',
+        "radius of the ball, half its diameter",
+        "The force grows with its root. Measure the diameter with a caliper, halve it.",
+    ),
+    ("indenter", "friction_coefficient"): Guess(
+        "0",
+        '0 if the ball slides on the sensor, "stick" if it sticks',
+        "A ball that sticks makes the same sensor stiffer. Talc or oil lets it slide; try both and compare (`calib compare`).",
+    ),
+    ("sensor", "radius"): Guess(
+        '"10 mm"',
+        "radius of the disc, half its diameter",
+        "The force depends on it where the ball comes near the rim, the capacitance on the electrodes. Measure with a caliper.",
+    ),
+    ("sensor", "electrode_radius"): Guess(
+        '"10 mm"',
+        "radius of the electrodes, if they do not fill the disc",
+        "The capacitance goes with its square, its relative change depends on it too. Measure where both overlap, on a photo.",
+        in_force=False,
+        electrical=True,
+    ),
+    ("padding", "material"): Guess(
+        '"sensor"',
+        '"sensor" if it is the same silicone, "own" for a modulus of its own',
+        "One modulus for both layers or two: two of the same batch and cure have one. What was cast tells.",
+    ),
+    ("priors", "young_modulus"): Guess(
+        _default("young_modulus"),
+        "median and factor, from the datasheet or a tensile test",
+        "Thickness and modulus make the force together: where the data cannot part them, this decides. Pull a strip.",
+    ),
+    ("priors", "machine_compliance"): Guess(
+        _default("machine_compliance"),
+        "what the machine gives, crosshead travel per force",
+        "Travel that bends the machine is taken for a soft sensor. Press the ball on the bare base: travel over force is it.",
+    ),
+    ("priors", "relative_permittivity"): Guess(
+        _default("relative_permittivity"),
+        "mean, sd, lowest, highest, at the meter's frequency",
+        "The capacitance at rest goes with it over the thickness. Measure a plate of the silicone of known thickness and area.",
+        electrical=True,
+    ),
+    ("priors", "parasitic_capacitance"): Guess(
+        _default("parasitic_capacitance"),
+        "mean and sd of what leads and clips add",
+        "It adds to every reading and is taken for permittivity. Open correction at the clips, then read it without sensor.",
+        electrical=True,
+    ),
+    ("specimens", "priors", "sensor_thickness"): Guess(
+        '{ lognormal = ["0.8 mm", 1.5] }',
+        'mean and sd, such as { normal = ["0.74 mm", "0.02 mm"] }',
+        "Sensor and padding thickness decide more than all else. Cut a strip, read it under the microscope at several places.",
+    ),
+    ("specimens", "priors", "padding_thickness"): Guess(
+        '{ lognormal = ["1.1 mm", 1.5] }',
+        'mean and sd, such as { normal = ["1.10 mm", "0.03 mm"] }',
+        "",
+    ),
+    ("specimens", "priors", "dielectric_thickness"): Guess(
+        '{ normal = ["0.16 mm", "0.01 mm"] }',
+        "of each of the two, if not half the sensor",
+        "The capacitance goes with one over the thickness of a dielectric: electrodes and covers do not count. Microscope.",
+        in_force=False,
+        electrical=True,
+    ),
+}
+
+#: What a draft takes for granted and has no key for: what to do about it, and why it matters.
+BONDED = (
+    "sensor and padding are glued to a rigid base; remove this line if yours are",
+    "Nothing else is modelled: on a slippery base the same curve would mean about 1.9 times the Young's modulus.",
+)
+
+
+@dataclass(frozen=True)
+class Unedited:
+    """A line of an experiment file that is still marked EDIT and holds what the draft put there.
+
+    Attributes
+    ----------
+    line : from 1.
+    what : the quantity, such as "indenter radius" or "sensor_thickness".
+    of : name of the specimen it is of; "" for the others.
+    """
+
+    line: int
+    what: str
+    of: str = ""
+
+
+def unedited_in_words(unedited: Sequence[Unedited]) -> str:
+    """Say which lines are left as the draft made them; those of several specimens stand together. Nothing for none.
+
+    >>> left = [Unedited(30, "sensor_thickness", "a"), Unedited(40, "sensor_thickness", "b")]
+    >>> unedited_in_words([Unedited(7, "indenter radius"), *left])
+    '3 lines marked EDIT are unchanged: line 7 indenter radius, lines 30 and 40 sensor_thickness of "a" and "b"'
+    """
+    if not unedited:
+        return ""
+    groups: dict[str, list[Unedited]] = {}
+    for u in unedited:
+        groups.setdefault(u.what, []).append(u)
+    parts = []
+    for what, own in groups.items():
+        lines = _listed([str(u.line) for u in own])
+        of = _listed([f'"{name}"' for name, _ in groupby(u.of for u in own) if name])
+        parts.append(f"line{'s' if len(own) > 1 else ''} {lines} {what}" + (f" of {of}" if of else ""))
+    n = len(unedited)
+    return f"{n} line{' marked EDIT is' if n == 1 else 's marked EDIT are'} unchanged: {', '.join(parts)}"
+
+
+def _listed(words: Sequence[str]) -> str:
+    if len(words) > 4:
+        return f"{', '.join(words[:3])} and {len(words) - 3} more"
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}" if words else ""
+
+
+def unedited_lines(text: str, data: Mapping[str, Any], places: Mapping[KeyPath, tuple[int, int]]) -> tuple[Unedited, ...]:
+    """Find the lines of an experiment file that are still marked EDIT and hold what the draft put there.
+
+    A line is done when the mark is removed or its value is another than the draft's. A value that is commented out is done when
+    the experiment gives it anywhere; a mark without a value when it is removed.
+
+    Parameters
+    ----------
+    text : of the file, with LF line ends.
+    data : what `tomllib` makes of it.
+    places : line and column of every key, see `locate_keys`.
+    """
+    keys: dict[int, KeyPath] = {}
+    tables: list[tuple[int, KeyPath]] = [(0, ())]
+    lines = text.split("\n")
+    for path, (line, column) in sorted(places.items(), key=lambda p: (p[1], len(p[0]))):
+        if lines[line - 1].startswith("[", column - 1) and isinstance(_at(data, path), dict):
+            tables.append((line, path))
+        else:
+            keys.setdefault(line, path)
+    return tuple(
+        Unedited(line, what, _specimen(data, path))
+        for line, comment in comments_in(text)
+        if MARK in comment
+        for path, what in _left(line, comment, data, keys, max(t for t in tables if t[0] < line)[1])
+    )
+
+
+_COMMENTED = re.compile(rf"#\s*([A-Za-z_]+)\s*=\s*\S.*{MARK}")
+
+
+def _left(
+    line: int, comment: str, data: Mapping[str, Any], keys: Mapping[int, KeyPath], table: KeyPath
+) -> Iterator[tuple[KeyPath, str]]:
+    """Where the mark in a line is left as it was: the path and name of its quantity; nothing where it is not."""
+    commented = _COMMENTED.match(comment)
+    if commented:
+        key = commented[1]
+        if not any(key in _at(data, at) for at in (table, ("sensor",), ("priors",))):
+            yield (*table, key), _called((*table, key))
+    elif not comment.startswith(MARK):
+        return
+    elif line not in keys:
+        yield table, re.split(r"[.:;,]", comment.removeprefix(MARK).strip(), maxsplit=1)[0][:60]
+    else:
+        path = keys[line]
+        guess = GUESSES.get(tuple(str(k) for k in path if isinstance(k, str)))
+        value = _at(data, path)
+        choice = re.match(rf"{MARK} choose (\w+)", comment)
+        if guess is not None and value != tomllib.loads(f"value = {guess.value}")["value"]:
+            return
+        if choice and isinstance(value, dict) and choice[1] in value:
+            return
+        yield path, _called(path)
+
+
+def _at(data: Any, path: KeyPath) -> Any:
+    """The value at a path; an empty table where there is none."""
+    for key in path:
+        try:
+            data = data[key]
+        except (KeyError, IndexError, TypeError):
+            return {}
+    return data
+
+
+def _called(path: KeyPath) -> str:
+    words = [str(k) for k in path if isinstance(k, str)]
+    return " ".join(words[-2:]) if words[-1] in ("radius", "material") else words[-1]
+
+
+def _specimen(data: Mapping[str, Any], path: KeyPath) -> str:
+    return str(_at(data, path[:2]).get("name", "")) if path[:1] == ("specimens",) and len(path) > 2 else ""

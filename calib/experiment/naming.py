@@ -1,0 +1,174 @@
+"""From the name of a lab file to what it says: of which specimen it is, which of several presses, and words for instruments."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Literal
+
+Role = Literal["word", "number", "force", "capacitance", "neutral", "stamp"]
+
+# Whole words, in lower case, that stand for an instrument or for what it measures, and words that say nothing.
+_ROLES: tuple[tuple[Role, re.Pattern[str]], ...] = (
+    (
+        "force",
+        re.compile(
+            r"force\w*|load|press\w*|indent(?:ation|ations|ing)?|compress\w*|comp|kraft\w*|druck\w*|instron\w*|bluehill|zwick\w*|"
+            r"roell|testxpert|mts|mecmesin|shimadzu|utm|tester|displacement|travel|weg|fd|fz|mach|力|压力|荷重|試験力"
+        ),
+    ),
+    (
+        "capacitance",
+        re.compile(
+            r"cap|caps|capacit\w*|kap|kapazit\w*|lcr\w*|hioki\w*|keysight|agilent|gw|instek|gwinstek|wayne|kerr|impedan\w*|cf|"
+            r"cp|cs|电容|容量|静電容量|im35\d\d|e4980al?"
+        ),
+    ),
+    (
+        "neutral",
+        re.compile(r"raw|rawdata|data|daten|log|logs|logger|record|export|meas\w*|mess\w*|test\w*|versuch\w*|file|final"),
+    ),
+)
+_ONE_LETTER = {"force": "f", "capacitance": "c"}
+
+# Words before the number of a press, of several of one specimen, besides those for instruments.
+_REPEAT = re.compile(
+    r"run|rep|repeat|repetition|replicate|trial|sweep|take|try|cycle|wdh|wiederholung|zyklus|mess\w*|versuch|test"
+)
+_BALL = re.compile(r"ball|sphere|kugel|indenter|bille|bola")
+#: Words that may stand before the number of a specimen, and say nothing else.
+_SPECIMEN = re.compile(r"s|sp|smp|sensor\w*|sensoren|specimen|sample|probe|probek\w*|muster|dut|device|nr|no|n|id")
+
+_MODEL = re.compile(r"(?<![a-z0-9])(im ?35\d\d|e4980al?|(?:instron|zwick|mts)[ _-]?\d{3,4})(?![a-z0-9])", re.IGNORECASE)
+_STAMP = re.compile(
+    r"(?<!\d)(?:19|20)\d\d([-_. ]?)[01]\d\1[0-3]\d(?:[T _-]*[0-2]\d([-_.:h]?)[0-5]\d(?:\2[0-5]\d)?)?(?!\d)|"
+    r"(?<!\d)[0-3]\d([-.])[01]\d\3(?:19|20)\d\d(?!\d)"
+)
+_EASTERN = re.compile(r"(静電容量|试验力|試験力|压力|荷重|电容|容量|力)")
+_PIECE = re.compile(r"\d+|[^\W\d_]+")
+_HUMP = re.compile(r"(?<=[a-zäöüßé])(?=[A-ZÄÖÜ])|(?<=[A-Z])(?=[A-Z][a-z])")
+
+
+@dataclass(frozen=True)
+class Token:
+    """One word or number of a name: its text (lower case, no leading zeros), what it stands for, and its place."""
+
+    text: str
+    role: Role
+    start: int
+    end: int
+
+
+def tokens_of(title: str, kind: Literal["force", "capacitance", ""]) -> tuple[Token, ...]:
+    """Cut a name into words and numbers and say what each stands for.
+
+    A single F or C stands for the quantity in a name without a longer word for it: "A-01-C", "F1".
+
+    Parameters
+    ----------
+    title : name of a file without its ending.
+    kind : what the file holds; "" for a folder, whose name is of neither.
+
+    >>> [(t.text, t.role) for t in tokens_of("Sensor_01 Kapazität", "capacitance")]
+    [('sensor', 'word'), ('1', 'number'), ('kapazität', 'capacitance')]
+    """
+    found: list[Token] = []
+    taken: list[tuple[int, int, Role]] = [(*m.span(), "stamp") for m in _STAMP.finditer(title)]
+    taken += [(*m.span(), "neutral") for m in _MODEL.finditer(title)]
+    cuts = {i for start, end, _ in taken for i in (start, end)}
+    cuts |= {i for m in _EASTERN.finditer(title) for i in m.span()} | {m.start() for m in _HUMP.finditer(title)}
+    for piece in _PIECE.finditer(title):
+        inside = [piece.start(), *sorted(c for c in cuts if piece.start() < c < piece.end()), piece.end()]
+        for start, end in pairwise(inside):
+            text = unicodedata.normalize("NFKC", title[start:end]).casefold()
+            role: Role = next((r for a, b, r in taken if a <= start and end <= b), _role(text))
+            found.append(Token(str(int(text)) if text.isdecimal() else text, role, start, end))
+    if kind and not any(t.role in ("force", "capacitance") for t in found):
+        letters = [i for i, t in enumerate(found) if t.text == _ONE_LETTER[kind]]
+        if letters and len(found) > 1:
+            at = letters[-1]
+            found[at] = Token(found[at].text, kind, found[at].start, found[at].end)
+    return tuple(found)
+
+
+def _role(text: str) -> Role:
+    if text.isdecimal():
+        return "number"
+    return next((role for role, words in _ROLES if words.fullmatch(text)), "word")
+
+
+def key_of(tokens: Iterable[Token], *, stamps: bool = True, specimen_words: bool = True) -> tuple[str, ...]:
+    """The words and numbers by which a name tells specimens and presses apart, in order.
+
+    Parameters
+    ----------
+    tokens : of the name.
+    stamps : whether dates count.
+    specimen_words : whether words such as "sensor" and "s", which say nothing before a number, count.
+
+    >>> key_of(tokens_of("press_s01", "force")), key_of(tokens_of("S1 cap", "capacitance"))
+    (('s', '1'), ('s', '1'))
+    """
+    roles = ("word", "number", "stamp") if stamps else ("word", "number")
+    return tuple(t.text for t in tokens if t.role in roles and (specimen_words or not _SPECIMEN.fullmatch(t.text)))
+
+
+def numbers_of(key: Iterable[str]) -> tuple[str, ...]:
+    """The numbers of a key; those of two records of one press agree."""
+    return tuple(text for text in key if text.isdecimal())
+
+
+def split_repeat(tokens: Sequence[Token]) -> tuple[tuple[Token, ...], tuple[Token, ...]]:
+    """Split off the end of a name that says which of several presses of one specimen this is: "run 2", "press 1", "ball 5mm".
+
+    A number alone says no such thing: "A 2" may be another specimen. Neither does one that follows the word for the machine at
+    the beginning ("press 2"), as nothing would be left of the name.
+
+    >>> [[t.text for t in part] for part in split_repeat(tokens_of("s1_press_2", "force"))]
+    [['s', '1'], ['press', '2']]
+    >>> [[t.text for t in part] for part in split_repeat(tokens_of("s1 5mm ball", "force"))]
+    [['s', '1'], ['5', 'mm', 'ball']]
+    """
+    own = tuple(tokens)
+    for i in range(1, len(own)):
+        word, rest = own[i], own[i + 1 :]
+        told = [t for t in rest if t.role in ("word", "number")]
+        counted = word.role in ("force", "capacitance") or bool(_REPEAT.fullmatch(word.text))
+        counted = counted and [t.role for t in told] == ["number"]
+        ball = _BALL.fullmatch(word.text) and any(t.role == "number" for t in told)
+        first = i
+        if _BALL.fullmatch(word.text) and not told:  # "5mm ball"
+            first -= 1 + (own[i - 1].text == "mm")
+            ball = first > 0 and own[first].role == "number"
+        if (counted or ball) and key_of(own[:first]):
+            return own[:first], own[first:]
+    return own, ()
+
+
+def is_ball(repeat: Sequence[Token]) -> bool:
+    """Whether the end of a name speaks of a ball, so that presses may differ in it."""
+    return any(_BALL.fullmatch(t.text) for t in repeat)
+
+
+def shown(title: str, tokens: Iterable[Token], *, instruments: bool = False) -> str:
+    """Write the part of a name that some of its tokens make up, as it is spelled in it.
+
+    Parameters
+    ----------
+    title : the name.
+    tokens : of it; what lies between them goes with them, other words do not.
+    instruments : whether words for instruments, and such that say nothing, are kept.
+
+    >>> shown("S7_1-hioki", tokens_of("S7_1-hioki", "capacitance"))
+    'S7_1'
+    """
+    kept = [t for t in tokens if instruments or t.role in ("word", "number", "stamp")]
+    text = ""
+    for before, token in zip([None, *kept], kept, strict=False):
+        between = "" if before is None else title[before.end : token.start]
+        text += (between if not re.search(r"\w", between.replace("_", "")) else " ") + title[token.start : token.end]
+    text = re.sub(r"[\[\](),\x00-\x1f\x7f]+", " ", text)  # what the name of a specimen may not hold
+    return re.sub(r"[ _-]*\s[ _-]*", " ", text).strip(" _-")

@@ -1,0 +1,147 @@
+"""Records of lab files in, specimens out: force and capacitance of one press put together by name or time, or said why not."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+
+import numpy as np
+
+from calib.experiment.lab_files import Found
+from calib.experiment.naming import numbers_of
+from calib.experiment.presses import Named, Press, Pressed, few, named, specimens_of
+
+#: Two records of one press begin within this time [s] of each other.
+TOGETHER = 600.0
+
+#: Two records of one press differ in length by less than this factor, or it is noted.
+AS_LONG = 2.0
+
+
+# What of two names must agree, from all of it on; the first that finds one partner on each side decides.
+_KEYS: tuple[Callable[[Named], tuple[str, ...]], ...] = (
+    partial(Named.key, folder=True),
+    Named.key,
+    partial(Named.key, stamps=False),
+    partial(Named.key, stamps=False, specimen_words=False),
+)
+
+
+def pair(records: Sequence[Found]) -> list[Pressed]:
+    """Put records of force and capacitance together that belong to one press, and presses that belong to one specimen.
+
+    Names go first: two files belong together if their names agree but for words such as instron and lcr, dates, and "sensor"
+    before a number; the numbers in them must agree. Of those left over, two belong together if they began within `TOGETHER` of
+    each other. Where more than one could be meant none is taken, and the press says so.
+    """
+    both = [r for r in records if r.is_force and r.is_capacitance]
+    lcr = [named(r) for r in records if r.is_capacitance and r not in both]
+    tester = [named(r) for r in records if r not in both and not r.is_capacitance]
+    partner, why = _by_name(tester, lcr)
+    if len(tester) == len(lcr) == 1 and not partner and not _contradict(tester[0], lcr[0]):
+        partner[0], why[0] = 0, "paired as the only two: check"
+    for i, j in _by_time(tester, lcr, partner).items():
+        doubt = ", but their names differ: check" if _contradict(tester[i], lcr[j]) else ""
+        partner[i], why[i] = j, f"paired by time: the records began {_apart(tester[i], lcr[j]):.0f} s apart{doubt}"
+    presses = [Press(r, r) for r in both]
+    for i, t in enumerate(tester):
+        if i in partner:
+            other = lcr[partner[i]]
+            presses.append(Press(t.record, other.record, why[i], _doubts(t, other)))
+        else:
+            presses.append(Press(t.record, None, notes=_alone(t, tester, lcr)))
+    presses += [Press(None, c.record, notes=_alone(c, lcr, tester)) for j, c in enumerate(lcr) if j not in partner.values()]
+    return specimens_of(presses)
+
+
+def _by_name(tester: Sequence[Named], lcr: Sequence[Named]) -> tuple[dict[int, int], dict[int, str]]:
+    partner: dict[int, int] = {}
+    why: dict[int, str] = {}
+    for key in _KEYS:
+        keys = [key(t) for t in tester], [key(c) for c in lcr]
+        count = Counter(keys[0]), Counter(keys[1])
+        for i, k in enumerate(keys[0]):
+            if k and i not in partner and count[0][k] == count[1][k] == 1 and (j := keys[1].index(k)) not in partner.values():
+                partner[i], why[i] = j, "paired by name"
+    for i, j in _one_to_one(tester, lcr, partner, _has_more_words).items():
+        more = sorted(set(_KEYS[-1](tester[i])) ^ set(_KEYS[-1](lcr[j])))
+        partner[i], why[i] = j, f'paired by name, though only one has "{" ".join(more)}": check'
+    return partner, why
+
+
+def _has_more_words(a: Named, b: Named) -> bool:
+    """Whether two names have the same numbers, at least one, and one has all words of the other."""
+    one, other = Counter(_KEYS[-1](a)), Counter(_KEYS[-1](b))
+    same_numbers = numbers_of(_KEYS[-1](a)) == numbers_of(_KEYS[-1](b)) != ()
+    return same_numbers and (one <= other or other <= one)
+
+
+def _contradict(a: Named, b: Named) -> bool:
+    """Whether two names cannot be of one press: their numbers differ, or neither says all that the other does."""
+    numbers = numbers_of(_KEYS[-1](a)), numbers_of(_KEYS[-1](b))
+    one, other = Counter(_KEYS[-1](a)), Counter(_KEYS[-1](b))
+    return (all(numbers) and numbers[0] != numbers[1]) or not (one <= other or other <= one)
+
+
+def _by_time(tester: Sequence[Named], lcr: Sequence[Named], taken: Mapping[int, int]) -> dict[int, int]:
+    return _one_to_one(tester, lcr, taken, lambda a, b: (apart := _apart(a, b)) is not None and apart <= TOGETHER)
+
+
+def _one_to_one(
+    tester: Sequence[Named], lcr: Sequence[Named], taken: Mapping[int, int], fits: Callable[[Named, Named], bool]
+) -> dict[int, int]:
+    """Pairs that fit and of which neither fits another that is not taken."""
+    near = {
+        (i, j)
+        for i, a in enumerate(tester)
+        for j, b in enumerate(lcr)
+        if i not in taken and j not in taken.values() and fits(a, b)
+    }
+    count = Counter(i for i, _ in near), Counter(j for _, j in near)
+    return {i: j for i, j in sorted(near) if count[0][i] == count[1][j] == 1}
+
+
+def _apart(a: Named, b: Named) -> float | None:
+    """Time [s] between the starts of two records; None if one of them does not state its start."""
+    one, other = a.record.table.started, b.record.table.started
+    return None if one is None or other is None else abs((one - other).total_seconds())
+
+
+def _doubts(force: Named, capacitance: Named) -> tuple[str, ...]:
+    """What speaks against two records being of one press: when they began, how long they took."""
+    notes = []
+    apart = _apart(force, capacitance)
+    if apart is not None and apart > TOGETHER:
+        notes.append(f"the records began {apart / 3600:.1f} h apart: check that they are of one press")
+    long, short = sorted(((_duration(n.record), n.record) for n in (force, capacitance)), key=lambda d: -d[0])
+    if short[0] > 0 and long[0] / short[0] >= AS_LONG:
+        notes.append(
+            f"{long[1].table.path.name} lasts {long[0]:.0f} s, {short[1].table.path.name} {short[0]:.0f} s: check that "
+            "they are of one press"
+        )
+    return tuple(notes)
+
+
+def _duration(record: Found) -> float:
+    """Time [s] from the first row to the last; 0 if it is not known."""
+    time = record.table.columns.get("time", np.empty(0))
+    time = time[np.isfinite(time)]
+    return float(np.ptp(time)) if time.size else 0.0
+
+
+def _alone(record: Named, own: Sequence[Named], others: Sequence[Named]) -> tuple[str, ...]:
+    """Why a record has no partner although names are alike."""
+    like, rivals = ([o.record.shown for o in side if o is not record and _alike(record, o)] for side in (others, own))
+    if not like:
+        return ()
+    if len(like) > 1:
+        return (f"not paired, as {few(like)} fit it alike",)
+    if rivals:
+        return (f"not paired, as {like[0]} fits {few(rivals)} as well",)
+    return (f"not paired with {like[0]}, as their numbers differ",)
+
+
+def _alike(a: Named, b: Named) -> bool:
+    """Whether two names agree, wholly or but for which press of the specimen it is."""
+    return any(key(a) and key(a) == key(b) for key in _KEYS) or (a.base != () and a.base == b.base)

@@ -1,0 +1,174 @@
+"""Presses in, specimens out: presses that are of one specimen by the names of their files, each with a name of its own."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from calib.experiment.lab_files import Found
+from calib.experiment.naming import Token, is_ball, key_of, shown, split_repeat, tokens_of
+
+
+@dataclass(frozen=True, eq=False)
+class Press:
+    """Records that belong to one press, and why they were put together.
+
+    Attributes
+    ----------
+    force, capacitance : its records; may be of one file, and one may be missing.
+    why : the reason, in words for the user; "" if there was nothing to put together.
+    notes : what speaks against it, or why no partner was found, one sentence each.
+    name : what the file names call it, among several presses of one specimen; "" for the only one.
+    ball : whether that speaks of a ball, which may differ from the others'.
+    """
+
+    force: Found | None
+    capacitance: Found | None
+    why: str = ""
+    notes: tuple[str, ...] = ()
+    name: str = ""
+    ball: bool = False
+
+    @property
+    def in_words(self) -> str:
+        """Why these records stand together, and what speaks against it; "" if there is nothing to say."""
+        return ", but ".join(part for part in (self.why, "; ".join(self.notes)) if part)
+
+    @property
+    def main(self) -> Found:
+        """The record that the press is called after."""
+        found = self.force or self.capacitance
+        assert found is not None
+        return found
+
+
+@dataclass(frozen=True, eq=False)
+class Pressed:
+    """One specimen: its name, its presses, and what is to be said of them, one sentence each."""
+
+    name: str
+    presses: tuple[Press, ...]
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Named:
+    """A record with the words of its name and of the folders that it lies in."""
+
+    record: Found
+    tokens: tuple[Token, ...]
+    folder: tuple[str, ...]
+
+    def key(self, *, folder: bool = False, stamps: bool = True, specimen_words: bool = True) -> tuple[str, ...]:
+        """What tells it from records of other presses: see `key_of`, and which specimen of its file it is.
+
+        Parameters
+        ----------
+        folder : whether the folders count.
+        stamps, specimen_words : as in `key_of`.
+        """
+        own = key_of(self.tokens, stamps=stamps, specimen_words=specimen_words)
+        k = self.record.reading.specimen
+        return (*(self.folder if folder else ()), *own, *(() if k is None else (str(k),)))
+
+    @property
+    def base(self) -> tuple[str, ...]:
+        """What is left of its key without the end that tells several presses of one specimen apart."""
+        return key_of(split_repeat(self.tokens)[0], stamps=False)
+
+
+def named(record: Found) -> Named:
+    """Cut the name of a record into words."""
+    kind: Literal["force", "capacitance", ""] = "capacitance" if record.is_capacitance else "force"
+    if record.is_force and record.is_capacitance:
+        kind = ""
+    folder = tuple(text for part in record.folders for text in key_of(tokens_of(part, "")))
+    return Named(record, tokens_of(record.title, kind), folder)
+
+
+def specimens_of(presses: Sequence[Press]) -> list[Pressed]:
+    """Put presses together whose names say that they are of one specimen, and say of others that they may be."""
+    groups: dict[object, list[Press]] = {}
+    for i, press in enumerate(presses):
+        groups.setdefault(_specimen_of(press) or i, []).append(press)
+    return _uniquely_named(_with_hints([s for members in groups.values() for s in _put_together(members)]))
+
+
+def _specimen_of(press: Press) -> tuple[str, ...]:
+    """The part of a press' name that tells the specimen; () where it cannot be one of several presses."""
+    own = named(press.main)
+    if press.force is None or own.record.reading.specimen is not None:
+        return ()
+    return (*own.folder, *own.base)
+
+
+def _put_together(presses: Sequence[Press]) -> list[Pressed]:
+    """One specimen with several presses, if their names tell these apart; else a specimen for each."""
+    own = [named(press.main) for press in presses]
+    repeats = [split_repeat(n.tokens)[1] for n in own]
+    names = [_sweep_name(n, repeat) for n, repeat in zip(own, repeats, strict=True)]
+    if len(presses) == 1 or not any(repeats) or len(set(names)) < len(names):
+        return [Pressed(_name(n), (press,)) for n, press in zip(own, presses, strict=True)]
+    sweeps = [replace(p, name=name, ball=is_ball(r)) for p, name, r in zip(presses, names, repeats, strict=True)]
+    note = "by their names these are presses of one specimen; if not, make blocks of them"
+    return [Pressed(shown(own[0].record.title, split_repeat(own[0].tokens)[0]), tuple(sweeps), (note,))]
+
+
+def _sweep_name(own: Named, repeat: Sequence[Token]) -> str:
+    """What tells a press from the others of its specimen: "press 2", "ball 5mm"; "1" for one without a number."""
+    told = [t for k, t in enumerate(repeat) if k == 0 or t.role in ("word", "number", "stamp")]
+    return shown(own.record.title, told, instruments=True).replace("_", " ") or "1"
+
+
+def _name(own: Named) -> str:
+    name = shown(own.record.title, own.tokens)
+    specimen = own.record.reading.specimen
+    return name if specimen is None else f"{name or 'specimen'} {specimen}"
+
+
+def _with_hints(specimens: Sequence[Pressed]) -> list[Pressed]:
+    """Say of specimens whose names differ in a number at the end only that they may be one: "A 1", "A 2"."""
+    stems = [_stem(s) for s in specimens]
+    found = []
+    for specimen, stem in zip(specimens, stems, strict=True):
+        alike = list(dict.fromkeys(s.name for s, other in zip(specimens, stems, strict=True) if other and other == stem))
+        if len(alike) > 1 and alike[0] == specimen.name:
+            hint = f"if {few(alike)} are presses of one specimen, make one block of them, with [[specimens.sweeps]]"
+            specimen = replace(specimen, notes=(*specimen.notes, hint))
+        found.append(specimen)
+    return found
+
+
+def _stem(specimen: Pressed) -> tuple[str, ...]:
+    """The name of a specimen without a number that stands apart at its end; () without one ("A1", "sensor 1")."""
+    own = named(specimen.presses[0].main)
+    told = [t for t in own.tokens if t.role in ("word", "number")]
+    key = own.key(stamps=False, specimen_words=False)
+    single = len(specimen.presses) == 1 and specimen.presses[0].force is not None and own.record.reading.specimen is None
+    apart = len(told) > 1 and told[-1].role == "number" and told[-2].end < told[-1].start
+    return (*own.folder, *key[:-1]) if single and apart and len(key) > 1 else ()
+
+
+def _uniquely_named(specimens: Iterable[Pressed]) -> list[Pressed]:
+    """Specimens of one name are told apart by their folders, else by a number."""
+    found: list[Pressed] = []
+    for number, s in enumerate(specimens, 1):
+        folder = re.sub(r"[\[\](),\x00-\x1f]+", " ", " ".join(s.presses[0].main.folders)).strip()
+        name = s.name or folder or f"specimen {number}"
+        wanted = [name, *([f"{folder} {name}"] if folder else []), *(f"{name} {k}" for k in range(2, number + 2))]
+        taken = {f.name for f in found}
+        found.append(replace(s, name=next(n for n in wanted if n not in taken)))
+    return found
+
+
+def few(names: Sequence[str]) -> str:
+    """List names, the first ones of many.
+
+    >>> few(["a", "b"]), few(list("abcdef"))
+    ('a and b', 'a, b, c and 3 more')
+    """
+    if len(names) > 4:
+        return f"{', '.join(names[:3])} and {len(names) - 3} more"
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
