@@ -143,7 +143,10 @@ def _tables(text: LabText, file: _File, segment: _Segment, number: int) -> list[
     """The channels of a segment with their x, once for each column of x that differs."""
     names = segment.names
     places = [i for i, name in enumerate(names) if name == "X_Value"]
-    n_channel = _count(segment, len(names) - len(places) - (names[-1] == "Comment"))
+    n_channel = len(names) - len(places) - (names[-1] == "Comment")
+    said = segment.tags.get("channels", ("",))[0]
+    if re.fullmatch(r"[0-9]{1,6}", said) and int(said) != n_channel:
+        raise _fault(text, f"the segment's header says {said} channels, and {n_channel} are named", segment.line)
     if file.x_columns == "multi":
         pairs = [(2 * k, 2 * k + 1) for k in range(n_channel)]
     else:
@@ -197,11 +200,6 @@ def _tables(text: LabText, file: _File, segment: _Segment, number: int) -> list[
             )
         )
     return tables
-
-
-def _count(segment: _Segment, seen: int) -> int:
-    said = segment.tags.get("channels", ("",))[0]
-    return int(said) if said.isdigit() and int(said) <= seen else seen
 
 
 def _made(
