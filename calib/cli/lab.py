@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -14,7 +15,7 @@ from calib.files import write_text
 
 if TYPE_CHECKING:
     from calib.experiment import Looked, Pressed
-    from calib.lab import Observations
+    from calib.lab import Observations, Use
 
 
 def read(
@@ -35,17 +36,59 @@ def read(
         ),
     ] = None,
     specimen: Annotated[int | None, typer.Option(min=1, help="Which of several specimens in the file.")] = None,
-    cycle: Annotated[
-        int | None, typer.Option(min=1, help="Which of several loading branches is used [default: the first].")
+    where: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="COLUMN=VALUE",
+            help='Read only rows that hold this value in a column: --where "Frequency (Hz)=1000". Repeatable.',
+        ),
     ] = None,
+    sheet: Annotated[
+        str,
+        typer.Option(
+            help="Which sheet of a workbook, group of a TDMS file or variable of a MAT file [default: the one that fits]."
+        ),
+    ] = "",
+    sign: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="[QUANTITY=]SENSE",
+            help='Which way compression is in force and displacement: --sign "compression negative" for both, or --sign '
+            '"force=compression positive" for one. Repeatable.',
+        ),
+    ] = None,
+    scale: Annotated[
+        str, typer.Option(help="micro, for instruments of nanometres and micronewtons, whose readings are too small otherwise.")
+    ] = "",
+    decimal: Annotated[str, typer.Option(help='The decimal mark, "." or ",", where the file leaves it open.')] = "",
+    max_force: Annotated[
+        str, typer.Option(metavar="QUANTITY", help='Use rows up to this force, its zero not taken off: --max-force "5 N".')
+    ] = "",
+    max_depth: Annotated[
+        str,
+        typer.Option(
+            metavar="QUANTITY",
+            help='Use rows up to this depth, counted from where contact is estimated to begin: --max-depth "0.8 mm".',
+        ),
+    ] = "",
+    branch: Annotated[str, typer.Option(help="The branch that is used: loading or unloading [default: loading].")] = "",
+    cycles: Annotated[
+        str, typer.Option(metavar="NUMBERS", help="The cycles that are used together: --cycles 2,3 [default: the first].")
+    ] = "",
 ) -> None:
     """Show what is understood of one lab file, before anything is done with it.
 
     Prints what the file was recognised as and why, encoding, delimiter and decimal mark, columns with their units and ranges,
-    signs, branches and cycles, which rows are used and why the others are not, noise and resolution of each channel, and
-    verdicts on the quality of the data. Compression is positive; nothing is re-zeroed.
+    signs and what they rest on, branches and cycles, which rows are used and why the others are not, what of the file is not
+    read, noise and resolution of each channel, and verdicts on the quality of the data. Compression is positive; nothing is
+    re-zeroed.
+
+    What is said here of a file and of the part that is used is said with the same words in an experiment file:
+    force = { file = "press.csv", sign = "compression negative" } and use = { max_force = "5 N", cycles = [2, 3] }.
 
     Example: `calib read sensor1_instron.csv -o observations.csv --picture sensor1.png`
+
+    Example: `calib read press.csv --sign "compression negative" --max-depth "0.8 mm" --cycles 2,3`
 
     Writes, with -o: columns time_s, displacement_m, force_N, capacitance_F (those the file has), branch (loading, unloading,
     hold), cycle, used, reason.
@@ -63,8 +106,18 @@ def read(
                 )
         if picture is not None and picture.suffix.lower() not in (".png", ".svg", ".pdf"):
             raise InputError(Fault("a picture ends in .png, .svg or .pdf", picture))
-        reading = Reading(_assignments(units, "--units"), _assignments(columns, "--columns"), specimen)
-        observations = observe(read_lab_file(file, reading), cycle)
+        use = _use({"max_force": max_force, "max_depth": max_depth, "branch": branch, "cycles": cycles})
+        reading = Reading(
+            _assignments(units, "--units"),
+            _assignments(columns, "--columns"),
+            specimen,
+            _where(where),
+            sheet,
+            _sign(sign),
+            _one_of(scale, "--scale", ("micro",)),
+            _one_of(decimal, "--decimal", (".", ",")),
+        )
+        observations = observe(read_lab_file(file, reading), use)
         if picture is not None:
             from calib.report import file_figure
 
@@ -182,6 +235,93 @@ def _assignments(given: Sequence[str] | None, option: str) -> Mapping[str, str]:
     return found
 
 
+def _where(given: Sequence[str] | None) -> Mapping[str, str]:
+    """Options such as "Frequency (Hz)=1000" as a mapping; the last equals sign parts them, as a name may hold one.
+
+    Raises
+    ------
+    InputError
+        If one is of another form, or names a column twice.
+    """
+    found: dict[str, str] = {}
+    for text in given or ():
+        column, equals, value = (part.strip() for part in text.rpartition("="))
+        if not equals or not column or not value:
+            message = f'--where "{text}" is not of the form column=value'
+            raise InputError(Fault(message, advice='Write for example --where "Frequency (Hz)=1000"'))
+        if column in found:
+            raise InputError(Fault(f'--where is given twice for "{column}"', advice="Keep one of the two"))
+        found[column] = value
+    return found
+
+
+def _sign(given: Sequence[str] | None) -> Mapping[str, str]:
+    """Options such as "compression negative" (of both) or "force=compression negative" as a mapping.
+
+    Raises
+    ------
+    InputError
+        If one is of another form, or a quantity is named twice.
+    """
+    from calib.lab import SIGNED, SIGNS
+
+    found: dict[str, str] = {}
+    for text in given or ():
+        quantity, equals, sense = (part.strip() for part in text.rpartition("="))
+        if sense not in SIGNS or (equals and quantity not in SIGNED):
+            senses = " or ".join(f'--sign "{s}"' for s in SIGNS)
+            advice = f'Write {senses}, or of one alone --sign "force=compression negative"'
+            raise InputError(Fault(f'--sign "{text}" is not understood', advice=advice))
+        for q in [quantity] if equals else list(SIGNED):
+            if q in found:
+                raise InputError(Fault(f"--sign is given twice for {q}", advice="Keep one of the two"))
+            found[q] = sense
+    return found
+
+
+def _one_of(given: str, option: str, choices: Sequence[str]) -> str:
+    """The value of an option that may be left out.
+
+    Raises
+    ------
+    InputError
+        If it is none of the choices.
+    """
+    if given and given not in choices:
+        said = " or ".join(f'{option} "{choice}"' for choice in choices)
+        raise InputError(Fault(f'{option} "{given}" is not understood', advice=f"Write {said}"))
+    return given
+
+
+def _use(given: Mapping[str, str]) -> Use:
+    """Options on the part that is used, by the key of an experiment file; "" for those that are left out.
+
+    Raises
+    ------
+    InputError
+        With every fault in them.
+    """
+    from calib.lab import Use, use_value
+
+    found: dict[str, Any] = {}
+    faults: list[Fault] = []
+    for key, text in given.items():
+        if not text:
+            continue
+        numbers = [part.strip() for part in text.split(",")]
+        whole = key == "cycles" and all(part.isdecimal() for part in numbers)
+        try:
+            found[key] = use_value(key, [int(part) for part in numbers] if whole else text)
+        except InputError as error:
+            option = f"--{key.replace('_', '-')}"
+            example = f"Write {option} {_EXAMPLES[key]}"
+            faults += [replace(fault, message=f"{option}: {fault.message}", advice=example) for fault in error.faults]
+    if faults:
+        raise InputError(faults)
+    return Use(**found)
+
+
+_EXAMPLES = {"max_force": '"5 N"', "max_depth": '"0.8 mm"', "branch": "unloading", "cycles": "2,3"}
 _DELIMITERS = {",": "comma", ";": "semicolon", "\t": "tab", " ": "blanks"}
 
 
@@ -189,7 +329,7 @@ def _show(o: Observations) -> None:
     from rich.table import Table
 
     from calib.catalogue import CHANNELS
-    from calib.lab import judge, readings_of, verdict_rows, why_left_out
+    from calib.lab import judge, readings_of, use_in_words, verdict_rows, why_left_out
 
     table, console = o.table, out()
     say(f"{table.path.name}: {table.recognised_as} ({table.reason})")
@@ -225,11 +365,14 @@ def _show(o: Observations) -> None:
     console.print(shown)
     n_used = int(o.used.sum())
     branches = [f"{b or 'unknown'} {o.branch.count(b)}" for b in dict.fromkeys(o.branch)]
-    cycles = f"; {o.n_cycle} cycles, cycle {o.used_cycle} is used" if o.n_cycle > 1 else ""
+    which = use_in_words(o.use, o.used_cycles) if o.n_cycle > 1 or o.use.branch != "loading" else ""
+    cycles = f"; {o.n_cycle} cycles, {which}" if o.n_cycle > 1 else f"; {which}" if which else ""
     say(f"{len(o.used)} rows, {n_used} used" + (f"; by branch: {', '.join(branches)}{cycles}" if any(o.branch) else ""))
     for reason, count in why_left_out(o).most_common(12):
         say(f"not used: {count} rows, {reason}")
-    for note in (o.sign_note, *table.notes):
+    for part in table.unread:
+        say(f"not read: {part}")
+    for note in (*(decision.note for decision in o.signs.values()), *o.use_notes, *table.notes):
         if note:
             say(f"note: {note}")
     judged = verdict_rows(judge(o))

@@ -13,7 +13,7 @@ from calib.catalogue import UNKNOWNS, display, unknowns_of
 from calib.errors import InputError
 from calib.experiment.edits import unedited_lines
 from calib.experiment.lab_paths import check_name, read_sweeps_of
-from calib.experiment.plan import Discrepancy, Experiment, MaterialLaw, Model, PaddingMaterial, Specimen
+from calib.experiment.plan import Discrepancy, Experiment, MaterialLaw, Model, PaddingMaterial, Specimen, SweepFiles
 from calib.experiment.signposts import SIGNPOSTS, SWEEP_KEYS
 from calib.experiment.toml_file import Toml, read_toml
 from calib.experiment.toml_places import KeyPath
@@ -51,7 +51,11 @@ def read_experiment(path: Path) -> Experiment:
         force = "sensor1_instron.csv"    # at least one of force and capacitance, or [[specimens.sweeps]] with them
         capacitance = "sensor1_lcr.csv"  # or a table that says how to read it, all but file optional:
                                          # { file = "lcr.csv", units = { capacitance = "pF" }, columns = { time = "T" },
-                                         #   specimen = 2, cycle = 3 }
+                                         #   specimen = 2, where = { "Frequency (Hz)" = 1000 }, sheet = "Test 1",
+                                         #   sign = "compression negative", scale = "micro", decimal = "," }
+        use = { max_force = "5 N" }      # optional, the part of the press that is used; also max_depth = "0.8 mm" (from where
+                                         # contact is estimated), branch = "unloading", cycles = [2, 3]; default the loading
+                                         # of the first cycle. In [[specimens.sweeps]] for each of them
         [specimens.priors]
         sensor_thickness = { normal = ["0.74 mm", "0.02 mm"] }
         padding_thickness = { normal = ["1.10 mm", "0.03 mm"] }
@@ -190,7 +194,7 @@ def _specimens(toml: Toml, radius: float, dielectric: Fixed | None, *, quiet: bo
     tables = tables_at(toml, ("specimens",), required=required)
     specimens: list[Specimen] = []
     lines: dict[str, int] = {}
-    files: dict[tuple[Path | None, int | None, int | None], str] = {}
+    seen: list[tuple[SweepFiles, str]] = []
     for at in tables:
         meant = check_keys(toml, at, ("name", *SWEEP_KEYS, "sweeps", "priors"), SIGNPOSTS)
         name = text_at(toml, (*at, "name"), required='name = "sensor 1"', quiet="name" in meant)
@@ -212,11 +216,13 @@ def _specimens(toml: Toml, radius: float, dielectric: Fixed | None, *, quiet: bo
         sweeps = read_sweeps_of(toml, at, radius, meant)
         for sweep, place in sweeps:
             main = sweep.force or sweep.capacitance
-            if main is not None and sweep.own in files:
-                message = f"{main.name} is used twice, it already belongs to {files[sweep.own]}"
-                toml.fault(place, message, "Data counted twice make the result too certain: give each press its own file")
-            elif main is not None:
-                files[sweep.own] = f'specimen "{name}"' + (f', sweep "{sweep.name}"' if sweep.name else "")
+            twice = next((who for other, who in seen if sweep.shares_press_with(other)), None)
+            if main is not None and twice is not None:
+                message = f"{main.name} is used twice, it already belongs to {twice}"
+                advice = "give each press its own file, or cycles of its own: use = { cycles = [2] }"
+                toml.fault(place, message, f"Data counted twice make the result too certain: {advice}")
+            else:
+                seen.append((sweep, f'specimen "{name}"' + (f', sweep "{sweep.name}"' if sweep.name else "")))
         specimens.append(Specimen(name, tuple(sweep for sweep, _ in sweeps), priors))
     return tuple(specimens)
 

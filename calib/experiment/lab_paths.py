@@ -7,12 +7,13 @@ import os
 from collections.abc import Mapping
 from pathlib import Path
 
+from calib.experiment.lab_entries import READING_KEYS, reading_at, use_at
 from calib.experiment.plan import SweepFiles
 from calib.experiment.signposts import SIGNPOSTS, SWEEP_KEYS
 from calib.experiment.toml_file import Toml
 from calib.experiment.toml_places import KeyPath
 from calib.experiment.toml_values import check_keys, quantity_at, quoted, table_at, tables_at, text_at
-from calib.lab import AS_FOUND, QUANTITIES, Reading
+from calib.lab import AS_FOUND, Reading
 
 
 def read_sweeps_of(toml: Toml, at: KeyPath, radius: float, meant: set[str]) -> list[tuple[SweepFiles, KeyPath]]:
@@ -59,44 +60,23 @@ def _sweep(toml: Toml, at: KeyPath, name: str, radius: float, *, quiet: bool) ->
     if "force" not in table and "capacitance" not in table and not quiet:
         what = f'sweep "{name}"' if name else f"specimen {quoted(table.get('name'))}"
         toml.fault(at, f"{what} has neither a force nor a capacitance file", 'Give for example force = "sensor1_instron.csv"')
-    nothing = (None, AS_FOUND, None)
+    nothing = (None, AS_FOUND)
     force, capacitance = (_lab_file(toml, (*at, key)) if key in table else nothing for key in ("force", "capacitance"))
-    files = SweepFiles(name, force[0], capacitance[0], radius, force[1], capacitance[1], force[2], capacitance[2])
+    files = SweepFiles(name, force[0], capacitance[0], radius, force[1], capacitance[1], use_at(toml, (*at, "use")))
     return files, (*at, "force" if "force" in table else "capacitance")
 
 
-def _lab_file(toml: Toml, at: KeyPath) -> tuple[Path | None, Reading, int | None]:
-    """Read the entry of a lab file: absolute path, how to read it, and the cycle; None and a fault if there is no such file."""
+def _lab_file(toml: Toml, at: KeyPath) -> tuple[Path | None, Reading]:
+    """Read the entry of a lab file: absolute path, and how to read it; None and a fault if there is no such file."""
     if not isinstance(table_at(toml, at[:-1])[str(at[-1])], Mapping):
-        return _path(toml, at), AS_FOUND, None
+        return _path(toml, at), AS_FOUND
     table = table_at(toml, at)
-    check_keys(toml, at, ("file", "units", "columns", "specimen", "cycle"), SIGNPOSTS)
-    units, columns = (_by_quantity(toml, (*at, key)) for key in ("units", "columns"))
-    specimen, cycle = (_count(toml, (*at, key)) if key in table else None for key in ("specimen", "cycle"))
+    check_keys(toml, at, ("file", *READING_KEYS), SIGNPOSTS)
+    reading = reading_at(toml, at)
     if "file" not in table:
         toml.fault(at, f"{at[-1]} names no file", 'Give { file = "sensor1_instron.csv", ... }')
-        return None, AS_FOUND, None
-    return _path(toml, (*at, "file")), Reading(units, columns, specimen), cycle
-
-
-def _by_quantity(toml: Toml, at: KeyPath) -> dict[str, str]:
-    """A table of quantity = "text", or a number for a column."""
-    found: dict[str, str] = {}
-    check_keys(toml, at, QUANTITIES, SIGNPOSTS)
-    for quantity, value in table_at(toml, at).items():
-        if isinstance(value, int) and not isinstance(value, bool) and at[-1] == "columns":
-            found[quantity] = str(value)
-        elif quantity in QUANTITIES:
-            found[quantity] = text_at(toml, (*at, quantity))
-    return found
-
-
-def _count(toml: Toml, at: KeyPath) -> int | None:
-    value = table_at(toml, at[:-1])[str(at[-1])]
-    if isinstance(value, int) and not isinstance(value, bool) and value >= 1:
-        return value
-    toml.fault(at, f"{at[-1]} must be a whole number from 1, got {quoted(value)}")
-    return None
+        return None, AS_FOUND
+    return _path(toml, (*at, "file")), reading
 
 
 def _path(toml: Toml, at: KeyPath) -> Path | None:

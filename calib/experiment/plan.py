@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Literal
 
 from calib.experiment.edits import Unedited
-from calib.lab import AS_FOUND, Reading
+from calib.lab import AS_FOUND, FIRST_LOADING, Reading, Use, same_part
 from calib.priors import Prior
 from models.surrogate import Family, family_of
 
@@ -29,7 +29,7 @@ class SweepFiles:
     force, capacitance : absolute paths; both may be the same file.
     indenter_radius : [m].
     force_reading, capacitance_reading : what the user says of each file: units, columns, which specimen in it.
-    cycle, capacitance_cycle : which loading branch is used, counted from 1; None for the first, see `make_sweep`.
+    use : which part of the press is used, in both files.
     """
 
     name: str
@@ -38,16 +38,20 @@ class SweepFiles:
     indenter_radius: float
     force_reading: Reading = AS_FOUND
     capacitance_reading: Reading = AS_FOUND
-    cycle: int | None = None
-    capacitance_cycle: int | None = None
+    use: Use = FIRST_LOADING
+
+    def shares_press_with(self, other: SweepFiles) -> bool:
+        """Whether both sweeps hold the same readings: one press would be counted twice."""
+        mine, others = self._counted, other._counted
+        return mine is not None and mine == others and same_part(self.use, other.use)
 
     @property
-    def own(self) -> tuple[Path | None, int | None, int | None]:
-        """File, specimen and cycle of the record that is counted: two sweeps with the same would count one press twice."""
-        if self.force is not None:
-            return self.force.resolve(), self.force_reading.specimen, self.cycle
-        path = None if self.capacitance is None else self.capacitance.resolve()
-        return path, self.capacitance_reading.specimen, self.capacitance_cycle
+    def _counted(self) -> tuple[Path, int | None, str, frozenset[tuple[str, str]], frozenset[tuple[str, str]]] | None:
+        """The record that is counted: the file, and what chooses one of several records in it."""
+        path, how = (self.force, self.force_reading) if self.force is not None else (self.capacitance, self.capacitance_reading)
+        if path is None:
+            return None
+        return path.resolve(), how.specimen, how.sheet, frozenset(how.where.items()), frozenset(how.columns.items())
 
 
 @dataclass(frozen=True)

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import fields
 from pathlib import Path
 
 from calib.experiment.edits import Unedited
 from calib.experiment.plan import Experiment, Specimen, SweepFiles
-from calib.lab import Reading
+from calib.lab import Reading, Use
 from calib.priors import Prior, prior_from_json
 from calib.records import record_from_text, record_to_text
 
-_FORMAT = 5
+_FORMAT = 6
 
 
 def experiment_to_json(experiment: Experiment) -> str:
@@ -23,8 +24,9 @@ def experiment_to_json(experiment: Experiment) -> str:
     def file(path: Path | None) -> str | None:
         return None if path is None else str(path)
 
-    def reading(how: Reading) -> dict[str, object]:
-        return {"units": dict(how.units), "columns": dict(how.columns), "specimen": how.specimen}
+    def fields_of(said: Reading | Use) -> dict[str, object]:
+        found = {f.name: getattr(said, f.name) for f in fields(said)}
+        return {name: dict(value) if isinstance(value, Mapping) else value for name, value in found.items()}
 
     specimens = [
         {
@@ -35,10 +37,9 @@ def experiment_to_json(experiment: Experiment) -> str:
                     "force": file(sweep.force),
                     "capacitance": file(sweep.capacitance),
                     "indenter_radius": sweep.indenter_radius,
-                    "force_reading": reading(sweep.force_reading),
-                    "capacitance_reading": reading(sweep.capacitance_reading),
-                    "cycle": sweep.cycle,
-                    "capacitance_cycle": sweep.capacitance_cycle,
+                    "force_reading": fields_of(sweep.force_reading),
+                    "capacitance_reading": fields_of(sweep.capacitance_reading),
+                    "use": fields_of(sweep.use),
                 }
                 for sweep in specimen.sweeps
             ],
@@ -91,8 +92,7 @@ def experiment_from_json(text: str) -> Experiment:
                     float(sweep["indenter_radius"]),
                     Reading(**sweep["force_reading"]),
                     Reading(**sweep["capacitance_reading"]),
-                    sweep["cycle"],
-                    sweep["capacitance_cycle"],
+                    Use(**{**sweep["use"], "cycles": tuple(sweep["use"]["cycles"])}),
                 )
                 for sweep in specimen["sweeps"]
             ),

@@ -8,7 +8,7 @@ from calib.catalogue import UNKNOWNS, unknowns_of
 from calib.experiment.toml_values import Signposts
 
 #: Keys of a sweep, or of a specimen with one sweep (the short form).
-SWEEP_KEYS = ("force", "capacitance", "indenter_radius")
+SWEEP_KEYS = ("force", "capacitance", "indenter_radius", "use")
 
 # Where a key belongs that stands in the wrong table.
 _PLACES: Mapping[str, str] = {
@@ -16,6 +16,11 @@ _PLACES: Mapping[str, str] = {
     **dict.fromkeys(unknowns_of("material", "rig"), "in [priors], shared by all specimens"),
     **dict.fromkeys(unknowns_of("specimen", "sweep"), "in [specimens.priors], below its [[specimens]]"),
     **dict.fromkeys(("force", "capacitance", "sweeps"), "in [[specimens]]"),
+    **dict.fromkeys(("cycle", "cycles"), "beside the files of the sweep, as use = { cycles = [2] }"),
+    "max_force": 'beside the files of the sweep, as use = { max_force = "5 N" }',
+    "max_depth": 'beside the files of the sweep, as use = { max_depth = "0.8 mm" }',
+    "branch": 'beside the files of the sweep, as use = { branch = "unloading" }',
+    "use": "in [[specimens]] or [[specimens.sweeps]], beside the files of the sweep",
     "material": "in [padding]",
     "law": 'in [sensor], as law = "gent"',
     "friction_coefficient": 'in [indenter], as friction_coefficient = "stick"',

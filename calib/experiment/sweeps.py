@@ -42,8 +42,7 @@ def read_sweeps(experiment: Experiment) -> tuple[Sweep, ...]:
                         files.capacitance,
                         force_reading=files.force_reading,
                         capacitance_reading=files.capacitance_reading,
-                        cycle=files.cycle,
-                        capacitance_cycle=files.capacitance_cycle,
+                        use=files.use,
                         clock_range=None if clock is None else clock.interval(_CERTAIN),
                         machine_compliance=compliance.interval(_CERTAIN)[1],
                     )

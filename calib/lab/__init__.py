@@ -5,19 +5,27 @@ from calib.lab.observations import Observations, observe, why_left_out
 from calib.lab.onset import hertz_onset, level_before_contact
 from calib.lab.pressing import make_sweep, readings_of
 from calib.lab.quality import Verdict, check_name, judge, number_text, quality_in_words, verdict_rows
+from calib.lab.signs import SIGNED, SIGNS, SignDecision
 from calib.lab.sweep import Points, Sweep, Track, sweeps_from_json, sweeps_to_json
+from calib.lab.use import FIRST_LOADING, USE_KEYS, Use, same_part, use_in_words, use_value
 
 __all__ = [
     "AS_FOUND",
+    "FIRST_LOADING",
     "QUANTITIES",
+    "SIGNED",
+    "SIGNS",
+    "USE_KEYS",
     "LabTable",
     "Observations",
     "Points",
     "Reading",
     "SeveralSpecimens",
+    "SignDecision",
     "Sweep",
     "Track",
     "Unread",
+    "Use",
     "Verdict",
     "check_name",
     "hertz_onset",
@@ -29,8 +37,11 @@ __all__ = [
     "quality_in_words",
     "read_lab_file",
     "readings_of",
+    "same_part",
     "sweeps_from_json",
     "sweeps_to_json",
+    "use_in_words",
+    "use_value",
     "verdict_rows",
     "why_left_out",
 ]

@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
-from scipy.ndimage import median_filter
 
 from calib.catalogue import CHANNELS
 from calib.errors import Fault, InputError
+from calib.lab.branches import label_branches
 from calib.lab.instruments import IntArray, LabTable
-from calib.lab.signal import excursion, reading_noise, reversals
+from calib.lab.limits import columns_in_words, contact_of, limits_of
+from calib.lab.resets import of_another_zero, resets_of, without_jumps
+from calib.lab.signs import SignDecision, decide_signs
+from calib.lab.use import FIRST_LOADING, Use, use_in_words
 from models.sensor import BoolArray, FloatArray
 
+LOADING = "loading branch (unloading is used)"
 UNLOADING = "unloading branch (hysteresis is not modelled)"
 HOLD = "hold (crosshead standing still)"
 BEFORE = "before the first loading branch"
@@ -42,10 +45,13 @@ class Observations:
     branch : per row "loading", "unloading", "hold", or "" where neither displacement nor force shows which.
     cycle : per row the loading branch it belongs to or follows, counted from 1; 0 before the first and where none is known.
     n_cycle : loading branches in the file; 0 where none is known.
-    used_cycle : the cycle whose loading branch is used; 0 if none is known.
-    used : rows that take part in the calibration: the loading branch of the used cycle, from its start before contact.
+    use : which part is used, as it was said.
+    used_cycles : the cycles that this comes to; 0 stands for what is before the first, and for a file that tells no cycles.
+    loading : rows of the loading branch of the first of them, whether they are used or lie beyond a limit.
+    used : rows that take part in the calibration: the branches that are used, from their start before contact.
     reason : per row why it is not used, "" if it is.
-    sign_note : which signs were turned, and on what evidence.
+    signs : quantity -> which way compression is in the file, and on what evidence.
+    use_notes : what the limits of the use mean in this file, such as where depth counts from.
     """
 
     table: LabTable
@@ -55,10 +61,18 @@ class Observations:
     branch: tuple[str, ...]
     cycle: IntArray
     n_cycle: int
-    used_cycle: int
+    use: Use
+    used_cycles: tuple[int, ...]
+    loading: BoolArray
     used: BoolArray
     reason: tuple[str, ...]
-    sign_note: str
+    signs: Mapping[str, SignDecision]
+    use_notes: tuple[str, ...]
+
+    @property
+    def sign_note(self) -> str:
+        """Which signs were turned, and on what evidence; "" for a file without force and displacement."""
+        return "; ".join(decision.note for decision in self.signs.values())
 
     @property
     def force(self) -> FloatArray | None:
@@ -83,25 +97,25 @@ class Observations:
         return frame.assign(branch=list(self.branch), cycle=self.cycle, used=self.used, reason=list(self.reason))
 
 
-def observe(table: LabTable, cycle: int | None = None) -> Observations:
+def observe(table: LabTable, use: Use = FIRST_LOADING) -> Observations:
     """Turn signs so that compression is positive, label the branches, and say which rows are used and why others are not.
 
-    The sign of force is that of its largest excursion from the starting value, the sign of displacement that of its
-    excursion where the force is largest (its own largest excursion in a file without force): a ball that is withdrawn
-    further than it was pressed does not mislead. Nothing is re-zeroed: load zero and contact point are parameters.
-    Branches come from the displacement, or from the force in a file without displacement; a reversal counts from 2 % of
-    the range and six times the noise on. A cycle begins with a loading branch that reaches half of the largest excursion:
-    a touch before the pressing is none, and a smaller loading later belongs to the cycle that it follows.
+    Signs come from the whole record (`calib.lab.signs`), or from what was said of them; a doubtful one is refused. Nothing is
+    re-zeroed: load zero and contact point are parameters. Branches come from the displacement, or from the force in a file
+    without displacement; a reversal counts from 2 % of the travel over which the force changes and six times the noise on. A
+    cycle begins with a loading branch that reaches half of the largest indentation: a touch before the pressing is none, and a
+    smaller loading later belongs to the cycle that it follows.
 
     Parameters
     ----------
     table : one lab file, from `read_lab_file`.
-    cycle : the loading branch to use, counted from 1; None for the first. The rows of other cycles say which they are of.
+    use : which part of it is used: the loading branch of the first cycle, unless another is said. Other rows say what they are.
 
     Raises
     ------
     InputError
-        If time runs backwards in more than one row of a hundred; if the file does not have the cycle that is asked for.
+        If a sign is doubtful; if time runs backwards in more than one row of a hundred; if the file does not have a cycle or a
+        column that the use speaks of.
     """
     good = np.array([not r for r in table.reasons], dtype=bool)
     raw = {name: table.columns.get(name) for name in ("time", "displacement", *CHANNELS)}
@@ -109,35 +123,65 @@ def observe(table: LabTable, cycle: int | None = None) -> Observations:
     reasons = list(table.reasons)
     if time is not None:
         _mark_backward_time(table, time, good, reasons)
-    signs, sign_note = _signs(raw["displacement"], raw["force"], good)
-    displacement = None if raw["displacement"] is None else raw["displacement"] * signs["displacement"]
+    anew = resets_of(raw["displacement"], raw["force"], time, good)
+    # Only to see how the crosshead moved: the readings stay as they are.
+    moved = None if raw["displacement"] is None else without_jumps(raw["displacement"], anew)
+    signs = decide_signs(table, moved, good)
+    factor = {name: signs[name].factor if name in signs else 1.0 for name in ("displacement", "force")}
+    displacement = None if raw["displacement"] is None else raw["displacement"] * factor["displacement"]
     channels = {name: values for name in CHANNELS if (values := raw[name]) is not None}
     if "force" in channels:
-        channels["force"] = channels["force"] * signs["force"]
+        channels["force"] = channels["force"] * factor["force"]
     force = channels.get("force")
-    driver = displacement if displacement is not None else force
     n = len(reasons)
     branch = np.full(n, "", dtype=object)
-    cycles, n_cycle, used_cycle = np.zeros(n, dtype=np.int64), 0, 0
+    cycles, repeats = np.zeros(n, dtype=np.int64), np.zeros(n, dtype=bool)
+    driver = force if moved is None else moved * factor["displacement"]
     if driver is not None:
         rows = np.flatnonzero(good & np.isfinite(driver))
         if rows.size >= 2:
             clock = None if time is None else time[rows]
-            labels, cycles[rows], repeats = _branches(driver[rows], clock, standstill=displacement is not None)
-            n_cycle = int(np.max(cycles))
-            used_cycle = min(cycle or 1, n_cycle)
-            branch[rows] = labels
-            for row, label, repeat in zip(rows.tolist(), labels.tolist(), repeats.tolist(), strict=True):
-                reasons[row] = _why_not(label, int(cycles[row]), used_cycle, repeat=repeat)
+            beside = None if moved is None or force is None else _filled(force[rows])
+            branch[rows], cycles[rows], repeats[rows] = label_branches(
+                driver[rows], clock, beside, standstill=displacement is not None
+            )
         for row in np.flatnonzero(good & ~np.isfinite(driver)).tolist():
             reasons[row] = reasons[row] or "no displacement reading"
-    if cycle is not None and not 1 <= cycle <= n_cycle:
-        raise InputError(_no_such_cycle(table, cycle, n_cycle, told=driver is not None))
+    elif use != FIRST_LOADING:
+        raise InputError(_nothing_tells(table))
     if channels:
         nothing = np.all([~np.isfinite(v) for v in channels.values()], axis=0)
         for row in np.flatnonzero(nothing).tolist():
             reasons[row] = reasons[row] or "no reading"
-    used = np.array([not r for r in reasons], dtype=bool)
+    n_cycle = int(np.max(cycles, initial=0))
+    used_cycles = _used_cycles(table, use, n_cycle, branch, cycles)
+    sound = np.array([not r for r in reasons], dtype=bool)
+    in_press = (branch == "loading") & ~repeats & (cycles > 0) | ((branch == "") if driver is None else False)
+    chosen = sound & (in_press if use.branch == "loading" else branch == "unloading") & np.isin(cycles, used_cycles)
+    other_zero = of_another_zero(chosen, anew, driver)
+    anchor = used_cycles[0] if used_cycles else 0
+    loading = sound & in_press & (cycles == anchor) & ~of_another_zero(sound & in_press & (cycles == anchor), anew, driver)
+    chosen &= ~other_zero
+    contact = None
+    if use.max_depth is not None and displacement is not None:
+        contact = contact_of(displacement, channels, np.flatnonzero(loading if np.any(loading) else chosen))
+    stretches = [np.flatnonzero(chosen & (cycles == c)) for c in used_cycles]
+    beyond = limits_of(use, table, displacement, channels, stretches, contact)
+    if driver is not None:
+        which = use_in_words(use, used_cycles) if used_cycles else ""
+        for row in np.flatnonzero(sound & ~chosen).tolist():
+            reasons[row] = (
+                f"its displacement has another zero: it was set anew in {_lines(table, anew)}"
+                if other_zero[row]
+                else _why_not(str(branch[row]), int(cycles[row]), used_cycles, use, which, repeat=bool(repeats[row]))
+            )
+    for row, reason in beyond.reasons.items():
+        reasons[row] = reason
+    if use != FIRST_LOADING and all(reasons):
+        raise InputError(_nothing_left(table, use, channels, chosen, branch))
+    notes = list(beyond.notes)
+    if anew.size:
+        notes.insert(0, f"the displacement was set to zero anew in {_lines(table, anew)}: rows of one zero are used together")
     return Observations(
         table=table,
         time=time,
@@ -146,21 +190,27 @@ def observe(table: LabTable, cycle: int | None = None) -> Observations:
         branch=tuple(branch.tolist()),
         cycle=cycles,
         n_cycle=n_cycle,
-        used_cycle=used_cycle,
-        used=used,
+        use=use,
+        used_cycles=used_cycles,
+        loading=loading,
+        used=np.array([not r for r in reasons], dtype=bool),
         reason=tuple(reasons),
-        sign_note=sign_note,
+        signs=signs,
+        use_notes=tuple(notes),
     )
 
 
-def usable_rows(obs: Observations, abscissa: FloatArray, values: FloatArray, what: str) -> IntArray:
-    """Find the rows of the loading branch in which two columns both hold a reading.
+def usable_rows(
+    obs: Observations, abscissa: FloatArray, values: FloatArray, what: str, among: BoolArray | None = None
+) -> IntArray:
+    """Find the used rows in which two columns both hold a reading.
 
     Parameters
     ----------
     obs : one lab file.
     abscissa, values : columns of it, (n_row,), nan where there is no reading.
     what : name of the channel, for the message.
+    among : rows to choose from, (n_row,); None for those that are used.
 
     Returns
     -------
@@ -171,14 +221,16 @@ def usable_rows(obs: Observations, abscissa: FloatArray, values: FloatArray, wha
     InputError
         If there are fewer than five.
     """
-    rows = np.flatnonzero(obs.used & np.isfinite(abscissa) & np.isfinite(values))
+    rows = np.flatnonzero((obs.used if among is None else among) & np.isfinite(abscissa) & np.isfinite(values))
     if rows.size < 5:
         reasons = ", ".join(f"{n} x {r}" for r, n in why_left_out(obs).most_common(3))
+        unloads = obs.use.branch == "loading" and obs.branch.count("unloading") >= 5
+        back = ': if the press is on record only on its way back, say use = { branch = "unloading" }' if unloads else ""
         raise InputError(
             Fault(
-                f"only {rows.size} usable rows of {what} on the loading branch; left out: {reasons or 'none'}",
+                f"only {rows.size} usable rows of {what} on the {obs.use.branch} branch; left out: {reasons or 'none'}",
                 obs.table.path,
-                advice="A sweep needs a loading branch of five rows at least",
+                advice=f"A sweep needs five rows of a {obs.use.branch} branch at least{back}",
             )
         )
     return rows
@@ -186,12 +238,12 @@ def usable_rows(obs: Observations, abscissa: FloatArray, values: FloatArray, wha
 
 def why_left_out(obs: Observations) -> Counter[str]:
     """Rows that are not used by reason, those of all other cycles counted together."""
-    others = sorted({int(c) for c, used in zip(obs.cycle, obs.used, strict=True) if c and not used} - {obs.used_cycle})
+    others = sorted({int(c) for c, used in zip(obs.cycle, obs.used, strict=True) if c and not used} - set(obs.used_cycles))
     if not others:
         return Counter(r for r in obs.reason if r)
     named = f"cycle {others[0]}" if len(others) == 1 else f"cycles {others[0]} to {others[-1]}"
-    together = f"{named} (cycle {obs.used_cycle} is used)"
-    of_other = (obs.cycle != obs.used_cycle) & (obs.cycle > 0)
+    together = f"{named} ({use_in_words(obs.use, obs.used_cycles)})"
+    of_other = ~np.isin(obs.cycle, obs.used_cycles) & (obs.cycle > 0)
     return Counter(
         together if other and reason.startswith(_OF_CYCLE) else reason
         for other, reason in zip(of_other.tolist(), obs.reason, strict=True)
@@ -202,28 +254,73 @@ def why_left_out(obs: Observations) -> Counter[str]:
 _OF_CYCLE = ("loading branch of cycle", "unloading branch of cycle")
 
 
-def _why_not(label: str, cycle: int, used: int, *, repeat: bool) -> str:
-    """Reason of a row of a branch in a cycle when cycle `used` is used, "" if the row is."""
-    if label == "hold":
-        return HOLD
-    if cycle == 0:
+def _why_not(label: str, cycle: int, used: Sequence[int], use: Use, which: str, *, repeat: bool) -> str:
+    """Reason of a sound row that is not used: its branch, or its cycle."""
+    if label in ("hold", ""):
+        return HOLD if label else "a single reading"
+    if cycle == 0 and cycle not in used:
         return BEFORE if used else UNLOADING
-    if cycle != used:
-        return f"{label} branch of cycle {cycle} (cycle {used} is used)"
+    if cycle not in used:
+        return f"{label} branch of cycle {cycle} ({which})"
     if repeat:
         return f"loading again in cycle {cycle}, to less than half of the largest excursion"
-    return UNLOADING if label == "unloading" else ""
+    return UNLOADING if label == "unloading" else LOADING
 
 
-def _no_such_cycle(table: LabTable, cycle: int, n_cycle: int, *, told: bool) -> Fault:
-    if not told:
-        return Fault(
-            f"there is no cycle {cycle}: without a displacement or force column nothing tells the cycles of this file",
-            table.path,
-            advice="Name the cycle of the tester's file, to which this one is tied by time",
-        )
-    has = f"{n_cycle} loading branch{'' if n_cycle == 1 else 'es'}"
-    return Fault(f"there is no cycle {cycle}, the file has {has}", table.path, advice=f"Choose a cycle from 1 to {n_cycle}")
+def _used_cycles(
+    table: LabTable, use: Use, n_cycle: int, branch: npt.NDArray[np.object_], cycles: IntArray
+) -> tuple[int, ...]:
+    """Which cycles are used; 0 for the unloading of a record that starts pressed, and where nothing tells cycles.
+
+    Raises
+    ------
+    InputError
+        If a cycle is asked for that is not there.
+    """
+    missing = [c for c in use.cycles if not 1 <= c <= n_cycle]
+    if missing:
+        has = f"{n_cycle} loading branch{'' if n_cycle == 1 else 'es'}"
+        choice = "Choose cycle 1" if n_cycle == 1 else f"Choose cycles from 1 to {n_cycle}"
+        otherwise = "; a file that counts them otherwise can be a sweep of its own"
+        advice = choice + otherwise if n_cycle else "Leave the cycles out"
+        raise InputError(Fault(f"there is no cycle {missing[0]}, the file has {has}", table.path, advice=advice))
+    if use.cycles:
+        return use.cycles
+    if use.branch == "unloading":
+        there = np.unique(cycles[branch == "unloading"])
+        return (1,) if 1 in there or there.size == 0 else (int(there[0]),)
+    if n_cycle:
+        return (1,)
+    return () if np.any(branch != "") else (0,)
+
+
+def _nothing_left(
+    table: LabTable, use: Use, channels: Mapping[str, FloatArray], chosen: BoolArray, branch: npt.NDArray[np.object_]
+) -> Fault:
+    rows = np.flatnonzero(chosen)
+    if rows.size == 0:
+        there = [f"{int(np.sum(branch == b))} rows of {b}" for b in ("loading", "unloading", "hold") if np.any(branch == b)]
+        found = f"the record has no {use.branch} branch to use, but {', '.join(there) or 'no branch at all'}"
+        other = "loading" if use.branch == "unloading" else "unloading"
+        return Fault(found, table.path, advice=f'Leave the branch out, or say branch = "{other}" if that is what is wanted')
+    least = f", where the force is {np.nanmin(channels['force'][rows]):.4g} N and more" if "force" in channels else ""
+    said = [f"max_force = {use.max_force:.6g} N"] if use.max_force is not None else []
+    said += [f"max_depth = {use.max_depth * 1e3:.6g} mm"] if use.max_depth is not None else []
+    return Fault(
+        f"{' and '.join(said)} leave none of the {rows.size} rows of the {use.branch} branch{least}",
+        table.path,
+        int(table.lines[rows[0]]),
+        advice="Give larger limits, or leave them out",
+    )
+
+
+def _nothing_tells(table: LabTable) -> Fault:
+    return Fault(
+        "without a displacement or force column nothing tells the cycles and branches of this file, nor how deep its rows are: "
+        f"it has {columns_in_words(table)}",
+        table.path,
+        advice="Say which part is used of the tester's file, to which this one is tied by time",
+    )
 
 
 def _mark_backward_time(table: LabTable, time: FloatArray, good: BoolArray, reasons: list[str]) -> None:
@@ -244,116 +341,16 @@ def _mark_backward_time(table: LabTable, time: FloatArray, good: BoolArray, reas
         reasons[row] = BACKWARD
 
 
-def _signs(displacement: FloatArray | None, force: FloatArray | None, good: BoolArray) -> tuple[dict[str, float], str]:
-    signs = {"displacement": 1.0, "force": 1.0}
-    notes: list[str] = []
-    at_peak: int | None = None
-    for name, values, unit, scale in (("force", force, "N", 1.0), ("displacement", displacement, "mm", 1e3)):
-        if values is None:
-            continue
-        rows = np.flatnonzero(good & np.isfinite(values))
-        if rows.size < 2:
-            continue
-        away = excursion(values[rows])
-        largest = float(away[np.argmax(np.abs(away))])
-        if abs(largest) <= 6 * reading_noise(values[rows]) or largest == 0.0:
-            notes.append(f"{name}: no excursion beyond its noise, sign kept")
-            continue
-        deciding, where = largest, "largest excursion from the start"
-        if name == "force":
-            at_peak = int(rows[np.argmax(np.abs(away))])
-        elif at_peak is not None:
-            there = float(np.interp(at_peak, rows, away))
-            if abs(there) > 0.1 * abs(largest):
-                deciding, where = there, "excursion where the force is largest"
-        if deciding < 0:
-            signs[name] = -1.0
-            notes.append(f"{name} negative in compression: sign turned ({where} {deciding * scale:.4g} {unit})")
-        else:
-            notes.append(f"{name} positive in compression: sign kept ({where} {deciding * scale:+.4g} {unit})")
-    return signs, "; ".join(notes)
+def _lines(table: LabTable, rows: IntArray) -> str:
+    shown = ", ".join(str(int(table.lines[r])) for r in rows[:3].tolist())
+    more = f" and {rows.size - 3} others" if rows.size > 3 else ""
+    return f"line{'s' if rows.size > 1 else ''} {shown}{more}"
 
 
-def _branches(
-    values: FloatArray, time: FloatArray | None, *, standstill: bool
-) -> tuple[npt.NDArray[np.object_], IntArray, BoolArray]:
-    """Per row its label, the cycle it belongs to (0 before the first), and whether it loads again within its cycle.
-
-    A loading branch opens a cycle if it reaches half of the largest excursion.
-    """
-    n = values.size
-    noise = reading_noise(values)
-    smooth = median_filter(values, size=5, mode="nearest") if n >= 15 else values
-    span = float(np.ptp(smooth))
-    labels = np.full(n, "hold", dtype=object)
-    cycle = np.zeros(n, dtype=np.int64)
-    again = np.zeros(n, dtype=bool)
-    share = 0.02 if standstill else 0.05
-    if span <= 6 * noise or span == 0.0:
-        return labels, cycle, again
-    turns = reversals(smooth, max(share * span, 6 * noise))
-    clock = np.arange(n, dtype=float) if time is None else time - time[0]
-    still = np.zeros(n, dtype=bool)
-    count = 0
-    top = float(np.max(smooth))
-    # From the start, not from the lowest: a ball may be withdrawn further than it is pressed. Unless the record starts pressed.
-    base = float(smooth[0]) if top - smooth[0] >= 0.1 * span else float(np.min(smooth))
-    for start, stop in pairwise(turns):
-        rows = slice(start, stop + 1)
-        rising = smooth[stop] > smooth[start]
-        opens = bool(rising and smooth[stop] - base >= 0.5 * (top - base))
-        count += int(opens)
-        labels[rows] = "loading" if rising else "unloading"
-        cycle[rows] = count
-        again[rows] = rising and not opens and count > 0
-        if standstill:
-            still[rows] |= _standing(values[rows], clock[rows], noise, span)
-    labels[still] = "hold"
-    return labels, cycle, again
-
-
-def _standing(values: FloatArray, clock: FloatArray, noise: float, span: float) -> BoolArray:
-    """Rows of one monotone stretch where the crosshead stands still, found by its speed over a few rows."""
-    n = values.size
-    still = np.zeros(n, dtype=bool)
-    duration = float(clock[-1] - clock[0])
-    travel = abs(float(values[-1] - values[0]))
-    if n < 20 or duration <= 0 or travel == 0:
-        return still
-    mean_speed = travel / duration
-    interval = duration / (n - 1)
-    half = 3
-    while half < n // 8 and 4 * noise * np.sqrt(2 / half) / (half * interval) > 0.2 * mean_speed:
-        half = half * 3 // 2 + 1
-    speed_noise = noise * np.sqrt(2 / half) / (half * interval)
-    padded = np.concatenate([[0.0], np.cumsum(values - values[0])])
-    ticks = np.concatenate([[0.0], np.cumsum(clock - clock[0])])
-    i = np.arange(n)
-    lo, hi = np.maximum(i - half, 0), np.minimum(i + half, n)
-    mid_lo, mid_hi = np.maximum(i, 1), np.minimum(i, n - 1)
-    before = (padded[mid_lo] - padded[lo]) / (mid_lo - lo)
-    after = (padded[hi] - padded[mid_hi]) / (hi - mid_hi)
-    elapsed = (ticks[hi] - ticks[mid_hi]) / (hi - mid_hi) - (ticks[mid_lo] - ticks[lo]) / (mid_lo - lo)
-    speed = np.abs(after - before) / np.maximum(elapsed, 1e-12)
-    slow = speed < max(4 * speed_noise, 0.05 * mean_speed)
-    tolerance = max(3 * noise, 2e-4 * span)
-    for begin, end in _runs(slow):
-        if end - begin < half:
-            continue
-        level = float(np.median(values[begin:end]))
-        while begin > 0 and abs(values[begin - 1] - level) <= tolerance:
-            begin -= 1
-        while end < n and abs(values[end] - level) <= tolerance:
-            end += 1
-        still[begin:end] = True
-    # A staircase stands still most of the time and is measured there.
-    inner = [(b, e) for b, e in _runs(still) if b > 0 and e < n]
-    if sum(e - b for b, e in inner) > n / 2:
-        for b, e in inner:
-            still[b:e] = False
-    return still
-
-
-def _runs(mask: BoolArray) -> list[tuple[int, int]]:
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
-    return [(int(b), int(e)) for b, e in zip(edges[::2], edges[1::2], strict=True)]
+def _filled(values: FloatArray) -> FloatArray:
+    """Readings with those between for rows without one."""
+    there = np.isfinite(values)
+    if np.all(there) or not np.any(there):
+        return np.where(there, values, 0.0)
+    rows = np.arange(values.size)
+    return np.interp(rows, rows[there], values[there])

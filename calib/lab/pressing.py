@@ -11,13 +11,15 @@ from calib.catalogue import CHANNELS
 from calib.errors import Fault, InputError
 from calib.lab.clocks import ClockOffset, clock_offset, loading_window, record
 from calib.lab.instruments import AS_FOUND, LabTable, Reading, read_lab_file
-from calib.lab.observations import UNLOADING, Observations, observe, usable_rows, why_left_out
+from calib.lab.limits import contact_of
+from calib.lab.observations import Observations, observe, usable_rows, why_left_out
 from calib.lab.onset import coarse_onset
+from calib.lab.points import over_displacement, over_force, over_time
 from calib.lab.quality import judge
-from calib.lab.reduction import NoiseEstimate, Reduced, fresh_readings, reduce_channel
+from calib.lab.reduction import NoiseEstimate, reduce_channel
 from calib.lab.signal import first_crest, increasing_rows, smoothed_record
 from calib.lab.sweep import TRACK_MARGIN, TRACK_NODES, Points, Sweep, Track
-from models.sensor import FloatArray
+from calib.lab.use import FIRST_LOADING, Use, cycles_in_words, use_in_words
 
 
 def make_sweep(
@@ -30,12 +32,11 @@ def make_sweep(
     *,
     force_reading: Reading = AS_FOUND,
     capacitance_reading: Reading = AS_FOUND,
-    cycle: int | None = None,
-    capacitance_cycle: int | None = None,
+    use: Use = FIRST_LOADING,
     clock_range: tuple[float, float] | None = None,
     machine_compliance: float | None = None,
 ) -> Sweep:
-    """Read the files of a sweep and reduce each channel to about `n_points` points of one loading branch.
+    """Read the files of a sweep and reduce each channel to about `n_points` points of the part of the press that is used.
 
     A quarter of the points at most lies before the estimated onset of contact, the others in equal steps after it. A point
     is the mean of its bin, less the bias that the curve's bend has on a mean (from a smooth over the branch). Its
@@ -54,8 +55,7 @@ def make_sweep(
     capacitance_file : LCR log; may be the same file as `force_file`; None if there is none.
     n_points : points per channel; fewer where the file has fewer rows.
     force_reading, capacitance_reading : what the user says of the files, see `Reading`.
-    cycle : the loading branch to use, counted from 1; None for the first. It is the tester's for a log tied by the clock.
-    capacitance_cycle : the same in a capacitance file with a displacement or force column of its own, if it counts otherwise.
+    use : which part of the press is used, in both files; in a log tied by the clock it is the tester's.
     clock_range : [s], range in which the offset of the clocks is known to lie; it can decide between alternatives.
     machine_compliance : [m/N], for the verdicts alone, see `calib.lab.quality.judge`.
 
@@ -67,7 +67,8 @@ def make_sweep(
     ------
     InputError
         With the faults of both files; if nothing ties capacitance to the crosshead; if too few rows are usable; if a cycle is
-        asked for that is not there; if the clock offset is ambiguous by discrete steps.
+        asked for that is not there, or a limit of something that neither file has; if the clock offset is ambiguous by
+        discrete steps.
     """
     if force_file is None and capacitance_file is None:
         raise InputError(Fault(f"sweep {name} of {specimen} has neither a force nor a capacitance file"))
@@ -77,14 +78,14 @@ def make_sweep(
     tester = lcr = None
     faults: list[Fault] = []
     try:
-        tester = None if force_file is None else observe(read_lab_file(force_file, force_reading), cycle)
+        tester = None if force_file is None else observe(read_lab_file(force_file, force_reading), use)
     except InputError as error:
         faults += error.faults
     try:
         if same or capacitance_file is None:
             lcr = tester if same else None
         else:
-            lcr = _observe_capacitance(read_lab_file(capacitance_file, capacitance_reading), cycle, capacitance_cycle)
+            lcr = _observe_capacitance(read_lab_file(capacitance_file, capacitance_reading), use, tester)
     except InputError as error:
         faults += error.faults
     if faults:
@@ -93,6 +94,8 @@ def make_sweep(
 
     sources = [obs for obs in ((tester,) if same else (tester, lcr)) if obs is not None]
     notes = [note for obs in sources for note in _file_notes(obs)]
+    if lcr is not None and lcr.use not in (use, FIRST_LOADING):
+        notes.append(f"{lcr.table.path.name}: its limit is that at which the tester's record is cut off")
     verdicts = tuple(v for obs in sources for v in judge(obs, machine_compliance))
     channels: dict[str, Points] = {}
     readings: dict[str, NoiseEstimate] = {}
@@ -126,11 +129,16 @@ def make_sweep(
             if channel == "force":
                 continue
             if lcr.displacement is not None:
-                channels[channel], readings[channel] = _over_displacement(lcr, channel, n_points, notes, keep_force=not same)
+                tied, over = over_displacement(lcr, channel, n_points, keep_force=not same), "its own displacement"
             elif lcr.force is not None:
-                channels[channel], readings[channel] = _over_force(lcr, channel, n_points, notes)
+                tied, over = over_force(lcr, channel, n_points), "its own force"
             elif tester is not None and onset is not None and track is not None:
-                channels[channel], readings[channel] = _over_time(tester, lcr, channel, offset, onset, n_points, notes)
+                tied, left_out = over_time(tester, lcr, channel, offset, onset, n_points)
+                over, notes = "the meter's time", [*notes, *left_out]
+            else:
+                continue
+            channels[channel], readings[channel] = tied
+            notes.append(_noise_note(channel, f"{channel} over {over}", tied.estimate))
         if tester is None and lcr.force is not None and lcr.displacement is not None:
             notes.append(f"{lcr.table.path.name}: its force column is not calibrated against; name the file under force too")
     seen = {obs.table.path.name: obs.table.sha256 for obs in (tester, lcr) if obs is not None}
@@ -148,6 +156,7 @@ def make_sweep(
         verdicts=verdicts,
         clock=clock,
         readings=readings,
+        contact=_contact(tester, lcr),
     )
 
 
@@ -174,17 +183,38 @@ def readings_of(obs: Observations) -> dict[str, NoiseEstimate]:
     return found
 
 
-def _observe_capacitance(table: LabTable, cycle: int | None, own: int | None) -> Observations:
-    """Label the branches of a capacitance log; one with time alone has no cycles of its own to choose from."""
-    if {"displacement", "force"} & set(table.columns):
-        return observe(table, cycle if own is None else own)
-    return observe(table, own)
+def _contact(*files: Observations | None) -> float:
+    """Reading of the crosshead where contact begins [m], from the first file with a displacement; nan without one."""
+    for obs in files:
+        if obs is not None and obs.displacement is not None:
+            found = contact_of(obs.displacement, obs.channels, np.flatnonzero(obs.loading if np.any(obs.loading) else obs.used))
+            return float("nan") if found is None else found.reading
+    return float("nan")
+
+
+def _observe_capacitance(table: LabTable, use: Use, tester: Observations | None) -> Observations:
+    """Observe a capacitance log; one with time alone is used by the tester's, and a limit it knows nothing of is translated."""
+    if not {"displacement", "force"} & set(table.columns):
+        return observe(table)
+    if tester is None or tester.force is None or tester.displacement is None or not np.any(tester.used):
+        return observe(table, use)
+    if use.max_force is not None and "force" not in table.columns:
+        contact = contact_of(tester.displacement, tester.channels, np.flatnonzero(tester.loading))
+        reached = float(np.nanmax(tester.displacement[tester.used]))
+        if contact is not None and reached > contact.reading:
+            depth = min(reached - contact.reading, use.max_depth or np.inf)
+            use = replace(use, max_force=None, max_depth=depth)
+    elif use.max_depth is not None and "displacement" not in table.columns:
+        reached = float(np.nanmax(tester.force[tester.used]))
+        if reached > 0:
+            use = replace(use, max_depth=None, max_force=min(reached, use.max_force or np.inf))
+    return observe(table, use)
 
 
 def _discrete(clock: ClockOffset, tester: Observations, lcr: Observations) -> Fault:
     many = f" of {tester.n_cycle}" if tester.n_cycle > 1 else ""
     return Fault(
-        f"{clock.evidence[0]}; cycle {tester.used_cycle}{many} of {tester.table.path.name} is wanted",
+        f"{clock.evidence[0]}; {cycles_in_words(tester.used_cycles)}{many} of {tester.table.path.name} is wanted",
         lcr.table.path,
         advice="Save both logs over the same cycles, from before the first to after the last; or cut both files to one cycle; "
         "or state the offset of the clocks",
@@ -231,9 +261,11 @@ def _check_columns(tester: Observations | None, lcr: Observations | None) -> Non
 
 def _file_notes(obs: Observations) -> list[str]:
     name = obs.table.path.name
-    notes = [f"{name}: {note}" for note in (*obs.table.notes, obs.sign_note) if note]
-    if obs.n_cycle > 1:
-        notes.append(f"{name}: {obs.n_cycle} cycles, cycle {obs.used_cycle} is used")
+    unread = [f"not read: {part}" for part in obs.table.unread if part.what.startswith("column")]
+    notes = [f"{name}: {note}" for note in (*obs.table.notes, *unread, obs.sign_note, *obs.use_notes) if note]
+    if obs.n_cycle > 1 or obs.use.branch != "loading":
+        count = f"{obs.n_cycle} cycles, " if obs.n_cycle > 1 else ""
+        notes.append(f"{name}: {count}{use_in_words(obs.use, obs.used_cycles)}")
     out = why_left_out(obs)
     if out:
         counts = ", ".join(f"{n} {r}" for r, n in out.most_common(8))
@@ -253,99 +285,12 @@ def _noise_note(channel: str, what: str, readings: NoiseEstimate) -> str:
     )
 
 
-def _over_displacement(
-    lcr: Observations, channel: str, n_points: int, notes: list[str], *, keep_force: bool
-) -> tuple[Points, NoiseEstimate]:
-    """Points of a channel over the displacement in its own file."""
-    assert lcr.displacement is not None
-    rows = usable_rows(lcr, lcr.displacement, lcr.channels[channel], channel)
-    x, c = lcr.displacement[rows], lcr.channels[channel][rows]
-    onset = coarse_onset(x, c)
-    force: FloatArray | None = None
-    reduced = reduce_channel(x, c, n_points, onset)
-    if keep_force and lcr.force is not None:
-        with_force = rows[np.isfinite(lcr.force[rows])]
-        if with_force.size >= 5:
-            force = reduce_channel(lcr.displacement[with_force], lcr.force[with_force], n_points, onset).smooth(
-                reduced.abscissa
-            )
-    notes.append(_noise_note(channel, f"{channel} over its own displacement", reduced.estimate))
-    return Points(reduced.value, reduced.n_effective, displacement=reduced.abscissa, force=force), reduced.estimate
-
-
-def _over_force(lcr: Observations, channel: str, n_points: int, notes: list[str]) -> tuple[Points, NoiseEstimate]:
-    """Points of a channel over the force in its own file."""
-    assert lcr.force is not None
-    rows = usable_rows(lcr, lcr.force, lcr.channels[channel], channel)
-    f, c = lcr.force[rows], lcr.channels[channel][rows]
-    # In the order of reading, not of force: before contact the force is noise, and bins of noise would be biased.
-    clock = np.arange(rows.size, dtype=float)
-    if lcr.time is not None and np.all(np.diff(lcr.time[rows]) > 0):
-        clock = lcr.time[rows] - lcr.time[rows][0]
-    onset = coarse_onset(clock, f)
-    # The two channels are reduced over the rows in which the channel was read anew, so that their points belong together.
-    fresh = fresh_readings(c)
-    n_row, clock, f, c = rows.size, clock[fresh], f[fresh], c[fresh]
-    reduced = reduce_channel(clock, c, n_points, onset, repeats=False)
-    reduced = replace(reduced, estimate=replace(reduced.estimate, n_row=n_row, repeat=n_row / reduced.estimate.n_reading))
-    force = reduce_channel(clock, f, n_points, onset, repeats=False)
-    force_there = _at_points(force, reduced.abscissa)
-    # The force of a point has a noise of its own: dC/dF times it, counted against the point's effective number.
-    rise_f = force.smooth(reduced.edges[1:]) - force.smooth(reduced.edges[:-1])
-    rise_c = reduced.smooth(reduced.edges[1:]) - reduced.smooth(reduced.edges[:-1])
-    slopes = np.where(rise_f > 2 * force.noise, rise_c / np.where(rise_f > 0, rise_f, 1.0), 0.0)
-    slope = np.interp(reduced.abscissa, (reduced.edges[1:] + reduced.edges[:-1]) / 2, slopes)
-    share = (slope * force.noise) ** 2 / np.interp(reduced.abscissa, force.abscissa, force.n_effective)
-    own = reduced.noise**2 / reduced.n_effective
-    n_effective = reduced.noise**2 / (own + share)
-    notes.append(_noise_note(channel, f"{channel} over its own force", reduced.estimate))
-    return Points(reduced.value, n_effective, force=force_there), reduced.estimate
-
-
-def _at_points(reduced: Reduced, abscissa: FloatArray) -> FloatArray:
-    """Values of a channel at other points than its own: its smooth, and what the nearest of its points deviate from that."""
-    deviation = np.interp(abscissa, reduced.abscissa, reduced.value - reduced.smooth(reduced.abscissa))
-    return np.asarray(reduced.smooth(abscissa) + deviation)
-
-
-def _over_time(
-    tester: Observations, lcr: Observations, channel: str, offset: float, onset: float, n_points: int, notes: list[str]
-) -> tuple[Points, NoiseEstimate]:
-    """Points of a channel over the time of its meter."""
-    assert tester.time is not None
-    assert tester.displacement is not None
-    assert lcr.time is not None
-    rows = usable_rows(lcr, lcr.time, lcr.channels[channel], channel)
-    begin, end = loading_window(tester)
-    on_tester = lcr.time[rows] + offset
-    early, late = int(np.sum(on_tester < begin)), int(np.sum(on_tester > end))
-    rows = rows[(on_tester >= begin) & (on_tester <= end)]
-    name = lcr.table.path.name
-    if early:
-        notes.append(f"{name}: {early} rows left out: before the loading branch of the tester's record")
-    if late:
-        notes.append(f"{name}: {late} rows left out: after the turning point (hold and {UNLOADING})")
-    if rows.size < 5:
-        raise InputError(
-            Fault(
-                f"only {rows.size} {channel} readings fall into the loading branch, with the clock offset {offset:.3g} s",
-                lcr.table.path,
-                advice=f"Check that both files are of the same test and that the log covers cycle {tester.used_cycle}",
-            )
-        )
-    t, c = lcr.time[rows], lcr.channels[channel][rows]
-    used = tester.used & np.isfinite(tester.displacement)
-    reached = np.maximum.accumulate(tester.displacement[used])
-    start = float(tester.time[used][min(int(np.searchsorted(reached, onset)), reached.size - 1)]) - offset
-    reduced = reduce_channel(t, c, n_points, start)
-    notes.append(_noise_note(channel, f"{channel} over the meter's time", reduced.estimate))
-    return Points(reduced.value, reduced.n_effective, time=reduced.abscissa), reduced.estimate
-
-
 def _track(tester: Observations, margin: float) -> Track:
     time, displacement, force, _ = record(tester)
+    assert tester.time is not None
     begin, end = loading_window(tester)
-    inside = (time >= begin - margin) & (time <= end + margin)
+    used = tester.time[tester.used & np.isfinite(tester.time)]
+    inside = (time >= min(begin, used[0]) - margin) & (time <= max(end, used[-1]) + margin)
     groups = np.array_split(np.flatnonzero(inside), min(TRACK_NODES, int(np.sum(inside))))
     stamps, reading, load = (np.array([v[g].mean() for g in groups]) for v in (time, displacement, force))
     stamps, reading = smoothed_record(stamps, reading, int(np.sum((stamps >= begin) & (stamps <= end))) // 20)

@@ -16,7 +16,7 @@ from calib.records import record_from_text, record_to_text
 from models.sensor import FloatArray
 
 # Layout of sweeps as JSON.
-_FORMAT = 2
+_FORMAT = 3
 
 #: Largest number of nodes of a `Track`.
 TRACK_NODES = 2000
@@ -90,6 +90,8 @@ class Sweep:
     files : (file name, sha256) of each file.
     notes : what the report must say: rows left out with counts and reasons, signs turned, resolution.
     verdicts : on the quality of each file, made before anything was reduced.
+    contact : [m], crosshead reading where contact begins as estimated, which a depth that limits the use counts from; nan
+        without a displacement. Nothing is calibrated against it.
     """
 
     specimen: str
@@ -105,6 +107,7 @@ class Sweep:
     clock: ClockOffset | None = None
     readings: Mapping[str, NoiseEstimate] = field(default_factory=dict)
     verdicts: tuple[Verdict, ...] = ()
+    contact: float = float("nan")
 
     @property
     def title(self) -> str:

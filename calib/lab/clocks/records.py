@@ -18,9 +18,9 @@ _CREEP_TIMES = (0.3, 1.0, 3.0, 10.0, 30.0)
 
 
 def loading_window(tester: Observations) -> tuple[float, float]:
-    """Find when the used loading branch begins and ends [s], on the tester's clock."""
+    """Find when the loading branch of the first used cycle begins and ends [s], on the tester's clock, used or not."""
     assert tester.time is not None
-    times = tester.time[tester.used & np.isfinite(tester.time)]
+    times = tester.time[tester.loading & np.isfinite(tester.time)]
     return float(times[0]), float(times[-1])
 
 
@@ -30,7 +30,7 @@ def record(tester: Observations, *, whole: bool = False) -> tuple[FloatArray, Fl
     Parameters
     ----------
     tester : with time, displacement and force.
-    whole : whether to go on beyond the end of the used cycle.
+    whole : whether to go on beyond the end of the last used cycle.
 
     Returns
     -------
@@ -41,7 +41,7 @@ def record(tester: Observations, *, whole: bool = False) -> tuple[FloatArray, Fl
     assert tester.force is not None
     finite = np.isfinite(tester.time) & np.isfinite(tester.displacement) & np.isfinite(tester.force)
     sound = np.array([not r for r in tester.table.reasons], dtype=bool) & np.array([r != BACKWARD for r in tester.reason])
-    rows = np.flatnonzero(finite & sound & (whole | (tester.cycle <= tester.used_cycle)))
+    rows = np.flatnonzero(finite & sound & (whole | (tester.cycle <= max(tester.used_cycles, default=0))))
     rows = rows[increasing_rows(tester.time[rows])]
     return tester.time[rows], tester.displacement[rows], tester.force[rows], rows
 
@@ -151,7 +151,7 @@ class CrossheadRecord:
         # A hold keeps the branch before it.
         known = np.maximum.accumulate(np.where(branch == "hold", 0, np.arange(branch.size)))
         back = back[known]
-        falling = np.flatnonzero((time > top) & (branch == "unloading") & (cycle == tester.used_cycle))
+        falling = np.flatnonzero((time > top) & (branch == "unloading") & (cycle == tester.used_cycles[0]))
         leave = float(time[falling[0]]) if falling.size else float(time[-1])
         end = float(time[falling[-1]]) if falling.size else float(time[-1])
         loading = (time >= begin) & (time <= top)
@@ -176,7 +176,7 @@ def _contact(tester: Observations) -> tuple[float, float]:
     """Crosshead reading [m] at which the force leaves its flat part, and its sd; the first reading and nan without one."""
     assert tester.displacement is not None
     assert tester.force is not None
-    rows = usable_rows(tester, tester.displacement, tester.force, "force")
+    rows = usable_rows(tester, tester.displacement, tester.force, "force", tester.loading)
     x = tester.displacement[rows]
     return fine_onset(x, tester.force[rows]) or (float(x[0]), float("nan"))
 

@@ -139,6 +139,7 @@ def read_columns(sheet: Sheet, family: InstrumentFamily, reason: str, reading: R
         reasons=tuple(reasons),
         notes=(*sheet.notes, *notes),
         started=started_at(sheet, values.get("time")),
+        sign=reading.sign,
     )
 
 

@@ -75,6 +75,7 @@ class LabTable:
     notes : choices made while reading, one sentence each.
     unread : every column, line and block of the file that is not used, with the reason.
     started : date and time at which the record began, as the file states it; None if it does not.
+    sign : what was said of the signs, see `Reading.sign`.
     """
 
     path: Path
@@ -91,3 +92,4 @@ class LabTable:
     notes: tuple[str, ...]
     unread: tuple[Unread, ...] = ()
     started: datetime | None = None
+    sign: Mapping[str, str] = field(default_factory=dict)

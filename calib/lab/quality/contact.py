@@ -59,7 +59,7 @@ def check_drift(obs: Observations, c: LoadingBranch) -> Verdict | None:
     flat = c.rows[c.flat]
     # The last fifth before the onset may already be contact that does not show yet.
     flat = flat[: max(TOO_FEW_BEFORE, int(0.8 * flat.size))]
-    waiting = np.array([r == HOLD for r in obs.reason], dtype=bool) & (np.arange(len(obs.used)) < c.rows[0])
+    waiting = np.array([r == HOLD for r in obs.reason], dtype=bool) & (np.arange(len(obs.used)) < np.min(c.rows))
     if obs.displacement is not None:
         waiting &= obs.displacement <= c.touch
     rows = np.concatenate([np.flatnonzero(waiting), flat])
@@ -67,7 +67,7 @@ def check_drift(obs: Observations, c: LoadingBranch) -> Verdict | None:
     if flat.size == 0 or rows.size < FEW_BEFORE:
         return None
     slope, error = slope_and_error(clock[rows], c.sign * values[rows])
-    duration = float(clock[c.rows[-1]] - clock[c.rows[0]])
+    duration = abs(float(clock[c.rows[-1]] - clock[c.rows[0]]))
     if not (math.isfinite(error) and math.isfinite(duration)):
         return None
     share, sd = slope * duration / c.span, error * duration / c.span

@@ -17,12 +17,12 @@ from models.sensor import BoolArray, FloatArray
 
 @dataclass(frozen=True, eq=False)
 class LoadingBranch:
-    """What the checks look at: one channel on the loading branch, arrays of shape (n_row,) in the order of reading.
+    """What the checks look at: one channel on the branch that is used, arrays of shape (n_row,) in the order of pressing.
 
     Attributes
     ----------
     file, name, unit : name of the lab file; "force" or "capacitance"; "N" or "F".
-    rows : of the file.
+    rows : of the file; from the last to the first on an unloading branch, so that the channel rises.
     x : displacement [m], else time [s], else number of the reading, as `x_unit` says.
     y : readings [unit], turned so that they rise in contact (by `sign`).
     flat : rows before contact.
@@ -71,7 +71,7 @@ class LoadingBranch:
 
 
 def loading_branch(obs: Observations, name: str) -> LoadingBranch | None:
-    """Take the part of a file that is judged: one channel on its loading branch, with flat part, range, noise and resolution.
+    """Take the part of a file that is judged: one channel on its (first) branch, with flat part, range, noise and resolution.
 
     Parameters
     ----------
@@ -89,6 +89,10 @@ def loading_branch(obs: Observations, name: str) -> LoadingBranch | None:
     x_all = clock if obs.displacement is None else obs.displacement
     x_unit = "m" if obs.displacement is not None else "s" if obs.time is not None else "readings"
     rows = np.flatnonzero(obs.used & np.isfinite(x_all) & np.isfinite(values))
+    if obs.used_cycles:
+        rows = rows[obs.cycle[rows] == obs.used_cycles[0]]
+    if obs.use.branch == "unloading":
+        rows = rows[::-1]
     if rows.size < 5:
         return None
     if obs.displacement is None and obs.force is None:

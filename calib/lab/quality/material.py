@@ -73,9 +73,9 @@ def check_hysteresis(obs: Observations, c: LoadingBranch) -> Verdict | None:
 
     Returns
     -------
-    None without an unloading branch over at least half of the travel in contact.
+    None without an unloading branch over at least half of the travel in contact, and where that is what is used.
     """
-    if obs.displacement is None:
+    if obs.displacement is None or obs.use.branch == "unloading":
         return None
     values = channel_values(obs, c.name)
     branch = np.array(obs.branch, dtype=object)

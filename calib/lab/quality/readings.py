@@ -111,7 +111,7 @@ def check_gap(obs: Observations, c: LoadingBranch) -> Verdict | None:
     if obs.time is None:
         return None
     # Holds within the branch are not used, but they are readings: no gap.
-    branch = slice(int(c.rows[0]), int(c.rows[-1]) + 1)
+    branch = slice(int(np.min(c.rows)), int(np.max(c.rows)) + 1)
     time, values = obs.time[branch], channel_values(obs, c.name)[branch]
     time = np.maximum.accumulate(time[np.isfinite(time) & np.isfinite(values)])
     usual = float(np.median(np.diff(time))) if time.size >= 10 else 0.0

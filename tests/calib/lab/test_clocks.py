@@ -16,6 +16,7 @@ from calib.lab.instruments.labtable import LabTable
 from calib.lab.observations import Observations, observe
 from calib.lab.pressing import make_sweep
 from calib.lab.sweep import sweeps_from_json, sweeps_to_json
+from calib.lab.use import Use
 from calib.problem.unknowns import list_unknowns
 from calib.sampling.posterior import Posterior
 from models.sensor import FloatArray
@@ -84,12 +85,13 @@ class Pair:
         crept = 1 + self.creep * (1 - np.exp(-2 * since / max(self.hold, 1)))
         return np.asarray(97.3 + self.change * self.curve(t, self.capacitance_power) * crept)
 
-    def tester(self, rng: np.random.Generator, cycle: int | None = None) -> Observations:
+    def tester(self, rng: np.random.Generator, cycles: tuple[int, ...] = ()) -> Observations:
         start, end = self.tester_span or (-0.3, self.cycles * self.period)
         t = np.arange(start, end, 1 / self.tester_rate) + rng.uniform(0, 1) / self.tester_rate
         x = self.depth_at(t) + rng.normal(0, 1e-4, t.size)
         f = 5 * self.curve(t, self.force_power) + 0.31 + self.force_noise * rng.normal(size=t.size)
-        return observe(table("t.csv", time=np.round(t, 4), displacement=np.round(x, 5) * 1e-3, force=np.round(f, 3)), cycle)
+        columns = {"time": np.round(t, 4), "displacement": np.round(x, 5) * 1e-3, "force": np.round(f, 3)}
+        return observe(table("t.csv", **columns), Use(cycles=cycles))
 
     def meter(self, rng: np.random.Generator) -> Observations:
         start, end = self.meter_span or (-2.0, self.cycles * self.period + 3)
@@ -100,9 +102,9 @@ class Pair:
         return observe(table("c.csv", time=stamps, capacitance=np.round(c, 3) * 1e-12))
 
 
-def estimate(pair: Pair, within: tuple[float, float] | None = None, cycle: int | None = None) -> ClockOffset:
+def estimate(pair: Pair, within: tuple[float, float] | None = None, cycles: tuple[int, ...] = ()) -> ClockOffset:
     rng = np.random.default_rng(0)
-    return clock_offset(pair.tester(rng, cycle), pair.meter(rng), within)
+    return clock_offset(pair.tester(rng, cycles), pair.meter(rng), within)
 
 
 def random_pair(rng: np.random.Generator, slowest: float, fastest: float) -> Pair:
@@ -252,7 +254,7 @@ def test_cycles_that_one_record_does_not_hold_leave_whole_periods(one: str) -> N
     offsets = np.sort([found.value, *found.alternatives])
     np.testing.assert_allclose(np.diff(offsets), pair.period, atol=0.1)
     assert np.min(np.abs(offsets - 1.7)) < 0.1
-    known = estimate(pair, within=(1.0, 3.0), cycle=1 if one == "tester" else 2)
+    known = estimate(pair, within=(1.0, 3.0), cycles=(1,) if one == "tester" else (2,))
     assert known.confidence != "ambiguous"
     assert abs(known.value - 1.7) < 0.1
 
@@ -314,7 +316,7 @@ def test_the_cycle_of_the_tester_decides_which_readings_of_the_meter_are_used(tm
     pair = Pair(cycles=3, speed=0.1, unloading_speed=0.1)
     files = write(pair, tmp_path)
     for cycle in (1, 3):
-        sweep = make_sweep("s", "", 5e-3, *files, cycle=cycle)
+        sweep = make_sweep("s", "", 5e-3, *files, use=Use(cycles=(cycle,)))
         assert "capacitance" in sweep.channels
         assert sweep.channels["capacitance"].time is not None
         start = (cycle - 1) * pair.period - 1.7
@@ -323,6 +325,4 @@ def test_the_cycle_of_the_tester_decides_which_readings_of_the_meter_are_used(tm
         assert abs(sweep.clock_offset - 1.7) < 0.05
         assert any(f"cycle {cycle} is used" in n for n in sweep.notes)
     with pytest.raises(InputError, match="no cycle 4, the file has 3 loading branches"):
-        make_sweep("s", "", 5e-3, *files, cycle=4)
-    with pytest.raises(InputError, match="nothing tells the cycles"):
-        make_sweep("s", "", 5e-3, *files, cycle=1, capacitance_cycle=2)
+        make_sweep("s", "", 5e-3, *files, use=Use(cycles=(4,)))

@@ -16,6 +16,7 @@ from calib.lab.observations import observe, why_left_out
 from calib.lab.pressing import make_sweep
 from calib.lab.signal import integrated_time
 from calib.lab.sweep import Sweep, sweeps_from_json, sweeps_to_json
+from calib.lab.use import Use
 from models.sensor import BoolArray, FloatArray
 
 LABDATA = Path(__file__).resolve().parents[4] / "shared" / "labdata"
@@ -141,10 +142,10 @@ def test_the_first_cycle_is_used_unless_another_is_named(tmp_path: Path) -> None
     rows = "".join(f"{i * 0.1:.1f},{v:.5f},{3 * v:.5f}\n" for i, v in enumerate(x))
     (tmp_path / "t.csv").write_text("Time (s),Extension (mm),Load (N)\n" + rows)
     table = read_lab_file(tmp_path / "t.csv")
-    for cycle in (None, 1, 2, 3):
-        n = cycle or 1
-        obs = observe(table, cycle)
-        assert (obs.n_cycle, obs.used_cycle) == (3, n)
+    for cycles in ((), (1,), (2,), (3,)):
+        n = cycles[0] if cycles else 1
+        obs = observe(table, Use(cycles=cycles))
+        assert (obs.n_cycle, obs.used_cycles) == (3, (n,))
         used = np.flatnonzero(obs.used)
         assert used[0] == pytest.approx(400 * (n - 1), abs=2)
         assert used[-1] == pytest.approx(400 * (n - 1) + 200, abs=2)
@@ -158,9 +159,9 @@ def test_the_first_cycle_is_used_unless_another_is_named(tmp_path: Path) -> None
         assert sum(counted.values()) == np.sum(~obs.used)
         assert len(counted) == 2
     with pytest.raises(InputError, match="there is no cycle 4, the file has 3 loading branches"):
-        observe(table, 4)
+        observe(table, Use(cycles=(4,)))
     with pytest.raises(InputError, match="there is no cycle 0"):
-        observe(table, 0)
+        observe(table, Use(cycles=(0,)))
 
 
 def test_a_small_loading_after_the_pressing_is_no_cycle(tmp_path: Path) -> None:
@@ -177,7 +178,7 @@ def test_a_file_without_displacement_or_force_has_no_cycle_to_choose(tmp_path: P
     table = read_lab_file(Press().write_lcr(tmp_path / "c.csv", np.random.default_rng(1)))
     assert observe(table).n_cycle == 0
     with pytest.raises(InputError, match="nothing tells the cycles"):
-        observe(table, 1)
+        observe(table, Use(cycles=(1,)))
 
 
 def test_a_file_tied_by_displacement_has_its_own_cycles(tmp_path: Path) -> None:
@@ -186,17 +187,15 @@ def test_a_file_tied_by_displacement_has_its_own_cycles(tmp_path: Path) -> None:
     (tmp_path / "both.csv").write_text("Displacement (mm),Force (N),Capacitance (pF)\n" + rows)
     rows = "".join(f"{v:.5f},{3 * v:.5f}\n" for v in x)
     (tmp_path / "t.csv").write_text("Displacement (mm),Force (N)\n" + rows)
-    for cycle, capacitance_cycle, slope in ((2, None, 2.0), (1, 3, 3.0), (None, None, 1.0)):
-        sweep = make_sweep(
-            "s", "s", RADIUS, tmp_path / "t.csv", tmp_path / "both.csv", cycle=cycle, capacitance_cycle=capacitance_cycle
-        )
+    for cycles, slope in (((2,), 2.0), ((3,), 3.0), ((), 1.0)):
+        sweep = make_sweep("s", "s", RADIUS, tmp_path / "t.csv", tmp_path / "both.csv", use=Use(cycles=cycles))
         assert "capacitance" in sweep.channels
         assert np.max(sweep.channels["capacitance"].value) == pytest.approx((97 + slope) * 1e-12, rel=3e-4)
-    same = make_sweep("s", "s", RADIUS, tmp_path / "both.csv", tmp_path / "both.csv", cycle=3)
+    same = make_sweep("s", "s", RADIUS, tmp_path / "both.csv", tmp_path / "both.csv", use=Use(cycles=(3,)))
     assert "capacitance" in same.channels
     assert np.max(same.channels["capacitance"].value) == pytest.approx(100e-12, rel=3e-4)
     with pytest.raises(InputError, match="no cycle 5"):
-        make_sweep("s", "s", RADIUS, tmp_path / "t.csv", tmp_path / "both.csv", cycle=5)
+        make_sweep("s", "s", RADIUS, tmp_path / "t.csv", tmp_path / "both.csv", use=Use(cycles=(5,)))
 
 
 def test_a_preload_touch_before_the_pressing_is_not_the_first_cycle(tmp_path: Path) -> None:

@@ -1,0 +1,131 @@
+"""From the displacement or the force of a record to its branches: loading, unloading or hold, of which cycle each row is."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+from scipy.ndimage import median_filter
+
+from calib.lab.instruments import IntArray
+from calib.lab.shape import calm, working_range
+from calib.lab.signal import reading_noise, reversals
+from models.sensor import BoolArray, FloatArray
+
+# How far the force has risen, as a share of its range, where contact is taken to begin.
+_TOUCHED = 0.05
+# Travel, as a share of that over which the force changes, from which on a crosshead does not stand still.
+_STANDS = 0.05
+
+
+def label_branches(
+    values: FloatArray, time: FloatArray | None, force: FloatArray | None, *, standstill: bool
+) -> tuple[npt.NDArray[np.object_], IntArray, BoolArray]:
+    """Label every row of a record with its branch, and count the cycles.
+
+    A loading branch opens a cycle if it reaches half of the largest indentation, counted from where the force rises.
+
+    Parameters
+    ----------
+    values : displacement, or force in a record without one, (n_row,), compression positive, in the order of reading.
+    time : [s], likewise; None for the number of the reading.
+    force : beside a displacement; None if there is none.
+    standstill : whether rows in which the values stand still are a hold.
+
+    Returns
+    -------
+    Per row its label, the cycle it belongs to (0 before the first), and whether it loads again within its cycle.
+    """
+    n = values.size
+    noise = reading_noise(values)
+    smooth = median_filter(values, size=5, mode="nearest") if n >= 15 else values
+    span = float(np.ptp(smooth))
+    labels = np.full(n, "hold", dtype=object)
+    cycle = np.zeros(n, dtype=np.int64)
+    again = np.zeros(n, dtype=bool)
+    share = 0.02 if standstill else 0.05
+    if span <= 6 * noise or span == 0.0:
+        return labels, cycle, again
+    # A press may be short against approach and withdrawal: it is measured by where the force changes.
+    working = span if force is None else min(span, max(working_range(smooth, calm(force)), 0.02 * span))
+    turns = reversals(smooth, max(share * working, 6 * noise))
+    clock = np.arange(n, dtype=float) if time is None else time - time[0]
+    still = np.zeros(n, dtype=bool)
+    count = 0
+    top = float(np.max(smooth))
+    # From the start, not from the lowest: a ball may be withdrawn further than it is pressed. Unless the record starts pressed.
+    base = float(smooth[0]) if top - smooth[0] >= 0.1 * span else float(np.min(smooth))
+    if force is not None:
+        base = max(base, _touch(smooth, force))
+    for start, stop in pairwise(turns):
+        rows = slice(start, stop + 1)
+        rising = smooth[stop] > smooth[start]
+        opens = bool(rising and smooth[stop] - base >= 0.5 * (top - base))
+        count += int(opens)
+        labels[rows] = "loading" if rising else "unloading"
+        cycle[rows] = count
+        again[rows] = rising and not opens and count > 0
+        if standstill:
+            still[rows] |= _standing(values[rows], clock[rows], noise, span, working)
+    labels[still] = "hold"
+    return labels, cycle, again
+
+
+def _touch(x: FloatArray, force: FloatArray) -> float:
+    """Displacement from which on the force has risen; the smallest where it does not rise beyond its noise."""
+    rise = calm(force)
+    rise = rise - float(np.median(rise[x <= float(np.min(x)) + 0.1 * float(np.ptp(x))]))
+    top = float(np.max(rise))
+    beyond = x[rise > max(_TOUCHED * top, 6 * reading_noise(force))]
+    return float(np.min(beyond)) if beyond.size else float(np.min(x))
+
+
+def _standing(values: FloatArray, clock: FloatArray, noise: float, span: float, working: float) -> BoolArray:
+    """Rows of one monotone stretch where the crosshead stands still, found by its speed over a few rows.
+
+    A slow press after a fast approach does not stand still: it gets on by some of the range over which the force changes.
+    """
+    n = values.size
+    still = np.zeros(n, dtype=bool)
+    duration = float(clock[-1] - clock[0])
+    travel = abs(float(values[-1] - values[0]))
+    if n < 20 or duration <= 0 or travel == 0:
+        return still
+    mean_speed = travel / duration
+    interval = duration / (n - 1)
+    half = 3
+    while half < n // 8 and 4 * noise * np.sqrt(2 / half) / (half * interval) > 0.2 * mean_speed:
+        half = half * 3 // 2 + 1
+    speed_noise = noise * np.sqrt(2 / half) / (half * interval)
+    padded = np.concatenate([[0.0], np.cumsum(values - values[0])])
+    ticks = np.concatenate([[0.0], np.cumsum(clock - clock[0])])
+    i = np.arange(n)
+    lo, hi = np.maximum(i - half, 0), np.minimum(i + half, n)
+    mid_lo, mid_hi = np.maximum(i, 1), np.minimum(i, n - 1)
+    before = (padded[mid_lo] - padded[lo]) / (mid_lo - lo)
+    after = (padded[hi] - padded[mid_hi]) / (hi - mid_hi)
+    elapsed = (ticks[hi] - ticks[mid_hi]) / (hi - mid_hi) - (ticks[mid_lo] - ticks[lo]) / (mid_lo - lo)
+    speed = np.abs(after - before) / np.maximum(elapsed, 1e-12)
+    slow = speed < max(4 * speed_noise, 0.05 * mean_speed)
+    tolerance = max(3 * noise, 2e-4 * span)
+    for begin, end in _runs(slow):
+        if end - begin < half or abs(float(values[end - 1] - values[begin])) > max(6 * noise, _STANDS * working):
+            continue
+        level = float(np.median(values[begin:end]))
+        while begin > 0 and abs(values[begin - 1] - level) <= tolerance:
+            begin -= 1
+        while end < n and abs(values[end] - level) <= tolerance:
+            end += 1
+        still[begin:end] = True
+    # A staircase stands still most of the time and is measured there.
+    inner = [(b, e) for b, e in _runs(still) if b > 0 and e < n]
+    if sum(e - b for b, e in inner) > n / 2:
+        for b, e in inner:
+            still[b:e] = False
+    return still
+
+
+def _runs(mask: BoolArray) -> list[tuple[int, int]]:
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
+    return [(int(b), int(e)) for b, e in zip(edges[::2], edges[1::2], strict=True)]

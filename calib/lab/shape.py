@@ -1,0 +1,256 @@
+"""From a channel over the displacement to how it looks: which way it goes, how it bends, where it is flat, what came first."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from scipy.integrate import trapezoid
+from scipy.ndimage import median_filter
+
+from calib.lab.signal import reading_noise, reversals
+from models.sensor import FloatArray
+
+#: Change of a channel over the noise of one reading up to which it shows nothing.
+NOTHING = 6.0
+# Most rows that are looked at one by one; of more, medians of neighbours are.
+_MOST = 20_000
+# Bins of the displacement along one branch.
+_BINS = 40
+# A branch counts from this share of the largest change of the channel on.
+_COUNTS = 0.1
+# Steps in the first or last rows that are so many times those beside them are no readings of the press.
+_JUMP = 5.0
+# A channel is flat as long as it stays within this share of its range.
+_FLAT = 0.02
+
+
+@dataclass(frozen=True, eq=False)
+class Stretch:
+    """A channel along one monotone stretch of the displacement, as medians in bins from the smallest displacement on.
+
+    Attributes
+    ----------
+    travel : signed, from its first reading to its last, in the unit of the displacement.
+    x, y : displacement and channel in each bin, (n_bin,).
+    error : sd of such a median, about.
+    begin, end : the channel at its first and at its last reading.
+    duration : in the unit of the clock.
+    last : the channel at its very last reading, for words.
+    """
+
+    travel: float
+    x: FloatArray
+    y: FloatArray
+    error: float
+    begin: float
+    end: float
+    duration: float
+    last: float
+
+    @property
+    def change(self) -> float:
+        """By how much the channel changes from the first reading to the last."""
+        return self.end - self.begin
+
+
+@dataclass(frozen=True)
+class Shape:
+    """How a channel goes with the displacement over a whole record; signs are those of the file.
+
+    Attributes
+    ----------
+    slope : from -1 to 1: share of all change that goes up with the displacement, less that which goes down.
+    bend : mean of the chord less the curve, in shares of the change: positive where the channel bends upwards.
+    flat_low, flat_high : share of the travel at the smaller, and at the larger displacements over which the channel is flat.
+    first, first_travel : change of the channel and of the displacement in the first stretch that counts.
+    begin : what the channel reads where that begins.
+    rise : change of the channel up to the very last reading of that stretch, for words.
+    range : of the channel over all stretches.
+    crosses : whether the channel goes through zero in the first stretch, far to either side.
+    once : whether one stretch alone counts.
+    """
+
+    slope: float
+    bend: float
+    flat_low: float
+    flat_high: float
+    first: float
+    first_travel: float
+    begin: float
+    rise: float
+    range: float
+    crosses: bool
+    once: bool
+
+
+def calm(values: FloatArray) -> FloatArray:
+    """Readings without spikes of a few rows, as a running median that is longer in a longer record, (n_row,)."""
+    size = 1 if values.size < 5 else 5 if values.size < 60 else 9 if values.size < 400 else 21
+    return np.asarray(median_filter(values, size=size, mode="nearest"))
+
+
+def settled(values: FloatArray) -> slice:
+    """Which rows to look at: those but the first and last few, if an instrument still or already jumps in them."""
+    few = min(6, values.size // 10)
+    steps = np.abs(np.diff(values))
+
+    def jumps(steps: FloatArray) -> int:
+        usual = float(np.quantile(steps[few : 5 * few], 0.9)) if few else 0.0
+        return int(np.max(np.flatnonzero(steps[:few] > _JUMP * usual) + 1, initial=0))
+
+    return slice(jumps(steps), values.size - jumps(steps[::-1]))
+
+
+def working_range(x: FloatArray, y: FloatArray) -> float:
+    """Over how much of the displacement a channel changes: the press itself, without approach and withdrawal.
+
+    Parameters
+    ----------
+    x, y : displacement and channel without spikes, (n_row,), in the order of reading.
+
+    Returns
+    -------
+    In the unit of x; the range of all x where the channel shows nothing.
+    """
+    steps = np.abs(np.diff(y))
+    noise = reading_noise(y)
+    every = max(1, y.size // 200)
+    # Over a few rows, so that the noise does not hide a slow change.
+    steps = np.abs(y[every:] - y[:-every])
+    weight = np.where(steps > max(3 * noise, 0.01 * float(np.ptp(y))), steps, 0.0)
+    total = float(np.sum(weight))
+    if total <= 0:
+        return float(np.ptp(x))
+    middle = (x[every:] + x[:-every]) / 2
+    order = np.argsort(middle, kind="stable")
+    share = np.cumsum(weight[order]) / total
+    low, high = np.searchsorted(share, [0.01, 0.99])
+    return float(middle[order[min(int(high), order.size - 1)]] - middle[order[int(low)]])
+
+
+def stretches(x: FloatArray, y: FloatArray, clock: FloatArray) -> list[Stretch]:
+    """Cut a record where the displacement turns round, and describe the channel along each part.
+
+    Parameters
+    ----------
+    x, y, clock : displacement, channel and time or number of the reading, (n_row,), all finite, in the order of reading.
+
+    Returns
+    -------
+    In order; none where the displacement does not move.
+    """
+    noise = reading_noise(y)
+    if x.size > _MOST:
+        groups = np.array_split(np.arange(x.size), _MOST)
+        noise /= math.sqrt(x.size / _MOST)
+        x, y, clock = (np.array([np.median(v[g]) for g in groups]) for v in (x, y, clock))
+    threshold_noise = 6 * reading_noise(x)
+    x, y = calm(x), calm(y)
+    span = float(np.ptp(x))
+    if span <= threshold_noise or span == 0.0:
+        return []
+    turns = reversals(x, max(0.02 * min(span, max(working_range(x, y), 0.02 * span)), threshold_noise))
+    return [_stretch(x[a : b + 1], y[a : b + 1], clock[a : b + 1], noise) for a, b in pairwise(turns) if b - a >= 2]
+
+
+def _stretch(x: FloatArray, y: FloatArray, clock: FloatArray, noise: float) -> Stretch:
+    low, length = float(np.min(x)), max(float(np.ptp(x)), 1e-300)
+    bins = min(_BINS, max(4, x.size // 3))
+    which = np.minimum(((x - low) / length * bins).astype(np.int64), bins - 1)
+    order = np.argsort(which, kind="stable")
+    parts = [p for p in np.split(order, np.searchsorted(which[order], np.arange(1, bins))) if p.size]
+    xs, ys = (np.array([float(np.median(v[p])) for p in parts]) for v in (x, y))
+    forwards = x[-1] >= x[0]
+    begin, end = (float(ys[0]), float(ys[-1])) if forwards else (float(ys[-1]), float(ys[0]))
+    error = noise / math.sqrt(max(1.0, x.size / len(parts)))
+    return Stretch(float(x[-1] - x[0]), xs, ys, error, begin, end, float(clock[-1] - clock[0]), float(y[-1]))
+
+
+def shape_of(x: FloatArray, y: FloatArray, clock: FloatArray) -> Shape | None:
+    """Describe how a channel goes with the displacement over the whole record, without drift, holds and spikes.
+
+    Parameters
+    ----------
+    x, y, clock : as in `stretches`.
+
+    Returns
+    -------
+    None where nothing changes with the displacement.
+    """
+    inner = settled(y)
+    x, y, clock = x[inner], y[inner], clock[inner]
+    noise = reading_noise(y)
+    parts = stretches(x, y, clock)
+    if not parts:
+        return None
+    drift = _drift(parts)
+    change = np.array([s.change - drift * s.duration for s in parts])
+    largest = float(np.max(np.abs(change)))
+    if largest <= NOTHING * noise / math.sqrt(max(1.0, x.size / _MOST)):
+        return None
+    counted = [k for k in range(len(parts)) if abs(change[k]) >= max(_COUNTS * largest, 3 * parts[k].error)]
+    first = counted[0]
+    total = float(np.sum(np.abs(change[counted])))
+    slope = float(sum(np.sign(parts[k].travel) * change[k] for k in counted)) / total
+    # The first stretch is before any pull-off; the others together count half as much.
+    weights = [1.0 if k == first else 0.5 * abs(change[k]) / max(total - abs(change[first]), 1e-300) for k in counted]
+    seen = [_ends(parts[k], drift) for k in counted]
+    bend, flat_low, flat_high = (
+        float(sum(w * s[i] for w, s in zip(weights, seen, strict=True)) / sum(weights)) for i in range(3)
+    )
+    low = min(float(np.min(s.y)) for s in parts)
+    high = max(float(np.max(s.y)) for s in parts)
+    begin = float(calm(y)[0]) if first == 0 else parts[first].begin
+    end = begin + float(change[first])
+    crosses = begin * end < 0 and min(abs(begin), abs(end)) > _COUNTS * (high - low)
+    return Shape(
+        slope=slope,
+        bend=bend,
+        flat_low=flat_low,
+        flat_high=flat_high,
+        first=float(change[first]),
+        first_travel=parts[first].travel,
+        begin=begin,
+        rise=parts[first].last - begin,
+        range=high - low,
+        crosses=crosses,
+        once=len(counted) == 1,
+    )
+
+
+def _drift(parts: list[Stretch]) -> float:
+    """How fast the channel goes on by itself: what is left of its change when the ball has gone there and back.
+
+    Two stretches begin and end alike if the record comes back to where it began. Of more stretches every two neighbours tell a
+    drift, wherever they turn; it is one if they agree.
+    """
+    pairs = [(a, b) for a, b in pairwise(parts) if a.travel * b.travel < 0 and a.duration + b.duration > 0]
+    if not pairs:
+        return 0.0
+    rates = np.array([(a.change + b.change) / (a.duration + b.duration) for a, b in pairs])
+    if len(pairs) >= 2:
+        middle = float(np.median(rates))
+        return middle if float(np.ptp(rates)) < 0.5 * abs(middle) else 0.0
+    travel = [s.travel for s in pairs[0]]
+    return float(rates[0]) if abs(sum(travel)) < 0.05 * max(abs(t) for t in travel) else 0.0
+
+
+def _ends(s: Stretch, drift: float) -> tuple[float, float, float]:
+    """Bend of a stretch, and which share of the travel it is flat over at the smaller and at the larger displacements."""
+    length = float(s.x[-1] - s.x[0])
+    if s.x.size < 4 or length <= 0:
+        return 0.0, 0.0, 0.0
+    u = (s.x - s.x[0]) / length
+    y = s.y - drift * s.duration * (u if s.travel > 0 else 1 - u)
+    chord = y[0] + (y[-1] - y[0]) * u
+    bend = float(trapezoid(chord - y, u)) / max(abs(float(y[-1] - y[0])), 0.2 * float(np.ptp(y)), 1e-300)
+    near = max(_FLAT * float(np.ptp(y)), 4 * s.error)
+    off = [np.abs(y - np.median(y[:3])) > near, np.abs(y - np.median(y[-3:])) > near]
+    low = float(u[np.argmax(off[0])]) if np.any(off[0]) else 1.0
+    high = 1 - float(u[u.size - 1 - np.argmax(off[1][::-1])]) if np.any(off[1]) else 1.0
+    # A straight line stays near its end over some of the travel, too.
+    straight = near / max(float(np.ptp(y)), 1e-300)
+    return bend, max(low - straight, 0.0), max(high - straight, 0.0)

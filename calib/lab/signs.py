@@ -1,0 +1,366 @@
+"""From the columns of a lab table to which way compression is in force and displacement, weighed over the whole record."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from calib.errors import Choice, Fault, InputError
+from calib.lab.instruments import LabTable
+from calib.lab.shape import NOTHING, Shape, calm, settled, shape_of
+from calib.lab.signal import excursion, reading_noise
+from models.sensor import BoolArray, FloatArray
+
+#: What may be said of the sign of a quantity (`Reading.sign`), and the factor that makes compression positive.
+SIGNS: Mapping[str, float] = {"compression positive": 1.0, "compression negative": -1.0}
+#: Quantities that have a sign, with unit and factor to it for people.
+SIGNED: Mapping[str, tuple[str, float]] = {"force": ("N", 1.0), "displacement": ("mm", 1e3)}
+
+Strength = Literal["clear", "likely", "stated", "none"]
+
+# Evidence counts about as the logarithm of odds. Below the first number nothing is decided, from the second on it is clear.
+_DOUBTFUL, _CLEAR = 0.7, 2.5
+# Share of the changes of force that must go one way with the displacement, for the two signs to hang together.
+_TOGETHER = 0.5
+# A flat end counts from the first share of the travel on (any curve is flat over a little), and most from the second on.
+_FLAT_COUNTS, _FLAT_FROM, _FLAT_MOST = 3.0, 0.08, 0.23
+# What a bend counts at most, and which share of the change it then is (a force that goes with depth^1.5: 0.1).
+_BEND_COUNTS, _BEND_MOST = 3.0, 0.1
+# What the first change counts if the record begins at zero load, if it does not, and from which nearness to zero on it does.
+_START_COUNTS, _ANYWHERE_COUNTS, _NEAR_ZERO = 2.6, 0.3, 0.35
+# No record starts pressed by as much as this [m]: what that counts.
+_DEEP, _DEEP_COUNTS = 10e-3, 1.5
+_COMPRESSION = re.compile(r"compress|indent|penetrat|\bdepth|druck|stauch|eindring|écras|压|圧", re.IGNORECASE)
+_TENSION = re.compile(r"\btensile|\btension|\bpull|zug|elongat|dehn|traction|拉|引", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class SignDecision:
+    """Which way compression is in one column of a lab file, and how sure that is.
+
+    Attributes
+    ----------
+    quantity : "force" or "displacement".
+    factor : 1, or -1 where compression is negative in the file.
+    strength : "clear" or "likely" by the evidence of the record, "stated" by the user, "none" where the column shows nothing.
+    note : the decision in words, with what it rests on.
+    """
+
+    quantity: str
+    factor: float
+    strength: Strength
+    note: str
+
+
+@dataclass(frozen=True)
+class _Evidence:
+    """One observation: which sign it speaks for, by how much, and in words."""
+
+    weight: float
+    words: str
+
+
+def decide_signs(table: LabTable, displacement: FloatArray | None, good: BoolArray) -> dict[str, SignDecision]:
+    """Decide which way compression is in force and displacement of a lab file, from all that its record shows.
+
+    In contact the force grows with the depth, so that the two signs hang together; a press stiffens, so that the force bends
+    towards compression; out of contact it is flat; a record begins before the press, not in it, and a pull-off comes after it.
+    Names that speak of compression or tension and a capacitance that rises with compression count, too.
+
+    Parameters
+    ----------
+    table : one lab file.
+    displacement : [m], its displacement without jumps where its zero was set anew, (n_row,); None if it has none.
+    good : rows that can be used, (n_row,).
+
+    Returns
+    -------
+    Quantity -> decision, for force and displacement where the file has them.
+
+    Raises
+    ------
+    InputError
+        If the record speaks for both signs, or for none, and `Reading.sign` does not say which it is.
+    """
+    columns = {"displacement": displacement, **{n: table.columns.get(n) for n in ("force", "capacitance")}}
+    found = {n: v for n, v in columns.items() if v is not None and np.sum(good & np.isfinite(v)) >= 2}
+    time = table.columns.get("time")
+    shown = {name: _moves(values[good & np.isfinite(values)]) for name, values in found.items()}
+    said = _said(table)
+
+    def shape(x: str, y: str) -> Shape | None:
+        if not (shown.get(x) and shown.get(y)):
+            return None
+        rows = np.flatnonzero(good & np.isfinite(found[x]) & np.isfinite(found[y]))
+        clock = rows.astype(float) if time is None or not np.all(np.isfinite(time[rows])) else time[rows]
+        return shape_of(found[x][rows], found[y][rows], clock) if rows.size >= 5 else None
+
+    press = shape("displacement", "force")
+    sensed = {"displacement": shape("displacement", "capacitance"), "force": shape("capacitance", "force")}
+    if press is not None and abs(press.slope) >= _TOGETHER:
+        return {**_together(table, press, sensed["displacement"], said), **_missing(found, said)}
+    decided: dict[str, SignDecision] = {}
+    for quantity in SIGNED:
+        if quantity not in found:
+            continue
+        rows = good & np.isfinite(found[quantity])
+        if not shown[quantity]:
+            decided[quantity] = _still(quantity, said)
+        elif quantity == "displacement" and sensed[quantity] is not None:
+            decided[quantity] = _by_capacitance(table, _present(sensed[quantity]), said)
+        else:
+            decided[quantity] = _alone(table, quantity, found[quantity][rows], sensed[quantity], said)
+    return {**decided, **_missing(found, said)}
+
+
+def _missing(found: Mapping[str, FloatArray], said: Mapping[str, float]) -> dict[str, SignDecision]:
+    """What was said of columns that the file does not have; nothing where one thing was said of both and one is there."""
+    missing = [q for q in said if q not in found]
+    if len(set(said.values())) == 1 and len(said) > len(missing):
+        return {}
+    return {q: SignDecision(q, said[q], "stated", f"{q}: its sign is stated, but the file has no such column") for q in missing}
+
+
+def _said(table: LabTable) -> dict[str, float]:
+    """What the user says of the signs, as factors."""
+    for quantity, sense in table.sign.items():
+        if quantity not in SIGNED or sense not in SIGNS:
+            raise InputError(
+                Fault(
+                    f'the sign "{quantity} = {sense}" is not understood',
+                    table.path,
+                    advice=f'Of {" and ".join(SIGNED)} may be said {" or ".join(SIGNS)}: --sign "force=compression negative"',
+                )
+            )
+    return {quantity: SIGNS[sense] for quantity, sense in table.sign.items()}
+
+
+def _present(shape: Shape | None) -> Shape:
+    assert shape is not None
+    return shape
+
+
+def _moves(values: FloatArray) -> bool:
+    """Whether a column shows more than its noise, spikes aside."""
+    range_of = float(np.ptp(calm(values[settled(values)])))
+    return range_of > NOTHING * reading_noise(values) and range_of > 0
+
+
+def _still(quantity: str, said: Mapping[str, float]) -> SignDecision:
+    if quantity in said:
+        return _stated(quantity, said[quantity], "")
+    return SignDecision(quantity, 1.0, "none", f"{quantity}: no excursion beyond its noise, sign kept")
+
+
+def _together(table: LabTable, press: Shape, sensed: Shape | None, said: Mapping[str, float]) -> dict[str, SignDecision]:
+    """Decide both signs of a record whose force goes with its displacement: one decides the other."""
+    same = float(np.sign(press.slope))
+    evidence = [
+        *_of_shape("force", press, same),
+        *_of_start("force", press),
+        *_of_names(table, "force", 1.0),
+        *_of_names(table, "displacement", same),
+        *_of_capacitance(sensed, "displacement", same),
+    ]
+    total = sum(e.weight for e in evidence)
+    changes = {"force": press.rise, "displacement": press.first_travel}
+    if said:
+        factor = said.get("force", same * said.get("displacement", 0.0))
+        wanted = {q: said.get(q, factor if q == "force" else same * factor) for q in SIGNED}
+        found: dict[str, SignDecision] = {}
+        for quantity, own in wanted.items():
+            shown = float(np.sign(total)) * (1.0 if quantity == "force" else same)
+            against = ""
+            if abs(total) >= _DOUBTFUL and shown != own:
+                against = f"; the record shows the opposite ({_words(evidence, float(np.sign(total)))})"
+            elif same * wanted["force"] != wanted["displacement"]:
+                against = "; but then the force falls while the ball goes deeper"
+            if quantity in said:
+                found[quantity] = _stated(quantity, own, against)
+            else:
+                other = "displacement" if quantity == "force" else "force"
+                found[quantity] = _decision(
+                    quantity, own, "stated", f"it goes {_with(same)} {other}, whose sign is stated{against}"
+                )
+        return found
+    if abs(total) < _DOUBTFUL:
+        raise InputError(_doubtful(table, "force", evidence, changes["force"], changes["displacement"]))
+    factor = float(np.sign(total))
+    strength: Strength = "clear" if abs(total) >= _CLEAR else "likely"
+    return {
+        "force": _decision(
+            "force", factor, strength, f"{_of(press.rise, 'force')} in the first stretch; {_why(evidence, factor)}"
+        ),
+        "displacement": _decision(
+            "displacement",
+            same * factor,
+            strength,
+            f"{_of(press.first_travel, 'displacement')} in the first stretch; force goes {_with(same)} it",
+        ),
+    }
+
+
+def _by_capacitance(table: LabTable, sensed: Shape, said: Mapping[str, float]) -> SignDecision:
+    """Decide the sign of a displacement without a force that goes with it, by the capacitance of the same file."""
+    if "displacement" in said:
+        return _stated("displacement", said["displacement"], "")
+    same = float(np.sign(sensed.slope)) or 1.0
+    # In terms of whether the capacitance rises in compression.
+    evidence = [
+        _Evidence(2.0, "capacitance rises with compression"),
+        *_of_shape("capacitance", sensed, same),
+        _Evidence(float(np.sign(sensed.first)), f"the record begins with capacitance going {_up(sensed.first)}"),
+        *_of_names(table, "displacement", same),
+    ]
+    total = sum(e.weight for e in evidence)
+    if abs(total) < _DOUBTFUL or abs(sensed.slope) < _TOGETHER:
+        raise InputError(_doubtful(table, "displacement", [_turned(e, same) for e in evidence], sensed.first_travel, None))
+    factor = same * float(np.sign(total))
+    falls = "" if total > 0 else "; capacitance falls with compression in this file"
+    strength: Strength = "clear" if abs(total) >= _CLEAR else "likely"
+    words = f"{_of(sensed.first_travel, 'displacement')} in the first stretch; capacitance goes {_with(same)} it{falls}"
+    return _decision("displacement", factor, strength, words)
+
+
+def _alone(table: LabTable, quantity: str, values: FloatArray, sensed: Shape | None, said: Mapping[str, float]) -> SignDecision:
+    """Decide the sign of a column by its course in time, where nothing else in the file goes with it."""
+    if quantity in said:
+        return _stated(quantity, said[quantity], "")
+    path = calm(values[settled(values)])
+    away = excursion(path)
+    largest = float(away[np.argmax(np.abs(away))])
+    if sensed is not None and abs(sensed.slope) >= _TOGETHER:
+        evidence = [*_of_capacitance(sensed, quantity, 1.0), *_of_start(quantity, sensed), *_of_names(table, quantity, 1.0)]
+    else:
+        beyond = np.flatnonzero(np.abs(away) > max(0.1 * float(np.ptp(path)), NOTHING * reading_noise(values)))
+        first = float(away[beyond[0]]) if beyond.size else largest
+        waits = bool(beyond.size and beyond[0] > 0.05 * away.size)
+        counts = _start_counts(float(path[0]), float(path[0]) + first, waits=waits)
+        evidence = [
+            _Evidence(float(np.sign(first)) * counts, f"{quantity} goes {_up(first)} first"),
+            _Evidence(float(np.sign(largest)), f"its largest excursion from the start is {_of(largest, quantity)}"),
+            *_of_names(table, quantity, 1.0),
+        ]
+    total = sum(e.weight for e in evidence)
+    if abs(total) < _DOUBTFUL:
+        raise InputError(_doubtful(table, quantity, evidence, largest, None))
+    strength: Strength = "clear" if abs(total) >= _CLEAR else "likely"
+    factor = float(np.sign(total))
+    return _decision(quantity, factor, strength, _why(evidence, factor))
+
+
+# --- evidence: weights are positive where they speak for "compression positive" in the channel that is named ---------------
+
+
+def _of_shape(name: str, shape: Shape, same: float) -> list[_Evidence]:
+    """How the channel bends, and at which end of the displacement it is flat."""
+    more = shape.flat_low - shape.flat_high
+    flat = float(np.sign(more)) * _FLAT_COUNTS * float(np.clip((abs(more) - _FLAT_FROM) / (_FLAT_MOST - _FLAT_FROM), 0.0, 1.0))
+    # A force that goes from one side of zero to the other bends by adhesion, too.
+    adhesion = (0.8 if shape.once else 0.5) * _BEND_MOST if shape.crosses else 0.0
+    bent = float(np.sign(shape.bend)) * max(abs(shape.bend) - adhesion, 0.0)
+    bend = _BEND_COUNTS * float(np.clip(bent / _BEND_MOST, -1.0, 1.0))
+    share, end = (shape.flat_low, "small") if flat > 0 else (shape.flat_high, "large")
+    words = f"{name} is flat, as out of contact, over {share * 100:.0f} % of the travel at {end} displacements of the file"
+    bends = f"{name} bends {_up(bend)} over the displacement, and a press stiffens"
+    return [_Evidence(flat * same, words), _Evidence(bend, bends)]
+
+
+def _of_start(name: str, shape: Shape) -> list[_Evidence]:
+    """Which way the channel goes first: a record begins out of contact, near zero load."""
+    end = shape.begin + shape.first
+    weight = _ANYWHERE_COUNTS if shape.crosses else _start_counts(shape.begin, end, waits=False)
+    if abs(shape.first_travel) > _DEEP:
+        weight += _DEEP_COUNTS
+    return [_Evidence(float(np.sign(shape.first)) * weight, f"the record begins with {name} going {_up(shape.first)}")]
+
+
+def _start_counts(begin: float, end: float, *, waits: bool) -> float:
+    """How much the first change counts: most from zero on, least away from it."""
+    if waits:
+        return _START_COUNTS
+    near = (abs(end) - abs(begin)) / max(abs(end) + abs(begin), 1e-300)
+    return _ANYWHERE_COUNTS + (_START_COUNTS - _ANYWHERE_COUNTS) * max(near - _NEAR_ZERO, 0.0) / (1 - _NEAR_ZERO)
+
+
+def _of_names(table: LabTable, quantity: str, same: float) -> list[_Evidence]:
+    name = table.sources.get(quantity, "")
+    compression, tension = bool(_COMPRESSION.search(name)), bool(_TENSION.search(name))
+    if compression == tension:
+        return []
+    return [_Evidence(same if compression else -same, f'{quantity} is called "{name}"')]
+
+
+def _of_capacitance(sensed: Shape | None, quantity: str, same: float) -> list[_Evidence]:
+    if sensed is None:
+        return []
+    return [
+        _Evidence(
+            2.0 * sensed.slope * same, f"capacitance, which rises with compression, goes {_with(sensed.slope)} {quantity}"
+        )
+    ]
+
+
+def _turned(e: _Evidence, same: float) -> _Evidence:
+    return _Evidence(e.weight * same, e.words)
+
+
+# --- words -----------------------------------------------------------------------------------------------------------------
+
+
+def _up(value: float) -> str:
+    return "up" if value >= 0 else "down"
+
+
+def _with(same: float) -> str:
+    return "with" if same > 0 else "against"
+
+
+def _of(value: float, quantity: str) -> str:
+    unit, scale = SIGNED[quantity]
+    size = abs(value * scale)
+    decimals = max(0, 1 - math.floor(math.log10(size))) if size > 0 else 0
+    return f"{value * scale:+.{decimals}f} {unit}"
+
+
+def _words(evidence: Sequence[_Evidence], factor: float) -> str:
+    speaking = sorted((e for e in evidence if e.words and e.weight * factor >= 0.5), key=lambda e: -abs(e.weight))
+    return "; ".join(e.words for e in speaking)
+
+
+def _why(evidence: Sequence[_Evidence], factor: float) -> str:
+    against = _words(evidence, -factor)
+    return _words(evidence, factor) + (f"; although {against}" if against else "")
+
+
+def _decision(quantity: str, factor: float, strength: Strength, words: str) -> SignDecision:
+    sense, done = ("positive", "kept") if factor > 0 else ("negative", "turned")
+    how = "" if strength == "stated" else f"{strength}: "
+    return SignDecision(quantity, factor, strength, f"{quantity} {sense} in compression: sign {done} ({how}{words})")
+
+
+def _stated(quantity: str, factor: float, against: str) -> SignDecision:
+    return _decision(quantity, factor, "stated", f"as stated{against}")
+
+
+def _doubtful(table: LabTable, quantity: str, evidence: Sequence[_Evidence], change: float, travel: float | None) -> Fault:
+    other = "" if travel is None else f" while displacement goes by {_of(travel, 'displacement')}"
+    first = f"at first {quantity} goes by {_of(change, quantity)}{other}"
+    alternatives = []
+    for factor, sense in ((1.0, "positive"), (-1.0, "negative")):
+        kind = "a press" if change * factor > 0 else "a retreat from a record that starts pressed, or a pull"
+        why = _words(evidence, factor)
+        alternatives.append(f'--sign "{quantity}=compression {sense}" if this is {kind}' + (f" (for it: {why})" if why else ""))
+    toml = f'in an experiment file sign = {{ {quantity} = "compression positive" }} beside the file'
+    return Fault(
+        f"it cannot be told which way compression is in {quantity}: {first}, and the record speaks for both, or for none",
+        table.path,
+        int(table.lines[0]) if len(table.lines) else None,
+        advice=f"Say {alternatives[0]}, or {alternatives[1]}; {toml}",
+        choice=Choice("sign", tuple(SIGNS), quantity),
+    )
