@@ -267,9 +267,7 @@ def _why_not(label: str, cycle: int, used: Sequence[int], use: Use, which: str, 
     return UNLOADING if label == "unloading" else LOADING
 
 
-def _used_cycles(
-    table: LabTable, use: Use, n_cycle: int, branch: npt.NDArray[np.object_], cycles: IntArray
-) -> tuple[int, ...]:
+def _used_cycles(table: LabTable, use: Use, n_cycle: int, branch: npt.NDArray[np.object_], cycles: IntArray) -> tuple[int, ...]:
     """Which cycles are used; 0 for the unloading of a record that starts pressed, and where nothing tells cycles.
 
     Raises

@@ -110,6 +110,11 @@ def damaged(path: Path, what: str) -> Iterator[None]:
     ----------
     path : the file.
     what : its format, such as "workbook".
+
+    Raises
+    ------
+    InputError
+        With what was raised.
     """
     logged = logging.root.manager.disable
     logging.disable(logging.CRITICAL)

@@ -62,7 +62,9 @@ def certain(sheet: Sheet, types: CellTypes, reading: Reading) -> Certain:
         If a number may have been changed by a spreadsheet program, is shown in another unit than the header names, is a
         date, or is a formula without a result.
     """
-    if sheet.delimiter != "\t":
+    kinds = (types.texts, types.dates, types.shown, types.errors, types.uncalculated, types.formulas)
+    marked = {column for kind in kinds for _, column in kind}
+    if sheet.delimiter != "\t" or not marked:
         return Certain(sheet, (), MappingProxyType({}))
     faults: list[Fault] = []
     notes: list[str] = []
@@ -70,11 +72,11 @@ def certain(sheet: Sheet, types: CellTypes, reading: Reading) -> Certain:
     columns = list(sheet.columns)
     units = list(sheet.units)
     for index, heading in sheet.headings().items():
+        if heading.quantity == "status" or index not in marked:
+            continue
         places = [(line, index) for line in sheet.lines.tolist()]
         unit = heading.unit or sheet.unit_below(index)
         column = _Column(index, heading.quantity, unit, columns[index], places)
-        if heading.quantity == "status":
-            continue
         found = [*_uncalculated(column, types), *_dates(column, types)]
         cells, said = _numbers_in_text(column, types, reading, found)
         notes += said

@@ -16,13 +16,18 @@ from typing import Any, Literal
 
 import h5py
 import numpy as np
+import pandas as pd
 import pytest
 import xlsxwriter
 import xlwt
 from scipy.io import savemat
 from scipy.sparse import coo_array
+from typer.testing import CliRunner, Result
 
+from calib.cli import app
 from calib.errors import Choice, InputError
+from calib.experiment.experiment_file import read_experiment
+from calib.experiment.sweeps import read_sweeps
 from calib.lab import LabTable, Reading, SeveralSpecimens, make_sweep, read_lab_file
 
 N = 120
@@ -710,7 +715,8 @@ def test_lvm_with_special_blocks_and_comments(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "change", ["X_Columns\tOne>X_Columns\tMulti", "X_Value\tExt>X\tExt", "***End_of_Header***>", "Tab>Pipe"]
+    "change",
+    ["X_Columns\tOne>X_Columns\tMulti", "X_Value\tExt>X\tExt", "***End_of_Header***>", "Tab>Pipe", "Channels\t2>Channels\t1"],
 )
 def test_lvm_that_contradicts_its_header_is_refused(tmp_path: Path, change: str) -> None:
     old, new = change.split(">")
@@ -1053,3 +1059,45 @@ def test_force_and_capacitance_may_stand_in_two_sheets_of_one_workbook(tmp_path:
         assert set(sweep.channels) == {"force", "capacitance"}
     with pytest.raises(InputError, match="2 sheets of the file are records"):
         make_sweep("s", "a", 5e-3, path, path, force_reading=Reading(sheet="Press"))
+
+
+def test_calib_read_takes_a_sheet_and_says_which_there_are(tmp_path: Path) -> None:
+    other = [(t, x, 2 * f) for t, x, f in ROWS]
+    path = new_workbook(tmp_path / "press.xlsx", {"Ball 1": [HEADER, *ROWS], "Ball 2": [HEADER, *other]})
+
+    def read(*words: str) -> Result:
+        return CliRunner().invoke(app, ["read", str(path), *words])
+
+    refused = read()
+    assert refused.exit_code == 2
+    assert '--sheet "Ball 1" or --sheet "Ball 2"' in " ".join(refused.output.split())
+    shown = read("--sheet", "Ball 2", "-o", str(tmp_path / "rows.csv"))
+    assert shown.exit_code == 0, shown.output
+    assert "sheet Ball 2" in shown.output
+    np.testing.assert_allclose(pd.read_csv(tmp_path / "rows.csv")["force_N"], 2 * FORCE)
+
+
+def test_an_experiment_file_names_two_sheets_of_one_workbook(tmp_path: Path) -> None:
+    new_workbook(tmp_path / "press.xlsx", {"Press": [HEADER, *ROWS], "LCR": [("Time (s)", "Cp (pF)"), *LOG]})
+    (tmp_path / "experiment.toml").write_text(
+        """
+        [indenter]
+        radius = "5 mm"
+        [sensor]
+        radius = "10 mm"
+        [padding]
+        material = "sensor"
+        [priors]
+        young_modulus = { lognormal = ["0.8 MPa", 1.8] }
+        relative_permittivity = { normal = [2.8, 0.2] }
+        [[specimens]]
+        name = "s1"
+        force = { file = "press.xlsx", sheet = "Press" }
+        capacitance = { file = "press.xlsx", sheet = "LCR" }
+        [specimens.priors]
+        sensor_thickness = { normal = ["0.74 mm", "0.02 mm"] }
+        padding_thickness = { normal = ["1.10 mm", "0.03 mm"] }
+        """
+    )
+    (sweep,) = read_sweeps(read_experiment(tmp_path / "experiment.toml"))
+    assert set(sweep.channels) == {"force", "capacitance"}

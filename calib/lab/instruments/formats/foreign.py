@@ -87,12 +87,24 @@ def _kind(head: bytes, path: Path) -> tuple[str, str] | None:
 
 
 def recognise(head: bytes, path: Path) -> bool:
-    """Recognise by the first bytes, whatever the ending, a format that holds no readings or is not read."""
+    """Recognise by the first bytes, whatever the ending, a format that holds no readings or is not read.
+
+    Parameters
+    ----------
+    head : its first bytes.
+    path : the file.
+    """
     return _kind(head, path) is not None
 
 
 def take_apart(path: Path) -> tuple[Part, ...]:
-    """Refuse the file with what it is and what to do."""
+    """Refuse the file.
+
+    Raises
+    ------
+    InputError
+        Always, with what the file is and what to do.
+    """
     with path.open("rb") as file:
         kind = _kind(file.read(4096), path)
     what, advice = kind if kind is not None else ("of another kind", _CSV)

@@ -20,7 +20,13 @@ _FEW_ROWS = 20
 
 
 def recognise(head: bytes, path: Path) -> bool:
-    """Recognise the words at the beginning, or by the ending a file of version 4 or of HDF5 without them."""
+    """Recognise the words at the beginning, or by the ending a file of version 4 or of HDF5 without them.
+
+    Parameters
+    ----------
+    head : its first bytes.
+    path : the file.
+    """
     if head.startswith((b"MATLAB 5.0 MAT-file", b"MATLAB 7.3 MAT-file")):
         return True
     return path.suffix.lower() == ".mat" and (head.startswith(_HDF5) or b"\x00" in head[:20])

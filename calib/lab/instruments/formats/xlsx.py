@@ -24,7 +24,13 @@ _WORKBOOK = "xl/workbook.xml"
 
 
 def recognise(head: bytes, path: Path) -> bool:
-    """Recognise a zip archive that holds a workbook."""
+    """Recognise a zip archive that holds a workbook.
+
+    Parameters
+    ----------
+    head : its first bytes.
+    path : the file.
+    """
     return head.startswith(b"PK\x03\x04") and _WORKBOOK in _names(path)
 
 
