@@ -12,8 +12,18 @@ import numpy as np
 
 from calib.errors import Fault, InputError, capped
 from calib.lab.instruments.header import split_line
-from calib.lab.instruments.labtable import IntArray, Reading
-from calib.lab.instruments.lines import FEW_ROWS, Table, is_other_header, kind_of_line, left_out, n_named
+from calib.lab.instruments.labtable import IntArray, Reading, Unread
+from calib.lab.instruments.lines import (
+    FEW_ROWS,
+    Table,
+    is_comment,
+    is_other_header,
+    kind_of_line,
+    left_out,
+    n_named,
+    not_read,
+    short_rows,
+)
 from calib.lab.instruments.numbers import is_numeric, parse_number
 from calib.lab.instruments.sheet import Sheet, no_such_specimen, which_specimen
 from calib.lab.instruments.vocabulary import unit_of_cell
@@ -38,7 +48,7 @@ def block_table(sheet: Sheet, start: int, keys: Sequence[int], reading: Reading,
         If there are no rows, text stands among them, they do not fit the header, or another table follows.
     """
     rows = _cells_of(sheet, start)
-    blocks, more = _blocks(sheet, rows, start, keys)
+    blocks, more, unread = _blocks(sheet, rows, start, keys)
     blocks = [b for b in blocks if b.rows]
     if not blocks:
         raise InputError(
@@ -49,13 +59,16 @@ def block_table(sheet: Sheet, start: int, keys: Sequence[int], reading: Reading,
                 advice="Export the raw data too",
             )
         )
-    kept, block_notes = _one_specimen(sheet, blocks, rows, keys, reading, has_side_by_side=has_side_by_side)
+    kept, block_notes = _one_specimen(sheet, blocks, rows, reading, has_side_by_side=has_side_by_side)
+    other = [start + i for b in blocks if b.rows[0] not in kept for i in b.rows]
+    unread += not_read(sheet, other, "rows of another specimen") if block_notes else []
     width = len(sheet.names)
     chosen = [rows[i] for i in kept]
     lines = np.array(kept, dtype=np.int64) + start + 1
     _check_width(sheet, chosen, lines, width)
+    short = short_rows({i: len(row) for i, row in enumerate(chosen) if len(row) != width}, len(chosen), width)
     full = [row if len(row) == width else (row + [""] * width)[:width] for row in chosen]
-    return Table(tuple(zip(*full, strict=True)), lines, (*block_notes, *more))
+    return Table(tuple(zip(*full, strict=True)), lines, (*block_notes, *more), tuple(unread), short)
 
 
 def _cells_of(sheet: Sheet, start: int) -> list[list[str]]:
@@ -95,7 +108,9 @@ class _Block:
     rows: list[int]
 
 
-def _blocks(sheet: Sheet, rows: list[list[str]], start: int, keys: Sequence[int]) -> tuple[list[_Block], list[str]]:
+def _blocks(
+    sheet: Sheet, rows: list[list[str]], start: int, keys: Sequence[int]
+) -> tuple[list[_Block], list[str], list[Unread]]:
     """Rows of numbers below each standing of the header; lines of text below a block are left out, among its rows refused."""
     text, names = sheet.text, list(sheet.names)
     header = split_line(text.lines[sheet.header_line - 1], sheet.delimiter) if sheet.header_line else []
@@ -104,6 +119,7 @@ def _blocks(sheet: Sheet, rows: list[list[str]], start: int, keys: Sequence[int]
     apart: list[int] = []  # lines of text since the last row
     among_text: list[int] = []
     below: list[str] = []
+    unread: list[Unread] = []
     skip_units = False
     for i, row in enumerate(rows):
         if not any(c.strip() for c in row):
@@ -135,9 +151,15 @@ def _blocks(sheet: Sheet, rows: list[list[str]], start: int, keys: Sequence[int]
         elif kind == "text":
             if is_other_header(row) and _numbers_below(rows, i):
                 below = _another_table(sheet, rows, i, start)
+                end = max(k for k, r in enumerate(rows) if any(c.strip() for c in r))
+                unread = not_read(sheet, range(start + i, start + end + 1), "another table")
                 break
             apart.append(i)
         else:
+            remarks = [k for k in apart if is_comment(text.lines[start + k]) and not _SPECIMEN.search(text.lines[start + k])]
+            if remarks and blocks[-1].rows:
+                among_text += remarks
+                apart = [k for k in apart if k not in remarks]
             if apart and blocks[-1].rows:
                 faults += [
                     Fault(
@@ -156,7 +178,8 @@ def _blocks(sheet: Sheet, rows: list[list[str]], start: int, keys: Sequence[int]
     if faults:
         raise InputError(capped(faults, "rows cannot be read"))
     among_text += apart
-    return blocks, [*left_out(sheet, [start + i for i in among_text]), *below]
+    lines = [start + i for i in sorted(among_text)]
+    return blocks, [*left_out(sheet, lines), *below], [*not_read(sheet, lines, "text"), *unread]
 
 
 def _numbers_below(rows: list[list[str]], at: int) -> bool:
@@ -197,7 +220,6 @@ def _one_specimen(
     sheet: Sheet,
     blocks: list[_Block],
     rows: list[list[str]],
-    keys: Sequence[int],
     reading: Reading,
     *,
     has_side_by_side: bool,
@@ -257,7 +279,7 @@ def _check_width(sheet: Sheet, rows: list[list[str]], lines: IntArray, width: in
                 "If the decimal mark is a comma too, export with semicolons between the columns"
                 if sheet.delimiter == ","
                 else "Remove what does not belong to the table"
-            )
+            ) + "; if the first cell is the number of the row, give it a name in the header, such as No"
             faults.append(
                 Fault(f"the row has {len(row)} cells, the header has {width}", sheet.text.path, line, width + 1, advice=advice)
             )

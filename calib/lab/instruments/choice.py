@@ -1,187 +1,279 @@
-"""From a `Sheet` to which of its columns stand for which quantity, and in which unit."""
+"""From a `Sheet` to which of its columns stand for which quantity, why the others are not read, and what is a choice."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from calib.errors import Choice, Fault
+from calib.lab.instruments.circuit import said_circuit
 from calib.lab.instruments.family import InstrumentFamily
 from calib.lab.instruments.labtable import Reading
-from calib.lab.instruments.numbers import is_clock
+from calib.lab.instruments.lexicon import OF_TESTERS
+from calib.lab.instruments.numbers import is_numeric
+from calib.lab.instruments.preference import Candidate, best_of, first_cell, other_clock
+from calib.lab.instruments.rivals import readings, stands_still
 from calib.lab.instruments.sheet import Sheet
-from calib.lab.instruments.units import lab_factor
-from calib.lab.instruments.vocabulary import EXAMPLE, NEEDS_UNIT, Heading, understood_names
+from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of
+from calib.lab.instruments.vocabulary import EXAMPLE, NEEDS_UNIT, Heading, understood_names, why_unread
 
 
-def choose_columns(sheet: Sheet, reading: Reading) -> tuple[dict[str, int], list[str], list[Fault]]:
+@dataclass(frozen=True)
+class ColumnChoice:
+    """Which columns are read, and what is to be said of all others.
+
+    Attributes
+    ----------
+    chosen : quantity -> index of its column and its heading.
+    unread : index -> why a column is not read.
+    notes : choices made, one sentence each.
+    faults : choices that the file does not tell.
+    """
+
+    chosen: Mapping[str, tuple[int, Heading]]
+    unread: Mapping[int, str]
+    notes: tuple[str, ...]
+    faults: tuple[Fault, ...]
+
+
+def choose_columns(sheet: Sheet, family: InstrumentFamily, reading: Reading) -> ColumnChoice:
     """Choose which column of a file stands for which quantity: by the user's word, else by the preferred name.
+
+    A column that stands still gives way to one that moves, one that was worked on to one that was not, and one whose unit or
+    name is in doubt to one that is plain. Columns that agree but for their zero and sign are decided by the preferred name; of
+    those that differ beyond that the user must choose, but for a raw force, which is preferred to a corrected one, and for a
+    name with a number or letter (Load 2), which gives way to one without.
 
     Parameters
     ----------
     sheet : the record.
+    family : what it was recognised as.
     reading : what the user says of the file.
-
-    Returns
-    -------
-    Quantity -> index of the column, notes on choices, and faults of columns that stand there twice.
     """
-    by_quantity: dict[str, list[tuple[int, Heading]]] = {}
-    for index, heading in sheet.headings().items():
-        by_quantity.setdefault(heading.quantity, []).append((index, heading))
-    chosen: dict[str, int] = {}
+    headings, unread, notes, faults = _in_circuit(sheet, reading)
+    unread.update({i: why for i, why in sheet.set_aside.items() if i < len(sheet.names)})
+    headings = _without_stray_letters(sheet, headings, family, unread)
+    by_quantity: dict[str, list[Candidate]] = {}
+    for index, heading in headings.items():
+        by_quantity.setdefault(heading.quantity, []).append(Candidate(index, heading))
+    chosen: dict[str, tuple[int, Heading]] = {}
+    for quantity, candidates in by_quantity.items():
+        asked = [c for c in candidates if c.index in sheet.assigned]
+        if asked:
+            chosen[quantity] = asked[0].index, asked[0].heading
+            notes.append(f'{quantity} is taken from "{_shown(sheet, asked[0].index)}" as asked')
+            faults += other_clock(sheet, asked[0].index, reading).faults if quantity == "time" else ()
+            continue
+        best, more = best_of(sheet, quantity, candidates, reading, _index_of_asked(sheet))
+        unread.update(more.unread)
+        notes += more.notes
+        faults += more.faults
+        if best is not None:
+            chosen[quantity] = best.index, best.heading
+    _drop_what_has_no_use(sheet, chosen, unread, faults)
+    notes += _rest(sheet, chosen, unread, faults)
+    return ColumnChoice(chosen, unread, tuple(notes), tuple(faults))
+
+
+def _shown(sheet: Sheet, index: int) -> str:
+    return sheet.names[index] or f"column {index + 1}"
+
+
+def _index_of_asked(sheet: Sheet) -> str:
+    """The number or letter in the names that the user gave, if they have one: the others go with it."""
+    found = {sheet.plain_heading(i).index for i in sheet.assigned if i >= 0} - {""}
+    return found.pop() if len(found) == 1 else ""
+
+
+def _in_circuit(sheet: Sheet, reading: Reading) -> tuple[dict[int, Heading], dict[int, str], list[str], list[Fault]]:
+    """The headings, with a capacitance whose name does not say so in series where the lines above the header do."""
+    headings = dict(sheet.headings())
     notes: list[str] = []
     faults: list[Fault] = []
-    for quantity, candidates in by_quantity.items():
-        if quantity in reading.columns:
-            chosen[quantity] = candidates[0][0]
-            notes.append(f'{quantity} is taken from "{sheet.names[candidates[0][0]]}" as asked')
+    said = said_circuit(sheet.prelude)
+    if said is None:
+        return headings, {}, notes, faults
+    for index, heading in sheet.headings().items():
+        if heading.quantity != "capacitance" or index in sheet.assigned:
             continue
-        if quantity == "time":
-            # Seconds are finer than a time of day.
-            plain = [c for c in candidates if not holds_clock(sheet.columns[c[0]])]
-            candidates = plain or candidates
-        filled = [c for c in candidates if any(cell.strip() for cell in sheet.columns[c[0]])]
-        candidates = sorted(filled or candidates, key=lambda c: (c[1].rank, c[0]))
-        best, *others = candidates
-        chosen[quantity] = best[0]
-        same = [i for i, h in others if h.rank == best[1].rank and quantity != "status"]
-        twins = [i for i in same if _alike(sheet, i, best[0])]
-        choice = Choice("columns", tuple(str(i + 1) for i in (best[0], *same) if i not in twins), quantity)
-        faults += [
-            Fault(
-                f'column "{sheet.names[index]}" appears twice (columns {best[0] + 1} and {index + 1})',
-                sheet.text.path,
-                sheet.header_line,
-                index + 1,
-                advice=f"Say which one is meant: {choice}",
-                choice=choice,
+        names_it = heading.name.startswith(("cp", "parallel"))
+        if said.word == "both" or (said.word == "series" and names_it):
+            claim, asking = f'"{said.shown}" stands in line {said.line}', (sheet.name_for_asking(index),)
+            series, parallel = Choice("columns", asking, "capacitance_series"), Choice("columns", asking, "capacitance")
+            faults.append(
+                Fault(
+                    f'column "{sheet.names[index]}" may be a series or a parallel capacitance: {claim}',
+                    sheet.text.path,
+                    sheet.header_line or None,
+                    index + 1,
+                    advice=f"Say which: {series} for Cs, {parallel} for Cp",
+                    choice=series,
+                )
             )
-            for index in same
-            if index not in twins
-        ]
-        if twins:
-            notes.append(f'"{sheet.names[best[0]]}" stands {len(twins) + 1} times with the same values')
-        left_out = [f'"{sheet.names[i]}"' for i, h in others if h.rank != best[1].rank]
-        if left_out:
-            why = (
-                "; the load as the cell read it is preferred, its zero is a parameter of the model"
-                if quantity == "force"
-                else ""
+        elif said.word == "series":
+            headings[index] = replace(heading, quantity="capacitance_series")
+            notes.append(f'"{sheet.names[index]}" is a series capacitance: "{said.shown}" stands in line {said.line}')
+        elif said.word == "parallel" and not names_it:
+            headings[index] = replace(heading, name=f"parallel {heading.name}")
+            notes.append(f'"{sheet.names[index]}" is a parallel capacitance: "{said.shown}" stands in line {said.line}')
+    return headings, {}, notes, faults
+
+
+def _without_stray_letters(
+    sheet: Sheet, headings: Mapping[int, Heading], family: InstrumentFamily, unread: dict[int, str]
+) -> dict[int, Heading]:
+    """The headings without letters that have no unit and are not needed: `C`, `T` or `Z` may mean anything."""
+    kept = dict(headings)
+    for index, heading in headings.items():
+        has_unit = heading.unit or sheet.unit_below(index) or heading.quantity in sheet.declared_units
+        stray = heading.letter and heading.quantity in NEEDS_UNIT and not has_unit and index not in sheet.assigned
+        others = frozenset(IN_PLACE_OF.get(h.quantity, h.quantity) for i, h in kept.items() if i != index)
+        stray = stray and not (heading.quantity == "time" and sheet.names[index].strip().islower())
+        if stray and not family.requirement(others):
+            del kept[index]
+            unread[index] = "a letter without a unit"
+    return kept
+
+
+# --- what is left --------------------------------------------------------------------------------------------------------
+
+
+def _drop_what_has_no_use(
+    sheet: Sheet, chosen: dict[str, tuple[int, Heading]], unread: dict[int, str], faults: list[Fault]
+) -> None:
+    """Take out what only a capacitance gives a meaning: its losses, and the status of its meter."""
+    meter = "capacitance" in chosen or "capacitance_series" in chosen
+    if "dissipation" in chosen and "quality" in chosen:
+        unread[chosen.pop("quality")[0]] = f'"{sheet.names[chosen["dissipation"][0]]}" is preferred'
+    for quantity in ("dissipation", "quality"):
+        if quantity in chosen and not meter and chosen[quantity][0] not in sheet.assigned:
+            unread[chosen.pop(quantity)[0]] = "no capacitance stands beside it"
+    faults += _letter_that_may_be_a_place(sheet, chosen)
+    if "status" in chosen and chosen["status"][0] not in sheet.assigned:
+        index = chosen["status"][0]
+        said = {c.strip().lower() for c in sheet.columns[index]} - {""}
+        if not meter:
+            unread[chosen.pop("status")[0]] = "the status of a tester"
+        elif said and all(any(w in OF_TESTERS for w in s.split()) for s in said):
+            unread[chosen.pop("status")[0]] = "the status of a tester, not of a meter"
+
+
+def _letter_that_may_be_a_place(sheet: Sheet, chosen: Mapping[str, tuple[int, Heading]]) -> list[Fault]:
+    """The fault of a letter D without a unit that is no loss by its readings, where no displacement stands in the file."""
+    if "dissipation" not in chosen or "displacement" in chosen:
+        return []
+    index, heading = chosen["dissipation"]
+    if index in sheet.assigned or not heading.letter or heading.unit or sheet.unit_below(index):
+        return []
+    if "force" not in chosen and sheet.names[index].strip() == "D":
+        return []  # as meters write it
+    (values,) = readings([sheet.columns[index]], [1.0], sheet.declared_decimal)
+    there = values[np.isfinite(values)]
+    if not there.size or (there.min() >= 0 and (np.ptp(there) < 0.5 * there.max() or there.max() < 0.05)):
+        return []
+    asking = (sheet.name_for_asking(index),)
+    loss, place = Choice("columns", asking, "dissipation"), Choice("columns", asking, "displacement")
+    return [
+        Fault(
+            f'column "{sheet.names[index]}" may be a dissipation or a displacement: it has no unit, and goes from '
+            f"{there.min():.3g} to {there.max():.3g}",
+            sheet.text.path,
+            sheet.header_line or None,
+            index + 1,
+            advice=f"Say which: {loss} or {place}, with --units displacement=...",
+            choice=loss,
+        )
+    ]
+
+
+def _rest(sheet: Sheet, chosen: Mapping[str, tuple[int, Heading]], unread: dict[int, str], faults: list[Fault]) -> list[str]:
+    """Give every other column its reason, and note those whose unit says that they might have been meant."""
+    notes: list[str] = []
+    used = {index for index, _ in chosen.values()}
+    taken = {heading.quantity: index for index, heading in chosen.values()}
+    for index, name in enumerate(sheet.names):
+        if index in used or index in unread:
+            continue
+        if not first_cell(sheet, index):
+            unread[index] = "empty"
+        elif not name:
+            unread[index] = "without a name"
+        else:
+            heading = sheet.plain_heading(index)
+            reason = why_unread(name, sheet.unit_below(index))
+            if heading.quantity in taken:
+                reason = f'"{_shown(sheet, taken[heading.quantity])}" is taken'
+            elif heading.quantity:
+                reason = "not used"
+            unread[index] = reason
+            if reason == "not understood":
+                notes += _same_unit(sheet, index, taken, unread, faults)
+    return notes
+
+
+def _same_unit(sheet: Sheet, index: int, taken: Mapping[str, int], unread: dict[int, str], faults: list[Fault]) -> list[str]:
+    """The note on a column not understood with a unit of a quantity that is read; where that stands still, a choice."""
+    unit = sheet.unit_written(index)
+    for quantity in ("force", "displacement", "capacitance"):
+        if not unit or not is_unit_of(unit, quantity) or not is_numeric(first_cell(sheet, index)):
+            continue
+        unread[index] = f"not understood, though in {unit}"
+        if quantity not in taken or taken[quantity] in sheet.assigned:
+            return []
+        own = taken[quantity]
+        one, other = readings([sheet.columns[own], sheet.columns[index]], [1.0, 1.0], sheet.declared_decimal)
+        if stands_still(one) and not stands_still(other):
+            choice = Choice("columns", tuple(sheet.name_for_asking(i) for i in (index, own)), quantity)
+            faults.append(
+                Fault(
+                    f'"{sheet.names[own]}" stands still, and "{sheet.names[index]}", which is not understood, moves',
+                    sheet.text.path,
+                    sheet.header_line or None,
+                    index + 1,
+                    advice=f"Say which one is the {quantity}: {choice}",
+                    choice=choice,
+                )
             )
-            notes.append(f'{quantity} is taken from "{sheet.names[best[0]]}", not from {" or ".join(left_out)}{why}')
-    return chosen, notes, faults
+        return [f'{quantity} is taken from "{sheet.names[own]}"; "{sheet.names[index]}", in {unit} too, is not understood']
+    return []
 
 
-def _alike(sheet: Sheet, a: int, b: int) -> bool:
-    return (
-        sheet.columns[a] == sheet.columns[b] and sheet.unit_below(a) == sheet.unit_below(b) and sheet.names[a] == sheet.names[b]
-    )
-
-
-def holds_clock(cells: Sequence[str]) -> bool:
-    """Whether a column holds times of day, by its first fifty cells."""
-    return any(map(is_clock, (c for c in cells[:50] if c.strip())))
-
-
-def missing_columns(sheet: Sheet, family: InstrumentFamily, chosen: Mapping[str, int], reading: Reading) -> list[Fault]:
+def missing_columns(sheet: Sheet, family: InstrumentFamily, choice: ColumnChoice, reading: Reading) -> list[Fault]:
     """List the faults of quantities that are needed and not there, and of units given to columns that are not there.
 
     Parameters
     ----------
     sheet : the record.
     family : what it was recognised as.
-    chosen : quantity -> index of its column.
+    choice : its columns.
     reading : what the user says of the file.
     """
-    found = frozenset("capacitance" if q == "capacitance_series" else q for q in chosen)
-    there = ", ".join(f'"{n}"' for n in sheet.names if n)
+    found = frozenset(IN_PLACE_OF.get(q, q) for q in choice.chosen)
+    there = ", ".join(
+        f'"{n}"' + (f" ({choice.unread[i]})" if choice.unread.get(i, "not understood") != "not understood" else "")
+        for i, n in enumerate(sheet.names)
+        if n
+    )
     faults = [
         Fault(
             f"no {quantity} column among {there}",
             sheet.text.path,
             sheet.header_line or None,
             advice=f"{quantity.capitalize()} is understood under the names {understood_names(quantity)} and others, "
-            f'for example "{EXAMPLE[quantity]}"; or say which column it is: --columns {quantity}=2',
+            f'for example "{EXAMPLE[quantity]}"; or say which column it is, by its name or number: --columns {quantity}=...',
         )
         for quantity in family.requirement(found)
     ]
     faults += [
-        Fault(f'there is no {quantity} column to give the unit "{unit}" to', sheet.text.path, sheet.header_line or None)
+        Fault(
+            f'there is no {quantity} column to give the unit "{unit}" to',
+            sheet.text.path,
+            sheet.header_line or None,
+            advice=f"Say which column it is: --columns {quantity}=..., or leave the unit out",
+        )
         for quantity, unit in reading.units.items()
-        if quantity not in found
+        if IN_PLACE_OF.get(quantity, quantity) not in found
     ]
     return faults
-
-
-def _asked_unit(quantity: str, reading: Reading) -> str | None:
-    return reading.units.get(quantity.removesuffix("_series"))
-
-
-def unit_of_column(sheet: Sheet, quantity: str, index: int, reading: Reading) -> tuple[Fault | None, float]:
-    """The factor from a column's unit to SI, wherever the unit stands: said by the user, in the name, below it, or above.
-
-    Parameters
-    ----------
-    sheet : the record.
-    quantity, index : which of its columns, and what it holds.
-    reading : what the user says of the file.
-
-    Returns
-    -------
-    The fault of a unit that is missing, unknown or contradicted, or None; and the factor, 1 with a fault.
-    """
-    name, below = sheet.names[index], sheet.unit_below(index)
-    heading = sheet.headings()[index]
-    inside = heading.unit or ""
-    declared, declared_line = sheet.declared_units.get(quantity.removesuffix("_series"), ("", 0))
-    line = sheet.units_line if below and sheet.units_line is not None else sheet.header_line
-    asked = _asked_unit(quantity, reading)
-
-    def fault(message: str, advice: str) -> tuple[Fault, float]:
-        return Fault(message, sheet.text.path, line or None, index + 1, advice), 1.0
-
-    example = f'Write it into the header, for example "{EXAMPLE[quantity]}", or say it: --units {quantity}=...'
-    if asked is not None:
-        try:
-            return None, lab_factor(asked, quantity)
-        except ValueError as error:
-            return fault(f"the unit asked for: {error}", "See `calib read --help`")
-    said = [unit for unit in (inside, below, declared) if unit]
-    if not said:
-        return fault(f'column "{name}" has no unit', example) if quantity in (*NEEDS_UNIT, "frequency") else (None, 1.0)
-    try:
-        factors = [lab_factor(unit, quantity) for unit in said]
-    except ValueError as error:
-        return fault(f'column "{name}": {error}', example)
-    if len(set(factors)) > 1 and inside and below and factors[0] != factors[1]:
-        return fault(f'column "{name}" has the unit "{inside}" in its name and "{below}" below it', "Correct one of the two")
-    if len(set(factors)) > 1:
-        return fault(
-            f'column "{name}" has the unit "{said[0]}" and "{declared}" is declared in line {declared_line}',
-            f"Correct one of the two, or say which is right: --units {quantity}={said[0]}",
-        )
-    return None, factors[0]
-
-
-def source_of_column(sheet: Sheet, quantity: str, index: int, reading: Reading, *, clock: bool) -> str:
-    """The column as people know it: its name in the file and where its unit was found.
-
-    Parameters
-    ----------
-    sheet : the record.
-    quantity, index : which of its columns, and what it holds.
-    reading : what the user says of the file.
-    clock : whether its cells are times of day, which have no unit.
-    """
-    name = sheet.names[index]
-    if not sheet.header_line and name.isdigit():
-        name = f"column {name}"
-    asked = _asked_unit(quantity, reading)
-    if asked is not None:
-        return f"{name} (read as {asked})"
-    below = sheet.unit_below(index)
-    if below:
-        return f"{name} ({below})"
-    declared = sheet.declared_units.get(quantity.removesuffix("_series"), ("", 0))[0]
-    inside = sheet.headings()[index].unit
-    return f"{name} ({declared}, declared above)" if declared and not inside and not clock else name

@@ -1,50 +1,39 @@
-"""From a `Sheet` to a `LabTable`: columns chosen by name, units applied, unusable rows given a reason, faults collected."""
+"""From a `Sheet` to a `LabTable`: columns chosen, units applied, unusable rows given a reason, faults collected."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from itertools import compress
+from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
 
 from calib.errors import Fault, InputError, capped
-from calib.lab.instruments.choice import choose_columns, holds_clock, missing_columns, source_of_column, unit_of_column
+from calib.lab.instruments.choice import choose_columns, missing_columns
+from calib.lab.instruments.circuit import impossible_loss, untold_circuit
 from calib.lab.instruments.family import InstrumentFamily
-from calib.lab.instruments.labtable import LabTable, Reading
-from calib.lab.instruments.numbers import Notation, clock_seconds, decide_notation, is_missing, to_numbers
+from calib.lab.instruments.keys import several_records
+from calib.lab.instruments.labtable import LabTable, Reading, Unread
+from calib.lab.instruments.notation import Notation, decide_notation
+from calib.lab.instruments.numbers import is_missing
+from calib.lab.instruments.readings import DAMAGED, ReadColumn, readings_of
+from calib.lab.instruments.rivals import holds_clock
 from calib.lab.instruments.sheet import Sheet
+from calib.lab.instruments.size import implausible
 from calib.lab.instruments.started import started_at
-from calib.lab.instruments.units import SI_UNIT
+from calib.lab.instruments.unit_choice import source_of_column, unit_of_column
+from calib.lab.instruments.where import only_rows, rows_asked
 from models.sensor import BoolArray, FloatArray
 
-# A reading of 999999 digits is how some LCR meters say that there is none.
-_NO_READING = 999999.0
-_LCR = ("capacitance", "capacitance_series", "dissipation")
 _ESSENTIAL = ("time", "displacement", "force", "capacitance", "capacitance_series")
 _STATUS_GOOD = ("0", "+0", "0.0", "ok", "normal", "good", "")
-
-#: Largest reading, in SI, between which the tests of small soft samples lie: outside of it the unit is wrong.
-PLAUSIBLE: Mapping[str, tuple[float, float]] = MappingProxyType(
-    {"displacement": (1e-9, 2.0), "force": (1e-6, 1e6), "capacitance": (1e-16, 1e-3), "capacitance_series": (1e-16, 1e-3)}
-)
-
-
-@dataclass(frozen=True)
-class _Column:
-    """One column that is read: where it stands, what it is, and the factor to SI; `clock` if its cells are times of day."""
-
-    index: int
-    quantity: str
-    factor: float
-    clock: bool
 
 
 def read_columns(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Reading) -> LabTable:
     """Read the columns of a sheet that are understood into SI, with a reason at each row that is not usable.
 
-    Where several columns stand for one quantity the preferred name is taken and the choice noted.
+    Where several columns stand for one quantity the preferred name is taken and the choice noted, or the user is asked; every
+    column that is not read is named in `LabTable.unread`, with the reason.
 
     Parameters
     ----------
@@ -55,72 +44,106 @@ def read_columns(sheet: Sheet, family: InstrumentFamily, reason: str, reading: R
     Raises
     ------
     InputError
-        With every fault: a needed column missing, a column twice, a unit missing, unknown or contradictory, readings of an
-        implausible size, text in a number cell, an ambiguous decimal mark.
+        With every fault: a needed column missing, a choice of columns or of rows that the file leaves open, a unit missing,
+        unknown or contradictory, readings of an implausible size, text in a number cell, an ambiguous decimal mark.
     """
-    chosen, notes, faults = choose_columns(sheet, reading)
-    faults += missing_columns(sheet, family, chosen, reading)
+    if not reading.where:
+        return _read_rows(sheet, family, reason, reading)
+    asked = rows_asked(sheet, reading)
+    table = _read_rows(only_rows(sheet, asked.kept), family, reason, reading)
+    return _among_all(table, sheet, asked.kept, asked.reasons, asked.notes)
+
+
+def _among_all(table: LabTable, sheet: Sheet, kept: BoolArray, reasons: Mapping[int, str], notes: tuple[str, ...]) -> LabTable:
+    """A table of some rows with the others between them: without readings, each with the reason why."""
+    columns: dict[str, FloatArray] = {}
+    for quantity, values in table.columns.items():
+        columns[quantity] = np.full(len(kept), np.nan)
+        columns[quantity][kept] = values
+        columns[quantity].flags.writeable = False
+    own = iter(table.reasons)
+    all_reasons = tuple(next(own) if k else reasons[r] for r, k in enumerate(kept.tolist()))
+    return replace(
+        table, columns=MappingProxyType(columns), lines=sheet.lines, reasons=all_reasons, notes=(*notes, *table.notes)
+    )
+
+
+def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Reading) -> LabTable:
+    """Read all rows of a sheet."""
+    choice = choose_columns(sheet, family, reading)
+    notes, faults, unread = list(choice.notes), list(choice.faults), dict(choice.unread)
+    faults += missing_columns(sheet, family, choice, reading)
     if not family.verified:
         notes.append(f"the layout of {family.name} files is built from what is documented of them: check these numbers once")
-    columns: list[_Column] = []
-    for quantity, index in chosen.items():
+    columns: list[ReadColumn] = []
+    for quantity, (index, heading) in choice.chosen.items():
         if quantity == "status":
             continue
         clock = quantity == "time" and holds_clock(sheet.columns[index])
-        fault, factor = (None, 1.0) if clock else unit_of_column(sheet, quantity, index, reading)
+        fault, factor = (None, 1.0) if clock else unit_of_column(sheet, index, heading, reading)
         if fault is not None and quantity == "frequency":
+            unread[index] = "it has no unit of frequency"
             notes.append(f'"{sheet.names[index]}" left out: it has no unit of frequency')
-        elif fault is not None:
-            faults.append(fault)
-            columns.append(_Column(index, quantity, 1.0, clock))
-        else:
-            columns.append(_Column(index, quantity, factor, clock))
+            continue
+        faults += [fault] if fault is not None else []
+        columns.append(ReadColumn(index, heading, factor, clock))
+        if heading.unit_doubt and fault is None:
+            notes.append(f'"{sheet.names[index]}" is read in the unit asked for, though it has {heading.unit_doubt}')
     cells = {c.quantity: _cells(sheet, c.index) for c in columns}
-    certain = Notation(sheet.text.decimal) if sheet.text.typed else None
-    notation = certain or decide_notation([cells[c.quantity] for c in columns if not c.clock], sheet.declared_decimal)
+    written = [c for c in columns if not c.clock]
+    notation = _typed(sheet, len(written)) or decide_notation(
+        [cells[c.quantity] for c in written],
+        [sheet.names[c.index] for c in written],
+        declared=sheet.declared_decimal,
+        asked=reading.decimal,
+        delimiter=sheet.delimiter,
+    )
     if notation.conflict:
-        raise InputError([*faults, _notation_fault(sheet, notation, [c for c in columns if not c.clock])])
+        raise InputError([*faults, _notation_fault(sheet, notation, written)])
+    notes += notation.notes
+    decimals = dict(zip((c.quantity for c in written), notation.decimals, strict=True))
     reasons = [""] * len(sheet.lines)
     if sheet.cut_short:
         reasons[-1] = "cut short: the file ends within this row"
     values: dict[str, FloatArray] = {}
     for column in columns:
-        name, own = sheet.names[column.index], cells[column.quantity]
-        number, empty, over, bad = _numbers(own, column, notation.decimal)
-        faults += capped(
-            [
-                Fault(
-                    f'"{own[r][:40]}" in column "{name}" is not a number',
-                    sheet.text.path,
-                    int(sheet.lines[r]),
-                    column.index + 1,
-                    advice="Correct the cell from the instrument's own record, or empty it to leave the row out",
-                )
-                for r in np.flatnonzero(bad).tolist()
-            ],
-            "cells are not numbers",
-        )
-        for r in np.flatnonzero(over).tolist():
-            _append(reasons, r, f"over-range {own[r].strip()}")
+        found = readings_of(sheet, column, cells[column.quantity], decimals.get(column.quantity, ""), reading)
+        faults += found.faults
+        notes += found.notes
+        for r, why in found.rows:
+            _append(reasons, r, why)
         # A quantity logged at a lower rate than the others leaves most of its cells empty: that makes no row unusable.
-        n_empty = int(np.count_nonzero(empty))
+        n_empty = int(np.count_nonzero(found.empty))
         if len(reasons) / 2 < n_empty < len(reasons):
+            name = sheet.names[column.index]
             notes.append(f'"{name}" has a value in {len(reasons) - n_empty} of {len(reasons)} rows only')
-        elif column.quantity in _ESSENTIAL or (column.quantity == "dissipation" and "capacitance_series" in chosen):
-            for r in np.flatnonzero(empty).tolist():
+        elif column.quantity in _ESSENTIAL or (column.quantity == "dissipation" and "capacitance_series" in choice.chosen):
+            for r in np.flatnonzero(found.empty).tolist():
                 _append(reasons, r, f"empty cell: {column.quantity.removesuffix('_series')}")
-        values[column.quantity] = _times(number, column.factor)
-        if column.clock:
-            notes.append(f'time is taken from the time of day in "{name}"')
+        values[column.quantity] = found.values
+    places = {q: index for q, (index, _) in choice.chosen.items()}
+    if "quality" in values:
+        quality = values.pop("quality")
+        values["dissipation"] = np.divide(1.0, quality, out=np.full(quality.shape, np.nan), where=quality != 0)
+        notes.append(f'dissipation is 1/Q of "{sheet.names[places["quality"]]}"')
+    if "capacitance_series" in values and "capacitance" not in values and "dissipation" in values:
+        loss = places.get("dissipation", places.get("quality", 0))
+        faults += impossible_loss(sheet, loss, values["dissipation"], told="dissipation" in reading.units)
+    if "capacitance" in values:
+        more, unclear = untold_circuit(sheet, *choice.chosen["capacitance"], values.get("dissipation"))
+        notes, faults = notes + more, faults + unclear
+    faults += several_records(sheet, places, values)
     faults = capped(sorted(faults, key=lambda f: (f.line or 0, f.column or 0)), "faults", 12) if len(faults) > 12 else faults
     if not faults:
-        faults += _implausible(sheet, values, {c.quantity: c.index for c in columns})
+        faults += implausible(sheet, values, places, reading)
     if faults:
         raise InputError(faults)
-    if "status" in chosen:
-        for r, cell in enumerate(_cells(sheet, chosen["status"])):
+    if "status" in choice.chosen:
+        for r, cell in enumerate(_cells(sheet, places["status"])):
             if cell.lower() not in _STATUS_GOOD and not is_missing(cell):
                 _append(reasons, r, f"LCR status {cell[:20]}")
+    for r, why in sheet.reasons.items():
+        reasons[r] = reasons[r] or why
     for array in values.values():
         array.flags.writeable = False
     return LabTable(
@@ -133,14 +156,26 @@ def read_columns(sheet: Sheet, family: InstrumentFamily, reason: str, reading: R
         decimal=notation.decimal,
         columns=MappingProxyType(values),
         sources=MappingProxyType(
-            {c.quantity: source_of_column(sheet, c.quantity, c.index, reading, clock=c.clock) for c in columns}
+            {
+                "dissipation" if c.quantity == "quality" else c.quantity: source_of_column(
+                    sheet, c.index, c.heading, reading, clock=c.clock
+                )
+                for c in columns
+            }
         ),
         lines=sheet.lines,
         reasons=tuple(reasons),
         notes=(*sheet.notes, *notes),
+        unread=(*sheet.unread, *(_unread(sheet, index, why) for index, why in sorted(unread.items()))),
         started=started_at(sheet, values.get("time")),
         sign=reading.sign,
     )
+
+
+def _typed(sheet: Sheet, n_column: int) -> Notation | None:
+    """The decimal mark of a file whose numbers are numbers by its format; None where it is for the cells to show."""
+    mark = sheet.text.decimal
+    return Notation(mark, (mark,) * n_column) if sheet.text.typed else None
 
 
 def _cells(sheet: Sheet, index: int) -> Sequence[str]:
@@ -150,57 +185,16 @@ def _cells(sheet: Sheet, index: int) -> Sequence[str]:
     return [*cells[:-1], ""]
 
 
-def _numbers(cells: Sequence[str], column: _Column, decimal: str) -> tuple[FloatArray, BoolArray, BoolArray, BoolArray]:
-    """Values with nan where there is none, and the masks of empty, over-range and bad cells."""
-    if column.clock:
-        values = clock_seconds(cells)
-        empty = np.isnan(values)
-        empty[empty] = [is_missing(c) for c in compress(cells, empty)]
-        return values, empty, np.zeros(len(cells), dtype=bool), np.isnan(values) & ~empty
-    numbers = to_numbers(cells, decimal)
-    values, over = numbers.values.copy(), numbers.over.copy()
-    if column.quantity in _LCR:
-        over |= np.abs(values) == _NO_READING
-    values[over] = np.nan
-    return values, numbers.empty, over, numbers.bad
-
-
 def _append(reasons: list[str], row: int, reason: str) -> None:
     reasons[row] = f"{reasons[row]}; {reason}" if reasons[row] else reason
 
 
-def _times(values: FloatArray, factor: float) -> FloatArray:
-    # Division by an exact power of ten rounds once, multiplication by its inexact inverse twice.
-    inverse = float(round(1 / factor)) if factor < 1 else 0.0
-    return values / inverse if inverse and 1 / inverse == factor else values * factor
+def _unread(sheet: Sheet, index: int, reason: str) -> Unread:
+    name = sheet.names[index]
+    return Unread(f'column {index + 1} "{name}"' if name else f"column {index + 1}", reason)
 
 
-def _implausible(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[str, int]) -> list[Fault]:
-    faults = []
-    for quantity, (low, high) in PLAUSIBLE.items():
-        if quantity not in values:
-            continue
-        size = np.abs(values[quantity])
-        size = np.where(np.isfinite(size), size, 0.0)
-        row = int(np.argmax(size))
-        top = float(size[row])
-        if top == 0.0 or low <= top <= high:
-            continue
-        si = SI_UNIT[quantity]
-        name = sheet.names[places[quantity]]
-        faults.append(
-            Fault(
-                f'column "{name}": the largest reading would be {top:.3g} {si}, which no test of a small sample gives',
-                sheet.text.path,
-                int(sheet.lines[row]),
-                places[quantity] + 1,
-                advice=f"Check its unit; say the right one by --units {quantity.removesuffix('_series')}=...",
-            )
-        )
-    return faults
-
-
-def _notation_fault(sheet: Sheet, notation: Notation, columns: Sequence[_Column]) -> Fault:
+def _notation_fault(sheet: Sheet, notation: Notation, columns: Sequence[ReadColumn]) -> Fault:
     shown = " and ".join(
         f'"{sheet.columns[columns[c].index][r].strip()}" (line {sheet.lines[r]}, column "{sheet.names[columns[c].index]}")'
         for r, c in notation.places
@@ -211,6 +205,5 @@ def _notation_fault(sheet: Sheet, notation: Notation, columns: Sequence[_Column]
         sheet.text.path,
         int(sheet.lines[row]),
         columns[column].index + 1,
-        advice="A spreadsheet program may have damaged the numbers: export the file again from the instrument's "
-        "software, with a decimal point and without thousands separators",
+        advice=f'{DAMAGED}; where the file leaves it open, say the mark: --decimal "," or --decimal "."',
     )

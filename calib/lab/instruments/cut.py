@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import pairwise
 
 from calib.errors import Fault, InputError
+from calib.lab.instruments.clock import is_clock
 from calib.lab.instruments.header import (
     DELIMITERS,
     HEADER_WITHIN,
@@ -17,12 +18,14 @@ from calib.lab.instruments.header import (
     split_line,
 )
 from calib.lab.instruments.labtable import Reading
-from calib.lab.instruments.lines import FEW_ROWS
-from calib.lab.instruments.numbers import is_clock, is_numeric, is_over_range
+from calib.lab.instruments.lines import FEW_ROWS, is_comment, n_named, not_read
+from calib.lab.instruments.numbers import is_numeric, is_over_range
 from calib.lab.instruments.rows import with_rows
-from calib.lab.instruments.sheet import Sheet, which_specimen
+from calib.lab.instruments.sheet import Sheet
+from calib.lab.instruments.side_by_side import one_of_side_by_side
 from calib.lab.instruments.text import LabText
-from calib.lab.instruments.vocabulary import unit_of_cell, words
+from calib.lab.instruments.titles import below_header
+from calib.lab.instruments.vocabulary import words
 
 
 def cut(text: LabText, reading: Reading) -> Sheet:
@@ -53,36 +56,83 @@ def cut(text: LabText, reading: Reading) -> Sheet:
             return _without_header(text, reading)
         raise InputError(no_header(text))
     delimiter, header, names = found
-    start = header + 1
-    units_line: int | None = None
-    units: list[str] = []
-    following = next((i for i in range(start, len(text.lines)) if text.lines[i].strip()), None)
-    if following is not None:
-        cells = [unit_of_cell(c) for c in split_line(text.lines[following], delimiter)]
-        if any(cells) and all(c is not None for c in cells):
-            units_line, units, start = following + 1, [c or "" for c in cells], following + 1
+    below = below_header(text, delimiter, header, names, strict=not any(c.isdigit() for c in reading.columns.values()))
     assigned = _assigned(reading, names, text, header + 1)
     sheet = Sheet(
         text,
         delimiter,
         header + 1,
         tuple(names),
-        units_line,
-        tuple(units),
+        below.units_line,
+        below.units,
         declared_units(text.lines[:header]),
         text.decimal or declared_decimal(text.lines[:header]),
         assigned,
     )
     above = _rows_above(sheet, reading)
-    sheet, side_notes = _side_by_side(sheet, reading)
-    whole = with_rows(sheet, start, reading, side_notes)
-    return replace(whole, notes=(*above, *whole.notes))
+    if split_line(text.lines[header], delimiter)[: len(names)] != names[: len(names)] and is_comment(text.lines[header]):
+        above = (*above, f'the header in line {header + 1} stands behind "{text.lines[header].strip()[0]}"')
+    unread = not_read(sheet, [i for i in range(header) if text.lines[i].strip()], "above the header")
+    if any(index < 0 for index in assigned):
+        above = (*above, *(f"{quantity} is left out, as asked" for index, quantity in assigned.items() if index < 0))
+    whole_sheet = sheet
+    sheet, side_notes = one_of_side_by_side(sheet, reading)
+    if not side_notes:
+        _check_nameless(whole_sheet, below.start, reading)
+    whole = with_rows(sheet, below.start, reading, side_notes)
+    _check_torn_decimals(whole)
+    return replace(whole, notes=(*above, *whole.notes), unread=(*unread, *below.unread, *whole.unread))
+
+
+def _check_torn_decimals(sheet: Sheet) -> None:
+    """Refuse decimal commas between commas, even where a wide header holds the cells: no point, and decimals like 084."""
+    if sheet.delimiter != "," or any("." in c for column in sheet.columns for c in column[:1000]):
+        return
+    for index, column in enumerate(sheet.columns[1:], 1):
+        cells = [c.strip() for c in column[:1000] if c.strip()]
+        torn = [c for c in cells if re.fullmatch(r"0\d+", c)]
+        if torn and len(set(cells)) > 4 and all(c.isdigit() and len(c) <= len(torn[0]) for c in cells):
+            raise InputError(
+                Fault(
+                    f'"{torn[0]}" in column {index + 1} seems to be the decimals behind a decimal comma',
+                    sheet.text.path,
+                    int(sheet.lines[0]),
+                    index + 1,
+                    advice="Export with semicolons between the columns, or with a decimal point",
+                )
+            )
+
+
+def _check_nameless(sheet: Sheet, start: int, reading: Reading) -> None:
+    """Refuse numbers below the empty end of a header: the names may stand one cell too far to the left of their columns."""
+    named = n_named(sheet)
+    if named == len(sheet.names) or sheet.headings().keys() <= sheet.assigned.keys():
+        return
+    if sheet.text.typed:  # a cell of a workbook stands in its own column, whatever stands beside it
+        return
+    rows = [split_line(line, sheet.delimiter) for line in sheet.text.lines[start : start + 50] if line.strip()]
+    filled = [i for i, row in enumerate(rows) if any(map(is_numeric, row[named : len(sheet.names)]))]
+    if 2 * len(filled) <= len(rows) or not rows:
+        return
+    raise InputError(
+        Fault(
+            f"the header names {named} columns, numbers stand in more: which name belongs to which column cannot be told",
+            sheet.text.path,
+            sheet.header_line,
+            named + 1,
+            advice="If the first cell of each row is its number, write a name for it into the header, such as No; or say of "
+            "every column, by its number, what it is and its unit",
+        )
+    )
 
 
 def _assigned(reading: Reading, names: Sequence[str], text: LabText, line: int) -> dict[int, str]:
     """Columns by the user's word: index -> quantity."""
     assigned: dict[int, str] = {}
     for quantity, wanted in reading.columns.items():
+        if wanted == "none" and wanted not in names:
+            assigned[-1 - len(assigned)] = quantity  # no column is: none of those that are understood as it
+            continue
         matching = [i for i, name in enumerate(names) if name == wanted] or [
             i for i, name in enumerate(names) if words(name) == words(wanted)
         ]
@@ -136,49 +186,3 @@ def _rows_above(sheet: Sheet, reading: Reading) -> tuple[str, ...]:
             )
         )
     return (f"{len(rows)} row(s) of numbers above the header left out, the first in line {rows[0]}",)
-
-
-def _side_by_side(sheet: Sheet, reading: Reading) -> tuple[Sheet, tuple[str, ...]]:
-    """The sheet with the columns of one specimen, where several stand side by side with the same names."""
-    found = sheet.headings()
-    places: dict[tuple[str, str], list[int]] = {}
-    for index, heading in found.items():
-        if index not in sheet.assigned and heading.quantity != "status":
-            places.setdefault((heading.quantity, heading.name), []).append(index)
-    repeated = {key: at for key, at in places.items() if len(at) > 1}
-    counts = {len(at) for at in repeated.values()}
-    if len(repeated) < 2 or len(counts) != 1:
-        return sheet, ()
-    count = counts.pop()
-    steps = {b - a for at in repeated.values() for a, b in pairwise(at)}
-    if len(steps) != 1:
-        return sheet, ()
-    period = steps.pop()
-    first = min(at[0] for at in repeated.values())
-    groups = [sheet.names[first + k * period : first + (k + 1) * period] for k in range(count)]
-    groups = [(*group, *[""] * (period - len(group))) for group in groups]
-    alone = [i for i, h in found.items() if i < first and h.quantity != "time"]
-    if len(set(groups)) != 1 or alone:
-        raise InputError(
-            Fault(
-                f"{count} specimens seem to stand side by side, but their columns differ: "
-                + " / ".join(", ".join(f'"{n}"' for n in group) for group in groups),
-                sheet.text.path,
-                sheet.header_line,
-                first + 1,
-                advice="Export one specimen per file, or correct the header",
-            )
-        )
-    if reading.specimen is None:
-        listed = "; ".join(
-            f"{k + 1}: columns {first + k * period + 1} to {min(first + (k + 1) * period, len(sheet.names))}"
-            for k in range(count)
-        )
-        raise which_specimen(sheet, f"{count} specimens stand side by side ({listed})", count)
-    if not 1 <= reading.specimen <= count:
-        raise which_specimen(sheet, f"there is no specimen {reading.specimen}, {count} stand side by side", count)
-    own = range(first + (reading.specimen - 1) * period, first + reading.specimen * period)
-    shared = set(range(len(sheet.names))) - set(range(first, first + count * period))
-    names = tuple(n if i in own or i in shared else "" for i, n in enumerate(sheet.names))
-    note = f"specimen {reading.specimen} of {count} side by side: columns {own.start + 1} to {own.stop}"
-    return replace(sheet, names=names), (note,)

@@ -9,8 +9,9 @@ from itertools import pairwise
 from types import MappingProxyType
 
 from calib.errors import Fault
+from calib.lab.instruments.clock import is_clock
 from calib.lab.instruments.labtable import Reading
-from calib.lab.instruments.numbers import is_clock, is_numeric
+from calib.lab.instruments.numbers import is_numeric
 from calib.lab.instruments.text import LabText
 from calib.lab.instruments.units import is_unit_of
 from calib.lab.instruments.vocabulary import EXAMPLE, understand, understood_names
@@ -65,17 +66,19 @@ def find_header(text: LabText, reading: Reading) -> tuple[str, int, list[str]] |
     wanted = set(reading.columns.values())
     best: tuple[int, int] = (0, 0)
     found: tuple[str, int, list[str]] | None = None
-    for index, line in enumerate(text.lines[:HEADER_WITHIN]):
-        if not line.strip() or is_numeric(line) or not any(c.isalpha() for c in line):
+    for index, written in enumerate(text.lines[:HEADER_WITHIN]):
+        if not written.strip() or is_numeric(written) or not any(c.isalpha() for c in written):
             continue
         for delimiter in DELIMITERS:
+            line = without_comment_mark(written, delimiter)
             if delimiter == " " and found is not None and found[0] != " ":
                 continue
             for cells in _header_cells(line, delimiter):
-                if len(cells) > _WIDEST or any(map(is_numeric, cells[1:])):  # a first number may be the specimen's
+                if len(cells) > _WIDEST or not any(cells):
                     continue
                 known = [i for i, c in enumerate(cells) if c and (c in wanted or understand(c) is not None)]
-                if not known:
+                # A first number may be the specimen's, another the name of a channel.
+                if not known or sum(map(is_numeric, cells[1:])) > (len(known) - 1) // 2:
                     continue
                 rows = _rows_below(text, index, delimiter, len(cells), known)
                 if len(known) < 2 and rows == 0:
@@ -86,6 +89,27 @@ def find_header(text: LabText, reading: Reading) -> tuple[str, int, list[str]] |
                 if score > best and (rows or len(known) > best[1]):
                     best, found = score, (delimiter, index, cells)
     return found
+
+
+_COMMENT_MARK = re.compile(r'\s*(?P<quote>"?)(?:#+|%+|//+|;+|!)(?P<rest>.*)', re.DOTALL)
+
+
+def without_comment_mark(line: str, delimiter: str) -> str:
+    """The line without the mark that sets it apart as a comment: "# Time (s),Load (N)" as numpy.savetxt writes a header.
+
+    Parameters
+    ----------
+    line : of the file.
+    delimiter : between cells; a mark before it is a cell of its own, "#,Time (s)", the number of the row.
+    """
+    match = _COMMENT_MARK.match(line)
+    if match is None or not match["rest"].strip():
+        return line
+    rest = match["rest"].lstrip(" ")
+    own_cell = rest.startswith(delimiter) if delimiter != " " else False
+    if own_cell or (delimiter == ";" and line.lstrip().startswith(";")) or (delimiter == "\t" and rest.startswith("\t")):
+        return line
+    return match["quote"] + rest
 
 
 def _header_cells(line: str, delimiter: str) -> Iterator[list[str]]:
@@ -139,7 +163,7 @@ def no_header(text: LabText) -> Fault:
         text.path,
         seen[0] if seen else None,
         advice=f'Name the columns for example "{EXAMPLE["time"]}", "{EXAMPLE["force"]}", or say which is what '
-        f"(--columns force=2 --units force=N). Understood are {advice}",
+        f"(--columns force=... --units force=...). Understood are {advice}",
     )
 
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
-from calib.lab.instruments.labtable import IntArray
-from calib.lab.instruments.numbers import is_clock, is_missing, is_numeric, is_over_range
+from calib.lab.instruments.clock import is_clock
+from calib.lab.instruments.labtable import IntArray, Unread
+from calib.lab.instruments.numbers import is_missing, is_numeric, is_over_range
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.vocabulary import understand
 
@@ -16,11 +19,22 @@ FEW_ROWS = 10
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """The rows of one record: columns of cells, as many as the header has, 1-based lines, and notes on what was left out."""
+    """The rows of one record.
+
+    Attributes
+    ----------
+    columns : of cells, as many as the header has.
+    lines : 1-based line of each row.
+    notes : on what was left out.
+    unread : lines that are no rows of the record.
+    reasons : row from 0 -> why its cells cannot be trusted.
+    """
 
     columns: Sequence[Sequence[str]]
     lines: IntArray
     notes: Sequence[str]
+    unread: Sequence[Unread] = ()
+    reasons: Mapping[int, str] = field(default_factory=dict)
 
 
 def n_named(sheet: Sheet) -> int:
@@ -42,6 +56,38 @@ def left_out(sheet: Sheet, indices: Sequence[int]) -> list[str]:
     return [f'{len(indices)} line(s) of text left out, the first is "{shown}" (line {indices[0] + 1})']
 
 
+def not_read(sheet: Sheet, indices: Sequence[int], why: str) -> list[Unread]:
+    """Name lines that are not read, those in succession together, each with its beginning.
+
+    Parameters
+    ----------
+    sheet : their file.
+    indices : of the lines in the file, from 0, in order.
+    why : they are not.
+    """
+    spans: list[list[int]] = []
+    for i in indices:
+        if spans and not any(line.strip() for line in sheet.text.lines[spans[-1][1] + 1 : i]):
+            spans[-1][1] = i
+        else:
+            spans.append([i, i])
+    found = []
+    for first, last in spans:
+        what = f"line {first + 1}" if first == last else f"lines {first + 1} to {last + 1}"
+        shown = re.sub(r"\s+", " ", sheet.text.lines[first]).strip()[:60]
+        found.append(Unread(what, f'{why}, beginning "{shown}"' if shown else why))
+    return found
+
+
+# A line that a program has set apart from the rows; a spreadsheet's words for an error are none.
+_COMMENT = re.compile(r"(?:#(?!#|N/?A|NV|REF|DIV|VALUE|NAME|NUM|NULL|WERT|BEZUG|ZAHL)|%|//|!)\s*(?=[^\s%])", re.IGNORECASE)
+
+
+def is_comment(line: str) -> bool:
+    """Whether a line is behind a mark of comments, "#", "%", "//" or "!"."""
+    return _COMMENT.match(line.lstrip().lstrip('"')) is not None
+
+
 def kind_of_line(row: Sequence[str], header: Sequence[str], keys: Sequence[int], width: int) -> str:
     """Tell what a line below the header is: "header" again, "row", or "text".
 
@@ -52,6 +98,8 @@ def kind_of_line(row: Sequence[str], header: Sequence[str], keys: Sequence[int],
     keys : columns that are understood, by index.
     width : columns of the header.
     """
+    if row and is_comment(row[0]):
+        return "header" if [c.strip() for c in row] == list(header) else "text"
     key = keys[0] if keys else 0
     if min(width, 2) <= len(row) > key and is_numeric(row[key]):
         return "row"
@@ -68,6 +116,27 @@ def kind_of_line(row: Sequence[str], header: Sequence[str], keys: Sequence[int],
     if numbers == 0 and not (nothing and not worded):
         return "text"
     return "row"
+
+
+def short_rows(lengths: Mapping[int, int], n_row: int, width: int) -> dict[int, str]:
+    """Find rows with fewer cells than most have: which is missing cannot be told, so that none of the others can be trusted.
+
+    Parameters
+    ----------
+    lengths : row from 0 -> its number of cells, of rows with another number than the header has.
+    n_row : rows in all.
+    width : cells of the header.
+
+    Returns
+    -------
+    Row -> why it is not usable. A file most of whose rows are shorter than its header has a column that is filled more rarely.
+    """
+    counts = Counter(n for n in lengths.values() if n > 1)
+    counts[width] += n_row - len(lengths)
+    usual = max(counts, key=lambda n: (counts[n], n))
+    if usual <= min(counts) and 1 not in lengths.values():
+        return {}
+    return {i: f"{n} cells where most rows have {usual}" for i, n in lengths.items() if n < usual}
 
 
 def is_other_header(row: Sequence[str]) -> bool:

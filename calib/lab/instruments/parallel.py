@@ -8,7 +8,7 @@ from types import MappingProxyType
 import numpy as np
 
 from calib.errors import Fault, InputError
-from calib.lab.instruments.labtable import LabTable
+from calib.lab.instruments.labtable import LabTable, Unread
 
 
 def as_parallel(table: LabTable, header_line: int) -> LabTable:
@@ -35,11 +35,12 @@ def as_parallel(table: LabTable, header_line: int) -> LabTable:
     series = columns.pop("capacitance_series", None)
     source = sources.pop("capacitance_series", "")
     notes = list(table.notes)
+    unread = table.unread
     if series is None:
-        if "capacitance" in columns and not sources["capacitance"].lower().startswith(("cp", "parallel")):
-            notes.append(f'"{sources["capacitance"]}" does not say whether it is Cp or Cs; taken as Cp')
-    elif "capacitance" in columns:
+        return table
+    if "capacitance" in columns:
         notes.append(f'capacitance is taken from "{sources["capacitance"]}", not from "{source}"')
+        unread = (*unread, Unread(f'column "{source}"', f'a series capacitance: "{sources["capacitance"]}" is preferred'))
     elif "dissipation" not in columns:
         raise InputError(
             Fault(
@@ -47,7 +48,7 @@ def as_parallel(table: LabTable, header_line: int) -> LabTable:
                 table.path,
                 header_line or None,
                 advice="Log D too, or set the meter to Cp. If D is known to be below 0.01, Cs and Cp differ by less than "
-                '0.01 %: then the column may be renamed to "Cp"',
+                f'0.01 %: then take it as Cp, --columns "capacitance={source}"',
             )
         )
     else:
@@ -57,4 +58,6 @@ def as_parallel(table: LabTable, header_line: int) -> LabTable:
         sources["capacitance"] = source
         share = float(np.nanmax(columns["dissipation"] ** 2, initial=0.0))
         notes.append(f'"{source}" converted to Cp by Cs = Cp (1 + D^2), which changes it by {share:.2g} at most')
-    return replace(table, columns=MappingProxyType(columns), sources=MappingProxyType(sources), notes=tuple(notes))
+    return replace(
+        table, columns=MappingProxyType(columns), sources=MappingProxyType(sources), notes=tuple(notes), unread=unread
+    )

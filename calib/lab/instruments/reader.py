@@ -18,11 +18,11 @@ from calib.lab.instruments.part import CellTypes, Part
 from calib.lab.instruments.sheet import SeveralSpecimens, Sheet
 from calib.lab.instruments.text import LabText, read_lab_text
 from calib.lab.instruments.typed import certain, uncalculated_fault, with_reasons
-from calib.lab.instruments.units import SI_UNIT
+from calib.lab.instruments.units import IN_PLACE_OF, SI_UNIT
 from calib.lab.instruments.vocabulary import understand
 
 #: What `Reading.units` and `Reading.columns` may name.
-QUANTITIES = tuple(q for q in SI_UNIT if q != "capacitance_series")
+QUANTITIES = tuple(q for q in SI_UNIT if q not in IN_PLACE_OF)
 
 
 def read_lab_file(path: Path, reading: Reading = AS_FOUND) -> LabTable:
@@ -50,7 +50,7 @@ def read_lab_file(path: Path, reading: Reading = AS_FOUND) -> LabTable:
         file, each with line, column and advice.
     """
     path = Path(path)
-    unknown = sorted({*reading.units, *reading.columns} - set(QUANTITIES) - {"capacitance_series"})
+    unknown = sorted({*reading.units, *reading.columns} - set(QUANTITIES) - set(IN_PLACE_OF))
     if unknown:
         raise InputError(Fault(f"there is no quantity {', '.join(unknown)}", path, advice=f"There are {', '.join(QUANTITIES)}"))
     form = format_of(path)

@@ -12,10 +12,11 @@ import numpy as np
 
 from calib.errors import Fault, InputError
 from calib.lab.instruments.blocks import block_table
+from calib.lab.instruments.clock import not_clocks
 from calib.lab.instruments.header import split_line
 from calib.lab.instruments.labtable import IntArray, Reading
-from calib.lab.instruments.lines import Table, is_other_header, kind_of_line, left_out, n_named
-from calib.lab.instruments.numbers import not_clocks, not_numbers
+from calib.lab.instruments.lines import Table, is_other_header, kind_of_line, left_out, n_named, not_read, short_rows
+from calib.lab.instruments.numbers import not_numbers
 from calib.lab.instruments.sheet import Sheet, no_such_specimen
 
 # Lines of text below a table that may belong to it.
@@ -56,12 +57,17 @@ def with_rows(sheet: Sheet, start: int, reading: Reading, notes: tuple[str, ...]
     n_row = next((n for n in range(n_line, 0, -1) if any(table.columns[k][n - 1].strip() for k in keys)), 0)
     if n_row == 0:
         raise InputError(Fault("all rows are empty", sheet.text.path, sheet.header_line, advice="Export the raw data too"))
+    n_short = len(table.reasons)
+    first = int(table.lines[min(table.reasons)]) if n_short else 0
+    short = [f"{n_short} row(s) with fewer cells than most are left out, the first in line {first}"] if n_short else []
     return replace(
         sheet,
         columns=tuple(column[:n_row] for column in table.columns),
         lines=table.lines[:n_row],
         cut_short=n_row == n_line and _is_cut_short(sheet, table.lines),
-        notes=(*notes, *table.notes),
+        notes=(*notes, *table.notes, *short),
+        reasons={r: why for r, why in table.reasons.items() if r < n_row},
+        unread=(*sheet.unread, *table.unread),
     )
 
 
@@ -79,9 +85,10 @@ def _regular_table(sheet: Sheet, start: int, keys: Sequence[int]) -> Table | Non
         return None
     end, text_below = found
     lines = sheet.text.lines[start:end]
-    columns = _cut_alike(sheet, lines)
-    if columns is None:
+    alike = _cut_alike(sheet, lines)
+    if alike is None:
         return None
+    columns, lengths = alike
     few = _FEW_ODD + int(_SHARE_ODD * len(lines))
     odd = not_numbers(columns[keys[0]], few)
     odd = odd if odd is not None else not_clocks(columns[keys[0]], few)
@@ -96,11 +103,17 @@ def _regular_table(sheet: Sheet, start: int, keys: Sequence[int]) -> Table | Non
             return None
     if not np.all(kept):
         columns = [list(compress(column, kept)) for column in columns]
-    return Table(columns, start + 1 + np.flatnonzero(kept), left_out(sheet, text_below))
+    places = np.cumsum(kept) - 1
+    short = {int(places[i]): why for i, why in short_rows(lengths, len(lines), len(columns)).items() if kept[i]}
+    below = not_read(sheet, text_below, "text below the rows")
+    return Table(columns, start + 1 + np.flatnonzero(kept), left_out(sheet, text_below), below, short)
 
 
-def _cut_alike(sheet: Sheet, lines: Sequence[str]) -> list[list[str]] | None:
-    """As many columns of cells as the header has, missing cells empty; None if a row is too wide or the header is."""
+def _cut_alike(sheet: Sheet, lines: Sequence[str]) -> tuple[list[list[str]], dict[int, int]] | None:
+    """As many columns of cells as the header has, missing cells empty, and the number of cells of rows with another number.
+
+    None if a row is too wide or the header is.
+    """
     delimiter, width = sheet.delimiter, len(sheet.names)
     rows: Iterator[list[str]] = (line.split(delimiter) for line in lines)
     if delimiter == " ":
@@ -110,18 +123,23 @@ def _cut_alike(sheet: Sheet, lines: Sequence[str]) -> list[list[str]] | None:
             return None
         rows = csv.reader(lines, delimiter=delimiter, skipinitialspace=True)
     cells: list[str] = []
+    lengths: dict[int, int] = {}
     widest = 0
     try:
-        for row in rows:
+        for i, row in enumerate(rows):
             n = len(row)
             if n > widest and any(c.strip() for c in row):
                 widest = n
             if n != width and ((n > 0 and delimiter == " ") or any(c.strip() for c in row[width:])):
                 return None
-            cells += row if n == width else (row + [""] * width)[:width]
+            if n == width:
+                cells += row
+            else:
+                cells += (row + [""] * width)[:width]
+                lengths[i] = n
     except csv.Error:
         return None
-    return [cells[i::width] for i in range(width)] if widest >= n_named(sheet) else None
+    return ([cells[i::width] for i in range(width)], lengths) if widest >= n_named(sheet) else None
 
 
 def _end_of_rows(sheet: Sheet, start: int, keys: Sequence[int]) -> tuple[int, list[int]] | None:

@@ -9,9 +9,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from calib.errors import Choice, Fault, InputError
-from calib.lab.instruments.labtable import IntArray, Reading
+from calib.lab.instruments.brackets import tidy, without_brackets
+from calib.lab.instruments.labtable import IntArray, Reading, Unread
 from calib.lab.instruments.text import LabText
-from calib.lab.instruments.vocabulary import Heading, understand, words
+from calib.lab.instruments.units import IN_PLACE_OF, looks_like_unit
+from calib.lab.instruments.vocabulary import Heading, heading_as, understand, words
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +33,9 @@ class Sheet:
     lines : 1-based line of each row, shape (n_row,).
     cut_short : whether the file ends within the last row.
     notes : what was left out while cutting.
+    set_aside : column -> why it is not read although the file may name it, as of another specimen.
+    reasons : row from 0 -> why its cells cannot be trusted.
+    unread : lines and blocks of the file that are not in `columns`, with the reason.
     """
 
     text: LabText
@@ -46,6 +51,9 @@ class Sheet:
     lines: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     cut_short: bool = False
     notes: tuple[str, ...] = ()
+    set_aside: Mapping[int, str] = field(default_factory=dict)
+    reasons: Mapping[int, str] = field(default_factory=dict)
+    unread: tuple[Unread, ...] = ()
 
     @property
     def prelude(self) -> tuple[str, ...]:
@@ -56,24 +64,38 @@ class Sheet:
         """Unit of a column in the units row, "" if there is none."""
         return self.units[column] if column < len(self.units) else ""
 
+    def plain_heading(self, column: int) -> Heading:
+        """What a column is by its name alone, whatever the user says; of no quantity if it is not understood."""
+        found = understand(self.names[column], self.unit_below(column))
+        return found if found is not None else Heading("", 0, words(self.names[column]), None)
+
+    def unit_written(self, column: int) -> str:
+        """The last unit in the name of a column or below it, "" if there is none."""
+        cut = without_brackets(tidy(self.names[column]))
+        inside = [b for b in (cut[1] if cut is not None else ()) if looks_like_unit(b)]
+        tail = re.search(r"[\s_,/]([^\s_,/]+)$", self.names[column].strip())
+        written = tail[1] if tail is not None and looks_like_unit(tail[1]) else ""
+        return self.unit_below(column) or (inside[-1] if inside else written)
+
+    def name_for_asking(self, column: int) -> str:
+        """How the user may name a column: as it is written, by its number where the name does not tell it from others."""
+        name = self.names[column]
+        plain = [words(n) for n in self.names]
+        clear = name and plain.count(words(name)) == 1 and "=" not in name and '"' not in name
+        return name if clear else str(column + 1)
+
     def headings(self) -> dict[int, Heading]:
         """Which columns are understood, and as what: cell index -> heading. What the user assigned goes first."""
         found: dict[int, Heading] = {}
+        given = {IN_PLACE_OF.get(q, q) for q in self.assigned.values()}
         for index, name in enumerate(self.names):
             if index in self.assigned:
-                heading = understand(name, self.unit_below(index))
-                unit = heading.unit if heading is not None else _bracketed(name)
-                found[index] = Heading(self.assigned[index], 0, words(name), unit)
-            elif name:
+                found[index] = heading_as(self.assigned[index], name, self.unit_below(index))
+            elif name and index not in self.set_aside:
                 understood = understand(name, self.unit_below(index))
-                if understood is not None and understood.quantity not in self.assigned.values():
+                if understood is not None and IN_PLACE_OF.get(understood.quantity, understood.quantity) not in given:
                     found[index] = understood
         return found
-
-
-def _bracketed(name: str) -> str | None:
-    match = re.search(r"[(\[]([^()\[\]]*)[)\]]\s*$", name)
-    return match[1].strip() or None if match else None
 
 
 class SeveralSpecimens(InputError):

@@ -5,8 +5,6 @@ from __future__ import annotations
 import re
 from datetime import UTC, datetime
 
-import numpy as np
-
 from calib.lab.instruments.sheet import Sheet
 from models.sensor import FloatArray
 
@@ -14,7 +12,7 @@ _DATE = re.compile(
     r"(?P<a>\d{1,4})(?P<mark>[-/.])(?P<b>\d{1,2})(?P=mark)(?P<c>\d{1,4})(?:[ T]+(?P<h>\d{1,2}):(?P<m>\d{2})(?::(?P<s>\d{2}))?"
     r"\s*(?P<half>[AaPp][Mm])?)?"
 )
-_EPOCH = 1e9  # [s] since 1970, in the year 2001: no time since the start of a test
+_EPOCH = (1e9, 4.2e9)  # [s] since 1970, in the years 2001 to 2100: no time since the start of a test
 
 
 def started_at(sheet: Sheet, time: FloatArray | None) -> datetime | None:
@@ -31,7 +29,7 @@ def started_at(sheet: Sheet, time: FloatArray | None) -> datetime | None:
         found = _date(match) if match else None
         if found is not None:
             return found
-    if time is not None and time.size and _EPOCH < time[0] < np.inf:
+    if time is not None and time.size and _EPOCH[0] < time[0] < _EPOCH[1]:
         return datetime.fromtimestamp(round(float(time[0])), UTC).replace(tzinfo=None)
     return None
 

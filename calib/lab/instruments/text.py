@@ -13,7 +13,7 @@ from calib.lab.instruments.units import looks_like_unit
 from calib.lab.instruments.vocabulary import understand
 
 # Encodings of instruments' software besides Unicode, in the order in which a draw is decided.
-_LEGACY = ("latin-1", "gb18030", "cp932")
+_LEGACY = ("latin-1", "cp1250", "cp1251", "gb18030", "cp932", "cp949")
 _NAMES = {"gb18030": "gbk", "cp932": "shift-jis"}
 
 # Characters that no table has: bytes of another kind of file.
@@ -47,8 +47,8 @@ class LabText:
 def read_lab_text(path: Path) -> LabText:
     """Read a lab file as text, whatever encoding its software wrote it in.
 
-    A byte order mark decides, then UTF-16 by its zero bytes, then UTF-8. Bytes that are not Unicode are read as Latin-1, GBK or
-    Shift-JIS, whichever makes most of its words column names or units.
+    A byte order mark decides, then UTF-16 by its zero bytes, then UTF-8. Bytes that are not Unicode are read as Latin-1,
+    another code page, GBK, Shift-JIS or EUC-KR, whichever makes most of its words column names or units.
 
     Raises
     ------

@@ -11,7 +11,8 @@ import numpy as np
 from calib.errors import Choice, Fault, InputError, capped
 from calib.lab.instruments.grid import address, column_letters
 from calib.lab.instruments.labtable import LabTable, Reading
-from calib.lab.instruments.numbers import decide_notation, is_numeric, parse_number
+from calib.lab.instruments.notation import decide_notation
+from calib.lab.instruments.numbers import is_numeric, parse_number
 from calib.lab.instruments.part import Cell, CellTypes, Part
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.shown import Shown, shown_as
@@ -184,7 +185,7 @@ def _numbers_in_text(
         faults.append(_fault(column.places[first], message, advice, _DECIMAL))
         return column.cells, ()
     if not mark:
-        notation = decide_notation([[column.cells[i] for i in in_text]])
+        notation = decide_notation([[column.cells[i] for i in in_text]], [f"column {column_letters(column.index)}"])
         if notation.conflict:
             message = (
                 f"the numbers of this column are text, and their decimal mark cannot be told: {notation.conflict}: {shown}"

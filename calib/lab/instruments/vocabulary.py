@@ -1,15 +1,28 @@
-"""From the words and units in a header cell to the quantity they stand for."""
+"""From the words and units in a header cell to the quantity they stand for, or the reason why the column is no record."""
 
 from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from types import MappingProxyType
 
-from calib.lab.instruments.units import SI_UNIT, is_unit_of, looks_like_unit
+from calib.lab.instruments.brackets import (
+    index_in,
+    is_factor,
+    is_letter,
+    is_remark,
+    is_wiring,
+    kind_of_unit,
+    no_record,
+    tidy,
+    without_brackets,
+)
+from calib.lab.instruments.lexicon import NAMES, PROCESSED, RELATIVE
+from calib.lab.instruments.meanings import Meaning, doubt_of, meanings, other_axis
+from calib.lab.instruments.units import SI_UNIT, is_mass, is_unit_of, lab_factor, looks_like_unit
 
 #: Quantities whose unit must be written in the file.
 NEEDS_UNIT = ("time", "displacement", "force", "capacitance", "capacitance_series")
@@ -23,82 +36,64 @@ EXAMPLE: Mapping[str, str] = MappingProxyType(
         "capacitance": "Cp (pF)",
         "capacitance_series": "Cs (pF)",
         "dissipation": "D",
+        "quality": "Q",
         "frequency": "Frequency (Hz)",
         "cycle": "Cycle count",
         "status": "Status",
     }
 )
 
-# Quantity -> names in lower case, in order of preference where a file has several; a bar sets names apart. Underscores and
-# spaces are the same. The raw force comes before a corrected one: the model has the load zero as a parameter, and must see what
-# the cell read.
-_NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
-    {
-        quantity: tuple(name.strip() for name in " | ".join(lines).split("|"))
-        for quantity, lines in {
-            "time": (
-                "time | total time | running time | elapsed time | test time | timestamp | time stamp | t",
-                "zeit | prüfzeit | laufzeit | testzeit | messzeit",
-                "temps | temps écoulé | durée | tiempo | tiempo transcurrido",
-                "时间 | 時間 | 试验时间 | 試験時間 | 経過時間 | 時刻",
-                "cycle elapsed time",
-            ),
-            "displacement": (
-                "extension | displacement | compressive extension | compressive displacement | crosshead",
-                "crosshead displacement | crosshead position | crosshead travel | crosshead extension",
-                "axial displacement | digital position | compression | indentation | indentation depth | depth | z position",
-                "position | travel | standard travel | stroke | axial position | distance | deflection | deformation | disp",
-                "z | d",
-                "standardweg | traversenweg | weg | verschiebung | verformung | eindringtiefe | maschinenweg",
-                "déplacement | deplacement | traverse | enfoncement | course",
-                "desplazamiento | extensión | posición | recorrido | deformación",
-                "位移 | 横梁位移 | 变形 | 変位 | ストローク | 変位量 | 伸び",
-                "traversenweg absolut",
-            ),
-            "force": (
-                "load | force | compressive load | compressive force | raw force | raw load | normal force",
-                "axial force | axial load | standard force | fz | f",
-                "standardkraft | kraft | prüfkraft | last | druckkraft | normalkraft | axialkraft",
-                "charge | effort | force de compression | fuerza | carga",
-                "载荷 | 荷载 | 负荷 | 力 | 试验力 | 試験力 | 荷重",
-                "corrected force | corrected load",
-            ),
-            "capacitance": (
-                "cp | parallel capacitance | capacitance | cap | c",
-                "kapazität | capacité | capacitancia | capacidad | 电容 | 静電容量 | 電容",
-            ),
-            "capacitance_series": ("cs | series capacitance",),
-            "dissipation": (
-                "d | dissipation | dissipation factor | df | loss tangent | loss factor | tan delta | tan d | tan δ | tanδ",
-                "verlustfaktor | tangente de pertes | facteur de pertes | factor de disipación | 损耗 | 損失係数 | 损耗因子",
-            ),
-            "frequency": (
-                "frequency | freq | f | measurement frequency | test frequency",
-                "frequenz | fréquence | frecuencia | 频率 | 周波数",
-            ),
-            "cycle": (
-                "total cycle count | cycle count | cycle | total cycles | elapsed cycles | cycles | axial count",
-                "zyklus | zyklen | ciclo | ciclos | 循环 | サイクル",
-            ),
-            "status": ("status | stat | lcr status | measurement status | ステータス | 状态",),
-        }.items()
-    }
-)
-
-_CELL = re.compile(r"^(?P<name>.*?)\s*[(\[{]\s*(?P<unit>[^()\[\]{}]*?)\s*[)\]}]\s*$", re.DOTALL)
-_CHANNEL = re.compile(r"^(?P<name>[^(\[]+?)\s*[(\[][^()\[\]]*(?:\([^()]*\)[^()\[\]]*)*[)\]]$")
 _TAIL = re.compile(r"^(?P<name>.+?)\s*(?:_|/|,|:|\sin\s|\s)\s*(?P<unit>[^\s_/,:]+)$")
-_UNIT_CELL = re.compile(r"^[(\[{]\s*(?P<unit>.*?)\s*[)\]}]$")
+_UNIT_CELL = re.compile(r"^[(\[{]\s*(?P<unit>[^()\[\]{}]*?)\s*[)\]}]$")
+_UNIT_WITH_REMARK = re.compile(r"^[(\[](?P<unit>[^()\[\]]+)[)\]]\s+(?P<remark>[^\W\d][\w ,.]*)$")
+# Words that are units of plain numbers within brackets only.
+_NO_TAIL = ("x", "#", "-", "1", "none", "cycles")
+_LONGEST = 120
+_APART = " ,;:/"
+# Letters that are names only with a unit: s, h of a depth, P of a load.
+_ONLY_WITH_UNIT = ("s", "h", "p")
+# How a time of day is written: "mm:ss:ff", "h:min:s".
+_CLOCK_FORM = re.compile(r"[a-z]{1,5}(?:[:.][a-z]{1,5}){1,3}", re.IGNORECASE)
+_SERIES = re.compile(r"series|serie|reihe|\bcs\b|cs-|ls-|\bser\b", re.IGNORECASE)
+_PARALLEL = re.compile(r"parallel|\bcp\b|cp-|\bpar\b|parall[eè]le", re.IGNORECASE)
+_KNOWN_BY_WORDS = (
+    (r"\btemp\b|temperatur|température|temperatura|온도|温度", "a temperature: not used"),
+    (r"humid|feuchte|humidité", "a humidity: not used"),
+    (r"stress|spannung|contrainte|pressure|druck$|naprężenie|応力|应力|응력", "a stress or pressure: not used"),
+    (r"strain|dehnung|odkształcenie|ひずみ|应变|변형률", "a strain: not used"),
+    (r"speed|velocity|rate|geschwindigkeit|vitesse", "a rate: not used"),
+    (r"energy|work|energie|arbeit", "an energy: not used"),
+)
+# Names of one letter mean many things; their unit decides.
+_STRAIN = re.compile(r"%|mm/mm|m/m|in/in|strain|[µu]ε|[µu]strain")
 
 
 @dataclass(frozen=True)
 class Heading:
-    """A header cell that was understood: the quantity, its preference (0 is best), and the unit in the name or None."""
+    """A header cell that was understood.
+
+    Attributes
+    ----------
+    quantity : what the column holds.
+    rank : its preference among the names of the quantity, 0 is best.
+    name : in lower case, without unit and brackets.
+    unit : in the name, None if it is not there.
+    index : which of several alike: "2" of "Load 2", "b" of "Force_B", "" where the name has none.
+    processed : whether the name says that the readings were worked on: filtered, corrected.
+    unit_doubt : why the unit or a factor cannot be told, which the user's `units` settles; "" if it can.
+    name_doubt : why it is not sure that the column is meant, which the user's `columns` settles; "" if it is.
+    letter : whether the name is a single letter, which means other things elsewhere.
+    """
 
     quantity: str
     rank: int
     name: str
     unit: str | None
+    index: str = ""
+    processed: bool = False
+    unit_doubt: str = ""
+    name_doubt: str = ""
+    letter: bool = False
 
 
 def words(name: str) -> str:
@@ -108,60 +103,240 @@ def words(name: str) -> str:
 
 def understood_names(quantity: str) -> str:
     """List the names that a quantity may have in a header, for advice."""
-    return ", ".join(f'"{n}"' for n in _NAMES[quantity][:6])
+    return ", ".join(f'"{n}"' for n in NAMES[quantity][:6])
 
 
 @lru_cache(maxsize=4096)
 def understand(cell: str, unit_below: str = "") -> Heading | None:
     """Tell what a column holds from its header cell, in any of the languages and spellings that are known.
 
+    Every bracket of the cell is looked at: a unit, a wiring or a remark, a factor, a statistic.
+
     Parameters
     ----------
-    cell : such as "Load", "Load (N)", "CP[F]", "force_N", "Position(Linear:Digital Position) (mm)".
+    cell : such as "Load", "Load (N)", "CP[F]", "force_N", "Position(Linear:Digital Position) (mm)", "Fz, N".
     unit_below : unit in a units row under the cell, "" if none. It decides where a letter means two things (D, d, F, f).
 
     Returns
     -------
-    None if the cell is not understood.
+    None if the cell is not understood, or says that the column is no record; `why_unread` has the reason.
 
-    >>> understand("Compressive load (kN)")
-    Heading(quantity='force', rank=2, name='compressive load', unit='kN')
+    >>> understand("Compressive load (kN)").quantity, understand("Compressive load (kN)").unit
+    ('force', 'kN')
     >>> understand("d", "mm").quantity, understand("D").quantity
     ('displacement', 'dissipation')
+    >>> understand("Force (peak hold) (N)"), understand("Load (kN) (N)").unit_doubt
+    (None, 'two units, "kN" and "N"')
     """
-    cell = unicodedata.normalize("NFKC", cell).strip()
-    if len(cell) > 120:
-        return None
-    match = _CELL.match(cell)
-    name, unit = (match["name"], match["unit"] or None) if match else (cell, None)
-    found = _lookup(words(name), unit or unit_below)
-    if found is None and (channel := _CHANNEL.match(name if match else cell)):
-        # The channel's wiring in brackets after its name, as "Load(8800 (0,1):Load) (kN)".
-        name = channel["name"]
-        found = _lookup(words(name), unit or unit_below)
-    if found is not None:
-        return Heading(*found, words(name), unit)
-    tail = None if match else _TAIL.match(cell)
-    if tail is not None:
-        found = _lookup(words(tail["name"]), tail["unit"])
-        if found is not None and is_unit_of(tail["unit"], found[0]):
-            return Heading(*found, words(tail["name"]), tail["unit"])
-    return None
+    found = _interpret(cell, unit_below)
+    return found if isinstance(found, Heading) else None
 
 
-def _lookup(name: str, unit: str) -> tuple[str, int] | None:
-    found = [(quantity, names.index(name)) for quantity, names in _NAMES.items() if name in names]
-    if len(found) > 1:
-        fitting = [f for f in found if (bool(unit) or not SI_UNIT[f[0]]) and is_unit_of(unit or "-", f[0])]
-        return fitting[0] if fitting else None
-    return found[0] if found else None
+def why_unread(cell: str, unit_below: str = "") -> str:
+    """Say why a column is not read whose header cell `understand` makes nothing of.
+
+    Parameters
+    ----------
+    cell, unit_below : as of `understand`.
+
+    >>> why_unread("T (°C)"), why_unread("Force (max) (N)"), why_unread("Operator")
+    ('a temperature: not used', '"max" is a statistic, no record', 'not understood')
+    """
+    found = _interpret(cell, unit_below)
+    return found if isinstance(found, str) else "not used"
+
+
+def heading_as(quantity: str, cell: str, unit_below: str = "") -> Heading:
+    """Read a header cell as the name of a quantity that the user says it is; only its units and factors can be in doubt then.
+
+    Parameters
+    ----------
+    quantity : one of `SI_UNIT`.
+    cell, unit_below : as of `understand`.
+    """
+    cut = without_brackets(tidy(cell))
+    outside, brackets = cut if cut is not None else (tidy(cell), ())
+    name, tail = next((n for n in _with_tail(outside) if is_unit_of(n[1], quantity)), (outside, ""))
+    unit, doubt = _unit_of(quantity, [*brackets, *([tail] if tail else [])], unit_below)
+    if unit is None and not doubt and not unit_below:
+        odd = [b for b in brackets if looks_like_unit(b) and not is_letter(b)]
+        unit = odd[-1] if odd else None
+    return Heading(quantity, 0, words(name), unit, unit_doubt=doubt)
+
+
+@lru_cache(maxsize=4096)
+def _interpret(cell: str, unit_below: str) -> Heading | str:
+    """The heading of a cell, or why there is none."""
+    cell = tidy(cell)
+    cut = without_brackets(cell) if len(cell) <= _LONGEST else None
+    if cut is None:
+        return "not understood"
+    outside, brackets = cut
+    for name, tail in (*_with_tail(outside), (_bare(outside), "")):
+        inside = [*brackets, tail] if tail else list(brackets)
+        plain = words(name)
+        readings = list(meanings(plain, inside, unit_below))
+        if (
+            tail
+            and readings
+            and not any(is_unit_of(tail, m.quantity) or (m.quantity == "force" and is_mass(tail)) for m in readings)
+        ):
+            # What stands behind the name is no unit of it: "Load A", "Time N".
+            if not is_letter(tail):
+                return _weighed(readings, plain, inside, unit_below)
+            continue
+        if readings:
+            return _weighed(readings, plain, inside, unit_below)
+    return _reason(words(outside), brackets, unit_below)
+
+
+def _bare(outside: str) -> str:
+    """The words without the marks between them and a unit; a minus before them is no such mark."""
+    return outside.strip(_APART).rstrip(f"{_APART}-")
+
+
+def _with_tail(outside: str) -> Iterator[tuple[str, str]]:
+    """The words of a cell as a name with its unit behind it, if they are one: "force_N", "Time, s", "Weg in mm"."""
+    match = _TAIL.match(_bare(outside))
+    if match is not None and looks_like_unit(match["unit"]) and match["unit"] not in _NO_TAIL:
+        yield _bare(match["name"]), match["unit"]
+
+
+def _weighed(readings: Sequence[Meaning], name: str, inside: Sequence[str], unit_below: str) -> Heading | str:
+    """The one meaning that the units and other brackets leave, or why none is left."""
+    letter = (len(re.sub(r"[ \d]", "", name)) == 1 and name.isascii()) or readings[0].letter
+    written = [b for b in inside if b]
+    fitting = [m for m in readings if any(is_unit_of(b, m.quantity) for b in (*written, unit_below) if b)]
+    if not fitting and len(readings) > 1:
+        other = kind_of_unit(unit_below or (written[-1] if written else ""), charge=name in ("q", "charge"))
+        if other:
+            return f"{other}: not used"
+        if written or unit_below:
+            return "not understood"
+        fitting = [m for m in readings if not SI_UNIT[m.quantity]]
+        if not fitting:
+            return "a letter without a unit"
+    if not fitting and name in _ONLY_WITH_UNIT:
+        return "not understood"
+    meaning = (fitting or list(readings))[0]
+    quantity = meaning.quantity
+    if not fitting:
+        reason = _of_something_else(quantity, name, [*written, *([unit_below] if unit_below else [])], letter=letter)
+        if reason:
+            return reason
+    for bracket in written:
+        if not is_unit_of(bracket, quantity) and not is_wiring(bracket) and (reason := no_record(bracket)):
+            return reason
+    unit, unit_doubt = _unit_of(quantity, written, unit_below)
+    index, name_doubt, processed = meaning.index, meaning.doubt, meaning.processed
+    unknown: list[str] = []
+    for bracket in written:
+        if is_unit_of(bracket, quantity) or is_factor(bracket):
+            continue
+        plain = words(bracket)
+        if quantity.startswith("capacitance") and (_SERIES.search(bracket) or _PARALLEL.search(bracket)):
+            series, parallel = bool(_SERIES.search(bracket)), bool(_PARALLEL.search(bracket))
+            if series and parallel:
+                unknown.append(bracket)
+            elif series and name in NAMES["capacitance"][:4]:
+                name_doubt = f'the name says Cp, "{bracket}" a series capacitance'
+            elif series:
+                quantity = "capacitance_series"
+            else:
+                name = "cp" if quantity == "capacitance" else name
+        elif plain in ("x", "y"):
+            name_doubt = f'"{bracket}" is another axis'
+        elif doubt := doubt_of(quantity, re.split(r"[ .,;/-]+", plain)):
+            name_doubt = f'"{bracket}": {doubt}'
+        elif quantity == "time" and _CLOCK_FORM.fullmatch(bracket):
+            unit = unit or bracket
+        elif quantity == "force" and plain in ("abs", "absolute"):
+            name_doubt = f'"{bracket}" may mean that the sign is lost'
+        elif is_remark(bracket) or is_wiring(bracket) or any(m.quantity == quantity for m in meanings(plain, (), "")):
+            continue
+        elif any(w in PROCESSED for w in re.split(r"[ .,;/-]+", plain)):
+            processed = True
+        elif index_in(bracket):
+            index = index_in(bracket)
+        else:
+            unknown.append(bracket)
+    if unknown and (unit is not None or unit_below):
+        name_doubt = name_doubt or f'"{unknown[0]}" in brackets is not understood'
+    elif unknown and unit is None:
+        unit = unknown[-1]
+    return Heading(quantity, meaning.rank, name, unit, index, processed, unit_doubt, name_doubt, letter)
+
+
+def _unit_of(quantity: str, written: Sequence[str], unit_below: str) -> tuple[str | None, str]:
+    """The unit among the brackets of a name, and why it is in doubt."""
+    units = [b for b in written if b and is_unit_of(b, quantity)]
+    own = unit_below if unit_below and is_unit_of(unit_below, quantity) else ""
+    if SI_UNIT[quantity] == "":
+        # Of a plain number a bracket with a power of ten is the unit.
+        units = [u for u in units if u.lower() not in ("x",)]
+    different = {lab_factor(u, quantity): u for u in units}
+    if len(different) > 1:
+        return units[-1], "two units, " + " and ".join(f'"{u}"' for u in different.values())
+    factors = [b for b in written if b and is_factor(b) and b not in units]
+    if factors:
+        shown = units[-1] if units else own or "unit"
+        return (
+            units[-1] if units else None,
+            f'the factor "{factors[0]}" in its name: the readings may have been multiplied by it, or have to be ({shown})',
+        )
+    # A letter such as A or C beside a unit is no second unit, anything else is.
+    others = [b for b in written if b and looks_like_unit(b) and b not in units and not is_letter(b) and not is_wiring(b)]
+    others = [b for b in others if b not in ("-", "1", "#", "x") and not no_record(b)]
+    if others and (units or own):
+        return (units[-1] if units else None), f'two units, "{others[0]}" and "{(units or [own])[-1]}"'
+    if units:
+        return units[-1], ""
+    return None, ""
+
+
+def _of_something_else(quantity: str, name: str, units: Sequence[str], *, letter: bool) -> str:
+    """Why a column with the name of a quantity is something else by its unit; "" where the unit is wrong or unknown."""
+    for unit in units:
+        if unit in ("-", "1", "#", "x"):
+            continue
+        kind = kind_of_unit(unit, charge=name in ("charge", "q"))
+        if quantity == "force" and is_mass(unit):
+            return ""
+        if kind and quantity == "displacement" and _STRAIN.fullmatch(unit):
+            return "a share or strain: not used"
+        if kind and (letter or quantity not in ("time", "cycle", "status")):
+            known = any(is_unit_of(unit, q) for q in ("time", "displacement", "force", "capacitance", "frequency"))
+            if letter or not known:
+                return f"{kind}: not used"
+    return ""
+
+
+def _reason(name: str, brackets: Sequence[str], unit_below: str) -> str:
+    """Why a name that means no quantity is not read."""
+    for text in (name, *brackets):
+        if not looks_like_unit(text) and (reason := no_record(text)):
+            return reason
+    axis = other_axis(name)
+    if axis:
+        return f"axis {axis}: not used"
+    for pattern, reason in _KNOWN_BY_WORDS:
+        if re.search(pattern, name):
+            return reason
+    _, tail = next(_with_tail(name), ("", ""))
+    for unit in (*brackets, unit_below, tail):
+        kind = kind_of_unit(unit) if unit and not is_letter(unit) else ""
+        if kind and not kind.startswith("in "):
+            return f"{kind}: not used"
+    return "not understood"
 
 
 def unit_of_cell(cell: str) -> str | None:
     """The unit in a cell of a units row, "" if the cell is empty, None if it cannot be a unit.
 
-    >>> unit_of_cell("(mm)"), unit_of_cell("kN"), unit_of_cell("0.5")
-    ('mm', 'kN', None)
+    A remark may stand behind a unit in brackets, unless it is a statistic or a factor.
+
+    >>> unit_of_cell("(mm)"), unit_of_cell("kN"), unit_of_cell("0.5"), unit_of_cell("(N) zeroed"), unit_of_cell("(N) max")
+    ('mm', 'kN', None, 'N', None)
     """
     cell = cell.strip()
     if not cell:
@@ -169,4 +344,8 @@ def unit_of_cell(cell: str) -> str | None:
     match = _UNIT_CELL.match(cell)
     if match:
         return match["unit"]
+    match = _UNIT_WITH_REMARK.match(cell)
+    if match and looks_like_unit(match["unit"]):
+        relative = is_unit_of(match["unit"], "capacitance") and any(w in RELATIVE for w in words(match["remark"]).split())
+        return None if relative or no_record(match["remark"]) else match["unit"]
     return cell if looks_like_unit(cell) else None

@@ -425,6 +425,14 @@ def test_several_specimens_of_a_sheet_are_a_choice(tmp_path: Path, write: Writer
 
 
 @both
+def test_a_column_without_a_name_beside_a_table_is_named_as_not_read(tmp_path: Path, write: Writer, ending: str) -> None:
+    rows = [HEADER, *((*row, None, 7.5 + i) for i, row in enumerate(ROWS))]
+    table = read_lab_file(write(tmp_path / f"press.{ending}", {"Data": rows}))
+    assert_truth(table)
+    assert any("column 5" in part.what for part in table.unread)
+
+
+@both
 def test_columns_without_header_are_read_as_the_user_says(tmp_path: Path, write: Writer, ending: str) -> None:
     path = write(tmp_path / f"press.{ending}", {"Data": ROWS})
     said = Reading(

@@ -1,0 +1,146 @@
+"""From a header cell to the words outside of its brackets and what each of its brackets is: a unit, a factor, a remark."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+
+from calib.lab.instruments.lexicon import COMMANDED, REMARKS, STATISTIC
+from calib.lab.instruments.units import looks_like_unit
+
+_OPENING, _CLOSING = "([{<", ")]}>"
+_COMMENT = re.compile(r"^(?:[#%;]+|//)\s*(?=\S)")
+# x10, 1e-1, *10^3, ×1000, :10: what the numbers of a column are to be multiplied by, or were.
+_FACTOR = re.compile(
+    r"(?:[x×*·/:]\s*(?:10\s*(?:\^|\*\*)?\s*[+-]?\d*|\d+(?:[.,]\d+)?(?:e[+-]?\d+)?)|10\s*(?:\^|\*\*)\s*[+-]?\d+|10-\d+|"
+    r"\d+(?:[.,]\d+)?e[+-]?\d+|e[+-]\d+|0[.,]\d+)",
+    re.IGNORECASE,
+)
+# Where a channel is wired: "Linear:Digital Position", "8800 (0,1):Load", "Dev1/ai0", "AI0".
+_WIRING = re.compile(r"[^:]*:[^:]+|\d{4}\s*\(\d+,\s*\d+\)|(?:dev\d+/)?a[io]\d+|0x[0-9a-f]+", re.IGNORECASE)
+# The range of a load cell or the frequency of a meter: "500 N", "1 kHz".
+_RANGE = re.compile(
+    r"(?:at |@ ?|max\.? |range |capacity )?\d+(?:[.,]\d+)?\s?(?:[mkµu]?N|kg|lbf?|[kM]?Hz|mm|V|mV)(?: load cell| cell| range)?"
+)
+_INDEX = re.compile(
+    r"(?:(?:ch|chan|channel|kanal|sensor|cell|load cell|no|nr|#)[ ._#]*)?(?P<index>\d{1,3}|[a-f])", re.IGNORECASE
+)
+# "C" and "F" are units too, as are "A" and "V".
+_LETTER = re.compile(r"[A-H]")
+
+
+def tidy(cell: str) -> str:
+    """A header cell without the mark of a comment before it and with the usual characters for those that look the same."""
+    cell = unicodedata.normalize("NFKC", cell.strip().replace("\u02da", "°")).replace("\u2212", "-").strip()
+    return _COMMENT.sub("", cell)
+
+
+def without_brackets(cell: str) -> tuple[str, tuple[str, ...]] | None:
+    """The words of a cell outside of its brackets, and what stands in each of them; None if brackets do not match.
+
+    >>> without_brackets("Load(8800 (0,1):Load) (kN)"), without_brackets("Position (z), mm")
+    (('Load', ('8800 (0,1):Load', 'kN')), ('Position , mm', ('z',)))
+    """
+    outside: list[str] = []
+    inside: list[str] = []
+    found: list[str] = []
+    depth = 0
+    for character in cell:
+        if character in _OPENING and not (character == "<" and depth == 0):
+            depth += 1
+            if depth == 1:
+                inside = []
+                continue
+        elif character in _CLOSING and not (character == ">" and depth == 0):
+            depth -= 1
+            if depth < 0:
+                return None
+            if depth == 0:
+                found.append("".join(inside).strip())
+                outside.append(" ")
+                continue
+        (inside if depth else outside).append(character)
+    if depth:
+        return None
+    return re.sub(r"\s+", " ", "".join(outside)).strip(), tuple(found)
+
+
+def is_factor(text: str) -> bool:
+    """Whether a bracket is a factor: x10, 1e-1, *10^3.
+
+    >>> is_factor("x10"), is_factor("1e-1"), is_factor("10^-3"), is_factor("N")
+    (True, True, True, False)
+    """
+    return _FACTOR.fullmatch(text.strip()) is not None
+
+
+def is_wiring(text: str) -> bool:
+    """Whether a bracket says where a channel is wired, or how far an instrument reaches."""
+    return _WIRING.fullmatch(text) is not None or _RANGE.fullmatch(text) is not None
+
+
+def index_in(text: str) -> str:
+    """Which of several alike a bracket names: "2" of "Ch 2", "b" of "cell B"; "" if it names none."""
+    match = _INDEX.fullmatch(text.strip())
+    return match["index"].lower() if match else ""
+
+
+def is_letter(text: str) -> bool:
+    """Whether a bracket is a letter that may be a unit or a name: A, C, F."""
+    return _LETTER.fullmatch(text) is not None
+
+
+def is_remark(text: str) -> bool:
+    """Whether a bracket is a remark of known words that changes nothing: measured, absolute, load cell."""
+    parts = _words_in(text)
+    return bool(parts) and all(p in REMARKS for p in parts)
+
+
+def no_record(text: str) -> str:
+    """Why a name or a bracket with such words stands for no record: it was commanded, or is drawn from several readings.
+
+    >>> no_record("load setpoint"), no_record("peak hold"), no_record("load")
+    ('"setpoint" was commanded, not measured', '"peak" is a statistic, no record', '')
+    """
+    for word in _words_in(text):
+        if word in STATISTIC:
+            return f'"{word}" is a statistic, no record'
+        if word in COMMANDED:
+            return f'"{word}" was commanded, not measured'
+    return ""
+
+
+def _words_in(text: str) -> list[str]:
+    return [w for w in re.split(r"[\s_.,;:/+-]+", text.lower()) if w]
+
+
+_OF_UNIT = (
+    (r"°|deg|rad", "an angle"),
+    (r"° ?[CFK]|deg ?[CF]|K|C|℃|℉", "a temperature"),
+    (r"[kMG]?Pa|psi|ksi|bar|mbar|N/mm²?|N/mm\^?2|N/m\^?2|kgf/cm\^?2", "a stress or pressure"),
+    (r"%|mm/mm|m/m|in/in|[µu]ε|[µu]strain|strain", "a share or strain"),
+    (r"[mkµu]?V", "a voltage"),
+    (r"[mkµun]?A", "a current"),
+    (r"[mkMG]?(?:Ω|ohms?|Ohms?|OHM)", "a resistance or impedance"),
+    (r"[µum]?S", "a conductance"),
+    (r"[pnuµm]?C", "an electric charge"),
+    (r"[mk]?J|mWh", "an energy"),
+    (r"[µum]?m/(?:s|min)|mm/(?:sec|s)|%/(?:s|min)|1/s|N/s", "a rate"),
+    (r"[k]?N/m|N/mm", "a stiffness"),
+    (r"N[·.* ]?mm?|N-mm?", "a torque"),
+)
+
+
+def kind_of_unit(unit: str, *, charge: bool = False) -> str:
+    """What a column is by a unit of something that is not read: "a temperature" of °C; "" if the unit tells nothing.
+
+    Parameters
+    ----------
+    unit : as written.
+    charge : whether the name speaks of a charge, whose unit C is not degrees.
+    """
+    unit = tidy(unit)
+    if charge and re.fullmatch(_OF_UNIT[8][0], unit):
+        return "an electric charge"
+    kind = next((kind for pattern, kind in _OF_UNIT if re.fullmatch(pattern, unit)), "")
+    return kind or (f"in {unit}" if looks_like_unit(unit) else "")

@@ -1,0 +1,125 @@
+"""From what a file says of its meter's equivalent circuit, series or parallel, to what a capacitance in it is."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.errors import Choice, Fault
+from calib.lab.instruments.sheet import Sheet
+from calib.lab.instruments.vocabulary import Heading
+from models.sensor import FloatArray
+
+# Words before which, or after which, a meter's circuit is named.
+_OF_CIRCUIT = (
+    r"(?:mode|circuit|equiv\w*|schaltung|ersatzschalt\w*|function|func|param\w*|measure\w*|model|modell|montage|schéma|"
+    r"circuito)"
+)
+_AFTER = r"(?:mode|circuit|equivalent|model|schaltung|ersatz\w*)"
+_SERIES = re.compile(
+    rf"\b[cl]s\s*[-/–,]\s*(?:d|q|rs|esr|cs)\b|\b{_OF_CIRCUIT}\b.*"
+    rf"\b(?:ser|series?|serie[ns]?|seriell|série|reihe\w*|cs|ls)\b|\b(?:series|serial|serie|reihen)[ -]*{_AFTER}|"
+    r"series capacitance|直列|串联",
+    re.IGNORECASE,
+)
+_PARALLEL = re.compile(
+    rf"\b[cl]p\s*[-/–,]\s*(?:d|q|g|rp|cp)\b|\b{_OF_CIRCUIT}\b.*\b(?:par|parallel\w*|parallèle|paralelo|cp|lp)\b|"
+    rf"\bparallel\w*[ -]*{_AFTER}|parallel capacitance|並列|并联",
+    re.IGNORECASE,
+)
+_NAMES_PARALLEL = ("cp", "parallel", "cap parallel", "并联", "並列")
+
+
+@dataclass(frozen=True)
+class Circuit:
+    """What a file says of its meter: "series", "parallel" or "both", the words, and their 1-based line."""
+
+    word: str
+    shown: str
+    line: int
+
+
+def said_circuit(lines: Sequence[str]) -> Circuit | None:
+    """Which equivalent circuit is named above a header; None if none is.
+
+    >>> said_circuit(["IM3536", "MODE,SERIES"]).word, said_circuit(["Measure: Cp-D"]).word
+    ('series', 'parallel')
+    """
+    found: list[Circuit] = []
+    for number, line in enumerate(lines[-200:], max(len(lines) - 200, 0) + 1):
+        series, parallel = _SERIES.search(line), _PARALLEL.search(line)
+        if series or parallel:
+            word = "both" if series and parallel else "series" if series else "parallel"
+            found.append(Circuit(word, line.strip()[:60], number))
+    if not found:
+        return None
+    words = {c.word for c in found}
+    return found[0] if len(words) == 1 else Circuit("both", "; ".join(c.shown for c in found[:2]), found[0].line)
+
+
+# No capacitor loses more.
+_LOSSY = 3.0
+
+
+def impossible_loss(sheet: Sheet, index: int, dissipation: FloatArray, *, told: bool) -> list[Fault]:
+    """Refuse a dissipation by which Cs is to be converted and which no capacitor has: it is in per cent or per mille.
+
+    Parameters
+    ----------
+    sheet : the record.
+    index : the column of the dissipation.
+    dissipation : as read, nan where there is none.
+    told : whether the user says its unit.
+    """
+    there = np.abs(dissipation[np.isfinite(dissipation)])
+    if told or not there.size or float(np.median(there)) <= _LOSSY:
+        return []
+    return [
+        Fault(
+            f'column "{sheet.names[index]}": a dissipation of {float(np.median(there)):.3g} is none of a capacitor',
+            sheet.text.path,
+            int(sheet.lines[0]),
+            index + 1,
+            advice="Say in what it is, % for per cent or 1e-3 for per mille: --units dissipation=...",
+        )
+    ]
+
+
+# A dissipation whose square, the share by which Cs and Cp differ, is no longer small beside other errors.
+_LARGE = 0.1
+
+
+def untold_circuit(sheet: Sheet, index: int, heading: Heading, dissipation: FloatArray | None) -> tuple[list[str], list[Fault]]:
+    """Note or refuse a capacitance that does not say whether it is Cp or Cs, by how far they differ.
+
+    Parameters
+    ----------
+    sheet : the record.
+    index, heading : the column of the capacitance.
+    dissipation : of the same rows, nan where there is none; None if the file has none.
+    """
+    if heading.name.startswith(_NAMES_PARALLEL):
+        return [], []
+    name = sheet.names[index] or f"column {index + 1}"
+    if index in sheet.assigned:
+        return [f'"{name}" is taken as Cp, the parallel capacitance, as asked'], []
+    there = np.abs(dissipation[np.isfinite(dissipation)]) if dissipation is not None else np.zeros(0)
+    large = float(np.quantile(there, 0.9)) if there.size else 0.0
+    if large <= _LARGE:
+        differ = f"; Cs would differ by {100 * large**2:.2g} %" if there.size else ""
+        return [f'"{name}" does not say whether it is Cp or Cs; taken as Cp{differ}'], []
+    asking = (sheet.name_for_asking(index),)
+    series, parallel = Choice("columns", asking, "capacitance_series"), Choice("columns", asking, "capacitance")
+    return [], [
+        Fault(
+            f'column "{name}" does not say whether it is Cp or Cs, which differ by {100 * large**2:.2g} % at D {large:.2g}',
+            sheet.text.path,
+            sheet.header_line or None,
+            index + 1,
+            advice=f"Say which: {parallel} for Cp, {series} for Cs",
+            choice=parallel,
+        )
+    ]

@@ -1,0 +1,200 @@
+"""From a column of numbers to those that their neighbours contradict by a power of ten: a decimal mark lost or moved."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from calib.lab.instruments.labtable import IntArray
+from calib.lab.instruments.numbers import SIGNS
+from models.sensor import BoolArray, FloatArray
+
+# Steps between neighbours, as powers of ten, which are looked at: four times as large or small.
+_JUMP = 4.0
+# Numbers with a mark and without beside each other: steps in powers of ten as written, and once the lost mark is put back.
+_APART, _TOGETHER = 0.9, 0.3
+# How near a number must come to its neighbours once its mark is moved, in steps between these, and how small these must be.
+_NEAR, _SMALL_STEPS, _COARSE_STEPS = 2.0, 0.03, 0.5
+# Larger shares of contradicted numbers are no single damage: the column is.
+_SHARE = 0.05
+_SHARE_SURE = 0.5
+# Rows in succession with a mark moved alike that are still told from a step of the signal.
+_RUN = 3
+_FEWEST = 5
+
+_PADDED = re.compile(rf"\n[ \t]*[{SIGNS}]?0\d+[ \t]*$", re.ASCII | re.MULTILINE)
+
+
+@dataclass(frozen=True)
+class Doubts:
+    """Numbers of a column that cannot be right.
+
+    Attributes
+    ----------
+    rows : row from 0 -> why it is not usable.
+    fault, row : why the whole column is not, with a row that shows it; "" if it is.
+    """
+
+    rows: Mapping[int, str] = field(default_factory=dict)
+    fault: str = ""
+    row: int = 0
+
+
+def doubtful(cells: Sequence[str], values: FloatArray, decimal: str) -> Doubts:
+    """Find numbers that their neighbours contradict by a power of ten, as a decimal mark lost or moved leaves them.
+
+    A whole number with leading zeros ("-021000") beside numbers with a mark has lost it. Whole numbers beside numbers with a
+    mark ("97301" beside "99.28") have lost it if, divided by one power of ten, they go on from these, and do not as they
+    stand. A single number is doubted if it is off by a power of ten, but then fits between its neighbours: in a smooth
+    signal by itself, in a coarse one if it also has another number of decimals than they. Peaks, steps and resets of a
+    signal are not touched: they fit by no power of ten, or do not come back, or are written like all others.
+
+    Parameters
+    ----------
+    cells : of the column, (n_row,).
+    values : as read, in any unit, nan where there is none, (n_row,).
+    decimal : the decimal mark of the column.
+    """
+    padded = _padded(cells, decimal)
+    marked = np.ones(0, dtype=bool)
+    if padded.size:
+        marked = np.array([decimal in c for c in cells])
+        n_there = int(np.count_nonzero(np.isfinite(values)))
+        if np.any(marked):
+            if padded.size > _SHARE_SURE * n_there:
+                return _lost(cells, int(padded[0]), marked)
+            rows = {int(i): f'"{cells[i].strip()}" has lost its decimal mark' for i in padded}
+            rest = values.copy()
+            rest[padded] = np.nan
+            other = _jumping(cells, rest, decimal)
+            return Doubts({**other.rows, **rows}, other.fault, other.row)
+    return _jumping(cells, values, decimal)
+
+
+def _padded(cells: Sequence[str], decimal: str) -> IntArray:
+    """Rows of whole numbers with leading zeros; none where all cells are whole."""
+    text = "\n" + "\n".join(cells)
+    if decimal not in text:
+        return np.zeros(0, dtype=np.int64)
+    if all(text.count(f"\n{s}0") == text.count(f"\n{s}0{decimal}") for s in ("", "-", "+")):
+        return np.zeros(0, dtype=np.int64)
+    return np.array([i for i, c in enumerate(cells) if _PADDED.match(f"\n{c}")], dtype=np.int64)
+
+
+def _lost(cells: Sequence[str], row: int, marked: BoolArray) -> Doubts:
+    beside = int(np.flatnonzero(marked)[np.argmin(np.abs(np.flatnonzero(marked) - row))])
+    return Doubts(
+        fault=f'some cells have lost their decimal mark: "{cells[row].strip()}" beside "{cells[beside].strip()}"', row=row
+    )
+
+
+def _jumping(cells: Sequence[str], values: FloatArray, decimal: str) -> Doubts:
+    size = np.abs(values)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = size[1:] / size[:-1]
+        jumps = (ratio > _JUMP) | (ratio < 1 / _JUMP)
+    if not np.any(jumps) and np.all(np.isfinite(values)):
+        return Doubts()
+    rows = np.flatnonzero(np.isfinite(values) & (size > 0))
+    if rows.size < 2:
+        return Doubts()
+    at = values[rows]
+    level = np.log10(size[rows])
+    steps = np.diff(level)
+    if not np.any(np.abs(steps) > np.log10(_JUMP)):
+        return Doubts()
+    population = _without_mark(cells, rows, level, decimal)
+    if population is not None:
+        return population
+    found = _off(cells, rows, at, level, decimal)
+    if len(found) > _SHARE * rows.size and len(found) > 1:
+        row, power = next(iter(found.items()))
+        return Doubts(
+            fault=f'"{cells[row].strip()}" and {len(found) - 1} more are off by powers of ten, such as {power}', row=row
+        )
+    return Doubts(
+        {row: f'"{cells[row].strip()}" is off by a factor of {power} from its neighbours' for row, power in found.items()}
+    )
+
+
+def _without_mark(cells: Sequence[str], rows: IntArray, level: FloatArray, decimal: str) -> Doubts | None:
+    """Doubts of whole numbers that go on from those with a mark if divided by one power of ten; None if they do as they are."""
+    wide = np.flatnonzero(np.abs(np.diff(level)) > _APART)
+    if not any((decimal in cells[rows[i]]) != (decimal in cells[rows[i + 1]]) for i in wide[:1000].tolist()):
+        return None
+    marked = np.array([decimal in cells[i] or "e" in cells[i].lower() for i in rows.tolist()])
+    changes = np.flatnonzero(marked[1:] != marked[:-1])
+    if not changes.size:
+        return None
+    steps = (level[1:] - level[:-1])[changes] * np.where(marked[changes], 1.0, -1.0)  # up to the one without a mark
+    power = float(np.round(np.median(steps)))
+    beside = _decimals(cells[rows[changes[0]] if marked[changes[0]] else rows[changes[0] + 1]], decimal)
+    if (
+        power < 1
+        or (power < 2 and beside != power)
+        or np.median(np.abs(steps)) < _APART
+        or np.mean(np.abs(steps - power)) > _TOGETHER * np.mean(np.abs(steps))
+    ):
+        return None
+    if np.median(np.abs(steps - power)) > _TOGETHER:
+        return None
+    whole = rows[~marked]
+    if whole.size > _SHARE * rows.size and whole.size > 1:
+        every = np.zeros(len(cells), dtype=bool)
+        every[rows[marked]] = True
+        return _lost(cells, int(rows[changes[0] + 1] if marked[changes[0]] else rows[changes[0]]), every)
+    return Doubts({int(i): f'"{cells[i].strip()}" has lost its decimal mark: its neighbours have one' for i in whole})
+
+
+def _off(cells: Sequence[str], rows: IntArray, at: FloatArray, level: FloatArray, decimal: str) -> dict[int, str]:
+    """Rows of which a power of ten brings the number between its neighbours -> that power."""
+    n = rows.size
+    if n < _FEWEST:
+        return {}
+    up = np.diff(level)
+    power = np.round(up)
+    found: dict[int, str] = {}
+    taken: set[int] = set()
+    for j, end in _excursions(at, power):
+        start = j + 1
+        if start in taken:
+            continue
+        before, after = at[max(start - 3, 0) : start], at[end + 1 : end + 4]
+        if min(before.size, after.size) < 2 or len(set(np.sign([*before, *after]))) != 1:
+            continue
+        mended = at[start : end + 1] / 10 ** power[j]
+        low, high = float(min(before[-1], after[0])), float(max(before[-1], after[0]))
+        step = max(high - low, float(np.max(np.abs(np.diff(before)))), float(np.max(np.abs(np.diff(after)))))
+        middle = abs(low + high) / 2
+        if np.any(mended < low - _NEAR * step) or np.any(mended > high + _NEAR * step):
+            continue
+        smooth = 0 < step < _SMALL_STEPS * middle
+        near = rows[[start - 2, start - 1, end + 1, end + 2]].tolist()
+        odd = all(_decimals(cells[i], decimal) != _decimals(cells[near[0]], decimal) for i in rows[start : end + 1].tolist())
+        alike = len({_decimals(cells[i], decimal) for i in near}) == 1
+        if (smooth and (end == start or odd)) or (odd and alike and step < _COARSE_STEPS * middle):
+            taken.update(range(start, end + 2))
+            exact = int(power[j])
+            word = f"{10**exact:,}" if exact > 0 else f"1/{10**-exact:,}"
+            found.update({int(i): word for i in rows[start : end + 1]})
+    return found
+
+
+def _excursions(at: FloatArray, power: FloatArray) -> list[tuple[int, int]]:
+    """Where a signal leaves by a power of ten and comes back by it: the last row before, the last row of it."""
+    found = []
+    for length in range(1, _RUN + 1):
+        leave, back = power[:-length], power[length:]
+        before, after = at[: -length - 1], at[length + 1 :]
+        comes = (leave != 0) & (back == -leave) & (np.abs(after - before) <= _COARSE_STEPS * np.abs(before))
+        found += [(int(j), int(j) + length) for j in np.flatnonzero(comes)]
+    return sorted(found)
+
+
+def _decimals(cell: str, decimal: str) -> int:
+    """How many digits stand behind the decimal mark."""
+    behind = cell.strip().partition(decimal)[2]
+    return len(re.split("[eE]", behind)[0])

@@ -1,0 +1,146 @@
+"""From the columns of a long table to the faults of those whose values part it into several records."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from calib.errors import Choice, Fault
+from calib.lab.instruments.labtable import IntArray
+from calib.lab.instruments.lexicon import KEYS, OF_TESTERS, PHASES
+from calib.lab.instruments.numbers import is_missing, is_numeric
+from calib.lab.instruments.sheet import Sheet
+from calib.lab.instruments.where import asked_name, listed_values
+from models.sensor import FloatArray
+
+# A key has no more values than this; a column with more is a measurement, a counter or a remark.
+_MOST = 64
+# Rows in which a value with decimals must stand to be a setting.
+_ROWS_OF_SETTING = 5
+# A frequency that a meter reads back differs by less from row to row.
+_ONE_FREQUENCY = 0.01
+# A change of a key is a jump where it is so many times the usual step, and this share of the span.
+_STEPS, _SHARE = 4.0, 0.03
+_JUMPING = ("displacement", "force", "capacitance", "capacitance_series")
+_WHOLE = re.compile(r"[+-]?\d+(?:[.,]0*)?")
+
+
+def several_records(sheet: Sheet, used: Mapping[str, int], values: Mapping[str, FloatArray]) -> list[Fault]:
+    """List the columns by whose values the rows belong to several records: channels, specimens, frequencies of a list sweep.
+
+    A column of such a name is one as soon as it has two values; any other that is not read is, where time or displacement
+    begins anew with its values, or a reading jumps with them.
+
+    Parameters
+    ----------
+    sheet : the record.
+    used : quantity -> index of its column.
+    values : quantity -> its readings in SI, nan where there is none.
+    """
+    faults: list[Fault] = []
+    meter = "capacitance" in values or "capacitance_series" in values
+    if meter and "frequency" in values and _has_several(values["frequency"]):
+        faults.append(_fault(sheet, used["frequency"], "the capacitance stands at several frequencies"))
+    for index in range(len(sheet.names)):
+        if index in used.values() or index in sheet.set_aside:
+            continue
+        codes = _codes(sheet.columns[index])
+        if codes is None:
+            continue
+        named = _is_named_key(sheet, index)
+        if not named and not _parts(codes, values, phases=_is_of_phases(sheet, index)):
+            continue
+        why = "names several" if named else "changes, and time or a reading jumps with it"
+        faults.append(_fault(sheet, index, f'column "{sheet.names[index] or index + 1}" {why}'))
+    return faults
+
+
+def _fault(sheet: Sheet, index: int, what: str) -> Fault:
+    cells = [c.strip() for c in sheet.columns[index]]
+    found = tuple(dict.fromkeys(c for c in cells if c and not is_missing(c)))
+    choice = Choice("where", found, asked_name(sheet, index))
+    return Fault(
+        f"the rows may belong to several records: {what}: {listed_values(cells)}",
+        sheet.text.path,
+        sheet.header_line or None,
+        index + 1,
+        advice=f"Say which rows to read: {choice}",
+        choice=choice,
+    )
+
+
+def _has_several(frequencies: FloatArray) -> bool:
+    there = frequencies[np.isfinite(frequencies)]
+    return there.size > 1 and float(there.max() - there.min()) > _ONE_FREQUENCY * float(np.abs(there).max())
+
+
+def _codes(cells: Sequence[str]) -> IntArray | None:
+    """The number of the value in each row, -1 where there is none; None for a column of one value, or of too many."""
+    few = {c.strip() for c in cells[:2000]}
+    if len(few) > _MOST + 1:
+        return None
+    distinct = {c: c.strip() for c in set(cells)}
+    values = sorted({v for v in distinct.values() if not is_missing(v)})
+    if not 2 <= len(values) <= min(_MOST, len(cells) // 2):
+        return None
+    number_of = Counter(cells)
+    rows_of = {v: sum(number_of[raw] for raw, w in distinct.items() if w == v) for v in values}
+    # What a key names is a record of its own, of several rows; a fraction that often stands there is a setting.
+    fractions = any(is_numeric(v) and not _WHOLE.fullmatch(v) for v in values)
+    if min(rows_of.values()) < (_ROWS_OF_SETTING if fractions else 2):
+        return None
+    number = {raw: values.index(v) if v in values else -1 for raw, v in distinct.items()}
+    return np.array([number[c] for c in cells], dtype=np.int64)
+
+
+def _is_named_key(sheet: Sheet, index: int) -> bool:
+    """Whether the name is one of keys, and the cells are whole numbers or words."""
+    parts = [w for w in re.split(r"[\s_.()\[\]#:/-]+", sheet.names[index].lower()) if w]
+    if not any(w in KEYS for w in parts) or sheet.unit_written(index):
+        return False
+    return all(not is_numeric(c) or _WHOLE.fullmatch(c) for c in {c.strip() for c in sheet.columns[index]} if c)
+
+
+def _is_of_phases(sheet: Sheet, index: int) -> bool:
+    """Whether a column counts or names the phases of one record, at whose ends a reading may jump."""
+    parts = {w for w in re.split(r"[\s_.()\[\]#:/-]+", sheet.names[index].lower()) if w}
+    cells = {c.strip().lower() for c in sheet.columns[index]} - {""}
+    return bool(parts & PHASES) or all(any(w in OF_TESTERS for w in re.split(r"[\s_-]+", c)) for c in cells)
+
+
+def _parts(codes: IntArray, values: Mapping[str, FloatArray], *, phases: bool) -> bool:
+    """Whether the rows are of several records by a key: at its changes time falls or stands, or a reading jumps."""
+    change = np.flatnonzero((codes[1:] != codes[:-1]) & (codes[1:] >= 0) & (codes[:-1] >= 0))
+    if change.size == 0:
+        return False
+    time = values.get("time")
+    if time is not None:
+        step = np.diff(time)
+        at = step[change]
+        at, step = at[np.isfinite(at)], step[np.isfinite(step)]
+        if at.size and (np.mean(at < 0) >= 0.5 or (np.mean(at <= 0) >= 0.4 and np.mean(step <= 0) < 0.99)):
+            return True
+    if phases:
+        return False
+    # Of records one below the other the place begins anew; a force may also fall where a press turns.
+    in_turn = change.size > 2 * (int(codes.max()) + 1)
+    jumping = _JUMPING if in_turn or "displacement" not in values else ("displacement",)
+    order = np.argsort(codes, kind="stable")
+    within = np.flatnonzero(codes[order][1:] == codes[order][:-1])
+    for quantity in jumping:
+        if quantity not in values:
+            continue
+        v = values[quantity]
+        span = float(np.nanmax(v, initial=-np.inf) - np.nanmin(v, initial=np.inf))
+        across = np.abs(v[change + 1] - v[change])
+        inside = np.abs(v[order][within + 1] - v[order][within])
+        across, inside = across[np.isfinite(across)], inside[np.isfinite(inside)]
+        if not across.size or not inside.size or not np.isfinite(span) or span == 0.0:
+            continue
+        jump = float(np.median(across))
+        if jump > _SHARE * span and jump > _STEPS * float(np.quantile(inside, 0.9)):
+            return True
+    return False

@@ -1,0 +1,151 @@
+"""The words under which lab files name quantities, qualify them, or say that a column is no record, in many languages."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+
+def _set(text: str) -> frozenset[str]:
+    return frozenset(text.split())
+
+
+#: Quantity -> names in lower case, in order of preference where a file has several. Underscores and spaces are the same. The
+#: raw force comes before a corrected one: the model has the load zero as a parameter, and must see what the cell read.
+NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        quantity: tuple(name.strip() for name in " | ".join(lines).split("|"))
+        for quantity, lines in {
+            "time": (
+                "time | total time | running time | elapsed time | time elapsed | test time | relative time | timestamp",
+                "time stamp | measurement time | elapsed | time since start | datetime | date time | date/time",
+                "millis | micros | seconds | t | zeit | prüfzeit | laufzeit | testzeit | messzeit | uhrzeit | zeitstempel",
+                "zeitpunkt | datum uhrzeit | temps | temps écoulé | temps ecoule | temps d'essai | durée | duree",
+                "horodatage | heure | tiempo | tiempo transcurrido | tempo | tempo trascorso | tempo decorrido | tijd",
+                "verstreken tijd | meettijd | czas | czas próby | czas badania | godzina | čas | tid | süre | zaman | время",
+                "时间 | 時間 | 试验时间 | 試験時間 | 経過時間 | 時刻 | 시간 | 경과시간 | 시험시간 | cycle elapsed time",
+            ),
+            "displacement": (
+                "extension | displacement | compressive extension | compressive displacement | crosshead",
+                "crosshead displacement | crosshead position | crosshead travel | crosshead extension | axial displacement",
+                "digital position | compression | indentation | indentation depth | depth | z position | position",
+                "position z | z displacement | displacement z | travel | standard travel | stroke | axial position",
+                "distance | deflection | deformation | disp | penetration | penetration depth | compression distance | h",
+                "s | indenter displacement | stage position | piezo displacement | piezo extension | z stage | z height | z",
+                "d | standardweg | traversenweg | weg | istweg | verschiebung | verformung | eindringtiefe | maschinenweg",
+                "stauchung | hub | kolbenweg | stempelweg | prüfweg | auslenkung | eindrückung | déplacement | deplacement",
+                "traverse | déplacement traverse | déplacement de la traverse | enfoncement | course | allongement",
+                "écrasement | ecrasement | profondeur | profondeur de pénétration | flèche | desplazamiento | extensión",
+                "posición | recorrido | deformación | alargamiento | carrera | profundidad | spostamento",
+                "spostamento traversa | corsa | corsa traversa | posizione | allungamento | deformazione | schiacciamento",
+                "profondità | deslocamento | deslocação | extensão | posição | deformação | curso | profundidade",
+                "verplaatsing | indrukking | indringdiepte | positie | afstand | uitrekking | slag | traverseweg",
+                "przemieszczenie | przesunięcie | przesuniecie | droga | wydłużenie | wydluzenie | ugięcie | ugiecie",
+                "położenie | polozenie | pozycja | przemieszczenie trawersy | skok | posunutí | posuv | dráha",
+                "förskjutning | väg | перемещение | деформация | ход | глубина | 位移 | 横梁位移",
+                "变形 | 压缩位移 | 压缩量 | 変位 | ストローク",
+                "変位量 | 伸び | 圧縮変位 | 변위 | 이동거리 | 거리 | 위치 | 신장 | 신율",
+                "스트로크 | 압축변위 | 압축량 | 크로스헤드 변위 | traversenweg absolut",
+            ),
+            "force": (
+                "load | force | compressive load | compressive force | raw force | raw load | normal force | axial force",
+                "axial load | standard force | fz | z force | force z | fn | contact force | indentation force",
+                "indentation load | f | p | standardkraft | kraft | istkraft | prüfkraft | last | druckkraft | normalkraft",
+                "axialkraft | presskraft | charge | effort | force de compression | effort normal | force normale",
+                "force standard | charge de compression | fuerza | carga | fuerza de compresión | fuerza normal | forza",
+                "carico | forza normale | forza di compressione | força | forca | força normal | kracht | belasting",
+                "drukkracht | siła | sila | siła ściskająca | siła normalna | siła standardowa | obciążenie | obciazenie",
+                "nacisk | síla | zatížení | kuvvet | yük | нагрузка | сила | усилие | 载荷 | 荷载",
+                "负荷 | 力 | 压力值 | 压缩力 | 力值",
+                "试验力 | 試験力 | 荷重 | 圧縮荷重 | 하중 | 힘 | 시험력 | 부하",
+                "압축하중 | 압축력 | corrected force | corrected load",
+            ),
+            "capacitance": (
+                "cp | parallel capacitance | cpar | cap parallel | parallelkapazität | capacité parallèle | capacitance",
+                "cap | c | kapazität | kapazitaet | capacité | capacite | capacitancia | capacidad | capacità",
+                "capacitância | capacidade | capaciteit | pojemność | pojemnosc | kapacita | kapacitans | ёмкость | емкость",
+                "电容 | 电容值 | 静電容量 | 電容 | 정전용량 | 커패시턴스 | 용량",
+            ),
+            "capacitance_series": (
+                "cs | series capacitance | cser | cap series | capacitance series | reihenkapazität | serienkapazität",
+                "capacité série | 串联电容 | 直列容量",
+            ),
+            "dissipation": (
+                "d | dissipation | dissipation factor | df | loss tangent | loss factor | tan delta | tan d | tan δ | tanδ",
+                "tandelta | tgδ | tg δ | tan(δ) | verlustfaktor | tangente de pertes | facteur de pertes",
+                "factor de disipación | fattore di dissipazione | fator de dissipação | verliesfactor | współczynnik strat",
+                "tangens strat | 损耗 | 損失係数 | 损耗因子 | 손실계수",
+            ),
+            "quality": ("q | quality factor | q factor | güte | gütefaktor | 品质因数",),
+            "frequency": (
+                "frequency | freq | f | measurement frequency | test frequency | frequenz | messfrequenz | fréquence",
+                "frequence | frecuencia | frequenza | frequência | frequentie | częstotliwość | czestotliwosc | 频率 | 周波数",
+                "주파수",
+            ),
+            "cycle": (
+                "total cycle count | cycle count | cycle | total cycles | elapsed cycles | cycles | axial count",
+                "cycle number | zyklus | zyklen | ciclo | ciclos | cykl | 循环 | サイクル | 사이클",
+            ),
+            "status": ("status | stat | lcr status | measurement status | ステータス | 状态 | 상태",),
+        }.items()
+    }
+)
+
+#: Words beside a name that leave it what it is: `Primary load measurement`, `Tensile Force`.
+QUALIFIERS = _set(
+    "primary main measured measurement meas measure tensile compressive compression tension applied actual act current "
+    "present reading readings value values val data signal sensor cell machine instron axial vertical live instantaneous "
+    "instant raw digital linear analog test sample specimen frame total device meter ist messwert istwert gemessene "
+    "gemessener feedback lcr daq tester mesurée mesuré mesure misurata misurato medida medido zmierzona gemeten"
+)
+#: Words that say that a column was worked on after the measurement: read only where no other column is.
+PROCESSED = _set(
+    "corrected filtered smoothed smooth tared zeroed balanced compensated adjusted lowpass gefiltert korrigiert geglättet "
+    "tariert corrigé filtré subtracted removed"
+)
+#: Words of what was computed from a measurement, or is a part of one: no record unless the user says so.
+DERIVED = _set(
+    "fitted fit interpolated normalized normalised scaled computed calculated calc estimated model modelled modeled predicted "
+    "simulated theory theoretical error residual delta change diff difference offset baseline bias stray parasitic open "
+    "berechnet"
+)
+#: Words of a difference from something: of a capacitance, whose level matters, no record; a force or a place has a zero anyway.
+RELATIVE = _set("rel relative offset tared zeroed nulled removed subtracted baseline balanced")
+#: Words of a name whose column counts the phases of one record.
+PHASES = _set(
+    "step segment phase stage state cycle block branch direction ramp loop event action schritt abschnitt phasen étape paso "
+    "fase etap mode status used"
+)
+#: Words of what was commanded or allowed, not measured.
+COMMANDED = _set(
+    "setpoint set setpt sp command commanded cmd target demand demanded desired limit limits threshold reference nominal "
+    "programmed preset goal trigger soll sollwert vorgabe sollkraft sollweg zielwert consigne consignes setpunt obiettivo "
+    "zadana zadany zadane consigna 设定 设定值 目标 目標 設定 설정 목표"
+)
+#: Words of a number drawn from several readings.
+STATISTIC = _set(
+    "max maximum min minimum mean average avg averaged peak peaks valley std stdev sd stddev deviation variance var median "
+    "rms range hold p-p pk-pk pp statistic statistics maximal maximale maximaler höchst mittel mittelwert moyenne moyen "
+    "maxi mini massimo minimo media promedio médio średnia maks gemiddelde spitze spitzenwert "
+    "scheitel 最大 最小 平均 최대 최소 평균"
+)
+#: Words in brackets that say where or how a column was measured, and change nothing.
+REMARKS = QUALIFIERS | _set(
+    "absolute abs absolut relative rel loadcell lvdt encoder crosshead top upper bottom lower channel ch z cp parallel axis "
+    "down up calibrated auto medium slow fast"
+)
+#: Words of a second instrument of a kind, beside the one that is meant where nothing else is said.
+SECOND = _set("aux auxiliary second secondary 2nd backup spare other external ext zweite zweiter")
+#: Words that name a column whose values part a long table into several records.
+KEYS = _set(
+    "channel chan ch kanal canal canale kanaal kanał sensor sensore capteur sensors specimen sample prüfling probe "
+    "probekörper éprouvette échantillon probeta muestra provino campione próbka run trial test device dut port mux "
+    "electrode elektrode électrode pad taxel pixel cell unit replicate repeat experiment indent indentation site location "
+    "punkt messpunkt point 通道 传感器 试样 チャンネル センサ 試料 채널 센서 시편"
+)
+#: Words by which a testing machine says what it does, in a column of its status.
+OF_TESTERS = _set(
+    "running run loading unloading load unload hold holding dwell stopped stop ramp idle active moving test testing start "
+    "started end ended finished preload approach retract return measuring contact waiting pause paused up down forward "
+    "backward cycling compression tension läuft fertig ende"
+)

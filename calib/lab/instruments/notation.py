@@ -1,0 +1,243 @@
+"""From the number cells of a file to the decimal mark of each of its columns, by what the cells show; refusing to guess."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.lab.instruments.numbers import EXPONENT, SIGNS, SPACES, to_numbers
+
+
+@dataclass(frozen=True)
+class Notation:
+    """The decimal marks of a file, or, if it leaves one open, why.
+
+    Attributes
+    ----------
+    decimal : that of most columns, "" with a conflict.
+    decimals : that of each column.
+    notes : choices that were made.
+    askable : the likelier mark where the user may say it, ".," if none is, "" where the cells contradict each other.
+    conflict, places : why a mark cannot be told, "" if all can, and the cells (row, column) that show it.
+    """
+
+    decimal: str
+    decimals: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    conflict: str = ""
+    places: tuple[tuple[int, int], ...] = ()
+    askable: str = ""
+
+
+@dataclass(frozen=True)
+class _Shown:
+    """Where a cell of a column, each after a line end, shows which mark is the decimal one.
+
+    certain : by any form that does.
+    twice : by the other mark, standing twice.
+    unsure : cells whose one mark may as well set thousands apart.
+    """
+
+    mark: str
+    certain: re.Pattern[str]
+    twice: re.Pattern[str]
+    unsure: re.Pattern[str]
+
+    def search(self, text: str) -> re.Match[str] | None:
+        """The first cell that shows it."""
+        # Without the mark itself only one form is left, and looked for several times as fast.
+        if self.mark in text:
+            return self.certain.search(text)
+        return self.twice.search(text) if _OTHER[self.mark] in text else None
+
+
+_OTHER = {".": ",", ",": "."}
+
+
+def _shown(mark: str) -> _Shown:
+    point, apart = re.escape(mark), re.escape(_OTHER[mark])
+    sign = rf"\n[ \t]*[{SIGNS}]?"
+    end = rf"(?:{EXPONENT})?[ \t]*$"
+    twice = rf"[1-9]\d{{0,2}}(?:{apart}\d{{3}}){{2,}}{end}"  # the other mark twice: it sets thousands apart
+    strong = "|".join(
+        (
+            rf"[1-9]\d{{0,2}}(?:[{apart}{SPACES}]\d{{3}})+{point}\d*{end}",  # both marks: the last is the decimal one
+            twice,
+            rf"\d*{point}(?:\d{{0,2}}|\d{{4,}}){end}",  # not three digits after it
+            rf"(?:0\d*|\d{{4,}}|){point}\d{{3}}{end}",  # nothing, a leading zero or four digits before it
+            rf"\d+{point}\d{{3}}{EXPONENT}[ \t]*$",  # an exponent
+        )
+    )
+    unsure = rf"[1-9]\d{{0,2}}{point}\d{{3}}[ \t]*$"
+    patterns = (re.compile(rf"{sign}(?:{form})", re.MULTILINE | re.ASCII) for form in (strong, twice, unsure))
+    return _Shown(mark, *patterns)
+
+
+_SHOWN = {mark: _shown(mark) for mark in ".,"}
+# After a line end: a whole number without any mark, other than the nines that stand for no reading; of a hundred or more.
+_PLAIN_WHOLE = re.compile(rf"\n[ \t]*[{SIGNS}]?(?!9{{6}}\b)\d+[ \t]*$", re.MULTILINE | re.ASCII)
+_WHOLE = re.compile(rf"\n[ \t]*[{SIGNS}]?(?!9{{6}}\b)\d{{3,}}[ \t]*$", re.MULTILINE | re.ASCII)
+# With a mark: one or more digits other than a leading zero before it; nothing or zero before it and not three digits after it.
+_ONE_AND_MORE = {m: re.compile(rf"\n[ \t]*[{SIGNS}]?[1-9]\d*{re.escape(m)}(\d*)[ \t]*$", re.M | re.A) for m in ".,"}
+_BELOW_ONE = {m: re.compile(rf"\n[ \t]*[{SIGNS}]?0?{re.escape(m)}(\d*)[ \t]*$", re.M | re.A) for m in ".,"}
+_NAMES = {".": "point", ",": "comma"}
+# Steps between neighbours, as powers of ten: of a notation that fits, and of one that does not.
+_SMOOTH, _ROUGH = 0.35, 1.0
+
+
+def decide_notation(
+    columns: Sequence[Sequence[str]], names: Sequence[str], *, declared: str = "", asked: str = "", delimiter: str = ""
+) -> Notation:
+    """Tell from the number cells whether the decimal mark of each column is a point or a comma.
+
+    A cell with both marks shows its decimal mark by the last one; a single mark not followed by exactly three digits, after a
+    leading zero, or before an exponent is decimal. One mark followed by three digits ("1,250") shows nothing by itself: a
+    column of such cells has the decimal mark that the others show, if that is this one; whole numbers beside such cells
+    ("999", "1.000") tell by going on from one to the next. What then is open is the user's to say, or refused. Cells of a
+    column that contradict each other are refused; so is a column whose values below one have other than three decimals while
+    all those above have exactly three: a spreadsheet has taken their decimal mark for a thousands mark ("0,9966", "10,114").
+
+    Parameters
+    ----------
+    columns : the text of the cells, one sequence per column, equally long.
+    names : of the columns, for notes.
+    declared : the decimal mark that the file itself states, "" if it states none.
+    asked : the decimal mark where the file leaves it open, as the user says; "" if nobody does.
+    delimiter : of the file: no program that writes decimal commas parts cells by commas.
+    """
+    texts = ["\n" + "\n".join(column) for column in columns]
+    commas = ["," in text for text in texts]
+    strong: list[dict[str, re.Match[str] | None]] = []
+    shown: list[str] = []
+    for c, text in enumerate(texts):
+        found = {",": _SHOWN[","].search(text) if commas[c] else None, ".": _SHOWN["."].search(text)}
+        if found["."] and found[","]:
+            places = _places(texts, [(found["."], c), (found[","], c)])
+            return Notation("", conflict="some cells have a decimal point and some a decimal comma", places=places)
+        mark = "." if found["."] else "," if found[","] else ""
+        if mark and commas[c]:
+            apart = _SHOWN[_OTHER[mark]].unsure.search(text)
+            match = found[mark]
+            if apart and match:
+                conflict = "the other mark may set thousands apart, which then have no decimals, or be one, too"
+                return Notation("", conflict=conflict, places=_places(texts, [(match, c), (apart, c)]))
+        strong.append(found)
+        shown.append(mark)
+    seen = set(shown) - {""}
+    for c, mark in enumerate(shown):
+        if declared and mark and mark != declared:
+            return Notation(
+                "",
+                conflict=f'the file declares the decimal mark "{declared}", a cell shows another',
+                places=_places(texts, [(strong[c][mark], c)]),
+            )
+    decimals, notes = [], []
+    was_open = False
+    for c, text in enumerate(texts):
+        decimal, note, conflict, places = _decimal(text, columns[c], shown[c], seen, declared, asked, delimiter)
+        if conflict:
+            several = len(places) > 1
+            likely = "" if several else ".," if seen else "," if commas[c] else "."
+            return Notation("", conflict=conflict, places=_places(texts, [(m, c) for m in places]), askable=likely)
+        was_open |= not shown[c] and ("." in text or commas[c])
+        notes += [f'"{names[c]}": {note}'] if note else []
+        decimals.append(decimal)
+        if decimal and decimal in text:
+            conflict, places = _damaged(text, decimal)
+            if conflict:
+                return Notation("", conflict=conflict, places=_places(texts, [(m, c) for m in places]))
+    if asked and not was_open and seen - {asked}:
+        c = next(c for c, mark in enumerate(shown) if mark and mark != asked)
+        return Notation(
+            "",
+            conflict=f'the decimal mark "{asked}" was asked for, the file shows another',
+            places=_places(texts, [(strong[c][shown[c]], c)]),
+        )
+    told = [d for d in decimals if d]
+    usual = max(".,", key=told.count) if told else declared or asked or "."
+    for c, mark in enumerate(decimals):
+        if mark and mark != usual:
+            notes.append(f'"{names[c]}" has a decimal {_NAMES[mark]}, other columns a decimal {_NAMES[usual]}')
+    return Notation(usual, tuple(d or usual for d in decimals), tuple(notes))
+
+
+def _places(texts: Sequence[str], found: Sequence[tuple[re.Match[str] | None, int]]) -> tuple[tuple[int, int], ...]:
+    return tuple(sorted((texts[c].count("\n", 0, m.start()), c) for m, c in found if m is not None))
+
+
+_Decision = tuple[str, str, str, tuple[re.Match[str] | None, ...]]
+
+
+def _decimal(
+    text: str, cells: Sequence[str], shown: str, seen: set[str], declared: str, asked: str, delimiter: str
+) -> _Decision:
+    """The decimal mark of one column ("" if it has none), a note, or why it is open and which cells show it."""
+    if shown:
+        return shown, "", "", ()
+    unsure = {mark: _SHOWN[mark].unsure.search(text) for mark in ".," if mark in text}
+    unsure = {mark: match for mark, match in unsure.items() if match}
+    if not unsure:
+        return "", "", "", ()
+    if len(unsure) == 2:
+        return "", "", "some cells have a point before three digits and some a comma", tuple(unsure.values())
+    mark, match = next(iter(unsure.items()))
+    if declared or asked:
+        return declared or asked, "", "", ()
+    plain = _PLAIN_WHOLE.search(text)
+    large = _WHOLE.search(text)
+    if plain and (large or seen != {mark}):
+        fitting = _going_on(cells, mark)
+        if fitting == "decimal" and seen <= {mark}:
+            return mark, f"its {_NAMES[mark]} is the decimal mark, as the whole numbers among the others show", "", ()
+        if fitting == "thousands" and seen <= {_OTHER[mark]}:
+            return _OTHER[mark], f"its {_NAMES[mark]} sets thousands apart, as the numbers below a thousand show", "", ()
+        if large:
+            words = f'"{mark}" may set thousands apart or be the decimal mark: whole numbers beside it'
+            return "", "", words, (large, match)
+    if seen == {mark} or (not seen and mark == "." and delimiter == ","):
+        return mark, "", "", ()
+    if seen:
+        words = f"the {_NAMES[mark]} may set thousands apart or be the decimal mark, other columns have a decimal "
+        return "", "", words + " and a decimal ".join(_NAMES[s] for s in sorted(seen)), (match,)
+    words = f"the {_NAMES[mark]} may set thousands apart or be the decimal mark, and no cell of the file tells"
+    return "", "", words, (match,)
+
+
+def _going_on(cells: Sequence[str], mark: str) -> str:
+    """Whether numbers with a mark go on from whole numbers beside them if it is "decimal" or if it sets "thousands" apart."""
+    with_mark = np.array([mark in c for c in cells])
+    steps = {}
+    for name, decimal in (("decimal", mark), ("thousands", _OTHER[mark])):
+        size = np.abs(to_numbers(cells, decimal).values)
+        kept = np.isfinite(size) & (size > 0)
+        changes = np.diff(with_mark[kept].astype(np.int8)) != 0
+        if not np.any(changes):
+            return ""
+        steps[name] = float(np.median(np.abs(np.diff(np.log10(size[kept])))[changes]))
+    best, worst = sorted(steps, key=lambda name: steps[name])
+    return best if steps[best] < _SMOOTH and steps[worst] > _ROUGH else ""
+
+
+def _damaged(text: str, decimal: str) -> tuple[str, tuple[re.Match[str] | None, ...]]:
+    """Why a spreadsheet has taken the decimal mark of some cells for a thousands mark, and which; "" if it has not."""
+    if _OTHER[decimal] in text:
+        return "", ()
+    apart = _SHOWN[decimal].unsure.search(text)
+    if apart is None:
+        return "", ()
+    small = next(_longer(text, decimal), None)
+    if small is None:
+        return "", ()
+    if {len(m) for m in _ONE_AND_MORE[decimal].findall(text)} != {3}:
+        return "", ()
+    if min({len(m) for m in _BELOW_ONE[decimal].findall(text)} - {0}) <= 3:
+        return "", ()
+    return "values below one have more decimals than three, all others exactly three", (small, apart)
+
+
+def _longer(text: str, decimal: str) -> Iterator[re.Match[str]]:
+    """Values below one with more than three decimals."""
+    return (m for m in _BELOW_ONE[decimal].finditer(text) if len(m[1]) > 3)

@@ -1,0 +1,282 @@
+"""From the columns that may be one quantity to the one that is read, and why the others are not or what the user must say."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from calib.errors import Choice, Fault
+from calib.lab.instruments.labtable import Reading
+from calib.lab.instruments.meanings import PLAIN
+from calib.lab.instruments.rivals import difference, goes_back, holds_clock, readings, stands_still
+from calib.lab.instruments.sheet import Sheet
+from calib.lab.instruments.unit_choice import unit_of_column
+from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of
+from calib.lab.instruments.vocabulary import Heading, words
+from models.sensor import FloatArray
+
+# Quantities of which two columns that differ are a choice of the user.
+_DECISIVE = ("time", "displacement", "force", "capacitance", "capacitance_series")
+# A column that moves by less than this share of another of its quantity is not the one that was in use.
+_NOISE = 0.05
+_RAW = "the load as the cell read it is preferred, its zero is a parameter of the model"
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A column that may be read as a quantity: its readings in SI at some rows, None where its unit is not known."""
+
+    index: int
+    heading: Heading
+    values: FloatArray | None = field(default=None, compare=False)
+
+
+@dataclass(frozen=True)
+class Told:
+    """What is to be said of columns that are not read: index -> why, notes on choices, and choices that are the user's."""
+
+    unread: Mapping[int, str] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    faults: tuple[Fault, ...] = ()
+
+
+def best_of(
+    sheet: Sheet, quantity: str, candidates: Sequence[Candidate], reading: Reading, asked_index: str
+) -> tuple[Candidate | None, Told]:
+    """Choose the column that is read for a quantity.
+
+    Parameters
+    ----------
+    sheet : the record.
+    quantity, candidates : what is looked for, and the columns that may be it.
+    reading : what the user says of the file.
+    asked_index : the number or letter in the names that the user gave; "" if they have none.
+
+    Returns
+    -------
+    The column, None if there is none, and what is to be said of the others.
+    """
+    unread: dict[int, str] = {}
+    filled = [c for c in candidates if first_cell(sheet, c.index)]
+    unread.update({c.index: "empty" for c in candidates if c not in filled})
+    candidates = filled or candidates[:1]
+    if not filled:
+        unread.pop(candidates[0].index)
+    if len(candidates) > 1 and quantity != "status":
+        candidates = _with_values(sheet, candidates, reading)
+        candidates = _that_move(sheet, quantity, candidates, unread)
+    else:
+        letter = candidates[0].heading.letter and quantity == "displacement"
+        if letter and filled and stands_still(readings([sheet.columns[candidates[0].index]], [1.0], sheet.declared_decimal)[0]):
+            unread[candidates[0].index] = "stands still: a dimension of the sample, no record"
+            return None, Told(unread)
+    plain = [c for c in candidates if not c.heading.name_doubt and not c.heading.unit_doubt and _fits(sheet, c)]
+    if any(words(sheet.names[c.index]) == words(sheet.names[p.index]) for c in candidates if c not in plain for p in plain):
+        plain = []  # of two columns of one name none is the plain one
+    for c in candidates if plain else ():
+        if c not in plain:
+            unread[c.index] = c.heading.name_doubt or c.heading.unit_doubt or "its unit is none of the quantity"
+    candidates = sorted(plain or candidates, key=lambda c: _preference(c, asked_index))
+    best, others = candidates[0], candidates[1:]
+    found = _beside(sheet, quantity, best, others, asked_index)
+    faults = list(found.faults)
+    if best.heading.name_doubt:
+        this = Choice("columns", (sheet.name_for_asking(best.index),), quantity)
+        faults.append(
+            Fault(
+                f'column "{sheet.names[best.index]}" may be no {in_words(quantity)}: {best.heading.name_doubt}',
+                sheet.text.path,
+                sheet.header_line or None,
+                best.index + 1,
+                advice=f"If it is the one: {this}",
+                choice=this,
+            )
+        )
+    if best.heading.processed and quantity in _DECISIVE:
+        found = replace(found, notes=(*found.notes, f'"{sheet.names[best.index]}" was worked on after the measurement'))
+    return best, Told({**unread, **found.unread}, found.notes, tuple(faults))
+
+
+def in_words(quantity: str) -> str:
+    """A quantity as people write it: "series capacitance"."""
+    return quantity.replace("_", " ").replace("capacitance series", "series capacitance")
+
+
+def first_cell(sheet: Sheet, index: int) -> str:
+    """The first cell of a column that is not empty, "" if all are.
+
+    Parameters
+    ----------
+    sheet, index : the record, and which of its columns.
+    """
+    return next((c for cell in sheet.columns[index] if (c := cell.strip())), "")
+
+
+def _fits(sheet: Sheet, candidate: Candidate) -> bool:
+    """Whether the unit of a column, if it has one, is one of its quantity."""
+    units = [u for u in (candidate.heading.unit or "", sheet.unit_below(candidate.index)) if u]
+    return all(is_unit_of(u, candidate.heading.quantity) for u in units)
+
+
+def _preference(candidate: Candidate, asked_index: str) -> tuple[bool, bool, bool, int, int]:
+    heading = candidate.heading
+    other = bool(heading.index) and heading.index != asked_index
+    return (bool(asked_index) and heading.index != asked_index, other, heading.processed, heading.rank, candidate.index)
+
+
+def _with_values(sheet: Sheet, candidates: Sequence[Candidate], reading: Reading) -> list[Candidate]:
+    factors = [unit_of_column(sheet, c.index, c.heading, reading) for c in candidates]
+    # A decimal mark that the user gives or the file declares decides.
+    decimal = reading.decimal or sheet.declared_decimal
+    values = readings([sheet.columns[c.index] for c in candidates], [f for _, f in factors], decimal)
+    known = [fault is None or holds_clock(sheet.columns[c.index]) for c, (fault, _) in zip(candidates, factors, strict=True)]
+    return [replace(c, values=v if ok else None) for c, v, ok in zip(candidates, values, known, strict=True)]
+
+
+def _that_move(sheet: Sheet, quantity: str, candidates: list[Candidate], unread: dict[int, str]) -> list[Candidate]:
+    """The candidates without those that stand still while others move; of times also without times of day."""
+    still = [c for c in candidates if c.values is not None and stands_still(c.values)]
+    moving = [c for c in candidates if c not in still]
+    if quantity in _DECISIVE and still and moving:
+        unread.update({c.index: f'stands still while "{sheet.names[moving[0].index]}" moves' for c in still})
+        candidates = moving
+    if quantity == "time":
+        # Seconds are finer than a time of day.
+        plain = [c for c in candidates if not holds_clock(sheet.columns[c.index])]
+        if plain:
+            days = [c for c in candidates if c not in plain]
+            unread.update({c.index: f'a time of day: "{sheet.names[plain[0].index]}" is preferred' for c in days})
+            candidates = plain
+    return candidates
+
+
+def _may_differ_by_zero(quantity: str, best: Heading, other: Heading) -> bool:
+    """Whether two columns of other names may be one reading with two zeros: not two clocks, nor two channels of one name."""
+    plain = quantity != "time" or (best.rank < PLAIN and other.rank < PLAIN)
+    return plain and best.index == other.index and best.name != other.name
+
+
+def _hardly_moves(one: Candidate, other: Candidate) -> bool:
+    """Whether a column only has noise beside another: an instrument that was not used."""
+    if one.values is None or other.values is None or not (np.isfinite(one.values).any() and np.isfinite(other.values).any()):
+        return False
+    spans = [float(np.nanmax(v) - np.nanmin(v)) for v in (one.values, other.values)]
+    return spans[0] < _NOISE * spans[1]
+
+
+def _begins_anew(candidate: Candidate) -> bool:
+    return candidate.values is not None and goes_back(candidate.values)
+
+
+def _beside(sheet: Sheet, quantity: str, best: Candidate, others: Sequence[Candidate], asked_index: str) -> Told:
+    """What is to be said of columns beside the one that is read: they are the same, they are less, or they are a choice."""
+    name = sheet.names[best.index]
+    unread: dict[int, str] = {}
+    notes: list[str] = []
+    rivals: list[Candidate] = []
+    shares: dict[int, float] = {}
+    for other in others:
+        index, heading = other.index, other.heading
+        word, share = ("different", 1.0)
+        if other.values is not None and best.values is not None:
+            word, share = difference(best.values, other.values)
+        shares[index] = share
+        less = heading.processed > best.heading.processed or (
+            quantity == "force" and best.heading.name.startswith("raw") and not heading.index
+        )
+        numbered = bool(heading.index) and heading.index != best.heading.index and (not best.heading.index or asked_index)
+        numbered = numbered and not _hardly_moves(best, other)
+        if word == "same":
+            unread[index] = f'the same readings as "{name}"'
+        elif quantity not in _DECISIVE:
+            unread[index] = f'another column of the {in_words(quantity)}: "{name}" is preferred'
+        elif quantity == "time" and heading.name != best.heading.name and _begins_anew(other) and not _begins_anew(best):
+            unread[index] = f'begins anew within the record: "{name}" is preferred'
+            notes.append(f'time is taken from "{name}", not from "{sheet.names[index]}", which begins anew within the record')
+        elif less:
+            why = f"; {_RAW}" if quantity == "force" else ""
+            unread[index] = f'worked on after the measurement: "{name}" is preferred{why}'
+            notes.append(f'{in_words(quantity)} is taken from "{name}", not from "{sheet.names[index]}"{why}')
+        elif word in ("zero", "sign") and _may_differ_by_zero(quantity, best.heading, heading):
+            unread[index] = f'the same readings as "{name}" but for their {word}: "{name}" is preferred'
+            notes.append(
+                f'{in_words(quantity)} is taken from "{name}", not from "{sheet.names[index]}", which differs by its {word}'
+            )
+        elif numbered:
+            unread[index] = f'another {in_words(quantity)} column: "{name}" is preferred'
+            notes.append(
+                f'{in_words(quantity)} is taken from "{name}", not from "{sheet.names[index]}", which holds other readings: '
+                f"{Choice('columns', (sheet.name_for_asking(index),), quantity)} if that is meant"
+            )
+        else:
+            rivals.append(other)
+    same = [i for i, why in unread.items() if why.startswith("the same readings") and "but for" not in why]
+    if same:
+        twins = [i for i in same if sheet.names[i] == name]
+        if twins:
+            notes.append(f'"{name}" stands {len(twins) + 1} times with the same values')
+        listed = ", ".join(f'"{sheet.names[i]}"' for i in same if i not in twins)
+        if listed:
+            notes.append(f'{in_words(quantity)} is taken from "{name}"; {listed} agrees with it')
+    return Told(unread, tuple(notes), tuple(_choice_of(sheet, quantity, best, rivals, shares)))
+
+
+def _of_two_instruments(sheet: Sheet) -> bool:
+    found = {IN_PLACE_OF.get(h.quantity, h.quantity) for h in sheet.headings().values()}
+    return "capacitance" in found and bool(found & {"force", "displacement"})
+
+
+def other_clock(sheet: Sheet, asked: int, reading: Reading) -> Told:
+    """What is to be said where the user names the time, and another instrument's time stands in the file too.
+
+    Parameters
+    ----------
+    sheet : the record.
+    asked : index of the column of the time that the user names.
+    reading : what the user says of the file.
+    """
+    own = sheet.plain_heading(asked)
+    said = {IN_PLACE_OF.get(q, q) for q in reading.columns}
+    if own.quantity != "time" or not _of_two_instruments(sheet) or said >= {"force", "displacement"} or "capacitance" in said:
+        return Told()
+    for index in range(len(sheet.names)):
+        heading = sheet.plain_heading(index)
+        if index == asked or heading.quantity != "time" or max(own.rank, heading.rank) < PLAIN:
+            continue
+        one, other = (c.values for c in _with_values(sheet, [Candidate(asked, own), Candidate(index, heading)], reading))
+        if one is None or other is None or difference(one, other)[0] != "different":
+            continue
+        without = Choice("columns", ("none",), "capacitance")
+        message = f'"{sheet.names[asked]}" and "{sheet.names[index]}" are two clocks: what was read at the one is open'
+        advice = f"Leave out what was not: {without}, or save the records of two instruments as two files"
+        return Told(
+            faults=(Fault(message, sheet.text.path, sheet.header_line or None, index + 1, advice=advice, choice=without),)
+        )
+    return Told()
+
+
+def _choice_of(
+    sheet: Sheet, quantity: str, best: Candidate, rivals: Sequence[Candidate], shares: Mapping[int, float]
+) -> list[Fault]:
+    """The fault of columns of which the user must choose one."""
+    if not rivals:
+        return []
+    all_of = [best, *rivals]
+    choice = Choice("columns", tuple(sheet.name_for_asking(c.index) for c in all_of), quantity)
+    advice = f"Say which one is meant: {choice}"
+    if quantity == "time" and _of_two_instruments(sheet):
+        advice = (
+            "Save the records of two instruments as two files, or leave out what was not read at the time that is meant: "
+            f"--columns capacitance=none, and {advice[0].lower()}{advice[1:]}"
+        )
+    line, first = sheet.header_line or None, rivals[0]
+    twice = [c for c in rivals if sheet.names[c.index] == sheet.names[best.index]]
+    if len(twice) == len(rivals):
+        message = f'column "{sheet.names[best.index]}" appears twice (columns {best.index + 1} and {first.index + 1})'
+    else:
+        listed = ", ".join(f'"{sheet.names[c.index]}"' for c in all_of[:40])
+        apart = f" by up to {100 * min(shares[first.index], 9.99):.0f} % of their span" if len(rivals) == 1 else ""
+        message = f"{len(all_of)} columns may be the {in_words(quantity)}, and they differ{apart}: {listed}"
+    return [Fault(message, sheet.text.path, line, first.index + 1, advice=advice, choice=choice)]

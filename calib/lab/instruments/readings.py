@@ -1,0 +1,150 @@
+"""From the cells of one column to its readings in SI, with a reason at each row that has none, and the faults of the column."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import compress
+
+import numpy as np
+
+from calib.errors import Fault, capped
+from calib.lab.instruments.doubts import doubtful
+from calib.lab.instruments.labtable import Reading
+from calib.lab.instruments.numbers import is_missing, to_numbers
+from calib.lab.instruments.sheet import Sheet
+from calib.lab.instruments.times import clock_of, gone_on, time_faults, time_notes
+from calib.lab.instruments.vocabulary import Heading
+from models.sensor import BoolArray, FloatArray
+
+# A reading of 999999 digits is how some LCR meters say that there is none.
+_NO_READING = 999999.0
+_LCR = ("capacitance", "capacitance_series", "dissipation", "quality")
+
+#: What to do about numbers that cannot be what the instrument wrote.
+DAMAGED = (
+    "A spreadsheet program may have damaged the numbers: export the file again from the instrument's software, with a decimal "
+    "point and without thousands separators"
+)
+
+
+@dataclass(frozen=True)
+class ReadColumn:
+    """One column that is read: where it stands, what it is, and the factor to SI; `clock` if its cells are times of day."""
+
+    index: int
+    heading: Heading
+    factor: float
+    clock: bool
+
+    @property
+    def quantity(self) -> str:
+        """What the column holds."""
+        return self.heading.quantity
+
+
+@dataclass(frozen=True, eq=False)
+class Readings:
+    """What the cells of a column hold.
+
+    Attributes
+    ----------
+    values : in SI, nan where there is none, (n_row,).
+    empty : mask of the cells without anything, (n_row,).
+    rows : row from 0 and why its reading is not usable.
+    notes, faults : on the column.
+    """
+
+    values: FloatArray
+    empty: BoolArray
+    rows: tuple[tuple[int, str], ...]
+    notes: tuple[str, ...]
+    faults: tuple[Fault, ...]
+
+
+def readings_of(sheet: Sheet, column: ReadColumn, cells: Sequence[str], decimal: str, reading: Reading) -> Readings:
+    """Read the cells of a column into SI.
+
+    Parameters
+    ----------
+    sheet, column : the record, and which of its columns.
+    cells : of the column, (n_row,).
+    decimal : its decimal mark, "" for times of day.
+    reading : what the user says of the file.
+    """
+    name = sheet.names[column.index]
+    rows: list[tuple[int, str]] = []
+    notes: list[str] = []
+    faults: list[Fault] = []
+    if column.clock:
+        number, empty, over, bad = _clock(sheet, cells, column, reading, faults, notes)
+    else:
+        number, empty, over, bad = _numbers(cells, column, decimal)
+        number[list(sheet.reasons)] = np.nan
+        doubts = doubtful(cells, number, decimal)
+        if doubts.fault:
+            line = int(sheet.lines[doubts.row])
+            faults.append(Fault(f'column "{name}": {doubts.fault}', sheet.text.path, line, column.index + 1, advice=DAMAGED))
+        for r, why in doubts.rows.items():
+            number[r] = np.nan
+            rows.append((r, why))
+    if column.quantity == "time" and not np.any(bad) and not faults:
+        number, told = gone_on(sheet, column.index, number)
+        notes += [*told, *time_notes(sheet, column.index, number)]
+        faults += time_faults(sheet, column.index, cells, number, 0.0 if column.clock else column.factor, reading)
+    faults += capped(
+        [
+            Fault(
+                f'"{cells[r][:40]}" in column "{name}" is not a number',
+                sheet.text.path,
+                int(sheet.lines[r]),
+                column.index + 1,
+                advice="Correct the cell from the instrument's own record, or empty it to leave the row out",
+            )
+            for r in np.flatnonzero(bad).tolist()
+        ],
+        "cells are not numbers",
+    )
+    rows += [(r, f"over-range {cells[r].strip()}") for r in np.flatnonzero(over).tolist()]
+    if column.clock:
+        notes.append(f'time is taken from the time of day in "{name}"')
+    return Readings(_times(number, column.factor), empty, tuple(rows), tuple(notes), tuple(faults))
+
+
+def _numbers(cells: Sequence[str], column: ReadColumn, decimal: str) -> tuple[FloatArray, BoolArray, BoolArray, BoolArray]:
+    """Values with nan where there is none, and the masks of empty, over-range and bad cells."""
+    numbers = to_numbers(cells, decimal)
+    values, over = numbers.values.copy(), numbers.over.copy()
+    if column.quantity in _LCR:
+        over |= np.abs(values) == _NO_READING
+    values[over] = np.nan
+    return values, numbers.empty, over, numbers.bad
+
+
+def _clock(
+    sheet: Sheet, cells: Sequence[str], column: ReadColumn, reading: Reading, faults: list[Fault], notes: list[str]
+) -> tuple[FloatArray, BoolArray, BoolArray, BoolArray]:
+    """Seconds of times of day and the masks as of `_numbers`; a form that may be two is a fault."""
+    read = clock_of(sheet, column.index, cells, reading)
+    notes += read.notes
+    empty = np.isnan(read.seconds)
+    none = np.zeros(len(cells), dtype=bool)
+    if read.conflict:
+        faults.append(
+            Fault(
+                f'"{cells[read.row].strip()[:40]}" in column "{sheet.names[column.index]}": {read.conflict}',
+                sheet.text.path,
+                int(sheet.lines[read.row]),
+                column.index + 1,
+                advice=read.advice,
+            )
+        )
+        return read.seconds, none, none, none
+    empty[empty] = [is_missing(c) for c in compress(cells, empty)]
+    return read.seconds, empty, none, np.isnan(read.seconds) & ~empty
+
+
+def _times(values: FloatArray, factor: float) -> FloatArray:
+    # Division by an exact power of ten rounds once, multiplication by its inexact inverse twice.
+    inverse = float(round(1 / factor)) if factor < 1 else 0.0
+    return values / inverse if inverse and 1 / inverse == factor else values * factor

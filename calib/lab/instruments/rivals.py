@@ -1,0 +1,88 @@
+"""From two columns for one quantity to whether they agree: the same, the same but for zero or sign, or different."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from calib.lab.instruments.clock import is_clock, read_clock
+from calib.lab.instruments.numbers import to_numbers
+from models.sensor import FloatArray
+
+# Rows that are compared, spread over the record.
+_SEEN = 4000
+# Two columns agree to this share of their span: what instruments round to.
+_SHARE = 0.01
+
+
+def readings(columns: Sequence[Sequence[str]], factors: Sequence[float], decimal: str = "") -> list[FloatArray]:
+    """The numbers of some columns of one file in SI, at the same rows each, for comparison; nan where a cell holds none.
+
+    Parameters
+    ----------
+    columns : cells, equally many in each.
+    factors : to SI, one of each column.
+    decimal : the decimal mark where the file declares it; else the one that makes most cells numbers.
+    """
+    step = max(1, -(-len(columns[0]) // _SEEN)) if columns else 1
+    seen = [column[::step] for column in columns]
+    marks = [decimal] if decimal else [".", ","]
+    tried = [[_numbers(cells, mark) for cells in seen] for mark in marks]
+    best = max(tried, key=lambda found: sum(int(np.isfinite(v).sum()) for v in found))
+    return [values * factor for values, factor in zip(best, factors, strict=True)]
+
+
+def _numbers(cells: Sequence[str], decimal: str) -> FloatArray:
+    if any(is_clock(c) for c in cells[:20]):
+        return read_clock(cells).seconds
+    return to_numbers([c.strip() for c in cells], decimal).values
+
+
+def stands_still(values: FloatArray) -> bool:
+    """Whether a column of three readings or more holds one value only."""
+    there = values[np.isfinite(values)]
+    return there.size >= 3 and bool(np.all(there == there[0]))
+
+
+def goes_back(values: FloatArray) -> bool:
+    """Whether a time falls somewhere, as one that begins anew at every cycle."""
+    return bool(np.any(np.diff(values[np.isfinite(values)]) < 0))
+
+
+def difference(one: FloatArray, other: FloatArray) -> tuple[str, float]:
+    """Tell how two columns of the same rows differ: "same", "zero" or "sign" (but for that), else "different".
+
+    Parameters
+    ----------
+    one, other : readings in SI, (n_row,).
+
+    Returns
+    -------
+    The word, and the largest difference that it leaves, as a share of the span of the first.
+    """
+    both = np.isfinite(one) & np.isfinite(other)
+    if np.count_nonzero(both) < 2:
+        return "different", 1.0
+    a, b = one[both], other[both]
+    span = float(np.ptp(a))
+    size = max(span, _SHARE * float(np.max(np.abs(a))))
+    if size == 0.0:
+        return ("same", 0.0) if np.array_equal(a, b) else ("different", 1.0)
+
+    def left(residual: FloatArray) -> float:
+        return float(np.max(np.abs(residual))) / size
+
+    plain = left(a - b)
+    if plain <= _SHARE:
+        return "same", plain
+    for word, residual in (("zero", a - b), ("sign", a + b)):
+        rest = left(residual - np.median(residual))
+        if rest <= _SHARE:
+            return word, rest
+    return "different", plain
+
+
+def holds_clock(cells: Sequence[str]) -> bool:
+    """Whether a column holds times of day, by its first fifty cells."""
+    return any(map(is_clock, (c for c in cells[:50] if c.strip())))

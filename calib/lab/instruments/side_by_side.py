@@ -1,0 +1,177 @@
+"""From a `Sheet` in which several specimens stand side by side to the columns of the one that is asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+from calib.errors import Fault, InputError
+from calib.lab.instruments.header import no_header, split_line
+from calib.lab.instruments.labtable import Reading
+from calib.lab.instruments.numbers import is_numeric
+from calib.lab.instruments.rivals import goes_back, readings, stands_still
+from calib.lab.instruments.sheet import Sheet, which_specimen
+from calib.lab.instruments.vocabulary import Heading
+
+# Rows of numbers by which it is seen which columns hold them.
+_ROWS_SEEN = 20
+
+
+def one_of_side_by_side(sheet: Sheet, reading: Reading) -> tuple[Sheet, tuple[str, ...]]:
+    """Keep the columns of one specimen, where several stand side by side with the same names, or with names for the first only.
+
+    Parameters
+    ----------
+    sheet : without rows.
+    reading : what the user says of the file.
+
+    Returns
+    -------
+    The sheet, and a note on the specimen; () if there is one only.
+
+    Raises
+    ------
+    SeveralSpecimens
+        If several stand side by side and `reading` does not say which.
+    InputError
+        If their columns differ, or the header names none that is understood.
+    """
+    found = sheet.headings()
+    if not found:
+        raise InputError(no_header(sheet.text))
+    places: dict[tuple[str, str], list[int]] = {}
+    for index, heading in found.items():
+        if index not in sheet.assigned and heading.quantity != "status":
+            places.setdefault((heading.quantity, heading.name), []).append(index)
+    repeated = {key: at for key, at in places.items() if len(at) > 1}
+    counts = {len(at) for at in repeated.values()}
+    if len(repeated) < 2 or len(counts) != 1:
+        return _first_named_only(sheet, reading, found)
+    count = counts.pop()
+    steps = {b - a for at in repeated.values() for a, b in pairwise(at)}
+    if len(steps) != 1:
+        return sheet, ()
+    period = steps.pop()
+    first = min(at[0] for at in repeated.values())
+    groups = [sheet.names[first + k * period : first + (k + 1) * period] for k in range(count)]
+    groups = [(*group, *[""] * (period - len(group))) for group in groups]
+    alone = [i for i, h in found.items() if i < first and h.quantity != "time"]
+    if len(set(groups)) != 1 or alone:
+        raise InputError(
+            Fault(
+                f"{count} specimens seem to stand side by side, but their columns differ: "
+                + " / ".join(", ".join(f'"{n}"' for n in group) for group in groups),
+                sheet.text.path,
+                sheet.header_line,
+                first + 1,
+                advice="Export one specimen per file, or correct the header",
+            )
+        )
+    return _specimen(sheet, reading, first, period, count)
+
+
+def _first_named_only(sheet: Sheet, reading: Reading, found: Mapping[int, Heading]) -> tuple[Sheet, tuple[str, ...]]:
+    """The sheet with the names of the first specimen over the columns of the one asked for, where those have none."""
+    named = [i for i, name in enumerate(sheet.names) if name]
+    last = named[-1] + 1
+    quantities = {h.quantity for i, h in found.items() if i not in sheet.assigned}
+    if len(quantities) < 2 or len(sheet.names) < last + 2:
+        return sheet, ()
+    numbers = _columns_of_numbers(sheet)
+    nameless = [i for i in range(last, len(sheet.names)) if i in numbers]
+    first = named[0]
+    own = [i for i in range(first, last) if i in numbers]
+    if len(nameless) < 2 or not own or any(i >= last for i in sheet.assigned):
+        return sheet, ()
+    period = _period(own, nameless) if _go_on(sheet, found, own, nameless) else 0
+    if not period and sheet.delimiter == ",":
+        return sheet, ()
+    count = 1 + -(-(max(nameless) + 1 - first - period) // period) if period else 0
+    if not period or any((i - first) % period + first not in own for i in nameless):
+        columns = f"columns {nameless[0] + 1} to {nameless[-1] + 1}"
+        raise InputError(
+            Fault(
+                f"{columns} hold numbers and have no names: whether other specimens or other channels cannot be told",
+                sheet.text.path,
+                sheet.header_line,
+                nameless[0] + 1,
+                advice="Name them in the header, or say which columns are meant by their numbers: "
+                + " ".join(f'--columns "{h.quantity}={i + 1}"' for i, h in found.items() if h.quantity in _ASKED),
+            )
+        )
+    names, units = list(sheet.names), [sheet.unit_below(i) for i in range(len(sheet.names))]
+    for k in range(1, count):
+        for i in range(first, min(first + period, len(names) - k * period)):
+            names[i + k * period], units[i + k * period] = sheet.names[i], sheet.unit_below(i)
+    whole = replace(sheet, names=tuple(names), units=tuple(units) if sheet.units else ())
+    chosen, notes = _specimen(whole, reading, first, period, count)
+    if reading.specimen != 1:
+        notes = (*notes, f"these columns have no names; those of columns {first + 1} to {first + period} are taken")
+    return chosen, notes
+
+
+_ASKED = ("time", "displacement", "force", "capacitance")
+
+
+def _go_on(sheet: Sheet, found: Mapping[int, Heading], own: Sequence[int], nameless: Sequence[int]) -> bool:
+    """Whether the columns may be those of specimens: with decimals somewhere, and times that do not fall."""
+    period = _period(own, nameless)
+    rows = [split_line(line, sheet.delimiter) for line in sheet.text.lines[sheet.header_line : sheet.header_line + 2000]]
+    if not period or (sheet.delimiter == "," and not any("." in cell for row in rows for cell in row)):
+        return False
+    times = [i for i, h in found.items() if h.quantity == "time"]
+    if len(times) != 1:
+        return True
+    for index in range(times[0], len(sheet.names), period):
+        cells = [row[index] for row in rows if index < len(row)]
+        (values,) = readings([cells], [1.0], sheet.declared_decimal)
+        if cells and (stands_still(values) or goes_back(values)):
+            return False
+    return True
+
+
+def _period(own: Sequence[int], nameless: Sequence[int]) -> int:
+    """The number of columns after which those of the next specimen begin; 0 if the columns do not repeat."""
+    width = own[-1] + 1 - own[0]
+    for period in range(width, nameless[-1] + 1):
+        count = -(-(nameless[-1] + 1 - own[0]) // period)
+        expected = [i + k * period for k in range(count) for i in own]
+        if expected == [*own, *nameless]:
+            return period
+    return 0
+
+
+def _columns_of_numbers(sheet: Sheet) -> set[int]:
+    """The columns that hold numbers in the first rows of numbers below the header."""
+    found: set[int] = set()
+    start = max(sheet.header_line, sheet.units_line or 0)
+    seen = 0
+    for line in sheet.text.lines[start : start + 4 * _ROWS_SEEN]:
+        numbers = {i for i, cell in enumerate(split_line(line, sheet.delimiter)) if is_numeric(cell)}
+        if len(numbers) > 1:
+            found |= numbers
+            seen += 1
+        if seen >= _ROWS_SEEN:
+            break
+    return found
+
+
+def _specimen(sheet: Sheet, reading: Reading, first: int, period: int, count: int) -> tuple[Sheet, tuple[str, ...]]:
+    if reading.specimen is None:
+        listed = "; ".join(
+            f"{k + 1}: columns {first + k * period + 1} to {min(first + (k + 1) * period, len(sheet.names))}"
+            for k in range(count)
+        )
+        raise which_specimen(sheet, f"{count} specimens stand side by side ({listed})", count)
+    if not 1 <= reading.specimen <= count:
+        raise which_specimen(sheet, f"there is no specimen {reading.specimen}, {count} stand side by side", count)
+    own = range(first + (reading.specimen - 1) * period, first + reading.specimen * period)
+    of_all = range(first, first + count * period)
+    aside = {
+        i: f"of specimen {(i - first) // period + 1}: {reading.specimen} is asked for"
+        for i in of_all
+        if i not in own and i < len(sheet.names)
+    }
+    note = f"specimen {reading.specimen} of {count} side by side: columns {own.start + 1} to {own.stop}"
+    return replace(sheet, set_aside={**sheet.set_aside, **aside}), (note,)

@@ -1,0 +1,60 @@
+"""From readings in SI to the faults of columns whose size no test of a small sample gives: their unit is wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+import numpy as np
+
+from calib.errors import Fault
+from calib.lab.instruments.labtable import Reading
+from calib.lab.instruments.sheet import Sheet
+from calib.lab.instruments.units import IN_PLACE_OF, SI_UNIT
+from models.sensor import FloatArray
+
+#: Largest reading, in SI, between which the tests of small soft samples lie: outside of it the unit is wrong.
+PLAUSIBLE: Mapping[str, tuple[float, float]] = MappingProxyType(
+    {"displacement": (1e-9, 2.0), "force": (1e-6, 1e6), "capacitance": (1e-16, 1e-3), "capacitance_series": (1e-16, 1e-3)}
+)
+#: The same for instruments of nanometres and micronewtons (`Reading.scale` "micro").
+MICRO: Mapping[str, tuple[float, float]] = MappingProxyType({**PLAUSIBLE, "displacement": (1e-12, 2.0), "force": (1e-12, 1e6)})
+
+
+def implausible(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[str, int], reading: Reading) -> list[Fault]:
+    """List the columns whose largest reading is too small or too large for the tests of small soft samples.
+
+    Parameters
+    ----------
+    sheet : the record.
+    values : quantity -> readings in SI, nan where there is none.
+    places : quantity -> index of its column.
+    reading : with `scale`.
+    """
+    faults = []
+    limits = MICRO if reading.scale == "micro" else PLAUSIBLE
+    for quantity, (low, high) in limits.items():
+        if quantity not in values:
+            continue
+        size = np.abs(values[quantity])
+        size = np.where(np.isfinite(size), size, 0.0)
+        row = int(np.argmax(size))
+        top = float(size[row])
+        if top == 0.0 or low <= top <= high:
+            continue
+        unit = f"--units {IN_PLACE_OF.get(quantity, quantity)}=..."
+        advice = f"Check its unit; say the right one by {unit}"
+        if top < low and top >= MICRO[quantity][0] and reading.scale != "micro":
+            advice += ". If the instrument measures nanometres and micronewtons: --scale micro"
+        name = sheet.names[places[quantity]]
+        faults.append(
+            Fault(
+                f'column "{name}": the largest reading would be {top:.3g} {SI_UNIT[quantity]}, '
+                "which no test of a small sample gives",
+                sheet.text.path,
+                int(sheet.lines[row]),
+                places[quantity] + 1,
+                advice=advice,
+            )
+        )
+    return faults

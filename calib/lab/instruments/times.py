@@ -1,0 +1,200 @@
+"""From the time column of a sheet to seconds, and to what forbids that it is a lab's time: the unit, lost digits, no order."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from itertools import islice
+
+import numpy as np
+
+from calib.errors import Fault
+from calib.lab.instruments.clock import ClockTimes, form_of_clock, is_date, read_clock
+from calib.lab.instruments.labtable import Reading
+from calib.lab.instruments.sheet import Sheet
+from models.sensor import FloatArray
+
+# Seconds since 1970 of the years 2001 to 2100, in which a record may count its time.
+_EPOCH = (1.0e9, 4.2e9)
+# The same of the years 2010 to 2036, and days as spreadsheets (since 1899) and MATLAB (since the year 0) count them.
+_NOW, _DAYS = (1.26e9, 2.1e9), ((40_000.0, 50_000.0), (730_000.0, 750_000.0))
+# No record of a press is sampled faster, is shorter or lasts longer [s]; units finer than a second.
+_FASTEST, _SHORTEST, _LONGEST = 1e-6, 1e-3, 3.2e7
+_SIZES = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
+# Rows from which on the order of times tells something, and the share of falls among them that is too large.
+_FEWEST, _MOST_FALLS = 9, 0.1
+_EXPONENT = re.compile(r"[-+]?\d(?:[.,](?P<digits>\d*))?[eEdD](?P<power>[-+]?\d+)\s*")
+_WHICH = "Say the unit that is meant: --units time="
+_WITHOUT = "or leave the time out: --columns time=none"
+
+
+def clock_of(sheet: Sheet, index: int, cells: Sequence[str], reading: Reading) -> ClockTimes:
+    """Read a column of times of day of a sheet, with the dates that stand in a column beside it.
+
+    Parameters
+    ----------
+    sheet, index : the record, and which of its columns.
+    cells : of that column.
+    reading : what the user says of the file; as the unit of time, a form such as "min:s".
+    """
+    beside = date_column(sheet, index)
+    asked = reading.units.get("time", "")
+    heading = sheet.headings().get(index)
+    said = asked or (heading.unit if heading is not None and heading.unit else "") or sheet.unit_below(index)
+    form = form_of_clock(said)
+    if asked and not form:
+        return ClockTimes(
+            np.full(len(cells), np.nan),
+            conflict=f'the times are written with colons, which are in no unit "{asked}"',
+            advice="Say --units time=h:min:s, --units time=min:s or --units time=min:s:cs",
+        )
+    return read_clock(cells, sheet.columns[beside] if beside is not None else (), form)
+
+
+def date_column(sheet: Sheet, clock: int) -> int | None:
+    """Find the column of dates that belongs to one of times of day; None if there is none, or the times have dates.
+
+    Parameters
+    ----------
+    sheet : the record.
+    clock : index of the column of times of day.
+    """
+    if any("-" in c or "/" in c or c.count(".") > 1 for c in sheet.columns[clock][:50]):
+        return None
+    for index in sorted(range(len(sheet.columns)), key=lambda i: abs(i - clock)):
+        seen = list(islice((c for c in sheet.columns[index] if c.strip()), 50))
+        if index != clock and seen and all(map(is_date, seen)) and all(is_date(c) for c in sheet.columns[index] if c.strip()):
+            return index
+    return None
+
+
+def time_faults(
+    sheet: Sheet, index: int, cells: Sequence[str], values: FloatArray, factor: float, reading: Reading
+) -> list[Fault]:
+    """List what forbids that a column is the time of a lab's record, each with what to do.
+
+    Parameters
+    ----------
+    sheet, index : the record, and which of its columns.
+    cells : of that column.
+    values : what was read of it in its own unit, nan where there is none or what there is is not usable, (n_row,).
+    factor : from its unit to seconds; 0 for times of day, which are read in seconds.
+    reading : what the user says of the file: a unit that is said is not doubted.
+    """
+    rows = np.flatnonzero(np.isfinite(values))
+    if rows.size < 2:
+        return []
+    name, time = sheet.names[index], values[rows] * (factor or 1.0)
+    steps = np.diff(time)
+
+    def fault(row: int, message: str, advice: str) -> list[Fault]:
+        line = int(sheet.lines[rows[row]])
+        return [Fault(f'column "{name}": {message}', sheet.text.path, line, index + 1, advice=advice)]
+
+    lost = _lost_digits(cells, rows.tolist(), steps)
+    if lost:
+        return fault(0, lost, f"Export the time with all its digits, such as 1780650000.125, {_WITHOUT}")
+    if rows.size >= _FEWEST and not np.any(steps):
+        words = f'all times are "{cells[rows[0]].strip()}"'
+        return fault(0, words, f"Export the time of each row, name another column of time, {_WITHOUT}")
+    falls = np.flatnonzero(steps < 0)
+    if rows.size >= _FEWEST and falls.size > max(1, _MOST_FALLS * steps.size):
+        words = f"time falls at {falls.size} of {steps.size} rows, the first is this"
+        return fault(int(falls[0]) + 1, words, f"Name another column of time, {_WITHOUT}")
+    start, largest = float(np.min(time)), float(np.max(np.abs(time)))
+    usual = float(np.median(steps[steps > 0])) if np.any(steps > 0) else 1.0
+    written = cells[rows[0]].strip()
+    number, pace = (start / factor, usual / factor) if factor else (0.0, 0.0)
+    if largest > _EPOCH[1]:
+        words = f'"{written}" would be {start:.4g} s, in no century of ours'
+        unit = next((u for u, size in _SIZES.items() if _NOW[0] < number * size < _NOW[1]), "") if number else ""
+        return fault(0, words, f"{_WHICH}{unit} since 1970, {_WITHOUT}" if unit else f"Export the time in seconds, {_WITHOUT}")
+    if factor and _counts_clock(time / factor):
+        words = f'"{written}" seems to be hours, minutes and seconds written as one number'
+        return fault(0, words, f"Export the time in seconds, {_WITHOUT}")
+    if "time" in reading.units:
+        return []
+    if factor != 1.0 and _NOW[0] < number < _NOW[1]:
+        words = f'"{written}" may be seconds since 1970, but its unit says otherwise'
+        return fault(0, words, f"{_WHICH}s since 1970, or the unit of the header once more if that is right")
+    few_days = pace < 0.01 and float(np.ptp(time)) < 3.0 * factor
+    if few_days and any(low < number < high for low, high in _DAYS):
+        words = f'"{written}" seems to be the days of a calendar, as spreadsheets count them'
+        return fault(0, words, f"If it is, say so by the unit of time (day), {_WITHOUT}")
+    span = float(np.ptp(time))
+    absurd = usual < _FASTEST or span > _LONGEST or usual > 86_400 or (rows.size >= 2 * _FEWEST and span < _SHORTEST)
+    if absurd and not _EPOCH[0] < start:
+        words = f"steps of {usual:.3g} s and {span:.3g} s in all are no time of a press"
+        return fault(0, words, f"Say the unit that is meant, {_WITHOUT}")
+    return []
+
+
+# What counters of milliseconds and microseconds overflow at.
+_OVERFLOW = 2.0**32
+
+
+def gone_on(sheet: Sheet, index: int, values: FloatArray) -> tuple[FloatArray, list[str]]:
+    """Let a time go on where a counter of 32 bits has overflowed: it falls from just below 4294967296 to just above zero.
+
+    Parameters
+    ----------
+    sheet, index : the record, and which of its columns.
+    values : what was read of it in its own unit, (n_row,).
+
+    Returns
+    -------
+    The times, going on, and a note on each overflow.
+    """
+    rows = np.flatnonzero(np.isfinite(values))
+    steps = np.diff(values[rows])
+    over = np.flatnonzero((steps < -0.99 * _OVERFLOW) & (steps > -_OVERFLOW))
+    if not over.size:
+        return values, []
+    usual = float(np.median(steps[steps > 0])) if np.any(steps > 0) else 0.0
+    over = over[steps[over] + _OVERFLOW <= 100 * usual]
+    turned = np.zeros(values.size)
+    turned[rows[over + 1]] = _OVERFLOW
+    lines = [int(sheet.lines[rows[k + 1]]) for k in over]
+    name = sheet.names[index]
+    return values + np.cumsum(turned), [f'"{name}" goes on over an overflow at 4294967296 in line {n}' for n in lines]
+
+
+def time_notes(sheet: Sheet, index: int, values: FloatArray) -> list[str]:
+    """Write notes on times that fall or stand still, each with its first line.
+
+    Parameters
+    ----------
+    sheet, index : the record, and which of its columns.
+    values : what was read of it, nan where there is none or what there is is not usable, (n_row,).
+    """
+    rows = np.flatnonzero(np.isfinite(values))
+    steps = np.diff(values[rows])
+    notes = []
+    for found, what in ((steps < 0, "falls back"), (steps == 0, "is the same as in the row before")):
+        many = int(np.count_nonzero(found))
+        if many:
+            line = int(sheet.lines[rows[int(np.argmax(found)) + 1]])
+            notes.append(f'"{sheet.names[index]}" {what} in {many} row(s), the first in line {line}')
+    return notes
+
+
+def _counts_clock(numbers: FloatArray) -> bool:
+    """Whether numbers read as 120059.9, 120100.0: no part of sixty is passed, and they jump by forty where a minute is full."""
+    if np.any(numbers < 0) or np.any(numbers >= 240_000) or numbers[-1] < 100:
+        return False
+    if np.any(numbers % 100 >= 60) or np.any(numbers // 100 % 100 >= 60):
+        return False
+    steps = np.diff(numbers)
+    full = np.diff(numbers // 100) > 0
+    usual = float(np.median(steps[~full])) if np.any(~full) else np.inf
+    return bool(np.any(full)) and bool(np.all(steps[full] >= 40)) and usual < 10
+
+
+def _lost_digits(cells: Sequence[str], rows: Sequence[int], steps: FloatArray) -> str:
+    """Why times with an exponent have too few digits: rows share a time, and times differ by the last digit that is written."""
+    if np.all(steps > 0):
+        return ""
+    match = _EXPONENT.fullmatch(cells[rows[0]].strip())
+    if match is None or int(match["power"]) - len(match["digits"] or "") < 1:
+        return ""
+    return f'"{cells[rows[0]].strip()}" has lost its last digits, and many rows share it'

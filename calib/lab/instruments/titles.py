@@ -1,0 +1,149 @@
+"""From the lines between a header and its rows to the units that stand there, and what else does: rulers, counts, titles."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from calib.errors import Fault, InputError
+from calib.lab.instruments.clock import is_clock
+from calib.lab.instruments.header import split_line, without_comment_mark
+from calib.lab.instruments.labtable import Unread
+from calib.lab.instruments.numbers import is_missing, is_numeric, is_over_range, parse_number
+from calib.lab.instruments.text import LabText
+from calib.lab.instruments.units import looks_like_unit
+from calib.lab.instruments.vocabulary import understand, unit_of_cell
+
+# Lines that are looked at before the first row.
+_FEW_LINES = 5
+_RULER = re.compile(r"[-=_+|*~\s,;.:]*[-=_~*]{2}[-=_+|*~\s,;.:]*")
+
+
+@dataclass(frozen=True)
+class BelowHeader:
+    """What stands below a header: index of the line where rows may begin, units and their 1-based line, and what is left."""
+
+    start: int
+    units_line: int | None = None
+    units: tuple[str, ...] = ()
+    unread: tuple[Unread, ...] = ()
+
+
+def below_header(text: LabText, delimiter: str, header: int, names: Sequence[str], *, strict: bool) -> BelowHeader:
+    """Find the units row below a header, and pass by rulers and by numbers of columns or channels.
+
+    Parameters
+    ----------
+    text : the file.
+    delimiter : between cells.
+    header : index of the line of the header.
+    names : its cells.
+    strict : whether a second line of titles is refused; not where the user says which column is what.
+
+    Raises
+    ------
+    InputError
+        If another line of titles stands below the header: which of the two names a column cannot be told.
+    """
+    unread: list[Unread] = []
+    units_line: int | None = None
+    units: tuple[str, ...] = ()
+    start = header + 1
+    time = next((i for i, n in enumerate(names) if (found_name := understand(n)) and found_name.quantity == "time"), None)
+    lines = [i for i in range(header + 1, len(text.lines)) if text.lines[i].strip()][:_FEW_LINES]
+    for place, index in enumerate(lines):
+        line = without_comment_mark(text.lines[index], delimiter)
+        cells = split_line(line, delimiter)
+        shown, later = text.lines[index].strip()[:60], [split_line(text.lines[i], delimiter) for i in lines[place + 1 :]]
+        found = _units(cells, names) if units_line is None else None
+        if _RULER.fullmatch(line):
+            unread.append(Unread(f"line {index + 1}", f'a ruler, "{shown}"'))
+        elif found is not None:
+            units_line, units = index + 1, found
+            notes = [c for c, u in zip(cells, found, strict=True) if c.strip() and not u and unit_of_cell(c) is None]
+            unread += [Unread(f"line {index + 1}", f'"{c[:40]}" stands among the units') for c in notes]
+        elif _counts(cells, names) and _written_otherwise(cells, later):
+            unread.append(Unread(f"line {index + 1}", f'numbers of the columns, "{shown}"'))
+        elif _falls_after(cells, later, time):
+            unread.append(Unread(f"line {index + 1}", f'numbers above the record, time falls after them: "{shown}"'))
+        elif strict and _titles(cells, names) and delimiter != " ":
+            raise InputError(
+                Fault(
+                    f'"{shown}" stands below the header of line {header + 1} like another header',
+                    text.path,
+                    index + 1,
+                    advice="Which of the two names a column cannot be told: keep one line of names, each with its unit",
+                )
+            )
+        else:
+            break
+        start = index + 1
+    return BelowHeader(start, units_line, units, tuple(unread))
+
+
+def _units(cells: Sequence[str], names: Sequence[str]) -> tuple[str, ...] | None:
+    """The units in a row of units, "" where there is none; None if it is no such row."""
+    read = [unit_of_cell(c) for c in cells]
+    if any(read) and all(unit is not None for unit in read):
+        return tuple(unit or "" for unit in read)
+    # A remark may stand among them, in the last of several cells.
+    there = [c for c in cells if c.strip()]
+    known = sum(bool(u) and looks_like_unit(u or "") for u in read)
+    wordy = [c for c, u in zip(cells, read, strict=True) if c.strip() and u is None]
+    if known >= 2 and known >= len(there) - 1 and len(cells) <= len(names) and not any(map(_is_reading, wordy)):
+        return tuple(unit or "" for unit in read)
+    return None
+
+
+def _is_reading(cell: str) -> bool:
+    return is_numeric(cell) or is_clock(cell) or is_over_range(cell) or is_missing(cell)
+
+
+def _counts(cells: Sequence[str], names: Sequence[str]) -> bool:
+    """Whether a row counts the columns: 1, 2, 3 or 0, 1, 2 or CH1, CH2, CH3."""
+    digits = [re.sub(r"^(?:ch(?:annel)?|col(?:umn)?|no)?[ ._#]*", "", c.strip().lower()) for c in cells if c.strip()]
+    if len(digits) < 2 or len(digits) < len([n for n in names if n]) - 1 or not all(d.isdigit() and len(d) < 4 for d in digits):
+        return False
+    first = int(digits[0])
+    return first in (0, 1) and [int(d) for d in digits] == list(range(first, first + len(digits)))
+
+
+def _falls_after(cells: Sequence[str], rows: Sequence[Sequence[str]], time: int | None) -> bool:
+    """Whether a row of numbers, as of gains, stands above the record: time falls after it, and is written otherwise below."""
+    rows = [row for row in rows if time is not None and time < len(row) and parse_number(row[time], ".") is not None]
+    if (
+        time is None
+        or time >= len(cells)
+        or len(rows) < 3
+        or len(cells) < len(rows[0])
+        or parse_number(cells[time], ".") is None
+    ):
+        return False
+    values = [parse_number(row[time], ".") or 0.0 for row in (cells, *rows)]
+    if not values[0] > values[1] < values[2] < values[3]:
+        return False
+    digits = [[len(c.partition(".")[2]) for c in row] for row in (cells, *rows)]
+    odd = [
+        k for k in range(len(cells)) if is_numeric(cells[k]) and digits[0][k] not in [d[k] for d in digits[1:] if k < len(d)]
+    ]
+    return len(odd) > 1
+
+
+def _written_otherwise(cells: Sequence[str], rows: Sequence[Sequence[str]]) -> bool:
+    """Whether the rows below have decimals in most columns, where these cells are whole numbers."""
+    rows = [row for row in rows if sum(map(is_numeric, row)) * 2 >= len(row)]
+    if not rows:
+        return False
+    if not all(map(is_numeric, (c for c in cells if c))):
+        return True
+    decimals = [sum(bool(re.search(r"[.,]\d|[eE]", c)) for c in row) for row in rows]
+    return min(decimals) * 2 >= len([c for c in cells if c])
+
+
+def _titles(cells: Sequence[str], names: Sequence[str]) -> bool:
+    """Whether a row holds words for several columns, as a header does."""
+    there = [c for c in cells if c.strip()]
+    if len(there) < 2 or len(cells) < len(names) or [c.strip() for c in cells] == list(names):
+        return False
+    return not any(map(_is_reading, there))

@@ -1,0 +1,86 @@
+"""From a column of a `Sheet` to the factor that makes SI of it, wherever its unit stands, and to how people know the column."""
+
+from __future__ import annotations
+
+from calib.errors import Fault
+from calib.lab.instruments.labtable import Reading
+from calib.lab.instruments.sheet import Sheet
+from calib.lab.instruments.units import IN_PLACE_OF, asked_factor, lab_factor
+from calib.lab.instruments.vocabulary import EXAMPLE, NEEDS_UNIT, Heading
+
+
+def _asked_unit(quantity: str, reading: Reading) -> str | None:
+    return reading.units.get(quantity, reading.units.get(IN_PLACE_OF.get(quantity, quantity)))
+
+
+def unit_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading) -> tuple[Fault | None, float]:
+    """The factor from a column's unit to SI, wherever the unit stands: said by the user, in the name, below it, or above.
+
+    Parameters
+    ----------
+    sheet : the record.
+    index, heading : which of its columns, and what it holds.
+    reading : what the user says of the file.
+
+    Returns
+    -------
+    The fault of a unit that is missing, unknown or contradicted, or None; and the factor, 1 with a fault.
+    """
+    quantity = heading.quantity
+    name, below = sheet.names[index], sheet.unit_below(index)
+    inside = heading.unit or ""
+    declared, declared_line = sheet.declared_units.get(IN_PLACE_OF.get(quantity, quantity), ("", 0))
+    line = sheet.units_line if below and sheet.units_line is not None else sheet.header_line
+    asked = _asked_unit(quantity, reading)
+
+    def fault(message: str, advice: str) -> tuple[Fault, float]:
+        return Fault(message, sheet.text.path, line or None, index + 1, advice), 1.0
+
+    shown = IN_PLACE_OF.get(quantity, quantity)
+    example = f'Write it into the header, for example "{EXAMPLE[quantity]}", or say it: --units {shown}=...'
+    if asked is not None:
+        try:
+            return None, asked_factor(asked, quantity)
+        except ValueError as error:
+            return fault(f"the unit asked for: {error}", "See `calib read --help`")
+    if heading.unit_doubt:
+        how = "the unit with the factor that makes it right" if "factor" in heading.unit_doubt else "the right one"
+        return fault(f'column "{name}": {heading.unit_doubt}', f"Correct the header, or say {how}: --units {shown}=...")
+    said = [unit for unit in (inside, below, declared) if unit]
+    if not said:
+        return fault(f'column "{name}" has no unit', example) if quantity in (*NEEDS_UNIT, "frequency") else (None, 1.0)
+    try:
+        factors = [lab_factor(unit, quantity) for unit in said]
+    except ValueError as error:
+        return fault(f'column "{name}": {error}', example)
+    if len(set(factors)) > 1 and inside and below and factors[0] != factors[1]:
+        return fault(f'column "{name}" has the unit "{inside}" in its name and "{below}" below it', "Correct one of the two")
+    if len(set(factors)) > 1:
+        return fault(
+            f'column "{name}" has the unit "{said[0]}" and "{declared}" is declared in line {declared_line}',
+            f"Correct one of the two, or say which is right: --units {shown}=...",
+        )
+    return None, factors[0]
+
+
+def source_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading, *, clock: bool) -> str:
+    """The column as people know it: its name in the file and where its unit was found.
+
+    Parameters
+    ----------
+    sheet : the record.
+    index, heading : which of its columns, and what it holds.
+    reading : what the user says of the file.
+    clock : whether its cells are times of day, which have no unit.
+    """
+    quantity, name = heading.quantity, sheet.names[index]
+    if not sheet.header_line and name.isdigit():
+        name = f"column {name}"
+    asked = _asked_unit(quantity, reading)
+    if asked is not None:
+        return f"{name} (read as {asked})"
+    below = sheet.unit_below(index)
+    if below:
+        return f"{name} ({below})"
+    declared = sheet.declared_units.get(IN_PLACE_OF.get(quantity, quantity), ("", 0))[0]
+    return f"{name} ({declared}, declared above)" if declared and not heading.unit and not clock else name
