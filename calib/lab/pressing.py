@@ -73,7 +73,8 @@ def make_sweep(
     if force_file is None and capacitance_file is None:
         raise InputError(Fault(f"sweep {name} of {specimen} has neither a force nor a capacitance file"))
     same = force_file is not None and capacitance_file is not None and _same_file(force_file, capacitance_file)
-    same = same and capacitance_reading in (AS_FOUND, force_reading)
+    # Of a workbook another sheet is another record.
+    same = same and capacitance_reading in ((force_reading,) if force_reading.sheet else (AS_FOUND, force_reading))
     tester = lcr = None
     faults: list[Fault] = []
     try:

@@ -94,7 +94,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
             notes.append(f'"{sheet.names[index]}" is read in the unit asked for, though it has {heading.unit_doubt}')
     cells = {c.quantity: _cells(sheet, c.index) for c in columns}
     written = [c for c in columns if not c.clock]
-    notation = decide_notation(
+    notation = _typed(sheet, len(written)) or decide_notation(
         [cells[c.quantity] for c in written],
         [sheet.names[c.index] for c in written],
         declared=sheet.declared_decimal,
@@ -174,6 +174,12 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         started=started_at(sheet, values.get("time")),
         sign=reading.sign,
     )
+
+
+def _typed(sheet: Sheet, n_column: int) -> Notation | None:
+    """The decimal mark of a file whose numbers are numbers by its format; None where it is for the cells to show."""
+    mark = sheet.text.decimal
+    return Notation(mark, (mark,) * n_column) if sheet.text.typed else None
 
 
 def _cells(sheet: Sheet, index: int) -> Sequence[str]:

@@ -68,7 +68,7 @@ def cut(text: LabText, reading: Reading) -> Sheet:
         below.units_line,
         below.units,
         declared_units(text.lines[:header]),
-        declared_decimal(text.lines[:header]),
+        text.decimal or declared_decimal(text.lines[:header]),
         assigned,
     )
     above = _rows_above(sheet, reading)
@@ -109,6 +109,8 @@ def _check_nameless(sheet: Sheet, start: int, reading: Reading) -> None:
     """Refuse numbers below the empty end of a header: the names may stand one cell too far to the left of their columns."""
     named = n_named(sheet)
     if named == len(sheet.names) or sheet.headings().keys() <= sheet.assigned.keys():
+        return
+    if sheet.text.typed:  # a cell of a workbook stands in its own column, whatever stands beside it
         return
     rows = [split_line(line, sheet.delimiter) for line in sheet.text.lines[start : start + 50] if line.strip()]
     filled = [i for i, row in enumerate(rows) if any(map(is_numeric, row[named : len(sheet.names)]))]
@@ -163,7 +165,7 @@ def _without_header(text: LabText, reading: Reading) -> Sheet:
             if chosen and all(is_numeric(c) or is_clock(c) or is_over_range(c) for c in chosen):
                 names = tuple(str(i + 1) for i in range(len(cells)))
                 assigned = _assigned(reading, names, text, index + 1)
-                sheet = Sheet(text, delimiter, 0, names, assigned=assigned)
+                sheet = Sheet(text, delimiter, 0, names, declared_decimal=text.decimal, assigned=assigned)
                 return with_rows(sheet, index, reading, ())
     raise InputError(no_header(text))
 

@@ -1,18 +1,25 @@
-"""From a lab file to its `LabTable`: cut into a record, recognised as of some instrument, read into columns in SI."""
+"""From a lab file to its `LabTable`: taken apart, cut into a record, recognised as an instrument's, read as columns in SI."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
-from calib.errors import Fault, InputError
+from calib.errors import Choice, Fault, InputError
 from calib.lab.instruments.columns import read_columns
 from calib.lab.instruments.cut import cut
 from calib.lab.instruments.families import FAMILIES
-from calib.lab.instruments.labtable import AS_FOUND, LabTable, Reading
+from calib.lab.instruments.formats import format_of
+from calib.lab.instruments.header import find_header
+from calib.lab.instruments.labtable import AS_FOUND, LabTable, Reading, Unread
 from calib.lab.instruments.parallel import as_parallel
-from calib.lab.instruments.sheet import Sheet
+from calib.lab.instruments.part import CellTypes, Part
+from calib.lab.instruments.sheet import SeveralSpecimens, Sheet
 from calib.lab.instruments.text import LabText, read_lab_text
+from calib.lab.instruments.typed import certain, uncalculated_fault, with_reasons
 from calib.lab.instruments.units import IN_PLACE_OF, SI_UNIT
+from calib.lab.instruments.vocabulary import understand
 
 #: What `Reading.units` and `Reading.columns` may name.
 QUANTITIES = tuple(q for q in SI_UNIT if q not in IN_PLACE_OF)
@@ -27,8 +34,8 @@ def read_lab_file(path: Path, reading: Reading = AS_FOUND) -> LabTable:
 
     Parameters
     ----------
-    path : a text file (CSV, TSV, TXT).
-    reading : what the user says of the file: units, columns, which of several specimens.
+    path : a text file (CSV, TSV, TXT, TRA), a workbook (.xlsx, .xls), or a file of LabVIEW (.lvm, .tdms) or MATLAB (.mat).
+    reading : what the user says of the file: units, columns, which of several specimens or sheets.
 
     Returns
     -------
@@ -39,7 +46,8 @@ def read_lab_file(path: Path, reading: Reading = AS_FOUND) -> LabTable:
     SeveralSpecimens
         If the file holds several specimens and `reading` does not say which.
     calib.errors.InputError
-        With every fault of the file, each with line, column and advice.
+        If several sheets, groups or variables are records and `reading` does not say which; or with every fault of the
+        file, each with line, column and advice.
     """
     path = Path(path)
     unknown = sorted({*reading.units, *reading.columns} - set(QUANTITIES) - set(IN_PLACE_OF))
@@ -49,13 +57,126 @@ def read_lab_file(path: Path, reading: Reading = AS_FOUND) -> LabTable:
         if said and said not in known:
             listed = " or ".join(f'"{word}"' for word in known)
             raise InputError(Fault(f'{name} "{said}" is none that there is', path, advice=f"Write {name} = {listed}"))
-    text = read_lab_text(path)
+    form = format_of(path)
+    if form is not None:
+        return _one_of(path, form.take_apart(path), reading)
+    if reading.sheet:
+        raise InputError(Fault(f'there is no sheet "{reading.sheet}": the file is text', path, advice="Leave the sheet out"))
+    return _read_text(read_lab_text(path), reading)
+
+
+def _read_text(text: LabText, reading: Reading, types: CellTypes | None = None) -> LabTable:
+    """Read one record of a text, or of a part of a file with the types of its cells."""
     sheet = _own_sheet(text, reading) or cut(text, reading)
+    found = None if types is None else certain(sheet, types, reading)
+    sheet = sheet if found is None else found.sheet
     for family in FAMILIES:
         reason = family.recognise(sheet)
         if reason:
-            return as_parallel(read_columns(sheet, family, reason, reading), sheet.header_line)
+            table = as_parallel(read_columns(sheet, family, reason, reading), sheet.header_line)
+            return table if found is None else with_reasons(table, found)
     raise AssertionError("every sheet is a table")
+
+
+# --- files of several parts --------------------------------------------------------------------------------------------
+
+
+def _one_of(path: Path, parts: Sequence[Part], reading: Reading) -> LabTable:
+    """Read the part that was asked for, or else the one that is a record."""
+    if not parts:
+        raise InputError(Fault("there is nothing in the file", path, advice="Export it again from the instrument's software"))
+    if reading.sheet:
+        own, others = _asked(path, parts, reading.sheet)
+        table = _read_part(own, reading)
+        return _with_unread(table, own, {part.title: part.reason or f"{own.title} was asked for" for part in others})
+    faults: dict[Part, InputError] = {}
+    read: dict[Part, LabTable] = {}
+    for part in parts:
+        try:
+            read[part] = _read_part(part, reading)
+        except InputError as error:
+            faults[part] = error
+    # A part that is a record but for its faults is one too: it must not be passed over for another.
+    records = [part for part in parts if part in read or (part.text is not None and _is_record(part.text, reading))]
+    chosen = [part for part in records if not part.hidden] or records
+    if len(chosen) > 1:
+        listed = "; ".join(f"{part.name} ({_shown(read.get(part), faults.get(part))})" for part in chosen)
+        message = f"{len(chosen)} {chosen[0].kind}s of the file are records: {listed}"
+        choice = Choice("sheet", tuple(part.name for part in chosen))
+        raise InputError(
+            Fault(message, path, advice=f"Say which one: {choice} (in an experiment file: sheet = ...)", choice=choice)
+        )
+    if len(parts) == 1 or chosen:
+        own = chosen[0] if chosen else parts[0]
+        if own in faults:
+            raise faults[own]
+        why = {
+            part.title: "it is hidden" if part in records else _why(part, faults.get(part)) for part in parts if part is not own
+        }
+        return _with_unread(read[own], own, why)
+    listed = "; ".join(f"{part.title}: {_why(part, faults.get(part))}" for part in parts)
+    advice = "Say which one it is and what its columns are: --sheet NAME --columns force=2 --units force=N"
+    raise InputError(Fault(f"none of the {len(parts)} parts of the file is a record: {listed}", path, advice=advice))
+
+
+def _asked(path: Path, parts: Sequence[Part], name: str) -> tuple[Part, list[Part]]:
+    found = [part for part in parts if part.name == name] or [
+        part for part in parts if part.name.strip().casefold() == name.strip().casefold()
+    ]
+    if len(found) != 1:
+        there = ", ".join(f'"{part.name}"' for part in parts)
+        what = "is no" if not found else "is more than one"
+        raise InputError(Fault(f'there {what} {parts[0].kind} "{name}"; there are {there}', path, advice="Name one of these"))
+    return found[0], [part for part in parts if part is not found[0]]
+
+
+def _read_part(part: Part, reading: Reading) -> LabTable:
+    if part.text is None:
+        raise InputError(Fault(f"{part.title} is no table: {part.reason}"))
+    try:
+        table = _read_text(part.text, reading, part.types)
+        return replace(table, lines=table.lines - part.above)
+    except SeveralSpecimens as error:
+        raise SeveralSpecimens(_of(part, error.faults[0]), error.count) from None
+    except InputError as error:
+        unknown = uncalculated_fault(part)
+        told = unknown is None or any(fault.advice == unknown.advice for fault in error.faults)
+        more = () if told or unknown is None else (unknown,)
+        raise InputError([_of(part, fault) for fault in (*more, *error.faults)]) from None
+
+
+def _of(part: Part, fault: Fault) -> Fault:
+    line = fault.line if not part.above or fault.line is None else fault.line - part.above
+    return replace(fault, message=f"{part.title}: {fault.message}", line=line if line is None or line > 0 else None)
+
+
+def _is_record(text: LabText, reading: Reading) -> bool:
+    """Whether a header is found that names force over displacement, or a capacitance."""
+    found = find_header(text, reading)
+    if found is None:
+        return False
+    quantities = {heading.quantity for cell in found[2] if (heading := understand(cell)) is not None} | set(reading.columns)
+    return bool({"force", "displacement"} <= quantities or {"capacitance", "capacitance_series"} & quantities)
+
+
+def _shown(table: LabTable | None, error: InputError | None) -> str:
+    if table is not None:
+        return f"{', '.join(table.columns)}, {len(table.lines)} rows"
+    return _brief(error)
+
+
+def _why(part: Part, error: InputError | None) -> str:
+    return part.reason or f"not understood: {_brief(error)}"
+
+
+def _brief(error: InputError | None) -> str:
+    return error.faults[0].message[:160] if error is not None else "no record"
+
+
+def _with_unread(table: LabTable, own: Part, others: Mapping[str, str]) -> LabTable:
+    unread = (*table.unread, *(Unread(title, reason) for title, reason in others.items()))
+    chosen = (f"read from {own.title}",) if others or own.hidden else ()
+    return replace(table, unread=unread, notes=(*chosen, *own.notes, *table.notes))
 
 
 def _own_sheet(text: LabText, reading: Reading) -> Sheet | None:

@@ -31,6 +31,8 @@ class LabText:
     encoding : that was used.
     lines : without line ends; after a last line end stands an empty line.
     ended : whether the file ends with a line end.
+    decimal : the decimal mark, where the file's format states it; else "".
+    typed : whether numbers are numbers by the file's format, so that no decimal mark is in doubt.
     """
 
     path: Path
@@ -38,6 +40,8 @@ class LabText:
     encoding: str
     lines: tuple[str, ...]
     ended: bool
+    decimal: str = ""
+    typed: bool = False
 
 
 def read_lab_text(path: Path) -> LabText:
@@ -69,7 +73,7 @@ def read_lab_text(path: Path) -> LabText:
     return LabText(path, hashlib.sha256(data).hexdigest(), encoding, lines, text.endswith("\n"))
 
 
-_EXPORT = "Export a CSV file; workbooks and databases are not read"
+_EXPORT = "Export a CSV file or a workbook from the instrument's software"
 
 
 def _decode(path: Path, data: bytes) -> tuple[str, str]:

@@ -1,0 +1,323 @@
+"""Files of LabVIEW's text format (.lvm): a file in, its segments as parts out, as their headers say they are to be read."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from datetime import datetime, timedelta
+from itertools import pairwise
+from pathlib import Path
+
+from calib.errors import Fault, InputError
+from calib.lab.instruments.numbers import parse_number
+from calib.lab.instruments.part import Format, Part
+from calib.lab.instruments.text import LabText, read_lab_text
+
+_FIRST = "LabVIEW Measurement"
+_END = "***End_of_Header***"
+_SPECIAL = ("***Start_Special***", "***End_Special***")
+# Absolute times are seconds since this.
+_EPOCH = datetime(1904, 1, 1)
+
+
+def recognise(head: bytes, _: Path) -> bool:
+    """Recognise the first line, in any encoding."""
+    return head.replace(b"\x00", b"").lstrip(b"\xef\xbb\xbf\xff\xfe").startswith(_FIRST.encode())
+
+
+@dataclass(frozen=True)
+class _File:
+    """What the header of a file says: separator, decimal mark, how many columns of x there are, and whether x is absolute.
+
+    `stated` is whether it says the decimal mark, which it does since version 2; the rows show it else.
+    """
+
+    separator: str
+    decimal: str
+    stated: bool
+    x_columns: str
+    absolute: bool
+
+
+@dataclass(frozen=True, eq=False)
+class _Segment:
+    """One segment: its tags with a value per channel, the index of the line with its names, these, and those of its rows."""
+
+    tags: Mapping[str, Sequence[str]]
+    line: int
+    names: Sequence[str]
+    rows: Sequence[int]
+
+
+@dataclass(frozen=True, eq=False)
+class _Table:
+    """A column of x and channels that share it: names, units, and cells by index of the line."""
+
+    name: str
+    names: Sequence[str]
+    units: Sequence[str]
+    line: int
+    rows: Mapping[int, Sequence[str]]
+    begun: datetime | None
+    notes: tuple[str, ...] = ()
+
+
+def take_apart(path: Path) -> tuple[Part, ...]:
+    """Read every segment; segments with the same channels whose times go on are one part.
+
+    Raises
+    ------
+    InputError
+        If the header is not one of the format, or contradicts the rows.
+    """
+    text = read_lab_text(path)
+    file, start = _header(text)
+    segments = _segments(text, file, start)
+    if not segments:
+        raise _fault(text, "the file has no segment: no line of names begins with X_Value", start)
+    tables = [table for number, segment in enumerate(segments, 1) for table in _tables(text, file, segment, number)]
+    tables = _joined(tables, file)
+    if len(tables) == 1:
+        tables = [replace(tables[0], name="1")]
+    return tuple(_part(text, file, table) for table in tables)
+
+
+def _header(text: LabText) -> tuple[_File, int]:
+    """What the header of the file says, and the index of the line below it."""
+    tags: dict[str, str] = {}
+    for index, line in enumerate(text.lines[1:200], 1):
+        if line.strip().strip(",;") == _END:
+            return _said(text, tags, index), index + 1
+        match = re.match(r"(\w+)[\t,](.*)", line)
+        if match:
+            tags[match[1].lower()] = match[2].strip()
+    raise _fault(text, f"the header has no line {_END}", 0)
+
+
+def _said(text: LabText, tags: Mapping[str, str], line: int) -> _File:
+    separator = {"tab": "\t", "comma": ","}.get(tags.get("separator", "Tab").strip('"\t ,').lower())
+    rows = "\n".join(text.lines[line + 1 : line + 200])
+    shown = "," if separator == "\t" and re.search(r"\d,\d", rows) and not re.search(r"\t-?\d+\.\d", rows) else "."
+    decimal = tags.get("decimal_separator", shown).strip('"\t ')[:1]
+    x_columns = tags.get("x_columns", "One").strip("\t ,").lower()
+    if separator is None or decimal not in (".", ",") or x_columns not in ("no", "one", "multi") or decimal == separator:
+        said = f"Separator {tags.get('separator')}, Decimal_Separator {decimal!r}, X_Columns {x_columns}"
+        raise _fault(text, f"the header cannot be obeyed: {said}", line)
+    return _File(
+        separator, decimal, "decimal_separator" in tags, x_columns, tags.get("time_pref", "").lower().startswith("abs")
+    )
+
+
+def _segments(text: LabText, file: _File, start: int) -> list[_Segment]:
+    segments: list[_Segment] = []
+    tags: dict[str, Sequence[str]] = {}
+    rows: list[int] = []
+    special = False
+    inside = False  # the rows of a segment
+    for index in range(start, len(text.lines)):
+        line = text.lines[index]
+        cells = [cell.strip() for cell in line.split(file.separator)]
+        if cells[0] in _SPECIAL:
+            special = cells[0] == _SPECIAL[0]
+            continue
+        if special or not line.strip():
+            continue
+        if cells[0] == "X_Value":
+            rows = []
+            segments.append(_Segment(tags, index, cells, rows))
+            tags, inside = {}, True
+        elif re.fullmatch(r"[A-Za-z_]\w*", cells[0]) and cells[0].lower() not in ("nan", "inf"):
+            inside = False
+            tags[cells[0].lower()] = cells[1:]
+        elif cells[0] == _END:
+            inside = False
+        elif inside:
+            rows.append(index)
+        else:
+            raise _fault(text, f'"{line.strip()[:60]}" stands where a segment\'s header is expected', index)
+    return segments
+
+
+def _tables(text: LabText, file: _File, segment: _Segment, number: int) -> list[_Table]:
+    """The channels of a segment with their x, once for each column of x that differs."""
+    names = segment.names
+    places = [i for i, name in enumerate(names) if name == "X_Value"]
+    n_channel = len(names) - len(places) - (names[-1] == "Comment")
+    said = segment.tags.get("channels", ("",))[0]
+    if re.fullmatch(r"[0-9]{1,6}", said) and int(said) != n_channel:
+        raise _fault(text, f"the segment's header says {said} channels, and {n_channel} are named", segment.line)
+    if file.x_columns == "multi":
+        pairs = [(2 * k, 2 * k + 1) for k in range(n_channel)]
+    else:
+        pairs = [(0, 1 + k) for k in range(n_channel)]
+    if [i for i, _ in pairs if names[i : i + 1] != ["X_Value"]] or len(set(places)) != len({i for i, _ in pairs}):
+        raise _fault(text, f"the names do not fit X_Columns {file.x_columns} and {n_channel} channels", segment.line)
+    width = len(names)
+    cells: dict[int, list[str]] = {}
+    for index in segment.rows:
+        row = [cell.strip() for cell in text.lines[index].split(file.separator)]
+        if len(row) > width and any(row[width:]):
+            raise _fault(text, f"the row has {len(row)} cells, the names are {width}", index)
+        cells[index] = (row + [""] * width)[:width]
+    notes: list[str] = []
+    if file.x_columns == "no":
+        groups = _made(text, file, segment, cells, n_channel, notes)
+    else:
+        groups = {}
+        for place, channel in pairs:
+            xs = tuple(row[place] for row in cells.values())
+            # A channel with fewer readings ends earlier, and so does its x.
+            key = next(
+                (known for known in groups if all(a == b or not a or not b for a, b in zip(known, xs, strict=True))), None
+            )
+            if key is None:
+                groups[xs] = [channel]
+            else:
+                longest = tuple(a or b for a, b in zip(key, xs, strict=True))
+                groups[longest] = [*groups.pop(key), channel]
+    begun = _begun(segment)
+    units, dimensions = segment.tags.get("y_unit_label", ()), segment.tags.get("x_dimension", ())
+    tables = []
+    for xs, members in groups.items():
+        nth = [member // 2 if file.x_columns == "multi" else member - 1 for member in members]
+        dimension = dimensions[nth[0]] if nth[0] < len(dimensions) and dimensions[nth[0]] else "Time"
+        name = f"{number}" if len(groups) == 1 else f"{number}: {names[members[0]]}"
+        comment = [width - 1] if names[-1] == "Comment" else []
+        tables.append(
+            _Table(
+                name,
+                [dimension, *(names[member] for member in (*members, *comment))],
+                [
+                    "s" if dimension == "Time" else "",
+                    *(units[k] if k < len(units) else "" for k in nth),
+                    *("" for _ in comment),
+                ],
+                segment.line,
+                {i: [x, *(row[m] for m in (*members, *comment))] for x, (i, row) in zip(xs, cells.items(), strict=True)},
+                begun,
+                tuple(notes),
+            )
+        )
+    return tables
+
+
+def _made(
+    text: LabText, file: _File, segment: _Segment, cells: Mapping[int, Sequence[str]], n_channel: int, notes: list[str]
+) -> dict[tuple[str, ...], list[int]]:
+    """Make x of its beginning and step, where the rows have none: for each that differs, its channels."""
+    groups: dict[tuple[float, float], list[int]] = {}
+    for k in range(n_channel):
+        said = [segment.tags.get(tag, ()) for tag in ("x0", "delta_x")]
+        first, step = (parse_number(values[k], file.decimal) if k < len(values) else None for values in said)
+        if first is None or step is None or step <= 0:
+            raise _fault(text, f'channel "{segment.names[k + 1]}" has no X0 or no Delta_X, and the rows no time', segment.line)
+        groups.setdefault((first, step), []).append(k + 1)
+    if any(row[0] for row in cells.values()):
+        raise _fault(text, "X_Columns is No, but the first column is not empty", segment.line)
+    for first, step in groups:
+        notes.append(f"time is made from X0 {first!r} and Delta_X {step!r}")
+    n_row = len(cells)
+    return {
+        tuple(repr(first + step * i).replace(".", file.decimal) for i in range(n_row)): members
+        for (first, step), members in groups.items()
+    }
+
+
+def _begun(segment: _Segment) -> datetime | None:
+    """Date and time of a segment, of its first channel."""
+    date, clock = (segment.tags.get(tag, ("",))[:1] for tag in ("date", "time"))
+    if not date or not clock:
+        return None
+    day = re.fullmatch(r"(\d{4})\D(\d{1,2})\D(\d{1,2})", date[0])
+    hour = re.fullmatch(r"(\d{1,2}):(\d{2}):(\d{2})(?:[.,](\d+))?", clock[0])
+    if day is None or hour is None:
+        return None
+    try:
+        begun = datetime(int(day[1]), int(day[2]), int(day[3]), int(hour[1]), int(hour[2]), int(hour[3]))
+    except ValueError:
+        return None
+    return begun + timedelta(seconds=float(f"0.{hour[4] or 0}"))
+
+
+def _joined(tables: Sequence[_Table], file: _File) -> list[_Table]:
+    """Segments with the same channels made one where their times go on, by themselves or by the segments' dates."""
+    alike = len({(tuple(table.names), tuple(table.units)) for table in tables}) == 1
+    filled = [table for table in tables if table.rows]
+    if not alike or len(filled) < 2:
+        return list(filled or tables)
+    ends = [_ends(table, file) for table in filled]
+    if any(end is None for end in ends):
+        return filled
+    spans = [end for end in ends if end is not None]
+    own = [first - spans[0][0] for first, _ in spans]
+    dated = [
+        None if t.begun is None or filled[0].begun is None else (t.begun - filled[0].begun).total_seconds() for t in filled
+    ]
+    steps = [(last - first) / max(len(table.rows) - 1, 1) for table, (first, last) in zip(filled, spans, strict=True)]
+    goes_on = all(b[0] > a[1] for a, b in pairwise(spans))
+    agrees = all(d is None or d == 0 or abs(d - o) <= max(1.0, 0.01 * abs(o)) for d, o in zip(dated, own, strict=True))
+    if goes_on and (agrees or file.absolute):
+        rows = {i: row for table in filled for i, row in table.rows.items()}
+        return [replace(filled[0], rows=rows, notes=(*filled[0].notes, f"{len(filled)} segments, whose times go on"))]
+    shifts = [d for d in dated if d is not None]
+    apart = len(shifts) == len(filled) and all(
+        shifts[k + 1] + spans[k + 1][0] >= shifts[k] + spans[k][1] + 0.5 * steps[k] for k in range(len(filled) - 1)
+    )
+    if goes_on or not apart or file.absolute:
+        return filled
+    rows = {}
+    for table, shift in zip(filled, shifts, strict=True):
+        for i, row in table.rows.items():
+            x = parse_number(row[0], file.decimal)
+            rows[i] = [row[0] if x is None else repr(x + shift).replace(".", file.decimal), *row[1:]]
+    note = f"{len(filled)} segments, each counting its time anew: put one behind the other by their dates and times"
+    return [replace(filled[0], rows=rows, notes=(*filled[0].notes, note))]
+
+
+def _ends(table: _Table, file: _File) -> tuple[float, float] | None:
+    xs = [parse_number(row[0], file.decimal) for row in table.rows.values()]
+    if xs[0] is None or xs[-1] is None or table.names[0] != "Time":
+        return None
+    return xs[0], xs[-1]
+
+
+def _part(text: LabText, file: _File, table: _Table) -> Part:
+    """The table with every row in its own line, names and units above it in the lines of the segment's header."""
+    if not table.rows:
+        return Part("segment", table.name, None, "it has no rows")
+    notes = list(table.notes)
+    lines = ["" for _ in text.lines]
+    begun = table.begun
+    rows = dict(table.rows)
+    if file.absolute and table.names[0] == "Time":
+        numbers = {i: parse_number(row[0], file.decimal) for i, row in rows.items()}
+        first = next((x for x in numbers.values() if x is not None), None)
+        if first is not None and 0 < first < 2e10:
+            begun = _EPOCH + timedelta(seconds=round(first, 3))
+            for i, x in numbers.items():
+                if x is not None:
+                    rows[i] = [repr(round(x - first, 6)).replace(".", file.decimal), *rows[i][1:]]
+            notes.append(f"time is absolute, counted from {begun} UTC on")
+    if begun is not None and table.line >= 3:
+        lines[table.line - 2] = f"Date\t{begun.isoformat(sep=' ')}"
+    lines[table.line - 1] = "\t".join(map(_quoted, table.names))
+    lines[table.line] = "\t".join(table.units)
+    for i, row in rows.items():
+        lines[i] = "\t".join(map(_quoted, row))
+    ended = text.ended or max(rows) < len(text.lines) - 1
+    own = replace(text, lines=tuple(lines), ended=ended, decimal=file.decimal if file.stated else "")
+    return Part("segment", table.name, own, notes=tuple(notes))
+
+
+def _quoted(cell: str) -> str:
+    cell = cell.replace("\t", " ")
+    return '"' + cell.replace('"', '""') + '"' if '"' in cell else cell
+
+
+def _fault(text: LabText, message: str, line: int) -> InputError:
+    advice = "Write the file anew, or export a CSV file"
+    return InputError(Fault(message, text.path, line + 1, advice=advice))
+
+
+FORMAT = Format("LabVIEW (.lvm)", recognise, take_apart)

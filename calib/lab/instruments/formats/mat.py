@@ -1,0 +1,143 @@
+"""Files of MATLAB (.mat, versions 4 to 7.3): a file in, its matrices, structs and columns as parts out."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from calib.lab.instruments.arrays import ArrayColumn, Source, array_part
+from calib.lab.instruments.matlab import Unreadable, Variable, variables
+from calib.lab.instruments.part import Format, Part, damaged
+
+_HDF5 = b"\x89HDF\r\n\x1a\n"
+# A matrix with at most so many rows, and more columns, holds its columns as rows.
+_FEW_ROWS = 20
+
+
+def recognise(head: bytes, path: Path) -> bool:
+    """Recognise the words at the beginning, or by the ending a file of version 4 or of HDF5 without them.
+
+    Parameters
+    ----------
+    head : its first bytes.
+    path : the file.
+    """
+    if head.startswith((b"MATLAB 5.0 MAT-file", b"MATLAB 7.3 MAT-file")):
+        return True
+    return path.suffix.lower() == ".mat" and (head.startswith(_HDF5) or b"\x00" in head[:20])
+
+
+def take_apart(path: Path) -> tuple[Part, ...]:
+    """Read every variable: structs of columns, matrices, and columns that are variables of their own.
+
+    Columns of the same length are one part; the names of variables and fields are those of the columns. A matrix has no names,
+    unless a cell array beside it holds as many.
+
+    Raises
+    ------
+    InputError
+        If the file is damaged.
+    """
+    with damaged(path, "MAT file"):
+        data = path.read_bytes()
+        if _HDF5 in data[:4096]:
+            from calib.lab.instruments.matlab73 import variables_of_hdf5  # h5py takes its time to load
+
+            found = variables_of_hdf5(data)
+        else:
+            found = variables(data) if data.startswith(b"MATLAB 5.0") else _of_version_4(path)
+        where = Source(path, hashlib.sha256(data).hexdigest(), "mat", "variable", "")
+        return tuple(_parts("", found, where, 0))
+
+
+def _of_version_4(path: Path) -> dict[str, Variable]:
+    from scipy.io import loadmat
+
+    found = loadmat(str(path), chars_as_strings=True)
+    return {
+        name: value if isinstance(value, np.ndarray) and value.dtype.kind != "U" else Unreadable("it is text, or sparse")
+        for name, value in found.items()
+        if not name.startswith("__")
+    }
+
+
+# --- from variables to parts --------------------------------------------------------------------------------------------
+
+
+def _parts(name: str, members: Mapping[str, Variable], where: Source, depth: int) -> Iterator[Part]:
+    """The parts of a struct, or of the file itself without a name."""
+    columns: dict[int, list[ArrayColumn]] = {}
+    matrices: dict[str, npt.NDArray[Any]] = {}
+    lists: dict[str, list[str]] = {}
+    above: list[str] = []
+    for key, value in members.items():
+        own = f"{name}.{key}" if name else key
+        if isinstance(value, dict):
+            yield from _parts(own, value, where, depth + 1)
+        elif isinstance(value, list) and isinstance(value[0], dict):
+            for k, element in enumerate(value, 1):
+                yield from _parts(f"{own}({k})", element, where, depth + 1)
+        elif isinstance(value, str):
+            above.append(f"{key}\t{' '.join(value.split())[:200]}".replace('"', "'"))
+        elif isinstance(value, list):
+            lists[own] = value
+        elif isinstance(value, Unreadable):
+            yield _without(where, own, value.reason)
+        elif value.dtype.kind not in "fiub":
+            yield _without(
+                where, own, "its numbers are complex" if value.dtype.kind == "c" else "it is of a kind that is not read"
+            )
+        elif value.size <= 1:
+            yield _without(where, own, "it is a single number" if value.size else "it is empty")
+        elif value.size == max(value.shape):
+            columns.setdefault(value.size, []).append(ArrayColumn(key, "", value.ravel()))
+        elif value.ndim == 2:
+            matrices[own] = value
+        else:
+            yield _without(where, own, f"it has {value.ndim} dimensions")
+    for size, found in columns.items():
+        title = name or "columns"
+        own = title if len(columns) == 1 else f"{title}, {size} rows"
+        yield array_part(_named(where, own), found, above=above)
+    for own, matrix in matrices.items():
+        yield _matrix(_named(where, own), matrix, lists, above)
+    used = _names_for(matrices, lists)
+    for own in lists.keys() - used:
+        yield _without(where, own, "it is a list of words")
+
+
+def _names_for(matrices: Mapping[str, npt.NDArray[Any]], lists: Mapping[str, list[str]]) -> set[str]:
+    return {key for key, words in lists.items() if any(len(words) == _upright(matrix).shape[1] for matrix in matrices.values())}
+
+
+def _upright(matrix: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    return matrix.T if matrix.shape[0] <= _FEW_ROWS < matrix.shape[1] else matrix
+
+
+def _matrix(where: Source, matrix: npt.NDArray[Any], lists: Mapping[str, list[str]], above: Sequence[str]) -> Part:
+    """A matrix as columns, named by the one cell array beside it that has as many words."""
+    upright = _upright(matrix)
+    notes = ["its rows are taken as columns"] if upright is not matrix else []
+    fitting = [(key, words) for key, words in lists.items() if len(words) == upright.shape[1]]
+    names = [str(k + 1) for k in range(upright.shape[1])]
+    if len(fitting) == 1:
+        key, names = fitting[0]
+        notes.append(f'the columns are named by "{key}"')
+    columns = [ArrayColumn(own, "", upright[:, k]) for k, own in enumerate(names)]
+    return array_part(where, columns, above=above if len(fitting) == 1 else (), notes=notes, named=len(fitting) == 1)
+
+
+def _named(where: Source, name: str) -> Source:
+    return Source(where.path, where.sha256, where.format, where.kind, name)
+
+
+def _without(where: Source, name: str, reason: str) -> Part:
+    return Part(where.kind, name, None, reason)
+
+
+FORMAT = Format("MATLAB (.mat)", recognise, take_apart)

@@ -1,0 +1,160 @@
+"""Excel workbooks of 2007 and later (.xlsx, .xlsm): a file in, its sheets as parts out."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import re
+import zipfile
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from calib.errors import Fault, InputError
+from calib.lab.instruments.grid import SheetOf, Value, column_letters, part_of
+from calib.lab.instruments.part import Cell, Format, Part, damaged, not_installed
+
+if TYPE_CHECKING:
+    from openpyxl.worksheet._read_only import ReadOnlyWorksheet
+
+# Bytes that the sheets of a workbook may have once unpacked: a sheet of a million rows has a tenth of it, a bomb more.
+_MOST_BYTES = 1_500_000_000
+_WORKBOOK = "xl/workbook.xml"
+
+
+def recognise(head: bytes, path: Path) -> bool:
+    """Recognise a zip archive that holds a workbook.
+
+    Parameters
+    ----------
+    head : its first bytes.
+    path : the file.
+    """
+    return head.startswith(b"PK\x03\x04") and _WORKBOOK in _names(path)
+
+
+def _names(path: Path) -> Sequence[str]:
+    try:
+        with zipfile.ZipFile(path) as archive:
+            return archive.namelist()
+    except (OSError, zipfile.BadZipFile, ValueError, EOFError, NotImplementedError):
+        # The list stands at the end of the file; its first entries tell a workbook that is cut short.
+        with path.open("rb") as file:
+            return [_WORKBOOK] if b"xl/" in file.read(1_000_000) else []
+
+
+def take_apart(path: Path) -> tuple[Part, ...]:
+    """Read every sheet of a workbook; sheets of charts have no cells, and say so.
+
+    Raises
+    ------
+    InputError
+        If openpyxl is not installed, the file is damaged, or it is larger than any lab's.
+    """
+    try:
+        from openpyxl import load_workbook
+    except ImportError:
+        raise not_installed(path, "workbooks (.xlsx) are read with openpyxl") from None
+    with damaged(path, "workbook"):
+        data = path.read_bytes()
+        _check_size(path, data)
+        sha256 = hashlib.sha256(data).hexdigest()
+        book = load_workbook(io.BytesIO(data), data_only=True, read_only=True, keep_links=False)
+        scans = {sheet.title: _scan(data, sheet._worksheet_path) for sheet in book.worksheets}
+        formulas: dict[str, Mapping[Cell, str]] = {}
+        if any(scan.formulas for scan in scans.values()):
+            written = load_workbook(io.BytesIO(data), data_only=False, read_only=True, keep_links=False)
+            formulas = {sheet.title: _formulas(sheet) for sheet in written.worksheets if scans[sheet.title].formulas}
+        parts = []
+        for sheet in book.worksheets:
+            where = SheetOf(path, sha256, "xlsx", sheet.title, sheet.sheet_state != "visible")
+            parts.append(_part(sheet, where, formulas.get(sheet.title, {}), scans[sheet.title].notes))
+        parts += [Part("sheet", sheet.title, None, "it is a chart") for sheet in book.chartsheets]
+    return tuple(parts)
+
+
+def _check_size(path: Path, data: bytes) -> None:
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        total = sum(info.file_size for info in archive.infolist())
+    if total > _MOST_BYTES:
+        message = f"the workbook would unpack to {total / 1e9:.1f} GB"
+        raise InputError(Fault(message, path, advice="Export the record as a CSV file"))
+
+
+def _formulas(sheet: ReadOnlyWorksheet) -> Mapping[Cell, str]:
+    sheet.reset_dimensions()
+    return {
+        (cell.row, cell.column - 1): str(getattr(cell.value, "text", cell.value) or "=")
+        for cells in sheet.iter_rows()
+        for cell in cells
+        if cell.data_type == "f"
+    }
+
+
+def _part(sheet: ReadOnlyWorksheet, where: SheetOf, formulas: Mapping[Cell, str], notes: Sequence[str]) -> Part:
+    errors: dict[Cell, str] = {}
+    calculated: dict[Cell, str] = {}
+
+    def rows() -> Iterator[Sequence[tuple[Value, str]]]:
+        sheet.reset_dimensions()  # some programs state a wrong size, and what lies beyond it would be left out
+        for row, cells in enumerate(sheet.iter_rows(), 1):
+            line: list[tuple[Value, str]] = []
+            for column, cell in enumerate(cells):
+                value = cell.value
+                if value is None:
+                    line.append((None, "General"))
+                    continue
+                if cell.data_type == "e":
+                    errors[row, column] = str(value)
+                if (row, column) in formulas:
+                    calculated[row, column] = formulas[row, column]
+                line.append((value, cell.number_format if cell.has_style else "General"))
+            yield line
+
+    part = part_of(where, rows(), errors=errors, uncalculated={}, formulas=calculated, notes=notes)
+    uncalculated = {cell: formulas[cell] for cell in formulas.keys() - calculated.keys()}
+    return replace(part, types=replace(part.types, uncalculated=uncalculated))
+
+
+@dataclass(frozen=True)
+class _Scan:
+    """What the text of a sheet shows that its cells do not: whether there are formulas, and what who opens it does not see."""
+
+    formulas: bool
+    notes: tuple[str, ...]
+
+
+_FORMULA = re.compile(rb"<(?:\w+:)?f[ >/]")
+_HIDDEN = re.compile(rb'<(?:\w+:)?(?P<kind>row|col) (?=[^>]*\bhidden="(?:1|true)")(?P<attributes>[^>]*)>')
+_MERGED = re.compile(rb'<(?:\w+:)?mergeCell [^>]*ref="([A-Z0-9:]+)"')
+
+
+def _scan(data: bytes, sheet: str) -> _Scan:
+    formulas, hidden_rows, hidden_columns, merged = False, list[int](), list[int](), list[str]()
+    with zipfile.ZipFile(io.BytesIO(data)) as archive, archive.open(sheet) as file:
+        rest = b""
+        while block := file.read(1 << 22):
+            whole, bracket, rest = (rest + block).rpartition(b">")
+            whole += bracket
+            formulas = formulas or _FORMULA.search(whole) is not None
+            merged += [match[1].decode() for match in _MERGED.finditer(whole)]
+            for match in _HIDDEN.finditer(whole):
+                numbers = {name: int(number) for name, number in re.findall(rb'\b(r|min|max)="(\d+)"', match["attributes"])}
+                if match["kind"] == b"row":
+                    hidden_rows.append(numbers.get(b"r", 0))
+                else:
+                    hidden_columns += range(numbers.get(b"min", 1), min(numbers.get(b"max", 1), 400) + 1)
+    notes = []
+    if hidden_rows:
+        notes.append(f"{len(hidden_rows)} hidden row(s) are read as the others, the first is row {min(hidden_rows)}")
+    if hidden_columns:
+        letters = ", ".join(column_letters(column - 1) for column in hidden_columns[:8])
+        notes.append(f"hidden column(s) {letters}{' and more' if len(hidden_columns) > 8 else ''} are read as the others")
+    if merged:
+        shown = ", ".join(merged[:5])
+        notes.append(f"{len(merged)} merged area(s), such as {shown}: the value stands in the first cell, the others are empty")
+    return _Scan(formulas, tuple(notes))
+
+
+FORMAT = Format("Excel workbook (.xlsx)", recognise, take_apart)

@@ -1,0 +1,297 @@
+"""From a record cut out of a workbook to the same with every number cell certain: what its types contradict is refused."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+
+import numpy as np
+
+from calib.errors import Choice, Fault, InputError, capped
+from calib.lab.instruments.grid import address, column_letters
+from calib.lab.instruments.labtable import LabTable, Reading
+from calib.lab.instruments.notation import decide_notation
+from calib.lab.instruments.numbers import is_numeric, parse_number
+from calib.lab.instruments.part import Cell, CellTypes, Part
+from calib.lab.instruments.sheet import Sheet
+from calib.lab.instruments.shown import Shown, shown_as
+from calib.lab.instruments.units import is_unit_of, lab_factor
+
+# A date before this year in a column of time is a number of days or seconds that the sheet shows as a date.
+_OLDEST = 1950
+# Whole numbers from here on may be decimals whose mark a spreadsheet program took for one of thousands.
+_THOUSANDS = 100
+
+
+@dataclass(frozen=True, eq=False)
+class Certain:
+    """A record whose cells are certain; `notes` on it; and for rows by line why they are not usable."""
+
+    sheet: Sheet
+    notes: tuple[str, ...]
+    reasons: Mapping[int, str]
+
+
+@dataclass(frozen=True)
+class _Column:
+    """One column that is read: its index, quantity, unit as written ("" without), cells, and their places in the sheet."""
+
+    index: int
+    quantity: str
+    unit: str
+    cells: Sequence[str]
+    places: Sequence[Cell]
+
+
+def certain(sheet: Sheet, types: CellTypes, reading: Reading) -> Certain:
+    """Hold the columns of a record against the types of its cells.
+
+    A text that looks like a number is read as one where its column holds nothing else and its mark is clear, or as the user
+    says by `Reading.decimal`. A number shown with a unit is read in that unit if the header names no other. Rows with an error,
+    or with a formula among measured numbers (a mean, a sum), are not usable.
+
+    Parameters
+    ----------
+    sheet : the record, whose column and line numbers are those of the sheet.
+    types : of the cells of the sheet.
+    reading : what the user says of the file.
+
+    Raises
+    ------
+    InputError
+        If a number may have been changed by a spreadsheet program, is shown in another unit than the header names, is a
+        date, or is a formula without a result.
+    """
+    kinds = (types.texts, types.dates, types.shown, types.errors, types.uncalculated, types.formulas)
+    marked = {column for kind in kinds for _, column in kind}
+    if sheet.delimiter != "\t" or not marked:
+        return Certain(sheet, (), MappingProxyType({}))
+    faults: list[Fault] = []
+    notes: list[str] = []
+    reasons: dict[int, str] = {}
+    columns = list(sheet.columns)
+    units = list(sheet.units)
+    for index, heading in sheet.headings().items():
+        if heading.quantity == "status" or index not in marked:
+            continue
+        places = [(line, index) for line in sheet.lines.tolist()]
+        unit = heading.unit or sheet.unit_below(index)
+        column = _Column(index, heading.quantity, unit, columns[index], places)
+        found = [*_uncalculated(column, types), *_dates(column, types)]
+        cells, said = _numbers_in_text(column, types, reading, found)
+        notes += said
+        cells, unit_shown, said = _as_shown(replace(column, cells=cells), types, reading, found)
+        notes += said
+        if unit_shown:
+            units += [""] * (index + 1 - len(units))
+            units[index] = unit_shown
+        faults += [replace(fault, path=sheet.text.path) for fault in found]
+        columns[index], out = _left_out(replace(column, cells=cells), types)
+        for line, reason in out.items():
+            reasons[line] = f"{reasons[line]}; {reason}" if line in reasons else reason
+    if faults:
+        raise InputError(capped(faults, "cells are in doubt"))
+    units_line = sheet.units_line
+    if units_line is None and any(units):
+        units_line = sheet.header_line
+    whole = replace(sheet, columns=tuple(columns), units=tuple(units), units_line=units_line)
+    return Certain(whole, tuple(notes), MappingProxyType(reasons))
+
+
+def uncalculated_fault(part: Part) -> Fault | None:
+    """The fault of a sheet with formulas that have no result, which may be why it is not understood; None without any."""
+    cells = part.types.uncalculated
+    if not cells or part.text is None:
+        return None
+    first = min(cells)
+    message = f"{len(cells)} formula(s) have no result, the first in {address(first)}"
+    return Fault(message, part.text.path, first[0], first[1] + 1, advice=_CALCULATE)
+
+
+def with_reasons(table: LabTable, found: Certain) -> LabTable:
+    """Put the reasons why rows are not usable, and the notes, into a table that was read.
+
+    Parameters
+    ----------
+    table : of the record.
+    found : what the types of its cells say.
+    """
+    reasons = list(table.reasons)
+    for row in np.flatnonzero(np.isin(table.lines, list(found.reasons))).tolist():
+        others = [part for part in reasons[row].split("; ") if part and not part.startswith("empty cell")]
+        reasons[row] = "; ".join([*others, found.reasons[int(table.lines[row])]])
+    return replace(table, reasons=tuple(reasons), notes=(*table.notes, *found.notes))
+
+
+_CALCULATE = "Open the file in a spreadsheet program, save it there, and try again; or export a CSV file"
+
+
+def _uncalculated(column: _Column, types: CellTypes) -> list[Fault]:
+    """The fault of a column of formulas of which none has a result; zeros are what some libraries write for all."""
+    missing = [place for place in column.places if place in types.uncalculated]
+    pairs = zip(column.places, column.cells, strict=True)
+    results = [parse_number(cell, ".") for place, cell in pairs if place in types.formulas]
+    n_formula = len(missing) + len(results)
+    if n_formula < 2 or 2 * n_formula < len(column.cells) or any(result != 0 for result in results):
+        return []
+    place = missing[0] if missing else column.places[0]
+    what = "no result" if missing else "the result 0"
+    return [_fault(place, f"the {n_formula} formulas of the column of {column.quantity} have {what}", _CALCULATE)]
+
+
+def _dates(column: _Column, types: CellTypes) -> list[Fault]:
+    cells = [(place, cell) for place, cell in zip(column.places, column.cells, strict=True) if place in types.dates]
+    if column.quantity == "time":
+        if 0 < len(cells) < sum(1 for cell in column.cells if cell.strip()):
+            cells = [(p, c) for p, c in cells if p in types.dates]
+            message = f'"{cells[0][1]}" is a date or time among numbers of another kind'
+            return [_fault(cells[0][0], message, _DATED)]
+        cells = [(p, c) for p, c in cells if c[:4].isdigit() and c[4:5] == "-" and int(c[:4]) < _OLDEST]
+    return [
+        _fault(place, f'"{cell}" is a date (shown as "{types.dates[place]}") where a number is expected', _DATED)
+        for place, cell in cells[:1]
+    ]
+
+
+_DATED = (
+    "A spreadsheet program may have taken a number for a date: export the file again from the instrument's software; or, if "
+    "only the cells' format is wrong, set it to General"
+)
+
+
+_DECIMAL = Choice("decimal", (",", "."))
+
+
+def _numbers_in_text(
+    column: _Column, types: CellTypes, reading: Reading, faults: list[Fault]
+) -> tuple[Sequence[str], tuple[str, ...]]:
+    """The cells with numbers written as text made numbers; notes on them, and faults where they are in doubt."""
+    in_text = [i for i, place in enumerate(column.places) if place in types.texts]
+    if not in_text:
+        return column.cells, ()
+    texts = set(in_text)
+    typed = [i for i, cell in enumerate(column.cells) if i not in texts and is_numeric(cell)]
+    first = in_text[0]
+    where = (
+        f"{address(column.places[first])} and {len(in_text) - 1} more" if len(in_text) > 1 else address(column.places[first])
+    )
+    shown = f'"{column.cells[first]}" ({where})'
+    again = "Export the file again from the instrument's software"
+    mark = reading.decimal
+    if not mark and typed:
+        message = f"{shown} is text, other cells of this column are numbers: a spreadsheet program may have changed them"
+        advice = f"{again}; or, if the numbers are right, say the decimal mark of the text: {_DECIMAL}"
+        faults.append(_fault(column.places[first], message, advice, _DECIMAL))
+        return column.cells, ()
+    if not mark:
+        notation = decide_notation([[column.cells[i] for i in in_text]], [f"column {column_letters(column.index)}"])
+        if notation.conflict:
+            message = (
+                f"the numbers of this column are text, and their decimal mark cannot be told: {notation.conflict}: {shown}"
+            )
+            faults.append(_fault(column.places[first], message, f"Say it: {_DECIMAL}; or {again.lower()}", _DECIMAL))
+            return column.cells, ()
+        mark = notation.decimal
+    large = [
+        i for i in typed if (n := parse_number(column.cells[i], ".")) is not None and n.is_integer() and abs(n) >= _THOUSANDS
+    ]
+    if large:
+        place = column.places[large[0]]
+        message = (
+            f"{shown} is text and {address(place)} the whole number {column.cells[large[0]]}: a spreadsheet program has taken "
+            "a decimal mark for one of thousands"
+        )
+        faults.append(_fault(place, message, again))
+        return column.cells, ()
+    cells = list(column.cells)
+    for i in in_text:
+        number = parse_number(cells[i], mark)
+        if number is None:
+            message = f'"{cells[i]}" is no number with the decimal mark "{mark}"'
+            faults.append(_fault(column.places[i], message, again))
+            return column.cells, ()
+        cells[i] = repr(number)
+    word = "comma" if mark == "," else "point"
+    said = f"{len(in_text)} number(s) of column {column_letters(column.index)} are text, read with a decimal {word}: {shown}"
+    return cells, (said,)
+
+
+def _as_shown(
+    column: _Column, types: CellTypes, reading: Reading, faults: list[Fault]
+) -> tuple[Sequence[str], str, tuple[str, ...]]:
+    """The cells as their number format means them, a unit that the format alone names ("" if none), and notes."""
+    formats: dict[str, list[int]] = {}
+    for i, place in enumerate(column.places):
+        if place in types.shown:
+            formats.setdefault(types.shown[place], []).append(i)
+    if not formats:
+        return column.cells, "", ()
+    quantity = column.quantity.removesuffix("_series")
+    numbers = sum(map(is_numeric, column.cells))
+    letters = column_letters(column.index)
+    cells, unit, notes = list(column.cells), "", []
+    for number_format, rows in formats.items():
+        shown = shown_as(number_format)
+        assert shown is not None
+        place = column.places[rows[0]]
+        if quantity in reading.units:
+            notes.append(
+                f'column {letters} is shown as "{number_format}"; the stored numbers are read in {reading.units[quantity]}'
+            )
+        elif shown.percent and quantity == "dissipation" and not (shown.thousands or shown.literal):
+            # Stored as a fraction, whatever the header says.
+            if column.unit == "%":
+                for i in rows:
+                    cells[i] = repr(float(cells[i]) * 100)
+            notes.append(f"column {letters} is shown in per cent and stored as a fraction")
+        elif _agrees(shown, column):
+            continue
+        elif _names_unit(shown, column) and len(formats) == 1 and len(rows) == numbers:
+            unit = shown.literal
+            notes.append(f'column {letters} has its unit, {unit}, from the number format "{number_format}"')
+        else:
+            message = (
+                f'{address(place)} holds {cells[rows[0]]}, which is shown otherwise by the number format "{number_format}": '
+                f"which of the two is in {column.unit or 'the unit meant'} cannot be told"
+            )
+            advice = (
+                f"Set the format to General and check the unit; or say the unit of the stored number: --units {quantity}=..."
+            )
+            faults.append(_fault(place, message, advice))
+            return column.cells, "", ()
+    return cells, unit, tuple(notes)
+
+
+def _agrees(shown: Shown, column: _Column) -> bool:
+    if shown.percent or shown.thousands or shown.inside or not column.unit or not is_unit_of(shown.literal, column.quantity):
+        return False
+    if not is_unit_of(column.unit, column.quantity):
+        return False
+    return lab_factor(shown.literal, column.quantity) == lab_factor(column.unit, column.quantity)
+
+
+def _names_unit(shown: Shown, column: _Column) -> bool:
+    plain = not (shown.percent or shown.thousands or shown.inside or column.unit)
+    return plain and is_unit_of(shown.literal, column.quantity)
+
+
+def _left_out(column: _Column, types: CellTypes) -> tuple[Sequence[str], dict[int, str]]:
+    """The cells without errors and without formulas among measured numbers, and the reason by line."""
+    reasons: dict[int, str] = {}
+    cells = list(column.cells)
+    written = {**types.formulas, **types.uncalculated}
+    formulas = [i for i, place in enumerate(column.places) if place in written]
+    if 2 * len(formulas) < len(cells):
+        for i in formulas:
+            said = f' "{written[column.places[i]][:40]}"' if written[column.places[i]] else ""
+            reasons[column.places[i][0]] = f"formula{said} among numbers in {address(column.places[i])}"
+            cells[i] = ""
+    for place in column.places:
+        if place in types.errors:
+            reasons[place[0]] = f"error {types.errors[place]} in {address(place)}"
+    return cells, reasons
+
+
+def _fault(place: Cell, message: str, advice: str, choice: Choice | None = None) -> Fault:
+    return Fault(message, None, place[0], place[1] + 1, advice, choice)
