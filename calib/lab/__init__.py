@@ -1,11 +1,12 @@
 """Lab files in, a `Sweep` for every press out, with what was judged of it; knows no prior and no model."""
 
+from calib.lab.evidence import SIGNED
 from calib.lab.instruments import AS_FOUND, QUANTITIES, LabTable, Reading, SeveralSpecimens, Unread, read_lab_file
 from calib.lab.observations import Observations, observe, why_left_out
 from calib.lab.onset import hertz_onset, level_before_contact
 from calib.lab.pressing import make_sweep, readings_of
 from calib.lab.quality import Verdict, check_name, judge, number_text, quality_in_words, verdict_rows
-from calib.lab.signs import SIGNED, SIGNS, SignDecision
+from calib.lab.signs import SIGNS, SignDecision
 from calib.lab.sweep import Points, Sweep, Track, sweeps_from_json, sweeps_to_json
 from calib.lab.use import FIRST_LOADING, USE_KEYS, Use, same_part, use_in_words, use_value
 

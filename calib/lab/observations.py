@@ -3,27 +3,23 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
 from calib.catalogue import CHANNELS
 from calib.errors import Fault, InputError
 from calib.lab.branches import label_branches
 from calib.lab.instruments import IntArray, LabTable
-from calib.lab.limits import columns_in_words, contact_of, limits_of
+from calib.lab.limits import contact_of, limits_of
+from calib.lab.part import OF_CYCLE, nothing_left, nothing_tells, used_cycles, why_not
 from calib.lab.resets import of_another_zero, resets_of, without_jumps
 from calib.lab.signs import SignDecision, decide_signs
 from calib.lab.use import FIRST_LOADING, Use, use_in_words
 from models.sensor import BoolArray, FloatArray
 
-LOADING = "loading branch (unloading is used)"
-UNLOADING = "unloading branch (hysteresis is not modelled)"
-HOLD = "hold (crosshead standing still)"
-BEFORE = "before the first loading branch"
 BACKWARD = "time runs backwards"
 
 
@@ -148,37 +144,37 @@ def observe(table: LabTable, use: Use = FIRST_LOADING) -> Observations:
         for row in np.flatnonzero(good & ~np.isfinite(driver)).tolist():
             reasons[row] = reasons[row] or "no displacement reading"
     elif use != FIRST_LOADING:
-        raise InputError(_nothing_tells(table))
+        raise InputError(nothing_tells(table))
     if channels:
         nothing = np.all([~np.isfinite(v) for v in channels.values()], axis=0)
         for row in np.flatnonzero(nothing).tolist():
             reasons[row] = reasons[row] or "no reading"
     n_cycle = int(np.max(cycles, initial=0))
-    used_cycles = _used_cycles(table, use, n_cycle, branch, cycles)
+    taken = used_cycles(table, use, n_cycle, branch, cycles)
     sound = np.array([not r for r in reasons], dtype=bool)
     in_press = (branch == "loading") & ~repeats & (cycles > 0) | ((branch == "") if driver is None else False)
-    chosen = sound & (in_press if use.branch == "loading" else branch == "unloading") & np.isin(cycles, used_cycles)
+    chosen = sound & (in_press if use.branch == "loading" else branch == "unloading") & np.isin(cycles, taken)
     other_zero = of_another_zero(chosen, anew, driver)
-    anchor = used_cycles[0] if used_cycles else 0
+    anchor = taken[0] if taken else 0
     loading = sound & in_press & (cycles == anchor) & ~of_another_zero(sound & in_press & (cycles == anchor), anew, driver)
     chosen &= ~other_zero
     contact = None
     if use.max_depth is not None and displacement is not None:
         contact = contact_of(displacement, channels, np.flatnonzero(loading if np.any(loading) else chosen))
-    stretches = [np.flatnonzero(chosen & (cycles == c)) for c in used_cycles]
+    stretches = [np.flatnonzero(chosen & (cycles == c)) for c in taken]
     beyond = limits_of(use, table, displacement, channels, stretches, contact)
     if driver is not None:
-        which = use_in_words(use, used_cycles) if used_cycles else ""
+        which = use_in_words(use, taken) if taken else ""
         for row in np.flatnonzero(sound & ~chosen).tolist():
             reasons[row] = (
                 f"its displacement has another zero: it was set anew in {_lines(table, anew)}"
                 if other_zero[row]
-                else _why_not(str(branch[row]), int(cycles[row]), used_cycles, use, which, repeat=bool(repeats[row]))
+                else why_not(str(branch[row]), int(cycles[row]), taken, use, which, repeat=bool(repeats[row]))
             )
     for row, reason in beyond.reasons.items():
         reasons[row] = reason
     if use != FIRST_LOADING and all(reasons):
-        raise InputError(_nothing_left(table, use, channels, chosen, branch))
+        raise InputError(nothing_left(table, use, channels, chosen, branch))
     notes = list(beyond.notes)
     if anew.size:
         notes.insert(0, f"the displacement was set to zero anew in {_lines(table, anew)}: rows of one zero are used together")
@@ -191,7 +187,7 @@ def observe(table: LabTable, use: Use = FIRST_LOADING) -> Observations:
         cycle=cycles,
         n_cycle=n_cycle,
         use=use,
-        used_cycles=used_cycles,
+        used_cycles=taken,
         loading=loading,
         used=np.array([not r for r in reasons], dtype=bool),
         reason=tuple(reasons),
@@ -245,79 +241,9 @@ def why_left_out(obs: Observations) -> Counter[str]:
     together = f"{named} ({use_in_words(obs.use, obs.used_cycles)})"
     of_other = ~np.isin(obs.cycle, obs.used_cycles) & (obs.cycle > 0)
     return Counter(
-        together if other and reason.startswith(_OF_CYCLE) else reason
+        together if other and reason.startswith(OF_CYCLE) else reason
         for other, reason in zip(of_other.tolist(), obs.reason, strict=True)
         if reason
-    )
-
-
-_OF_CYCLE = ("loading branch of cycle", "unloading branch of cycle")
-
-
-def _why_not(label: str, cycle: int, used: Sequence[int], use: Use, which: str, *, repeat: bool) -> str:
-    """Reason of a sound row that is not used: its branch, or its cycle."""
-    if label in ("hold", ""):
-        return HOLD if label else "a single reading"
-    if cycle == 0 and cycle not in used:
-        return BEFORE if used else UNLOADING
-    if cycle not in used:
-        return f"{label} branch of cycle {cycle} ({which})"
-    if repeat:
-        return f"loading again in cycle {cycle}, to less than half of the largest excursion"
-    return UNLOADING if label == "unloading" else LOADING
-
-
-def _used_cycles(table: LabTable, use: Use, n_cycle: int, branch: npt.NDArray[np.object_], cycles: IntArray) -> tuple[int, ...]:
-    """Which cycles are used; 0 for the unloading of a record that starts pressed, and where nothing tells cycles.
-
-    Raises
-    ------
-    InputError
-        If a cycle is asked for that is not there.
-    """
-    missing = [c for c in use.cycles if not 1 <= c <= n_cycle]
-    if missing:
-        has = f"{n_cycle} loading branch{'' if n_cycle == 1 else 'es'}"
-        choice = "Choose cycle 1" if n_cycle == 1 else f"Choose cycles from 1 to {n_cycle}"
-        otherwise = "; a file that counts them otherwise can be a sweep of its own"
-        advice = choice + otherwise if n_cycle else "Leave the cycles out"
-        raise InputError(Fault(f"there is no cycle {missing[0]}, the file has {has}", table.path, advice=advice))
-    if use.cycles:
-        return use.cycles
-    if use.branch == "unloading":
-        there = np.unique(cycles[branch == "unloading"])
-        return (1,) if 1 in there or there.size == 0 else (int(there[0]),)
-    if n_cycle:
-        return (1,)
-    return () if np.any(branch != "") else (0,)
-
-
-def _nothing_left(
-    table: LabTable, use: Use, channels: Mapping[str, FloatArray], chosen: BoolArray, branch: npt.NDArray[np.object_]
-) -> Fault:
-    rows = np.flatnonzero(chosen)
-    if rows.size == 0:
-        there = [f"{int(np.sum(branch == b))} rows of {b}" for b in ("loading", "unloading", "hold") if np.any(branch == b)]
-        found = f"the record has no {use.branch} branch to use, but {', '.join(there) or 'no branch at all'}"
-        other = "loading" if use.branch == "unloading" else "unloading"
-        return Fault(found, table.path, advice=f'Leave the branch out, or say branch = "{other}" if that is what is wanted')
-    least = f", where the force is {np.nanmin(channels['force'][rows]):.4g} N and more" if "force" in channels else ""
-    said = [f"max_force = {use.max_force:.6g} N"] if use.max_force is not None else []
-    said += [f"max_depth = {use.max_depth * 1e3:.6g} mm"] if use.max_depth is not None else []
-    return Fault(
-        f"{' and '.join(said)} leave none of the {rows.size} rows of the {use.branch} branch{least}",
-        table.path,
-        int(table.lines[rows[0]]),
-        advice="Give larger limits, or leave them out",
-    )
-
-
-def _nothing_tells(table: LabTable) -> Fault:
-    return Fault(
-        "without a displacement or force column nothing tells the cycles and branches of this file, nor how deep its rows are: "
-        f"it has {columns_in_words(table)}",
-        table.path,
-        advice="Say which part is used of the tester's file, to which this one is tied by time",
     )
 
 

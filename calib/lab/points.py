@@ -13,6 +13,7 @@ from calib.lab.clocks import loading_window
 from calib.lab.instruments import IntArray
 from calib.lab.observations import Observations, usable_rows
 from calib.lab.onset import coarse_onset
+from calib.lab.part import UNLOADING
 from calib.lab.reduction import NoiseEstimate, Reduced, fresh_readings, reduce_channel
 from calib.lab.sweep import Points
 from calib.lab.use import cycles_in_words
@@ -122,7 +123,7 @@ def _outside_notes(
     early, late = (out & (on_tester < begin), out & (on_tester > end)) if whole else (np.zeros_like(out), np.zeros_like(out))
     counts = (
         (early, "before the loading branch of the tester's record"),
-        (late, "after the turning point (hold and unloading branch (hysteresis is not modelled))"),
+        (late, f"after the turning point (hold and {UNLOADING})"),
         (out & ~early & ~late, "outside of what is used of the tester's record"),
     )
     name = lcr.table.path.name

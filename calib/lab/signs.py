@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -11,6 +9,21 @@ from typing import Literal
 import numpy as np
 
 from calib.errors import Choice, Fault, InputError
+from calib.lab.evidence import (
+    SIGNED,
+    Evidence,
+    along,
+    amount,
+    of_capacitance,
+    of_names,
+    of_shape,
+    of_start,
+    start_counts,
+    turned,
+    up,
+    why,
+    words_for,
+)
 from calib.lab.instruments import LabTable
 from calib.lab.shape import NOTHING, Shape, calm, settled, shape_of
 from calib.lab.signal import excursion, reading_noise
@@ -18,25 +31,12 @@ from models.sensor import BoolArray, FloatArray
 
 #: What may be said of the sign of a quantity (`Reading.sign`), and the factor that makes compression positive.
 SIGNS: Mapping[str, float] = {"compression positive": 1.0, "compression negative": -1.0}
-#: Quantities that have a sign, with unit and factor to it for people.
-SIGNED: Mapping[str, tuple[str, float]] = {"force": ("N", 1.0), "displacement": ("mm", 1e3)}
-
 Strength = Literal["clear", "likely", "stated", "none"]
 
 # Evidence counts about as the logarithm of odds. Below the first number nothing is decided, from the second on it is clear.
 _DOUBTFUL, _CLEAR = 0.7, 2.5
 # Share of the changes of force that must go one way with the displacement, for the two signs to hang together.
 _TOGETHER = 0.5
-# A flat end counts from the first share of the travel on (any curve is flat over a little), and most from the second on.
-_FLAT_COUNTS, _FLAT_FROM, _FLAT_MOST = 3.0, 0.08, 0.23
-# What a bend counts at most, and which share of the change it then is (a force that goes with depth^1.5: 0.1).
-_BEND_COUNTS, _BEND_MOST = 3.0, 0.1
-# What the first change counts if the record begins at zero load, if it does not, and from which nearness to zero on it does.
-_START_COUNTS, _ANYWHERE_COUNTS, _NEAR_ZERO = 2.6, 0.3, 0.35
-# No record starts pressed by as much as this [m]: what that counts.
-_DEEP, _DEEP_COUNTS = 10e-3, 1.5
-_COMPRESSION = re.compile(r"compress|indent|penetrat|\bdepth|druck|stauch|eindring|écras|压|圧", re.IGNORECASE)
-_TENSION = re.compile(r"\btensile|\btension|\bpull|zug|elongat|dehn|traction|拉|引", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -55,14 +55,6 @@ class SignDecision:
     factor: float
     strength: Strength
     note: str
-
-
-@dataclass(frozen=True)
-class _Evidence:
-    """One observation: which sign it speaks for, by how much, and in words."""
-
-    weight: float
-    words: str
 
 
 def decide_signs(table: LabTable, displacement: FloatArray | None, good: BoolArray) -> dict[str, SignDecision]:
@@ -161,11 +153,11 @@ def _together(table: LabTable, press: Shape, sensed: Shape | None, said: Mapping
     """Decide both signs of a record whose force goes with its displacement: one decides the other."""
     same = float(np.sign(press.slope))
     evidence = [
-        *_of_shape("force", press, same),
-        *_of_start("force", press),
-        *_of_names(table, "force", 1.0),
-        *_of_names(table, "displacement", same),
-        *_of_capacitance(sensed, "displacement", same),
+        *of_shape("force", press, same),
+        *of_start("force", press),
+        *of_names(table, "force", 1.0),
+        *of_names(table, "displacement", same),
+        *of_capacitance(sensed, "displacement", same),
     ]
     total = sum(e.weight for e in evidence)
     if said:
@@ -176,7 +168,7 @@ def _together(table: LabTable, press: Shape, sensed: Shape | None, said: Mapping
             shown = float(np.sign(total)) * (1.0 if quantity == "force" else same)
             against = ""
             if abs(total) >= _DOUBTFUL and shown != own:
-                against = f"; the record shows the opposite ({_words(evidence, float(np.sign(total)))})"
+                against = f"; the record shows the opposite ({words_for(evidence, float(np.sign(total)))})"
             elif same * wanted["force"] != wanted["displacement"]:
                 against = "; but then the force falls while the ball goes deeper"
             if quantity in said:
@@ -184,7 +176,7 @@ def _together(table: LabTable, press: Shape, sensed: Shape | None, said: Mapping
             else:
                 other = "displacement" if quantity == "force" else "force"
                 found[quantity] = _decision(
-                    quantity, own, "stated", f"it goes {_with(same)} {other}, whose sign is stated{against}"
+                    quantity, own, "stated", f"it goes {along(same)} {other}, whose sign is stated{against}"
                 )
         return found
     if abs(total) < _DOUBTFUL:
@@ -192,8 +184,8 @@ def _together(table: LabTable, press: Shape, sensed: Shape | None, said: Mapping
     factor = float(np.sign(total))
     strength: Strength = "clear" if abs(total) >= _CLEAR else "likely"
     begun = " (the record starts pressed)" if press.first * factor < 0 else ""
-    force = f"{_of(press.rise, 'force')} in the first stretch{begun}; {_why(evidence, factor)}"
-    place = f"{_of(press.first_travel, 'displacement')} in the first stretch; force goes {_with(same)} it"
+    force = f"{amount(press.rise, 'force')} in the first stretch{begun}; {why(evidence, factor)}"
+    place = f"{amount(press.first_travel, 'displacement')} in the first stretch; force goes {along(same)} it"
     return {
         "force": _decision("force", factor, strength, force),
         "displacement": _decision("displacement", same * factor, strength, place),
@@ -207,18 +199,18 @@ def _by_capacitance(table: LabTable, sensed: Shape, said: Mapping[str, float]) -
     same = float(np.sign(sensed.slope)) or 1.0
     # In terms of whether the capacitance rises in compression.
     evidence = [
-        _Evidence(2.0, "capacitance rises with compression"),
-        *_of_shape("capacitance", sensed, same),
-        _Evidence(float(np.sign(sensed.first)), f"the record begins with capacitance going {_up(sensed.first)}"),
-        *_of_names(table, "displacement", same),
+        Evidence(2.0, "capacitance rises with compression"),
+        *of_shape("capacitance", sensed, same),
+        Evidence(float(np.sign(sensed.first)), f"the record begins with capacitance going {up(sensed.first)}"),
+        *of_names(table, "displacement", same),
     ]
     total = sum(e.weight for e in evidence)
     if abs(total) < _DOUBTFUL or abs(sensed.slope) < _TOGETHER:
-        raise InputError(_doubtful(table, "displacement", [_turned(e, same) for e in evidence], sensed.first_travel, None))
+        raise InputError(_doubtful(table, "displacement", [turned(e, same) for e in evidence], sensed.first_travel, None))
     factor = same * float(np.sign(total))
     falls = "" if total > 0 else "; capacitance falls with compression in this file"
     strength: Strength = "clear" if abs(total) >= _CLEAR else "likely"
-    words = f"{_of(sensed.first_travel, 'displacement')} in the first stretch; capacitance goes {_with(same)} it{falls}"
+    words = f"{amount(sensed.first_travel, 'displacement')} in the first stretch; capacitance goes {along(same)} it{falls}"
     return _decision("displacement", factor, strength, words)
 
 
@@ -230,107 +222,23 @@ def _alone(table: LabTable, quantity: str, values: FloatArray, sensed: Shape | N
     away = excursion(path)
     largest = float(away[np.argmax(np.abs(away))])
     if sensed is not None and abs(sensed.slope) >= _TOGETHER:
-        evidence = [*_of_capacitance(sensed, quantity, 1.0), *_of_start(quantity, sensed), *_of_names(table, quantity, 1.0)]
+        evidence = [*of_capacitance(sensed, quantity, 1.0), *of_start(quantity, sensed), *of_names(table, quantity, 1.0)]
     else:
         beyond = np.flatnonzero(np.abs(away) > max(0.1 * float(np.ptp(path)), NOTHING * reading_noise(values)))
         first = float(away[beyond[0]]) if beyond.size else largest
         waits = bool(beyond.size and beyond[0] > 0.05 * away.size)
-        counts = _start_counts(float(path[0]), float(path[0]) + first, waits=waits)
+        counts = start_counts(float(path[0]), float(path[0]) + first, waits=waits)
         evidence = [
-            _Evidence(float(np.sign(first)) * counts, f"{quantity} goes {_up(first)} first"),
-            _Evidence(float(np.sign(largest)), f"its largest excursion from the start is {_of(largest, quantity)}"),
-            *_of_names(table, quantity, 1.0),
+            Evidence(float(np.sign(first)) * counts, f"{quantity} goes {up(first)} first"),
+            Evidence(float(np.sign(largest)), f"its largest excursion from the start is {amount(largest, quantity)}"),
+            *of_names(table, quantity, 1.0),
         ]
     total = sum(e.weight for e in evidence)
     if abs(total) < _DOUBTFUL:
         raise InputError(_doubtful(table, quantity, evidence, largest, None))
     strength: Strength = "clear" if abs(total) >= _CLEAR else "likely"
     factor = float(np.sign(total))
-    return _decision(quantity, factor, strength, _why(evidence, factor))
-
-
-# --- evidence: weights are positive where they speak for "compression positive" in the channel that is named ---------------
-
-
-def _of_shape(name: str, shape: Shape, same: float) -> list[_Evidence]:
-    """How the channel bends, and at which end of the displacement it is flat."""
-    more = shape.flat_low - shape.flat_high
-    flat = float(np.sign(more)) * _FLAT_COUNTS * float(np.clip((abs(more) - _FLAT_FROM) / (_FLAT_MOST - _FLAT_FROM), 0.0, 1.0))
-    # A force that goes from one side of zero to the other bends by adhesion, too.
-    adhesion = (0.8 if shape.once else 0.5) * _BEND_MOST if shape.crosses else 0.0
-    bent = float(np.sign(shape.bend)) * max(abs(shape.bend) - adhesion, 0.0)
-    bend = _BEND_COUNTS * float(np.clip(bent / _BEND_MOST, -1.0, 1.0))
-    share, end = (shape.flat_low, "small") if flat > 0 else (shape.flat_high, "large")
-    words = f"{name} is flat, as out of contact, over {share * 100:.0f} % of the travel at {end} displacements of the file"
-    bends = f"{name} bends {_up(bend)} over the displacement, and a press stiffens"
-    return [_Evidence(flat * same, words), _Evidence(bend, bends)]
-
-
-def _of_start(name: str, shape: Shape) -> list[_Evidence]:
-    """Which way the channel goes first: a record begins out of contact, near zero load."""
-    end = shape.begin + shape.first
-    weight = _ANYWHERE_COUNTS if shape.crosses else _start_counts(shape.begin, end, waits=False)
-    if abs(shape.first_travel) > _DEEP:
-        weight += _DEEP_COUNTS
-    return [_Evidence(float(np.sign(shape.first)) * weight, f"the record begins with {name} going {_up(shape.first)}")]
-
-
-def _start_counts(begin: float, end: float, *, waits: bool) -> float:
-    """How much the first change counts: most from zero on, least away from it."""
-    if waits:
-        return _START_COUNTS
-    near = (abs(end) - abs(begin)) / max(abs(end) + abs(begin), 1e-300)
-    return _ANYWHERE_COUNTS + (_START_COUNTS - _ANYWHERE_COUNTS) * max(near - _NEAR_ZERO, 0.0) / (1 - _NEAR_ZERO)
-
-
-def _of_names(table: LabTable, quantity: str, same: float) -> list[_Evidence]:
-    name = table.sources.get(quantity, "")
-    compression, tension = bool(_COMPRESSION.search(name)), bool(_TENSION.search(name))
-    if compression == tension:
-        return []
-    return [_Evidence(same if compression else -same, f'{quantity} is called "{name}"')]
-
-
-def _of_capacitance(sensed: Shape | None, quantity: str, same: float) -> list[_Evidence]:
-    if sensed is None:
-        return []
-    return [
-        _Evidence(
-            2.0 * sensed.slope * same, f"capacitance, which rises with compression, goes {_with(sensed.slope)} {quantity}"
-        )
-    ]
-
-
-def _turned(e: _Evidence, same: float) -> _Evidence:
-    return _Evidence(e.weight * same, e.words)
-
-
-# --- words -----------------------------------------------------------------------------------------------------------------
-
-
-def _up(value: float) -> str:
-    return "up" if value >= 0 else "down"
-
-
-def _with(same: float) -> str:
-    return "with" if same > 0 else "against"
-
-
-def _of(value: float, quantity: str) -> str:
-    unit, scale = SIGNED[quantity]
-    size = abs(value * scale)
-    decimals = max(0, 1 - math.floor(math.log10(size))) if size > 0 else 0
-    return f"{value * scale:+.{decimals}f} {unit}"
-
-
-def _words(evidence: Sequence[_Evidence], factor: float) -> str:
-    speaking = sorted((e for e in evidence if e.words and e.weight * factor >= 0.5), key=lambda e: -abs(e.weight))
-    return "; ".join(e.words for e in speaking)
-
-
-def _why(evidence: Sequence[_Evidence], factor: float) -> str:
-    against = _words(evidence, -factor)
-    return _words(evidence, factor) + (f"; although {against}" if against else "")
+    return _decision(quantity, factor, strength, why(evidence, factor))
 
 
 def _decision(quantity: str, factor: float, strength: Strength, words: str) -> SignDecision:
@@ -343,13 +251,13 @@ def _stated(quantity: str, factor: float, against: str) -> SignDecision:
     return _decision(quantity, factor, "stated", f"as stated{against}")
 
 
-def _doubtful(table: LabTable, quantity: str, evidence: Sequence[_Evidence], change: float, travel: float | None) -> Fault:
-    other = "" if travel is None else f" while displacement goes by {_of(travel, 'displacement')}"
-    first = f"at first {quantity} goes by {_of(change, quantity)}{other}"
+def _doubtful(table: LabTable, quantity: str, evidence: Sequence[Evidence], change: float, travel: float | None) -> Fault:
+    other = "" if travel is None else f" while displacement goes by {amount(travel, 'displacement')}"
+    first = f"at first {quantity} goes by {amount(change, quantity)}{other}"
     alternatives = []
     for factor, sense in ((1.0, "positive"), (-1.0, "negative")):
         kind = "a press" if change * factor > 0 else "a retreat from a record that starts pressed, or a pull"
-        why = _words(evidence, factor)
+        why = words_for(evidence, factor)
         alternatives.append(f'--sign "{quantity}=compression {sense}" if this is {kind}' + (f" (for it: {why})" if why else ""))
     toml = f'in an experiment file sign = {{ {quantity} = "compression positive" }} beside the file'
     return Fault(

@@ -95,7 +95,12 @@ def _shown(value: object) -> str:
 
 
 def same_part(one: Use, other: Use) -> bool:
-    """Whether two uses of one file would count readings twice: the same branch of a cycle that is in both."""
+    """Whether two uses of one file would count readings twice: the same branch of a cycle that is in both.
+
+    Parameters
+    ----------
+    one, other : what is said of each.
+    """
     if one.branch != other.branch:
         return False
     first, second = (set(use.cycles or (1,)) for use in (one, other))

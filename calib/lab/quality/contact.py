@@ -7,8 +7,9 @@ import math
 import numpy as np
 
 from calib.lab.linear import slope_and_error
-from calib.lab.observations import HOLD, Observations
+from calib.lab.observations import Observations
 from calib.lab.onset import FEW_BEFORE, FLAT_RISE, LIGHT_TOUCH, TOO_FEW_BEFORE
+from calib.lab.part import HOLD
 from calib.lab.quality.loading import LoadingBranch, channel_values
 from calib.lab.quality.verdict import Level, Verdict, level_beyond
 from calib.lab.quality.words import percent

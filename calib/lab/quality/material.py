@@ -7,7 +7,8 @@ import math
 import numpy as np
 from scipy.integrate import trapezoid
 
-from calib.lab.observations import HOLD, Observations
+from calib.lab.observations import Observations
+from calib.lab.part import HOLD
 from calib.lab.quality.loading import LoadingBranch, channel_values, longest_run
 from calib.lab.quality.verdict import Verdict, level_beyond
 from calib.lab.quality.words import percent

@@ -41,10 +41,10 @@ class Cycles:
         return times, np.array(corners)
 
     def state(self, t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Depth [mm], whether the ball goes back, and cycle from 1."""
+        """Depth [mm], 1 where the ball goes back, and cycle from 1."""
         times, corners = self.motion()
         leg = np.clip(np.searchsorted(times, t, side="right") - 1, 0, times.size - 2)
-        return np.interp(t, times, corners), leg % 2 == 1, leg // 2 + 1
+        return np.interp(t, times, corners), np.asarray(leg % 2 == 1, dtype=float), np.asarray(leg // 2 + 1, dtype=float)
 
     def force(self, depth: FloatArray, back: FloatArray, cycle: FloatArray) -> FloatArray:
         d = np.maximum(depth, 0) / 0.8
@@ -238,7 +238,7 @@ def _true_depth(folder: Path, use: Use, force: str, capacitance: str) -> tuple[F
 )
 def test_points_of_a_part_lie_on_its_curve_however_they_are_tied(folder: Path, use: Use, force: str, capacitance: str) -> None:
     value, depth, _ = _true_depth(folder, use, force, capacitance)
-    back = np.full(depth.size, use.branch == "unloading")
+    back = np.full(depth.size, float(use.branch == "unloading"))
     off = value - Cycles().capacitance(depth, back, np.ones(depth.size))
     # Where the ball turns round the capacitance steps by the hysteresis: a reading there is of either branch.
     pressed = (depth > 0.1) & (depth < 0.78)
@@ -257,7 +257,7 @@ def test_points_of_a_part_lie_on_its_curve_however_they_are_tied(folder: Path, u
 def test_points_of_several_cycles_lie_between_them(folder: Path, cycles: tuple[int, ...], force: str, capacitance: str) -> None:
     value, depth, sd = _true_depth(folder, Use(cycles=cycles), force, capacitance)
     pressed = depth > 0.1
-    forwards = np.zeros(depth.size, dtype=bool)
+    forwards = np.zeros(depth.size)
     low, high = (Cycles().capacitance(depth, forwards, np.full(depth.size, float(c))) for c in (cycles[1], cycles[0]))
     # A depth that is known by the force of the first cycle is too small in a softer one.
     slack = (0.06 if capacitance == "loaded.csv" else 0.012) + 3 * sd

@@ -1,0 +1,182 @@
+"""From the shape of a record and the names in it to evidence on which way compression is, with weights and in words."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.lab.instruments import LabTable
+from calib.lab.shape import Shape
+
+#: Quantities that have a sign, with unit and factor to it for people.
+SIGNED: Mapping[str, tuple[str, float]] = {"force": ("N", 1.0), "displacement": ("mm", 1e3)}
+
+# A flat end counts from the first share of the travel on (any curve is flat over a little), and most from the second on.
+_FLAT_COUNTS, _FLAT_FROM, _FLAT_MOST = 3.0, 0.08, 0.23
+# What a bend counts at most, and which share of the change it then is (a force that goes with depth^1.5: 0.1).
+_BEND_COUNTS, _BEND_MOST = 3.0, 0.1
+# What the first change counts if the record begins at zero load, if it does not, and from which nearness to zero on it does.
+_START_COUNTS, _ANYWHERE_COUNTS, _NEAR_ZERO = 2.6, 0.3, 0.35
+# No record starts pressed by as much as this [m]: what that counts.
+_DEEP, _DEEP_COUNTS = 10e-3, 1.5
+_COMPRESSION = re.compile(r"compress|indent|penetrat|\bdepth|druck|stauch|eindring|écras|压|圧", re.IGNORECASE)
+_TENSION = re.compile(r"\btensile|\btension|\bpull|zug|elongat|dehn|traction|拉|引", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """One observation: which sign it speaks for, by how much, and in words."""
+
+    weight: float
+    words: str
+
+
+# --- evidence: weights are positive where they speak for "compression positive" in the channel that is named ---------------
+
+
+def of_shape(name: str, shape: Shape, same: float) -> list[Evidence]:
+    """How the channel bends, and at which end of the displacement it is flat.
+
+    Parameters
+    ----------
+    name : of the channel.
+    shape : how it goes with the displacement.
+    same : whether it rises with the displacement, as 1 or -1.
+    """
+    more = shape.flat_low - shape.flat_high
+    flat = float(np.sign(more)) * _FLAT_COUNTS * float(np.clip((abs(more) - _FLAT_FROM) / (_FLAT_MOST - _FLAT_FROM), 0.0, 1.0))
+    # A force that goes from one side of zero to the other bends by adhesion, too.
+    adhesion = (0.8 if shape.once else 0.5) * _BEND_MOST if shape.crosses else 0.0
+    bent = float(np.sign(shape.bend)) * max(abs(shape.bend) - adhesion, 0.0)
+    bend = _BEND_COUNTS * float(np.clip(bent / _BEND_MOST, -1.0, 1.0))
+    share, end = (shape.flat_low, "small") if flat > 0 else (shape.flat_high, "large")
+    words = f"{name} is flat, as out of contact, over {share * 100:.0f} % of the travel at {end} displacements of the file"
+    bends = f"{name} bends {up(bend)} over the displacement, and a press stiffens"
+    return [Evidence(flat * same, words), Evidence(bend, bends)]
+
+
+def of_start(name: str, shape: Shape) -> list[Evidence]:
+    """Which way the channel goes first: a record begins out of contact, near zero load.
+
+    Parameters
+    ----------
+    name : of the channel.
+    shape : how it goes with the displacement.
+    """
+    end = shape.begin + shape.first
+    weight = _ANYWHERE_COUNTS if shape.crosses else start_counts(shape.begin, end, waits=False)
+    if abs(shape.first_travel) > _DEEP:
+        weight += _DEEP_COUNTS
+    return [Evidence(float(np.sign(shape.first)) * weight, f"the record begins with {name} going {up(shape.first)}")]
+
+
+def start_counts(begin: float, end: float, *, waits: bool) -> float:
+    """How much the first change counts: most from zero on, least away from it.
+
+    Parameters
+    ----------
+    begin, end : of the channel in the first stretch.
+    waits : whether the record is flat before.
+    """
+    if waits:
+        return _START_COUNTS
+    near = (abs(end) - abs(begin)) / max(abs(end) + abs(begin), 1e-300)
+    return _ANYWHERE_COUNTS + (_START_COUNTS - _ANYWHERE_COUNTS) * max(near - _NEAR_ZERO, 0.0) / (1 - _NEAR_ZERO)
+
+
+def of_names(table: LabTable, quantity: str, same: float) -> list[Evidence]:
+    """What the name of a column says of its sense.
+
+    Parameters
+    ----------
+    table : the lab file.
+    quantity : of which name.
+    same : whether it goes with the channel that the evidence is of, as 1 or -1.
+    """
+    name = table.sources.get(quantity, "")
+    compression, tension = bool(_COMPRESSION.search(name)), bool(_TENSION.search(name))
+    if compression == tension:
+        return []
+    return [Evidence(same if compression else -same, f'{quantity} is called "{name}"')]
+
+
+def of_capacitance(sensed: Shape | None, quantity: str, same: float) -> list[Evidence]:
+    """What a capacitance in the same file says, as it rises with compression.
+
+    Parameters
+    ----------
+    sensed : how it goes with the quantity; None if the file has none that shows anything.
+    quantity : beside it.
+    same : whether that goes with the channel that the evidence is of, as 1 or -1.
+    """
+    if sensed is None:
+        return []
+    return [
+        Evidence(2.0 * sensed.slope * same, f"capacitance, which rises with compression, goes {along(sensed.slope)} {quantity}")
+    ]
+
+
+def turned(e: Evidence, same: float) -> Evidence:
+    """The same observation as evidence on a channel that goes with the other one, or against it.
+
+    Parameters
+    ----------
+    e : the evidence.
+    same : 1 or -1.
+    """
+    return Evidence(e.weight * same, e.words)
+
+
+# --- words -----------------------------------------------------------------------------------------------------------------
+
+
+def up(value: float) -> str:
+    """Whether something rises or falls, in a word."""
+    return "up" if value >= 0 else "down"
+
+
+def along(same: float) -> str:
+    """Whether two things go the same way, in a word."""
+    return "with" if same > 0 else "against"
+
+
+def amount(value: float, quantity: str) -> str:
+    """Write a value with its unit for people, to two digits.
+
+    Parameters
+    ----------
+    value : [N] or [m].
+    quantity : which.
+    """
+    unit, scale = SIGNED[quantity]
+    size = abs(value * scale)
+    decimals = max(0, 1 - math.floor(math.log10(size))) if size > 0 else 0
+    return f"{value * scale:+.{decimals}f} {unit}"
+
+
+def words_for(evidence: Sequence[Evidence], factor: float) -> str:
+    """Name what speaks for a sign, the weightiest first.
+
+    Parameters
+    ----------
+    evidence : all there is.
+    factor : the sign that is spoken for.
+    """
+    speaking = sorted((e for e in evidence if e.words and e.weight * factor >= 0.5), key=lambda e: -abs(e.weight))
+    return "; ".join(e.words for e in speaking)
+
+
+def why(evidence: Sequence[Evidence], factor: float) -> str:
+    """Name what speaks for a sign, and what against it.
+
+    Parameters
+    ----------
+    evidence : all there is.
+    factor : the sign that was decided on.
+    """
+    against = words_for(evidence, -factor)
+    return words_for(evidence, factor) + (f"; although {against}" if against else "")
