@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 
 from calib.errors import InputError
@@ -21,7 +22,7 @@ FORCE = 7.0 * np.clip(DEPTH - 0.1, 0.0, None) ** 1.7 + 0.003 * np.sin(37.0 * np.
 CAP = 97.4 + FORCE / 3.0
 
 
-def cells(values: np.ndarray[Any, np.dtype[np.float64]], digits: int = 4) -> list[str]:
+def cells(values: npt.NDArray[np.floating[Any]], digits: int = 4) -> list[str]:
     return [f"{v:.{digits}f}" for v in values]
 
 
@@ -53,7 +54,7 @@ def reasons(table: LabTable) -> Mapping[str, str]:
     return {u.what: u.reason for u in table.unread}
 
 
-def force_of(column: Sequence[str], factor: float = 1.0) -> np.ndarray[Any, np.dtype[np.float64]]:
+def force_of(column: Sequence[str], factor: float = 1.0) -> npt.NDArray[np.floating[Any]]:
     return np.array([float(c) for c in column]) * factor
 
 
