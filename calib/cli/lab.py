@@ -322,7 +322,7 @@ def _use(given: Mapping[str, str]) -> Use:
 
 
 _EXAMPLES = {"max_force": '"5 N"', "max_depth": '"0.8 mm"', "branch": "unloading", "cycles": "2,3"}
-_DELIMITERS = {",": "comma", ";": "semicolon", "\t": "tab", " ": "blanks"}
+_DELIMITERS = {",": "comma", ";": "semicolon", "\t": "tab", "|": "bar", " ": "blanks"}
 
 
 def _show(o: Observations) -> None:

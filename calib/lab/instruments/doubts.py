@@ -18,6 +18,8 @@ _JUMP = 4.0
 _APART, _TOGETHER = 0.9, 0.3
 # How near a number must come to its neighbours once its mark is moved, in steps between these, and how small these must be.
 _NEAR, _SMALL_STEPS, _COARSE_STEPS = 2.0, 0.03, 0.5
+# A single number that is off by one power of ten, or by more, may stand among steps as large as this share of its neighbours.
+_ONE_POWER, _MORE_POWERS = 0.1, 0.3
 # Rounding of a number whose mark has moved to the left may add up to this share.
 _ROUNDED = 0.1
 # Larger shares of contradicted numbers are no single damage: the column is.
@@ -38,29 +40,33 @@ class Doubts:
     ----------
     rows : row from 0 -> why it is not usable.
     fault, row : why the whole column is not, with a row that shows it; "" if it is.
+    advice : what the user may say against it.
     """
 
     rows: Mapping[int, str] = field(default_factory=dict)
     fault: str = ""
     row: int = 0
+    advice: str = ""
 
 
-def doubtful(cells: Sequence[str], values: FloatArray, decimal: str) -> Doubts:
+def doubtful(cells: Sequence[str], values: FloatArray, decimal: str, *, whole: bool = False) -> Doubts:
     """Find numbers that their neighbours contradict by a power of ten, as a decimal mark lost or moved leaves them.
 
-    A whole number with leading zeros ("-021000") beside numbers with a mark has lost it. Whole numbers beside numbers with a
-    mark ("97301" beside "99.28") have lost it if, divided by one power of ten, they go on from these, and do not as they
-    stand. A single number is doubted if it is off by a power of ten, but then fits between its neighbours: in a smooth
-    signal by itself, in a coarse one if it also has another number of decimals than they. Peaks, steps and resets of a
-    signal are not touched: they fit by no power of ten, or do not come back, or are written like all others.
+    A whole number with leading zeros ("-021000") has lost its mark; in a column of whole numbers alone all have. Whole
+    numbers beside numbers with a mark ("97301" beside "99.28") have lost it if, divided by one power of ten, they go on from
+    these, and do not as they stand. A single number is doubted if it is off by a power of ten, but then fits between its
+    neighbours, or beside them at an end: in a smooth signal by itself, in a coarse one if it also has another number of
+    decimals than they. Peaks, steps and resets of a signal are not touched: they fit by no power of ten, or do not come back,
+    or are written like all others.
 
     Parameters
     ----------
     cells : of the column, (n_row,).
     values : as read, in any unit, nan where there is none, (n_row,).
     decimal : the decimal mark of the column.
+    whole : whether the numbers of a column without any mark are known to be whole.
     """
-    padded = _padded(cells, values, decimal)
+    padded = _padded(cells, values)
     marked = np.ones(0, dtype=bool)
     if padded.size:
         marked = np.array([decimal in c for c in cells])
@@ -73,16 +79,17 @@ def doubtful(cells: Sequence[str], values: FloatArray, decimal: str) -> Doubts:
             rest[padded] = np.nan
             other = _jumping(cells, rest, decimal)
             return Doubts({**other.rows, **rows}, other.fault, other.row)
+        if not whole:
+            row = int(padded[0])
+            lost = f'"{cells[row].strip()}" begins with a zero: the numbers have lost their decimal marks'
+            return Doubts(fault=lost, row=row, advice='If they are whole, say --decimal ".". ')
     return _jumping(cells, values, decimal)
 
 
-def _padded(cells: Sequence[str], values: FloatArray, decimal: str) -> IntArray:
-    """Rows of whole numbers with leading zeros; none where all cells are whole."""
+def _padded(cells: Sequence[str], values: FloatArray) -> IntArray:
+    """Rows of whole numbers with leading zeros."""
     whole = np.flatnonzero((values == np.rint(values)) & (values != 0))
-    found = [i for i in whole.tolist() if _PADDED.fullmatch(cells[i])]
-    if not found or not any(decimal in c for c in cells):
-        return np.zeros(0, dtype=np.int64)
-    return np.array(found, dtype=np.int64)
+    return np.array([i for i in whole.tolist() if _PADDED.fullmatch(cells[i])], dtype=np.int64)
 
 
 def _lost(cells: Sequence[str], row: int, marked: BoolArray) -> Doubts:
@@ -180,11 +187,26 @@ def _off(cells: Sequence[str], rows: IntArray, at: FloatArray, level: FloatArray
         near = rows[[start - 2, start - 1, end + 1, end + 2]].tolist()
         odd = all(_decimals(cells[i], decimal) != _decimals(cells[near[0]], decimal) for i in rows[start : end + 1].tolist())
         alike = len({_decimals(cells[i], decimal) for i in near}) == 1
-        if (smooth and (end == start or odd)) or (odd and alike and step < _COARSE_STEPS * middle):
+        lone = end == start and step < (_ONE_POWER if abs(power[j]) == 1 else _MORE_POWERS) * middle
+        if lone or (smooth and odd) or (odd and alike and step < _COARSE_STEPS * middle):
             taken.update(range(start, end + 2))
             exact = int(power[j])
             word = f"{10**exact:,}" if exact > 0 else f"1/{10**-exact:,}"
             found.update({int(i): word for i in rows[start : end + 1]})
+    return found | {int(rows[at_end]): word for at_end, word in _off_at_ends(at, level) if int(rows[at_end]) not in found}
+
+
+def _off_at_ends(at: FloatArray, level: FloatArray) -> list[tuple[int, str]]:
+    """The first and the last number if they go on from the next three by a power of ten alone, and that power."""
+    found = []
+    for end, beside in ((0, at[1:4]), (-1, at[-2:-5:-1])):
+        power = int(np.round(level[end] - np.log10(abs(beside[0]))))
+        step = float(np.max(np.abs(np.diff(beside))))
+        share = _ONE_POWER if abs(power) == 1 else _MORE_POWERS
+        alike = len(set(np.sign([at[end], *beside]))) == 1
+        near = abs(at[end] / 10.0**power - beside[0]) <= _NEAR * step
+        if power and alike and near and step < share * abs(beside[0]):
+            found.append((end, f"{10**power:,}" if power > 0 else f"1/{10**-power:,}"))
     return found
 
 

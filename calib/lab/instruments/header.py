@@ -17,7 +17,7 @@ from calib.lab.instruments.units import is_unit_of
 from calib.lab.instruments.vocabulary import EXAMPLE, understand, understood_names
 
 #: Delimiters tried, in the order in which a draw is decided; a blank stands for runs of blanks.
-DELIMITERS = ("\t", ";", ",", " ")
+DELIMITERS = ("\t", ";", ",", "|", " ")
 
 # The header of a lab file lies near its top; further down only a second block would be found.
 HEADER_WITHIN = 2000

@@ -20,6 +20,8 @@ from models.sensor import FloatArray
 _MOST = 64
 # Rows in which a value with decimals must stand to be a setting.
 _ROWS_OF_SETTING = 5
+# Share of the rows that must be of values that stand in several, so that a value of one row is a damaged cell.
+_MOST_ROWS = 0.9
 # A frequency that a meter reads back differs by less from row to row.
 _ONE_FREQUENCY = 0.01
 # A change of a key is a jump where it is so many times the usual step, and this share of the span.
@@ -42,8 +44,13 @@ def several_records(sheet: Sheet, used: Mapping[str, int], values: Mapping[str, 
     """
     faults: list[Fault] = []
     meter = "capacitance" in values or "capacitance_series" in values
-    if meter and "frequency" in values and _has_several(values["frequency"]):
-        faults.append(_fault(sheet, used["frequency"], "the capacitance stands at several frequencies"))
+    if (
+        "frequency" in values
+        and _has_several(values["frequency"])
+        and (meter or _codes(sheet.columns[used["frequency"]]) is not None)
+    ):
+        what = "the capacitance stands at several frequencies" if meter else "they stand at several frequencies"
+        faults.append(_fault(sheet, used["frequency"], what))
     for index in range(len(sheet.names)):
         if index in used.values() or index in sheet.set_aside:
             continue
@@ -84,13 +91,16 @@ def _codes(cells: Sequence[str]) -> IntArray | None:
         return None
     distinct = {c: c.strip() for c in set(cells)}
     values = sorted({v for v in distinct.values() if not is_missing(v)})
-    if not 2 <= len(values) <= min(_MOST, len(cells) // 2):
-        return None
     number_of = Counter(cells)
     rows_of = {v: sum(number_of[raw] for raw, w in distinct.items() if w == v) for v in values}
+    # A value of one row beside others of many is a damaged cell.
+    if sum(rows_of[v] for v in values if rows_of[v] > 1) >= _MOST_ROWS * len(cells):
+        values = [v for v in values if rows_of[v] > 1]
+    if not 2 <= len(values) <= min(_MOST, len(cells) // 2):
+        return None
     # What a key names is a record of its own, of several rows; a fraction that often stands there is a setting.
     fractions = any(is_numeric(v) and not _WHOLE.fullmatch(v) for v in values)
-    if min(rows_of.values()) < (_ROWS_OF_SETTING if fractions else 2):
+    if min(rows_of[v] for v in values) < (_ROWS_OF_SETTING if fractions else 2):
         return None
     number = {raw: values.index(v) if v in values else -1 for raw, v in distinct.items()}
     return np.array([number[c] for c in cells], dtype=np.int64)

@@ -186,7 +186,10 @@ def _beside(sheet: Sheet, quantity: str, best: Candidate, others: Sequence[Candi
             word, share = difference(best.values, other.values)
         shares[index] = share
         less = heading.processed > best.heading.processed or (
-            quantity == "force" and best.heading.name.startswith("raw") and not heading.index
+            quantity == "force"
+            and best.heading.name.startswith("raw")
+            and not heading.index
+            and heading.name != best.heading.name
         )
         numbered = bool(heading.index) and heading.index != best.heading.index and (not best.heading.index or asked_index)
         numbered = numbered and not _hardly_moves(best, other)

@@ -20,6 +20,8 @@ from models.sensor import BoolArray, FloatArray
 # A reading of 999999 digits is how some LCR meters say that there is none.
 _NO_READING = 999999.0
 _LCR = ("capacitance", "capacitance_series", "dissipation", "quality")
+# What is measured with decimals, and not counted.
+_MEASURED = ("time", "displacement", "force", *_LCR)
 
 #: What to do about numbers that cannot be what the instrument wrote.
 DAMAGED = (
@@ -81,10 +83,12 @@ def readings_of(sheet: Sheet, column: ReadColumn, cells: Sequence[str], decimal:
     else:
         number, empty, over, bad = _numbers(cells, column, decimal)
         number[list(sheet.reasons)] = np.nan
-        doubts = doubtful(cells, number, decimal)
+        whole = bool(reading.decimal) or column.quantity not in _MEASURED
+        doubts = doubtful(cells, number, decimal, whole=whole)
         if doubts.fault:
             line = int(sheet.lines[doubts.row])
-            faults.append(Fault(f'column "{name}": {doubts.fault}', sheet.text.path, line, column.index + 1, advice=DAMAGED))
+            advice = doubts.advice + DAMAGED
+            faults.append(Fault(f'column "{name}": {doubts.fault}', sheet.text.path, line, column.index + 1, advice=advice))
         for r, why in doubts.rows.items():
             number[r] = np.nan
             rows.append((r, why))

@@ -12,17 +12,19 @@ import numpy as np
 
 from calib.errors import Fault, InputError
 from calib.lab.instruments.blocks import block_table
-from calib.lab.instruments.clock_cells import not_clocks
+from calib.lab.instruments.clock_cells import is_clock, not_clocks
 from calib.lab.instruments.header import split_line
 from calib.lab.instruments.labtable import IntArray, Reading
 from calib.lab.instruments.lines import Table, is_other_header, kind_of_line, left_out, n_named, not_read, short_rows
-from calib.lab.instruments.numbers import not_numbers
+from calib.lab.instruments.numbers import is_missing, is_numeric, is_over_range, not_numbers
 from calib.lab.instruments.sheet import Sheet, no_such_specimen
 
 # Lines of text below a table that may belong to it.
 _FOOTER = 50
 # Rows without a number at first that are looked at one by one where all others have one: so many, and this share.
 _FEW_ODD, _SHARE_ODD = 100, 0.1
+# A column without a name behind all others that has a cell in a larger share of the rows is one of the table.
+_SHARE_BEYOND = 0.1
 
 
 def with_rows(sheet: Sheet, start: int, reading: Reading, notes: tuple[str, ...]) -> Sheet:
@@ -57,6 +59,7 @@ def with_rows(sheet: Sheet, start: int, reading: Reading, notes: tuple[str, ...]
     n_row = next((n for n in range(n_line, 0, -1) if any(table.columns[k][n - 1].strip() for k in keys)), 0)
     if n_row == 0:
         raise InputError(Fault("all rows are empty", sheet.text.path, sheet.header_line, advice="Export the raw data too"))
+    wide = _beyond_the_names(sheet, table)
     n_short = len(table.reasons)
     first = int(table.lines[min(table.reasons)]) if n_short else 0
     short = [f"{n_short} row(s) with fewer cells than most are left out, the first in line {first}"] if n_short else []
@@ -66,9 +69,21 @@ def with_rows(sheet: Sheet, start: int, reading: Reading, notes: tuple[str, ...]
         lines=table.lines[:n_row],
         cut_short=n_row == n_line and _is_cut_short(sheet, table.lines),
         notes=(*notes, *table.notes, *short),
-        reasons={r: why for r, why in table.reasons.items() if r < n_row},
+        reasons={r: why for r, why in (wide | dict(table.reasons)).items() if r < n_row},
         unread=(*sheet.unread, *table.unread),
     )
+
+
+def _beyond_the_names(sheet: Sheet, table: Table) -> dict[int, str]:
+    """Rows with a cell behind the last named column where most have none: their cells may stand one place too far."""
+    found: dict[int, str] = {}
+    for column in table.columns[n_named(sheet) :]:
+        if not any(map(str.strip, set(column))):
+            continue
+        rows = [r for r, cell in enumerate(column) if cell.strip()]
+        if len(rows) <= _SHARE_BEYOND * len(column):
+            found |= dict.fromkeys(rows, "more cells than the header has names")
+    return found
 
 
 def _regular_table(sheet: Sheet, start: int, keys: Sequence[int]) -> Table | None:
@@ -151,13 +166,21 @@ def _end_of_rows(sheet: Sheet, start: int, keys: Sequence[int]) -> tuple[int, li
         if not line.strip():
             continue
         row = split_line(line, sheet.delimiter)
-        if kind_of_line(row, (), keys, width) == "row":
+        if kind_of_line(row, (), keys, width) == "row" and not _begins_otherwise(sheet, row, i, start):
             return i + 1, text_below[::-1]
         if len(text_below) > _FOOTER or is_other_header(row) or line.count('"') % 2:
             return None
         if any(row):
             text_below.append(i)
     return None
+
+
+def _begins_otherwise(sheet: Sheet, row: Sequence[str], at: int, start: int) -> bool:
+    """Whether a line begins with a word and that above it with a number, as a line of averages below the rows does."""
+    above = next((line for line in reversed(sheet.text.lines[max(start, at - 8) : at]) if line.strip()), "")
+    first = next(iter(split_line(above, sheet.delimiter)), "")
+    word = row[0].strip()
+    return word.isalpha() and not is_missing(word) and not is_over_range(word) and (is_numeric(first) or is_clock(first))
 
 
 def _is_cut_short(sheet: Sheet, lines: IntArray) -> bool:

@@ -103,7 +103,8 @@ def time_faults(
     if rows.size >= _FEWEST and falls.size > max(1, _MOST_FALLS * steps.size):
         words = f"time falls at {falls.size} of {steps.size} rows, the first is this"
         return fault(int(falls[0]) + 1, words, f"Name another column of time, {_WITHOUT}")
-    start, largest = float(np.min(time)), float(np.max(np.abs(time)))
+    # The middle one, as a damaged row may hold anything.
+    start, largest = float(np.median(time)), float(np.max(np.abs(time)))
     usual = float(np.median(steps[steps > 0])) if np.any(steps > 0) else 1.0
     written = cells[rows[0]].strip()
     number, pace = (start / factor, usual / factor) if factor else (0.0, 0.0)
