@@ -19,7 +19,9 @@ _FACTOR = re.compile(
 # Where a channel is wired: "Linear:Digital Position", "8800 (0,1):Load", "Dev1/ai0", "AI0".
 _WIRING = re.compile(r"[^:]*:[^:]+|\d{4}\s*\(\d+,\s*\d+\)|(?:dev\d+/)?a[io]\d+|0x[0-9a-f]+", re.IGNORECASE)
 # The range of a load cell or the frequency of a meter: "500 N", "1 kHz".
-_RANGE = re.compile(r"(?:at |@ ?|max\.? )?\d+(?:[.,]\d+)?\s?(?:[mkµu]?N|kg|lbf?|[kM]?Hz|mm|V|mV)(?: load cell| cell| range)?")
+_RANGE = re.compile(
+    r"(?:at |@ ?|max\.? |range |capacity )?\d+(?:[.,]\d+)?\s?(?:[mkµu]?N|kg|lbf?|[kM]?Hz|mm|V|mV)(?: load cell| cell| range)?"
+)
 _INDEX = re.compile(
     r"(?:(?:ch|chan|channel|kanal|sensor|cell|load cell|no|nr|#)[ ._#]*)?(?P<index>\d{1,3}|[a-f])", re.IGNORECASE
 )

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from calib.errors import Choice, Fault
 from calib.lab.instruments.circuit import said_circuit
 from calib.lab.instruments.family import InstrumentFamily
@@ -70,7 +72,7 @@ def choose_columns(sheet: Sheet, family: InstrumentFamily, reading: Reading) -> 
         faults += more.faults
         if best is not None:
             chosen[quantity] = best.index, best.heading
-    _drop_what_has_no_use(sheet, chosen, unread)
+    _drop_what_has_no_use(sheet, chosen, unread, faults)
     notes += _rest(sheet, chosen, unread, faults)
     return ColumnChoice(chosen, unread, tuple(notes), tuple(faults))
 
@@ -138,7 +140,9 @@ def _without_stray_letters(
 # --- what is left --------------------------------------------------------------------------------------------------------
 
 
-def _drop_what_has_no_use(sheet: Sheet, chosen: dict[str, tuple[int, Heading]], unread: dict[int, str]) -> None:
+def _drop_what_has_no_use(
+    sheet: Sheet, chosen: dict[str, tuple[int, Heading]], unread: dict[int, str], faults: list[Fault]
+) -> None:
     """Take out what only a capacitance gives a meaning: its losses, and the status of its meter."""
     meter = "capacitance" in chosen or "capacitance_series" in chosen
     if "dissipation" in chosen and "quality" in chosen:
@@ -146,6 +150,7 @@ def _drop_what_has_no_use(sheet: Sheet, chosen: dict[str, tuple[int, Heading]], 
     for quantity in ("dissipation", "quality"):
         if quantity in chosen and not meter and chosen[quantity][0] not in sheet.assigned:
             unread[chosen.pop(quantity)[0]] = "no capacitance stands beside it"
+    faults += _letter_that_may_be_a_place(sheet, chosen)
     if "status" in chosen and chosen["status"][0] not in sheet.assigned:
         index = chosen["status"][0]
         said = {c.strip().lower() for c in sheet.columns[index]} - {""}
@@ -153,6 +158,34 @@ def _drop_what_has_no_use(sheet: Sheet, chosen: dict[str, tuple[int, Heading]], 
             unread[chosen.pop("status")[0]] = "the status of a tester"
         elif said and all(any(w in OF_TESTERS for w in s.split()) for s in said):
             unread[chosen.pop("status")[0]] = "the status of a tester, not of a meter"
+
+
+def _letter_that_may_be_a_place(sheet: Sheet, chosen: Mapping[str, tuple[int, Heading]]) -> list[Fault]:
+    """The fault of a letter D without a unit that is no loss by its readings, where no displacement stands in the file."""
+    if "dissipation" not in chosen or "displacement" in chosen:
+        return []
+    index, heading = chosen["dissipation"]
+    if index in sheet.assigned or not heading.letter or heading.unit or sheet.unit_below(index):
+        return []
+    if "force" not in chosen and sheet.names[index].strip() == "D":
+        return []  # as meters write it
+    (values,) = readings([sheet.columns[index]], [1.0], sheet.declared_decimal)
+    there = values[np.isfinite(values)]
+    if not there.size or (there.min() >= 0 and (np.ptp(there) < 0.5 * there.max() or there.max() < 0.05)):
+        return []
+    asking = (sheet.name_for_asking(index),)
+    loss, place = Choice("columns", asking, "dissipation"), Choice("columns", asking, "displacement")
+    return [
+        Fault(
+            f'column "{sheet.names[index]}" may be a dissipation or a displacement: it has no unit, and goes from '
+            f"{there.min():.3g} to {there.max():.3g}",
+            sheet.text.path,
+            sheet.header_line or None,
+            index + 1,
+            advice=f"Say which: {loss} or {place}, with --units displacement=...",
+            choice=loss,
+        )
+    ]
 
 
 def _rest(sheet: Sheet, chosen: Mapping[str, tuple[int, Heading]], unread: dict[int, str], faults: list[Fault]) -> list[str]:

@@ -83,7 +83,7 @@ def impossible_loss(sheet: Sheet, index: int, dissipation: FloatArray, *, told: 
             sheet.text.path,
             int(sheet.lines[0]),
             index + 1,
-            advice="Say in what it is: --units dissipation=% for per cent, or 1e-3 for per mille",
+            advice="Say in what it is, % for per cent or 1e-3 for per mille: --units dissipation=...",
         )
     ]
 

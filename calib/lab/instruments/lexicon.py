@@ -100,12 +100,17 @@ QUALIFIERS = _set(
 )
 #: Words that say that a column was worked on after the measurement: read only where no other column is.
 PROCESSED = _set(
-    "corrected filtered smoothed smooth tared zeroed balanced compensated adjusted fitted fit interpolated lowpass "
-    "gefiltert korrigiert geglättet tariert corrigé filtré normalized normalised scaled offset computed calculated calc "
-    "baseline estimated"
+    "corrected filtered smoothed smooth tared zeroed balanced compensated adjusted lowpass gefiltert korrigiert geglättet "
+    "tariert corrigé filtré subtracted removed"
+)
+#: Words of what was computed from a measurement, or is a part of one: no record unless the user says so.
+DERIVED = _set(
+    "fitted fit interpolated normalized normalised scaled computed calculated calc estimated model modelled modeled predicted "
+    "simulated theory theoretical error residual delta change diff difference offset baseline bias stray parasitic open "
+    "berechnet"
 )
 #: Words of a difference from something: of a capacitance, whose level matters, no record; a force or a place has a zero anyway.
-RELATIVE = _set("rel relative delta change diff difference offset tared zeroed nulled normalized normalised scaled removed")
+RELATIVE = _set("rel relative offset tared zeroed nulled removed subtracted baseline balanced")
 #: Words of a name whose column counts the phases of one record.
 PHASES = _set(
     "step segment phase stage state cycle block branch direction ramp loop event action schritt abschnitt phasen étape paso "

@@ -5,17 +5,22 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from calib.errors import Choice, Fault
 from calib.lab.instruments.labtable import Reading
+from calib.lab.instruments.meanings import PLAIN
 from calib.lab.instruments.rivals import difference, goes_back, holds_clock, readings, stands_still
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.unit_choice import unit_of_column
 from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of
-from calib.lab.instruments.vocabulary import PLAIN, Heading, words
+from calib.lab.instruments.vocabulary import Heading, words
 from models.sensor import FloatArray
 
 # Quantities of which two columns that differ are a choice of the user.
 _DECISIVE = ("time", "displacement", "force", "capacitance", "capacitance_series")
+# A column that moves by less than this share of another of its quantity is not the one that was in use.
+_NOISE = 0.05
 _RAW = "the load as the cell read it is preferred, its zero is a parameter of the model"
 
 
@@ -153,6 +158,14 @@ def _may_differ_by_zero(quantity: str, best: Heading, other: Heading) -> bool:
     return plain and best.index == other.index and best.name != other.name
 
 
+def _hardly_moves(one: Candidate, other: Candidate) -> bool:
+    """Whether a column only has noise beside another: an instrument that was not used."""
+    if one.values is None or other.values is None or not (np.isfinite(one.values).any() and np.isfinite(other.values).any()):
+        return False
+    spans = [float(np.nanmax(v) - np.nanmin(v)) for v in (one.values, other.values)]
+    return spans[0] < _NOISE * spans[1]
+
+
 def _begins_anew(candidate: Candidate) -> bool:
     return candidate.values is not None and goes_back(candidate.values)
 
@@ -174,6 +187,7 @@ def _beside(sheet: Sheet, quantity: str, best: Candidate, others: Sequence[Candi
             quantity == "force" and best.heading.name.startswith("raw") and not heading.index
         )
         numbered = bool(heading.index) and heading.index != best.heading.index and (not best.heading.index or asked_index)
+        numbered = numbered and not _hardly_moves(best, other)
         if word == "same":
             unread[index] = f'the same readings as "{name}"'
         elif quantity not in _DECISIVE:

@@ -20,11 +20,10 @@ from calib.lab.instruments.brackets import (
     tidy,
     without_brackets,
 )
-from calib.lab.instruments.lexicon import COMMANDED, NAMES, PROCESSED, QUALIFIERS, RELATIVE, SECOND, STATISTIC
+from calib.lab.instruments.lexicon import NAMES, PROCESSED, RELATIVE
+from calib.lab.instruments.meanings import Meaning, doubt_of, meanings, other_axis
 from calib.lab.instruments.units import SI_UNIT, is_mass, is_unit_of, lab_factor, looks_like_unit
 
-#: Ranks below are of names that stand in the lists of names; words, numbers or letters beside a name put it behind these.
-PLAIN = 200
 #: Quantities whose unit must be written in the file.
 NEEDS_UNIT = ("time", "displacement", "force", "capacitance", "capacitance_series")
 
@@ -47,22 +46,12 @@ EXAMPLE: Mapping[str, str] = MappingProxyType(
 _TAIL = re.compile(r"^(?P<name>.+?)\s*(?:_|/|,|:|\sin\s|\s)\s*(?P<unit>[^\s_/,:]+)$")
 _UNIT_CELL = re.compile(r"^[(\[{]\s*(?P<unit>[^()\[\]{}]*?)\s*[)\]}]$")
 _UNIT_WITH_REMARK = re.compile(r"^[(\[](?P<unit>[^()\[\]]+)[)\]]\s+(?P<remark>[^\W\d][\w ,.]*)$")
+# Words that are units of plain numbers within brackets only.
+_NO_TAIL = ("x", "#", "-", "1", "none", "cycles")
 _LONGEST = 120
-_APART = " ,;:/-"
-# Names with a number or a letter behind or before them: "load 2", "cap2", "force b", "load .1", "c 1 force", "ch3 load".
-_NUMBERED = re.compile(r"^(?P<name>.*[^\W\d])[ #.-]*(?P<index>\d{1,3})$")
-_LETTERED = re.compile(r"^(?P<name>.+) (?P<index>[a-f]|ii|iii)$")
-_LEADING = re.compile(r"^(?:[a-z]|ch|chan|channel|kanal|sensor|ai)? ?(?P<index>\d{1,3}) (?P<name>.+)$")
-_AT_FREQUENCY = re.compile(r"^(?P<name>.+?)[ @]+(?:at )?(?P<index>\d+(?:[.,]\d+)? ?[km]?hz)$")
-_AXIS = re.compile(r"^(?:(?P<name>.+?)[ -]?(?P<axis>[xyz])|(?P<first>[xyz])[ -](?P<rest>.+))$")
-# A channel by its number only, whose unit says what it measures.
-_CHANNEL = re.compile(
-    r"^(?:ch|chan|channel|kanal|canal|canale|kanał|sensor|electrode|elektrode|taxel|pad|pixel|node|port|mux|input|ai|e|s|通道|채널)"
-    r"[ #.-]*(?P<index>\d{1,3}|[a-f])$"
-)
-# The pair that a meter is set to, before its first value: "Cp-D", "Cs-Rs".
-_BOTH_VALUES = re.compile(r"^(?P<first>c[ps])[-/](?:d|q|g|rs|rp|esr)$")
-_BY_UNIT = ("capacitance", "force", "displacement")
+_APART = " ,;:/"
+# Letters that are names only with a unit: s, h of a depth, P of a load.
+_ONLY_WITH_UNIT = ("s", "h", "p")
 # How a time of day is written: "mm:ss:ff", "h:min:s".
 _CLOCK_FORM = re.compile(r"[a-z]{1,5}(?:[:.][a-z]{1,5}){1,3}", re.IGNORECASE)
 _SERIES = re.compile(r"series|serie|reihe|\bcs\b|cs-|ls-|\bser\b", re.IGNORECASE)
@@ -183,10 +172,10 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
     if cut is None:
         return "not understood"
     outside, brackets = cut
-    for name, tail in (*_with_tail(outside), (outside.strip(_APART), "")):
+    for name, tail in (*_with_tail(outside), (_bare(outside), "")):
         inside = [*brackets, tail] if tail else list(brackets)
         plain = words(name)
-        readings = list(_meanings(plain, inside, unit_below))
+        readings = list(meanings(plain, inside, unit_below))
         if (
             tail
             and readings
@@ -201,94 +190,19 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
     return _reason(words(outside), brackets, unit_below)
 
 
+def _bare(outside: str) -> str:
+    """The words without the marks between them and a unit; a minus before them is no such mark."""
+    return outside.strip(_APART).rstrip(f"{_APART}-")
+
+
 def _with_tail(outside: str) -> Iterator[tuple[str, str]]:
     """The words of a cell as a name with its unit behind it, if they are one: "force_N", "Time, s", "Weg in mm"."""
-    match = _TAIL.match(outside.strip(_APART))
-    if match is not None and looks_like_unit(match["unit"]):
-        yield match["name"].strip(_APART), match["unit"]
+    match = _TAIL.match(_bare(outside))
+    if match is not None and looks_like_unit(match["unit"]) and match["unit"] not in _NO_TAIL:
+        yield _bare(match["name"]), match["unit"]
 
 
-@dataclass(frozen=True)
-class _Meaning:
-    """One thing that a name may mean."""
-
-    quantity: str
-    rank: int
-    index: str = ""
-    processed: bool = False
-    doubt: str = ""
-    letter: bool = False
-
-
-# Letters that are names only with a unit: s, h of a depth, P of a load.
-_ONLY_WITH_UNIT = ("s", "h", "p")
-
-
-def _meanings(name: str, inside: Sequence[str], unit_below: str) -> Iterator[_Meaning]:
-    """All that a name may mean: as it stands, else with an index, an axis or words beside it, else a channel by its unit."""
-    both = _BOTH_VALUES.match(name)
-    name = both["first"] if both is not None else name
-    plain = list(_plain(name))
-    if plain:
-        yield from plain
-        return
-    for pattern in (_AT_FREQUENCY, _NUMBERED, _LETTERED, _LEADING):
-        match = pattern.match(name)
-        if match is not None:
-            found = list(_plain(match["name"].strip(" .#-"))) or list(_qualified(match["name"].strip(" .#-")))
-            if found:
-                yield from (_Meaning(m.quantity, m.rank + PLAIN, match["index"], m.processed, m.doubt) for m in found)
-                return
-    match = _AXIS.match(name)
-    if match is not None and (match["axis"] or match["first"]) == "z":
-        found = list(_plain(match["name"] or match["rest"])) or list(_qualified(match["name"] or match["rest"]))
-        found = [m for m in found if m.quantity in ("force", "displacement")]
-        if found:
-            yield from (_Meaning(m.quantity, m.rank + PLAIN, m.index, m.processed) for m in found)
-            return
-    found = list(_qualified(name))
-    if found:
-        yield from found
-        return
-    match = _CHANNEL.match(name)
-    if match is not None:
-        units = [*inside, unit_below]
-        for quantity in _BY_UNIT:
-            if any(u and is_unit_of(u, quantity) for u in units):
-                yield _Meaning(quantity, 3 * PLAIN, match["index"])
-
-
-def _plain(name: str) -> Iterator[_Meaning]:
-    for quantity, names in NAMES.items():
-        if name in names:
-            yield _Meaning(quantity, names.index(name), processed=name.startswith("corrected"))
-
-
-def _qualified(name: str) -> Iterator[_Meaning]:
-    """A name without the words beside it that leave it what it is, or say how it was worked on."""
-    parts = [w for w in re.split(r"[ ./-]+", name) if w]
-    if any(w in STATISTIC or w in COMMANDED for w in parts):
-        return
-    left = [w for w in parts if w not in QUALIFIERS and w not in PROCESSED and w not in RELATIVE and w not in SECOND]
-    if len(left) == len(parts) or not left:
-        return
-    processed = any(w in PROCESSED or w in RELATIVE for w in parts)
-    index = next((w for w in parts if w in SECOND), "")
-    rest = " ".join(left)
-    for m in list(_plain(rest)) or list(_indexed(rest)):
-        relative = any(w in RELATIVE for w in parts) and m.quantity.startswith("capacitance")
-        doubt = "a change of a capacitance is no capacitance" if relative else ""
-        yield _Meaning(m.quantity, m.rank + PLAIN, index or m.index, processed or m.processed, doubt, letter=len(rest) == 1)
-
-
-def _indexed(name: str) -> Iterator[_Meaning]:
-    for pattern in (_NUMBERED, _LETTERED):
-        match = pattern.match(name)
-        if match is not None:
-            yield from (_Meaning(m.quantity, m.rank, match["index"]) for m in _plain(match["name"].strip(" .#-")))
-
-
-def _weighed(readings: Sequence[_Meaning], name: str, inside: Sequence[str], unit_below: str) -> Heading | str:
+def _weighed(readings: Sequence[Meaning], name: str, inside: Sequence[str], unit_below: str) -> Heading | str:
     """The one meaning that the units and other brackets leave, or why none is left."""
     letter = (len(re.sub(r"[ \d]", "", name)) == 1 and name.isascii()) or readings[0].letter
     written = [b for b in inside if b]
@@ -311,7 +225,7 @@ def _weighed(readings: Sequence[_Meaning], name: str, inside: Sequence[str], uni
         if reason:
             return reason
     for bracket in written:
-        if not (is_unit_of(bracket, quantity)) and (reason := no_record(bracket)):
+        if not is_unit_of(bracket, quantity) and not is_wiring(bracket) and (reason := no_record(bracket)):
             return reason
     unit, unit_doubt = _unit_of(quantity, written, unit_below)
     index, name_doubt, processed = meaning.index, meaning.doubt, meaning.processed
@@ -332,13 +246,15 @@ def _weighed(readings: Sequence[_Meaning], name: str, inside: Sequence[str], uni
                 name = "cp" if quantity == "capacitance" else name
         elif plain in ("x", "y"):
             name_doubt = f'"{bracket}" is another axis'
-        elif quantity.startswith("capacitance") and any(w in RELATIVE for w in re.split(r"[ .,;/-]+", plain)):
-            name_doubt = f'"{bracket}": a change of a capacitance is no capacitance'
+        elif doubt := doubt_of(quantity, re.split(r"[ .,;/-]+", plain)):
+            name_doubt = f'"{bracket}": {doubt}'
         elif quantity == "time" and _CLOCK_FORM.fullmatch(bracket):
             unit = unit or bracket
-        elif is_remark(bracket) or is_wiring(bracket) or any(m.quantity == quantity for m in _plain(plain)):
+        elif quantity == "force" and plain in ("abs", "absolute"):
+            name_doubt = f'"{bracket}" may mean that the sign is lost'
+        elif is_remark(bracket) or is_wiring(bracket) or any(m.quantity == quantity for m in meanings(plain, (), "")):
             continue
-        elif any(w in PROCESSED or w in RELATIVE for w in re.split(r"[ .,;/-]+", plain)):
+        elif any(w in PROCESSED for w in re.split(r"[ .,;/-]+", plain)):
             processed = True
         elif index_in(bracket):
             index = index_in(bracket)
@@ -400,11 +316,9 @@ def _reason(name: str, brackets: Sequence[str], unit_below: str) -> str:
     for text in (name, *brackets):
         if not looks_like_unit(text) and (reason := no_record(text)):
             return reason
-    match = _AXIS.match(name)
-    if match is not None and (match["axis"] or match["first"]) in ("x", "y"):
-        axis, rest = match["axis"] or match["first"], match["name"] or match["rest"]
-        if any(m.quantity in ("force", "displacement") for m in _plain(rest)) or rest in ("f", "m", "t"):
-            return f"axis {axis}: not used"
+    axis = other_axis(name)
+    if axis:
+        return f"axis {axis}: not used"
     for pattern, reason in _KNOWN_BY_WORDS:
         if re.search(pattern, name):
             return reason

@@ -1,0 +1,477 @@
+"""Which column of a lab file is read, which is named as not read and why, and what is left to the user to say."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from calib.errors import InputError
+from calib.lab import LabTable, Reading, SeveralSpecimens, read_lab_file
+from calib.lab.instruments.units import asked_factor, lab_factor
+from calib.lab.instruments.vocabulary import understand, unit_of_cell, why_unread
+
+N = 60
+TIME = np.arange(N) * 0.1
+DEPTH = np.concatenate([np.linspace(0.0, 1.0, 36), np.linspace(1.0, 0.02, 24)])
+FORCE = 7.0 * np.clip(DEPTH - 0.1, 0.0, None) ** 1.7 + 0.003 * np.sin(37.0 * np.arange(N))
+CAP = 97.4 + FORCE / 3.0
+
+
+def cells(values: npt.NDArray[np.floating[Any]], digits: int = 4) -> list[str]:
+    return [f"{v:.{digits}f}" for v in values]
+
+
+T, D, F, C = cells(TIME, 2), cells(DEPTH), cells(FORCE), cells(CAP)
+Columns = Sequence[tuple[str, Sequence[str]]]
+TESTER: Columns = (("Time (s)", T), ("Extension (mm)", D), ("Load (N)", F))
+METER: Columns = (("Time (s)", T), ("Cp (pF)", C))
+
+
+def read(
+    tmp_path: Path, table: Columns, above: Sequence[str] = (), below: Sequence[str] = (), sep: str = ",", **said: Any
+) -> LabTable:
+    """A table of columns, read."""
+    path = tmp_path / "lab.csv"
+    rows = [sep.join(row) for row in zip(*(c for _, c in table), strict=True)]
+    head = [*above, sep.join(n for n, _ in table), *([sep.join(below)] if below else [])]
+    path.write_text("\n".join([*head, *rows]) + "\n", encoding="utf-8")
+    return read_lab_file(path, Reading(**said))
+
+
+def refused(tmp_path: Path, table: Columns, **more: Any) -> InputError:
+    with pytest.raises(InputError) as caught:
+        read(tmp_path, table, **more)
+    assert all(f.advice for f in caught.value.faults)
+    return caught.value
+
+
+def reasons(table: LabTable) -> Mapping[str, str]:
+    return {u.what: u.reason for u in table.unread}
+
+
+def force_of(column: Sequence[str], factor: float = 1.0) -> npt.NDArray[np.floating[Any]]:
+    return np.array([float(c) for c in column]) * factor
+
+
+# ------------------------------------------------------------------------------------------------------- what is not read
+
+
+def test_every_column_is_read_or_named_with_its_reason(tmp_path: Path) -> None:
+    others = {
+        "T (°C)": ("23.5", "a temperature"),
+        "C (°C)": ("21.0", "a temperature"),
+        "Compression (%)": ("1.5", "a share or strain"),
+        "Charge (pC)": ("3.1", "an electric charge"),
+        "Compressive stress (MPa)": ("0.1", "a stress"),
+        "Load (setpoint) (N)": ("5.0", "commanded"),
+        "Force (peak hold) (N)": ("7.5", "a statistic"),
+        "Operator": ("M", "not understood"),
+        "Status": ("Running", "the status of a tester"),
+        "Remark": ("", "empty"),
+    }
+    table = read(tmp_path, [("", ["9"] * N), *TESTER, *((n, [c] * N) for n, (c, _) in others.items())])
+    assert set(table.columns) == {"time", "displacement", "force"}
+    assert not any(table.reasons)
+    said = reasons(table)
+    assert len(said) == 1 + len(others)
+    for i, (name, (_, why)) in enumerate(others.items()):
+        assert why in said[f'column {i + 5} "{name}"'], name
+    assert said["column 1"] == "without a name"
+
+
+def test_a_second_column_of_a_quantity_is_named_beside_the_first(tmp_path: Path) -> None:
+    table = read(tmp_path, [*TESTER, ("Load 2 (N)", cells(FORCE / 3))])
+    assert any('"Load 2 (N)"' in note and '--columns "force=Load 2 (N)"' in note for note in table.notes)
+    assert 'column 4 "Load 2 (N)"' in reasons(table)
+    other = read(tmp_path, [*TESTER, ("Load 2 (N)", cells(FORCE / 3))], columns={"force": "Load 2 (N)"})
+    np.testing.assert_allclose(other.columns["force"], force_of(cells(FORCE / 3)))
+    assert 'column 3 "Load (N)"' in reasons(other)
+
+
+def test_a_column_that_is_not_understood_but_in_the_unit_of_one_that_is_read_is_noted(tmp_path: Path) -> None:
+    table = read(tmp_path, [*TESTER, ("Messdose (N)", cells(FORCE * 1.1))])
+    assert any('"Messdose (N)", in N too' in note for note in table.notes)
+    still = [TESTER[0], TESTER[1], ("Load (N)", ["5.0"] * N), ("Messdose (N)", F)]
+    assert "stands still" in str(refused(tmp_path, still))
+
+
+# ------------------------------------------------------------------------------------------------------------- brackets
+
+
+@pytest.mark.parametrize(
+    ("cell", "why"),
+    [
+        ("Load (max) (N)", "statistic"),
+        ("Force (N) (peak)", "statistic"),
+        ("Force (peak hold) (N)", "statistic"),
+        ("Extension (mean) (mm)", "statistic"),
+        ("Force (N) avg", "statistic"),
+        ("Cp (std) (pF)", "statistic"),
+        ("Load (setpoint) (N)", "commanded"),
+        ("Target force (N)", "commanded"),
+        ("Position command (mm)", "commanded"),
+        ("Kraft Soll (N)", "commanded"),
+        ("Extension (%)", "strain"),
+        ("Load (MPa)", "stress"),
+        ("Load (V)", "voltage"),
+        ("T (°C)", "temperature"),
+        ("z (Ohm)", "impedance"),
+        ("Force x (N)", "axis x"),
+        ("Load x10 (N)", "not understood"),
+        ("Load (N", "not understood"),
+    ],
+)
+def test_names_of_no_record_say_why(cell: str, why: str) -> None:
+    assert understand(cell) is None
+    assert why in why_unread(cell)
+
+
+@pytest.mark.parametrize(
+    "cell",
+    [
+        *("Load [x10] (N)", "Load (N) [*10^3]", "Load (1e-1) (N)", "Load (kN) (N)", "Load (N) [kgf]", "Load (V) (N)"),
+        *("Load (gain 2) (N)", "Load (?) (N)", "Load (abs) (N)", "Load (N) [calc]", "Load offset (N)", "Load (N*10)"),
+    ],
+)
+def test_a_bracket_that_leaves_the_force_open_is_refused(tmp_path: Path, cell: str) -> None:
+    error = refused(tmp_path, [*TESTER[:2], (cell, F)])
+    assert (error.faults[0].line, error.faults[0].column) == (1, 3)
+    assert "--units force=" in str(error) or "--columns" in str(error)
+
+
+@pytest.mark.parametrize(
+    "cell",
+    [
+        *(
+            "Load (8800 (0,1):Load) (N)",
+            "Load (500 N) (N)",
+            "Load (load cell) (N)",
+            "Load (N) (N)",
+            "Load (raw) [N]",
+            "Load{N}",
+        ),
+        *("Primary load measurement (N)", "Tensile Force (N)", "Force (Fz), N", "C_1_Force[N]", "Force (F) / N", "Load (N, )"),
+    ],
+)
+def test_brackets_and_words_that_change_nothing_are_read(tmp_path: Path, cell: str) -> None:
+    sep = ";" if "," in cell else ","
+    if cell == "Load (N, )":
+        refused(tmp_path, [*TESTER[:2], (cell, F)], sep=sep)
+        return
+    table = read(tmp_path, [*TESTER[:2], (cell, F)], sep=sep)
+    np.testing.assert_allclose(table.columns["force"], force_of(F), rtol=1e-12)
+
+
+def test_a_factor_is_applied_as_the_user_says(tmp_path: Path) -> None:
+    table = read(tmp_path, [*TESTER[:2], ("Load [x10] (N)", F)], units={"force": "10 N"})
+    np.testing.assert_allclose(table.columns["force"], force_of(F, 10.0), rtol=1e-12)
+    assert any('"x10"' in note for note in table.notes)
+
+
+@pytest.mark.parametrize(
+    ("unit", "factor"), [("10^-3 N", 1e-3), ("1e-3 N", 1e-3), ("x10^3 N", 1e3), ("E-3 N", 1e-3), ("µN", 1e-6)]
+)
+def test_a_power_of_ten_within_the_unit_is_applied(unit: str, factor: float) -> None:
+    assert lab_factor(unit, "force") == pytest.approx(factor, rel=1e-15)
+
+
+def test_a_plain_number_before_a_unit_is_taken_from_the_user_only() -> None:
+    assert asked_factor("0.5 N", "force") == 0.5
+    with pytest.raises(ValueError, match="unknown unit"):
+        lab_factor("10 N", "force")
+
+
+def test_a_remark_within_a_units_row_is_no_other_header(tmp_path: Path) -> None:
+    columns = [("Time", T), ("Extension", D), ("Load", F)]
+    table = read(tmp_path, columns, below=["(s)", "(mm) from touch", "(N) zeroed"])
+    np.testing.assert_allclose(table.columns["force"], force_of(F))
+    assert unit_of_cell("(N) peak") is None
+    assert unit_of_cell("(pF) tared") is None
+
+
+# --------------------------------------------------------------------------------------------------------- which column
+
+
+@pytest.mark.parametrize("still", ["D (mm)", "d (mm)", "z (mm)", "Position (mm)", "Displacement (mm)"])
+def test_a_column_that_stands_still_never_comes_before_one_that_moves(tmp_path: Path, still: str) -> None:
+    table = read(tmp_path, [TESTER[0], (still, ["20.0"] * N), ("Weg (mm)", D), TESTER[2]])
+    np.testing.assert_allclose(table.columns["displacement"], force_of(D, 1e-3))
+    assert "stands still" in reasons(table)[f'column 2 "{still}"']
+
+
+def test_a_letter_that_stands_still_is_no_displacement_by_itself(tmp_path: Path) -> None:
+    assert "a dimension of the sample" in str(refused(tmp_path, [TESTER[0], ("D (mm)", ["20.0"] * N), TESTER[2]]))
+
+
+@pytest.mark.parametrize("factor", [1.0, -1.0])
+def test_columns_that_agree_but_for_zero_and_sign_are_decided_by_their_name(tmp_path: Path, factor: float) -> None:
+    position = cells(factor * DEPTH + 33.0)
+    table = read(tmp_path, [TESTER[0], ("Position (mm)", position), *TESTER[1:]])
+    np.testing.assert_allclose(table.columns["displacement"], force_of(D, 1e-3))
+    assert any('"Position (mm)"' in note for note in table.notes)
+
+
+def test_columns_that_differ_are_a_choice(tmp_path: Path) -> None:
+    columns = [TESTER[0], ("Position (mm)", cells(1.2 * DEPTH)), *TESTER[1:]]
+    error = refused(tmp_path, columns)
+    assert '--columns "displacement=Position (mm)"' in str(error)
+    assert error.faults[0].choice is not None
+    table = read(tmp_path, columns, columns={"displacement": "Position (mm)"})
+    np.testing.assert_allclose(table.columns["displacement"], force_of(cells(1.2 * DEPTH), 1e-3))
+
+
+def test_two_units_of_one_force_must_agree(tmp_path: Path) -> None:
+    pounds = cells(FORCE / 4.4482216152605, 6)
+    table = read(tmp_path, [*TESTER, ("Load (lbf)", pounds)])
+    np.testing.assert_allclose(table.columns["force"], force_of(F))
+    assert "the same readings" in reasons(table)['column 4 "Load (lbf)"']
+    assert "they differ" in str(refused(tmp_path, [*TESTER, ("Load (lbf)", F)]))
+
+
+def test_an_instrument_that_was_not_used_does_not_come_first_without_a_word(tmp_path: Path) -> None:
+    noise = cells(0.002 * np.sin(37.0 * np.arange(N)))
+    assert "they differ" in str(refused(tmp_path, [*TESTER[:2], ("Load (N)", noise), ("Load 2 (N)", F)]))
+
+
+def test_two_clocks_are_a_choice(tmp_path: Path) -> None:
+    late = cells(2.0 * TIME, 2)
+    columns = [*TESTER, ("LCR time (s)", late), ("Cp (pF)", C)]
+    assert "may be the time" in str(refused(tmp_path, columns))
+    assert "two clocks" in str(refused(tmp_path, columns, columns={"time": "Time (s)"}))
+    table = read(tmp_path, columns, columns={"time": "Time (s)", "capacitance": "none"})
+    assert set(table.columns) == {"time", "displacement", "force"}
+
+
+@pytest.mark.parametrize(
+    "names", [("C1 (pF)", "C2 (pF)"), ("Cap1", "Cap2"), ("CH0_pF", "CH31_pF"), ("Cp@1kHz (pF)", "Cp@10kHz (pF)")]
+)
+def test_channels_of_a_capacitance_are_a_choice(tmp_path: Path, names: tuple[str, str]) -> None:
+    below = ["s", "pF", "pF"] if names[0] == "Cap1" else ()
+    columns = [("Time", T) if below else TESTER[0], (names[0], C), (names[1], cells(CAP + 5))]
+    error = refused(tmp_path, columns, below=below)
+    assert all(f'"{name}"' in str(error) for name in names)
+    table = read(tmp_path, columns, below=below, columns={"capacitance": names[1]})
+    np.testing.assert_allclose(table.columns["capacitance"], force_of(cells(CAP + 5), 1e-12))
+    assert f'column 2 "{names[0]}"' in reasons(table)
+
+
+def test_the_loss_of_the_chosen_channel_goes_with_it(tmp_path: Path) -> None:
+    loss = [cells(0.01 + 0 * TIME), cells(0.2 + 0 * TIME)]
+    columns = [TESTER[0], ("Cs1 (pF)", C), ("D1", loss[0]), ("Cs2 (pF)", C), ("D2", loss[1])]
+    table = read(tmp_path, columns, columns={"capacitance_series": "Cs2 (pF)"})
+    np.testing.assert_allclose(table.columns["capacitance"], force_of(C, 1e-12) / 1.04)
+
+
+# --------------------------------------------------------------------------------------------------- series and parallel
+
+
+@pytest.mark.parametrize(
+    "line", ["MODE: SERIES", "Measure: Cs-D", "Equivalent circuit,series", "Ersatzschaltung: Reihe", "Ls/Cs"]
+)
+def test_a_circuit_named_above_the_header_decides(tmp_path: Path, line: str) -> None:
+    columns = [TESTER[0], ("C (pF)", C), ("D", ["0.4"] * N)]
+    table = read(tmp_path, columns, above=[line])
+    np.testing.assert_allclose(table.columns["capacitance"], force_of(C, 1e-12) / 1.16)
+    assert "series or a parallel" in str(refused(tmp_path, [TESTER[0], ("Cp (pF)", C), ("D", ["0.4"] * N)], above=[line]))
+
+
+def test_a_capacitance_that_does_not_say_is_refused_where_it_matters(tmp_path: Path) -> None:
+    columns = [TESTER[0], ("Cap (pF)", C), ("D", cells(0.4 + 0 * TIME))]
+    assert "Cp or Cs" in str(refused(tmp_path, columns))
+    parallel = read(tmp_path, columns, columns={"capacitance": "Cap (pF)"})
+    series = read(tmp_path, columns, columns={"capacitance_series": "Cap (pF)"})
+    np.testing.assert_allclose(parallel.columns["capacitance"], 1.16 * series.columns["capacitance"])
+    assert read(tmp_path, [TESTER[0], ("Cap (pF)", C), ("D", ["0.01"] * N)]).columns["capacitance"].size == N
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "loss"),
+    [
+        ("D (%)", "40", 0.4),
+        ("D (‰)", "400", 0.4),
+        ("D (x1e-3)", "400", 0.4),
+        ("D (10^-3)", "400", 0.4),
+        ("Q", "2.5", 0.4),
+        ("D", "0.4", 0.4),
+    ],
+)
+def test_a_loss_is_read_in_every_notation(tmp_path: Path, name: str, value: str, loss: float) -> None:
+    table = read(tmp_path, [TESTER[0], ("Cs (pF)", C), (name, [value] * N)])
+    np.testing.assert_allclose(table.columns["dissipation"], loss)
+    np.testing.assert_allclose(table.columns["capacitance"], force_of(C, 1e-12) / (1 + loss**2))
+
+
+def test_a_loss_that_no_capacitor_has_is_refused(tmp_path: Path) -> None:
+    columns = [TESTER[0], ("Cs (pF)", C), ("D", ["400"] * N)]
+    assert "none of a capacitor" in str(refused(tmp_path, columns))
+    table = read(tmp_path, columns, units={"dissipation": "1e-3"})
+    np.testing.assert_allclose(table.columns["dissipation"], 0.4)
+
+
+def test_a_letter_that_may_be_a_place_or_a_loss_is_refused(tmp_path: Path) -> None:
+    assert "may be a dissipation or a displacement" in str(refused(tmp_path, [TESTER[0], ("D", D), TESTER[2], METER[1]]))
+
+
+@pytest.mark.parametrize("name", ["Cp (rel) (pF)", "Cp (offset removed) (pF)", "Delta Cp (pF)", "Cp change (pF)"])
+def test_a_change_of_a_capacitance_is_no_capacitance(tmp_path: Path, name: str) -> None:
+    assert "is no" in str(refused(tmp_path, [TESTER[0], (name, C)]))
+
+
+# ---------------------------------------------------------------------------------------------------- rows of several records
+
+
+def in_turn(values: Sequence[str]) -> list[str]:
+    return [values[i % len(values)] for i in range(N)]
+
+
+@pytest.mark.parametrize(
+    ("key", "values"),
+    [
+        ("Channel", ("1", "2", "3")),
+        ("sensor_id", ("a", "b")),
+        ("Frequency (Hz)", ("1000", "10000")),
+        ("Range", ("100pF", "1nF")),
+        ("Level (V)", ("0.5", "1.0")),
+        ("", ("1", "2")),
+    ],
+)
+def test_rows_of_several_records_in_turn_are_refused_until_one_is_chosen(
+    tmp_path: Path, key: str, values: tuple[str, ...]
+) -> None:
+    capacitance = cells(CAP + 5.0 * (np.arange(N) % len(values)))
+    columns = [("Time (s)", T), (key, in_turn(values)), ("Cp (pF)", capacitance)]
+    error = refused(tmp_path, columns)
+    assert all(f'"{v}"' in str(error) for v in values)
+    choice = error.faults[0].choice
+    assert choice is not None
+    assert (choice.option, choice.alternatives) == ("where", values)
+    table = read(tmp_path, columns, where={choice.key: values[1]})
+    used = np.array([not r for r in table.reasons])
+    assert used.tolist() == [v == values[1] for v in in_turn(values)]
+    np.testing.assert_allclose(table.columns["capacitance"][used], force_of(capacitance, 1e-12)[used])
+    assert all("not asked for" in r for r in table.reasons if r)
+    assert len(table.lines) == N
+
+
+def test_specimens_one_below_the_other_are_refused_until_one_is_chosen(tmp_path: Path) -> None:
+    half = N // 2
+    for time in ([("Time (s)", T[:half] * 2)], []):
+        columns = [("ID", ["a"] * half + ["b"] * half), *time, ("Extension (mm)", D[:half] * 2), ("Load (N)", F[:half] * 2)]
+        assert "--where ID=a" in str(refused(tmp_path, columns))
+        table = read(tmp_path, columns, where={"ID": "b"})
+        assert [not r for r in table.reasons] == [False] * half + [True] * half
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("Step", ["1"] * 36 + ["2"] * 24),
+        ("State", ["LOADING"] * 36 + ["UNLOADING"] * 24),
+        ("Humidity", in_turn(("41", "42", "41"))),
+        ("Channel", ["3"] * N),
+        ("No.", [str(i) for i in range(N)]),
+        ("Event", [""] * 30 + ["mark"] + [""] * 29),
+    ],
+)
+def test_columns_that_accompany_one_record_are_no_choice(tmp_path: Path, name: str, values: list[str]) -> None:
+    table = read(tmp_path, [*TESTER, (name, values)])
+    assert not any(table.reasons)
+    assert f'column 4 "{name}"' in reasons(table)
+
+
+@pytest.mark.parametrize("value", ["1000", "1.0E3", "1000.0", "1000,0"])
+@pytest.mark.parametrize("column", ["Frequency (Hz)", "frequency", "2"])
+def test_a_value_of_a_column_is_found_in_any_notation(tmp_path: Path, column: str, value: str) -> None:
+    for written, sep in (("1000", ","), ("1000,0", ";"), ("1.00E+03", ",")):
+        time, cap = ([c.replace(".", ",") for c in x] if sep == ";" else x for x in (T, C))
+        columns = [("Time (s)", time), ("Frequency (Hz)", in_turn((written, "9999"))), ("Cp (pF)", cap)]
+        table = read(tmp_path, columns, sep=sep, where={column: value})
+        assert sum(not r for r in table.reasons) == N // 2
+
+
+def test_rows_by_a_column_or_value_that_is_not_there_are_refused_with_those_that_are(tmp_path: Path) -> None:
+    columns = [("Time (s)", T), ("Channel", in_turn(("1", "2"))), ("Cp (pF)", C)]
+    assert '"1", "2"' in str(refused(tmp_path, columns, where={"Channel": "7"}))
+    assert '2 "Channel"' in str(refused(tmp_path, columns, where={"Sensor": "1"}))
+
+
+def test_a_frequency_that_is_read_back_is_one_frequency(tmp_path: Path) -> None:
+    columns = [*METER, ("Frequency (Hz)", cells(1000.0 + 0.1 * np.sin(np.arange(N)), 3))]
+    assert not any(read(tmp_path, columns).reasons)
+
+
+# ------------------------------------------------------------------------------------------------- specimens side by side
+
+
+def test_specimens_side_by_side_of_which_the_first_is_named_are_a_choice(tmp_path: Path) -> None:
+    group = [("Time (min)", cells(TIME / 60, 6)), ("Load (N)", F), ("Displacement (mm)", D)]
+    others = [[("", group[0][1]), ("", cells(k * FORCE)), ("", D)] for k in (2, 3)]
+    columns = [*group, *others[0], *others[1]]
+    with pytest.raises(SeveralSpecimens) as caught:
+        read(tmp_path, columns, sep="\t")
+    assert caught.value.count == 3
+    for k in (1, 2, 3):
+        table = read(tmp_path, columns, sep="\t", specimen=k)
+        np.testing.assert_allclose(table.columns["force"], force_of(cells(k * FORCE)))
+        assert sum("of specimen" in reason for reason in reasons(table).values()) == 6
+
+
+def test_columns_without_names_that_are_no_specimens_are_refused(tmp_path: Path) -> None:
+    columns = [*TESTER, ("", cells(FORCE[::-1])), ("", cells(FORCE)), ("", F), ("", F)]
+    assert refused(tmp_path, columns, sep="\t").faults[0].column == 4
+
+
+# ---------------------------------------------------------------------------------------------------------------- names
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ("Temps (s)", "Déplacement (mm)", "Force (N)"),
+        ("Temps (s)", "Enfoncement (mm)", "Charge (N)"),
+        ("Czas (s)", "Przemieszczenie (mm)", "Siła (N)"),
+        ("Czas [s]", "Droga [mm]", "Siła standardowa [N]"),
+        ("Tempo (s)", "Spostamento (mm)", "Forza (N)"),
+        ("Tijd (s)", "Verplaatsing (mm)", "Kracht (N)"),
+        ("Tempo (s)", "Deslocamento (mm)", "Força (N)"),
+        ("시간 (s)", "변위 (mm)", "하중 (N)"),
+        ("Time, s", "Position (z), mm", "Fz, N"),
+        ("t / s", "s / mm", "F / N"),
+        ("T_1_Time[s]", "C_2_Stroke[mm]", "C_1_Force[N]"),
+    ],
+)
+@pytest.mark.parametrize("encoding", ["utf-8", "native"])
+def test_headers_of_many_labs_are_understood(tmp_path: Path, names: tuple[str, str, str], encoding: str) -> None:
+    native = {"Czas": "cp1250", "시간": "cp949"}.get(names[0].split(" ")[0], "latin-1")
+    path = tmp_path / "lab.csv"
+    rows = ["\t".join(names), *("\t".join(row) for row in zip(T, D, F, strict=True))]
+    path.write_text("\n".join(rows) + "\n", encoding=encoding if encoding == "utf-8" else native)
+    table = read_lab_file(path)
+    np.testing.assert_allclose(table.columns["time"], force_of(T))
+    np.testing.assert_allclose(table.columns["displacement"], force_of(D, 1e-3))
+    np.testing.assert_allclose(table.columns["force"], force_of(F))
+
+
+def test_a_column_whose_name_is_a_number_is_no_row(tmp_path: Path) -> None:
+    table = read(tmp_path, [*TESTER, ("25", F)])
+    assert "not understood" in reasons(table)['column 4 "25"']
+
+
+def test_instruments_of_nanometres_need_the_scale_said(tmp_path: Path) -> None:
+    columns = [("Depth (nm)", cells(DEPTH / 2, 5)), ("Load (µN)", cells(FORCE / 20, 5))]
+    assert "--scale micro" in str(refused(tmp_path, columns))
+    table = read(tmp_path, columns, scale="micro")
+    np.testing.assert_allclose(table.columns["force"], force_of(cells(FORCE / 20, 5), 1e-6))
+
+
+def test_status_words_of_a_tester_make_no_reading_of_a_meter_unusable(tmp_path: Path) -> None:
+    table = read(tmp_path, [*METER, ("Status", ["Running"] * (N - 1) + ["Stopped"])])
+    assert not any(table.reasons)
+    assert "the status of a tester" in reasons(table)['column 3 "Status"']
+    bad = read(tmp_path, [*METER, ("Status", ["0"] * (N - 1) + ["2"])])
+    assert bad.reasons[-1] == "LCR status 2"
