@@ -182,9 +182,14 @@ def _beside(sheet: Sheet, quantity: str, best: Candidate, others: Sequence[Candi
         word, share = ("different", 1.0)
         if other.values is not None and best.values is not None:
             word, share = difference(best.values, other.values)
+        if sheet.names[index] == name and share > 0.0:
+            word = "different"  # two columns of one name and unit are the same or not
         shares[index] = share
         less = heading.processed > best.heading.processed or (
-            quantity == "force" and best.heading.name.startswith("raw") and not heading.index
+            quantity == "force"
+            and best.heading.name.startswith("raw")
+            and not heading.index
+            and heading.name != best.heading.name
         )
         numbered = bool(heading.index) and heading.index != best.heading.index and (not best.heading.index or asked_index)
         numbered = numbered and not _hardly_moves(best, other)
