@@ -182,7 +182,8 @@ def _beside(sheet: Sheet, quantity: str, best: Candidate, others: Sequence[Candi
         word, share = ("different", 1.0)
         if other.values is not None and best.values is not None:
             word, share = difference(best.values, other.values)
-        if sheet.names[index] == name and share > 0.0:
+        alike = sheet.names[index] == name and sheet.unit_below(index) == sheet.unit_below(best.index)
+        if alike and share > 0.0:
             word = "different"  # two columns of one name and unit are the same or not
         shares[index] = share
         less = heading.processed > best.heading.processed or (
