@@ -17,11 +17,11 @@ from calib.lab.instruments.where import asked_name, listed_values
 from models.sensor import FloatArray
 
 # A key has no more values than this; a column with more is a measurement, a counter or a remark.
-_MOST = 64
-# Rows in which a value with decimals must stand to be a setting.
-_ROWS_OF_SETTING = 5
-# Share of the rows that must be of values that stand in several, so that a value of one row is a damaged cell.
-_MOST_ROWS = 0.9
+_MOST, _MOST_NAMED = 64, 4096
+# A key stands in nearly all rows.
+_MOSTLY = 0.8
+# Values with decimals of a setting, and rows in which each must stand.
+_MOST_SETTINGS, _ROWS_OF_SETTING = 8, 5
 # A frequency that a meter reads back differs by less from row to row.
 _ONE_FREQUENCY = 0.01
 # A change of a key is a jump where it is so many times the usual step, and this share of the span.
@@ -44,20 +44,18 @@ def several_records(sheet: Sheet, used: Mapping[str, int], values: Mapping[str, 
     """
     faults: list[Fault] = []
     meter = "capacitance" in values or "capacitance_series" in values
-    if (
-        "frequency" in values
-        and _has_several(values["frequency"])
-        and (meter or _codes(sheet.columns[used["frequency"]]) is not None)
-    ):
-        what = "the capacitance stands at several frequencies" if meter else "they stand at several frequencies"
-        faults.append(_fault(sheet, used["frequency"], what))
+    if "frequency" in values and _has_several(values["frequency"]):
+        index = used["frequency"]
+        if meter or _codes(sheet.columns[index], _MOST) is not None:
+            faults.append(_fault(sheet, index, f'column "{sheet.names[index]}" names several frequencies'))
     for index in range(len(sheet.names)):
-        if index in used.values() or index in sheet.set_aside:
-            continue
-        codes = _codes(sheet.columns[index])
-        if codes is None:
+        # A column of a quantity that is read is another measurement of it.
+        if index in used.values() or index in sheet.set_aside or sheet.plain_heading(index).quantity in used:
             continue
         named = _is_named_key(sheet, index)
+        codes = _codes(sheet.columns[index], _MOST_NAMED if named else _MOST)
+        if codes is None:
+            continue
         if not named and not _parts(codes, values, phases=_is_of_phases(sheet, index)):
             continue
         why = "names several" if named else "changes, and time or a reading jumps with it"
@@ -84,26 +82,25 @@ def _has_several(frequencies: FloatArray) -> bool:
     return there.size > 1 and float(there.max() - there.min()) > _ONE_FREQUENCY * float(np.abs(there).max())
 
 
-def _codes(cells: Sequence[str]) -> IntArray | None:
+def _codes(cells: Sequence[str], most: int) -> IntArray | None:
     """The number of the value in each row, -1 where there is none; None for a column of one value, or of too many."""
-    few = {c.strip() for c in cells[:2000]}
-    if len(few) > _MOST + 1:
+    if len({c.strip() for c in cells[:2000]}) > most + 1:
         return None
-    distinct = {c: c.strip() for c in set(cells)}
-    values = sorted({v for v in distinct.values() if not is_missing(v)})
-    number_of = Counter(cells)
-    rows_of = {v: sum(number_of[raw] for raw, w in distinct.items() if w == v) for v in values}
-    # A value of one row beside others of many is a damaged cell.
-    if sum(rows_of[v] for v in values if rows_of[v] > 1) >= _MOST_ROWS * len(cells):
-        values = [v for v in values if rows_of[v] > 1]
-    if not 2 <= len(values) <= min(_MOST, len(cells) // 2):
+    rows_of: Counter[str] = Counter()
+    for raw, count in Counter(cells).items():
+        rows_of[raw.strip()] += count
+    values = sorted(v for v in rows_of if not is_missing(v))
+    if not 2 <= len(values) <= min(most, len(cells) // 2):
         return None
-    # What a key names is a record of its own, of several rows; a fraction that often stands there is a setting.
+    # What a key names is a record of its own, of several rows; a number with decimals that often stands there is a setting.
     fractions = any(is_numeric(v) and not _WHOLE.fullmatch(v) for v in values)
-    if min(rows_of[v] for v in values) < (_ROWS_OF_SETTING if fractions else 2):
+    values = [v for v in values if rows_of[v] >= (_ROWS_OF_SETTING if fractions else 2)]
+    if fractions and len(values) > _MOST_SETTINGS:
         return None
-    number = {raw: values.index(v) if v in values else -1 for raw, v in distinct.items()}
-    return np.array([number[c] for c in cells], dtype=np.int64)
+    if len(values) < 2 or sum(rows_of[v] for v in values) < _MOSTLY * sum(n for v, n in rows_of.items() if not is_missing(v)):
+        return None
+    number = {v: i for i, v in enumerate(values)}
+    return np.array([number.get(c.strip(), -1) for c in cells], dtype=np.int64)
 
 
 def _is_named_key(sheet: Sheet, index: int) -> bool:

@@ -18,12 +18,14 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
         for quantity, lines in {
             "time": (
                 "time | total time | running time | elapsed time | time elapsed | test time | relative time | timestamp",
-                "time stamp | measurement time | elapsed | time since start | datetime | date time | date/time",
-                "millis | micros | seconds | t | zeit | prüfzeit | laufzeit | testzeit | messzeit | uhrzeit | zeitstempel",
-                "zeitpunkt | datum uhrzeit | temps | temps écoulé | temps ecoule | temps d'essai | durée | duree",
-                "horodatage | heure | tiempo | tiempo transcurrido | tempo | tempo trascorso | tempo decorrido | tijd",
-                "verstreken tijd | meettijd | czas | czas próby | czas badania | godzina | čas | tid | süre | zaman | время",
-                "时间 | 時間 | 试验时间 | 試験時間 | 経過時間 | 時刻 | 시간 | 경과시간 | 시험시간 | cycle elapsed time",
+                "time stamp | measurement time | elapsed | time since start | unix time | unix timestamp | epoch",
+                "epoch time | posix time | pc time | log time | datetime | date time | date/time | millis | micros",
+                "seconds | t | zeit | prüfzeit | laufzeit | testzeit | messzeit | uhrzeit | zeitstempel | zeitpunkt",
+                "datum uhrzeit | temps | temps écoulé | temps ecoule | temps d'essai | durée | duree | horodatage | heure",
+                "tiempo | tiempo transcurrido | tempo | tempo trascorso | tempo decorrido | tijd | verstreken tijd",
+                "meettijd | czas | czas próby | czas badania | godzina | čas | tid | süre",
+                "zaman | время | 时间 | 時間 | 试验时间",
+                "試験時間 | 経過時間 | 時刻 | 시간 | 경과시간 | 시험시간 | cycle elapsed time",
             ),
             "displacement": (
                 "extension | displacement | compressive extension | compressive displacement | crosshead",
@@ -105,9 +107,9 @@ PROCESSED = _set(
 )
 #: Words of what was computed from a measurement, or is a part of one: no record unless the user says so.
 DERIVED = _set(
-    "fitted fit interpolated normalized normalised scaled computed calculated calc estimated model modelled modeled predicted "
-    "simulated theory theoretical error residual delta change diff difference offset baseline bias stray parasitic open "
-    "berechnet"
+    "fitted fit interpolated normalized normalised scaled computed calculated calc estimated model modelled modeled "
+    "predicted simulated theory theoretical error residual delta change diff difference offset baseline bias stray "
+    "parasitic open berechnet"
 )
 #: Words of a difference from something: of a capacitance, whose level matters, no record; a force or a place has a zero anyway.
 RELATIVE = _set("rel relative offset tared zeroed nulled removed subtracted baseline balanced")

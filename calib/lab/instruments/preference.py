@@ -184,6 +184,9 @@ def _beside(sheet: Sheet, quantity: str, best: Candidate, others: Sequence[Candi
         word, share = ("different", 1.0)
         if other.values is not None and best.values is not None:
             word, share = difference(best.values, other.values)
+        alike = sheet.names[index] == name and sheet.unit_below(index) == sheet.unit_below(best.index)
+        if alike and share > 0.0:
+            word = "different"  # two columns of one name and unit are the same or not
         shares[index] = share
         less = heading.processed > best.heading.processed or (
             quantity == "force"

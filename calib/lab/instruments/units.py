@@ -41,7 +41,6 @@ _SPELLINGS: Mapping[str, Mapping[str, str]] = MappingProxyType(
             "us": "us µs microseconds",
             "min": "min mins minute minutes Min MIN Minutes Minuten minuto minutos minuti minuty мин 分 分钟 분",
             "day": "d day days Tag Tage jour jours día días giorni dni 天 日",
-            "day": "day days Tage jours días 天",
             "hour": "h hr hrs hour hours Hour Hours Stunden heures horas ore godziny 小时 時間 시간",
         },
         "m": {

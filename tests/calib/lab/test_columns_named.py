@@ -231,6 +231,11 @@ def test_two_units_of_one_force_must_agree(tmp_path: Path) -> None:
     np.testing.assert_allclose(table.columns["force"], force_of(F))
     assert "the same readings" in reasons(table)['column 4 "Load (lbf)"']
     assert "they differ" in str(refused(tmp_path, [*TESTER, ("Load (lbf)", F)]))
+    units = ["s", "mm", "N", "lbf"]
+    table = read(tmp_path, [("Time", T), ("Extension", D), ("Load", F), ("Load", pounds)], below=units)
+    np.testing.assert_allclose(table.columns["force"], force_of(F))
+    nearly = cells(FORCE + 0.004)
+    assert "appears twice" in str(refused(tmp_path, [*TESTER, ("Load (N)", nearly)]))
 
 
 def test_an_instrument_that_was_not_used_does_not_come_first_without_a_word(tmp_path: Path) -> None:
@@ -398,6 +403,17 @@ def test_rows_by_a_column_or_value_that_is_not_there_are_refused_with_those_that
     columns = [("Time (s)", T), ("Channel", in_turn(("1", "2"))), ("Cp (pF)", C)]
     assert '"1", "2"' in str(refused(tmp_path, columns, where={"Channel": "7"}))
     assert '2 "Channel"' in str(refused(tmp_path, columns, where={"Sensor": "1"}))
+
+
+def test_a_key_with_a_damaged_value_is_a_key(tmp_path: Path) -> None:
+    values = [*in_turn(("100 pF", "1 nF"))[:-1], "1 n"]
+    columns = [("Time (s)", T), ("Range", values), ("Cp (pF)", cells(CAP + 5.0 * (np.arange(N) % 2)))]
+    assert "several records" in str(refused(tmp_path, columns))
+
+
+def test_a_coarse_measurement_is_no_key(tmp_path: Path) -> None:
+    coarse = cells(np.round(0.01 * np.sin(37.0 * np.arange(N)), 2), 2)
+    assert not any(read(tmp_path, [*TESTER, ("Corrected_Force (N)", coarse), ("Torque (N·m)", coarse)]).reasons)
 
 
 def test_a_frequency_that_is_read_back_is_one_frequency(tmp_path: Path) -> None:
