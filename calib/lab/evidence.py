@@ -21,6 +21,8 @@ _FLAT_COUNTS, _FLAT_FROM, _FLAT_MOST = 3.0, 0.08, 0.23
 _BEND_COUNTS, _BEND_MOST = 3.0, 0.1
 # What the first change counts if the record begins at zero load, if it does not, and from which nearness to zero on it does.
 _START_COUNTS, _ANYWHERE_COUNTS, _NEAR_ZERO = 2.6, 0.3, 0.35
+# Share of the largest change from which on the first counts fully.
+_FIRST = 0.4
 # No record starts pressed by as much as this [m]: what that counts.
 _DEEP, _DEEP_COUNTS = 10e-3, 1.5
 _COMPRESSION = re.compile(r"compress|indent|penetrat|\bdepth|druck|stauch|eindring|écras|压|圧", re.IGNORECASE)
@@ -71,6 +73,8 @@ def of_start(name: str, shape: Shape) -> list[Evidence]:
     weight = _ANYWHERE_COUNTS if shape.crosses else start_counts(shape.begin, end, waits=False)
     if abs(shape.first_travel) > _DEEP:
         weight += _DEEP_COUNTS
+    # A small first change may be drift, while the ball is still on its way.
+    weight *= min(1.0, shape.share / _FIRST)
     return [Evidence(float(np.sign(shape.first)) * weight, f"the record begins with {name} going {up(shape.first)}")]
 
 

@@ -70,6 +70,7 @@ class Shape:
     rise : change of the channel up to the very last reading of that stretch, for words.
     range : of the channel over all stretches.
     crosses : whether the channel goes through zero in the first stretch, far to either side.
+    share : change of the first stretch over that of the largest.
     once : whether one stretch alone counts.
     """
 
@@ -83,6 +84,7 @@ class Shape:
     rise: float
     range: float
     crosses: bool
+    share: float
     once: bool
 
 
@@ -217,6 +219,7 @@ def shape_of(x: FloatArray, y: FloatArray, clock: FloatArray) -> Shape | None:
         rise=parts[first].last - begin,
         range=high - low,
         crosses=crosses,
+        share=abs(float(change[first])) / largest,
         once=len(counted) == 1,
     )
 

@@ -96,6 +96,8 @@ def decide_signs(table: LabTable, displacement: FloatArray | None, good: BoolArr
     sensed = {"displacement": shape("displacement", "capacitance"), "force": shape("capacitance", "force")}
     if press is not None and abs(press.slope) >= _TOGETHER:
         return {**_together(table, press, sensed["displacement"], said), **_missing(found, said)}
+    if press is not None and (open_ := [q for q in SIGNED if q not in said]):
+        raise InputError(_unrelated(table, press, open_))
     decided: dict[str, SignDecision] = {}
     for quantity in SIGNED:
         if quantity not in found:
@@ -249,6 +251,20 @@ def _decision(quantity: str, factor: float, strength: Strength, words: str) -> S
 
 def _stated(quantity: str, factor: float, against: str) -> SignDecision:
     return _decision(quantity, factor, "stated", f"as stated{against}")
+
+
+def _unrelated(table: LabTable, press: Shape, open_: Sequence[str]) -> Fault:
+    """Refuse to guess where force goes with the displacement as well as against it, as under a drift larger than the press."""
+    options = " and ".join(f'--sign "{q}=compression positive" (or negative)' for q in open_)
+    share = f"{50 * (1 + abs(press.slope)):.0f} %"
+    return Fault(
+        f"it cannot be told which way compression is in {' and '.join(open_)}: only {share} of the changes of force go one way "
+        "with the displacement",
+        table.path,
+        int(table.lines[0]) if len(table.lines) else None,
+        advice=f"Say {options}, or sign in an experiment file; a drift larger than the press does that",
+        choice=Choice("sign", tuple(SIGNS), open_[0]),
+    )
 
 
 def _doubtful(table: LabTable, quantity: str, evidence: Sequence[Evidence], change: float, travel: float | None) -> Fault:
