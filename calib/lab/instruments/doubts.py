@@ -27,7 +27,7 @@ _SHARE_SURE = 0.5
 _RUN = 3
 _FEWEST = 5
 
-_PADDED = re.compile(rf"\n[ \t]*[{SIGNS}]?0\d+[ \t]*$", re.ASCII | re.MULTILINE)
+_PADDED = re.compile(rf"[ \t]*[{SIGNS}]?0\d+[ \t]*", re.ASCII)
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ def doubtful(cells: Sequence[str], values: FloatArray, decimal: str) -> Doubts:
     values : as read, in any unit, nan where there is none, (n_row,).
     decimal : the decimal mark of the column.
     """
-    padded = _padded(cells, decimal)
+    padded = _padded(cells, values, decimal)
     marked = np.ones(0, dtype=bool)
     if padded.size:
         marked = np.array([decimal in c for c in cells])
@@ -76,14 +76,13 @@ def doubtful(cells: Sequence[str], values: FloatArray, decimal: str) -> Doubts:
     return _jumping(cells, values, decimal)
 
 
-def _padded(cells: Sequence[str], decimal: str) -> IntArray:
+def _padded(cells: Sequence[str], values: FloatArray, decimal: str) -> IntArray:
     """Rows of whole numbers with leading zeros; none where all cells are whole."""
-    text = "\n" + "\n".join(cells)
-    if decimal not in text:
+    whole = np.flatnonzero((values == np.rint(values)) & (values != 0))
+    found = [i for i in whole.tolist() if _PADDED.fullmatch(cells[i])]
+    if not found or not any(decimal in c for c in cells):
         return np.zeros(0, dtype=np.int64)
-    if all(text.count(f"\n{s}0") == text.count(f"\n{s}0{decimal}") for s in ("", "-", "+")):
-        return np.zeros(0, dtype=np.int64)
-    return np.array([i for i, c in enumerate(cells) if _PADDED.match(f"\n{c}")], dtype=np.int64)
+    return np.array(found, dtype=np.int64)
 
 
 def _lost(cells: Sequence[str], row: int, marked: BoolArray) -> Doubts:

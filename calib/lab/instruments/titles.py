@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import islice
 
 from calib.errors import Fault, InputError
 from calib.lab.instruments.clock_cells import is_clock
@@ -51,7 +52,7 @@ def below_header(text: LabText, delimiter: str, header: int, names: Sequence[str
     units: tuple[str, ...] = ()
     start = header + 1
     time = next((i for i, n in enumerate(names) if (found_name := understand(n)) and found_name.quantity == "time"), None)
-    lines = [i for i in range(header + 1, len(text.lines)) if text.lines[i].strip()][:_FEW_LINES]
+    lines = list(islice((i for i in range(header + 1, len(text.lines)) if text.lines[i].strip()), _FEW_LINES))
     for place, index in enumerate(lines):
         line = without_comment_mark(text.lines[index], delimiter)
         cells = split_line(line, delimiter)
