@@ -312,3 +312,17 @@ def test_a_doubtful_sign_is_refused_by_read_and_its_advice_works(tmp_path: Path)
     for option in ("force=compression positive", "force=compression negative"):
         assert f'--sign "{option}"' in _line(refused.output)
         assert _run("read", tmp_path / "p.csv", "--sign", option).exit_code == 0
+
+
+def test_what_is_not_read_of_a_file_is_named_in_read_and_in_the_notes_of_a_sweep(tmp_path: Path) -> None:
+    rows = "".join(f"{line},23.5,{k}\n" for k, line in enumerate(_press(0.0).splitlines()))
+    (tmp_path / "a.csv").write_text("Made by hand\nTime (s),Extension (mm),Load (N),T (°C),Remark\n" + rows, encoding="utf-8")
+    said = _run("read", tmp_path / "a.csv")
+    assert said.exit_code == 0, said.output
+    named = [line for line in said.stdout.splitlines() if line.startswith("not read: ")]
+    assert any('column 4 "T (°C)"' in line for line in named)
+    assert any('column 5 "Remark"' in line for line in named)
+    assert any("line 1" in line and "Made by hand" in line for line in named)
+    notes = " ".join(make_sweep("s", "", 5e-3, tmp_path / "a.csv", None).notes)
+    assert 'column 4 "T (°C)"' in notes
+    assert "Made by hand" not in notes
