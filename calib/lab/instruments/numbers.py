@@ -162,7 +162,18 @@ def to_numbers(cells: Sequence[str], decimal: str) -> Numbers:
 
 
 def odd_cells(odd: re.Pattern[str], cells: Sequence[str], most: int) -> list[int] | None:
-    """Which cells `odd` finds if each stands after a line end; None if more than `most`."""
+    """Find the cells of a column that a pattern finds, all at once, as a file of a million rows needs.
+
+    Parameters
+    ----------
+    odd : the pattern; each cell stands after a line end.
+    cells : of a column.
+    most : how many of them are worth a look.
+
+    Returns
+    -------
+    Their rows from 0; None if there are more than `most`.
+    """
     starts = [m.start() for m in islice(odd.finditer("\n" + "\n".join(cells)), most + 1)]
     if not starts or len(starts) > most:
         return None if starts else []

@@ -22,7 +22,7 @@ _DECISIVE = ("time", "displacement", "force", "capacitance", "capacitance_series
 # A column that moves by less than this share of another of its quantity is not the one that was in use.
 _NOISE = 0.05
 # Largest difference, as a share of the span, of columns that hold the same numbers, maybe in other units.
-_EXACT = 1e-6
+_EXACT = 1e-5
 _RAW = "the load as the cell read it is preferred, its zero is a parameter of the model"
 
 

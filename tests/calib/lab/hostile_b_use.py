@@ -159,7 +159,7 @@ def _limits() -> list[Case]:
             {"max_force": 5.0},
             _no_row(preload),
             "either",
-            refusal="5|max.force",
+            refusal="5|max.force|sign",
         ),
         case("no force at most", w, {"max_force": 0.0}, _no_row(p), "either", refusal="max.force|positive|0"),
     ]
