@@ -71,7 +71,7 @@ def of_start(name: str, shape: Shape) -> list[Evidence]:
     """
     end = shape.begin + shape.first
     weight = _ANYWHERE_COUNTS if shape.crosses else start_counts(shape.begin, end, waits=False)
-    if abs(shape.first_travel) > _DEEP:
+    if abs(shape.first_travel) > _DEEP and abs(end) > abs(shape.begin):
         weight += _DEEP_COUNTS
     # A small first change may be drift, while the ball is still on its way.
     weight *= min(1.0, shape.share / _FIRST)

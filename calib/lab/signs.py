@@ -35,6 +35,8 @@ Strength = Literal["clear", "likely", "stated", "none"]
 
 # Evidence counts about as the logarithm of odds. Below the first number nothing is decided, from the second on it is clear.
 _DOUBTFUL, _CLEAR = 0.7, 2.5
+# Share of the largest load that the load in compression reaches in a press.
+_COMPRESSED = 0.1
 # Share of the changes of force that must go one way with the displacement, for the two signs to hang together.
 _TOGETHER = 0.5
 
@@ -95,7 +97,8 @@ def decide_signs(table: LabTable, displacement: FloatArray | None, good: BoolArr
     press = shape("displacement", "force")
     sensed = {"displacement": shape("displacement", "capacitance"), "force": shape("capacitance", "force")}
     if press is not None and abs(press.slope) >= _TOGETHER:
-        return {**_together(table, press, sensed["displacement"], said), **_missing(found, said)}
+        load = found["force"][good & np.isfinite(found["force"])]
+        return {**_together(table, press, calm(load[settled(load)]), sensed["displacement"], said), **_missing(found, said)}
     if press is not None and (open_ := [q for q in SIGNED if q not in said]):
         raise InputError(_unrelated(table, press, open_))
     decided: dict[str, SignDecision] = {}
@@ -151,8 +154,10 @@ def _still(quantity: str, said: Mapping[str, float]) -> SignDecision:
     return SignDecision(quantity, 1.0, "none", f"{quantity}: no excursion beyond its noise, sign kept")
 
 
-def _together(table: LabTable, press: Shape, sensed: Shape | None, said: Mapping[str, float]) -> dict[str, SignDecision]:
-    """Decide both signs of a record whose force goes with its displacement: one decides the other."""
+def _together(
+    table: LabTable, press: Shape, load: FloatArray, sensed: Shape | None, said: Mapping[str, float]
+) -> dict[str, SignDecision]:
+    """Decide both signs of a record whose force (`load`, without spikes) goes with the displacement: one decides the other."""
     same = float(np.sign(press.slope))
     evidence = [
         *of_shape("force", press, same),
@@ -181,9 +186,11 @@ def _together(table: LabTable, press: Shape, sensed: Shape | None, said: Mapping
                     quantity, own, "stated", f"it goes {along(same)} {other}, whose sign is stated{against}"
                 )
         return found
-    if abs(total) < _DOUBTFUL:
-        raise InputError(_doubtful(table, "force", evidence, press.rise, press.first_travel))
     factor = float(np.sign(total))
+    # That a record starts pressed, or that the force never is on the side of compression, takes more than a likelihood.
+    odd = press.first * factor < 0 or float(np.max(factor * load)) < _COMPRESSED * float(np.max(np.abs(load)))
+    if abs(total) < (_CLEAR if odd else _DOUBTFUL):
+        raise InputError(_doubtful(table, "force", evidence, press.rise, press.first_travel))
     strength: Strength = "clear" if abs(total) >= _CLEAR else "likely"
     begun = " (the record starts pressed)" if press.first * factor < 0 else ""
     force = f"{amount(press.rise, 'force')} in the first stretch{begun}; {why(evidence, factor)}"

@@ -131,6 +131,9 @@ def _header_cells(line: str, delimiter: str) -> Iterator[list[str]]:
         if delimiter in line:
             yield split_line(line, delimiter)
         return
+    if line.count('"') >= 4:
+        # As R writes tables: names in quotes, blanks between them.
+        yield [a or b for a, b in re.findall(r'"([^"]*)"|(\S+)', line)]
     if re.search(r"\S\s{2,}\S", line.strip()):
         yield [c.strip() for c in re.split(r"\s{2,}", line.strip())]
     # A unit in brackets belongs to the name before it.
@@ -162,7 +165,8 @@ def _rows_below(text: LabText, header: int, delimiter: str, width: int, known: S
 def no_header(text: LabText) -> Fault:
     """The fault of a file without a header that is understood, with what seems to be one."""
     seen = _likely_header(text)
-    found = f"; found {', '.join(seen[1])}" if seen else ""
+    first = next((i for i, line in enumerate(text.lines) if line.strip()), 0)
+    found = f"; found {', '.join(seen[1])}" if seen else f'; the file begins with "{text.lines[first].strip()[:60]}"'
     advice = "; ".join(f"{q}: {understood_names(q)}" for q in ("displacement", "force", "capacitance", "time"))
     replies = _reply_lines(text)
     if replies and not seen:
@@ -174,7 +178,7 @@ def no_header(text: LabText) -> Fault:
     return Fault(
         f"no header row with column names that are understood{found}",
         text.path,
-        seen[0] if seen else None,
+        seen[0] if seen else first + 1,
         advice=f'Name the columns for example "{EXAMPLE["time"]}", "{EXAMPLE["force"]}", or say which is what '
         f"(--columns force=... --units force=...). Understood are {advice}",
     )

@@ -80,6 +80,7 @@ _SHOWN = {mark: _shown(mark) for mark in ".,"}
 # After a line end: a whole number without any mark, other than the nines that stand for no reading; of a hundred or more.
 _PLAIN_WHOLE = re.compile(rf"\n[ \t]*[{SIGNS}]?(?!9{{6}}\b)\d+[ \t]*$", re.MULTILINE | re.ASCII)
 _WHOLE = re.compile(rf"\n[ \t]*[{SIGNS}]?(?!9{{6}}\b)\d{{3,}}[ \t]*$", re.MULTILINE | re.ASCII)
+_THOUSANDS = re.compile(rf"\n[ \t]*[{SIGNS}]?(?!9{{6}}\b)\d{{4,}}[ \t]*$", re.MULTILINE | re.ASCII)
 # With a mark: one or more digits other than a leading zero before it; nothing or zero before it and not three digits after it.
 _ONE_AND_MORE = {m: re.compile(rf"\n[ \t]*[{SIGNS}]?[1-9]\d*{re.escape(m)}(\d*)[ \t]*$", re.M | re.A) for m in ".,"}
 _BELOW_ONE = {m: re.compile(rf"\n[ \t]*[{SIGNS}]?0?{re.escape(m)}(\d*)[ \t]*$", re.M | re.A) for m in ".,"}
@@ -192,7 +193,8 @@ def _decimal(
         fitting = _going_on(cells, mark)
         if fitting == "decimal" and seen <= {mark}:
             return mark, f"its {_NAMES[mark]} is the decimal mark, as the whole numbers among the others show", "", ()
-        if fitting == "thousands" and seen <= {_OTHER[mark]}:
+        # A program that sets thousands apart does so in every number.
+        if fitting == "thousands" and seen <= {_OTHER[mark]} and not _THOUSANDS.search(text):
             return _OTHER[mark], f"its {_NAMES[mark]} sets thousands apart, as the numbers below a thousand show", "", ()
         if large:
             words = f'"{mark}" may set thousands apart or be the decimal mark: whole numbers beside it'

@@ -21,6 +21,8 @@ from models.sensor import FloatArray
 _DECISIVE = ("time", "displacement", "force", "capacitance", "capacitance_series")
 # A column that moves by less than this share of another of its quantity is not the one that was in use.
 _NOISE = 0.05
+# A time of day that drifts by this share of the span of a time in seconds is that of another clock; of so many rows at least.
+_OTHER_CLOCK, _FEWEST = 0.05, 5
 # Largest difference, as a share of the span, of columns that hold the same numbers, maybe in other units.
 _EXACT = 1e-5
 _RAW = "the load as the cell read it is preferred, its zero is a parameter of the model"
@@ -148,10 +150,25 @@ def _that_move(sheet: Sheet, quantity: str, candidates: list[Candidate], unread:
         # Seconds are finer than a time of day.
         plain = [c for c in candidates if not holds_clock(sheet.columns[c.index])]
         if plain:
-            days = [c for c in candidates if c not in plain]
+            days = [c for c in candidates if c not in plain and not _is_another_clock(c, plain[0])]
             unread.update({c.index: f'a time of day: "{sheet.names[plain[0].index]}" is preferred' for c in days})
-            candidates = plain
+            candidates = [c for c in candidates if c not in days]
     return candidates
+
+
+def _is_another_clock(day: Candidate, plain: Candidate) -> bool:
+    """Whether a time of day runs otherwise than a time in seconds, by more than either is written to."""
+    if day.values is None or plain.values is None:
+        return False
+    apart = day.values - plain.values
+    there = np.isfinite(apart)
+    if np.count_nonzero(there) < _FEWEST:
+        return False
+    steps = np.diff(day.values[there])
+    coarse = float(np.min(steps[steps > 0], initial=np.inf))
+    span = float(np.ptp(plain.values[there]))
+    drift = float(np.ptp(apart[there]))
+    return drift > _OTHER_CLOCK * span and (not np.isfinite(coarse) or drift > 1.5 * max(coarse, 1.0))
 
 
 def _may_differ_by_zero(quantity: str, best: Heading, other: Heading) -> bool:

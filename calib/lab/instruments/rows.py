@@ -59,7 +59,7 @@ def with_rows(sheet: Sheet, start: int, reading: Reading, notes: tuple[str, ...]
     n_row = next((n for n in range(n_line, 0, -1) if any(table.columns[k][n - 1].strip() for k in keys)), 0)
     if n_row == 0:
         raise InputError(Fault("all rows are empty", sheet.text.path, sheet.header_line, advice="Export the raw data too"))
-    wide = _beyond_the_names(sheet, table)
+    wide = _beyond_the_names(sheet, table) | _without_an_end(sheet, table)
     n_short = len(table.reasons)
     first = int(table.lines[min(table.reasons)]) if n_short else 0
     short = [f"{n_short} row(s) with fewer cells than most are left out, the first in line {first}"] if n_short else []
@@ -84,6 +84,16 @@ def _beyond_the_names(sheet: Sheet, table: Table) -> dict[int, str]:
         if len(rows) <= _SHARE_BEYOND * len(column):
             found |= dict.fromkeys(rows, "more cells than the header has names")
     return found
+
+
+def _without_an_end(sheet: Sheet, table: Table) -> dict[int, str]:
+    """Rows without a cell in the last column with a name, where nearly all have one: theirs may stand one place too near."""
+    n = n_named(sheet)
+    column = table.columns[n - 1] if n else []
+    if "" not in column:
+        return {}
+    rows = [r for r, cell in enumerate(column) if not cell.strip() and any(c[r].strip() for c in table.columns)]
+    return dict.fromkeys(rows, "no cell in the last column") if len(rows) <= _SHARE_ODD * len(column) else {}
 
 
 def _regular_table(sheet: Sheet, start: int, keys: Sequence[int]) -> Table | None:
