@@ -119,6 +119,8 @@ def no_unit(doc: Document, rng: random.Random) -> Document | None:
     at = _with_unit(doc, rng)
     if at is None or doc.columns[at].quantity == "time":
         return None
+    if f"({doc.columns[at].unit})" in (doc.columns[at].name or ""):  # said twice: one is left
+        return None
     return with_column(doc, at, replace(doc.columns[at], unit="", bracket="", gap="", factors=()))
 
 
