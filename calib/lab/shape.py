@@ -23,6 +23,8 @@ _BINS = 40
 _COUNTS = 0.1
 # Steps in the first or last rows that are so many times those beside them are no readings of the press.
 _JUMP = 5.0
+# Times such rows are looked for.
+_LOOKS = 3
 # A channel is flat as long as it stays within this share of its range.
 _FLAT = 0.02
 
@@ -96,14 +98,20 @@ def calm(values: FloatArray) -> FloatArray:
 
 def settled(values: FloatArray) -> slice:
     """Which rows to look at: those but the first and last few, if an instrument still or already jumps in them."""
-    few = min(6, values.size // 10)
-    steps = np.abs(np.diff(values))
 
-    def jumps(steps: FloatArray) -> int:
+    def jumps(steps: FloatArray, few: int) -> int:
         usual = float(np.quantile(steps[few : 5 * few], 0.9)) if few else 0.0
         return int(np.max(np.flatnonzero(steps[:few] > _JUMP * usual) + 1, initial=0))
 
-    return slice(jumps(steps), values.size - jumps(steps[::-1]))
+    start, stop = 0, values.size
+    # Again, as what is left may begin or end within a spike of which only one side was near enough.
+    for _ in range(_LOOKS):
+        steps, few = np.abs(np.diff(values[start:stop])), min(6, (stop - start) // 10)
+        at_start, at_end = jumps(steps, few), jumps(steps[::-1], few)
+        start, stop = start + at_start, stop - at_end
+        if not at_start and not at_end:
+            break
+    return slice(start, stop)
 
 
 def working_range(x: FloatArray, y: FloatArray) -> float:
