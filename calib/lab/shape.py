@@ -23,8 +23,8 @@ _BINS = 40
 _COUNTS = 0.1
 # Steps in the first or last rows that are so many times those beside them are no readings of the press.
 _JUMP = 5.0
-# Times such rows are looked for.
-_LOOKS = 3
+# Readings on either side of a jump and back that differ by less than this share of it are of one level.
+_SAME_LEVEL = 0.3
 # A channel is flat as long as it stays within this share of its range.
 _FLAT = 0.02
 
@@ -98,20 +98,17 @@ def calm(values: FloatArray) -> FloatArray:
 
 def settled(values: FloatArray) -> slice:
     """Which rows to look at: those but the first and last few, if an instrument still or already jumps in them."""
+    few = min(6, values.size // 10)
 
-    def jumps(steps: FloatArray, few: int) -> int:
-        usual = float(np.quantile(steps[few : 5 * few], 0.9)) if few else 0.0
-        return int(np.max(np.flatnonzero(steps[:few] > _JUMP * usual) + 1, initial=0))
+    def jumps(values: FloatArray) -> int:
+        steps = np.abs(np.diff(values[: 5 * few + 1]))
+        usual = float(np.quantile(steps[few:], 0.9)) if few else 0.0
+        cut = int(np.max(np.flatnonzero(steps[:few] > _JUMP * usual) + 1, initial=0))
+        # What the last jump leads into may be a spike of two rows, and no reading either: behind it goes on what was before.
+        into_spike = cut > 0 and abs(values[cut + 2] - values[cut - 1]) < _SAME_LEVEL * abs(values[cut] - values[cut - 1])
+        return cut + 2 if into_spike else cut
 
-    start, stop = 0, values.size
-    # Again, as what is left may begin or end within a spike of which only one side was near enough.
-    for _ in range(_LOOKS):
-        steps, few = np.abs(np.diff(values[start:stop])), min(6, (stop - start) // 10)
-        at_start, at_end = jumps(steps, few), jumps(steps[::-1], few)
-        start, stop = start + at_start, stop - at_end
-        if not at_start and not at_end:
-            break
-    return slice(start, stop)
+    return slice(jumps(values), values.size - jumps(values[::-1]))
 
 
 def working_range(x: FloatArray, y: FloatArray) -> float:

@@ -25,6 +25,8 @@ _FOOTER = 50
 _FEW_ODD, _SHARE_ODD = 100, 0.1
 # A column without a name behind all others that has a cell in a larger share of the rows is one of the table.
 _SHARE_BEYOND = 0.1
+# A last column that is empty in a larger share of the rows is one that is filled more rarely.
+_SHARE_OPEN = 0.4
 
 
 def with_rows(sheet: Sheet, start: int, reading: Reading, notes: tuple[str, ...]) -> Sheet:
@@ -90,10 +92,10 @@ def _without_an_end(sheet: Sheet, table: Table) -> dict[int, str]:
     """Rows without a cell in the last column with a name, where nearly all have one: theirs may stand one place too near."""
     n = n_named(sheet)
     column = table.columns[n - 1] if n else []
-    if "" not in column:
+    if not 0 < column.count("") <= _SHARE_OPEN * len(column):
         return {}
     rows = [r for r, cell in enumerate(column) if not cell.strip() and any(c[r].strip() for c in table.columns)]
-    return dict.fromkeys(rows, "no cell in the last column") if len(rows) <= _SHARE_ODD * len(column) else {}
+    return dict.fromkeys(rows, "no cell in the last column") if len(rows) <= _SHARE_OPEN * len(column) else {}
 
 
 def _regular_table(sheet: Sheet, start: int, keys: Sequence[int]) -> Table | None:

@@ -1,0 +1,89 @@
+"""Damage that real files showed once they were changed on purpose: each is left out, refused, or read as it should be."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from calib.errors import InputError
+from calib.lab import LabTable, observe, read_lab_file
+
+N = 60
+X = np.linspace(0.0, 1.0, N)
+F = 6.0 * X**1.7 + 0.2
+HEAD = "Time (s),Extension (mm),Load (N)"
+
+
+def rows(force: np.ndarray | None = None) -> list[str]:
+    return [f"{0.1 * i:.1f},{x:.5f},{f:.4f}" for i, (x, f) in enumerate(zip(X, F if force is None else force, strict=True))]
+
+
+def read(folder: Path, lines: list[str], head: str = HEAD) -> LabTable:
+    (folder / "a.csv").write_text("\n".join([head, *lines]) + "\n", encoding="utf-8")
+    return read_lab_file(folder / "a.csv")
+
+
+@pytest.mark.parametrize("row", [0, N - 1, 20])
+@pytest.mark.parametrize("power", [10.0, 100.0, 0.1])
+def test_a_number_off_by_a_power_of_ten_is_left_out_at_the_ends_too(tmp_path: Path, row: int, power: float) -> None:
+    force = F.copy()
+    force[row] *= power
+    table = read(tmp_path, rows(force))
+    assert "factor" in table.reasons[row]
+    assert sum(map(bool, table.reasons)) == 1
+
+
+def test_whole_numbers_that_begin_with_a_zero_have_lost_their_marks(tmp_path: Path) -> None:
+    lines = [f"{0.1 * i:.1f},{x:.5f},{round(1e3 * f):04d}" for i, (x, f) in enumerate(zip(X, F, strict=True))]
+    with pytest.raises(InputError, match="begins with a zero"):
+        read(tmp_path, lines)
+
+
+def test_a_row_without_its_last_cell_or_with_one_too_many_is_left_out(tmp_path: Path) -> None:
+    lines = [f"{line},23.5" for line in rows()]
+    lines[0] = ",".join(lines[0].split(",")[1:]) + ","
+    table = read(tmp_path, lines, f"{HEAD},T (°C)")
+    assert table.reasons[0] == "no cell in the last column"
+    assert not any(table.reasons[1:])
+    lines = [f"{line}," for line in rows()]
+    lines[7] = lines[7].replace(",", ",0.5,", 1)[:-1]
+    table = read(tmp_path, lines, f"{HEAD},")
+    assert "more cells" in table.reasons[7]
+
+
+def test_a_line_of_averages_below_the_rows_is_no_row(tmp_path: Path) -> None:
+    table = read(tmp_path, [*rows(), "Average,0.5,2.1"], "Run,Extension (mm),Load (N)")
+    assert len(table.lines) == N
+    assert any("Average" in str(u) for u in table.unread)
+
+
+def test_bars_and_the_tables_of_r_are_cut(tmp_path: Path) -> None:
+    for head, mark in (("Time (s)|Extension (mm)|Load (N)", "|"), ('"Time (s)" "Extension (mm)" "Load (N)"', " ")):
+        table = read(tmp_path, [line.replace(",", mark) for line in rows()], head)
+        np.testing.assert_allclose(table.columns["force"], F, atol=1e-4)
+
+
+def test_thousands_set_apart_in_some_numbers_only_are_refused(tmp_path: Path) -> None:
+    lines = [f"{0.1 * i:.1f};{97.5 + 0.001 * i:.3f}".replace("97.", "97,") for i in range(N)]
+    lines[9] = lines[9].replace(",", "")
+    with pytest.raises(InputError, match="thousands"):
+        read(tmp_path, lines, "Time (s);Cp (pF)")
+
+
+@pytest.mark.parametrize("row", [1, 3, 20, N - 8, N - 6, N - 3])
+def test_a_spike_of_two_rows_turns_no_sign(tmp_path: Path, row: int) -> None:
+    force = F.copy()
+    force[row : row + 2] = -25.0
+    seen = observe(read(tmp_path, rows(force)))
+    assert [d.factor for d in seen.signs.values()] == [1.0, 1.0]
+
+
+def test_a_press_in_the_last_few_rows_is_no_jump_of_an_instrument(tmp_path: Path) -> None:
+    # A step of the displacement every row, contact in the last ten: the steepest rows are the last.
+    force = (
+        0.4 + np.where(X > 0.83, -9.0 * (np.maximum(X - 0.83, 0.0) / 0.17) ** 1.6, 0.0) + 0.003 * np.sin(37.0 * np.arange(N))
+    )
+    seen = observe(read(tmp_path, rows(force)))
+    assert seen.signs["force"].factor == -1.0
