@@ -111,6 +111,11 @@ def settled(values: FloatArray) -> slice:
     return slice(jumps(values), values.size - jumps(values[::-1]))
 
 
+def steady(values: FloatArray) -> FloatArray:
+    """Readings without spikes, and without jumps of the instrument at either end, for their range and level."""
+    return calm(values[settled(values)])
+
+
 def working_range(x: FloatArray, y: FloatArray) -> float:
     """Over how much of the displacement a channel changes: the press itself, without approach and withdrawal.
 

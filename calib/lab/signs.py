@@ -25,7 +25,7 @@ from calib.lab.evidence import (
     words_for,
 )
 from calib.lab.instruments import LabTable
-from calib.lab.shape import NOTHING, Shape, calm, settled, shape_of
+from calib.lab.shape import NOTHING, Shape, shape_of, steady
 from calib.lab.signal import excursion, reading_noise
 from models.sensor import BoolArray, FloatArray
 
@@ -98,7 +98,7 @@ def decide_signs(table: LabTable, displacement: FloatArray | None, good: BoolArr
     sensed = {"displacement": shape("displacement", "capacitance"), "force": shape("capacitance", "force")}
     if press is not None and abs(press.slope) >= _TOGETHER:
         load = found["force"][good & np.isfinite(found["force"])]
-        return {**_together(table, press, calm(load[settled(load)]), sensed["displacement"], said), **_missing(found, said)}
+        return {**_together(table, press, steady(load), sensed["displacement"], said), **_missing(found, said)}
     if press is not None and (open_ := [q for q in SIGNED if q not in said]):
         raise InputError(_unrelated(table, press, open_))
     decided: dict[str, SignDecision] = {}
@@ -144,7 +144,7 @@ def _present(shape: Shape | None) -> Shape:
 
 def _moves(values: FloatArray) -> bool:
     """Whether a column shows more than its noise, spikes aside."""
-    range_of = float(np.ptp(calm(values[settled(values)])))
+    range_of = float(np.ptp(steady(values)))
     return range_of > NOTHING * reading_noise(values) and range_of > 0
 
 
@@ -227,7 +227,7 @@ def _alone(table: LabTable, quantity: str, values: FloatArray, sensed: Shape | N
     """Decide the sign of a column by its course in time, where nothing else in the file goes with it."""
     if quantity in said:
         return _stated(quantity, said[quantity], "")
-    path = calm(values[settled(values)])
+    path = steady(values)
     away = excursion(path)
     largest = float(away[np.argmax(np.abs(away))])
     if sensed is not None and abs(sensed.slope) >= _TOGETHER:

@@ -187,12 +187,10 @@ def _off(cells: Sequence[str], rows: IntArray, at: FloatArray, level: FloatArray
         near = rows[[start - 2, start - 1, end + 1, end + 2]].tolist()
         odd = all(_decimals(cells[i], decimal) != _decimals(cells[near[0]], decimal) for i in rows[start : end + 1].tolist())
         alike = len({_decimals(cells[i], decimal) for i in near}) == 1
-        lone = end == start and step < (_ONE_POWER if abs(power[j]) == 1 else _MORE_POWERS) * middle
+        lone = end == start and _is_small(step, middle, int(power[j]))
         if lone or (smooth and odd) or (odd and alike and step < _COARSE_STEPS * middle):
             taken.update(range(start, end + 2))
-            exact = int(power[j])
-            word = f"{10**exact:,}" if exact > 0 else f"1/{10**-exact:,}"
-            found.update({int(i): word for i in rows[start : end + 1]})
+            found.update(dict.fromkeys(rows[start : end + 1].tolist(), _in_words(int(power[j]))))
     return found | {int(rows[at_end]): word for at_end, word in _off_at_ends(at, level) if int(rows[at_end]) not in found}
 
 
@@ -202,12 +200,20 @@ def _off_at_ends(at: FloatArray, level: FloatArray) -> list[tuple[int, str]]:
     for end, beside in ((0, at[1:4]), (-1, at[-2:-5:-1])):
         power = int(np.round(level[end] - np.log10(abs(beside[0]))))
         step = float(np.max(np.abs(np.diff(beside))))
-        share = _ONE_POWER if abs(power) == 1 else _MORE_POWERS
         alike = len(set(np.sign([at[end], *beside]))) == 1
         near = abs(at[end] / 10.0**power - beside[0]) <= _NEAR * step
-        if power and alike and near and step < share * abs(beside[0]):
-            found.append((end, f"{10**power:,}" if power > 0 else f"1/{10**-power:,}"))
+        if power and alike and near and _is_small(step, abs(float(beside[0])), power):
+            found.append((end, _in_words(power)))
     return found
+
+
+def _is_small(step: float, middle: float, power: int) -> bool:
+    """Whether the steps beside a number are small enough for a single one that is off by this power of ten to be told."""
+    return step < (_ONE_POWER if abs(power) == 1 else _MORE_POWERS) * middle
+
+
+def _in_words(power: int) -> str:
+    return f"{10**power:,}" if power > 0 else f"1/{10**-power:,}"
 
 
 def _excursions(at: FloatArray, power: FloatArray) -> list[tuple[int, int]]:

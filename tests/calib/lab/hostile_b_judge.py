@@ -72,11 +72,7 @@ class Outcome:
 def attempt(case: Case, path: Path, reading: Mapping[str, Any], use: Mapping[str, Any]) -> Outcome:
     """Read and observe the file, as `calib read` does."""
     table = lab.read_lab_file(path, lab.Reading(**reading))
-    made = getattr(lab, "Use", None)
-    if use and made is None:
-        raise NotImplementedError("calib.lab has no Use")
-    observe: Any = lab.observe
-    seen = observe(table, made(**use)) if use and made is not None else observe(table)
+    seen = lab.observe(table, lab.Use(**use))
     observed = dict(seen.channels)
     if seen.displacement is not None:
         observed["displacement"] = seen.displacement

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-import zipfile
 from pathlib import Path
 
 from calib.errors import Fault, InputError
 from calib.lab.instruments.part import Format, Part
+from calib.lab.instruments.zipped import BEGINNING, WORKBOOK, names_inside
 
 _CSV = "Export a CSV file or an Excel workbook (.xlsx)"
 _UNPACK = "Unpack it and name the file inside"
@@ -71,13 +71,9 @@ def _kind(head: bytes, path: Path) -> tuple[str, str] | None:
     for beginning, what, advice in _BEGINNINGS:
         if head.startswith(beginning):
             return what, advice
-    if head.startswith(b"PK\x03\x04") or head.startswith(b"PK\x05\x06"):
-        try:
-            with zipfile.ZipFile(path) as archive:
-                names = archive.namelist()
-        except (OSError, zipfile.BadZipFile, ValueError, EOFError, NotImplementedError):
-            names = []
-        if "xl/workbook.xml" in names or (not names and b"xl/" in path.read_bytes()[:1_000_000]):
+    if head.startswith((BEGINNING, b"PK\x05\x06")):
+        names = names_inside(path)
+        if WORKBOOK in names:
             return None
         if not names:
             return "a zip archive or workbook (.xlsx) that is damaged or cut short", "Save it again, or export a CSV file"

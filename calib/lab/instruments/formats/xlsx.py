@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING
 from calib.errors import Fault, InputError
 from calib.lab.instruments.grid import SheetOf, Value, column_letters, part_of
 from calib.lab.instruments.part import Cell, Format, Part, damaged, not_installed
+from calib.lab.instruments.zipped import BEGINNING, WORKBOOK, names_inside
 
 if TYPE_CHECKING:
     from openpyxl.worksheet._read_only import ReadOnlyWorksheet
 
 # Bytes that the sheets of a workbook may have once unpacked: a sheet of a million rows has a tenth of it, a bomb more.
 _MOST_BYTES = 1_500_000_000
-_WORKBOOK = "xl/workbook.xml"
 
 
 def recognise(head: bytes, path: Path) -> bool:
@@ -31,17 +31,7 @@ def recognise(head: bytes, path: Path) -> bool:
     head : its first bytes.
     path : the file.
     """
-    return head.startswith(b"PK\x03\x04") and _WORKBOOK in _names(path)
-
-
-def _names(path: Path) -> Sequence[str]:
-    try:
-        with zipfile.ZipFile(path) as archive:
-            return archive.namelist()
-    except (OSError, zipfile.BadZipFile, ValueError, EOFError, NotImplementedError):
-        # The list stands at the end of the file; its first entries tell a workbook that is cut short.
-        with path.open("rb") as file:
-            return [_WORKBOOK] if b"xl/" in file.read(1_000_000) else []
+    return head.startswith(BEGINNING) and WORKBOOK in names_inside(path)
 
 
 def take_apart(path: Path) -> tuple[Part, ...]:
