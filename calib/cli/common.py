@@ -17,6 +17,8 @@ from models.threads import one_thread
 if TYPE_CHECKING:
     from calib.runs import Run
 
+#: All results are written, but the page that shows them could not be made.
+NO_PAGE = 1
 #: Something is wrong with the input; nothing was written.
 BAD_INPUT = 2
 #: Everything was written, but the calibration has not converged, or its surrogate is off by more than it states.
@@ -90,13 +92,25 @@ def quantity(text: str, si_unit: str, option: str) -> float:
 
 
 def loaded(folder: Path) -> Run:
-    """Load the finished run in a folder; say on stderr if it was sampled with another model than is here now."""
+    """Load the finished run in a folder; say on stderr what is no longer as it was when the run was made."""
     from calib.runs import load_run
 
     run = load_run(folder)
-    if run.note:
-        err().print(f"Note: {run.note}", markup=False)
+    for note in run.notes:
+        err().print(f"Note: {note}", markup=False, soft_wrap=True)
     return run
+
+
+@contextmanager
+def paging() -> Iterator[None]:
+    """Turn a report that could not be made into its message on stderr and its exit code: all else is written by then."""
+    from calib.runs import PageError
+
+    try:
+        yield
+    except PageError as error:
+        err().print(f"Error: {error}", style="red", markup=False, soft_wrap=True)
+        raise typer.Exit(NO_PAGE) from error
 
 
 @contextmanager

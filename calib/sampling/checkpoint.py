@@ -121,7 +121,7 @@ def _require_this_format(manifest: Path) -> None:
         found = record["format"]
         if found == _FORMAT or record["kind"] != _KIND:
             return
-        if "sha256" in record:
+        if "checksum" in record:
             record_from_text(_KIND, found, text)
     except (OSError, ValueError, KeyError, TypeError):
         return
