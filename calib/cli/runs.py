@@ -9,6 +9,7 @@ import typer
 
 from calib.cli.common import NOT_USABLE, RunFolder, err, loaded, out, quantity, refusing_bad_input, say
 from calib.errors import Fault, InputError
+from calib.files import require_writable
 
 
 def recommend(
@@ -50,7 +51,9 @@ def recommend(
             indenter_radius=quantity(ball, "m", "--ball") if ball is not None else None,
             n_draw=draws,
         )
-        recommendation = recommend_in(loaded(run), requirement, seed=seed)
+        found = loaded(run)
+        require_writable(run / "recommendation.json")
+        recommendation = recommend_in(found, requirement, seed=seed)
         say(recommendation.verdict)
         for condition in recommendation.conditions:
             say(f"  holds for: {condition}")
@@ -106,6 +109,7 @@ def report(run: RunFolder) -> None:
         from calib.runs import load_recommendation, write_page
 
         found = loaded(run)
+        require_writable(found.report)
         write_page(found, load_recommendation(run))
         say(f"Written: {found.report}")
     if not found.posterior.diagnostics.usable:
