@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 # Keys that say what a record is, and the SHA-256 of all the others.
-_KIND, _VERSION, _DIGEST = "kind", "format", "sha256"
+_KIND, _VERSION, _DIGEST = "kind", "format", "checksum"
 _OWN = (_KIND, _VERSION, _DIGEST)
 
 
@@ -29,7 +29,7 @@ def record_to_text(kind: str, version: int, content: Mapping[str, Any], *, inden
 
     Returns
     -------
-    Text that ends in a line feed. Its last key, "sha256", is the checksum of the values of all others.
+    Text that ends in a line feed. Its last key, "checksum", is a SHA-256 of the values of all others.
 
     Raises
     ------

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import errno
+import os
+import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from concurrent.futures import BrokenExecutor
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -30,15 +34,22 @@ RunFolder = Annotated[Path, typer.Argument(metavar="RUN", help="Folder written b
 Processes = Annotated[int | None, typer.Option(min=1, help="Worker processes [default: number of CPUs].")]
 
 
+class _Console(Console):
+    """A console that leaves it to `refusing_bad_input` what happens when nobody reads it any more."""
+
+    def on_broken_pipe(self) -> None:
+        raise BrokenPipeError(errno.EPIPE, os.strerror(errno.EPIPE))
+
+
 def out() -> Console:
     """Console of results (stdout); into a file or a pipe it writes wide enough for every table."""
-    console = Console(highlight=False)
-    return console if console.is_terminal else Console(highlight=False, width=120)
+    console = _Console(highlight=False)
+    return console if console.is_terminal else _Console(highlight=False, width=120)
 
 
 def err() -> Console:
     """Console of progress and messages (stderr)."""
-    return Console(stderr=True, highlight=False)
+    return _Console(stderr=True, highlight=False)
 
 
 def say(text: str) -> None:
@@ -48,9 +59,10 @@ def say(text: str) -> None:
 
 @contextmanager
 def refusing_bad_input() -> Iterator[None]:
-    """Turn what is wrong with an input into its message on stderr and exit code 2; a defect still shows its trace.
+    """Turn what is wrong with an input, or cannot be had of the system, into its message on stderr and exit code 2.
 
-    Linear algebra inside has one thread: the matrices are small, and what is large is spread over processes.
+    A defect still shows its trace. Linear algebra inside has one thread: the matrices are small, and what is large is spread
+    over processes.
     """
     try:
         with one_thread():
@@ -59,14 +71,60 @@ def refusing_bad_input() -> Iterator[None]:
         _refuse([str(fault) for fault in error.faults])
     except (OutOfRangeError, ConvergenceError) as error:
         _refuse([str(error)])
-    except (IsADirectoryError, PermissionError, FileExistsError) as error:
-        _refuse([f"{error.filename}: {error.strerror}"])
+    except BrokenPipeError:
+        _drop_output()
+        _refuse(["standard output: its reader ended before all was said. Send it to a file: calib ... > output.txt"])
+    except OSError as error:
+        _refuse([_os_error_in_words(error)])
+    except MemoryError as error:
+        _refuse([f"there is not enough memory ({error or 'none left'}). Close other programs, or ask for less at once"])
+    except BrokenExecutor:
+        advice = "Give fewer --processes, or close other programs"
+        _refuse([f"a worker process was ended from outside, as systems do that run out of memory. {advice}"])
 
 
 def _refuse(messages: list[str]) -> None:
-    for message in messages:
-        err().print(f"Error: {message}", style="red", markup=False, soft_wrap=True)
+    with suppress(OSError):  # nobody may be there to read them either
+        for message in messages:
+            err().print(f"Error: {message}", style="red", markup=False, soft_wrap=True)
     raise typer.Exit(BAD_INPUT)
+
+
+def _drop_output() -> None:
+    """Let what was not read go nowhere, as Python would complain of it in the end."""
+    with suppress(OSError, ValueError):
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, sys.stdout.fileno())
+        os.close(nowhere)
+
+
+# What the system says -> what it means, and what to do.
+_OS_ERRORS = {
+    errno.ENOSPC: ("there is no room left on the disk", "Make room, or choose a place on another disk"),
+    errno.EDQUOT: ("your share of the disk is used up", "Make room, or choose a place on another disk"),
+    errno.EFBIG: ("the file gets larger than files may be here", "Choose a place on another disk"),
+    errno.EROFS: ("the disk can only be read", "Choose a place on another disk"),
+    errno.EACCES: ("permission denied", "Choose another place, or ask for the right to use this one"),
+    errno.EPERM: ("permission denied", "Choose another place, or ask for the right to use this one"),
+    errno.ENOENT: ("there is no such file or folder", "Look at the name"),
+    errno.EISDIR: ("this is a folder, and a file is wanted", "Look at the name"),
+    errno.ENOTDIR: ("a part of this name is a file, and a folder is wanted", "Look at the name"),
+    errno.EEXIST: ("it exists and is not overwritten", "Choose another name"),
+    errno.ENAMETOOLONG: ("the name is too long", "Choose a shorter one"),
+    errno.ELOOP: ("the link leads in a circle", "Look at where it points"),
+    errno.EIO: ("the disk or network drive failed to read or write", "Look at the drive, or choose a place on another"),
+    errno.ESTALE: ("the network drive has gone", "Connect it again, or choose another place"),
+    errno.EMFILE: ("too many files are open", "Close other programs, or give fewer --processes"),
+    errno.ENOMEM: ("there is not enough memory", "Close other programs, or ask for less at once"),
+}
+
+
+def _os_error_in_words(error: OSError) -> str:
+    """Say which file something cannot be done with, why, and what to do."""
+    said = error.strerror or str(error) or "the system refuses it"
+    message, advice = _OS_ERRORS.get(error.errno or 0, (said, "Look at the file and its place, then try again"))
+    name = error.filename
+    return str(Fault(message, Path(os.fsdecode(name)) if isinstance(name, str | bytes | os.PathLike) else None, advice=advice))
 
 
 def quantity(text: str, si_unit: str, option: str) -> float:

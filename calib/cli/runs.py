@@ -9,6 +9,7 @@ import typer
 
 from calib.cli.common import NOT_USABLE, RunFolder, err, loaded, out, paging, quantity, refusing_bad_input, say
 from calib.errors import Fault, InputError
+from calib.files import require_writable
 
 
 def recommend(
@@ -51,8 +52,10 @@ def recommend(
             indenter_radius=quantity(ball, "m", "--ball") if ball is not None else None,
             n_draw=draws,
         )
+        found = loaded(run)
+        require_writable(run / "recommendation.json")
         with paging():
-            recommendation = recommend_in(loaded(run), requirement, seed=seed)
+            recommendation = recommend_in(found, requirement, seed=seed)
         say(recommendation.verdict)
         for condition in recommendation.conditions:
             say(f"  holds for: {condition}")
@@ -110,6 +113,7 @@ def report(run: RunFolder) -> None:
         from calib.runs import report_in
 
         found = loaded(run)
+        require_writable(found.report)
         with paging():
             report_in(found)
         say(f"Written: {found.report}")

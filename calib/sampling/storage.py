@@ -68,8 +68,8 @@ def load_posterior(path: Path) -> Posterior:
     Raises
     ------
     InputError
-        If the file does not exist, is not to the last byte what `save_posterior` wrote, holds numbers that are not finite, or was
-        written by another version of the program.
+        If the file does not exist, is not to the last byte what `save_posterior` wrote, holds numbers that are not finite, or
+        was written by another version of the program.
     """
     try:
         return _restored(path)
