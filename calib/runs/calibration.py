@@ -147,7 +147,7 @@ def calibrate(
         if known is not None:
             _require_same(known, mine, folder)
         listing = Listing(seed, attrs, mine.parts, mine.fingerprint, inputs, {}, doing)
-        if known is None:  # a run says what it is from its first second on, so that it can be resumed without its seed
+        if not resume:  # a run says what it is from its first second on, so that it can be resumed without its seed
             write_listing(folder, listing)
         try:
             with watch.sampling() as progress:

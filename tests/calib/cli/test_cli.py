@@ -229,7 +229,7 @@ def test_stopping_from_the_keyboard_keeps_the_run_and_says_how_to_go_on(lab: Pat
     assert result.exit_code == 130
     assert "--resume" in _said(result)
     record = json.loads((lab / "run" / "run.json").read_text())
-    assert (record["kind"], record["format"], record["seed"]) == ("run", 1, 9)
+    assert (record["kind"], record["format"], record["seed"]) == ("run", 2, 9)
 
 
 @pytest.mark.parametrize(
@@ -353,7 +353,7 @@ def test_resuming_with_another_surrogate_is_refused_with_a_sentence(lab: Path) -
     before = {p: p.read_bytes() for p in (lab / "run").rglob("*") if p.is_file()}
     result = _run(*begin, "--resume", "--surrogate", lab / "other.npz")
     assert result.exit_code == 2
-    assert "the checkpoint is of another run: experiment, data, forward model or seed have changed since" in _said(result)
+    assert f"the run in this folder is another: forward model was {shipped.name}" in _said(result)
     assert {p: p.read_bytes() for p in (lab / "run").rglob("*") if p.is_file()} == before
 
 
@@ -371,7 +371,7 @@ def test_a_calibration_can_be_run_without_the_command_line(lab: Path, make_poste
     np.testing.assert_array_equal(again.posterior.draws, done.run.posterior.draws)
     assert again.posterior_sha256 == done.run.posterior_sha256
     assert again.forward == ClosedForm()
-    assert again.note == ""
+    assert again.notes == ()
     assert load_recommendation(lab / "run") is None
     found = recommend_in(again, Requirement(2.0, 0.5e-3, 3e-3, n_thickness=5, n_draw=50), seed=1)
     assert found.posterior_sha256 == again.posterior_sha256
