@@ -14,7 +14,8 @@ def verify(run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder writt
     """Check that nothing of a run, and nothing that it was made from, has changed since: every file against its hash.
 
     That is the experiment, the lab files, the surrogate, posterior, summary, recommendation, report and checkpoint, and
-    run.json, which holds the hashes. A file that was moved away is missing, not changed; a run and its lab files may move together.
+    run.json, which holds the hashes. A file that was moved away is missing, not changed; a run and its lab files may move
+    together.
 
     Example: `calib verify run1`
 

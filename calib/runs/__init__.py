@@ -2,8 +2,8 @@
 
 from calib.runs.calibration import Calibration, Stages, Watch, calibrate
 from calib.runs.folder import PageError, Run, load_recommendation, load_run, recommend_in, report_in
+from calib.runs.integrity import Finding, verify
 from calib.runs.refinement import Means, Refinement, refine
-from calib.runs.verify import Finding, verify
 
 __all__ = [
     "Calibration",

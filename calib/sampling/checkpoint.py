@@ -228,10 +228,8 @@ def load_accepted(folder: CheckpointFolder, ensemble: int, n_block: int, first_b
     -------
     (n_walker,).
     """
-    total = 0.0
-    for index in range(first_block, n_block):
-        total = total + _require(folder, ensemble, index)["accepted"].astype(float)
-    return np.asarray(total, dtype=float)
+    blocks = [_require(folder, ensemble, index)["accepted"] for index in range(first_block, n_block)]
+    return np.sum(blocks, axis=0, dtype=float)
 
 
 _STATE = ("coords", "log_prob", "random_keys", "random_rest", "random_gauss")

@@ -20,6 +20,7 @@ from calib.runs.calibration import Stages
 from calib.runs.folder import Run
 from calib.runs.ownership import owned
 from calib.sampling import FINGERPRINT
+from models.analytic import ClosedForm
 from models.surrogate.surrogate import load_surrogate
 
 REQUIREMENT = Requirement(2.0, 0.5e-3, 3e-3, n_thickness=5, n_draw=50)
@@ -157,7 +158,7 @@ def test_another_forward_model_is_said_and_nothing_is_recommended_with_it(run: P
     assert listing["identity"]["forward model"] == f"{found.forward.name}, {found.forward.identity}"
 
     def retrained(*_: object) -> object:
-        return type(found.forward)(force_error=0.07)
+        return ClosedForm(force_error=0.07)
 
     monkeypatch.setattr(run_folder, "forward_of_experiment", retrained)
     again = load_run(run)
