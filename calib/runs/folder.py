@@ -84,7 +84,10 @@ def load_recommendation(folder: Path) -> Recommendation | None:
         If the file cannot be read as one.
     """
     path = folder / _RECOMMENDATION
-    return recommendation_from_json(path.read_text(encoding="utf-8"), path) if path.is_file() else None
+    if not path.is_file():
+        return None
+    # Bytes, as what was damaged need not be text any more.
+    return recommendation_from_json(path.read_bytes().decode("utf-8", errors="replace"), path)
 
 
 def write_run(folder: Path, posterior: Posterior, forward: Forward) -> Run:
