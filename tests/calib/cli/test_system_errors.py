@@ -6,6 +6,7 @@ import errno
 import os
 import subprocess
 import sys
+import textwrap
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 
@@ -59,13 +60,13 @@ def test_whatever_the_system_says_is_a_sentence_with_the_file(number: int, capsy
 @pytest.mark.parametrize(
     ("error", "words"),
     [
-        (OSError(errno.ENOSPC, "No space left on device", b"run/\xff.nc"), "there is no room left on the disk. Make room"),
+        (OSError(errno.ENOSPC, "No space left on device", b"run/x.nc"), "there is no room left on the disk. Make room"),
         (OSError("HDF5 says so"), "HDF5 says so"),
         (OSError(), "the system refuses it"),
         (OSError(errno.EBADF, "Bad file descriptor", 7), "Bad file descriptor"),
         (
             MemoryError("Unable to allocate 8 GiB"),
-            "there is not enough memory (Unable to allocate 8 GiB). Close other programs",
+            "not enough memory (Unable to allocate 8 GiB). Close other programs",
         ),
         (MemoryError(), "there is not enough memory"),
         (BrokenProcessPool(), "a worker process was ended from outside"),
@@ -94,11 +95,17 @@ def test_an_output_that_cannot_be_written_is_refused_first(command: str, place: 
 
 
 def test_a_reader_that_ends_early_leaves_a_sentence() -> None:
-    # More than a pipe holds, read by nobody.
-    code = "from calib.cli.common import *\nwith refusing_bad_input():\n for _ in range(9999): say('x' * 99)"
-    process = subprocess.Popen(
-        [sys.executable, "-c", code], cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
+    code = """
+        import typer
+        from calib.cli.common import refusing_bad_input, say
+        def talk() -> None:
+            with refusing_bad_input():
+                for _ in range(9999):  # more than a pipe holds
+                    say("x" * 99)
+        typer.run(talk)
+    """
+    words = [sys.executable, "-c", textwrap.dedent(code)]
+    process = subprocess.Popen(words, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     assert process.stdout is not None
     assert process.stderr is not None
     process.stdout.readline()
