@@ -62,7 +62,7 @@ def test_what_json_cannot_hold_is_an_error() -> None:
 
 
 CONTENT = {"seed": 7, "mean": 0.1 + 0.2, "name": "a", "none": None, "list": [1, 2.5, {"deep": [True]}], "unknown": np.nan}
-OTHERS = (None, True, 0, 1, 2.5, -1e400, "", "7", [], {}, [None], math.nan, 10**400)
+OTHERS: tuple[object, ...] = (None, True, 0, 1, 2.5, -1e400, "", "7", [], {}, [None], math.nan, 10**400)
 
 
 def test_no_value_of_a_record_is_changed_renamed_or_left_out_unseen() -> None:
