@@ -20,6 +20,7 @@ ACCURACY = 2e-2
 
 #: Benchmark -> what makes it small, and a piece of what it prints in the end. FOLDER is one of the test's own.
 QUICK: dict[str, tuple[list[str], str]] = {
+    "damage_files.py": (["-n", "48"], "0 failed"),
     "fem_accuracy.py": (["--finest", "1.6e-3"], "force against Hertz with a bonded layer"),
     # CalculiX is a program and scikit-fem a package, both of their own: what is not there is skipped, and ours runs alone.
     "fem_peers.py": (["--until", "0.1", "--size", "0.4"], "2 steps to 0.1 mm, one core"),

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
@@ -35,7 +35,14 @@ Processes = Annotated[int | None, typer.Option(min=1, help="Worker processes [de
 
 
 class _Console(Console):
-    """A console that leaves it to `refusing_bad_input` what happens when nobody reads it any more."""
+    """A console that leaves it to `refusing_bad_input` what happens where nobody reads it any more, or it cannot be written."""
+
+    def print(self, *objects: Any, **options: Any) -> None:
+        try:
+            super().print(*objects, **options)
+        except OSError as error:
+            name = "standard error" if self.stderr else "standard output"
+            raise OSError(error.errno, error.strerror, name) from error
 
     def on_broken_pipe(self) -> None:
         raise BrokenPipeError(errno.EPIPE, os.strerror(errno.EPIPE))

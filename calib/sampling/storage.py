@@ -108,18 +108,16 @@ def _restored(path: Path) -> Posterior:
 
 
 def _version(record: Mapping[str, str]) -> int:
-    """Version of a file's content; that of the files before there was one is 1.
+    """Version of a file's content.
 
     Raises
     ------
     ValueError
         If it is no such file.
     """
-    if _VERSION in record:
-        return int(record[_VERSION])
-    if "diagnostics" in record:
-        return 1
-    raise ValueError("it does not say what it is of")
+    if _VERSION not in record:
+        raise ValueError("it does not say what it is of")
+    return int(record[_VERSION])
 
 
 def _as_sampled(what: str, values: FloatArray, n_walker: int) -> FloatArray:

@@ -26,6 +26,7 @@ _TABLES = (
 )
 _ROWS = "select point, arrays, failure, sha256 from runs"
 
+_FOREIGN = "is not a store of finite-element runs"
 _COPY = "put a copy of it back, if there is one"
 
 
@@ -106,8 +107,10 @@ def _told() -> Iterator[None]:
         yield
     except sqlite3.OperationalError as error:
         raise StoreError(f"cannot be read or written ({error}); what it held before is kept") from None
-    except (sqlite3.DatabaseError, UnicodeError) as error:
-        raise StoreError(f"is not a store of finite-element runs, or is damaged ({error}); {_COPY}") from None
+    except sqlite3.DatabaseError as error:
+        if error.sqlite_errorcode == sqlite3.SQLITE_NOTADB:
+            raise StoreError(_FOREIGN) from None
+        raise StoreError(f"is damaged ({error}); {_COPY}") from None
 
 
 @contextmanager
@@ -161,7 +164,7 @@ def _check(connection: sqlite3.Connection, wanted: Mapping[str, object]) -> None
     """
     tables = {name for (name,) in connection.execute("select name from sqlite_master where type = 'table'")}
     if not {"settings", "runs"} <= tables:
-        raise StoreError(f"is not a store of finite-element runs, or is damaged; {_COPY}")
+        raise StoreError(_FOREIGN)
     if (found := connection.execute("pragma integrity_check(1)").fetchone()[0]) != "ok":
         raise StoreError(f"is damaged ({found.splitlines()[-1]}); {_COPY}")
     connection.execute("begin immediate")

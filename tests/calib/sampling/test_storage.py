@@ -12,6 +12,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
+import h5py
 import matplotlib as mpl
 import numpy as np
 import pytest
@@ -35,6 +36,7 @@ from calib.sampling.sampler import sample
 from calib.sampling.storage import FORMAT, load_posterior, save_posterior
 from models.analytic import ClosedForm
 from models.response import Forward, Response
+from models.seal import sealed, unsealed
 from models.sensor import Design, FloatArray, design_from
 
 GROUPS = {
@@ -127,6 +129,9 @@ def test_a_file_that_is_no_posterior_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="not a posterior"):
         load_posterior(tmp_path / "text.nc")
     xarray.Dataset({"x": ("t", np.zeros(3))}).to_netcdf(tmp_path / "other.nc", engine="h5netcdf")
+    with pytest.raises(InputError, match="not a posterior as calib wrote it"):
+        load_posterior(tmp_path / "other.nc")
+    seal(tmp_path / "other.nc")
     with pytest.raises(InputError, match="not a posterior"):
         load_posterior(tmp_path / "other.nc")
 
@@ -134,7 +139,7 @@ def test_a_file_that_is_no_posterior_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("attrs", "said"),
     [
-        ({"diagnostics": "{}", "names": "[]"}, "format 1, this version reads format 2"),  # before there was a version
+        ({"diagnostics": "{}", "names": "[]"}, "it does not say what it is of"),
         ({"calib_format": str(FORMAT + 1)}, "format 3, this version reads format 2"),
         ({"calib_format": "new"}, "not a posterior"),
         ({"calib_format": str(FORMAT)}, "not a posterior"),  # and nothing else
@@ -143,6 +148,7 @@ def test_a_file_that_is_no_posterior_is_refused(tmp_path: Path) -> None:
 def test_a_file_of_another_version_is_refused_in_a_sentence(attrs: dict[str, str], said: str, tmp_path: Path) -> None:
     path = tmp_path / "posterior.nc"
     xarray.Dataset(attrs=attrs).to_netcdf(path, engine="h5netcdf")
+    seal(path)
     with pytest.raises(InputError, match=said):
         load_posterior(path)
 
@@ -152,9 +158,83 @@ def test_a_damaged_record_is_refused_in_a_sentence(make_posterior: Maker, tmp_pa
     save_posterior(make_posterior(), path)
     with xarray.open_dataset(path, engine="h5netcdf") as root:
         attrs = dict(root.attrs)
+    path.write_bytes(unsealed(path.read_bytes()))
     xarray.Dataset(attrs={**attrs, "diagnostics": "{"}).to_netcdf(path, mode="a", engine="h5netcdf")
+    seal(path)
     with pytest.raises(InputError, match="not a posterior"):
         load_posterior(path)
+
+
+# --- damage and full disks ----------------------------------------------------------------------------------------------
+
+
+def seal(path: Path) -> None:
+    path.write_bytes(sealed(path.read_bytes()))
+
+
+def test_a_changed_byte_a_cut_off_end_or_zeros_never_load(file: Path, tmp_path: Path) -> None:
+    data, path, rng = file.read_bytes(), tmp_path / "posterior.nc", np.random.default_rng(1)
+    places = [0, 8, 40, len(data) - 70, len(data) - 1, *rng.integers(0, len(data), 40)]
+    flipped = [data[:at] + bytes([data[at] ^ 1 << int(rng.integers(8))]) + data[at + 1 :] for at in places]
+    others = [data[: len(data) // 2], data[:-1], data + b"\n", data[:-5000] + bytes(5000), data[:3000] * 2 + data[3000:], b""]
+    for damaged in flipped + others:
+        path.write_bytes(damaged)
+        with pytest.raises(InputError, match=r"posterior\.nc: this is not a posterior as calib wrote it .*--resume"):
+            load_posterior(path)
+
+
+def test_what_another_program_adds_is_not_taken_for_what_was_written(file: Path, tmp_path: Path) -> None:
+    path = tmp_path / "posterior.nc"
+    path.write_bytes(file.read_bytes())
+    xarray.Dataset({"x": ("t", np.zeros(3))}).to_netcdf(path, mode="a", group="mine", engine="h5netcdf")
+    with pytest.raises(InputError, match="not a posterior as calib wrote it"):
+        load_posterior(path)
+
+
+def test_other_programs_open_the_file_without_being_told_of_its_checksum(file: Path) -> None:
+    with xarray.open_dataset(file, group="posterior") as found:
+        assert found.sizes["chain"] == 4
+    with h5py.File(file) as found:
+        assert set(found) == GROUPS
+
+
+@pytest.mark.parametrize(
+    ("name", "said"), [("draws", "draws"), ("log_prob", "log posterior densities"), ("log_likelihood", "log likelihoods")]
+)
+def test_numbers_that_are_not_finite_are_refused(make_posterior: Maker, name: str, said: str, tmp_path: Path) -> None:
+    posterior, path = make_posterior(), tmp_path / "posterior.nc"
+    values = getattr(posterior, name).copy()
+    values[1, 2], values[3, 4] = np.nan, np.inf
+    save_posterior(replace(posterior, **{name: values}), path)
+    with pytest.raises(InputError, match=rf"posterior\.nc: .*of the \d+ {said} are not finite"):
+        load_posterior(path)
+
+
+def test_a_full_disk_is_an_error_with_the_name_and_leaves_the_earlier_file(make_posterior: Maker, tmp_path: Path) -> None:
+    resource = pytest.importorskip("resource")
+    path = tmp_path / "posterior.nc"
+    save_posterior(make_posterior(), path)
+    before = path.read_bytes()
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (len(before) // 2, limits[1]))
+    try:
+        with pytest.raises(OSError, match="too large") as caught:
+            save_posterior(make_posterior(), path)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert caught.value.filename == str(path)
+    assert path.read_bytes() == before
+    assert [p.name for p in tmp_path.iterdir()] == ["posterior.nc"]
+
+
+def test_what_a_drive_loses_while_it_says_that_it_writes_takes_no_name(
+    make_posterior: Maker, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = Path.write_bytes
+    monkeypatch.setattr(Path, "write_bytes", lambda path, data: whole(path, data[:-4096] + bytes(4096)))
+    with pytest.raises(OSError, match="Input/output"):
+        save_posterior(make_posterior(), tmp_path / "posterior.nc")
+    assert list(tmp_path.iterdir()) == []
 
 
 # --- one order of draws -------------------------------------------------------------------------------------------------

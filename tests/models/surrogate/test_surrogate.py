@@ -1,10 +1,13 @@
 """The surrogate against the finite elements it stands in for, its range, and its file."""
 
+import io
 import subprocess
 import sys
 import textwrap
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,6 +18,7 @@ from models.examples import PAPER_SENSOR
 from models.fem import FiniteElements
 from models.fem.equilibrium import compression
 from models.response import OutOfRangeError
+from models.seal import sealed, unsealed
 from models.sensor import Design, FloatArray, design_from
 from models.surrogate import FAMILIES, Surrogate, load_surrogate
 from models.surrogate.coordinates import closed_force, mechanical_features
@@ -306,6 +310,52 @@ def test_surrogate_file_round_trip_is_exact_and_foreign_files_are_refused(tmp_pa
     for path in (tmp_path / "foreign.npz", tmp_path / "missing.npz"):
         with pytest.raises(ValueError, match="is not a surrogate file"):
             load_surrogate(path)
+
+
+def test_a_damaged_surrogate_file_never_loads(tmp_path: Path, noisy: Surrogate) -> None:
+    path, rng = tmp_path / "s.npz", np.random.default_rng(1)
+    noisy.save(path)
+    data = path.read_bytes()
+    places = [0, 30, len(data) - 90, len(data) - 1, *rng.integers(0, len(data), 60)]
+    flipped = [data[:at] + bytes([data[at] ^ 1 << int(rng.integers(8))]) + data[at + 1 :] for at in places]
+    for damaged in [*flipped, data[:5000], data[:-1], data[:-3000] + bytes(3000), unsealed(data), b""]:
+        path.write_bytes(damaged)
+        with pytest.raises(
+            ValueError, match=r"s\.npz is not a surrogate file \(.*; give one that `calib surrogate train` wrote"
+        ):
+            load_surrogate(path)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_a_surrogate_with_numbers_that_are_not_finite_is_refused(tmp_path: Path, noisy: Surrogate, bad: float) -> None:
+    modes = noisy.force_modes.copy()
+    modes[0, 0] = bad
+    replace(noisy, force_modes=modes).save(tmp_path / "s.npz")
+    with pytest.raises(ValueError, match="force_modes has numbers that are not finite"):
+        load_surrogate(tmp_path / "s.npz")
+
+
+def test_a_file_of_another_kind_or_version_is_no_surrogate(tmp_path: Path, noisy: Surrogate) -> None:
+    path = tmp_path / "s.npz"
+    noisy.save(path)
+    with np.load(path) as file:  # NumPy takes no notice of the checksum
+        arrays = {name: file[name] for name in file.files}
+    for changed, said in (
+        ({**arrays, "format": np.array(99)}, "has surrogate format 99, this version reads"),
+        ({**arrays, "format": np.array([1, 2])}, "is not a surrogate file"),
+        ({**arrays, "family": np.array("other")}, "is not a surrogate file"),
+        ({**arrays, "provenance": np.array("{")}, "is not a surrogate file"),
+        ({k: v for k, v in arrays.items() if k != "end_centre"}, "is not a surrogate file"),
+        ({"x": np.zeros(3)}, "is not a surrogate file"),
+    ):
+        content = io.BytesIO()
+        np.savez(content, **dict[str, Any](changed))
+        path.write_bytes(sealed(content.getvalue()))
+        with pytest.raises(ValueError, match=said):
+            load_surrogate(path)
+    path.write_bytes(sealed(b"\x89HDF\r\n\x1a\n and so on"))
+    with pytest.raises(ValueError, match="is not a surrogate file"):
+        load_surrogate(path)
 
 
 def test_too_few_paths_are_refused() -> None:
