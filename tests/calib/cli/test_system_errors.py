@@ -94,6 +94,35 @@ def test_an_output_that_cannot_be_written_is_refused_first(command: str, place: 
     assert sorted(tmp_path.iterdir()) == before
 
 
+@pytest.mark.parametrize(
+    "content", [b"", b"time,force\n", b"SQLite format 3\x00", b"PK\x03\x04", b"\x89HDF\r\n\x1a\n" + bytes(999)]
+)
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("surrogate", "info", "--surrogate", "BAD"),
+        ("surrogate", "validate", "--surrogate", "BAD"),
+        ("surrogate", "train", "-o", "NEW", "--improve", "BAD"),
+        ("simulate", "DESIGN", "--force", "1 N", "--surrogate", "BAD"),
+        ("report", "RUN"),
+        ("recommend", "RUN", "--force", "1 N"),
+        ("compare", "RUN", "RUN"),
+        ("surrogate", "refine", "RUN"),
+    ],
+)
+def test_a_file_that_is_none_is_named_and_refused(words: tuple[str, ...], content: bytes, tmp_path: Path) -> None:
+    (tmp_path / "design.toml").write_text(DESIGN, encoding="utf-8")
+    (tmp_path / "run").mkdir()
+    bad = tmp_path / ("run/posterior.nc" if "RUN" in words else "bad.npz")
+    bad.write_bytes(content)
+    own = {"DESIGN": tmp_path / "design.toml", "NEW": tmp_path / "new.npz", "RUN": tmp_path / "run", "BAD": bad}
+    result = CliRunner().invoke(app, [str(own.get(word, word)) for word in words])
+    assert result.exit_code == 2, result.output
+    assert isinstance(result.exception, SystemExit)
+    assert result.stderr.startswith(f"Error: {bad}: ")
+    assert not (tmp_path / "new.npz").exists()
+
+
 def test_a_reader_that_ends_early_leaves_a_sentence() -> None:
     code = """
         import typer
