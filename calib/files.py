@@ -35,17 +35,20 @@ def whole_file(path: Path, advice: str = "Create it, or choose another") -> Iter
     ------
     InputError
         If the folder does not exist.
+    OSError
+        If the file cannot be written, with its name, whatever could not be done.
     """
     require_folder(path, advice)
-    part = path.with_name(f".{path.stem}.{secrets.token_hex(4)}{_PART}{path.suffix}")
-    part.open("xb").close()
-    try:
-        yield part
-        _flush(part)
-        os.replace(part, path)
-    except BaseException:
-        part.unlink(missing_ok=True)
-        raise
+    part = _part(path)
+    with _named(part, path):
+        part.open("xb").close()
+        try:
+            yield part
+            _flush(part)
+            os.replace(part, path)
+        except BaseException:
+            part.unlink(missing_ok=True)
+            raise
     _flush_folder(path.parent)
 
 
@@ -90,6 +93,30 @@ def require_folder(path: Path, advice: str = "Create it, or choose another") -> 
         raise InputError(Fault(f"the folder {path.absolute().parent} does not exist", path, advice=advice))
 
 
+def require_writable(path: Path, advice: str = "Create it, or choose another") -> None:
+    """Refuse to write a file that cannot be written, before anything long is computed for it; leaves nothing behind.
+
+    Parameters
+    ----------
+    path : the file that is to be written.
+    advice : what the message tells the user to do if its folder does not exist.
+
+    Raises
+    ------
+    InputError
+        If the folder does not exist, or `path` is a folder itself.
+    OSError
+        If no file can be made there.
+    """
+    require_folder(path, advice)
+    if path.is_dir():
+        raise InputError(Fault("this is a folder, and a file is to be written", path, advice="Choose another name"))
+    part = _part(path)
+    with _named(part, path):
+        part.open("xb").close()
+        part.unlink()
+
+
 def open_up(path: Path, mode: int) -> None:
     """Give a file or folder that was made for its owner alone the permissions that others have.
 
@@ -106,6 +133,22 @@ def open_up(path: Path, mode: int) -> None:
 def sha256_of(path: Path) -> str:
     """SHA-256 of a file's bytes, in hexadecimal digits."""
     return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def _part(path: Path) -> Path:
+    """A new name for the unfinished file."""
+    return path.with_name(f".{path.stem}.{secrets.token_hex(4)}{_PART}{path.suffix}")
+
+
+@contextmanager
+def _named(part: Path, path: Path) -> Iterator[None]:
+    """Let what the system cannot do with an unfinished file be said of the file to be; a full disk names none itself."""
+    try:
+        yield
+    except OSError as error:
+        if error.errno is None or error.filename not in (None, str(part)):
+            raise
+        raise OSError(error.errno, error.strerror, str(path)) from error
 
 
 def _flush(path: Path) -> None:

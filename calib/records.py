@@ -1,7 +1,8 @@
-"""From plain values to the text of a JSON record that says what it is, and back; another kind or version is refused."""
+"""From plain values to a JSON record that says what it is, with its checksum, and back; a changed or another one is refused."""
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 from collections.abc import Mapping
@@ -9,8 +10,9 @@ from typing import Any
 
 import numpy as np
 
-# Keys that say what a record is.
-_KIND, _VERSION = "kind", "format"
+# Keys that say what a record is, and the SHA-256 of all the others.
+_KIND, _VERSION, _DIGEST = "kind", "format", "checksum"
+_OWN = (_KIND, _VERSION, _DIGEST)
 
 
 def record_to_text(kind: str, version: int, content: Mapping[str, Any], *, indent: int | None = 1, exact: bool = False) -> str:
@@ -27,17 +29,19 @@ def record_to_text(kind: str, version: int, content: Mapping[str, Any], *, inden
 
     Returns
     -------
-    Text that ends in a line feed.
+    Text that ends in a line feed. Its last key, "checksum", is a SHA-256 of the values of all others.
 
     Raises
     ------
     ValueError
-        If the content has one of the two keys itself.
+        If the content has one of the three keys itself.
     """
-    if taken := {_KIND, _VERSION} & set(content):
+    if taken := set(_OWN) & set(content):
         raise ValueError(f"a record says its {' and '.join(sorted(taken))} itself")
-    record = {_KIND: kind, _VERSION: version, **content}
-    return json.dumps(_plain(record, exact), indent=indent, ensure_ascii=False, allow_nan=exact) + "\n"
+    record = _plain({_KIND: kind, _VERSION: version, **content}, exact)
+    # As a reader will find it: names that are numbers become texts.
+    record[_DIGEST] = _digest(json.loads(json.dumps(record)))
+    return json.dumps(record, indent=indent, ensure_ascii=False, allow_nan=exact) + "\n"
 
 
 def record_from_text(kind: str, version: int, text: str) -> dict[str, Any]:
@@ -51,16 +55,48 @@ def record_from_text(kind: str, version: int, text: str) -> dict[str, Any]:
     Raises
     ------
     ValueError
-        If the text is not JSON, or a record of another kind or version; the message says which.
+        If the text is not JSON, a record of another kind or version, or not as it was written; the message says which.
     """
-    record = json.loads(text)
+    try:
+        record = json.loads(text)
+    except RecursionError:
+        raise ValueError("it is nested too deeply to be read") from None
     if not isinstance(record, dict) or _KIND not in record:
         raise ValueError("it does not say what it is")
     if record[_KIND] != kind:
         raise ValueError(f"it is a {record[_KIND]}, not a {kind}")
     if record.get(_VERSION) != version:
         raise ValueError(f"format {record.get(_VERSION)} is not known, this version reads {version}")
-    return {key: value for key, value in record.items() if key not in (_KIND, _VERSION)}
+    if _DIGEST not in record:
+        raise ValueError("it has no checksum: it was changed, or an older version wrote it")
+    if record.pop(_DIGEST) != _digest(record):
+        raise ValueError("its checksum is not that of its content: it is damaged, or was changed since it was written")
+    return {key: value for key, value in record.items() if key not in _OWN}
+
+
+def exact_record_from_text(kind: str, version: int, text: str) -> dict[str, Any]:
+    """Read a record as `record_from_text` does, if its text is to the last byte what `record_to_text` wrote.
+
+    Parameters
+    ----------
+    kind, version : what the record must be.
+    text : JSON.
+
+    Raises
+    ------
+    ValueError
+        As `record_from_text`, and if a blank, or the way a number is written, is another.
+    """
+    content = record_from_text(kind, version, text)
+    if record_to_text(kind, version, content) != text:
+        raise ValueError("it is not as it was written: blanks or the way numbers are written have changed")
+    return content
+
+
+def _digest(record: Mapping[str, Any]) -> str:
+    """SHA-256 of values, whatever the order of their names and the blanks between them in a text."""
+    text = json.dumps(record, sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def _plain(value: Any, exact: bool) -> Any:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typer
 
-from calib.cli import calibrate, lab, refine, runs, simulate, surrogate
+from calib.cli import calibrate, lab, refine, runs, simulate, surrogate, verify
 
 __all__ = ["app"]
 
@@ -42,6 +42,7 @@ app.command("calibrate", rich_help_panel=_CALIBRATION)(calibrate.calibrate)
 app.command("recommend", rich_help_panel=_CALIBRATION)(runs.recommend)
 app.command("compare", rich_help_panel=_CALIBRATION)(runs.compare)
 app.command("report", rich_help_panel=_CALIBRATION)(runs.report)
+app.command("verify", rich_help_panel=_CALIBRATION)(verify.verify)
 app.command("simulate", rich_help_panel=_MODEL)(simulate.simulate)
 
 _of_surrogate = typer.Typer(

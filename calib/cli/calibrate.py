@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from calib.cli.common import INTERRUPTED, NOT_USABLE, counting, err, out, refusing_bad_input, say
+from calib.cli.common import INTERRUPTED, NOT_USABLE, counting, err, out, paging, refusing_bad_input, say
 
 if TYPE_CHECKING:
     from calib.experiment import Experiment
@@ -55,9 +55,10 @@ def calibrate(
 
     Writes: run1/report.html (read this one), summary.json, summary.csv, posterior.nc, checkpoint/.
 
-    Exit codes: 0 done and usable; 2 bad input, nothing written; 3 everything written, but the numbers must not be used, and
-    saying why: the chains have not converged (go on with --resume), or the surrogate is off the finite elements by more than it
-    states (refine it or use model = "fem"; more sampling cannot help); 130 stopped from the keyboard.
+    Exit codes: 0 done and usable; 1 all results written, but not the page that shows them; 2 bad input, nothing written; 3
+    everything written, but the numbers must not be used, and saying why: the chains have not converged (go on with --resume),
+    or the surrogate is off the finite elements by more than it states (refine it or use model = "fem"; more sampling cannot
+    help); 130 stopped from the keyboard.
     """
     with refusing_bad_input():
         from calib.runs import Stages, Watch
@@ -88,6 +89,9 @@ def calibrate(
             again = f"calib calibrate {experiment} -o {output} --resume --reweight {reweight}"
             err().print(f"Re-weighting was stopped; the rest is written. Do it with: {again}", markup=False)
             raise typer.Exit(INTERRUPTED)
+        if done.page_error is not None:
+            with paging():
+                raise done.page_error
     if not posterior.diagnostics.usable:
         raise typer.Exit(NOT_USABLE)
 
@@ -164,4 +168,5 @@ def _say(run: Path, posterior: Posterior) -> None:
         say(f"Re-weighting: {d.reweighting.in_words()}.")
     for warning in d.warnings:
         console.print(f"Warning: {warning}", style="yellow", markup=False, soft_wrap=True)
-    say(f"Report: {run / 'report.html'}")
+    if (run / "report.html").exists():
+        say(f"Report: {run / 'report.html'}")

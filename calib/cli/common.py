@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import errno
+import os
+import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from concurrent.futures import BrokenExecutor
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -17,6 +21,8 @@ from models.threads import one_thread
 if TYPE_CHECKING:
     from calib.runs import Run
 
+#: All results are written, but the page that shows them could not be made.
+NO_PAGE = 1
 #: Something is wrong with the input; nothing was written.
 BAD_INPUT = 2
 #: Everything was written, but the calibration has not converged, or its surrogate is off by more than it states.
@@ -28,15 +34,22 @@ RunFolder = Annotated[Path, typer.Argument(metavar="RUN", help="Folder written b
 Processes = Annotated[int | None, typer.Option(min=1, help="Worker processes [default: number of CPUs].")]
 
 
+class _Console(Console):
+    """A console that leaves it to `refusing_bad_input` what happens when nobody reads it any more."""
+
+    def on_broken_pipe(self) -> None:
+        raise BrokenPipeError(errno.EPIPE, os.strerror(errno.EPIPE))
+
+
 def out() -> Console:
     """Console of results (stdout); into a file or a pipe it writes wide enough for every table."""
-    console = Console(highlight=False)
-    return console if console.is_terminal else Console(highlight=False, width=120)
+    console = _Console(highlight=False)
+    return console if console.is_terminal else _Console(highlight=False, width=120)
 
 
 def err() -> Console:
     """Console of progress and messages (stderr)."""
-    return Console(stderr=True, highlight=False)
+    return _Console(stderr=True, highlight=False)
 
 
 def say(text: str) -> None:
@@ -46,9 +59,10 @@ def say(text: str) -> None:
 
 @contextmanager
 def refusing_bad_input() -> Iterator[None]:
-    """Turn what is wrong with an input into its message on stderr and exit code 2; a defect still shows its trace.
+    """Turn what is wrong with an input, or cannot be had of the system, into its message on stderr and exit code 2.
 
-    Linear algebra inside has one thread: the matrices are small, and what is large is spread over processes.
+    A defect still shows its trace. Linear algebra inside has one thread: the matrices are small, and what is large is spread
+    over processes.
     """
     try:
         with one_thread():
@@ -57,14 +71,60 @@ def refusing_bad_input() -> Iterator[None]:
         _refuse([str(fault) for fault in error.faults])
     except (OutOfRangeError, ConvergenceError) as error:
         _refuse([str(error)])
-    except (IsADirectoryError, PermissionError, FileExistsError) as error:
-        _refuse([f"{error.filename}: {error.strerror}"])
+    except BrokenPipeError:
+        _drop_output()
+        _refuse(["standard output: its reader ended before all was said. Send it to a file: calib ... > output.txt"])
+    except OSError as error:
+        _refuse([_os_error_in_words(error)])
+    except MemoryError as error:
+        _refuse([f"there is not enough memory ({error or 'none left'}). Close other programs, or ask for less at once"])
+    except BrokenExecutor:
+        advice = "Give fewer --processes, or close other programs"
+        _refuse([f"a worker process was ended from outside, as systems do that run out of memory. {advice}"])
 
 
 def _refuse(messages: list[str]) -> None:
-    for message in messages:
-        err().print(f"Error: {message}", style="red", markup=False, soft_wrap=True)
+    with suppress(OSError):  # nobody may be there to read them either
+        for message in messages:
+            err().print(f"Error: {message}", style="red", markup=False, soft_wrap=True)
     raise typer.Exit(BAD_INPUT)
+
+
+def _drop_output() -> None:
+    """Let what was not read go nowhere, as Python would complain of it in the end."""
+    with suppress(OSError, ValueError):
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, sys.stdout.fileno())
+        os.close(nowhere)
+
+
+# What the system says -> what it means, and what to do.
+_OS_ERRORS = {
+    errno.ENOSPC: ("there is no room left on the disk", "Make room, or choose a place on another disk"),
+    errno.EDQUOT: ("your share of the disk is used up", "Make room, or choose a place on another disk"),
+    errno.EFBIG: ("the file gets larger than files may be here", "Choose a place on another disk"),
+    errno.EROFS: ("the disk can only be read", "Choose a place on another disk"),
+    errno.EACCES: ("permission denied", "Choose another place, or ask for the right to use this one"),
+    errno.EPERM: ("permission denied", "Choose another place, or ask for the right to use this one"),
+    errno.ENOENT: ("there is no such file or folder", "Look at the name"),
+    errno.EISDIR: ("this is a folder, and a file is wanted", "Look at the name"),
+    errno.ENOTDIR: ("a part of this name is a file, and a folder is wanted", "Look at the name"),
+    errno.EEXIST: ("it exists and is not overwritten", "Choose another name"),
+    errno.ENAMETOOLONG: ("the name is too long", "Choose a shorter one"),
+    errno.ELOOP: ("the link leads in a circle", "Look at where it points"),
+    errno.EIO: ("the disk or network drive failed to read or write", "Look at the drive, or choose a place on another"),
+    errno.ESTALE: ("the network drive has gone", "Connect it again, or choose another place"),
+    errno.EMFILE: ("too many files are open", "Close other programs, or give fewer --processes"),
+    errno.ENOMEM: ("there is not enough memory", "Close other programs, or ask for less at once"),
+}
+
+
+def _os_error_in_words(error: OSError) -> str:
+    """Say which file something cannot be done with, why, and what to do."""
+    said = error.strerror or str(error) or "the system refuses it"
+    message, advice = _OS_ERRORS.get(error.errno or 0, (said, "Look at the file and its place, then try again"))
+    name = error.filename
+    return str(Fault(message, Path(os.fsdecode(name)) if isinstance(name, str | bytes | os.PathLike) else None, advice=advice))
 
 
 def quantity(text: str, si_unit: str, option: str) -> float:
@@ -90,13 +150,25 @@ def quantity(text: str, si_unit: str, option: str) -> float:
 
 
 def loaded(folder: Path) -> Run:
-    """Load the finished run in a folder; say on stderr if it was sampled with another model than is here now."""
+    """Load the finished run in a folder; say on stderr what is no longer as it was when the run was made."""
     from calib.runs import load_run
 
     run = load_run(folder)
-    if run.note:
-        err().print(f"Note: {run.note}", markup=False)
+    for note in run.notes:
+        err().print(f"Note: {note}", markup=False, soft_wrap=True)
     return run
+
+
+@contextmanager
+def paging() -> Iterator[None]:
+    """Turn a report that could not be made into its message on stderr and its exit code: all else is written by then."""
+    from calib.runs import PageError
+
+    try:
+        yield
+    except PageError as error:
+        err().print(f"Error: {error}", style="red", markup=False, soft_wrap=True)
+        raise typer.Exit(NO_PAGE) from error
 
 
 @contextmanager

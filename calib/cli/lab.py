@@ -11,7 +11,7 @@ import typer
 
 from calib.cli.common import err, out, refusing_bad_input, say
 from calib.errors import Fault, InputError
-from calib.files import write_text
+from calib.files import require_writable, write_text
 
 if TYPE_CHECKING:
     from calib.experiment import Looked, Pressed
@@ -100,10 +100,13 @@ def read(
         from calib.lab import Reading, observe, read_lab_file
 
         for target, option in ((output, "-o"), (picture, "--picture")):
-            if target is not None and target.exists() and file.exists() and target.samefile(file):
+            if target is None:
+                continue
+            if target.exists() and file.exists() and target.samefile(file):
                 raise InputError(
                     Fault("the output would overwrite the lab file itself", target, advice=f"Choose another {option}")
                 )
+            require_writable(target, f"Create it, or choose another {option}")
         if picture is not None and picture.suffix.lower() not in (".png", ".svg", ".pdf"):
             raise InputError(Fault("a picture ends in .png, .svg or .pdf", picture))
         use = _use({"max_force": max_force, "max_depth": max_depth, "branch": branch, "cycles": cycles})
@@ -161,6 +164,7 @@ def init(
 
         if output.exists():
             raise InputError(Fault("the file exists and is not overwritten", output, advice="Choose another -o"))
+        require_writable(output, "Create it, or choose another -o")
         looked, own = look_through(paths)
         faults = [fault for file in looked if file.named for fault in file.faults]
         records = [record for file in looked for record in file.records]
@@ -208,9 +212,10 @@ def unknowns() -> None:
 
     Example: `calib unknowns | less`
     """
-    from calib.catalogue import unknowns_in_words
+    with refusing_bad_input():
+        from calib.catalogue import unknowns_in_words
 
-    say(unknowns_in_words().rstrip())
+        say(unknowns_in_words().rstrip())
 
 
 def _assignments(given: Sequence[str] | None, option: str) -> Mapping[str, str]:

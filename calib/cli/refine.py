@@ -21,7 +21,7 @@ from calib.cli.common import (
 )
 from calib.cli.surrogate import STEPS, require_new, trained
 from calib.errors import Fault, InputError
-from calib.files import require_folder
+from calib.files import require_folder, whole_file
 
 if TYPE_CHECKING:
     from calib.runs import Refinement
@@ -107,7 +107,8 @@ def refine(
                         except ValueError as error:
                             advice = "Leave -o out, or give a --store with more curves"
                             raise InputError(Fault(str(error), output, advice=advice)) from None
-                        fitted.save(output)
+                        with whole_file(output) as part:
+                            fitted.save(part)
                         say(f"Written: {output} ({len(data.failures)} curves)")
                 except KeyboardInterrupt:
                     err().print(f"Stopped with {len(runs)} curves in {kept}. The same command goes on.", markup=False)

@@ -7,8 +7,9 @@ from typing import Annotated
 
 import typer
 
-from calib.cli.common import NOT_USABLE, RunFolder, err, loaded, out, quantity, refusing_bad_input, say
+from calib.cli.common import NOT_USABLE, RunFolder, err, loaded, out, paging, quantity, refusing_bad_input, say
 from calib.errors import Fault, InputError
+from calib.files import require_writable
 
 
 def recommend(
@@ -33,8 +34,9 @@ def recommend(
 
     Writes: run1/recommendation.json (SI), and run1/report.html anew with a section on padding.
 
-    Exit codes: 0 done; 2 bad input or a request outside the model's range, nothing written; 3 done, but from a calibration that
-    has not converged or whose surrogate is off by more than it states, and saying so.
+    Exit codes: 0 done; 1 the page could not be made, and saying why; 2 bad input or a request outside the model's range,
+    nothing written; 3 done, but from a calibration that has not converged or whose surrogate is off by more than it states, and
+    saying so.
     """
     with refusing_bad_input():
         from calib.decision import Requirement
@@ -50,7 +52,10 @@ def recommend(
             indenter_radius=quantity(ball, "m", "--ball") if ball is not None else None,
             n_draw=draws,
         )
-        recommendation = recommend_in(loaded(run), requirement, seed=seed)
+        found = loaded(run)
+        require_writable(run / "recommendation.json")
+        with paging():
+            recommendation = recommend_in(found, requirement, seed=seed)
         say(recommendation.verdict)
         for condition in recommendation.conditions:
             say(f"  holds for: {condition}")
@@ -95,18 +100,22 @@ def compare(runs: Annotated[list[Path], typer.Argument(help="Folders of two or m
 def report(run: RunFolder) -> None:
     """Write report.html of a run anew, from its posterior and, if there is one, its recommendation.
 
+    Says, here and on the page, which files the run was made from have changed since.
+
     Example: `calib report run1`
 
-    Writes: run1/report.html, a page that needs nothing beside itself and prints well.
+    Writes: run1/report.html, a page that needs nothing beside itself and prints well; summary.json and summary.csv anew.
 
-    Exit codes: 0 done; 2 no usable run there, nothing written; 3 done, but the calibration has not converged or its
-    surrogate is off by more than it states.
+    Exit codes: 0 done; 1 the page could not be made, and saying why; 2 no usable run there, nothing written; 3 done, but the
+    calibration has not converged or its surrogate is off by more than it states.
     """
     with refusing_bad_input():
-        from calib.runs import load_recommendation, write_page
+        from calib.runs import report_in
 
         found = loaded(run)
-        write_page(found, load_recommendation(run))
+        require_writable(found.report)
+        with paging():
+            report_in(found)
         say(f"Written: {found.report}")
     if not found.posterior.diagnostics.usable:
         raise typer.Exit(NOT_USABLE)

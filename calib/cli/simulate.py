@@ -11,7 +11,7 @@ import typer
 
 from calib.cli.common import NOT_USABLE, err, quantity, refusing_bad_input, say
 from calib.errors import Fault, InputError
-from calib.files import require_folder, write_text
+from calib.files import require_writable, write_text
 
 if TYPE_CHECKING:
     from models.fem import FiniteElements, Solution
@@ -120,7 +120,7 @@ def _check_outputs(design: Path, written: dict[str, Path | None]) -> None:
             continue
         if path.exists() and design.exists() and path.samefile(design):
             raise InputError(Fault("the output would overwrite the design file itself", path, advice=f"Choose another {name}"))
-        require_folder(path, "Create it first")
+        require_writable(path, "Create it first")
     kinds = {"--picture": (".png", ".pdf", ".svg"), "--view": (".png",), "--vtk": (".pvd",)}
     for name, endings in kinds.items():
         path = written[name]

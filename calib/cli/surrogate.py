@@ -15,7 +15,7 @@ import typer
 
 from calib.cli.common import INTERRUPTED, Processes, counting, err, out, refusing_bad_input, say
 from calib.errors import Fault, InputError
-from calib.files import require_folder
+from calib.files import require_folder, require_writable, whole_file
 from models.surrogate import FAMILIES, NEO_HOOKEAN
 
 if TYPE_CHECKING:
@@ -165,7 +165,8 @@ def train(
             fitted = trained(fit_surrogate, data, base, steps, seed)
         except ValueError as error:
             raise InputError(Fault(f"--points: {error}")) from None
-        fitted.save(output)
+        with whole_file(output) as part:
+            fitted.save(part)
         stuck = sum(map(bool, data.failures))
         say(f"Written: {output} ({len(data.failures)} curves, {stuck} of them without equilibrium to their end)")
 
@@ -188,16 +189,16 @@ def trained(
 
 
 def require_new(output: Path) -> None:
-    """Refuse an output file that exists, or that has no folder to be in, before anything long is computed.
+    """Refuse an output file that exists, or that cannot be written, before anything long is computed.
 
     Raises
     ------
-    InputError
+    InputError, OSError
         If so.
     """
     if output.exists():
         raise InputError(Fault("the file exists and is not overwritten", output, advice="Choose another -o"))
-    require_folder(output, "Create it first")
+    require_writable(output, "Create it first")
 
 
 @contextmanager

@@ -12,11 +12,13 @@ from calib.checks import BAND_LEVELS
 from calib.decision.recommendation import Recommendation
 from calib.decision.requirement import Requirement
 from calib.errors import Fault, InputError
-from calib.records import record_from_text, record_to_text
+from calib.records import exact_record_from_text, record_to_text
 
 #: Layout version of recommendation.json.
 FORMAT = 1
 _KIND = "recommendation"
+
+_ADVICE = "Delete it, or run `calib recommend` again"
 
 _ARRAYS = (
     *("thickness", "coverage", "change", "depth", "resolution", "probability", "optimum"),
@@ -24,10 +26,17 @@ _ARRAYS = (
 )
 
 
-def recommendation_to_json(recommendation: Recommendation) -> str:
-    """Write a recommendation for other programs: SI, nan as null, with the verdict in words."""
+def recommendation_to_json(recommendation: Recommendation, fingerprint: str = "") -> str:
+    """Write a recommendation for other programs: SI, nan as null, with the verdict in words.
+
+    Parameters
+    ----------
+    recommendation : to be written.
+    fingerprint : of the run that it is of; empty if it is of none.
+    """
     r = recommendation
     content: dict[str, Any] = {
+        "fingerprint": fingerprint,
         "verdict": r.verdict,
         "sureness": r.sureness,
         "band_levels": BAND_LEVELS,
@@ -37,21 +46,24 @@ def recommendation_to_json(recommendation: Recommendation) -> str:
     return record_to_text(_KIND, FORMAT, content)
 
 
-def recommendation_from_json(text: str, path: Path | None = None) -> Recommendation:
+def recommendation_from_json(text: str, path: Path | None = None, fingerprint: str | None = None) -> Recommendation:
     """Read the recommendation that `recommendation_to_json` wrote.
 
     Parameters
     ----------
     text : of the file.
     path : of the file, to be named if it is refused.
+    fingerprint : of the run that it must be of; None for any.
 
     Raises
     ------
     InputError
-        If the text is not a recommendation of this format.
+        If the text is not, to the last byte, a recommendation that was written in this format, or is of another run.
     """
     try:
-        record = record_from_text(_KIND, FORMAT, text)
+        record = exact_record_from_text(_KIND, FORMAT, text)
+        if fingerprint is not None and record["fingerprint"] != fingerprint:
+            raise InputError(Fault("this recommendation is of another run", path, advice=_ADVICE))
         read: dict[str, Any] = {f.name: record[f.name] for f in fields(Recommendation)}
         for name in _ARRAYS:
             read[name] = np.asarray(read[name], dtype=float)
@@ -63,5 +75,4 @@ def recommendation_from_json(text: str, path: Path | None = None) -> Recommendat
     except (ValueError, KeyError, TypeError) as error:
         if isinstance(error, InputError):
             raise
-        advice = "Delete it and run `calib recommend` again."
-        raise InputError(Fault(f"not a recommendation this version can read ({error})", path=path, advice=advice)) from None
+        raise InputError(Fault(f"not a recommendation this version can read ({error})", path, advice=_ADVICE)) from None

@@ -5,23 +5,23 @@ from __future__ import annotations
 import shutil
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from calib.checks import LEAST_DRAWS, with_reweighting, with_spot_check
+from calib.decision import Recommendation
 from calib.errors import Fault, InputError
 from calib.experiment import Experiment, forward_of_experiment, read_experiment, read_sweeps
-from calib.files import require_folder, write_text
+from calib.files import require_folder
 from calib.problem import build_problem
-from calib.records import record_from_text, record_to_text
-from calib.runs.folder import RUN_RECORD, SURROGATE_FILE, Run, write_run
-from calib.sampling import Posterior, Progress, sample
+from calib.runs.folder import SURROGATE_FILE, PageError, Run, page_of, write_run
+from calib.runs.listing import CHECKPOINT, LISTING, Listing, inputs_of, read_listing, write_listing
+from calib.runs.ownership import is_bare, owned, owner_of
+from calib.sampling import Identity, Posterior, Progress, differences, identity_of, is_begun, kept_identity, sample
 from calib.workers import workers
 
 #: Seed of a run that is given none.
 DEFAULT_SEED = 1
-
-_KIND, _FORMAT = "run", 1
 
 
 @dataclass(frozen=True)
@@ -33,11 +33,13 @@ class Stages:
     sample : as `calib.sampling.sample`.
     spot_check : as `calib.checks.with_spot_check`.
     reweight : as `calib.checks.with_reweighting`.
+    page : as `calib.runs.folder.page_of`.
     """
 
     sample: Callable[..., Posterior] = sample
     spot_check: Callable[..., Posterior] = with_spot_check
     reweight: Callable[..., Posterior] = with_reweighting
+    page: Callable[[Run, Recommendation | None], str] = page_of
 
 
 @dataclass(frozen=True)
@@ -64,10 +66,18 @@ _USUAL, _SILENT = Stages(), Watch()
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """What `calibrate` gives back: the run, and whether the re-weighting was stopped before its end (and is not in the run)."""
+    """What `calibrate` gives back.
+
+    Attributes
+    ----------
+    run : in its folder.
+    reweighting_stopped : whether the re-weighting was stopped before its end, and is not in the run.
+    page_error : why the report could not be written; None if it was.
+    """
 
     run: Run
     reweighting_stopped: bool = False
+    page_error: PageError | None = None
 
 
 def calibrate(
@@ -92,7 +102,7 @@ def calibrate(
     Parameters
     ----------
     experiment : file, see `calib.experiment.read_experiment`.
-    folder : of the run; must not exist yet, unless the run in it is resumed.
+    folder : of the run; must be empty or not exist yet, unless the run in it is resumed.
     seed : of all random numbers; None for `DEFAULT_SEED`, or that of the run that is resumed.
     resume : whether to go on with a run that was stopped or has not converged.
     max_seconds : [s], of sampling at most.
@@ -110,8 +120,11 @@ def calibrate(
     Raises
     ------
     InputError
-        If an input cannot be used, or a run with other inputs is to be resumed.
+        If an input cannot be used, a run with other inputs is to be resumed, or another process writes into the folder.
     """
+    if said := owner_of(folder):
+        advice = "Wait until it has ended, or choose another folder"
+        raise InputError(Fault(f"this folder is in use by {said}", folder, advice=advice))
     _check_folder(folder, resume)
     plan = read_experiment(experiment)
     sweeps = read_sweeps(plan)
@@ -121,52 +134,63 @@ def calibrate(
     problem = build_problem(plan, sweeps, forward)
     if not problem.parameters:
         raise InputError(Fault("every parameter is fixed: there is nothing to calibrate", plan.path))
-    begun = _begun_with(folder) if resume else DEFAULT_SEED
     watch.planned(plan)
-    seed = begun if seed is None else seed
     attrs = {"command": command}
     if surrogate is not None:
         attrs[SURROGATE_FILE] = str(surrogate.absolute())
-    new = not folder.exists()
-    folder.mkdir(exist_ok=True)
-    try:
-        if new:  # a run says what it is from its first second on, so that it can be resumed without its seed
-            write_text(folder / RUN_RECORD, record_to_text(_KIND, _FORMAT, {"seed": seed, **attrs}))
-        with watch.sampling() as progress:
-            posterior = stages.sample(
-                problem,
-                seed=seed,
-                checkpoint=folder / "checkpoint",
-                resume=resume,
-                max_seconds=max_seconds,
-                processes=processes,
-                progress=progress,
-                attrs=attrs,
-            )
-    except InputError:
-        if new:
-            shutil.rmtree(folder)
-        raise
-    posterior = stages.spot_check(posterior, forward)
-    stopped = False
-    if reweight:
+    inputs = inputs_of(folder, plan, sweeps, None if surrogate is None else surrogate.absolute())
+    doing = command or "calib.calibrate"
+    with owned(folder, doing):
+        _check_folder(folder, resume)  # another process may have begun or ended a run there
+        known, seed = _begun(folder, seed) if resume else (None, DEFAULT_SEED if seed is None else seed)
+        mine = identity_of(problem, seed)
+        if known is not None:
+            _require_same(known, mine, folder)
+        listing = Listing(seed, attrs, mine.parts, mine.fingerprint, inputs, {}, doing)
+        if known is None:  # a run says what it is from its first second on, so that it can be resumed without its seed
+            write_listing(folder, listing)
         try:
-            with workers(processes) as executor, watch.reweighting() as told:
-                posterior = stages.reweight(posterior, forward, reweight, executor, progress=told)
-        except KeyboardInterrupt:
-            stopped = True
-    return Calibration(write_run(folder, posterior, forward), stopped)
+            with watch.sampling() as progress:
+                posterior = stages.sample(
+                    problem,
+                    seed=seed,
+                    checkpoint=folder / CHECKPOINT,
+                    resume=resume,
+                    max_seconds=max_seconds,
+                    processes=processes,
+                    progress=progress,
+                    attrs=attrs,
+                )
+        except InputError:
+            if not resume and not is_begun(folder / CHECKPOINT):
+                _remove_begun(folder)
+            raise
+        posterior = stages.spot_check(posterior, forward)
+        stopped = False
+        if reweight:
+            try:
+                with workers(processes) as executor, watch.reweighting() as told:
+                    posterior = stages.reweight(posterior, forward, reweight, executor, progress=told)
+            except KeyboardInterrupt:
+                stopped = True
+        listing = replace(listing, files={} if known is None else known.files)
+        run, page_error = write_run(folder, posterior, forward, listing, doing, stages.page)
+    return Calibration(run, stopped, page_error)
 
 
 def _check_folder(folder: Path, resume: bool) -> None:
     if resume:
         if not folder.is_dir():
             raise InputError(Fault("there is no run to resume", folder, advice="Leave --resume out to start one"))
-    elif folder.exists():
+        if not (folder / LISTING).exists() and not is_begun(folder / CHECKPOINT):
+            advice = "Leave --resume out to start one here" if is_bare(folder) else "Start the calibration anew with another -o"
+            message = "this folder was not written by `calib calibrate`: no run.json in it"
+            raise InputError(Fault(message, folder, advice=advice))
+    elif not folder.exists():
+        require_folder(folder, "Create it first")
+    elif not folder.is_dir() or not is_bare(folder):
         advice = "Choose another -o, or continue that run with --resume"
         raise InputError(Fault("the output folder exists and is not overwritten", folder, advice=advice))
-    else:
-        require_folder(folder, "Create it first")
 
 
 def _check_reweight(n_draw: int, plan: Experiment) -> None:
@@ -177,12 +201,32 @@ def _check_reweight(n_draw: int, plan: Experiment) -> None:
         raise InputError(Fault(f"--reweight {n_draw} are too few draws to judge", advice=f"Give at least {LEAST_DRAWS}"))
 
 
-def _begun_with(folder: Path) -> int:
-    """Seed of the run that was begun in a folder."""
+def _begun(folder: Path, seed: int | None) -> tuple[Listing | None, int]:
+    """What the `run.json` of a folder says, None if it is damaged, and the seed to go on with: as asked for, else the run's."""
+    why = "run.json is not there"
     try:
-        return int(record_from_text(_KIND, _FORMAT, (folder / RUN_RECORD).read_text(encoding="utf-8"))["seed"])
-    except (OSError, ValueError, KeyError, TypeError):
-        advice = "Start the calibration anew with another -o"
-        raise InputError(
-            Fault("this folder was not written by `calib calibrate`: no run.json in it", folder, advice=advice)
-        ) from None
+        known = read_listing(folder)
+    except InputError as error:
+        known, why = None, error.faults[0].message
+    if seed is not None:
+        return known, seed
+    if known is not None:
+        return known, known.seed
+    kept = kept_identity(folder / CHECKPOINT)
+    if kept is None:
+        advice = "Give it with --seed, or start anew with another -o"
+        raise InputError(Fault(f"nothing tells with which seed this run was begun ({why})", folder, advice=advice))
+    return None, int(kept["seed"])
+
+
+def _require_same(known: Listing, mine: Identity, folder: Path) -> None:
+    """Refuse to go on with a run as another: of its draws, and of all that was made of them."""
+    if said := differences(known.identity, mine.parts) if known.identity else "":
+        advice = "Put the inputs back to go on with that run, or start anew with another -o"
+        raise InputError(Fault(f"the run in this folder is another: {said}", folder, advice=advice))
+
+
+def _remove_begun(folder: Path) -> None:
+    """Remove a run in which nothing was sampled; what says that it is one goes last."""
+    shutil.rmtree(folder / CHECKPOINT, ignore_errors=True)
+    (folder / LISTING).unlink(missing_ok=True)

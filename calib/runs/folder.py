@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import shlex
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,15 +16,38 @@ from calib.errors import Fault, InputError
 from calib.experiment import forward_of_experiment
 from calib.files import sha256_of, write_text
 from calib.report import summary_csv, summary_json, write_report
-from calib.sampling import Posterior, load_posterior, save_posterior
+from calib.runs.listing import (
+    LISTING,
+    POSTERIOR,
+    RECOMMENDATION,
+    REPORT,
+    RESULTS,
+    SUMMARIES,
+    Listing,
+    checkpoint_names,
+    inputs_of,
+    read_listing,
+    writing,
+)
+from calib.runs.ownership import owned
+from calib.sampling import FINGERPRINT, Posterior, load_posterior, save_posterior
 from models.response import Forward
 
 #: Among the texts kept with a posterior: the surrogate file it was made with, if not the shipped one.
 SURROGATE_FILE = "surrogate file"
 
-#: What a run folder has from its first second on.
-RUN_RECORD = "run.json"
-_POSTERIOR, _RECOMMENDATION, _REPORT = "posterior.nc", "recommendation.json", "report.html"
+_FORWARD = "forward model"
+_RESUME = "`calib calibrate EXPERIMENT -o RUN --resume`"
+
+
+class PageError(Exception):
+    """The page of a run could not be made, for the reason it says; all else that was to be written is there."""
+
+    def __init__(self, folder: Path, reason: str) -> None:
+        again = f"calib report {shlex.quote(str(folder))}"
+        super().__init__(
+            f"the report could not be written ({reason}). All results are kept in {folder}; write it with: {again}"
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,24 +60,26 @@ class Run:
     posterior : what was found.
     forward : the model to predict with, the one that the posterior was sampled with.
     posterior_sha256 : hash of the posterior's file.
+    another_forward : in words that the posterior was sampled with another model than is here now; empty if not.
+    changed_inputs : in words which files the run was made from have changed since.
     """
 
     folder: Path
     posterior: Posterior
     forward: Forward
     posterior_sha256: str
+    another_forward: str = ""
+    changed_inputs: tuple[str, ...] = ()
 
     @property
     def report(self) -> Path:
         """Path of the report's page."""
-        return self.folder / _REPORT
+        return self.folder / REPORT
 
     @property
-    def note(self) -> str:
-        """Empty, or in words that the posterior was sampled with another model than is here now."""
-        if self.forward.name == self.posterior.forward_name:
-            return ""
-        return f"calibrated with the {self.posterior.forward_name}, predicting with the {self.forward.name}."
+    def notes(self) -> tuple[str, ...]:
+        """What is no longer as it was when the run was made, in words."""
+        return (*([self.another_forward] if self.another_forward else []), *self.changed_inputs)
 
 
 def load_run(folder: Path) -> Run:
@@ -60,19 +88,41 @@ def load_run(folder: Path) -> Run:
     Raises
     ------
     InputError
-        If there is no finished run, or the surrogate file it was made with is gone.
+        If there is no finished run, its posterior is not the one that it wrote, or the surrogate file it was made with is gone.
     """
-    path = folder / _POSTERIOR
+    path = folder / POSTERIOR
     if not path.is_file():
         advice = (
             "It was stopped before its end: continue it with --resume"
-            if (folder / RUN_RECORD).exists()
+            if (folder / LISTING).exists()
             else "Run `calib calibrate` first"
         )
         raise InputError(Fault("there is no finished calibration in this folder (no posterior.nc)", folder, advice=advice))
+    listing = read_listing(folder)
+    sha256 = sha256_of(path)
     posterior = load_posterior(path)
+    if listing is not None:
+        _require_own(listing, posterior, sha256, path)
     file = posterior.attrs.get(SURROGATE_FILE)
-    return Run(folder, posterior, forward_of_experiment(posterior.experiment, Path(file) if file else None), sha256_of(path))
+    forward = forward_of_experiment(posterior.experiment, Path(file) if file else None)
+    changed = changed_inputs(folder, listing) if listing is not None else ()
+    return Run(folder, posterior, forward, sha256, _another_forward(forward, posterior, listing), changed)
+
+
+def changed_inputs(folder: Path, listing: Listing) -> tuple[str, ...]:
+    """Say which files a run was made from are no longer what they were; not those that are gone.
+
+    Parameters
+    ----------
+    folder : of the run.
+    listing : what `run.json` says.
+    """
+    there = [(entry, entry.found(folder)) for entry in listing.inputs]
+    return tuple(
+        f"The {entry.what} {path.name} has changed since this calibration, which is of what it was before."
+        for entry, path in there
+        if path is not None and sha256_of(path) != entry.sha256
+    )
 
 
 def load_recommendation(folder: Path) -> Recommendation | None:
@@ -81,39 +131,79 @@ def load_recommendation(folder: Path) -> Recommendation | None:
     Raises
     ------
     InputError
-        If the file cannot be read as one.
+        If the file is not as it was written, or is of another run.
     """
-    path = folder / _RECOMMENDATION
-    return recommendation_from_json(path.read_text(encoding="utf-8"), path) if path.is_file() else None
+    path = folder / RECOMMENDATION
+    if not path.is_file():
+        return None
+    listing = read_listing(folder)
+    # Bytes, as what was changed need not be text any more.
+    text = path.read_bytes().decode("utf-8", errors="replace")
+    return recommendation_from_json(text, path, None if listing is None else listing.fingerprint)
 
 
-def write_run(folder: Path, posterior: Posterior, forward: Forward) -> Run:
-    """Write what came of a calibration: posterior.nc, summary.json, summary.csv, report.html.
-
-    Parameters
-    ----------
-    folder : must exist; a recommendation in it goes into the report.
-    posterior : what was found.
-    forward : the model it was sampled with.
-    """
-    path = folder / _POSTERIOR
-    save_posterior(posterior, path, forward)
-    run = Run(folder, posterior, forward, sha256_of(path))
-    write_text(folder / "summary.json", summary_json(posterior))
-    write_text(folder / "summary.csv", summary_csv(posterior))
-    write_page(run, load_recommendation(folder))
-    return run
-
-
-def write_page(run: Run, recommendation: Recommendation | None = None) -> None:
-    """Write report.html of a run anew.
+def page_of(run: Run, recommendation: Recommendation | None = None) -> str:
+    """Lay out the report's page of a run.
 
     Parameters
     ----------
     run : whose posterior it shows.
     recommendation : shown in a section of its own, if there is one.
     """
-    write_text(run.report, _page(run, recommendation))
+    predictions = predict(run.posterior, run.forward, np.random.default_rng(run.posterior.seed))
+    d = run.posterior.diagnostics
+    told = replace(run.posterior, diagnostics=replace(d, warnings=(*run.notes, *d.warnings)))
+    return write_report(told, predictions, recommendation, posterior_sha256=run.posterior_sha256)
+
+
+def write_run(
+    folder: Path,
+    posterior: Posterior,
+    forward: Forward,
+    listing: Listing,
+    command: str,
+    page: Callable[[Run, Recommendation | None], str] = page_of,
+) -> tuple[Run, PageError | None]:
+    """Write what came of a calibration, draws first: posterior.nc, summary.json, summary.csv, report.html, run.json.
+
+    Parameters
+    ----------
+    folder : owned by this process; a recommendation in it goes into the report.
+    posterior : what was found.
+    forward : the model it was sampled with.
+    listing : what `run.json` is to say of the run.
+    command : that made it.
+    page : lays out the report.
+
+    Returns
+    -------
+    The run, and why it has no page, if that could not be made.
+    """
+    names = (POSTERIOR, *SUMMARIES, REPORT, *_unlisted(folder, listing), *checkpoint_names(folder))
+    with writing(folder, listing, names, command):
+        path = folder / POSTERIOR
+        save_posterior(posterior, path, forward)
+        run = Run(folder, posterior, forward, sha256_of(path))
+        return run, _write_rest(run, page)
+
+
+def report_in(run: Run) -> None:
+    """Write the report of a run anew, with the summary, from its posterior and its recommendation.
+
+    Raises
+    ------
+    InputError
+        If another process writes into the folder, or the recommendation in it is not that of this run.
+    PageError
+        If the page cannot be made.
+    """
+    with _owned_run(run, "calib report") as listing:
+        load_recommendation(run.folder)
+        names = (*SUMMARIES, REPORT, *_unlisted(run.folder, listing))
+        with writing(run.folder, listing, names, "calib report"):
+            failure = _write_rest(run, page_of)
+    if failure is not None:
+        raise failure
 
 
 def recommend_in(run: Run, requirement: Requirement, *, seed: int) -> Recommendation:
@@ -128,15 +218,83 @@ def recommend_in(run: Run, requirement: Requirement, *, seed: int) -> Recommenda
     Raises
     ------
     InputError
-        If the model covers no thickness of the request; nothing is written then.
+        If the model covers no thickness of the request, or is not the one that the run was calibrated with, or another process
+        writes into the folder; nothing is written then.
+    PageError
+        If the page cannot be made; the recommendation is written then.
     """
+    if run.another_forward:
+        advice = "Calibrate again, or put the surrogate back that it was calibrated with"
+        raise InputError(Fault(run.another_forward.rstrip("."), run.folder / POSTERIOR, advice=advice))
     found = recommend(run.posterior, run.forward, requirement, seed=seed, posterior_sha256=run.posterior_sha256)
-    page = _page(run, found)
-    write_text(run.folder / _RECOMMENDATION, recommendation_to_json(found))
-    write_text(run.report, page)
+    with _owned_run(run, "calib recommend") as listing:
+        names = (RECOMMENDATION, REPORT, *_unlisted(run.folder, listing))
+        with writing(run.folder, listing, names, "calib recommend"):
+            write_text(run.folder / RECOMMENDATION, recommendation_to_json(found, listing.fingerprint))
+            failure = _write_page(run, page_of)
+    if failure is not None:
+        raise failure
     return found
 
 
-def _page(run: Run, recommendation: Recommendation | None) -> str:
-    predictions = predict(run.posterior, run.forward, np.random.default_rng(run.posterior.seed))
-    return write_report(run.posterior, predictions, recommendation, posterior_sha256=run.posterior_sha256)
+@contextmanager
+def _owned_run(run: Run, command: str) -> Iterator[Listing]:
+    """Own the folder of a run that was loaded, if its posterior still is that; gives what its `run.json` says, or is to say."""
+    with owned(run.folder, command):
+        path = run.folder / POSTERIOR
+        if not path.is_file() or sha256_of(path) != run.posterior_sha256:
+            raise InputError(Fault("the posterior was written anew while it was read", path, advice="Run the command again"))
+        yield read_listing(run.folder) or _listing_of(run)
+
+
+def _listing_of(run: Run) -> Listing:
+    """What `run.json` says of a run that has none: as much as its posterior knows."""
+    posterior = run.posterior
+    file = posterior.attrs.get(SURROGATE_FILE)
+    attrs = {name: posterior.attrs[name] for name in ("command", SURROGATE_FILE) if name in posterior.attrs}
+    inputs = inputs_of(run.folder, posterior.experiment, posterior.sweeps, Path(file) if file else None)
+    return Listing(posterior.seed, attrs, {}, posterior.attrs.get(FINGERPRINT, ""), inputs, {}, "")
+
+
+def _unlisted(folder: Path, listing: Listing) -> list[str]:
+    """Results that a command which was killed has written, but not listed any more; what reads them checks them."""
+    return [name for name in RESULTS if name not in listing.files and (folder / name).is_file()]
+
+
+def _write_rest(run: Run, page: Callable[[Run, Recommendation | None], str]) -> PageError | None:
+    """Write what follows from a posterior: the summaries, and the page if that can be made."""
+    write_text(run.folder / SUMMARIES[0], summary_json(run.posterior))
+    write_text(run.folder / SUMMARIES[1], summary_csv(run.posterior))
+    return _write_page(run, page)
+
+
+def _write_page(run: Run, page: Callable[[Run, Recommendation | None], str]) -> PageError | None:
+    """Write the page; if that fails, for whatever reason, remove the earlier one, which is of other results, and say why."""
+    try:
+        write_text(run.report, page(run, load_recommendation(run.folder)))
+        return None
+    except Exception as error:
+        with suppress(OSError):
+            run.report.unlink(missing_ok=True)
+        kind = "" if isinstance(error, InputError) else f"{type(error).__name__}: "
+        return PageError(run.folder, f"{kind}{error}")
+
+
+def _require_own(listing: Listing, posterior: Posterior, sha256: str, path: Path) -> None:
+    """Refuse a posterior that is not the one that its run wrote."""
+    listed = listing.files.get(POSTERIOR)
+    advice = f"Put back the one that was here, or let {_RESUME} write it anew from its checkpoint"
+    if listed is not None and listed != sha256:
+        raise InputError(Fault("this posterior is not the one that the run wrote", path, advice=advice))
+    found = posterior.attrs.get(FINGERPRINT, "")
+    if listed is None and found != listing.fingerprint:
+        raise InputError(Fault("this posterior is of another run", path, advice=advice))
+
+
+def _another_forward(forward: Forward, posterior: Posterior, listing: Listing | None) -> str:
+    if forward.name != posterior.forward_name:
+        return f"calibrated with the {posterior.forward_name}, predicting with the {forward.name}."
+    known = "" if listing is None else listing.identity.get(_FORWARD, "")
+    if known and known != f"{forward.name}, {forward.identity}":
+        return f"The {forward.name} is no longer the one that this run was calibrated with: its numbers have changed."
+    return ""

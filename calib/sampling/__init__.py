@@ -1,6 +1,7 @@
 """A `Problem` in, a `Posterior` out, kept in files that can be resumed and read by ArviZ; knows no report."""
 
 from calib.sampling.archive import K_HAT, LeaveOut, smooth_weights
+from calib.sampling.checkpoint import is_begun, kept_identity, whose_checkpoint
 from calib.sampling.diagnostics import (
     PRIOR_CONFLICT,
     SHIFT_LIMIT,
@@ -12,23 +13,30 @@ from calib.sampling.diagnostics import (
     SpotCheck,
 )
 from calib.sampling.groups import to_arviz
+from calib.sampling.identity import FINGERPRINT, Identity, differences, identity_of
 from calib.sampling.posterior import Posterior, leave_out, thin_draws
 from calib.sampling.sampler import Progress, sample
 from calib.sampling.storage import load_posterior, save_posterior
 
 __all__ = [
+    "FINGERPRINT",
     "K_HAT",
     "PRIOR_CONFLICT",
     "SHIFT_LIMIT",
     "SPOT_CHECK_LIMIT",
     "Diagnostics",
     "Gate",
+    "Identity",
     "LeaveOut",
     "Posterior",
     "Progress",
     "Reweighting",
     "Shift",
     "SpotCheck",
+    "differences",
+    "identity_of",
+    "is_begun",
+    "kept_identity",
     "leave_out",
     "load_posterior",
     "sample",
@@ -36,4 +44,5 @@ __all__ = [
     "smooth_weights",
     "thin_draws",
     "to_arviz",
+    "whose_checkpoint",
 ]

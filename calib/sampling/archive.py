@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import errno
+import io
+import os
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
+import h5netcdf
 import numpy as np
 import xarray
+from xarray.backends import H5NetCDFStore
 
 from calib.errors import Fault, InputError
 from calib.files import whole_file
+from models.seal import sealed, unsealed
 from models.sensor import FloatArray
 
 with warnings.catch_warnings():
@@ -141,6 +147,8 @@ def inference_data(groups: Mapping[str, xarray.Dataset], attrs: Mapping[str, str
 def write_groups(groups: Mapping[str, xarray.Dataset], attrs: Mapping[str, str], path: Path) -> None:
     """Write data sets as the groups of one NetCDF 4 file, atomically, as `arviz.from_netcdf` of ArviZ 0.x and 1.x reads it.
 
+    The file is made in memory, as HDF5 ends the program where it cannot write to the disk, and ends with its checksum.
+
     Parameters
     ----------
     groups : "posterior", "observed_data", ... -> data set.
@@ -151,46 +159,63 @@ def write_groups(groups: Mapping[str, xarray.Dataset], attrs: Mapping[str, str],
     ------
     InputError
         If the folder does not exist.
+    OSError
+        If the file cannot be written, such as on a full disk; an earlier one stays as it was.
     """
-    with whole_file(path) as part:
-        xarray.Dataset(attrs=dict(attrs)).to_netcdf(part, mode="w", engine=_ENGINE)
+    memory = io.BytesIO()
+    with h5netcdf.File(memory, "w") as file:
+        xarray.Dataset(attrs=dict(attrs)).dump_to_store(H5NetCDFStore(file))
         for name, dataset in groups.items():
             encoding = {str(key): _COMPRESSION for key, v in dataset.variables.items() if v.dtype.kind in "fi"}
-            dataset.to_netcdf(part, mode="a", group=name, engine=_ENGINE, encoding=encoding)
+            dataset.dump_to_store(H5NetCDFStore(file, group=name, mode="a"), encoding=encoding)
+    content = sealed(memory.getvalue())
+    with whole_file(path) as part:
+        part.write_bytes(content)
+        if part.read_bytes() != content:  # takes hundredths of a second; some network drives lose what they cannot write
+            raise OSError(errno.EIO, os.strerror(errno.EIO), str(path))
 
 
-def read_texts(path: Path) -> dict[str, str]:
-    """Read the texts that `write_groups` kept with a file.
+def open_groups(path: Path) -> Archive:
+    """Open a file that `write_groups` wrote, if it is whole: HDF5 ends the program, or makes up numbers, on a damaged one.
 
     Raises
     ------
     InputError
         If the file does not exist.
     OSError, ValueError
-        If it is no NetCDF 4 file.
+        If it cannot be read, is not what was written, or is no NetCDF 4 file.
     """
     if not path.is_file():
         raise InputError(Fault("there is no such file", path, advice="Run `calib calibrate` first"))
-    with xarray.open_dataset(path, engine=_ENGINE) as root:
-        return {str(key): str(value) for key, value in root.attrs.items()}
+    return Archive(unsealed(path.read_bytes()))
 
 
-def read_group(path: Path, name: str, variables: Sequence[str] | None = None) -> xarray.Dataset:
-    """Read one group of a file that `write_groups` wrote into memory.
+@dataclass(frozen=True, eq=False)
+class Archive:
+    """The content of a file that `write_groups` wrote."""
 
-    Parameters
-    ----------
-    path : of the file.
-    name : of the group.
-    variables : those to read; default all.
+    content: bytes
 
-    Raises
-    ------
-    OSError, ValueError, KeyError
-        If the group or a variable is not in it.
-    """
-    with xarray.open_dataset(path, group=name, engine=_ENGINE) as dataset:
-        return (dataset if variables is None else dataset[list(variables)]).load()
+    def texts(self) -> dict[str, str]:
+        """The texts that are kept with the file as a whole."""
+        with xarray.open_dataset(io.BytesIO(self.content), engine=_ENGINE) as root:
+            return {str(key): str(value) for key, value in root.attrs.items()}
+
+    def group(self, name: str, variables: Sequence[str] | None = None) -> xarray.Dataset:
+        """Read one group into memory.
+
+        Parameters
+        ----------
+        name : of the group.
+        variables : those to read; default all.
+
+        Raises
+        ------
+        OSError, ValueError, KeyError
+            If the group or a variable is not in it.
+        """
+        with xarray.open_dataset(io.BytesIO(self.content), group=name, engine=_ENGINE) as dataset:
+            return (dataset if variables is None else dataset[list(variables)]).load()
 
 
 def _array(values: object) -> FloatArray:

@@ -7,12 +7,11 @@ import math
 import platform
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from calib.problem import Problem, block_names, columns_at, log_likelihood_blocks, range_use
-from calib.sampling.checkpoint import load_accepted, load_chain
+from calib.sampling.checkpoint import CheckpointFolder, load_accepted, load_chain
 from calib.sampling.diagnostics import Convergence, Diagnostics, Gate, convergence, prior_conflicts, shortcomings, summarise
 from calib.sampling.ensemble import STORE_EVERY, autocorrelation_time
 from calib.sampling.posterior import Posterior
@@ -39,7 +38,7 @@ class SamplingRun:
     """A sampling run in progress: the problem, the folder of its checkpoints, a seed for each ensemble, and walkers of each."""
 
     problem: Problem
-    folder: Path
+    folder: CheckpointFolder
     seeds: list[np.random.SeedSequence]
     n_walker: int
 

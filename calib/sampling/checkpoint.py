@@ -1,110 +1,135 @@
-"""Checkpoints of a sampling run: starts and blocks of each ensemble to files written atomically, and back.
+"""Checkpoints of a sampling run: starts and blocks of each ensemble to files that say whose they are, and back.
 
 A folder holds `manifest.json` (what the run is of), and for each ensemble `ensemble-0-start.npz` and one
-`ensemble-0-00000.npz` per block. A file is there whole or not at all (`calib.files.whole_file`).
+`ensemble-0-00000.npz` per block. A file is there whole or not at all (`calib.files.whole_file`), and ends with its checksum.
+What is damaged, belongs to another run, ensemble or place in the series, or does not go on from the block before it, is as good
+as not there: it is computed again, to the same numbers.
 """
 
 from __future__ import annotations
 
 import hashlib
+import io
 import json
 import zipfile
 from collections.abc import Mapping
-from importlib.metadata import version
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from calib.errors import Fault, InputError
 from calib.files import remove_leftovers, whole_file, write_text
-from calib.lab import sweeps_to_json
-from calib.problem import LIKELIHOOD_VERSION, Problem
-from calib.records import record_from_text, record_to_text
-from calib.sampling.ensemble import MOVES, STORE_EVERY, Block, EnsembleState
+from calib.records import exact_record_from_text, record_from_text, record_to_text
+from calib.sampling.ensemble import Block, EnsembleState
+from calib.sampling.identity import Identity, differences
+from models.seal import sealed, unsealed
 from models.sensor import FloatArray
 
 _KIND = "checkpoint"
-_FORMAT = 2
+_FORMAT = 3
 
-# What the padding lies on. Only one kind of base is modelled so far; another must not continue a chain of this one.
-_BASE = "bonded"
+_MANIFEST = "manifest.json"
 
+# Name of the array that says whose a file is: fingerprint, ensemble, and block or "start".
+_WHOSE = "whose"
 
-def fingerprint(problem: Problem, seed: int, n_ensemble: int, n_walker: int) -> str:
-    """Hash all that the draws of a chain depend on, so that a chain is never continued as that of another posterior.
-
-    That is the data, the unknowns with their priors, what is known of the specimens and the rig, the forward model by its
-    content, the likelihood's version, seed, ensembles and moves, and the version of emcee, whose code the moves are. Not where
-    files lie, and not the version of this package, in whose place the versions of likelihood, moves and format stand.
-
-    Parameters
-    ----------
-    problem : what is sampled.
-    seed : of the whole run.
-    n_ensemble, n_walker : how many ensembles, and how many walkers in each.
-
-    Returns
-    -------
-    64 hexadecimal digits.
-    """
-    e = problem.experiment
-    content = {
-        "format": _FORMAT,
-        "parameters": [[p.name, p.prior.to_json()] for p in problem.parameters],
-        "fixed": dict(problem.fixed),
-        "radius": e.sensor_radius,
-        "padding": e.padding_material,
-        "law": e.law,
-        "contact": "stick" if e.stick else "frictionless",
-        "base": _BASE,
-        "discrepancy": e.discrepancy,
-        "sweeps": sweeps_to_json(problem.sweeps),
-        "forward": [problem.forward.name, problem.forward.identity],
-        "likelihood": LIKELIHOOD_VERSION,
-        "emcee": version("emcee"),
-        "run": [seed, n_ensemble, n_walker, MOVES, STORE_EVERY],
-    }
-    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+# Name of the array with the hash of the state that a block goes on from; on another machine the same steps may end elsewhere.
+_AFTER = "after"
 
 
-def open_checkpoint(folder: Path, mark: str, *, resume: bool) -> None:
+@dataclass(frozen=True)
+class CheckpointFolder:
+    """A folder of checkpoints, and the fingerprint of the run that they are of."""
+
+    path: Path
+    fingerprint: str
+
+
+def open_checkpoint(path: Path, run: Identity, *, resume: bool) -> CheckpointFolder:
     """Make a folder ready for the checkpoints of a run: check that it is the same run to resume, or empty the folder.
 
     Parameters
     ----------
-    folder : made if need be.
-    mark : the run's `fingerprint`.
+    path : of the folder, made if need be.
+    run : what the draws depend on.
     resume : whether to go on from the checkpoints that are there.
 
     Raises
     ------
     InputError
-        If a run is to be resumed whose fingerprint is another.
+        If a run is to be resumed that is another, or was written by another version of the program.
     """
-    folder.mkdir(parents=True, exist_ok=True)
-    manifest = folder / "manifest.json"
-    if resume and manifest.exists():
-        try:
-            found = record_from_text(_KIND, _FORMAT, manifest.read_text(encoding="utf-8")).get("fingerprint")
-        except ValueError:
-            found = None
-        if found != mark:
-            raise InputError(
-                Fault(
-                    "the checkpoint is of another run: experiment, data, forward model or seed have changed since",
-                    manifest,
-                    advice="Start anew without resuming, or put the inputs back",
-                )
-            )
-        remove_leftovers(folder)
+    path.mkdir(parents=True, exist_ok=True)
+    folder = CheckpointFolder(path, run.fingerprint)
+    if resume:
+        _require_same(folder, run)
+    else:
+        for old in [path / _MANIFEST, *path.glob("ensemble-*.npz")]:
+            old.unlink(missing_ok=True)
+    remove_leftovers(path)
+    text = record_to_text(_KIND, _FORMAT, {"fingerprint": run.fingerprint, "identity": run.parts})
+    manifest = path / _MANIFEST
+    if not manifest.is_file() or manifest.read_bytes() != text.encode():
+        write_text(manifest, text)
+    return folder
+
+
+def kept_identity(path: Path) -> Mapping[str, str] | None:
+    """Parts of the identity of the run whose checkpoints a folder holds; None if its manifest is not there or damaged."""
+    try:
+        parts = exact_record_from_text(_KIND, _FORMAT, (path / _MANIFEST).read_text(encoding="utf-8"))["identity"]
+    except (OSError, ValueError, KeyError):
+        return None
+    return {str(name): str(value) for name, value in parts.items()}
+
+
+def whose_checkpoint(path: Path) -> str:
+    """Fingerprint of the run that a file of a start or a block is of; empty if it is damaged, or not in its place."""
+    words = path.stem.split("-")
+    arrays = _content(path)
+    whose = _whose(arrays) if arrays is not None else ()
+    return whose[0] if len(words) == 3 and len(whose) == 3 and whose[1:] == (words[1], words[2]) else ""
+
+
+def is_begun(path: Path) -> bool:
+    """Whether a folder holds anything that was sampled."""
+    return any(path.glob("ensemble-*.npz"))
+
+
+def _require_same(folder: CheckpointFolder, run: Identity) -> None:
+    manifest = folder.path / _MANIFEST
+    _require_this_format(manifest)
+    found = kept_identity(folder.path)
+    if found is None:
+        # Then the starts tell; without them nothing was sampled.
+        others = {whose_checkpoint(start) for start in folder.path.glob("ensemble-*-start.npz")} - {"", run.fingerprint}
+        said = "which one, its damaged manifest.json cannot tell" if others else ""
+    else:
+        said = differences(found, run.parts)
+    if said:
+        advice = "Put the inputs back to go on with that run, or start anew with another output folder"
+        raise InputError(Fault(f"the checkpoint is of another run: {said}", manifest, advice=advice))
+
+
+def _require_this_format(manifest: Path) -> None:
+    """Refuse what another version wrote; what is merely damaged is none of that."""
+    try:
+        text = manifest.read_text(encoding="utf-8")
+        record = json.loads(text)
+        found = record["format"]
+        if found == _FORMAT or record["kind"] != _KIND:
+            return
+        if "checksum" in record:
+            record_from_text(_KIND, found, text)
+    except (OSError, ValueError, KeyError, TypeError):
         return
-    for old in [*folder.glob("ensemble-*.npz"), *folder.glob("manifest.json")]:
-        old.unlink()
-    remove_leftovers(folder)
-    write_text(manifest, record_to_text(_KIND, _FORMAT, {"fingerprint": mark}))
+    message = f"another version of calib wrote this checkpoint (format {found}, this version reads format {_FORMAT})"
+    raise InputError(Fault(message, manifest, advice="Start anew with another output folder, or use the version that wrote it"))
 
 
-def save_start(folder: Path, ensemble: int, state: EnsembleState) -> None:
+def save_start(folder: CheckpointFolder, ensemble: int, state: EnsembleState) -> None:
     """Write the start of an ensemble into the folder of a run.
 
     Parameters
@@ -113,10 +138,10 @@ def save_start(folder: Path, ensemble: int, state: EnsembleState) -> None:
     ensemble : its number, from 0.
     state : its walkers before the first step.
     """
-    _save(folder / f"ensemble-{ensemble}-start.npz", _state_arrays(state))
+    _save(folder, ensemble, None, _state_arrays(state))
 
 
-def save_block(folder: Path, ensemble: int, index: int, block: Block) -> None:
+def save_block(folder: CheckpointFolder, ensemble: int, index: int, block: Block) -> None:
     """Write a block of steps of an ensemble into the folder of a run.
 
     Parameters
@@ -125,35 +150,44 @@ def save_block(folder: Path, ensemble: int, index: int, block: Block) -> None:
     ensemble, index : numbers of the ensemble and of the block, from 0.
     block : the steps.
     """
-    arrays = {"chain": block.chain, "step_log_prob": block.log_prob, "accepted": block.accepted, **_state_arrays(block.end)}
-    _save(_block_path(folder, ensemble, index), arrays)
+    before = _load(folder, ensemble, index - 1 if index else None)
+    if before is None:
+        raise _gone(folder, ensemble, index - 1 if index else None)
+    arrays = {
+        _AFTER: np.array(_hash_of_state(before)),
+        "chain": block.chain,
+        "step_log_prob": block.log_prob,
+        "accepted": block.accepted,
+        **_state_arrays(block.end),
+    }
+    _save(folder, ensemble, index, arrays)
 
 
-def load_state(folder: Path, ensemble: int) -> tuple[EnsembleState | None, int]:
+def load_state(folder: CheckpointFolder, ensemble: int, n_known: int = 0) -> tuple[EnsembleState | None, int]:
     """Find where an ensemble left off: its state after the last of its complete consecutive blocks.
 
-    A file that cannot be read ends the series: what follows it is computed anew, to the same numbers.
+    A file that cannot be used ends the series: what follows it is computed anew, to the same numbers.
 
     Parameters
     ----------
     folder : of the run's checkpoints.
     ensemble : its number, from 0.
+    n_known : blocks that need not be read again, as this process has done so or has written them.
 
     Returns
     -------
     The state, and how many blocks lie before it; (None, 0) without a start.
     """
-    state = _load_state(folder / f"ensemble-{ensemble}-start.npz")
-    index = 0
-    while state is not None:
-        later = _load_state(_block_path(folder, ensemble, index))
-        if later is None:
-            break
-        state, index = later, index + 1
-    return state, index
+    found = _load(folder, ensemble, n_known - 1 if n_known else None)
+    if found is None:
+        return load_state(folder, ensemble) if n_known else (None, 0)
+    index = n_known
+    while (later := _load(folder, ensemble, index)) is not None and str(later[_AFTER]) == _hash_of_state(found):
+        found, index = later, index + 1
+    return _state(found), index
 
 
-def load_chain(folder: Path, ensemble: int, n_block: int, first: int, thin: int) -> tuple[FloatArray, FloatArray]:
+def load_chain(folder: CheckpointFolder, ensemble: int, n_block: int, first: int, thin: int) -> tuple[FloatArray, FloatArray]:
     """Load stored steps of an ensemble: `first`, `first + thin`, ..., counted from 0.
 
     Parameters
@@ -170,17 +204,17 @@ def load_chain(folder: Path, ensemble: int, n_block: int, first: int, thin: int)
     """
     chains, log_probs, done = [], [], 0
     for index in range(n_block):
-        with np.load(_block_path(folder, ensemble, index)) as file:
-            n_step = int(file["step_log_prob"].shape[0])
-            offset = first - done if done < first else (first - done) % thin
-            if offset < n_step:
-                chains.append(file["chain"][offset::thin])
-                log_probs.append(file["step_log_prob"][offset::thin])
-            done += n_step
+        block = _require(folder, ensemble, index)
+        n_step = int(block["step_log_prob"].shape[0])
+        offset = first - done if done < first else (first - done) % thin
+        if offset < n_step:
+            chains.append(block["chain"][offset::thin])
+            log_probs.append(block["step_log_prob"][offset::thin])
+        done += n_step
     return np.concatenate(chains), np.concatenate(log_probs)
 
 
-def load_accepted(folder: Path, ensemble: int, n_block: int, first_block: int) -> FloatArray:
+def load_accepted(folder: CheckpointFolder, ensemble: int, n_block: int, first_block: int) -> FloatArray:
     """Count the accepted steps of each walker of an ensemble, to judge its moves.
 
     Parameters
@@ -196,16 +230,24 @@ def load_accepted(folder: Path, ensemble: int, n_block: int, first_block: int) -
     """
     total = 0.0
     for index in range(first_block, n_block):
-        with np.load(_block_path(folder, ensemble, index)) as file:
-            total = total + file["accepted"].astype(float)
+        total = total + _require(folder, ensemble, index)["accepted"].astype(float)
     return np.asarray(total, dtype=float)
 
 
-def _block_path(folder: Path, ensemble: int, index: int) -> Path:
-    return folder / f"ensemble-{ensemble}-{index:05d}.npz"
+_STATE = ("coords", "log_prob", "random_keys", "random_rest", "random_gauss")
+_Arrays = Mapping[str, np.ndarray[tuple[int, ...], np.dtype[Any]]]
 
 
-def _state_arrays(state: EnsembleState) -> dict[str, np.ndarray[tuple[int, ...], np.dtype[np.generic]]]:
+def _path(folder: CheckpointFolder, ensemble: int, index: int | None) -> Path:
+    return folder.path / f"ensemble-{ensemble}-{_place(index)}.npz"
+
+
+def _place(index: int | None) -> str:
+    """The word for a block in the name of its file, and that for the start, which has no number."""
+    return "start" if index is None else f"{index:05d}"
+
+
+def _state_arrays(state: EnsembleState) -> _Arrays:
     return {
         "coords": state.coords,
         "log_prob": state.log_prob,
@@ -215,27 +257,61 @@ def _state_arrays(state: EnsembleState) -> dict[str, np.ndarray[tuple[int, ...],
     }
 
 
-def _save(path: Path, arrays: Mapping[str, np.ndarray[tuple[int, ...], np.dtype[np.generic]]]) -> None:
-    # To an open file, as NumPy appends an ending to a name.
-    with whole_file(path) as whole, whole.open("wb") as file:
-        np.savez(file, allow_pickle=False, **arrays)
+def _state(arrays: _Arrays) -> EnsembleState:
+    position, has_gauss = arrays["random_rest"]
+    gauss = float(arrays["random_gauss"][0])
+    return EnsembleState(arrays["coords"], arrays["log_prob"], arrays["random_keys"], int(position), int(has_gauss), gauss)
 
 
-def _load_state(path: Path) -> EnsembleState | None:
-    """State that a file holds, or None if it is not there or cannot be read."""
+def _hash_of_state(arrays: _Arrays) -> str:
+    digest = hashlib.sha256()
+    for name in _STATE:
+        digest.update(np.ascontiguousarray(arrays[name]).tobytes())
+    return digest.hexdigest()
+
+
+def _save(folder: CheckpointFolder, ensemble: int, index: int | None, arrays: _Arrays) -> None:
+    """Write arrays as NumPy's npz with a checksum behind it; the same arrays give the same bytes, without a date."""
+    memory = io.BytesIO()
+    whose = np.array([folder.fingerprint, str(ensemble), _place(index)])
+    with zipfile.ZipFile(memory, "w") as archive:
+        for name, values in {_WHOSE: whose, **arrays}.items():
+            member = io.BytesIO()
+            np.lib.format.write_array(member, np.asanyarray(values), allow_pickle=False)
+            archive.writestr(zipfile.ZipInfo(f"{name}.npy"), member.getvalue())
+    with whole_file(_path(folder, ensemble, index)) as whole:
+        whole.write_bytes(sealed(memory.getvalue()))
+
+
+def _load(folder: CheckpointFolder, ensemble: int, index: int | None) -> _Arrays | None:
+    """Arrays of a start or a block; None if the file is not there, is damaged, or is not that of this place in this run."""
+    arrays = _content(_path(folder, ensemble, index))
+    own = (folder.fingerprint, str(ensemble), _place(index))
+    return arrays if arrays is not None and _whose(arrays) == own else None
+
+
+def _require(folder: CheckpointFolder, ensemble: int, index: int) -> _Arrays:
+    """A block that this process has written or read before."""
+    block = _load(folder, ensemble, index)
+    if block is None:
+        raise _gone(folder, ensemble, index)
+    return block
+
+
+def _gone(folder: CheckpointFolder, ensemble: int, index: int | None) -> InputError:
+    advice = "Run the same command with --resume: what is missing is computed again"
+    message = "this part of the checkpoint was changed or removed while the run went on"
+    return InputError(Fault(message, _path(folder, ensemble, index), advice=advice))
+
+
+def _content(path: Path) -> _Arrays | None:
+    """All arrays of a file as they were written; None if it is not there, or not what was written to the last byte."""
     try:
-        # Opened here, as NumPy leaves a damaged file open.
-        with path.open("rb") as opened, np.load(opened, allow_pickle=False) as file:
-            rest = file["random_rest"]
-            if path.stem[-5:].isdigit():
-                _ = file["chain"], file["step_log_prob"], file["accepted"]  # reads and checks them
-            return EnsembleState(
-                file["coords"],
-                file["log_prob"],
-                file["random_keys"],
-                int(rest[0]),
-                int(rest[1]),
-                float(file["random_gauss"][0]),
-            )
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        with np.load(io.BytesIO(unsealed(path.read_bytes())), allow_pickle=False) as file:
+            return {name: file[name] for name in file.files}
+    except (OSError, ValueError, zipfile.BadZipFile):
         return None
+
+
+def _whose(arrays: _Arrays) -> tuple[str, ...]:
+    return tuple(str(word) for word in arrays[_WHOSE]) if _WHOSE in arrays else ()

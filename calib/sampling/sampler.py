@@ -17,9 +17,10 @@ import numpy as np
 
 from calib.problem import Problem
 from calib.sampling.assess import BLOCK_STEPS, SamplingRun, finish, look
-from calib.sampling.checkpoint import fingerprint, load_state, open_checkpoint, save_block, save_start
+from calib.sampling.checkpoint import load_state, open_checkpoint, save_block, save_start
 from calib.sampling.diagnostics import Convergence, Gate, shortcomings
 from calib.sampling.ensemble import Block, EnsembleState, advance, start
+from calib.sampling.identity import ENSEMBLES, FINGERPRINT, identity_of, usual_walkers
 from calib.sampling.posterior import Posterior
 from calib.workers import workers
 from models.threads import one_thread
@@ -61,7 +62,7 @@ def sample(
     seed: int,
     checkpoint: Path | None = None,
     resume: bool = False,
-    n_ensembles: int = 4,
+    n_ensembles: int = ENSEMBLES,
     n_walkers: int | None = None,
     gate: Gate | None = None,
     max_steps: int = 20_000,
@@ -112,11 +113,11 @@ def sample(
     if checkpoint is None:
         if resume:
             raise ValueError("there is nothing to resume without a folder of checkpoints")
-        with TemporaryDirectory(prefix="calib-") as folder:
+        with TemporaryDirectory(prefix="calib-") as temporary:
             return sample(
                 problem,
                 seed=seed,
-                checkpoint=Path(folder),
+                checkpoint=Path(temporary),
                 n_ensembles=n_ensembles,
                 n_walkers=n_walkers,
                 gate=gate,
@@ -127,11 +128,11 @@ def sample(
                 attrs=attrs,
             )
     gate = gate or Gate()
-    n_walker = n_walkers or max(64, 4 * len(problem.parameters))
+    n_walker = n_walkers or usual_walkers(problem)
     begin = datetime.now(UTC)
     clock = time.monotonic()
-    open_checkpoint(checkpoint, fingerprint(problem, seed, n_ensembles, n_walker), resume=resume)
-    run = SamplingRun(problem, checkpoint, np.random.SeedSequence(seed).spawn(n_ensembles), n_walker)
+    folder = open_checkpoint(checkpoint, identity_of(problem, seed, n_ensembles, n_walker), resume=resume)
+    run = SamplingRun(problem, folder, np.random.SeedSequence(seed).spawn(n_ensembles), n_walker)
     state: Convergence | None = None
 
     def report(n_block: int) -> None:
@@ -149,7 +150,8 @@ def sample(
             if n_block < next_look or next_look == last or not shortcomings(state, problem.names, gate):
                 break
             next_look = min(last, math.ceil(CHECK_FACTOR * next_look))
-    kept = {"started": begin.isoformat(timespec="seconds"), "ended": datetime.now(UTC).isoformat(timespec="seconds")}
+    times = {"started": begin.isoformat(timespec="seconds"), "ended": datetime.now(UTC).isoformat(timespec="seconds")}
+    kept = {FINGERPRINT: folder.fingerprint, **times}
     with one_thread():
         return finish(run, n_block, state, gate, seed, {**kept, **(attrs or {})})
 
@@ -163,7 +165,7 @@ def _advance_to(run: SamplingRun, executor: Executor, n_block: int, deadline: fl
     pending: dict[Future[EnsembleState | Block], int] = {}
 
     def submit(ensemble: int) -> None:
-        state, count[ensemble] = load_state(run.folder, ensemble)
+        state, count[ensemble] = load_state(run.folder, ensemble, count.get(ensemble, 0))
         work: Callable[[], EnsembleState | Block]
         if state is None:
             work = partial(start, run.problem, run.seeds[ensemble], run.n_walker)

@@ -14,7 +14,7 @@ from calib.experiment import experiment_from_json, experiment_to_json
 from calib.lab import sweeps_from_json, sweeps_to_json
 from calib.priors import prior_from_json
 from calib.problem import ParameterInfo
-from calib.sampling.archive import read_group, read_texts, write_groups
+from calib.sampling.archive import open_groups, write_groups
 from calib.sampling.diagnostics import diagnostics_from_json, diagnostics_to_json
 from calib.sampling.groups import describe, make_groups
 from calib.sampling.layout import chain_order, stacked
@@ -26,6 +26,8 @@ from models.sensor import FloatArray
 FORMAT = 2
 
 _VERSION = "calib_format"
+
+_AGAIN = "Put a copy of it back, or write it anew from its checkpoints: `calib calibrate EXPERIMENT -o RUN --resume`"
 
 
 def save_posterior(posterior: Posterior, path: Path, forward: Forward | None = None) -> None:
@@ -42,6 +44,8 @@ def save_posterior(posterior: Posterior, path: Path, forward: Forward | None = N
     ------
     InputError
         If the folder does not exist.
+    OSError
+        If the file cannot be written; an earlier one stays as it was.
     """
     record = {
         _VERSION: str(FORMAT),
@@ -64,39 +68,37 @@ def load_posterior(path: Path) -> Posterior:
     Raises
     ------
     InputError
-        If the file does not exist, is not such a posterior, or was written by another version of the program.
+        If the file does not exist, is not to the last byte what `save_posterior` wrote, holds numbers that are not finite, or
+        was written by another version of the program.
     """
     try:
         return _restored(path)
     except InputError:
         raise
-    except (OSError, ValueError, KeyError, AttributeError, TypeError) as error:
-        raise InputError(Fault(f"this is not a posterior that calib wrote ({error})", path)) from error
+    except (OSError, ValueError, KeyError, AttributeError, TypeError, StopIteration) as error:
+        raise InputError(Fault(f"this is not a posterior as calib wrote it ({error})", path, advice=_AGAIN)) from error
 
 
 def _restored(path: Path) -> Posterior:
-    record = read_texts(path)
+    archive = open_groups(path)
+    record = archive.texts()
     if (found := _version(record)) != FORMAT:
-        raise InputError(
-            Fault(
-                f"another version of calib wrote this posterior (format {found}, this version reads format {FORMAT})",
-                path,
-                advice="Run `calib calibrate` again, or use the version that wrote it",
-            )
-        )
+        message = f"another version of calib wrote this posterior (format {found}, this version reads format {FORMAT})"
+        advice = "Run `calib calibrate` again, or use the version that wrote it"
+        raise InputError(Fault(message, path, advice=advice))
     parameters = tuple(_parameter_from_json(p) for p in json.loads(record["parameters"]))
     n_walkers = int(record["n_walkers"])
-    log_prob = read_group(path, "sample_stats", ["lp"])["lp"]
-    blocks = read_group(path, "log_likelihood", ["blocks"])["blocks"]
+    log_prob = archive.group("sample_stats", ["lp"])["lp"]
+    blocks = archive.group("log_likelihood", ["blocks"])["blocks"]
     return Posterior(
         experiment=experiment_from_json(record["experiment"]),
         sweeps=sweeps_from_json(record["sweeps"]),
         parameters=parameters,
         fixed=json.loads(record["fixed"]),
         forward_name=record["forward"],
-        draws=_as_sampled(stacked(parameters, read_group(path, "posterior")), n_walkers),
-        log_prob=_as_sampled(log_prob.values, n_walkers),
-        log_likelihood=_as_sampled(blocks.values, n_walkers),
+        draws=_as_sampled("draws", stacked(parameters, archive.group("posterior")), n_walkers),
+        log_prob=_as_sampled("log posterior densities", log_prob.values, n_walkers),
+        log_likelihood=_as_sampled("log likelihoods", blocks.values, n_walkers),
         blocks=tuple(str(name) for name in blocks["block"].values),
         n_walkers=n_walkers,
         seed=int(record["seed"]),
@@ -120,8 +122,10 @@ def _version(record: Mapping[str, str]) -> int:
     raise ValueError("it does not say what it is of")
 
 
-def _as_sampled(values: FloatArray, n_walker: int) -> FloatArray:
+def _as_sampled(what: str, values: FloatArray, n_walker: int) -> FloatArray:
     """Draws (n_chain, n_draw, ...) in the order in which they were sampled, from that of `chain_order`."""
+    if n_bad := np.count_nonzero(~np.isfinite(values)):
+        raise ValueError(f"{n_bad} of the {values.size} {what} are not finite numbers")
     found = np.empty(values.shape)
     found[:, chain_order(values.shape[1], n_walker)] = values
     return found

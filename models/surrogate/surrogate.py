@@ -14,6 +14,7 @@ too, and rho the correlation of what the fit missed on paths kept out of it (`mo
 
 from __future__ import annotations
 
+import io
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -26,6 +27,7 @@ from typing import Any
 import numpy as np
 
 from models.response import OutOfRangeError, Response
+from models.seal import sealed, unsealed
 from models.sensor import BoolArray, Design, FloatArray
 from models.surrogate import domain
 from models.surrogate.coordinates import (
@@ -301,8 +303,10 @@ class Surrogate:
         return np.asarray(np.sqrt(np.mean(np.exp(2 * logs), axis=2)))
 
     def save(self, path: Path) -> None:
-        """Write as npz, with what it adds to; nothing in it is executed on reading."""
-        np.savez_compressed(path, **self._arrays())
+        """Write as npz with a checksum behind it, with what it adds to; nothing in it is executed on reading."""
+        file = io.BytesIO()
+        np.savez_compressed(file, **self._arrays())
+        path.write_bytes(sealed(file.getvalue()))
 
     def _arrays(self, prefix: str = "") -> dict[str, Any]:
         """Everything it consists of by name, that of its base with a prefix more: see `_from_arrays`."""
@@ -345,24 +349,27 @@ def load_surrogate(path: Path | None = None, family: Family = NEO_HOOKEAN) -> Su
     Raises
     ------
     ValueError
-        If the file is not a surrogate of this format.
+        If the file is not a surrogate of this format, to the last byte as it was written and with finite numbers alone.
     """
     if path is None:
         with as_file(files("models.surrogate") / "data" / f"{family.name}.npz") as shipped:
             return load_surrogate(shipped)
     try:
-        with np.load(path, allow_pickle=False) as file:
+        with np.load(io.BytesIO(unsealed(path.read_bytes())), allow_pickle=False) as file:
             data = {name: file[name] for name in file.files}
         written = int(data["format"])
-    except (KeyError, OSError, EOFError, ValueError):
-        raise ValueError(f"{path} is not a surrogate file; give one that `calib surrogate train` wrote") from None
-    if written != _FORMAT:
-        raise ValueError(f"{path} has surrogate format {written}, this version reads {_FORMAT}; train it anew")
-    below = {name.removeprefix(_BASE): array for name, array in data.items() if name.startswith(_BASE)}
-    return _from_arrays(data, _from_arrays(below, None) if below else None)
+        if written == _FORMAT:
+            below = {name.removeprefix(_BASE): array for name, array in data.items() if name.startswith(_BASE)}
+            return _from_arrays(data, _from_arrays(below, None) if below else None)
+    except (KeyError, OSError, EOFError, TypeError, ValueError) as error:
+        raise ValueError(f"{path} is not a surrogate file ({error}); give one that `calib surrogate train` wrote") from None
+    raise ValueError(f"{path} has surrogate format {written}, this version reads {_FORMAT}; train it anew")
 
 
 def _from_arrays(data: Mapping[str, Any], base: Surrogate | None) -> Surrogate:
+    for name, array in data.items():
+        if array.dtype.kind == "f" and not np.all(np.isfinite(array)):
+            raise ValueError(f"{name} has numbers that are not finite")
     return Surrogate(
         **{name: network_from(data, name) for name in _NETWORKS},
         force_modes=data["force_modes"],

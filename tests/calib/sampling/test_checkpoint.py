@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from dataclasses import replace
 from importlib.metadata import version
@@ -12,11 +11,24 @@ from typing import Any
 import numpy as np
 import pytest
 
-import calib.sampling.checkpoint as checkpoint
+import calib.sampling.identity as identity_module
 from calib.errors import InputError
 from calib.priors.distributions import Normal
 from calib.problem.problem import Problem, build_problem
-from calib.sampling.checkpoint import fingerprint, open_checkpoint
+from calib.records import record_to_text
+from calib.sampling.checkpoint import (
+    CheckpointFolder,
+    kept_identity,
+    load_accepted,
+    load_chain,
+    load_state,
+    open_checkpoint,
+    save_block,
+    save_start,
+    whose_checkpoint,
+)
+from calib.sampling.ensemble import Block, EnsembleState
+from calib.sampling.identity import Identity, differences, identity_of
 from calib.sampling.posterior import Posterior
 from models.analytic import ClosedForm
 from models.fem import FiniteElements
@@ -32,7 +44,7 @@ def problem(make_posterior: MakePosterior) -> Problem:
 
 
 def _mark(problem: Problem) -> str:
-    return fingerprint(problem, 1, 4, 64)
+    return identity_of(problem, 1, 4, 64).fingerprint
 
 
 def test_the_same_inputs_have_the_same_fingerprint_wherever_their_files_lie(
@@ -89,33 +101,181 @@ def test_data_priors_and_fixed_values_change_the_fingerprint(problem: Problem) -
 
 
 def test_seed_ensembles_and_walkers_change_the_fingerprint(problem: Problem) -> None:
-    marks = {fingerprint(problem, *run) for run in ((1, 4, 64), (2, 4, 64), (1, 5, 64), (1, 4, 66))}
+    marks = {identity_of(problem, *run).fingerprint for run in ((1, 4, 64), (2, 4, 64), (1, 5, 64), (1, 4, 66))}
     assert len(marks) == 4
 
 
-@pytest.mark.parametrize(("name", "value"), [("LIKELIHOOD_VERSION", 99), ("_BASE", "slippery"), ("_FORMAT", 99), ("MOVES", ())])
+@pytest.mark.parametrize(
+    ("name", "value"), [("LIKELIHOOD_VERSION", 99), ("_BASE", "slippery"), ("MOVES", ()), ("STORE_EVERY", 7)]
+)
 def test_what_the_program_does_changes_the_fingerprint(
     problem: Problem, monkeypatch: pytest.MonkeyPatch, name: str, value: object
 ) -> None:
     before = _mark(problem)
-    monkeypatch.setattr(checkpoint, name, value)
+    monkeypatch.setattr(identity_module, name, value)
     assert _mark(problem) != before
 
 
 def test_another_version_of_the_sampler_changes_the_fingerprint(problem: Problem, monkeypatch: pytest.MonkeyPatch) -> None:
     before = _mark(problem)
-    monkeypatch.setattr(checkpoint, "version", lambda package: version(package) + ".post1")
+    monkeypatch.setattr(identity_module, "version", lambda package: version(package) + ".post1")
     assert _mark(problem) != before
 
 
-def test_a_checkpoint_of_another_run_or_version_is_refused(tmp_path: Path) -> None:
-    open_checkpoint(tmp_path, "ab", resume=False)
-    open_checkpoint(tmp_path, "ab", resume=True)
-    manifest = tmp_path / "manifest.json"
-    assert json.loads(manifest.read_text()) == {"kind": "checkpoint", "format": 2, "fingerprint": "ab"}
+def test_what_is_another_is_named_in_words(problem: Problem) -> None:
+    mine = identity_of(problem, 1).parts
+    assert differences(mine, mine) == ""
+    assert differences(identity_of(problem, 2).parts, mine) == "seed was 2 and is 1 now"
+    surrogate = identity_of(replace(problem, forward=load_surrogate()), 1).parts
+    said = differences(surrogate, mine)
+    assert said.startswith("forward model was ")
+    assert load_surrogate().name in said
+    assert len(said) < 160  # a hash is not written out
+    fixed = identity_of(replace(problem, fixed={**problem.fixed, "clock_offset[sensor 9]": 1.0}), 1).parts
+    assert differences(mine, fixed) == "fixed value of clock_offset[sensor 9] was none and is 1.0 now"
+    assert "4 more differences" in differences({**mine, **{f"x{k}": "" for k in range(8)}}, mine)
+
+
+# --- the folder ---------------------------------------------------------------------------------------------------------
+
+RUN, OTHER = Identity({"seed": "1", "law": "gent"}), Identity({"seed": "2", "law": "gent"})
+
+
+def _state(rng: np.random.Generator) -> EnsembleState:
+    keys = rng.integers(0, 2**32, 624, dtype=np.uint32)
+    return EnsembleState(rng.normal(size=(6, 2)), rng.normal(size=6), keys, 17, 1, float(rng.normal()))
+
+
+def _block(rng: np.random.Generator) -> Block:
+    return Block(rng.normal(size=(10, 6, 2)), rng.normal(size=(10, 6)), rng.integers(0, 9, 6), _state(rng))
+
+
+def _filled(path: Path, run: Identity = RUN, seed: int = 5) -> CheckpointFolder:
+    """A folder with two ensembles of three blocks each."""
+    folder, rng = open_checkpoint(path, run, resume=False), np.random.default_rng(seed)
+    for ensemble in range(2):
+        save_start(folder, ensemble, _state(rng))
+        for index in range(3):
+            save_block(folder, ensemble, index, _block(rng))
+    return folder
+
+
+def _bytes(path: Path) -> dict[str, bytes]:
+    return {p.name: p.read_bytes() for p in path.iterdir()}
+
+
+def test_what_is_saved_is_loaded_and_the_same_arrays_give_the_same_bytes(tmp_path: Path) -> None:
+    folder = _filled(tmp_path / "a")
+    again = _filled(tmp_path / "b")
+    assert _bytes(folder.path) == _bytes(again.path)
+    rng = np.random.default_rng(5)
+    _state(rng)
+    blocks = [_block(rng) for _ in range(3)]
+    state, n_block = load_state(folder, 0)
+    assert state is not None
+    assert n_block == 3
+    np.testing.assert_array_equal(state.coords, blocks[-1].end.coords)
+    assert (state.random_position, state.random_has_gauss, state.random_gauss) == (17, 1, blocks[-1].end.random_gauss)
+    chain, log_prob = load_chain(folder, 0, 3, 15, 2)
+    np.testing.assert_array_equal(chain, np.concatenate([b.chain for b in blocks])[15::2])
+    np.testing.assert_array_equal(log_prob, np.concatenate([b.log_prob for b in blocks])[15::2])
+    np.testing.assert_array_equal(load_accepted(folder, 0, 3, 1), blocks[1].accepted + blocks[2].accepted)
+    with np.load(folder.path / "ensemble-0-00000.npz") as plain:  # other programs read it, too
+        np.testing.assert_array_equal(plain["chain"], blocks[0].chain)
+
+
+@pytest.mark.parametrize("file", ["ensemble-0-start.npz", "ensemble-0-00001.npz"])
+def test_any_changed_byte_and_any_lost_end_of_a_file_make_it_as_good_as_not_there(tmp_path: Path, file: str) -> None:
+    folder = _filled(tmp_path)
+    path, rng = tmp_path / file, np.random.default_rng(11)
+    whole = path.read_bytes()
+    expected = 1 if "00001" in file else 0
+    for place in rng.integers(0, len(whole), 150):
+        damaged = bytearray(whole)
+        damaged[place] ^= 1 << int(rng.integers(8))
+        path.write_bytes(damaged)
+        assert load_state(folder, 0)[1] == expected
+    for length in (0, 1, 200, len(whole) - 1):
+        path.write_bytes(whole[:length])
+        assert load_state(folder, 0)[1] == expected
+    assert whose_checkpoint(path) == ""
+    assert load_state(folder, 1)[1] == 3
+    path.write_bytes(whole)
+    assert load_state(folder, 0)[1] == 3
+
+
+def test_blocks_of_another_run_ensemble_or_place_are_not_taken(tmp_path: Path) -> None:
+    folder, other = _filled(tmp_path / "a"), _filled(tmp_path / "b", OTHER)
+    kept = folder.path / "ensemble-0-00001.npz"
+    for foreign in (
+        other.path / "ensemble-0-00001.npz",
+        folder.path / "ensemble-1-00001.npz",
+        folder.path / "ensemble-0-00002.npz",
+        folder.path / "ensemble-0-start.npz",
+    ):
+        kept.write_bytes(foreign.read_bytes())
+        assert load_state(folder, 0)[1] == 1
+        with pytest.raises(InputError, match="was changed or removed while the run went on"):
+            load_chain(folder, 0, 3, 0, 1)
+        assert whose_checkpoint(kept) != RUN.fingerprint
+    assert whose_checkpoint(folder.path / "ensemble-0-00002.npz") == RUN.fingerprint
+    assert whose_checkpoint(other.path / "ensemble-0-start.npz") == OTHER.fingerprint
+
+
+def test_a_block_that_does_not_go_on_from_the_one_before_it_is_not_taken(tmp_path: Path) -> None:
+    folder, twin = _filled(tmp_path / "a"), _filled(tmp_path / "b", seed=6)  # as on a machine that rounds in another way
+    (folder.path / "ensemble-0-00001.npz").write_bytes((twin.path / "ensemble-0-00001.npz").read_bytes())
+    assert load_state(folder, 0)[1] == 1
+
+
+def test_a_checkpoint_of_another_run_is_refused_by_what_is_another(tmp_path: Path) -> None:
+    _filled(tmp_path)
+    before = _bytes(tmp_path)
+    open_checkpoint(tmp_path, RUN, resume=True)
+    assert _bytes(tmp_path) == before
+    with pytest.raises(InputError, match="the checkpoint is of another run: seed was 1 and is 2 now"):
+        open_checkpoint(tmp_path, OTHER, resume=True)
+    assert _bytes(tmp_path) == before
+    assert kept_identity(tmp_path) == RUN.parts
+
+
+@pytest.mark.parametrize("manifest", [None, b"", b"[]", b"{", b"\xff\xfe", b'{"kind": "run", "format": 3}'])
+def test_a_damaged_manifest_is_written_anew_where_the_blocks_are_of_this_run(tmp_path: Path, manifest: bytes | None) -> None:
+    _filled(tmp_path)
+    path = tmp_path / "manifest.json"
+    before = _bytes(tmp_path)
+    path.unlink()
+    if manifest is not None:
+        path.write_bytes(manifest)
+    assert kept_identity(tmp_path) is None
     with pytest.raises(InputError, match="of another run"):
-        open_checkpoint(tmp_path, "cd", resume=True)
-    for text in ('{"fingerprint": "ab", "format": 1}', "[]", '{"kind": "checkpoint", "format": 1, "fingerprint": "ab"}', "{"):
-        manifest.write_text(text)
-        with pytest.raises(InputError, match="of another run"):
-            open_checkpoint(tmp_path, "ab", resume=True)
+        open_checkpoint(tmp_path, OTHER, resume=True)
+    open_checkpoint(tmp_path, RUN, resume=True)
+    assert _bytes(tmp_path) == before
+
+
+def test_any_changed_byte_of_the_manifest_is_mended(tmp_path: Path) -> None:
+    _filled(tmp_path)
+    path, rng = tmp_path / "manifest.json", np.random.default_rng(3)
+    whole = path.read_bytes()
+    for place in rng.integers(0, len(whole), 100):
+        damaged = bytearray(whole)
+        damaged[place] ^= 1 << int(rng.integers(8))
+        path.write_bytes(damaged)
+        assert kept_identity(tmp_path) is None
+        open_checkpoint(tmp_path, RUN, resume=True)
+        assert path.read_bytes() == whole
+
+
+def test_a_checkpoint_of_another_version_is_refused_as_such(tmp_path: Path) -> None:
+    (tmp_path / "ensemble-0-00000.npz").write_bytes(b"hours of work")
+    for text in (
+        '{"kind": "checkpoint", "format": 2, "fingerprint": "ab"}',
+        record_to_text("checkpoint", 99, {"fingerprint": "ab"}),
+    ):
+        (tmp_path / "manifest.json").write_text(text)
+        with pytest.raises(InputError, match=r"another version of calib wrote this checkpoint \(format (2|99), this version"):
+            open_checkpoint(tmp_path, RUN, resume=True)
+    assert (tmp_path / "ensemble-0-00000.npz").read_bytes() == b"hours of work"
+    open_checkpoint(tmp_path, RUN, resume=False)
+    assert [p.name for p in tmp_path.iterdir()] == ["manifest.json"]

@@ -1,0 +1,49 @@
+"""The command `verify`: a run folder in, which files of it and of what it was made from have changed, on the screen."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from calib.cli.common import NOT_USABLE, out, refusing_bad_input, say
+
+
+def verify(run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder written by `calib calibrate`.")]) -> None:
+    """Check that nothing of a run, and nothing that it was made from, has changed since: every file against its hash.
+
+    That is the experiment, the lab files, the surrogate, posterior, summary, recommendation, report and checkpoint, and
+    run.json, which holds the hashes. A file that was moved away is missing, not changed; a run and its lab files may move together.
+
+    Example: `calib verify run1`
+
+    Writes: nothing.
+
+    Exit codes: 0 everything is as it was; 2 no run there, or another process is writing into it; 3 something has changed, is
+    missing, or was not written to its end, and saying what.
+    """
+    with refusing_bad_input():
+        from rich.box import SIMPLE_HEAD
+        from rich.markup import escape
+        from rich.table import Table
+
+        from calib.runs import verify as verify_run
+
+        findings = verify_run(run)
+        blocks = [f for f in findings if f.name.startswith("checkpoint/") and f.state == "fine"]
+        shown = Table("file", "is", "", box=SIMPLE_HEAD)
+        for finding in findings:
+            if finding not in blocks:
+                shown.add_row(escape(finding.name), finding.state, escape(finding.note))
+        if blocks:
+            shown.add_row("checkpoint", "fine", f"{len(blocks)} files")
+        out().print(shown)
+        wrong = [f for f in findings if f.state != "fine"]
+        say(
+            f"{len(wrong)} of {len(findings)} files are not as they were."
+            if wrong
+            else f"All {len(findings)} files are as they were."
+        )
+    if wrong:
+        raise typer.Exit(NOT_USABLE)

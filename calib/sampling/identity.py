@@ -1,0 +1,110 @@
+"""A problem and the settings of a run in, all that its draws depend on out: by name, and as one fingerprint."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib.metadata import version
+
+from calib.lab import sweeps_to_json
+from calib.problem import LIKELIHOOD_VERSION, Problem
+from calib.sampling.ensemble import MOVES, STORE_EVERY
+
+#: Independent ensembles of a run that is not told their number.
+ENSEMBLES = 4
+
+#: Key of the fingerprint among the texts that are kept with a posterior.
+FINGERPRINT = "fingerprint"
+
+# What the padding lies on. Only one kind of base is modelled so far; another must not continue a chain of this one.
+_BASE = "bonded"
+
+# Differences that a refusal names.
+_NAMED = 4
+
+
+@dataclass(frozen=True)
+class Identity:
+    """All that the draws of a run depend on, so that files of one run are never taken for those of another.
+
+    Attributes
+    ----------
+    parts : what it is, in words -> its value, or the SHA-256 of a long one.
+    """
+
+    parts: Mapping[str, str]
+
+    @property
+    def fingerprint(self) -> str:
+        """64 hexadecimal digits, others for every other identity."""
+        return hashlib.sha256(json.dumps(dict(self.parts), sort_keys=True).encode()).hexdigest()
+
+
+def identity_of(problem: Problem, seed: int, n_ensemble: int = ENSEMBLES, n_walker: int | None = None) -> Identity:
+    """Say all that the draws of a chain depend on, so that a chain is never continued as that of another posterior.
+
+    That is the data, the unknowns with their priors, what is known of the specimens and the rig, the forward model by its
+    content, the likelihood's version, seed, ensembles and moves, and the version of emcee, whose code the moves are. Not where
+    files lie, and not the version of this package, in whose place the versions of likelihood and sampler stand.
+
+    Parameters
+    ----------
+    problem : what is sampled.
+    seed : of the whole run.
+    n_ensemble : how many ensembles.
+    n_walker : how many walkers in each; None for `usual_walkers`.
+    """
+    e = problem.experiment
+    forward = problem.forward
+    return Identity(
+        {
+            "seed": str(seed),
+            "ensembles": str(n_ensemble),
+            "walkers of an ensemble": str(n_walker or usual_walkers(problem)),
+            "moves of the sampler": json.dumps([MOVES, STORE_EVERY]),
+            "version of emcee": version("emcee"),
+            "version of the likelihood": str(LIKELIHOOD_VERSION),
+            "forward model": f"{forward.name}, {forward.identity}",
+            "law": e.law,
+            "contact": "stick" if e.stick else "frictionless",
+            "base": _BASE,
+            "radius of the sensor": f"{e.sensor_radius!r} m",
+            "material of the padding": e.padding_material,
+            "discrepancy": e.discrepancy,
+            "unknowns": ", ".join(problem.names),
+            **{f"prior of {p.name}": json.dumps(p.prior.to_json(), sort_keys=True) for p in problem.parameters},
+            **{f"fixed value of {name}": repr(value) for name, value in problem.fixed.items()},
+            **{
+                f"data of sweep {k} ({sweep.title})": hashlib.sha256(sweeps_to_json((sweep,)).encode()).hexdigest()
+                for k, sweep in enumerate(problem.sweeps, start=1)
+            },
+        }
+    )
+
+
+def usual_walkers(problem: Problem) -> int:
+    """Walkers of an ensemble that is not told their number: four for each unknown, and at least 64."""
+    return max(64, 4 * len(problem.parameters))
+
+
+def differences(found: Mapping[str, str], wanted: Mapping[str, str]) -> str:
+    """Say in words in what two identities differ; empty if they do not.
+
+    Parameters
+    ----------
+    found : the parts of what is there.
+    wanted : those of what is asked for now.
+    """
+    names = [*wanted, *(name for name in found if name not in wanted)]
+    differing = [name for name in names if found.get(name) != wanted.get(name)]
+    said = [f"{name} was {_shown(found.get(name))} and is {_shown(wanted.get(name))} now" for name in differing[:_NAMED]]
+    if len(differing) > _NAMED:
+        said.append(f"{len(differing) - _NAMED} more differences")
+    return "; ".join(said)
+
+
+def _shown(value: str | None) -> str:
+    return "none" if value is None else re.sub(r"\b([0-9a-f]{8})[0-9a-f]{24,}\b", r"\1…", value)

@@ -1,0 +1,112 @@
+"""A small experiment in a folder, a calibration of it that takes a second, and processes that can be killed where one likes."""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from calib.errors import InputError
+from calib.runs.calibration import Calibration, Stages, calibrate
+from models.analytic import ClosedForm
+from models.sensor import design_from
+
+#: Exit codes of `in_a_process`.
+DONE, REFUSED, FAILED, KILLED = 0, 2, 1, 9
+
+EXPERIMENT = """
+name = "One specimen"
+model = "closed form"
+discrepancy = "off"
+[indenter]
+radius = "5 mm"
+[sensor]
+radius = "10 mm"
+[priors]
+young_modulus = { lognormal = ["0.7 MPa", 1.6] }
+machine_compliance = { fixed = "0 um/N" }
+force_noise = { fixed = "0.01 N" }
+[[specimens]]
+name = "sensor 1"
+force = "force.csv"
+[specimens.priors]
+sensor_thickness = { fixed = "0.74 mm" }
+padding_thickness = { fixed = "1.10 mm" }
+"""
+
+#: A calibration without its slow ends.
+QUICK = Stages(spot_check=lambda posterior, _: posterior, page=lambda run, _: f"<p>{run.posterior.seed}</p>")
+
+
+def make_lab(folder: Path) -> Path:
+    """Write the experiment into a folder, and its lab file, drawn from the closed form."""
+    rng = np.random.default_rng(5)
+    values = {"young_modulus": 0.62e6, "sensor_thickness": 0.74e-3, "padding_thickness": 1.1e-3, "relative_permittivity": 2.8}
+    depth = np.linspace(-0.05e-3, 0.6e-3, 120)
+    r = ClosedForm().respond(design_from({**values, "indenter_radius": 5e-3, "sensor_radius": 10e-3}), depth)
+    force = r.force + 0.03 + rng.normal(0, 0.01, depth.size)
+    table = pd.DataFrame({"Displacement (mm)": 1e3 * depth + 0.05, "Force (N)": force})
+    table.to_csv(folder / "force.csv", index=False, float_format="%.6f")
+    (folder / "experiment.toml").write_text(EXPERIMENT, encoding="utf-8")
+    return folder
+
+
+def quick(lab: Path, name: str = "run", *, seed: int | None = None, stages: Stages = QUICK, **options: Any) -> Calibration:
+    """Calibrate the experiment of a folder, as short as can be."""
+    options = {"max_seconds": 0.0, "processes": 0, "command": "calib calibrate", **options}
+    return calibrate(lab / "experiment.toml", lab / name, seed=seed, stages=stages, **options)
+
+
+def begin(work: Callable[[], object]) -> int:
+    """Begin work in a process of its own, with all that this one has loaded; gives its number."""
+    pid = os.fork()
+    if pid:
+        return pid
+    code = FAILED
+    try:
+        work()
+        code = DONE
+    except InputError as error:
+        sys.stderr.write(f"{error}\n")
+        code = REFUSED
+    except BaseException as error:
+        sys.stderr.write(f"{type(error).__name__}: {error}\n")
+    finally:
+        os._exit(code)
+
+
+def end(pid: int) -> int:
+    """Wait for a process; its exit code, or minus the signal that ended it."""
+    return os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
+
+
+def in_a_process(work: Callable[[], object]) -> int:
+    """Do work in a process of its own; its exit code."""
+    return end(begin(work))
+
+
+def at_operation(number: int, folder: Path, act: Callable[[], None]) -> None:
+    """Act before the n-th operation on files in a folder (from 1) of this process: to open for writing, to name, to remove."""
+    count = 0
+    counting = threading.Lock()
+    names = {"open", "os.mkdir", "os.rename", "os.remove", "os.rmdir"}
+
+    def watch(event: str, arguments: tuple[Any, ...]) -> None:
+        nonlocal count
+        if event not in names or not str(arguments[0]).startswith(str(folder)):
+            return
+        if event == "open" and not (isinstance(arguments[2], int) and arguments[2] & (os.O_WRONLY | os.O_RDWR | os.O_CREAT)):
+            return
+        with counting:
+            count += 1
+            if count != number:
+                return
+        act()
+
+    sys.addaudithook(watch)
