@@ -68,7 +68,7 @@ class Funnel:
         return self._log_t(np.sum(self.residuals(x) ** 2, axis=1)) - self._log_width(self._ahead(x))
 
     def residuals(self, x: FloatArray) -> FloatArray:
-        """t of (1) at x (n_draw, n), (n_draw, n)."""
+        """Residuals t of (1) at x (n_draw, n), (n_draw, n)."""
         y = self._ahead(x)
         phi = _bent(y[:, : self.n_scale])
         mean = self.constant + y @ self.linear.T + phi @ self.bent.T
@@ -118,7 +118,7 @@ def _log_student(square: FloatArray, n: int, freedom: float, scale: float) -> Fl
 
 
 def _bent(u: FloatArray) -> FloatArray:
-    """phi of (1): u and its products, bounded, (n_draw, n_phi)."""
+    """Terms phi of (1): u and its products, bounded, (n_draw, n_phi)."""
     bounded = _BEND * np.tanh(u / _BEND)
     i, j = np.triu_indices(u.shape[1])
     return np.concatenate([bounded, bounded[:, i] * bounded[:, j]], axis=1)
@@ -174,11 +174,13 @@ def _fit_line(
     """Slopes of the mean and of the logarithm of the width of one coordinate: least squares and a gamma regression in turn."""
     pull, width_pull = np.full(means.shape[1], _PULL / effective), np.full(widths.shape[1], _WIDTH_PULL / effective)
     pull[0] = width_pull[0] = 0.0
-    slopes, log_width = np.zeros(means.shape[1]), np.zeros(widths.shape[1])
+    slopes: FloatArray = np.zeros(means.shape[1])
+    log_width: FloatArray = np.zeros(widths.shape[1])
     for turn in range(_ROUNDS):
         precision = share * np.exp(-2 * widths @ log_width)
         normal = (means * precision[:, None]).T @ means
-        slopes = np.linalg.solve(normal + np.diag(pull * np.sum(precision) + 1e-12 * np.trace(normal)), means.T @ (precision * y))
+        held = normal + np.diag(pull * np.sum(precision) + 1e-12 * np.trace(normal))
+        slopes = np.asarray(np.linalg.solve(held, means.T @ (precision * y)), dtype=float)
         residual = y - means @ slopes
         if turn == 0:
             log_width[0] = 0.5 * np.log(share @ residual**2 + 1e-300)

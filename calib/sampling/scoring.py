@@ -75,7 +75,7 @@ def score(
 
 
 def _met(x: FloatArray, value: float, information: FloatArray, known: Sequence[tuple[FloatArray, float]]) -> int | None:
-    """The known mode that a climb is about to reach: as near as draws of the posterior are, in depth below it and in distance."""
+    """The known mode that a climb is about to reach: as near, and as little below it, as draws of the posterior are."""
     for k, (mode, top) in enumerate(known):
         apart = mode - x
         if value > top - 0.5 * x.size and float(apart @ information @ apart) < x.size:

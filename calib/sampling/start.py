@@ -1,7 +1,7 @@
-"""A target and a seed in, its modes out; then all modes in, walkers that lie as the target does and a proposal fitted to them, out.
+"""A target and a seed in, its modes out; then all modes in, walkers that lie as the target does and their proposal out.
 
-A start takes two steps, as the modes that one ensemble finds are told to all: an ensemble that has missed one would otherwise be
-sure of what another contradicts.
+A start takes two steps, as the modes that one ensemble finds are told to all: an ensemble that has missed one would otherwise
+be sure of what another contradicts.
 """
 
 from __future__ import annotations
@@ -11,10 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from calib.sampling.ensemble import EnsembleState, moves_by, walk
 from calib.sampling.proposal import Proposal, fit_proposal, normal_funnel
 from calib.sampling.target import Mode, Target
-from calib.sampling.walk import SHAPELESS, SHAPELY, Moves, Walkers, walk
 from models.sensor import FloatArray
+
+#: Version of how an ensemble begins: raise it with every change that gives another start for the same seed.
+START_VERSION = 1
 
 #: Prior draws among which an ensemble looks for its starts; how many of the best it climbs from, and of all that are possible.
 N_START_DRAWS = 512
@@ -36,7 +39,7 @@ LEAST_ACCEPTED = 0.1
 class Start:
     """Where an ensemble begins: its walkers, and how they move: the proposal, None if none was found that fits."""
 
-    walkers: Walkers
+    state: EnsembleState
     proposal: Proposal | None
 
 
@@ -100,9 +103,9 @@ def _no_valley(target: Target, a: Mode, b: Mode) -> bool:
 def start(target: Target, modes: Sequence[Mode], seed: np.random.SeedSequence, n_walker: int) -> Start:
     """Place the walkers of an ensemble as the target lies, and fit the proposal that they will move by.
 
-    Draws of Student densities round the modes are weighted to the target, mildly where the weights are few; walkers chosen among
-    them then move, and the proposal is fitted anew to where they were, in `ROUNDS`. What is learned here is
-    frozen: the chain that follows has the target as its limit.
+    Draws of Student densities round the modes are weighted to the target, mildly where the weights are few; walkers chosen
+    among them then move, and the proposal is fitted anew to where they were, in `ROUNDS`. What is learned here is frozen: the
+    chain that follows has the target as its limit.
 
     Parameters
     ----------
@@ -120,17 +123,17 @@ def start(target: Target, modes: Sequence[Mode], seed: np.random.SeedSequence, n
     log_density = target.log_density(x)
     weight = _mild_weights(log_density - proposal.log_density(x), _EFFECTIVE * n_walker)
     chosen = random.choice(weight.size, n_walker, p=weight)
-    walkers = Walkers.of(x[chosen], log_density[chosen], random)
+    state = EnsembleState.of(x[chosen], log_density[chosen], random)
     before: FloatArray = np.empty((0, x.shape[1]))
     accepted = 0.0
     for n_steps in ROUNDS:
-        path = walk(target.log_density, walkers, Moves(SHAPELY, proposal), n_steps)
-        walkers = path.end
+        path = walk(target.log_density, state, moves_by(proposal), n_steps)
+        state = path.end
         accepted = path.accepted_of("proposal")
         visited = path.chain.reshape(-1, x.shape[1])
         proposal = fit_proposal(np.concatenate([before, visited]), target.scales, proposal)
         before = visited
-    return Start(walkers, proposal if accepted >= LEAST_ACCEPTED else None)
+    return Start(state, proposal if accepted >= LEAST_ACCEPTED else None)
 
 
 def _mild_weights(log_weight: FloatArray, effective: float) -> FloatArray:

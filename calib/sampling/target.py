@@ -1,4 +1,4 @@
-"""What is sampled, as the sampler sees it: a log density with its prior, a way up to its modes, and which unknowns are scales."""
+"""What is sampled, as the sampler sees it: a log density with its prior, a way up to its modes, and which of it are scales."""
 
 from __future__ import annotations
 
