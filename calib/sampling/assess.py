@@ -5,16 +5,18 @@ from __future__ import annotations
 import importlib.metadata
 import math
 import platform
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from calib.problem import Problem, block_names, columns_at, log_likelihood_blocks, range_use
-from calib.sampling.checkpoint import CheckpointFolder, load_accepted, load_chain
+from calib.sampling.checkpoint import CheckpointFolder, load_accepted, load_chain, load_proposal
 from calib.sampling.diagnostics import Convergence, Diagnostics, Gate, convergence, prior_conflicts, shortcomings, summarise
-from calib.sampling.ensemble import STORE_EVERY, autocorrelation_time
+from calib.sampling.ensemble import KINDS, STORE_EVERY, autocorrelation_time, standing_time
+from calib.sampling.importance import contradictions, second_opinion
 from calib.sampling.posterior import Posterior
+from calib.sampling.target import Mode, Target
 from models.sensor import FloatArray
 
 #: Steps of a block, after each of which a checkpoint is written.
@@ -35,46 +37,66 @@ _BATCH = 512
 
 @dataclass(frozen=True, eq=False)
 class SamplingRun:
-    """A sampling run in progress: the problem, the folder of its checkpoints, a seed for each ensemble, and walkers of each."""
+    """A sampling run in progress: the target, the folder of its checkpoints, a seed for each ensemble, and walkers of each."""
 
-    problem: Problem
+    target: Target
     folder: CheckpointFolder
     seeds: list[np.random.SeedSequence]
     n_walker: int
 
 
-def look(run: SamplingRun, n_block: int) -> Convergence:
+def look(run: SamplingRun, modes: Sequence[Mode], n_block: int, gate: Gate) -> Convergence:
     """Judge how far a run has converged, from the draws that a posterior would keep of its first blocks.
 
     Parameters
     ----------
     run : with the checkpoints of these blocks.
+    modes : that were found before.
     n_block : blocks of each ensemble.
+    gate : what the run has to reach; where it does, a second opinion is asked for.
     """
     n_stored = n_block * BLOCK_STEPS // STORE_EVERY
     burn_in, thin = _kept(n_stored, run.n_walker)
     every = max(1, math.ceil((n_stored - burn_in) / _MAX_TAU_STEPS))
     ensembles = range(len(run.seeds))
     fine = np.stack([load_chain(run.folder, k, n_block, burn_in, every)[0] for k in ensembles])
-    tau = STORE_EVERY * every * autocorrelation_time(fine)
+    tau = STORE_EVERY * every * np.maximum(autocorrelation_time(fine), standing_time(fine))
     chains = np.stack([load_chain(run.folder, k, n_block, burn_in, thin)[0] for k in ensembles])
-    values = columns_at(run.problem, chains.reshape(-1, chains.shape[-1]))
-    return convergence(values.reshape(chains.shape), tau, n_block * BLOCK_STEPS)
+    values = run.target.columns(chains.reshape(-1, chains.shape[-1]))
+    state = convergence(values.reshape(chains.shape), tau, n_block * BLOCK_STEPS)
+    return state if shortcomings(state, run.target.names, gate) else replace(state, doubts=_doubts(run, modes, values, state))
 
 
-def finish(run: SamplingRun, n_block: int, state: Convergence, gate: Gate, seed: int, attrs: Mapping[str, str]) -> Posterior:
+def _doubts(run: SamplingRun, modes: Sequence[Mode], values: FloatArray, state: Convergence) -> tuple[str, ...]:
+    """What independent weighted draws say against chains that agree with each other."""
+    proposals = [load_proposal(run.folder, k) for k in range(len(run.seeds))]
+    fitting = [proposal for proposal in proposals if proposal is not None]
+    if not fitting:
+        return ()
+    seed = np.random.SeedSequence(run.seeds[0].entropy, spawn_key=(len(run.seeds), state.steps))
+    opinion = second_opinion(run.target, fitting, seed)
+    if not opinion.trusted and len(modes) > 1:
+        unconfirmed = f"independent draws cannot confirm their weights (k-hat {opinion.k_hat:.2f})"
+        return (f"{len(modes)} modes were found, and {unconfirmed}",)
+    sd = np.std(values, axis=0, ddof=1)
+    return contradictions(opinion, run.target.names, np.mean(values, axis=0), sd, state.ess)
+
+
+def finish(
+    problem: Problem, run: SamplingRun, n_block: int, state: Convergence, gate: Gate, seed: int, attrs: Mapping[str, str]
+) -> Posterior:
     """Make the posterior of a run from its first blocks, with its diagnostics.
 
     Parameters
     ----------
-    run : with the checkpoints of these blocks.
+    problem : that was sampled.
+    run : of it, with the checkpoints of these blocks.
     n_block : blocks of each ensemble.
     state : what `look` found of them.
     gate : what the run has to reach.
     seed : of the run.
     attrs : texts to keep with the posterior; versions are added.
     """
-    problem = run.problem
     burn_in, thin = _kept(n_block * BLOCK_STEPS // STORE_EVERY, run.n_walker)
     loaded = [load_chain(run.folder, k, n_block, burn_in, thin) for k in range(len(run.seeds))]
     n_ensemble, n_parameter = len(loaded), len(problem.parameters)
@@ -84,7 +106,8 @@ def finish(run: SamplingRun, n_block: int, state: Convergence, gate: Gate, seed:
     parts = np.array_split(flat, max(1, math.ceil(flat.shape[0] / _BATCH)))
     blocks = np.concatenate([log_likelihood_blocks(problem, part) for part in parts])
     first = n_block // 2
-    accepted = [float(np.mean(load_accepted(run.folder, k, n_block, first))) for k in range(n_ensemble)]
+    counts = [load_accepted(run.folder, k, n_block, first) for k in range(n_ensemble)]
+    tried, accepted = (np.stack(part) for part in zip(*counts, strict=True))
     still = [_n_still(chain) for chain, _ in loaded]
     reasons = [*shortcomings(state, problem.names, gate)]
     reasons += [
@@ -101,7 +124,10 @@ def finish(run: SamplingRun, n_block: int, state: Convergence, gate: Gate, seed:
         thin=thin * STORE_EVERY,
         n_walker=run.n_walker,
         gate=gate,
-        acceptance_fraction=tuple(a * STORE_EVERY / ((n_block - first) * BLOCK_STEPS) for a in accepted),
+        acceptance_fraction=tuple(float(a) for a in np.sum(accepted, axis=1) / np.sum(tried, axis=1)),
+        acceptance_by_move={
+            kind: float(np.sum(accepted[:, k]) / np.sum(tried[:, k])) for k, kind in enumerate(KINDS) if np.any(tried[:, k])
+        },
         tau={name: float(t) for name, t in zip(problem.names, state.tau, strict=True)},
     )
     return Posterior(

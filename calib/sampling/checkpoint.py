@@ -1,9 +1,9 @@
 """Checkpoints of a sampling run: starts and blocks of each ensemble to files that say whose they are, and back.
 
-A folder holds `manifest.json` (what the run is of), and for each ensemble `ensemble-0-start.npz` and one
-`ensemble-0-00000.npz` per block. A file is there whole or not at all (`calib.files.whole_file`), and ends with its checksum.
-What is damaged, belongs to another run, ensemble or place in the series, or does not go on from the block before it, is as good
-as not there: it is computed again, to the same numbers.
+A folder holds `manifest.json` (what the run is of), and for each ensemble `ensemble-0-modes.npz` (where it climbed to),
+`ensemble-0-start.npz` (walkers and proposal) and one `ensemble-0-00000.npz` per block. A file is there whole or not at all
+(`calib.files.whole_file`), and ends with its checksum. What is damaged, belongs to another run, ensemble or place in the
+series, or does not go on from the block before it, is as good as not there: it is computed again, to the same numbers.
 """
 
 from __future__ import annotations
@@ -12,23 +12,27 @@ import hashlib
 import io
 import json
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from calib.errors import Fault, InputError
 from calib.files import remove_leftovers, whole_file, write_text
 from calib.records import exact_record_from_text, record_from_text, record_to_text
 from calib.sampling.ensemble import Block, EnsembleState
 from calib.sampling.identity import Identity, differences
+from calib.sampling.proposal import Funnel, Proposal
+from calib.sampling.start import Start
+from calib.sampling.target import Mode
 from models.seal import sealed, unsealed
 from models.sensor import FloatArray
 
 _KIND = "checkpoint"
-_FORMAT = 3
+_FORMAT = 4
 
 _MANIFEST = "manifest.json"
 
@@ -129,16 +133,63 @@ def _require_this_format(manifest: Path) -> None:
     raise InputError(Fault(message, manifest, advice="Start anew with another output folder, or use the version that wrote it"))
 
 
-def save_start(folder: CheckpointFolder, ensemble: int, state: EnsembleState) -> None:
+def save_modes(folder: CheckpointFolder, ensemble: int, modes: Sequence[Mode]) -> None:
+    """Write the modes that an ensemble found into the folder of a run.
+
+    Parameters
+    ----------
+    folder : of the run's checkpoints.
+    ensemble : its number, from 0.
+    modes : one at least.
+    """
+    arrays = {
+        "x": np.stack([m.x for m in modes]),
+        "log_density": np.array([m.log_density for m in modes]),
+        "factor": np.stack([m.factor for m in modes]),
+    }
+    _save(folder, ensemble, _MODES, arrays)
+
+
+def load_modes(folder: CheckpointFolder, ensemble: int) -> tuple[Mode, ...] | None:
+    """Load the modes that an ensemble found; None if that is not known.
+
+    Parameters
+    ----------
+    folder : of the run's checkpoints.
+    ensemble : its number, from 0.
+    """
+    found = _load(folder, ensemble, _MODES)
+    if found is None:
+        return None
+    return tuple(Mode(x, float(top), f) for x, top, f in zip(found["x"], found["log_density"], found["factor"], strict=True))
+
+
+def save_start(folder: CheckpointFolder, ensemble: int, start: Start) -> None:
     """Write the start of an ensemble into the folder of a run.
 
     Parameters
     ----------
     folder : of the run's checkpoints.
     ensemble : its number, from 0.
-    state : its walkers before the first step.
+    start : its walkers before the first step, and the proposal that they move by.
     """
-    _save(folder, ensemble, None, _state_arrays(state))
+    _save(folder, ensemble, _START, {**_state_arrays(start.state), **_proposal_arrays(start.proposal)})
+
+
+def load_proposal(folder: CheckpointFolder, ensemble: int) -> Proposal | None:
+    """Load the proposal that the walkers of an ensemble move by; None if they move without.
+
+    Parameters
+    ----------
+    folder : of the run's checkpoints, which hold the start of the ensemble.
+    ensemble : its number, from 0.
+
+    Raises
+    ------
+    InputError
+        If the start is not there.
+    """
+    return _proposal(_require(folder, ensemble, _START))
 
 
 def save_block(folder: CheckpointFolder, ensemble: int, index: int, block: Block) -> None:
@@ -150,17 +201,16 @@ def save_block(folder: CheckpointFolder, ensemble: int, index: int, block: Block
     ensemble, index : numbers of the ensemble and of the block, from 0.
     block : the steps.
     """
-    before = _load(folder, ensemble, index - 1 if index else None)
-    if before is None:
-        raise _gone(folder, ensemble, index - 1 if index else None)
+    before = _require(folder, ensemble, _place(index - 1) if index else _START)
     arrays = {
         _AFTER: np.array(_hash_of_state(before)),
         "chain": block.chain,
         "step_log_prob": block.log_prob,
+        "tried": block.tried,
         "accepted": block.accepted,
         **_state_arrays(block.end),
     }
-    _save(folder, ensemble, index, arrays)
+    _save(folder, ensemble, _place(index), arrays)
 
 
 def load_state(folder: CheckpointFolder, ensemble: int, n_known: int = 0) -> tuple[EnsembleState | None, int]:
@@ -178,11 +228,11 @@ def load_state(folder: CheckpointFolder, ensemble: int, n_known: int = 0) -> tup
     -------
     The state, and how many blocks lie before it; (None, 0) without a start.
     """
-    found = _load(folder, ensemble, n_known - 1 if n_known else None)
+    found = _load(folder, ensemble, _place(n_known - 1) if n_known else _START)
     if found is None:
         return load_state(folder, ensemble) if n_known else (None, 0)
     index = n_known
-    while (later := _load(folder, ensemble, index)) is not None and str(later[_AFTER]) == _hash_of_state(found):
+    while (later := _load(folder, ensemble, _place(index))) is not None and str(later[_AFTER]) == _hash_of_state(found):
         found, index = later, index + 1
     return _state(found), index
 
@@ -204,7 +254,7 @@ def load_chain(folder: CheckpointFolder, ensemble: int, n_block: int, first: int
     """
     chains, log_probs, done = [], [], 0
     for index in range(n_block):
-        block = _require(folder, ensemble, index)
+        block = _require(folder, ensemble, _place(index))
         n_step = int(block["step_log_prob"].shape[0])
         offset = first - done if done < first else (first - done) % thin
         if offset < n_step:
@@ -214,8 +264,10 @@ def load_chain(folder: CheckpointFolder, ensemble: int, n_block: int, first: int
     return np.concatenate(chains), np.concatenate(log_probs)
 
 
-def load_accepted(folder: CheckpointFolder, ensemble: int, n_block: int, first_block: int) -> FloatArray:
-    """Count the accepted steps of each walker of an ensemble, to judge its moves.
+def load_accepted(
+    folder: CheckpointFolder, ensemble: int, n_block: int, first_block: int
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """Count the steps of single walkers of an ensemble by kind of move, to judge its moves.
 
     Parameters
     ----------
@@ -226,23 +278,28 @@ def load_accepted(folder: CheckpointFolder, ensemble: int, n_block: int, first_b
 
     Returns
     -------
-    (n_walker,).
+    Those that were tried and those that were accepted, each (n_kind,) in the order of `calib.sampling.ensemble.KINDS`.
     """
-    blocks = [_require(folder, ensemble, index)["accepted"] for index in range(first_block, n_block)]
-    return np.sum(blocks, axis=0, dtype=float)
+    blocks = [_require(folder, ensemble, _place(index)) for index in range(first_block, n_block)]
+    tried, accepted = (np.sum([block[name] for block in blocks], axis=0) for name in ("tried", "accepted"))
+    return np.asarray(tried), np.asarray(accepted)
 
 
 _STATE = ("coords", "log_prob", "random_keys", "random_rest", "random_gauss")
 _Arrays = Mapping[str, np.ndarray[tuple[int, ...], np.dtype[Any]]]
 
 
-def _path(folder: CheckpointFolder, ensemble: int, index: int | None) -> Path:
-    return folder.path / f"ensemble-{ensemble}-{_place(index)}.npz"
+# Words for places in the series of an ensemble's files that have no number.
+_MODES, _START = "modes", "start"
 
 
-def _place(index: int | None) -> str:
-    """The word for a block in the name of its file, and that for the start, which has no number."""
-    return "start" if index is None else f"{index:05d}"
+def _path(folder: CheckpointFolder, ensemble: int, place: str) -> Path:
+    return folder.path / f"ensemble-{ensemble}-{place}.npz"
+
+
+def _place(index: int) -> str:
+    """The word for a block in the name of its file."""
+    return f"{index:05d}"
 
 
 def _state_arrays(state: EnsembleState) -> _Arrays:
@@ -261,6 +318,24 @@ def _state(arrays: _Arrays) -> EnsembleState:
     return EnsembleState(arrays["coords"], arrays["log_prob"], arrays["random_keys"], int(position), int(has_gauss), gauss)
 
 
+def _proposal_arrays(proposal: Proposal | None) -> _Arrays:
+    if proposal is None:
+        return {}
+    parts = {name: np.array([getattr(part, name) for part in proposal.parts]) for name in Funnel.__dataclass_fields__}
+    return {"shares": proposal.shares, **{f"part_{name}": values for name, values in parts.items()}}
+
+
+def _proposal(arrays: _Arrays) -> Proposal | None:
+    if "shares" not in arrays:
+        return None
+    parts = []
+    for k in range(arrays["shares"].size):
+        own = {name: arrays[f"part_{name}"][k] for name in Funnel.__dataclass_fields__}
+        numbers = {"n_scale": int(own["n_scale"]), "freedom": float(own["freedom"]), "scale": float(own["scale"])}
+        parts.append(Funnel(**{**own, **numbers}))
+    return Proposal(tuple(parts), arrays["shares"])
+
+
 def _hash_of_state(arrays: _Arrays) -> str:
     digest = hashlib.sha256()
     for name in _STATE:
@@ -268,38 +343,38 @@ def _hash_of_state(arrays: _Arrays) -> str:
     return digest.hexdigest()
 
 
-def _save(folder: CheckpointFolder, ensemble: int, index: int | None, arrays: _Arrays) -> None:
+def _save(folder: CheckpointFolder, ensemble: int, place: str, arrays: _Arrays) -> None:
     """Write arrays as NumPy's npz with a checksum behind it; the same arrays give the same bytes, without a date."""
     memory = io.BytesIO()
-    whose = np.array([folder.fingerprint, str(ensemble), _place(index)])
+    whose = np.array([folder.fingerprint, str(ensemble), place])
     with zipfile.ZipFile(memory, "w") as archive:
         for name, values in {_WHOSE: whose, **arrays}.items():
             member = io.BytesIO()
             np.lib.format.write_array(member, np.asanyarray(values), allow_pickle=False)
             archive.writestr(zipfile.ZipInfo(f"{name}.npy"), member.getvalue())
-    with whole_file(_path(folder, ensemble, index)) as whole:
+    with whole_file(_path(folder, ensemble, place)) as whole:
         whole.write_bytes(sealed(memory.getvalue()))
 
 
-def _load(folder: CheckpointFolder, ensemble: int, index: int | None) -> _Arrays | None:
-    """Arrays of a start or a block; None if the file is not there, is damaged, or is not that of this place in this run."""
-    arrays = _content(_path(folder, ensemble, index))
-    own = (folder.fingerprint, str(ensemble), _place(index))
+def _load(folder: CheckpointFolder, ensemble: int, place: str) -> _Arrays | None:
+    """Arrays of one file; None if the file is not there, is damaged, or is not that of this place in this run."""
+    arrays = _content(_path(folder, ensemble, place))
+    own = (folder.fingerprint, str(ensemble), place)
     return arrays if arrays is not None and _whose(arrays) == own else None
 
 
-def _require(folder: CheckpointFolder, ensemble: int, index: int) -> _Arrays:
-    """A block that this process has written or read before."""
-    block = _load(folder, ensemble, index)
+def _require(folder: CheckpointFolder, ensemble: int, place: str) -> _Arrays:
+    """A file that this process has written or read before."""
+    block = _load(folder, ensemble, place)
     if block is None:
-        raise _gone(folder, ensemble, index)
+        raise _gone(folder, ensemble, place)
     return block
 
 
-def _gone(folder: CheckpointFolder, ensemble: int, index: int | None) -> InputError:
+def _gone(folder: CheckpointFolder, ensemble: int, place: str) -> InputError:
     advice = "Run the same command with --resume: what is missing is computed again"
     message = "this part of the checkpoint was changed or removed while the run went on"
-    return InputError(Fault(message, _path(folder, ensemble, index), advice=advice))
+    return InputError(Fault(message, _path(folder, ensemble, place), advice=advice))
 
 
 def _content(path: Path) -> _Arrays | None:

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 
 import numpy as np
 import pandas as pd
@@ -58,6 +58,7 @@ class Convergence:
     r_hat, ess_bulk, ess_tail : over ensembles.
     tau : integrated autocorrelation time in steps.
     steps : of each walker, burn-in included.
+    doubts : what speaks against the chains although they agree, one sentence each.
     """
 
     r_hat: FloatArray
@@ -65,6 +66,7 @@ class Convergence:
     ess_tail: FloatArray
     tau: FloatArray
     steps: int
+    doubts: tuple[str, ...] = ()
 
     @property
     def worst_r_hat(self) -> int:
@@ -257,6 +259,7 @@ class Diagnostics:
     steps, burn_in, thin : steps of each walker in the run, the first of them discarded, and every how many-th of the rest kept.
     n_walker : walkers of each ensemble.
     acceptance_fraction : share of accepted steps after the burn-in, per ensemble.
+    acceptance_by_move : the same of each kind of move, over all ensembles.
     tau : integrated autocorrelation time in steps, by parameter.
     gate : what the chains had to reach in this run.
     spot_check : of the forward model against the finite elements; None if it was not made.
@@ -274,6 +277,7 @@ class Diagnostics:
     acceptance_fraction: tuple[float, ...]
     tau: Mapping[str, float]
     gate: Gate
+    acceptance_by_move: Mapping[str, float] = field(default_factory=dict)
     spot_check: SpotCheck | None = None
     reweighting: Reweighting | None = None
 
@@ -360,7 +364,7 @@ def shortcomings(state: Convergence, names: Sequence[str], gate: Gate) -> tuple[
     if not state.steps >= gate.length * state.tau[slowest]:
         times = f"{gate.length:g} autocorrelation times of {state.tau[slowest]:.0f} steps"
         found.append(f"{names[slowest]}: {state.steps} steps are fewer than {times}, too few to have forgotten the start")
-    return tuple(found)
+    return (*found, *state.doubts)
 
 
 def summarise(

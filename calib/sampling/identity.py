@@ -11,7 +11,8 @@ from importlib.metadata import version
 
 from calib.lab import sweeps_to_json
 from calib.problem import LIKELIHOOD_VERSION, Problem
-from calib.sampling.ensemble import MOVES, STORE_EVERY
+from calib.sampling.ensemble import SHAPELESS, SHAPELY, STORE_EVERY
+from calib.sampling.start import START_VERSION
 
 #: Independent ensembles of a run that is not told their number.
 ENSEMBLES = 4
@@ -64,7 +65,7 @@ def identity_of(problem: Problem, seed: int, n_ensemble: int = ENSEMBLES, n_walk
             "seed": str(seed),
             "ensembles": str(n_ensemble),
             "walkers of an ensemble": str(n_walker or usual_walkers(problem)),
-            "moves of the sampler": json.dumps([MOVES, STORE_EVERY]),
+            "moves of the sampler": json.dumps([SHAPELY, SHAPELESS, STORE_EVERY, START_VERSION]),
             "version of emcee": version("emcee"),
             "version of the likelihood": str(LIKELIHOOD_VERSION),
             "forward model": f"{forward.name}, {forward.identity}",
@@ -86,8 +87,8 @@ def identity_of(problem: Problem, seed: int, n_ensemble: int = ENSEMBLES, n_walk
 
 
 def usual_walkers(problem: Problem) -> int:
-    """Walkers of an ensemble that is not told their number: four for each unknown, and at least 64."""
-    return max(64, 4 * len(problem.parameters))
+    """Walkers of an ensemble that is not told their number: four for each unknown, and at least 160."""
+    return max(160, 4 * len(problem.parameters))
 
 
 def differences(found: Mapping[str, str], wanted: Mapping[str, str]) -> str:

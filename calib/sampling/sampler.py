@@ -5,28 +5,40 @@ from __future__ import annotations
 import math
 import os
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import TypeVar
 
 import numpy as np
 
 from calib.problem import Problem
 from calib.sampling.assess import BLOCK_STEPS, SamplingRun, finish, look
-from calib.sampling.checkpoint import load_state, open_checkpoint, save_block, save_start
+from calib.sampling.checkpoint import (
+    CheckpointFolder,
+    load_modes,
+    load_proposal,
+    load_state,
+    open_checkpoint,
+    save_block,
+    save_modes,
+    save_start,
+)
 from calib.sampling.diagnostics import Convergence, Gate, shortcomings
-from calib.sampling.ensemble import Block, EnsembleState, advance, start
+from calib.sampling.ensemble import Block, advance
 from calib.sampling.identity import ENSEMBLES, FINGERPRINT, identity_of, usual_walkers
 from calib.sampling.posterior import Posterior
+from calib.sampling.start import Start, find_modes, join_modes, start
+from calib.sampling.target import Mode, Target, target_of
 from calib.workers import workers
 from models.threads import one_thread
 
 #: Steps after which convergence is first looked at, and the factor from one look to the next.
-FIRST_CHECK = 200
+FIRST_CHECK = 100
 CHECK_FACTOR = 1.3
 
 
@@ -54,6 +66,14 @@ class Progress:
     ess_parameter: str
     target: float
     max_steps: int
+
+
+class NothingSampled(Exception):
+    """The budget ended before every ensemble had made its first steps; the message says how far they came."""
+
+
+class _OutOfTime(Exception):
+    """The budget is spent: what workers are at is dropped."""
 
 
 def sample(
@@ -89,7 +109,8 @@ def sample(
     gate : what convergence asks for.
     n_walkers : of each ensemble, default four per parameter and at least 64.
     gate : what the run has to reach; default `Gate()`.
-    max_steps, max_seconds : budget, of each walker over the whole run and of this call.
+    max_steps, max_seconds : budget, of each walker over the whole run and of this call; steps that are not done in time are
+        dropped, and made again when the run is resumed.
     processes : worker processes (one BLAS thread each); default the number of CPUs up to 4. 0 samples in this process. Workers
         are started anew, so a script that asks for them needs its `if __name__ == "__main__":`.
     progress : called after every block.
@@ -103,6 +124,8 @@ def sample(
     ------
     InputError
         If a run with other inputs is to be resumed.
+    NothingSampled
+        If there is no draw when the budget ends.
     ValueError
         If there are fewer than four ensembles, nothing to sample, or nothing to resume.
     """
@@ -132,73 +155,177 @@ def sample(
     begin = datetime.now(UTC)
     clock = time.monotonic()
     folder = open_checkpoint(checkpoint, identity_of(problem, seed, n_ensembles, n_walker), resume=resume)
-    run = SamplingRun(problem, folder, np.random.SeedSequence(seed).spawn(n_ensembles), n_walker)
+    chains = sample_target(
+        target_of(problem),
+        folder,
+        seed=seed,
+        n_ensembles=n_ensembles,
+        n_walker=n_walker,
+        gate=gate,
+        max_steps=max_steps,
+        deadline=clock + max_seconds,
+        processes=processes,
+        progress=progress,
+    )
+    times = {"started": begin.isoformat(timespec="seconds"), "ended": datetime.now(UTC).isoformat(timespec="seconds")}
+    kept = {FINGERPRINT: folder.fingerprint, **times}
+    with one_thread():
+        return finish(problem, chains.run, chains.n_block, chains.state, gate, seed, {**kept, **(attrs or {})})
+
+
+@dataclass(frozen=True, eq=False)
+class Chains:
+    """What sampling a target gives: its checkpoints, how many blocks of each ensemble there are, and what was found of them."""
+
+    run: SamplingRun
+    n_block: int
+    state: Convergence
+
+
+def sample_target(
+    target: Target,
+    folder: CheckpointFolder,
+    *,
+    seed: int,
+    n_ensembles: int,
+    n_walker: int,
+    gate: Gate,
+    max_steps: int,
+    deadline: float = math.inf,
+    processes: int | None = None,
+    progress: Callable[[Progress], None] | None = None,
+) -> Chains:
+    """Sample any target with independent ensembles until the gate is met or the budget is spent; see `sample`.
+
+    Parameters
+    ----------
+    target : what is sampled.
+    folder : of its checkpoints, opened.
+    seed, n_ensembles, gate, max_steps, processes, progress : as in `sample`.
+    n_walker : of each ensemble.
+    deadline : moment of `time.monotonic` at which the budget ends.
+
+    Raises
+    ------
+    NothingSampled
+        If there is no draw when the budget ends.
+    """
+    clock = time.monotonic()
+    run = SamplingRun(target, folder, np.random.SeedSequence(seed).spawn(n_ensembles), n_walker)
     state: Convergence | None = None
 
     def report(n_block: int) -> None:
         if progress is not None:
-            progress(_progress(problem, state, n_block, n_ensembles * n_walker, time.monotonic() - clock, gate, max_steps))
+            progress(_progress(target.names, state, n_block, n_ensembles * n_walker, time.monotonic() - clock, gate, max_steps))
 
     last = max(1, max_steps // BLOCK_STEPS)
     next_look = min(last, FIRST_CHECK // BLOCK_STEPS)
-    # More processes than ensembles would idle.
-    with one_thread(), workers(0 if processes == 0 else min(4, n_ensembles, processes or os.cpu_count() or 1)) as executor:
-        while True:
-            n_block = _advance_to(run, executor, next_look, clock + max_seconds, report)
-            state = look(run, n_block)
-            report(n_block)
-            if n_block < next_look or next_look == last or not shortcomings(state, problem.names, gate):
-                break
-            next_look = min(last, math.ceil(CHECK_FACTOR * next_look))
-    times = {"started": begin.isoformat(timespec="seconds"), "ended": datetime.now(UTC).isoformat(timespec="seconds")}
-    kept = {FINGERPRINT: folder.fingerprint, **times}
-    with one_thread():
-        return finish(run, n_block, state, gate, seed, {**kept, **(attrs or {})})
+    n_process = 0 if processes == 0 else min(4, n_ensembles, processes or os.cpu_count() or 1)  # more would idle
+    modes: tuple[Mode, ...] = ()
+    try:
+        with one_thread(), workers(n_process) as executor:
+            modes = _modes(run, executor, deadline)
+            while True:
+                n_block = _advance_to(run, modes, executor, next_look, deadline, report)
+                state = look(run, modes, n_block, gate)
+                report(n_block)
+                if next_look == last or not shortcomings(state, target.names, gate):
+                    break
+                next_look = min(last, math.ceil(CHECK_FACTOR * next_look))
+    except _OutOfTime:
+        n_block = _blocks_of_all(run)
+        with one_thread():
+            state = look(run, modes, n_block, gate)
+        report(n_block)
+    return Chains(run, n_block, state)
 
 
 # --- advancing ----------------------------------------------------------------------------------------------------------
 
+_R = TypeVar("_R")
 
-def _advance_to(run: SamplingRun, executor: Executor, n_block: int, deadline: float, report: Callable[[int], None]) -> int:
-    """Advance all ensembles to `n_block` blocks or until the deadline; the number of blocks that all of them have."""
+
+def _modes(run: SamplingRun, executor: Executor, deadline: float) -> tuple[Mode, ...]:
+    """The modes that all ensembles together have found, or find now."""
+    found = {k: modes for k in range(len(run.seeds)) if (modes := load_modes(run.folder, k)) is not None}
+    pending = {executor.submit(find_modes, run.target, _seed_of(run, k, 0)): k for k in range(len(run.seeds)) if k not in found}
+    for ensemble, modes in _as_done(pending, deadline):
+        save_modes(run.folder, ensemble, modes)
+        found[ensemble] = modes
+    return join_modes(run.target, [mode for _, modes in sorted(found.items()) for mode in modes])
+
+
+def _seed_of(run: SamplingRun, ensemble: int, stage: int) -> np.random.SeedSequence:
+    """Seed of a stage of an ensemble: 0 for its modes, 1 for its start and all that follows."""
+    own = run.seeds[ensemble]
+    return np.random.SeedSequence(own.entropy, spawn_key=(*own.spawn_key, stage))
+
+
+def _as_done(pending: dict[Future[_R], int], deadline: float) -> Iterator[tuple[int, _R]]:
+    """Ensembles and their results as they come, until nothing is pending (more may be put in); raises at the deadline."""
+    while pending:
+        left = deadline - time.monotonic()
+        done, _ = wait(pending, None if math.isinf(left) else max(left, 0.0), FIRST_COMPLETED)
+        if not done:
+            raise _OutOfTime
+        for future in sorted(done, key=lambda f: pending[f]):
+            yield pending.pop(future), future.result()
+
+
+def _advance_to(
+    run: SamplingRun,
+    modes: tuple[Mode, ...],
+    executor: Executor,
+    n_block: int,
+    deadline: float,
+    report: Callable[[int], None],
+) -> int:
+    """Advance all ensembles to `n_block` blocks; gives the number of blocks that all of them have. Raises at the deadline."""
     count: dict[int, int] = {}
-    pending: dict[Future[EnsembleState | Block], int] = {}
+    pending: dict[Future[Start | Block], int] = {}
 
     def submit(ensemble: int) -> None:
         state, count[ensemble] = load_state(run.folder, ensemble, count.get(ensemble, 0))
-        work: Callable[[], EnsembleState | Block]
+        work: Callable[[], Start | Block]
         if state is None:
-            work = partial(start, run.problem, run.seeds[ensemble], run.n_walker)
+            work = partial(start, run.target, modes, _seed_of(run, ensemble, 1), run.n_walker)
         elif count[ensemble] >= n_block:
             return
         else:
-            work = partial(advance, run.problem, state, BLOCK_STEPS)
+            work = partial(advance, run.target, state, load_proposal(run.folder, ensemble), BLOCK_STEPS)
         pending[executor.submit(work)] = ensemble
 
     for ensemble in range(len(run.seeds)):
         submit(ensemble)
-    while pending:
-        done, _ = wait(pending, return_when=FIRST_COMPLETED)
-        for future in sorted(done, key=lambda f: pending[f]):
-            ensemble, result = pending.pop(future), future.result()
-            if isinstance(result, Block):
-                save_block(run.folder, ensemble, count[ensemble], result)
-                count[ensemble] += 1
-            else:
-                save_start(run.folder, ensemble, result)
-            if time.monotonic() < deadline or min(count.values()) == 0:
-                submit(ensemble)
+    for ensemble, result in _as_done(pending, deadline):
+        if isinstance(result, Block):
+            save_block(run.folder, ensemble, count[ensemble], result)
+            count[ensemble] += 1
+        else:
+            save_start(run.folder, ensemble, result)
+        submit(ensemble)
         report(min(n_block, *count.values()))
     return min(n_block, *count.values())
 
 
+def _blocks_of_all(run: SamplingRun) -> int:
+    """How many blocks all ensembles have; it is refused that there is none."""
+    states = [load_state(run.folder, ensemble) for ensemble in range(len(run.seeds))]
+    n_block = min(count for _, count in states)
+    if n_block == 0:
+        begun = sum(state is not None for state, _ in states)
+        raise NothingSampled(
+            f"The budget ended before there was a draw: {begun} of {len(states)} ensembles have found where to start."
+        )
+    return n_block
+
+
 def _progress(
-    problem: Problem, state: Convergence | None, n_block: int, n_walker: int, elapsed: float, gate: Gate, max_steps: int
+    names: Sequence[str], state: Convergence | None, n_block: int, n_walker: int, elapsed: float, gate: Gate, max_steps: int
 ) -> Progress:
     steps = n_block * BLOCK_STEPS
     if state is None:
         return Progress(steps, elapsed, steps * n_walker, math.nan, "", 0.0, "", gate.ess, max_steps)
     worst, least = state.worst_r_hat, state.least_ess
     r_hat, ess = float(state.r_hat[worst]), float(state.ess[least])
-    names = problem.names
     return Progress(steps, elapsed, steps * n_walker, r_hat, names[worst], ess, names[least], gate.ess, max_steps)

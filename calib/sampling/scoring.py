@@ -34,18 +34,21 @@ _DAMPING = ((0.0,), (1e-2, 1.0, 1e2))
 _WIDTH = 1e-4
 
 
-def score(space: Coordinates, x: FloatArray) -> tuple[FloatArray, float]:
+def score(
+    space: Coordinates, x: FloatArray, known: Sequence[tuple[FloatArray, float]] = ()
+) -> tuple[FloatArray, float, int | None]:
     """Climb to a mode of the posterior from a point anywhere under the prior.
 
     Parameters
     ----------
     space : coordinates of the problem.
     x : (n_parameter,), a point of finite posterior density.
+    known : modes found before, and their log density: a climb that comes near one of them is not taken to its end.
 
     Returns
     -------
-    The mode, (n_parameter,), and its log posterior density in `space`. A climb may end at a false mode: of eight draws from the
-    prior about one does, so climb from several.
+    The mode, (n_parameter,), its log posterior density in `space`, and the number of the known one that was met, or None. A
+    climb may end at a false mode: of eight draws from the prior about one does, so climb from several.
     """
     for power, most in _POWERS:
         value = float(tempered(space, x[None], power)[0])
@@ -53,6 +56,10 @@ def score(space: Coordinates, x: FloatArray) -> tuple[FloatArray, float]:
             slopes = slopes_at(space, x, power)
             if slopes is None:
                 break
+            if power == 1:
+                met = _met(x, value, slopes[1], known)
+                if met is not None:
+                    return x, value, met
             gain = 0.0
             for damping in _DAMPING:
                 tried = x + _steps(*slopes, damping)
@@ -64,7 +71,22 @@ def score(space: Coordinates, x: FloatArray) -> tuple[FloatArray, float]:
                     break
             if not gain > (_LAST_GAIN if power == 1 else _GAIN):
                 break
-    return x, value
+    return x, value, None
+
+
+def _met(x: FloatArray, value: float, information: FloatArray, known: Sequence[tuple[FloatArray, float]]) -> int | None:
+    """The known mode that a climb is about to reach: as near, and as little below it, as draws of the posterior are."""
+    for k, (mode, top) in enumerate(known):
+        apart = mode - x
+        if value > top - 0.5 * x.size and float(apart @ information @ apart) < x.size:
+            return k
+    return None
+
+
+def inverse_root(information: FloatArray) -> FloatArray:
+    """A square root S of a covariance S S^T, (n, n), from its inverse (n, n); no direction is wider than the prior."""
+    eigenvalue, vector = np.linalg.eigh(information)
+    return np.asarray(vector / np.sqrt(np.maximum(eigenvalue, 1.0)), dtype=float)
 
 
 def _steps(gradient: FloatArray, information: FloatArray, damping: Sequence[float]) -> FloatArray:

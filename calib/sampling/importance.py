@@ -1,0 +1,91 @@
+"""The proposals of all ensembles in, a second opinion on what their chains say out: fresh draws, weighted to the target.
+
+Chains that move by proposals can agree with each other and be wrong together, where walkers stick or a mode is weighted
+wrongly. Independent draws of the proposals, weighted by target over proposal (Pareto-smoothed, Vehtari et al. 2024), know
+nothing of the chains. Where their weights can be trusted, the means must be the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import logsumexp
+from scipy.stats import norm
+
+from calib.sampling.archive import K_HAT, smooth_weights
+from calib.sampling.proposal import Proposal
+from calib.sampling.target import Target
+from models.sensor import FloatArray
+
+# Fresh draws of each ensemble's proposal.
+_DRAWS = 500
+# Two-sided probability that a mean is refused though it is right, over all unknowns together: that of three standard errors.
+_DOUBT = 0.0027
+# Means that are nearer than this, in posterior standard deviations, are the same whatever their errors are.
+_NEAR = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class SecondOpinion:
+    """What fresh draws of the proposals, weighted to the target, say of the posterior.
+
+    Attributes
+    ----------
+    k_hat : shape of the tail of their weights; above `K_HAT` they say nothing.
+    mean, error : (n_parameter,), SI, mean of each unknown and its Monte Carlo standard error.
+    """
+
+    k_hat: float
+    mean: FloatArray
+    error: FloatArray
+
+    @property
+    def trusted(self) -> bool:
+        """Whether the weights can be trusted."""
+        return self.k_hat < K_HAT
+
+
+def second_opinion(target: Target, proposals: Sequence[Proposal], seed: np.random.SeedSequence) -> SecondOpinion:
+    """Draw afresh from the proposals of all ensembles, as one mixture, and weight the draws to the target.
+
+    Parameters
+    ----------
+    target : what is sampled.
+    proposals : one of each ensemble.
+    seed : of the draws.
+    """
+    random = np.random.RandomState(np.random.MT19937(seed))
+    x = np.concatenate([proposal.draw(random, _DRAWS) for proposal in proposals])
+    log_mixture = logsumexp([proposal.log_density(x) for proposal in proposals], axis=0)
+    weight, k_hat = smooth_weights(target.log_density(x) - log_mixture)
+    theta, _ = target.to_theta(x)
+    there = np.all(np.isfinite(theta), axis=1) & (weight > 0)
+    values, weight = target.columns(theta[there]), weight[there] / np.sum(weight[there])
+    mean = weight @ values
+    return SecondOpinion(k_hat, mean, np.sqrt(weight**2 @ (values - mean) ** 2))
+
+
+def contradictions(
+    opinion: SecondOpinion, names: Sequence[str], mean: FloatArray, sd: FloatArray, ess: FloatArray
+) -> tuple[str, ...]:
+    """Say in sentences which means of the chains the second opinion contradicts; none if it cannot be trusted.
+
+    Parameters
+    ----------
+    opinion : from `second_opinion`.
+    names : of the unknowns.
+    mean, sd, ess : (n_parameter,), of the draws of all chains: mean and standard deviation [SI], and effective draws.
+    """
+    if not opinion.trusted:
+        return ()
+    error = np.hypot(opinion.error, sd / np.sqrt(ess))
+    limit = float(norm.isf(_DOUBT / 2 / len(names)))
+    off = np.abs(mean - opinion.mean)
+    return tuple(
+        f"{name}: the chains' mean is {far / s:.2f} standard deviations off that of independent weighted draws "
+        f"({far / e:.1f} standard errors): a part of the posterior is weighted wrongly"
+        for name, far, s, e in zip(names, off, sd, error, strict=True)
+        if far > max(limit * e, _NEAR * s)
+    )

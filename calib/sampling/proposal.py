@@ -1,0 +1,283 @@
+"""Draws of a posterior in, a density that is close to it, can be drawn from and is known exactly, out.
+
+A posterior of this kind of problem is a funnel: the noises and discrepancies u set how wide everything else is, and where they
+are small it is narrow. So the proposal takes the scales first, then the rest given them. With y the coordinates, centred and
+scaled, u ahead, and phi = (u, u u^T) bent so that it stays bounded,
+
+    y_k = a_k + sum_{j<k} l_kj y_j + b_k phi + exp(c_k + d_k phi) t_k,                                               (1)
+
+t multivariate Student. Each line is a regression with unequal variances on the draws. Bounded, because widths that shrank with
+u for ever would leave the proposal far too narrow where the posterior's widths have long become constant: chains stuck there.
+Several modes are a mixture of such densities, one for each.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import solve_triangular
+from scipy.special import gammaln, logsumexp
+
+from models.sensor import FloatArray
+
+# Where u, in standard deviations, is bent to a constant: it enters (1) as _BEND tanh(u / _BEND).
+_BEND = 2.0
+# Degrees of freedom of t to choose from; heavier tails than the draws show cost little and keep chains from sticking.
+_FREEDOM = (3.0, 4.0, 6.0, 8.0, 12.0)
+# Factor by which the proposal is wider than the draws it is fitted to.
+_WIDEN = 1.05
+# Rounds of the two regressions of a line; squared residuals above this, in variances, count as this in that of the widths.
+_ROUNDS, _OUTLIER = 3, 12.0
+#: Least share of a mode in a proposal, so that no mode is forgotten.
+LEAST_SHARE = 0.02
+# Draws for each unknown that a part of a mixture is fitted to, at least.
+_LEAST_DRAWS = 10
+# Weight of the assumption that slopes are zero, in draws: of the means, of the logarithms of the widths.
+_PULL, _WIDTH_PULL = 0.03, 60.0
+
+
+@dataclass(frozen=True, eq=False)
+class Funnel:
+    """One density of the form (1), n coordinates of which `order` names first the scales, n_phi terms of phi.
+
+    Attributes
+    ----------
+    order : (n,), columns of x in the order of y.
+    n_scale : how many of them are scales.
+    centre, spread : (n,), y = (x - centre) / spread, in the order of x.
+    constant, linear, bent : a (n,), l (n, n) strictly lower, b (n, n_phi) of (1).
+    width : (n, 1 + n_phi), c and d of (1).
+    freedom, scale : degrees of freedom of t, and the factor that it is wider by than standard.
+    """
+
+    order: np.ndarray[tuple[int], np.dtype[np.intp]]
+    n_scale: int
+    centre: FloatArray
+    spread: FloatArray
+    constant: FloatArray
+    linear: FloatArray
+    bent: FloatArray
+    width: FloatArray
+    freedom: float
+    scale: float
+
+    def log_density(self, x: FloatArray) -> FloatArray:
+        """Logarithm of the density at x (n_draw, n), (n_draw,)."""
+        return self._log_t(np.sum(self.residuals(x) ** 2, axis=1)) - self._log_width(self._ahead(x))
+
+    def residuals(self, x: FloatArray) -> FloatArray:
+        """Residuals t of (1) at x (n_draw, n), (n_draw, n)."""
+        y = self._ahead(x)
+        phi = _bent(y[:, : self.n_scale])
+        mean = self.constant + y @ self.linear.T + phi @ self.bent.T
+        return np.asarray((y - mean) * np.exp(-self._log_widths(phi)), dtype=float)
+
+    def at(self, t: FloatArray) -> FloatArray:
+        """Point x (n_draw, n) at which `residuals` gives t (n_draw, n)."""
+        y = np.zeros_like(t)
+        for k in range(self.n_scale):  # one after the other, as each changes phi
+            phi = _bent(y[:, : self.n_scale])
+            y[:, k] = self.constant[k] + y @ self.linear[k] + phi @ self.bent[k]
+            y[:, k] += np.exp(self._log_widths(phi)[:, k]) * t[:, k]
+        phi = _bent(y[:, : self.n_scale])
+        right = self.constant + phi @ self.bent.T + np.exp(self._log_widths(phi)) * t
+        rest = slice(self.n_scale, None)
+        right[:, rest] += y[:, : self.n_scale] @ self.linear[rest, : self.n_scale].T
+        lower = np.eye(self.constant.size - self.n_scale) - self.linear[rest, rest]
+        y[:, rest] = solve_triangular(lower, right[:, rest].T, lower=True, unit_diagonal=True).T
+        x = np.empty_like(y)
+        x[:, self.order] = y
+        return self.centre + self.spread * x
+
+    def draw(self, random: np.random.RandomState, n_draw: int) -> FloatArray:
+        """Independent draws (n_draw, n)."""
+        scale = self.scale / np.sqrt(random.chisquare(self.freedom, n_draw) / self.freedom)
+        return self.at(random.standard_normal((n_draw, self.constant.size)) * scale[:, None])
+
+    def _ahead(self, x: FloatArray) -> FloatArray:
+        return np.asarray(((x - self.centre) / self.spread)[:, self.order], dtype=float)
+
+    def _log_widths(self, phi: FloatArray) -> FloatArray:
+        return np.asarray(self.width[:, 0] + phi @ self.width[:, 1:].T, dtype=float)
+
+    def _log_width(self, y: FloatArray) -> FloatArray:
+        """Logarithm of the volume of a unit of t at y, (n_draw,)."""
+        widths = self._log_widths(_bent(y[:, : self.n_scale]))
+        return np.asarray(np.sum(widths, axis=1) + np.sum(np.log(self.spread)), dtype=float)
+
+    def _log_t(self, square: FloatArray) -> FloatArray:
+        return _log_student(square, self.constant.size, self.freedom, self.scale)
+
+
+def _log_student(square: FloatArray, n: int, freedom: float, scale: float) -> FloatArray:
+    """Log density of the n-dimensional Student distribution at points whose squared length is given."""
+    norm = gammaln((freedom + n) / 2) - gammaln(freedom / 2) - n / 2 * np.log(freedom * np.pi) - n * np.log(scale)
+    return np.asarray(norm - (freedom + n) / 2 * np.log1p(square / (freedom * scale**2)), dtype=float)
+
+
+def _bent(u: FloatArray) -> FloatArray:
+    """Terms phi of (1): u and its products, bounded, (n_draw, n_phi)."""
+    bounded = _BEND * np.tanh(u / _BEND)
+    i, j = np.triu_indices(u.shape[1])
+    return np.concatenate([bounded, bounded[:, i] * bounded[:, j]], axis=1)
+
+
+def _terms_of(n_scale: int, k: int) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
+    """Terms of phi that coordinate k may depend on: those of scales before it."""
+    i, j = np.triu_indices(n_scale)
+    last = np.concatenate([np.arange(n_scale), np.maximum(i, j)])
+    return np.flatnonzero(last < k)
+
+
+def fit_funnel(x: FloatArray, scales: Sequence[int], weight: FloatArray | None = None) -> Funnel:
+    """Fit a proposal to draws of a posterior.
+
+    Parameters
+    ----------
+    x : (n_draw, n), many more than n.
+    scales : columns that set the widths of the others.
+    weight : (n_draw,), of each draw; equal if None.
+    """
+    n_draw, n = x.shape
+    share = np.full(n_draw, 1 / n_draw) if weight is None else weight / np.sum(weight)
+    effective = 1 / float(np.sum(share**2))
+    order = np.concatenate([np.asarray(scales, dtype=np.intp), np.setdiff1d(np.arange(n), scales)]).astype(np.intp)
+    n_scale = len(scales)
+    centre = share @ x
+    spread = np.sqrt(share @ (x - centre) ** 2)
+    y = ((x - centre) / spread)[:, order]
+    phi = _bent(y[:, :n_scale])
+    constant, linear, bent = np.zeros(n), np.zeros((n, n)), np.zeros((n, phi.shape[1]))
+    width = np.zeros((n, 1 + phi.shape[1]))
+    one = np.ones((n_draw, 1))
+    for k in range(n):
+        terms = _terms_of(n_scale, k)
+        means = np.concatenate([one, y[:, :k], phi[:, terms]], axis=1)
+        widths = np.concatenate([one, phi[:, terms]], axis=1)
+        slopes, log_width = _fit_line(y[:, k], means, widths, share, effective)
+        constant[k], linear[k, :k], bent[k, terms] = slopes[0], slopes[1 : 1 + k], slopes[1 + k :]
+        width[k, 0], width[k, 1 + terms] = log_width[0], log_width[1:]
+    plain = Funnel(order, n_scale, centre, spread, constant, linear, bent, width, np.inf, 1.0)
+    square = np.sum(plain.residuals(x) ** 2, axis=1)
+    freedom, scale = max(
+        ((f, s * np.sqrt((f - 2) / f)) for f in _FREEDOM for s in (0.8, 0.9, 1.0, 1.1, 1.2)),
+        key=lambda c: float(share @ _log_student(square, n, *c)),
+    )
+    return Funnel(order, n_scale, centre, spread, constant, linear, bent, width, freedom, _WIDEN * float(scale))
+
+
+def _fit_line(
+    y: FloatArray, means: FloatArray, widths: FloatArray, share: FloatArray, effective: float
+) -> tuple[FloatArray, FloatArray]:
+    """Slopes of the mean and of the logarithm of the width of one coordinate: least squares and a gamma regression in turn."""
+    pull, width_pull = np.full(means.shape[1], _PULL / effective), np.full(widths.shape[1], _WIDTH_PULL / effective)
+    pull[0] = width_pull[0] = 0.0
+    slopes: FloatArray = np.zeros(means.shape[1])
+    log_width: FloatArray = np.zeros(widths.shape[1])
+    for turn in range(_ROUNDS):
+        precision = share * np.exp(-2 * widths @ log_width)
+        normal = (means * precision[:, None]).T @ means
+        held = normal + np.diag(pull * np.sum(precision) + 1e-12 * np.trace(normal))
+        slopes = np.asarray(np.linalg.solve(held, means.T @ (precision * y)), dtype=float)
+        residual = y - means @ slopes
+        if turn == 0:
+            log_width[0] = 0.5 * np.log(share @ residual**2 + 1e-300)
+        for _ in range(2):
+            square = np.minimum((residual * np.exp(-widths @ log_width)) ** 2, _OUTLIER)
+            gradient = widths.T @ (share * (square - 1)) - width_pull * log_width
+            curvature = 2 * (widths * (share * np.maximum(square, 0.2))[:, None]).T @ widths + np.diag(width_pull + 1e-9)
+            log_width = log_width + np.clip(np.linalg.solve(curvature, gradient), -1.0, 1.0)
+    # Residuals of a fit are smaller than errors, by the share of the draws that its terms use up.
+    log_width[0] -= 0.5 * np.log(max(1 - means.shape[1] / effective, 0.5))
+    return slopes, log_width
+
+
+def normal_funnel(centre: FloatArray, factor: FloatArray, scales: Sequence[int], freedom: float, widen: float) -> Funnel:
+    """Proposal of a Student density with given covariance, in the form of a funnel whose widths do not change.
+
+    Parameters
+    ----------
+    centre : (n,), its mode.
+    factor : (n, n), S with the covariance S S^T.
+    scales : columns that come first.
+    freedom : degrees of freedom.
+    widen : factor by which it is wider than S.
+    """
+    n = centre.size
+    order = np.concatenate([np.asarray(scales, dtype=np.intp), np.setdiff1d(np.arange(n), scales)]).astype(np.intp)
+    covariance = factor @ factor.T
+    spread = np.sqrt(np.diagonal(covariance))
+    lower = np.linalg.cholesky((covariance / np.outer(spread, spread))[np.ix_(order, order)])
+    # y = C t with C lower: y_k = sum of l_kj y_j + C_kk t_k, l = (D C^-1 - 1) negated off its diagonal.
+    inverse = solve_triangular(lower, np.eye(n), lower=True) * np.diagonal(lower)[:, None]
+    n_scale = len(scales)
+    n_phi = n_scale + n_scale * (n_scale + 1) // 2
+    width = np.zeros((n, 1 + n_phi))
+    width[:, 0] = np.log(np.diagonal(lower))
+    linear = np.eye(n) - inverse
+    return Funnel(order, n_scale, centre, spread, np.zeros(n), linear, np.zeros((n, n_phi)), width, freedom, widen)
+
+
+@dataclass(frozen=True, eq=False)
+class Proposal:
+    """A mixture of funnels, one for each mode of a posterior, with their shares (n_mode,)."""
+
+    parts: tuple[Funnel, ...]
+    shares: FloatArray
+
+    def log_density(self, x: FloatArray) -> FloatArray:
+        """Logarithm of the density at x (n_draw, n), (n_draw,)."""
+        return np.asarray(logsumexp(self.log_parts(x), axis=0), dtype=float)
+
+    def log_parts(self, x: FloatArray) -> FloatArray:
+        """Logarithm of the density of each part, times its share, (n_mode, n_draw)."""
+        with np.errstate(divide="ignore"):
+            return np.stack([part.log_density(x) for part in self.parts]) + np.log(self.shares)[:, None]
+
+    def draw(self, random: np.random.RandomState, n_draw: int) -> FloatArray:
+        """Independent draws (n_draw, n)."""
+        which = random.choice(len(self.parts), n_draw, p=self.shares)
+        x = np.empty((n_draw, self.parts[0].centre.size))
+        for k, part in enumerate(self.parts):
+            x[which == k] = part.draw(random, int(np.sum(which == k)))
+        return x
+
+    def step(self, random: np.random.RandomState, x: FloatArray, length: float) -> FloatArray:
+        """Step from x (n_draw, n) to points nearby, reversibly with respect to this density: preconditioned Crank-Nicolson.
+
+        Each x belongs to one part, by its share there; its t is a normal vector over the root of a gamma variable, which is
+        drawn given t, and the normal vector z becomes sqrt(1 - length^2) z + length times a new one (Neal 1998, Eq. 15; Cotter,
+        Roberts, Stuart & White, Stat. Sci. 28 (2013) 424, in the form for Student's t).
+        """
+        log_parts = self.log_parts(x)
+        total = np.cumsum(np.exp(log_parts - logsumexp(log_parts, axis=0)), axis=0)
+        which = np.minimum(np.sum(random.random_sample(x.shape[0]) > total, axis=0), len(self.parts) - 1)
+        y = np.empty_like(x)
+        for k, part in enumerate(self.parts):
+            t = part.residuals(x[which == k]) / part.scale
+            shape = (part.freedom + t.shape[1]) / 2
+            root = np.sqrt(random.gamma(shape, 2 / (part.freedom + np.sum(t**2, axis=1))))[:, None]
+            new = np.sqrt(1 - length**2) * t + length * random.standard_normal(t.shape) / root
+            y[which == k] = part.at(part.scale * new)
+        return y
+
+
+def fit_proposal(x: FloatArray, scales: Sequence[int], before: Proposal) -> Proposal:
+    """Fit each part of a mixture anew to the draws that belong to it.
+
+    Parameters
+    ----------
+    x : (n_draw, n), draws of the posterior.
+    scales : columns that set the widths of the others.
+    before : the mixture that tells which draw belongs to which part; a part with too few draws for a fit stays as it was.
+    """
+    which = np.argmax(before.log_parts(x), axis=0)
+    count = np.array([np.sum(which == k) for k in range(len(before.parts))])
+    parts = tuple(
+        fit_funnel(x[which == k], scales) if count[k] >= _LEAST_DRAWS * x.shape[1] else part
+        for k, part in enumerate(before.parts)
+    )
+    shares = np.maximum(count / x.shape[0], LEAST_SHARE)
+    return Proposal(parts, shares / np.sum(shares))

@@ -1,0 +1,153 @@
+"""A target and a seed in, its modes out; then all modes in, walkers that lie as the target does and their proposal out.
+
+A start takes two steps, as the modes that one ensemble finds are told to all: an ensemble that has missed one would otherwise
+be sure of what another contradicts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.sampling.ensemble import EnsembleState, moves_by, walk
+from calib.sampling.proposal import Proposal, fit_proposal, normal_funnel
+from calib.sampling.target import Mode, Target
+from models.sensor import FloatArray
+
+#: Version of how an ensemble begins: raise it with every change that gives another start for the same seed.
+START_VERSION = 1
+
+#: Prior draws among which an ensemble looks for its starts; how many of the best it climbs from, and of all that are possible.
+N_START_DRAWS = 512
+N_BEST, N_ANY = 2, 2
+
+#: A mode whose mass, were it normal, is below this share of the greatest one's is left out.
+_LEAST_MASS = 1e-3
+# Degrees of freedom and width of the first proposal at a mode, and draws of it for each walker.
+_FREEDOM, _WIDEN, _TRIES = 5.0, 1.2, 6
+# Effective draws among them, as a share of the walkers, for which their weights are made milder.
+_EFFECTIVE = 0.6
+#: Steps of each round, after which the proposal is fitted anew to those of this and the one before.
+ROUNDS = (16, 16, 24, 32)
+#: A proposal of which fewer draws than this are accepted does not fit: the moves that need no shape are made instead.
+LEAST_ACCEPTED = 0.1
+
+
+@dataclass(frozen=True, eq=False)
+class Start:
+    """Where an ensemble begins: its walkers, and how they move: the proposal, None if none was found that fits."""
+
+    state: EnsembleState
+    proposal: Proposal | None
+
+
+def find_modes(target: Target, seed: np.random.SeedSequence) -> tuple[Mode, ...]:
+    """Climb from draws of the prior to the modes of a target, from the most probable and from others.
+
+    Parameters
+    ----------
+    target : what is to be sampled.
+    seed : of the draws.
+
+    Returns
+    -------
+    The modes that were reached, the highest first.
+
+    Raises
+    ------
+    ValueError
+        If no prior draw has a finite posterior density.
+    """
+    rng = np.random.default_rng(seed)
+    x = target.prior_draws(rng, N_START_DRAWS)
+    log_density = target.log_density(x)
+    possible = np.flatnonzero(np.isfinite(log_density))
+    if not possible.size:
+        raise ValueError(f"none of {N_START_DRAWS} prior draws has a finite posterior density")
+    best = possible[np.argsort(-log_density[possible])]
+    others = rng.permutation(best[N_BEST:])[:N_ANY]
+    found: list[Mode] = []
+    for i in [*best[:N_BEST], *others]:
+        mode = target.climb(x[i], found)
+        if mode not in found:
+            found.append(mode)
+    return tuple(sorted(found, key=lambda m: -m.log_density))
+
+
+def join_modes(target: Target, found: Sequence[Mode]) -> tuple[Mode, ...]:
+    """Tell which modes of several searches are one and the same, and which matter, the heaviest first.
+
+    Two are one if no valley lies between them: if the straight way from one to the other never leads far below the lower.
+
+    Parameters
+    ----------
+    target : what is to be sampled.
+    found : of all searches.
+    """
+    kept: list[Mode] = []
+    for mode in sorted(found, key=lambda m: -m.log_mass):
+        if kept and mode.log_mass < kept[0].log_mass + np.log(_LEAST_MASS):
+            break
+        if not any(_no_valley(target, mode, other) for other in kept):
+            kept.append(mode)
+    return tuple(kept)
+
+
+def _no_valley(target: Target, a: Mode, b: Mode) -> bool:
+    between = a.x + np.linspace(0, 1, 11)[1:-1, None] * (b.x - a.x)
+    return bool(np.all(target.log_density(between) > min(a.log_density, b.log_density) - 1.0))
+
+
+def start(target: Target, modes: Sequence[Mode], seed: np.random.SeedSequence, n_walker: int) -> Start:
+    """Place the walkers of an ensemble as the target lies, and fit the proposal that they will move by.
+
+    Draws of Student densities round the modes are weighted to the target, mildly where the weights are few; walkers chosen
+    among them then move, and the proposal is fitted anew to where they were, in `ROUNDS`. What is learned here is frozen: the
+    chain that follows has the target as its limit.
+
+    Parameters
+    ----------
+    target : what is to be sampled.
+    modes : all that are known, from `join_modes`.
+    seed : of this ensemble.
+    n_walker : how many walkers.
+    """
+    random = np.random.RandomState(np.random.MT19937(seed))
+    mass = np.exp([m.log_mass - modes[0].log_mass for m in modes])
+    shares = np.maximum(mass / np.sum(mass), 0.5 / len(modes) if len(modes) > 1 else 1.0)
+    parts = tuple(normal_funnel(m.x, m.factor, target.scales, _FREEDOM, _WIDEN) for m in modes)
+    proposal = Proposal(parts, shares / np.sum(shares))
+    x = proposal.draw(random, _TRIES * n_walker)
+    log_density = target.log_density(x)
+    weight = _mild_weights(log_density - proposal.log_density(x), _EFFECTIVE * n_walker)
+    chosen = random.choice(weight.size, n_walker, p=weight)
+    state = EnsembleState.of(x[chosen], log_density[chosen], random)
+    before: FloatArray = np.empty((0, x.shape[1]))
+    accepted = 0.0
+    for n_steps in ROUNDS:
+        path = walk(target.log_density, state, moves_by(proposal), n_steps)
+        state = path.end
+        accepted = path.accepted_of("proposal")
+        visited = path.chain.reshape(-1, x.shape[1])
+        proposal = fit_proposal(np.concatenate([before, visited]), target.scales, proposal)
+        before = visited
+    return Start(state, proposal if accepted >= LEAST_ACCEPTED else None)
+
+
+def _mild_weights(log_weight: FloatArray, effective: float) -> FloatArray:
+    """Weights to that power, at most 1, that leaves as many effective draws as asked for; they sum to 1."""
+    finite = np.where(np.isfinite(log_weight), log_weight, -1e300)
+
+    def at(power: float) -> FloatArray:
+        weight = np.exp(power * (finite - np.max(finite)))
+        return np.asarray(weight / np.sum(weight), dtype=float)
+
+    low, high = 0.0, 1.0
+    if 1 / np.sum(at(high) ** 2) >= effective:
+        return at(high)
+    for _ in range(40):
+        middle = (low + high) / 2
+        low, high = (middle, high) if 1 / np.sum(at(middle) ** 2) >= effective else (low, middle)
+    return at(low)
