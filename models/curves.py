@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
 
-from models.response import Forward, OutOfRangeError, Response
+from models.response import Asked, Curves, Forward, OutOfRangeError, Response, WithCurves
 from models.sensor import BoolArray, Design, FloatArray
 
 
@@ -51,6 +52,36 @@ class ForceControlled(Protocol):
         At the depths found, arrays of shape (n_force,).
         """
         ...
+
+
+def curves_of(forward: Forward, design: Design) -> Curves:
+    """The loading curves of a batch of designs, of any forward model.
+
+    Parameters
+    ----------
+    forward : the model; one that is not `WithCurves` is called once for all that is asked together.
+    design : a batch of draws.
+    """
+    return forward.curves(design) if isinstance(forward, WithCurves) else _Called(forward, design, forward.max_depth(design))
+
+
+@dataclass(frozen=True, eq=False)
+class _Called:
+    """Curves of a model that takes designs and depths together."""
+
+    forward: Forward
+    design: Design
+    limit: FloatArray
+
+    def only(self, rows: slice | BoolArray) -> Curves:
+        mask = np.zeros(self.limit.shape, dtype=bool)
+        mask[rows] = True
+        return _Called(self.forward, self.design.only(mask), self.limit[mask])
+
+    def press(self, asked: Sequence[Asked]) -> list[Response]:
+        ends = np.cumsum([a.depth.shape[1] for a in asked])
+        whole = self.forward.respond(self.design, np.concatenate([a.depth for a in asked], axis=1))
+        return [whole.at(slice(end - a.depth.shape[1], end)) for a, end in zip(asked, ends, strict=True)]
 
 
 def depth_table(forward: Forward, design: Design, n_depth: int = 64) -> Response:
