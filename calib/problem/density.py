@@ -14,6 +14,7 @@ from __future__ import annotations
 import numpy as np
 
 from calib.problem.readings import PredictedReadings
+from models.rows import whole_groups
 from models.sensor import FloatArray, IntArray
 
 #: Points of a block of `log_normal_blocks`, about.
@@ -111,19 +112,20 @@ def _gram(channel: PredictedReadings, part: slice) -> FloatArray:
     n_draw, n_point = weight.shape
     n_error = channel.error.shape[-1]
     columns = np.empty((n_error + 1, n_draw, n_point))
-    columns[:n_error] = np.moveaxis(channel.error[:, part], -1, 0)
+    columns[:n_error] = channel.error[:, part].transpose(2, 0, 1)
     np.subtract(channel.observed[part], channel.mean[:, part], out=columns[n_error])
     weighted = columns * weight
-    own = np.matmul(np.moveaxis(weighted, 0, 1), np.transpose(columns, (1, 2, 0)))
+    own = np.matmul(weighted.transpose(1, 0, 2), columns.transpose(1, 2, 0))
     if channel.discrepancy is None:
         return own
     sd, modes = channel.discrepancy.sd[:, part], channel.discrepancy.correlation.modes[part]
     rank = modes.shape[1]
     gram = np.zeros((n_draw, rank + n_error + 1, rank + n_error + 1))
     pairs = (modes[:, :, None] * modes[:, None, :]).reshape(n_point, -1)
-    gram[:, :rank, :rank] = (sd * sd * weight @ pairs).reshape(n_draw, rank, rank)
+    gram[:, :rank, :rank] = (whole_groups(sd * sd * weight) @ pairs)[:n_draw].reshape(n_draw, rank, rank)
     weighted *= sd
-    gram[:, rank:, :rank] = np.moveaxis((weighted.reshape(-1, n_point) @ modes).reshape(n_error + 1, n_draw, rank), 0, 1)
+    across = (whole_groups(weighted.reshape(-1, n_point)) @ modes)[: len(columns) * n_draw]
+    gram[:, rank:, :rank] = across.reshape(-1, n_draw, rank).transpose(1, 0, 2)
     gram[:, rank:, rank:] = own
     return gram
 

@@ -25,7 +25,7 @@ from models.sensor import FloatArray
 LIKELIHOOD_VERSION = 3
 
 # Draws evaluated together: what is computed of one sweep stays in the processor's cache.
-_TOGETHER = 128
+_TOGETHER = 320
 
 
 def log_posterior(problem: Problem, theta: FloatArray) -> FloatArray:

@@ -96,7 +96,7 @@ def depth_terms(s: Values, n: int = N_DEPTH_TERMS) -> Values:
     for k in range(2, n):
         np.multiply(double, terms[k - 1], out=terms[k])
         terms[k] -= terms[k - 2]
-    return np.moveaxis(terms, 0, -2)
+    return np.transpose(terms, (*range(1, x.ndim), 0, x.ndim))
 
 
 def closed_force(groups: Values, depth: Values) -> Values:

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from models.rows import whole_groups
 from models.sensor import FloatArray, IntArray
 
 #: Single precision, or complex where a derivative is taken by a complex step.
@@ -63,13 +64,13 @@ class Network:
         """Values (n, n_out) at inputs (n, n_in), in double precision; complex for complex inputs."""
         if len(x) > _TOGETHER:
             return np.concatenate([self(x[first : first + _TOGETHER]) for first in range(0, len(x), _TOGETHER)])
-        a = (x - self.centre) / self.width
+        a = whole_groups((x - self.centre) / self.width)
         *hidden, last = self._double
         for layer in hidden:
             a = a @ layer[:-1]
             a += layer[-1]
             np.tanh(a, out=a)
-        return np.asarray(a @ last[:-1] + last[-1])
+        return np.asarray((a @ last[:-1] + last[-1])[: len(x)])
 
     def arrays(self, name: str) -> dict[str, _Array]:
         """Give the network as arrays to be saved, which `network_from` reads back."""

@@ -98,8 +98,8 @@ class SurrogateCurves:
             contact_radius=columns.get("contact radius", nothing),
             capacitance=columns.get("capacitance", nothing),
             rest_capacitance=self.rest_capacitance,
-            force_error=np.moveaxis(errors.get("force", none), 0, -1),
-            capacitance_error=np.moveaxis(errors.get("capacitance", none), 0, -1),
+            force_error=errors.get("force", none).transpose(1, 2, 0),
+            capacitance_error=errors.get("capacitance", none).transpose(1, 2, 0),
         )
 
     def _relative_sd(self, channel: int, at: Places) -> FloatArray:
@@ -110,5 +110,5 @@ class SurrogateCurves:
 
 def _spread(modes: FloatArray, sd: FloatArray, at: Places, into: FloatArray) -> None:
     """Write an error of given sd (n_draw, n_depth) along the modes, (n_mode, n_draw, n_depth)."""
-    terms = np.moveaxis(at.terms[:, :N_MODE_TERMS], 1, 0).reshape(N_MODE_TERMS, -1)
+    terms = at.terms[:, :N_MODE_TERMS].transpose(1, 0, 2).reshape(N_MODE_TERMS, -1)
     np.multiply(sd, (modes @ terms).reshape(into.shape), out=into)
