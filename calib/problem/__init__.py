@@ -8,6 +8,7 @@ from calib.problem.likelihood import (
     log_likelihood,
     log_likelihood_at,
     log_likelihood_blocks,
+    log_likelihood_sweeps,
     log_posterior,
     range_use,
 )
@@ -15,15 +16,18 @@ from calib.problem.measurement import model_sweep, model_sweeps
 from calib.problem.plan import SweepPlan, plan_sweep
 from calib.problem.problem import Problem, build_problem, problem_from
 from calib.problem.readings import PredictedReadings, SweepModel
+from calib.problem.specimens import LogPosteriorParts, Scopes, log_posterior_parts, scopes_of
 from calib.problem.unknowns import ParameterInfo, UnknownTable, table_of
 from calib.problem.values import Calibrated, columns_at, coordinates_of, lookup, specimen_design, values_at
 
 __all__ = [
     "LIKELIHOOD_VERSION",
     "Calibrated",
+    "LogPosteriorParts",
     "ParameterInfo",
     "PredictedReadings",
     "Problem",
+    "Scopes",
     "SweepModel",
     "SweepPlan",
     "UnknownTable",
@@ -38,7 +42,9 @@ __all__ = [
     "log_likelihood_at",
     "log_likelihood_blocks",
     "log_likelihood_points",
+    "log_likelihood_sweeps",
     "log_posterior",
+    "log_posterior_parts",
     "lookup",
     "medians",
     "model_sweep",
@@ -48,6 +54,7 @@ __all__ = [
     "range_use",
     "readings",
     "residuals",
+    "scopes_of",
     "specimen_design",
     "table_of",
     "values_at",

@@ -147,7 +147,7 @@ def _columns(problem: Problem, values: Mapping[str, Value]) -> dict[str, FloatAr
 
 def _models(problem: Problem, values: Mapping[str, Value]) -> list[SweepModel]:
     columns = _columns(problem, values)
-    models = model_sweeps(problem, problem.forward, problem.plans, columns)
+    models = list(model_sweeps(problem, problem.forward, problem.plans, columns))
     for plan, model in zip(problem.plans, models, strict=True):
         if not model.covered[0]:
             why = why_outside(problem, problem.forward, plan, columns)

@@ -61,6 +61,21 @@ def log_likelihood(problem: Problem, theta: FloatArray) -> FloatArray:
     return log_likelihood_at(problem, problem.forward, problem.plans, values_at(problem, theta))
 
 
+def log_likelihood_sweeps(problem: Problem, theta: FloatArray) -> FloatArray:
+    """Log likelihood of draws of the unknowns, sweep by sweep.
+
+    Parameters
+    ----------
+    problem : from `build_problem`.
+    theta : (n_draw, n_parameter), coordinates z of the unknowns.
+
+    Returns
+    -------
+    (n_draw, n_sweep), in the order of `problem.sweeps`; -inf where the draw is not covered at the sweep.
+    """
+    return _by_sweep(problem, problem.forward, problem.plans, values_at(problem, theta), None)
+
+
 def log_likelihood_at(
     known: Calibrated,
     forward: Forward,

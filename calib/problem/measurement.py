@@ -19,7 +19,7 @@ is diagonal plus low rank.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -65,7 +65,7 @@ def model_sweep(
     ValueError
         If the forward model gives something that is not finite inside the range it says it covers.
     """
-    return model_sweeps(known, forward, [plan], values, [table])[0]
+    return next(model_sweeps(known, forward, [plan], values, [table]))
 
 
 def model_sweeps(
@@ -74,7 +74,7 @@ def model_sweeps(
     plans: Sequence[SweepPlan],
     values: Mapping[str, FloatArray],
     tables: Sequence[FloatArray | None] | None = None,
-) -> list[SweepModel]:
+) -> Iterator[SweepModel]:
     """Do what `model_sweep` does for many sweeps at once: what does not depend on the depth is worked out once for all of them.
 
     Parameters
@@ -83,9 +83,9 @@ def model_sweeps(
     plans : the sweeps.
     tables : one for each sweep, see `model_sweep`.
 
-    Returns
-    -------
-    One for each sweep.
+    Yields
+    ------
+    One for each sweep, so that a thousand of them need not be held at once.
 
     Raises
     ------
@@ -93,7 +93,7 @@ def model_sweeps(
         As in `model_sweep`.
     """
     ways = ways_down(known, forward, plans, values)
-    return [_press(forward, way, table) for way, table in zip(ways, tables or [None] * len(plans), strict=True)]
+    return (_press(forward, way, table) for way, table in zip(ways, tables or [None] * len(plans), strict=True))
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +122,7 @@ class WayDown:
 
 def ways_down(
     known: Calibrated, forward: Forward, plans: Sequence[SweepPlan], values: Mapping[str, FloatArray]
-) -> list[WayDown]:
+) -> Iterator[WayDown]:
     """Find which draws the forward model covers at the readings of many sweeps, and make their loading curves.
 
     Sweeps under the same ball of specimens of the same thicknesses share their designs.
@@ -131,8 +131,8 @@ def ways_down(
     ----------
     known, forward, plans, values : as in `model_sweeps`.
 
-    Returns
-    -------
+    Yields
+    ------
     One for each sweep; whether a draw is covered is final if the sweep does not need its curve (`SweepPlan.needs_curve`).
     """
     n_draw = next(iter(values.values())).size
@@ -156,7 +156,6 @@ def ways_down(
         limit[valid] = curves.limit
     of_design = np.arange(valid.size).reshape(len(designs), n_draw)
     starts = np.concatenate([[0], np.cumsum(valid)])
-    ways = []
     for plan, place in zip(plans, place_of, strict=True):
         rows = of_design[place]
         own = _SweepValues(values, plan.sweep)
@@ -172,8 +171,7 @@ def ways_down(
             some = curves if len(designs) == 1 else curves.only(slice(starts[rows[0]], starts[rows[-1] + 1]))
             kept = covered[valid[rows]]
             some = some if np.all(kept) else some.only(kept)
-        ways.append(WayDown(plan, own, direct, end, covered, use, some))
-    return ways
+        yield WayDown(plan, own, direct, end, covered, use, some)
 
 
 def _press(forward: Forward, way: WayDown, table: FloatArray | None) -> SweepModel:
