@@ -239,20 +239,21 @@ def predict_design(forward: Forward, design: Design, force: FloatArray) -> Desig
     """
     batch = design.draws()
     wanted = np.asarray(force, dtype=float)
-    limit = forward.max_depth(batch)
+    curves = curves_of(forward, batch)
+    limit = curves.limit
     n_draw = limit.size
     inside = limit > 0
     depth, change, slope, error = (np.full((n_draw, wanted.size), np.nan) for _ in range(4))
     reach = np.zeros(n_draw)
     if np.any(inside):
-        some = batch.only(inside)
-        table = depth_table(forward, some)
+        some = curves if np.all(inside) else curves.only(inside)
+        (table,) = some.press([Asked(table_depths(limit[inside]), ("force",))])
         reach[inside] = np.max(table.force, axis=1)
         found = depth_at_force(table, wanted)
         safe = np.where(np.isnan(found), 0.5 * table.depth[:, -1:], np.maximum(found, 1e-3 * table.depth[:, -1:]))
         before, after = 0.99 * safe, np.minimum(1.01 * safe, table.depth[:, -1:])
         n = wanted.size
-        r = forward.respond(some, np.concatenate([before, safe, after], axis=1))
+        (r,) = some.press([Asked(np.concatenate([before, safe, after], axis=1), ("force", "capacitance"))])
         c = r.capacitance_change
         with np.errstate(divide="ignore", invalid="ignore"):
             df_dd = (r.force[:, 2 * n :] - r.force[:, :n]) / (after - before)

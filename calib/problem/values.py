@@ -184,9 +184,8 @@ def design_values(known: Calibrated, values: Mapping[str, FloatArray], sweep: Sw
     if "relative_permittivity" not in found:
         prior = known.experiment.priors.get("relative_permittivity", default_prior("relative_permittivity"))
         constant["relative_permittivity"] = float(prior.ppf_normal(0.0))
-    return {p: v if v.shape == shape else np.broadcast_to(v, shape) for p, v in found.items()} | {
-        p: np.full(shape, v) for p, v in constant.items()
-    }
+    design = {p: v if v.shape == shape else np.broadcast_to(v, shape) for p, v in found.items()}
+    return design | {p: np.full(shape, v) for p, v in constant.items()}
 
 
 def specimen_design(known: Calibrated, values: Mapping[str, FloatArray], specimen: str, sweep: str = "") -> Design:
