@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
 
-from models.response import Forward, OutOfRangeError, Response
+from models.response import Asked, Curves, Forward, OutOfRangeError, Response, WithCurves
 from models.sensor import BoolArray, Design, FloatArray
 
 
@@ -51,6 +52,36 @@ class ForceControlled(Protocol):
         At the depths found, arrays of shape (n_force,).
         """
         ...
+
+
+def curves_of(forward: Forward, design: Design) -> Curves:
+    """The loading curves of a batch of designs, of any forward model.
+
+    Parameters
+    ----------
+    forward : the model; one that is not `WithCurves` is called once for all that is asked together.
+    design : a batch of draws.
+    """
+    return forward.curves(design) if isinstance(forward, WithCurves) else _Called(forward, design, forward.max_depth(design))
+
+
+@dataclass(frozen=True, eq=False)
+class _Called:
+    """Curves of a model that takes designs and depths together."""
+
+    forward: Forward
+    design: Design
+    limit: FloatArray
+
+    def only(self, rows: slice | BoolArray) -> Curves:
+        mask = np.zeros(self.limit.shape, dtype=bool)
+        mask[rows] = True
+        return _Called(self.forward, self.design.only(mask), self.limit[mask])
+
+    def press(self, asked: Sequence[Asked]) -> list[Response]:
+        ends = np.cumsum([a.depth.shape[1] for a in asked])
+        whole = self.forward.respond(self.design, np.concatenate([a.depth for a in asked], axis=1))
+        return [whole.at(slice(end - a.depth.shape[1], end)) for a, end in zip(asked, ends, strict=True)]
 
 
 def depth_table(forward: Forward, design: Design, n_depth: int = 64) -> Response:
@@ -208,20 +239,21 @@ def predict_design(forward: Forward, design: Design, force: FloatArray) -> Desig
     """
     batch = design.draws()
     wanted = np.asarray(force, dtype=float)
-    limit = forward.max_depth(batch)
+    curves = curves_of(forward, batch)
+    limit = curves.limit
     n_draw = limit.size
     inside = limit > 0
     depth, change, slope, error = (np.full((n_draw, wanted.size), np.nan) for _ in range(4))
     reach = np.zeros(n_draw)
     if np.any(inside):
-        some = batch.only(inside)
-        table = depth_table(forward, some)
+        some = curves if np.all(inside) else curves.only(inside)
+        (table,) = some.press([Asked(table_depths(limit[inside]), ("force",))])
         reach[inside] = np.max(table.force, axis=1)
         found = depth_at_force(table, wanted)
         safe = np.where(np.isnan(found), 0.5 * table.depth[:, -1:], np.maximum(found, 1e-3 * table.depth[:, -1:]))
         before, after = 0.99 * safe, np.minimum(1.01 * safe, table.depth[:, -1:])
         n = wanted.size
-        r = forward.respond(some, np.concatenate([before, safe, after], axis=1))
+        (r,) = some.press([Asked(np.concatenate([before, safe, after], axis=1), ("force", "capacitance"))])
         c = r.capacitance_change
         with np.errstate(divide="ignore", invalid="ignore"):
             df_dd = (r.force[:, 2 * n :] - r.force[:, :n]) / (after - before)

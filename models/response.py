@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Literal, Protocol, runtime_checkable
 
-from models.sensor import Design, FloatArray
+from models.sensor import BoolArray, Design, FloatArray
+
+#: What can be asked of loading curves besides the depth, see `Curves.press`.
+Column = Literal["force", "contact radius", "capacitance"]
 
 
 class OutOfRangeError(ValueError):
@@ -80,6 +84,18 @@ class Response:
         named |= {"capacitance_F": self.capacitance, "capacitance_change": self.capacitance_change}
         return {name: values.reshape(-1) for name, values in named.items()}
 
+    def at(self, part: slice) -> Response:
+        """Some of the depths of a batch."""
+        return Response(
+            self.depth[:, part],
+            self.force[:, part],
+            self.contact_radius[:, part],
+            self.capacitance[:, part],
+            self.rest_capacitance,
+            self.force_error[:, part],
+            self.capacitance_error[:, part],
+        )
+
     def draw(self, index: int) -> Response:
         """One draw of a batch."""
         return Response(
@@ -146,4 +162,43 @@ class Forward(Protocol):
         OutOfRangeError
             If the model does not cover the design or a depth.
         """
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Asked:
+    """Depths [m], (n_draw, n_depth), and what is wanted there."""
+
+    depth: FloatArray
+    columns: tuple[Column, ...] = ("force", "capacitance")
+
+
+class Curves(Protocol):
+    """Loading curves of a batch of designs, ready to be asked at depths: what no depth changes has been worked out."""
+
+    @property
+    def limit(self) -> FloatArray:
+        """Largest depth [m] covered, (n_draw,); 0 where the design itself is not covered."""
+        ...
+
+    def only(self, rows: slice | BoolArray) -> Curves:
+        """The curves of some of the designs."""
+        ...
+
+    def press(self, asked: Sequence[Asked]) -> list[Response]:
+        """Read the curves at depths that the model covers, as the caller has made sure by `limit`.
+
+        Returns
+        -------
+        For each that was asked arrays (n_draw, n_depth); a column that was not may be nan.
+        """
+        ...
+
+
+@runtime_checkable
+class WithCurves(Protocol):
+    """A forward model that works out once what it needs of designs, whatever is asked of them then."""
+
+    def curves(self, design: Design) -> Curves:
+        """Make the loading curves of a batch of designs."""
         ...

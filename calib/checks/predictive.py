@@ -8,11 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 from scipy import stats
-from scipy.linalg import cho_factor, cho_solve
 
 from calib.catalogue import UnknownName
 from calib.lab import Points, Sweep
-from calib.problem import PredictedReadings, SweepModel, lookup, model_sweep, plan_sweep, specimen_design
+from calib.problem import PredictedReadings, SweepModel, chi_square, lookup, model_sweep, plan_sweep, specimen_design
 from calib.sampling import Posterior, thin_draws
 from models.response import Forward, OutOfRangeError
 from models.sensor import FloatArray
@@ -283,10 +282,7 @@ def _bands(
 def _check(x: FloatArray, channel: PredictedReadings) -> FitCheck:
     y, mean = channel.observed, channel.mean
     n = y.size
-    p_values = []
-    for r, variance, modes in zip(y - mean, channel.variance, channel.modes, strict=True):
-        factor = cho_factor(np.diag(variance) + modes @ modes.T, lower=True)
-        p_values.append(float(stats.chi2.sf(r @ cho_solve(factor, r), n)))
+    p_values = stats.chi2.sf(chi_square(channel), n)
     centre = np.mean(mean, axis=0)
     sd = np.sqrt(np.mean(channel.sd**2, axis=0) + np.var(mean, axis=0))
     residual = (y - centre) / sd

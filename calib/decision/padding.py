@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import stats
 
-from calib.checks import band
+from calib.checks import BAND_LEVELS, band
 from calib.decision.recommendation import INTERVAL_PROBABILITY, Recommendation
 from calib.decision.requirement import Requirement
 from calib.errors import Fault, InputError
@@ -22,6 +22,12 @@ from models.sensor import BoolArray, Design, FloatArray, design_from
 COVERED_SHARE = 0.95
 # The error of a model is alike for alike designs: its correlation falls off over this factor in total thickness.
 _ERROR_FACTOR = 1.5
+
+# Thicknesses of a grid up to which each is asked of the model; knots between which a finer one is interpolated, with
+# polynomials through so many of them; thicknesses held at once.
+_N_KNOTS = 97
+_ORDER = 6
+_COLUMNS = 64
 
 
 def recommend(
@@ -55,24 +61,31 @@ def recommend(
     values = thin_draws(posterior, requirement.n_draw, rng)
     base, own = _sensors_like_those_measured(posterior, values, requirement, rng)
     grid = np.linspace(requirement.lower, requirement.upper, requirement.n_thickness)
-    at = [_at_padding(forward, base, t, requirement.force, own) for t in grid]
-    # All (n_draw, n_thickness).
-    change, sd, depth, sensitivity = (
-        np.stack(c, axis=1) for c in zip(*((a.change, a.sd, a.depth, a.sensitivity) for a in at), strict=True)
-    )
-    coverage = np.mean(np.isfinite(change), axis=0)
-    covered = coverage >= COVERED_SHARE
-    if not np.any(covered):
-        raise InputError(_not_covered(requirement, grid, coverage, at, forward, base))
-
-    n_draw = change.shape[0]
+    n_draw = next(iter(values.values())).size
     # The padding of the measured specimens comes last: its error is the same random function.
     present = np.asarray(base.padding.thickness)
     paddings = np.append(grid, np.median(present))
     error = _smooth_normals(float(np.median(np.asarray(base.sensor.thickness))) + paddings, n_draw, rng)
-    typical, smooth = change, stats.norm.ppf((rng.permutation(n_draw) + 0.5) / n_draw)[:, None]
-    change = change + sd * error[:, :-1]
-    masked = np.where(covered, change, np.nan)
+    smooth = stats.norm.ppf((rng.permutation(n_draw) + 0.5) / n_draw)[:, None]
+    error_now, change = error[:, -1].copy(), error[:, :-1]
+    coverage, reach = np.empty(grid.size), np.empty(grid.size)
+    bands = {name: np.full((len(BAND_LEVELS), grid.size), np.nan) for name in ("change", "depth", "resolution")}
+    for columns, at in _along(forward, base, grid, requirement.force, own):
+        coverage[columns] = np.mean(np.isfinite(at.change), axis=0)
+        reach[columns] = np.quantile(at.reach, 1 - COVERED_SHARE, axis=0)
+        # At each thickness by itself one stratified normal per draw has the same distribution, and the bands come out smooth.
+        bands["change"][:, columns] = band(at.change + at.sd * smooth)
+        bands["depth"][:, columns] = band(at.depth)
+        with np.errstate(divide="ignore"):  # a signal that does not rise with force resolves nothing: inf
+            bands["resolution"][:, columns] = 1 / band(at.sensitivity)[::-1]
+        change[:, columns] = at.change + at.sd * change[:, columns]
+    covered = coverage >= COVERED_SHARE
+    if not np.any(covered):
+        raise InputError(_not_covered(requirement, grid, coverage, reach, forward, base))
+
+    masked = change
+    for column in (masked, *bands.values()):
+        column[:, ~covered] = np.nan
     best_of_draw = np.max(np.where(np.isfinite(masked), masked, -np.inf), axis=1)
     near = masked >= (best_of_draw - requirement.tolerance * np.abs(best_of_draw))[:, None]  # nan compares as False
     probability = np.where(covered, np.mean(near, axis=0), np.nan)
@@ -81,11 +94,7 @@ def recommend(
     pick = int(np.argmax(np.where(ties, share, -np.inf)))
 
     now = _at_padding(forward, base, present, requirement.force, own)
-    change_now = now.change + now.sd * error[:, -1]
-    # At each thickness by itself one stratified normal per draw has the same distribution, and the bands come out smooth.
-    bands = {k: band(np.where(covered, v, np.nan)) for k, v in (("change", typical + sd * smooth), ("depth", depth))}
-    with np.errstate(divide="ignore"):  # a signal that does not rise with force resolves nothing: inf
-        bands["resolution"] = 1 / band(np.where(covered, sensitivity, np.nan))[::-1]
+    change_now = now.change + now.sd * error_now
     gain = band(change[:, pick] / np.where(change_now > 0, change_now, np.nan))
     return Recommendation(
         requirement=requirement,
@@ -126,16 +135,23 @@ class _Own:
     force_discrepancy: FloatArray
     capacitance_discrepancy: FloatArray
 
+    def only(self, rows: BoolArray) -> _Own:
+        return _Own(self.noise[rows], self.force_discrepancy[rows], self.capacitance_discrepancy[rows])
+
 
 @dataclass(frozen=True, eq=False)
 class _AtPadding:
-    """Prediction at one padding thickness and one force, arrays (n_draw,)."""
+    """Prediction at one force and one padding thickness, arrays (n_draw,), or at several, (n_draw, n_thickness)."""
 
     change: FloatArray
     sd: FloatArray  # of the change, from the model's own error and discrepancy
     depth: FloatArray
     sensitivity: FloatArray  # [1/N], one over the smallest force that one reading distinguishes from noise
     reach: FloatArray  # largest force [N] inside the model's range
+
+    @property
+    def columns(self) -> tuple[FloatArray, ...]:
+        return self.change, self.sd, self.depth, self.sensitivity, self.reach
 
 
 def _sensors_like_those_measured(
@@ -180,6 +196,59 @@ def _at_padding(forward: Forward, base: Design, thickness: FloatArray | float, f
     sd = np.sqrt(error**2 + (own.capacitance_discrepancy * change) ** 2 + (slope * own.force_discrepancy * force) ** 2)
     rise = np.maximum(slope, 0.0) * p.rest_capacitance  # dC/dF [F/N]; nan stays nan
     return _AtPadding(change, sd, p.depth[:, 0], rise / np.maximum(own.noise, 1e-30), p.reach)
+
+
+def _along(forward: Forward, base: Design, grid: FloatArray, force: float, own: _Own) -> Iterator[tuple[slice, _AtPadding]]:
+    """Predict at each thickness of an ascending grid, some columns of it at a time.
+
+    Where the grid is finer than designs change along it, they are asked at `_N_KNOTS` thicknesses h_k, at equal steps of
+    log(h + h_s / 4), and what lies between follows by polynomials through six of them: the change to 1e-7, depth and slope to
+    the 5e-5 that the table of forces leaves. Draws of which some of the six are covered and others not are asked there.
+    """
+    if grid.size <= _N_KNOTS:
+        for k, thickness in enumerate(grid):
+            yield slice(k, k + 1), _stacked([_at_padding(forward, base, thickness, force, own)])
+        return
+    shift = 0.25 * float(np.median(np.asarray(base.sensor.thickness)))
+    along = np.linspace(np.log(grid[0] + shift), np.log(grid[-1] + shift), _N_KNOTS)
+    knots = np.clip(np.exp(along) - shift, grid[0], grid[-1])
+    at_knots = _stacked([_at_padding(forward, base, thickness, force, own) for thickness in knots])
+    place = (np.log(grid + shift) - along[0]) / (along[1] - along[0])
+    first = np.clip(np.floor(place).astype(int) - _ORDER // 2 + 1, 0, _N_KNOTS - _ORDER)
+    for begin in range(0, grid.size, _COLUMNS):
+        columns = slice(begin, min(begin + _COLUMNS, grid.size))
+        found = []
+        for k in range(columns.start, columns.stop):
+            around = slice(first[k], first[k] + _ORDER)
+            weights = _lagrange(place[k] - first[k])
+            one = _AtPadding(*(column[:, around] @ weights for column in at_knots.columns))
+            known = np.isfinite(at_knots.change[:, around])
+            border = np.any(known, axis=1) & ~np.all(known, axis=1)
+            found.append(_with_border(one, border, forward, base, grid[k], force, own) if np.any(border) else one)
+        yield columns, _stacked(found)
+
+
+def _with_border(
+    one: _AtPadding, border: BoolArray, forward: Forward, base: Design, thickness: float, force: float, own: _Own
+) -> _AtPadding:
+    """The same prediction with the draws at the `border` of what is covered asked of the model."""
+    exact = _at_padding(forward, base.only(border), thickness, force, own.only(border))
+    columns = []
+    for column, known in zip(one.columns, exact.columns, strict=True):
+        whole = column.copy()
+        whole[border] = known
+        columns.append(whole)
+    return _AtPadding(*columns)
+
+
+def _stacked(at: Sequence[_AtPadding]) -> _AtPadding:
+    return _AtPadding(*(np.stack(columns, axis=1) for columns in zip(*(one.columns for one in at), strict=True)))
+
+
+def _lagrange(x: float) -> FloatArray:
+    """Weights of the values at 0, 1, ... `_ORDER` - 1 in the polynomial through them at x."""
+    nodes = np.arange(_ORDER)
+    return np.array([np.prod([(x - m) / (k - m) for m in nodes if m != k]) for k in nodes])
 
 
 def _smooth_normals(total_thickness: FloatArray, n_draw: int, rng: np.random.Generator) -> FloatArray:
@@ -236,11 +305,10 @@ def _not_covered(
     requirement: Requirement,
     grid: FloatArray,
     coverage: FloatArray,
-    at: list[_AtPadding],
+    reach: FloatArray,
     forward: Forward,
     base: Design,
 ) -> Fault:
-    reach = np.array([np.quantile(a.reach, 1 - COVERED_SHARE) for a in at])
     mm = grid * 1e3
     top = int(np.argmax(reach))
     if reach[top] <= 0:

@@ -3,6 +3,7 @@
 from calib.priors.defaults import default_prior
 from calib.priors.distributions import Fixed, HalfNormal, LogNormal, Normal, Prior, TruncatedNormal, Uniform, prior_from_json
 from calib.priors.forms import parse_prior, parse_value, sign_fault
+from calib.priors.stacked import StackedPriors, stack_priors
 
 __all__ = [
     "Fixed",
@@ -10,6 +11,7 @@ __all__ = [
     "LogNormal",
     "Normal",
     "Prior",
+    "StackedPriors",
     "TruncatedNormal",
     "Uniform",
     "default_prior",
@@ -17,4 +19,5 @@ __all__ = [
     "parse_value",
     "prior_from_json",
     "sign_fault",
+    "stack_priors",
 ]

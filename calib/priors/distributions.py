@@ -34,9 +34,14 @@ class Prior(ABC):
 
     kind: ClassVar[str]
 
+    @staticmethod
     @abstractmethod
+    def value_at(z: FloatArray, *numbers: npt.ArrayLike) -> FloatArray:
+        """What `ppf_normal` is, of the numbers that make a prior of this kind, which may be of many priors at once."""
+
     def ppf_normal(self, z: npt.ArrayLike) -> FloatArray:
         """Value x = F^-1(Phi(z)) [SI] at standard-normal coordinate z, any shape; increasing, accurate in both tails."""
+        return self.value_at(_array(z), *(getattr(self, f.name) for f in fields(self)))
 
     @abstractmethod
     def to_normal(self, x: npt.ArrayLike) -> FloatArray:
@@ -93,9 +98,11 @@ class Normal(Prior):
         _require(math.isfinite(self.mean), f"mean of a normal prior must be finite, got {self.mean}")
         _require(_is_positive(self.sd), f"sd of a normal prior must be positive, got {self.sd}")
 
-    def ppf_normal(self, z: npt.ArrayLike) -> FloatArray:
-        """See `Prior.ppf_normal`."""
-        return self.mean + self.sd * _array(z)
+    @staticmethod
+    def value_at(z: FloatArray, *numbers: npt.ArrayLike) -> FloatArray:
+        """See `Prior.value_at`."""
+        mean, sd = numbers
+        return _array(mean + sd * z)
 
     def to_normal(self, x: npt.ArrayLike) -> FloatArray:
         """See `Prior.to_normal`."""
@@ -134,9 +141,11 @@ class LogNormal(Prior):
             f"geometric sd of a log-normal prior must be above 1, got {self.factor}",
         )
 
-    def ppf_normal(self, z: npt.ArrayLike) -> FloatArray:
-        """See `Prior.ppf_normal`."""
-        return self.median * np.exp(math.log(self.factor) * _array(z))
+    @staticmethod
+    def value_at(z: FloatArray, *numbers: npt.ArrayLike) -> FloatArray:
+        """See `Prior.value_at`."""
+        median, factor = numbers
+        return _array(median * np.exp(np.log(factor) * z))
 
     def to_normal(self, x: npt.ArrayLike) -> FloatArray:
         """See `Prior.to_normal`."""
@@ -172,13 +181,14 @@ class HalfNormal(Prior):
     def __post_init__(self) -> None:
         _require(_is_positive(self.scale), f"scale of a half-normal prior must be positive, got {self.scale}")
 
-    def ppf_normal(self, z: npt.ArrayLike) -> FloatArray:
-        """See `Prior.ppf_normal`."""
-        z = _array(z)
+    @staticmethod
+    def value_at(z: FloatArray, *numbers: npt.ArrayLike) -> FloatArray:
+        """See `Prior.value_at`."""
+        (scale,) = numbers
         # Each half by the form that does not subtract from one: erf below the median, the survival function above it.
         lower = math.sqrt(2) * erfinv(ndtr(np.minimum(z, 0.0)))
         upper = -ndtri_exp(log_ndtr(-np.maximum(z, 0.0)) - math.log(2))
-        return _array(self.scale * np.where(z < 0, lower, upper))
+        return _array(scale * np.where(z < 0, lower, upper))
 
     def to_normal(self, x: npt.ArrayLike) -> FloatArray:
         """See `Prior.to_normal`."""
@@ -216,12 +226,13 @@ class Uniform(Prior):
         finite = math.isfinite(self.low) and math.isfinite(self.high)
         _require(finite and self.low < self.high, f"low must be below high, got {self.low} and {self.high}")
 
-    def ppf_normal(self, z: npt.ArrayLike) -> FloatArray:
-        """See `Prior.ppf_normal`."""
-        z = _array(z)
-        width = self.high - self.low
+    @staticmethod
+    def value_at(z: FloatArray, *numbers: npt.ArrayLike) -> FloatArray:
+        """See `Prior.value_at`."""
+        low, high = (_array(n) for n in numbers)
+        width = high - low
         # From the nearer bound, so that Phi is small and exact.
-        return _array(np.where(z < 0, self.low + width * ndtr(z), self.high - width * ndtr(-z)))
+        return _array(np.where(z < 0, low + width * ndtr(z), high - width * ndtr(-z)))
 
     def to_normal(self, x: npt.ArrayLike) -> FloatArray:
         """See `Prior.to_normal`."""
@@ -270,16 +281,19 @@ class TruncatedNormal(Prior):
     def _bounds(self) -> tuple[FloatArray, FloatArray]:
         return _array((self.low - self.mean) / self.sd), _array((self.high - self.mean) / self.sd)
 
-    def ppf_normal(self, z: npt.ArrayLike) -> FloatArray:
-        """See `Prior.ppf_normal`."""
-        z = _array(z)
-        a, b = self._bounds()
+    @staticmethod
+    def value_at(z: FloatArray, *numbers: npt.ArrayLike) -> FloatArray:
+        """See `Prior.value_at`."""
+        mean, sd, low, high = (_array(n) for n in numbers)
+        a, b = (low - mean) / sd, (high - mean) / sd
         # Phi(t) = Phi(a) Phi(-z) + Phi(b) Phi(z), in logarithms; the same for 1 - Phi(t) = Phi(-t). Nothing is subtracted.
-        log_lower = np.logaddexp(log_ndtr(a) + log_ndtr(-z), log_ndtr(b) + log_ndtr(z))
-        log_upper = np.logaddexp(log_ndtr(-a) + log_ndtr(-z), log_ndtr(-b) + log_ndtr(z))
-        t = np.where(log_lower < log_upper, ndtri_exp(np.minimum(log_lower, 0.0)), -ndtri_exp(np.minimum(log_upper, 0.0)))
-        margin = _INSIDE * self.sd
-        return _array(np.clip(self.mean + self.sd * t, self.low + margin, self.high - margin))
+        log_below, log_above = log_ndtr(z), log_ndtr(-z)
+        log_lower = np.logaddexp(log_ndtr(a) + log_above, log_ndtr(b) + log_below)
+        log_upper = np.logaddexp(log_ndtr(-a) + log_above, log_ndtr(-b) + log_below)
+        lower = log_lower < log_upper
+        t = ndtri_exp(np.minimum(np.where(lower, log_lower, log_upper), 0.0))
+        margin = _INSIDE * sd
+        return _array(np.clip(mean + sd * np.where(lower, t, -t), low + margin, high - margin))
 
     def to_normal(self, x: npt.ArrayLike) -> FloatArray:
         """See `Prior.to_normal`."""
@@ -323,9 +337,11 @@ class Fixed(Prior):
     def __post_init__(self) -> None:
         _require(math.isfinite(self.value), f"a fixed value must be finite, got {self.value}")
 
-    def ppf_normal(self, z: npt.ArrayLike) -> FloatArray:
-        """See `Prior.ppf_normal`; the value, whatever z."""
-        return np.full(np.shape(z), self.value)
+    @staticmethod
+    def value_at(z: FloatArray, *numbers: npt.ArrayLike) -> FloatArray:
+        """See `Prior.value_at`; the value, whatever z."""
+        (value,) = numbers
+        return _array(np.broadcast_to(value, z.shape).copy())
 
     def to_normal(self, x: npt.ArrayLike) -> FloatArray:
         """See `Prior.to_normal`; zero at the value, nan elsewhere."""

@@ -1,32 +1,39 @@
 """Experiment, sweeps and forward model in, a `Problem` out: unknowns, values at z, likelihood; knows no sampler."""
 
 from calib.problem.by_name import log_density, medians, readings, residuals
+from calib.problem.density import chi_square, given_other_points, log_likelihood_points
 from calib.problem.likelihood import (
     LIKELIHOOD_VERSION,
     block_names,
-    given_other_points,
     log_likelihood,
     log_likelihood_at,
     log_likelihood_blocks,
-    log_likelihood_points,
+    log_likelihood_sweeps,
     log_posterior,
     range_use,
 )
-from calib.problem.measurement import PredictedReadings, SweepModel, SweepPlan, model_sweep, plan_sweep
+from calib.problem.measurement import model_sweep, model_sweeps
+from calib.problem.plan import SweepPlan, plan_sweep
 from calib.problem.problem import Problem, build_problem, problem_from
-from calib.problem.unknowns import ParameterInfo
+from calib.problem.readings import PredictedReadings, SweepModel
+from calib.problem.specimens import LogPosteriorParts, Scopes, log_posterior_parts, scopes_of
+from calib.problem.unknowns import ParameterInfo, UnknownTable, table_of
 from calib.problem.values import Calibrated, columns_at, coordinates_of, lookup, specimen_design, values_at
 
 __all__ = [
     "LIKELIHOOD_VERSION",
     "Calibrated",
+    "LogPosteriorParts",
     "ParameterInfo",
     "PredictedReadings",
     "Problem",
+    "Scopes",
     "SweepModel",
     "SweepPlan",
+    "UnknownTable",
     "block_names",
     "build_problem",
+    "chi_square",
     "columns_at",
     "coordinates_of",
     "given_other_points",
@@ -35,15 +42,20 @@ __all__ = [
     "log_likelihood_at",
     "log_likelihood_blocks",
     "log_likelihood_points",
+    "log_likelihood_sweeps",
     "log_posterior",
+    "log_posterior_parts",
     "lookup",
     "medians",
     "model_sweep",
+    "model_sweeps",
     "plan_sweep",
     "problem_from",
     "range_use",
     "readings",
     "residuals",
+    "scopes_of",
     "specimen_design",
+    "table_of",
     "values_at",
 ]

@@ -12,8 +12,9 @@ from calib.catalogue import UnknownName
 from calib.errors import Fault, InputError
 from calib.priors import parse_value
 from calib.problem.likelihood import log_likelihood_at
-from calib.problem.measurement import PredictedReadings, SweepModel, model_sweep, why_outside
+from calib.problem.measurement import model_sweeps, why_outside
 from calib.problem.problem import Problem
+from calib.problem.readings import PredictedReadings, SweepModel
 from calib.problem.values import coordinates_of
 from models.response import OutOfRangeError
 from models.sensor import FloatArray
@@ -146,7 +147,7 @@ def _columns(problem: Problem, values: Mapping[str, Value]) -> dict[str, FloatAr
 
 def _models(problem: Problem, values: Mapping[str, Value]) -> list[SweepModel]:
     columns = _columns(problem, values)
-    models = [model_sweep(problem, problem.forward, plan, columns) for plan in problem.plans]
+    models = list(model_sweeps(problem, problem.forward, problem.plans, columns))
     for plan, model in zip(problem.plans, models, strict=True):
         if not model.covered[0]:
             why = why_outside(problem, problem.forward, plan, columns)
@@ -155,5 +156,6 @@ def _models(problem: Problem, values: Mapping[str, Value]) -> list[SweepModel]:
 
 
 def _whitened(c: PredictedReadings) -> FloatArray:
-    covariance = np.diag(c.variance[0]) + c.modes[0] @ c.modes[0].T
+    modes = c.modes[0]
+    covariance = np.diag(c.variance[0]) + modes @ modes.T
     return np.asarray(solve_triangular(cholesky(covariance, lower=True), c.observed - c.mean[0], lower=True), dtype=float)

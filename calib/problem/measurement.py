@@ -13,171 +13,26 @@ column; or from (1) at its own displacement column. The errors of a channel (n p
 
 s is the noise of one reading, V the forward model's own error, the last term the model discrepancy: a Gaussian process along
 the sweep of sd delta g, g = F(d) or C(d) - C0, with a squared-exponential correlation K over the depth at the sweep's nominal
-points and the fixed length `CORRELATION_LENGTH`. K is used as U U^T + diag(rest) with its few large eigenvectors, so that (4)
+points and a fixed length (`calib.problem.plan`). K is used as U U^T + diag(rest) with its few large eigenvectors, so that (4)
 is diagonal plus low rank.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TypeVar
 
 import numpy as np
 
 from calib.catalogue import bounds_of
-from calib.lab import Points, Sweep, Track
-from calib.problem.centred import nominal_zero
+from calib.lab import Sweep
 from calib.problem.channels import CHANNEL_MODELS
-from calib.problem.values import Calibrated, design_values, lookup
-from models.curves import Lookup, force_scale, look_up, look_up_force, table_depths
-from models.response import Forward, Response
+from calib.problem.plan import ChannelPlan, SweepPlan, at_time, present
+from calib.problem.readings import Discrepancy, PredictedReadings, SweepModel
+from calib.problem.values import Calibrated, design_columns, design_values, lookup
+from models.curves import Lookup, curves_of, look_up, look_up_force, table_depths
+from models.response import Asked, Column, Curves, Forward, Response
 from models.sensor import BoolArray, Design, FloatArray, design_from
-
-#: Length over which the model discrepancy stays alike, as a share of the sweep's largest depth.
-CORRELATION_LENGTH = 0.3
-
-#: Share of the discrepancy's variance that its low-rank form may leave to the diagonal.
-_RANK_TOLERANCE = 1e-3
-
-_T = TypeVar("_T")
-
-
-@dataclass(frozen=True, eq=False)
-class Correlation:
-    """Correlation matrix K of (4) at the points of a channel: U U^T + diag(rest), U = `modes` (n_point, n_mode)."""
-
-    modes: FloatArray
-    rest: FloatArray
-
-
-@dataclass(frozen=True, eq=False)
-class ChannelPlan:
-    """The part of a channel's prediction that is the same for every draw, computed once.
-
-    Attributes
-    ----------
-    points : the data.
-    tie : how their depth is known, see `Sweep.tied_by`.
-    load : [N], (n_point,), load at points that are tied by displacement; None where no record has it.
-    correlation : of the discrepancy, K of (4).
-    """
-
-    points: Points
-    tie: str
-    load: FloatArray | None
-    correlation: Correlation
-
-    @property
-    def needs_curve(self) -> bool:
-        """Whether the points' depth must be looked up on the forward model's loading curve, as the records do not hold it."""
-        return not (self.tie == "clock" or (self.tie == "displacement" and self.load is not None))
-
-
-@dataclass(frozen=True, eq=False)
-class SweepPlan:
-    """A sweep, and for each of its channels the part of the prediction that is the same for every draw."""
-
-    sweep: Sweep
-    channels: Mapping[str, ChannelPlan]
-
-    @property
-    def needs_curve(self) -> bool:
-        """Whether a channel has to be looked up on the forward model's loading curve."""
-        return any(channel.needs_curve for channel in self.channels.values())
-
-
-@dataclass(frozen=True, eq=False)
-class PredictedReadings:
-    """What an instrument should read at the points of a channel, and how far readings may lie from that, for many draws.
-
-    The covariance of the readings of one draw is diag(variance) + modes modes^T: noise of single readings, and errors that
-    neighbouring points share (of the forward model, and the discrepancy). Draws outside the forward model's range are left out.
-
-    Attributes
-    ----------
-    depth : [m], (n_covered, n_point), true indentation at each point.
-    mean : (n_covered, n_point), SI, expected reading.
-    variance : (n_covered, n_point), SI, independent part of the covariance.
-    modes : (n_covered, n_point, n_mode), SI, factors of its correlated part.
-    observed : (n_point,), SI, what was read.
-    """
-
-    depth: FloatArray
-    mean: FloatArray
-    variance: FloatArray
-    modes: FloatArray
-    observed: FloatArray
-
-    @property
-    def sd(self) -> FloatArray:
-        """Standard deviation of each reading by itself, independent and correlated part together, (n_covered, n_point)."""
-        return np.asarray(np.sqrt(self.variance + np.sum(self.modes**2, axis=-1)), dtype=float)
-
-
-@dataclass(frozen=True, eq=False)
-class SweepModel:
-    """What the instruments should read in one sweep, channel by channel, for a batch of draws of the unknowns.
-
-    Attributes
-    ----------
-    covered : (n_draw,), draws whose design is valid and whose depths the forward model covers; the channels hold these only.
-    range_use : (n_draw,), deepest point over the deepest the forward model covers; inf where the design is not covered.
-    channels : name -> predicted readings, in the order of the sweep's channels; empty if no draw is covered.
-    """
-
-    covered: BoolArray
-    range_use: FloatArray
-    channels: Mapping[str, PredictedReadings]
-
-    @property
-    def deepest(self) -> FloatArray:
-        """Largest true indentation [m] at a reading, (n_covered,)."""
-        return np.asarray(np.max([np.max(c.depth, axis=1) for c in self.channels.values()], axis=0), dtype=float)
-
-
-# --- before any draw is known -------------------------------------------------------------------------------------------
-
-
-def plan_sweep(sweep: Sweep) -> SweepPlan:
-    """Compute once what the likelihood of a sweep needs again and again and no draw changes: ties, loads, correlations."""
-    onset, load = nominal_zero(sweep)
-    return SweepPlan(sweep, {name: _plan_channel(sweep, name, onset, load) for name in sweep.channels})
-
-
-def _plan_channel(sweep: Sweep, name: str, onset: float, load: float) -> ChannelPlan:
-    points, tie = sweep.channels[name], sweep.tied_by(name)
-    tied_load = None
-    if tie == "displacement":
-        reading = _present(points.displacement)
-        along = reading - onset
-        tied_load = sweep.load_at(name)
-        tester = sweep.channels.get("force")
-        if tied_load is None and tester is not None:
-            at = _present(tester.displacement)
-            order = np.argsort(at)
-            tied_load = np.interp(reading, at[order], tester.value[order])
-    elif tie == "force":
-        along = force_scale(_present(points.force) - load)
-    else:
-        time = _present(points.time) + np.nan_to_num(sweep.clock_offset)
-        along = _at_time(_present(sweep.track), time)[0] - onset
-    return ChannelPlan(points, tie, tied_load, _correlation(along))
-
-
-def _correlation(along: FloatArray) -> Correlation:
-    """Squared-exponential correlation over nominal depth (any scale, zero at contact) with its large eigenvectors."""
-    deepest = float(np.max(along))
-    x = np.clip(along / deepest, 0.0, 1.0) if deepest > 0 else np.zeros(along.size)
-    k = np.exp(-0.5 * ((x[:, None] - x) / CORRELATION_LENGTH) ** 2)
-    value, vector = np.linalg.eigh(k)
-    value, vector = np.maximum(value[::-1], 0.0), vector[:, ::-1]
-    rank = 1 + int(np.argmax(np.cumsum(value) >= (1 - _RANK_TOLERANCE) * np.sum(value)))
-    modes = vector[:, :rank] * np.sqrt(value[:rank])
-    return Correlation(np.ascontiguousarray(modes), np.maximum(1.0 - np.sum(modes**2, axis=1), 0.0))
-
-
-# --- the measurement model ----------------------------------------------------------------------------------------------
 
 
 def model_sweep(
@@ -210,47 +65,146 @@ def model_sweep(
     ValueError
         If the forward model gives something that is not finite inside the range it says it covers.
     """
-    sweep = plan.sweep
-    own = _SweepValues(values, sweep)
-    design = design_values(known, values, sweep.specimen, sweep.name)
-    n_draw = next(iter(design.values())).size
-    valid = _valid(design)
-    use = np.full(n_draw, np.inf)
-    direct = {name: _direct_depth(own, sweep, c) for name, c in plan.channels.items() if not c.needs_curve}
-    limit = np.zeros(n_draw)
-    friction = known.experiment.friction_coefficient
-    batch = _batch(design, valid, friction) if np.any(valid) else None
-    if batch is not None:
-        limit[valid] = forward.max_depth(batch)
-    inside = limit > 0
-    deepest = np.max([np.max(d, axis=1) for d in direct.values()], axis=0) if direct else np.zeros(n_draw)
-    use[inside] = np.maximum(deepest[inside], 0.0) / limit[inside]
-    covered = inside & (deepest <= limit)
-    if batch is None or not np.any(covered):
-        return SweepModel(covered, use, {})
-    batch = batch if np.array_equal(covered, valid) else _batch(design, covered, friction)
-    own = own.of(covered)
-    depths = [d[covered] for d in direct.values()]
-    if plan.needs_curve:
-        depths.append(table_depths(limit[covered]) if table is None else table[covered])
-    response = forward.respond(batch, np.concatenate(depths, axis=1))
-    _require_finite(forward, response)
+    return next(model_sweeps(known, forward, [plan], values, [table]))
 
-    ends = np.cumsum([d.shape[1] for d in depths])
-    parts = [_points(response, slice(end - d.shape[1], end)) for end, d in zip(ends, depths, strict=True)]
-    at = dict(zip(direct, parts, strict=False))
+
+def model_sweeps(
+    known: Calibrated,
+    forward: Forward,
+    plans: Sequence[SweepPlan],
+    values: Mapping[str, FloatArray],
+    tables: Sequence[FloatArray | None] | None = None,
+) -> Iterator[SweepModel]:
+    """Do what `model_sweep` does for many sweeps at once: what does not depend on the depth is worked out once for all of them.
+
+    Parameters
+    ----------
+    known, forward, values : as in `model_sweep`.
+    plans : the sweeps.
+    tables : one for each sweep, see `model_sweep`.
+
+    Yields
+    ------
+    One for each sweep, so that a thousand of them need not be held at once.
+
+    Raises
+    ------
+    ValueError
+        As in `model_sweep`.
+    """
+    ways = ways_down(known, forward, plans, values)
+    return (_press(forward, way, table) for way, table in zip(ways, tables or [None] * len(plans), strict=True))
+
+
+@dataclass(frozen=True, eq=False)
+class WayDown:
+    """What is known of a sweep before it is pressed, for a batch of draws.
+
+    Attributes
+    ----------
+    plan : the sweep.
+    own : values of its unknowns.
+    direct : channel -> true indentation [m] (n_draw, n_point), of those whose depth the records hold.
+    limit : largest depth [m] that the forward model covers, (n_draw,); 0 for an invalid design or one that is not covered.
+    covered : (n_draw,), draws whose `direct` depths it covers.
+    range_use : (n_draw,), deepest of these over the limit; inf where the design is not covered.
+    curves : loading curves of the draws that are covered, None if there are none.
+    """
+
+    plan: SweepPlan
+    own: _SweepValues
+    direct: Mapping[str, FloatArray]
+    limit: FloatArray
+    covered: BoolArray
+    range_use: FloatArray
+    curves: Curves | None
+
+
+def ways_down(
+    known: Calibrated, forward: Forward, plans: Sequence[SweepPlan], values: Mapping[str, FloatArray]
+) -> Iterator[WayDown]:
+    """Find which draws the forward model covers at the readings of many sweeps, and make their loading curves.
+
+    Sweeps under the same ball of specimens of the same thicknesses share their designs.
+
+    Parameters
+    ----------
+    known, forward, plans, values : as in `model_sweeps`.
+
+    Yields
+    ------
+    One for each sweep; whether a draw is covered is final if the sweep does not need its curve (`SweepPlan.needs_curve`).
+    """
+    n_draw = next(iter(values.values())).size
+    places: dict[tuple[float, ...], int] = {}
+    designs: list[dict[str, FloatArray]] = []
+    place_of = []
+    for plan in plans:
+        # The columns are those of `values`, so that the same ones are the same design.
+        columns = design_columns(known, values, plan.sweep)
+        key = (plan.sweep.indenter_radius, *(id(column) for column in columns.values()))
+        if key not in places:
+            places[key] = len(designs)
+            designs.append(design_values(known, values, plan.sweep))
+        place_of.append(places[key])
+    whole = _together(designs)
+    valid = _valid(whole)
+    limit = np.zeros(valid.size)
+    curves = None
+    if np.any(valid):
+        curves = curves_of(forward, _batch(whole, valid, known.experiment.friction_coefficient))
+        limit[valid] = curves.limit
+    of_design = np.arange(valid.size).reshape(len(designs), n_draw)
+    starts = np.concatenate([[0], np.cumsum(valid)])
+    for plan, place in zip(plans, place_of, strict=True):
+        rows = of_design[place]
+        own = _SweepValues(values, plan.sweep)
+        direct = {name: _direct_depth(own, plan.sweep, c) for name, c in plan.channels.items() if not c.needs_curve}
+        end = limit[rows]
+        inside = end > 0
+        deepest = np.max([np.max(d, axis=1) for d in direct.values()], axis=0) if direct else np.zeros(n_draw)
+        use = np.full(n_draw, np.inf)
+        use[inside] = np.maximum(deepest[inside], 0.0) / end[inside]
+        covered = inside & (deepest <= end)
+        some = None
+        if curves is not None and np.any(covered):
+            some = curves if len(designs) == 1 else curves.only(slice(starts[rows[0]], starts[rows[-1] + 1]))
+            kept = covered[valid[rows]]
+            some = some if np.all(kept) else some.only(kept)
+        yield WayDown(plan, own, direct, end, covered, use, some)
+
+
+def _press(forward: Forward, way: WayDown, table: FloatArray | None) -> SweepModel:
+    """Predict the readings of a sweep, in one look at its loading curves."""
+    plan, covered, use = way.plan, way.covered.copy(), way.range_use.copy()
+    if way.curves is None:
+        return SweepModel(covered, use, {})
+    every = bool(np.all(covered))
+    own = way.own if every else way.own.of(covered)
+    limit = way.limit if every else way.limit[covered]
+    asked = {name: Asked(d if every else d[covered], (CHANNEL_MODELS[name].column,)) for name, d in way.direct.items()}
+    needing = [name for name, channel in plan.channels.items() if channel.needs_curve]
+    along = []
+    if needing:
+        nodes = table_depths(limit) if table is None else table[covered]
+        columns: set[Column] = {"force", *(CHANNEL_MODELS[name].column for name in needing)}
+        along = [Asked(nodes, tuple(sorted(columns)))]
+    parts = way.curves.press([*asked.values(), *along])
+    for one, part in zip([*asked.values(), *along], parts, strict=True):
+        _require_finite(forward, part, one.columns)
+
+    at = dict(zip(asked, parts, strict=False))
     places: dict[str, Lookup] = {}
-    reached = np.ones(int(np.sum(covered)), dtype=bool)
-    for name, channel in plan.channels.items():
-        if channel.needs_curve:
-            at[name], places[name] = parts[-1], _look_up_tied(own, channel, parts[-1])
-            reached &= ~np.any(np.isnan(places[name].weight), axis=1)
+    reached = np.ones(limit.size, dtype=bool)
+    for name in needing:
+        at[name], places[name] = parts[-1], _look_up_tied(own, plan.channels[name], parts[-1])
+        reached &= ~np.any(np.isnan(places[name].weight), axis=1)
     for name, place in places.items():
-        looked_up = np.max(place.at(at[name].depth), axis=1) / limit[covered]
+        looked_up = np.max(place.at(at[name].depth), axis=1) / limit
         use[covered] = np.where(reached, np.maximum(use[covered], looked_up), np.inf)
     predicted = {name: _predict(own, name, c, at[name], places.get(name)) for name, c in plan.channels.items()}
     if not np.all(reached):
-        predicted = {name: _some(readings, reached) for name, readings in predicted.items()}
+        predicted = {name: readings.only(reached) for name, readings in predicted.items()}
         covered[covered] = reached
     return SweepModel(covered, use, predicted)
 
@@ -265,7 +219,7 @@ def why_outside(known: Calibrated, forward: Forward, plan: SweepPlan, values: Ma
     """
     sweep = plan.sweep
     try:
-        given = design_values(known, values, sweep.specimen, sweep.name)
+        given = design_values(known, values, sweep)
         design = design_from(given, friction_coefficient=known.experiment.friction_coefficient)
     except ValueError as error:
         return str(error)
@@ -292,7 +246,7 @@ def reach(
     design.
     """
     own = _SweepValues(values, plan.sweep)
-    design = design_values(known, values, plan.sweep.specimen, plan.sweep.name)
+    design = design_values(known, values, plan.sweep)
     valid = _valid(design)
     reading, load = np.full(valid.size, -np.inf), np.full(valid.size, -np.inf)
     if not np.any(valid):
@@ -306,13 +260,6 @@ def reach(
         reading[inside] = (limit[inside][:, None] + some["contact_offset"])[:, 0]
         load[inside] = (ends.force + some["load_zero"])[:, 0]
     return reading, load
-
-
-def _present(part: _T | None) -> _T:
-    """Return a part of a sweep that must be there, as the tie or the channel requires it; refuse None."""
-    if part is None:
-        raise ValueError("a part of the sweep that its tie needs is missing")
-    return part
 
 
 class _SweepValues:
@@ -340,29 +287,17 @@ def _crosshead_depth(own: _SweepValues, reading: FloatArray, force: FloatArray) 
 def _direct_depth(own: _SweepValues, sweep: Sweep, channel: ChannelPlan) -> FloatArray:
     """True indentation [m] at the points of a channel whose crosshead reading and load are known without the forward model."""
     if channel.tie == "clock":
-        return _crosshead_depth(own, *_at_time(_present(sweep.track), _present(channel.points.time) + own["clock_offset"]))
-    return _crosshead_depth(own, _present(channel.points.displacement), _present(channel.load))
-
-
-def _at_time(track: Track, time: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Crosshead reading [m] and load [N] of the tester's record at `time` [s], any shape.
-
-    Beyond the ends of the record the crosshead stands where it was last seen.
-    """
-    index = np.clip(np.searchsorted(track.time, time) - 1, 0, track.time.size - 2)
-    start = track.time[index]
-    weight = np.clip((time - start) / (track.time[index + 1] - start), 0.0, 1.0)
-    reading, load = (c[index] + weight * (c[index + 1] - c[index]) for c in (track.displacement, track.force))
-    return reading, load
+        return _crosshead_depth(own, *at_time(present(sweep.track), present(channel.points.time) + own["clock_offset"]))
+    return _crosshead_depth(own, present(channel.points.displacement), present(channel.load))
 
 
 def _look_up_tied(own: _SweepValues, channel: ChannelPlan, table: Response) -> Lookup:
     """Where on each draw's loading curve the points of a channel were read, known by force or by crosshead alone."""
     if channel.tie == "force":
-        return look_up_force(table, _present(channel.points.force) - own["load_zero"])
+        return look_up_force(table, present(channel.points.force) - own["load_zero"])
     # No load was read here: (1) with the model's own force, which grows with depth.
     crosshead = np.maximum.accumulate(table.depth + own["machine_compliance"] * table.force, axis=-1)
-    return look_up(crosshead, _present(channel.points.displacement) - own["contact_offset"])
+    return look_up(crosshead, present(channel.points.displacement) - own["contact_offset"])
 
 
 def _predict(own: _SweepValues, name: str, channel: ChannelPlan, at: Response, place: Lookup | None) -> PredictedReadings:
@@ -376,35 +311,29 @@ def _predict(own: _SweepValues, name: str, channel: ChannelPlan, at: Response, p
             slope = np.gradient(ideal, axis=-1) / np.maximum(np.gradient(at.force, axis=-1), 1e-12)
             variance = variance + (place.at(slope) * own["force_noise"]) ** 2 / points.n_effective
         depth, ideal, error = place.at(depth), place.at(ideal), place.at(error)
-    discrepancy = own[f"{name}_discrepancy"] * model.signal(ideal, at)
-    variance = variance + discrepancy**2 * channel.correlation.rest
-    modes = np.concatenate([error, discrepancy[..., None] * channel.correlation.modes], axis=-1)
-    return PredictedReadings(depth, ideal + own[model.zero], variance, modes, points.value)
+    own_sd = own[f"{name}_discrepancy"] * model.signal(ideal, at)
+    variance = variance + own_sd**2 * channel.correlation.rest
+    discrepancy = Discrepancy(own_sd, channel.correlation)
+    return PredictedReadings(depth, ideal + own[model.zero], variance, error, points.value, discrepancy)
 
 
-def _points(response: Response, part: slice) -> Response:
-    """Select some of the depths of a batch response."""
-    return Response(
-        response.depth[:, part],
-        response.force[:, part],
-        response.contact_radius[:, part],
-        response.capacitance[:, part],
-        response.rest_capacitance,
-        response.force_error[:, part],
-        response.capacitance_error[:, part],
-    )
-
-
-def _some(readings: PredictedReadings, rows: BoolArray) -> PredictedReadings:
-    """Select some of the draws."""
-    r = readings
-    return PredictedReadings(r.depth[rows], r.mean[rows], r.variance[rows], r.modes[rows], r.observed)
-
-
-def _require_finite(forward: Forward, response: Response) -> None:
-    for name, column in (("force", response.force), ("capacitance", response.capacitance)):
-        if not np.isfinite(column).all():
+def _require_finite(forward: Forward, response: Response, columns: Sequence[Column]) -> None:
+    for name in columns:
+        if not np.isfinite(response.force if name == "force" else response.capacitance).all():
             raise ValueError(f"the {forward.name} gave a {name} that is not finite inside the range it says it covers")
+
+
+def _together(designs: Sequence[Mapping[str, FloatArray]]) -> dict[str, FloatArray]:
+    """Designs one after the other as one batch; what is given for some of them only is said for all."""
+    names = dict.fromkeys(name for design in designs for name in design)
+    return {name: np.concatenate([_given(design, name) for design in designs]) for name in names}
+
+
+def _given(design: Mapping[str, FloatArray], name: str) -> FloatArray:
+    """A quantity of a design, worked out as `models.sensor.Design` does where it is not given."""
+    if name in design:
+        return design[name]
+    return design["sensor_thickness"] / 2 if name == "dielectric_thickness" else design["sensor_radius"]
 
 
 def _valid(design: Mapping[str, FloatArray]) -> BoolArray:

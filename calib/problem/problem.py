@@ -5,14 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from calib.errors import Fault, InputError
 from calib.experiment import Experiment, forward_of_experiment, read_sweeps
 from calib.lab import Sweep
-from calib.problem.measurement import SweepPlan, model_sweep, plan_sweep, reach, why_outside
-from calib.problem.unknowns import ParameterInfo, list_unknowns
+from calib.problem.measurement import model_sweep, reach, ways_down, why_outside
+from calib.problem.plan import SweepPlan, plan_sweep
+from calib.problem.unknowns import ParameterInfo, UnknownTable, list_unknowns, table_of
 from calib.problem.values import values_at
 from models.response import Forward
 
@@ -47,6 +49,11 @@ class Problem:
     parameters: tuple[ParameterInfo, ...]
     fixed: Mapping[str, float]
     plans: tuple[SweepPlan, ...]
+
+    @cached_property
+    def table(self) -> UnknownTable:
+        """The unknowns made ready to be given values, see `values_at`."""
+        return table_of(self.parameters)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -124,8 +131,10 @@ def _outside_faults(problem: Problem) -> list[Fault]:
     faults = []
     for theta, share_allowed in ((np.zeros((1, n)), 0.0), (draws, 0.5)):
         values = values_at(problem, theta)
-        for plan in problem.plans:
-            covered = model_sweep(problem, problem.forward, plan, values).covered
+        for way in ways_down(problem, problem.forward, problem.plans, values):
+            plan, covered = way.plan, way.covered
+            if plan.needs_curve:
+                covered = model_sweep(problem, problem.forward, plan, values).covered
             share = 1 - float(np.mean(covered))
             if share <= share_allowed:
                 continue

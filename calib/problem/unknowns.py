@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 from calib.catalogue import CHANNELS, UNKNOWNS, Setting, UnknownName, unknowns_of
 from calib.experiment import Experiment
 from calib.lab import Sweep
-from calib.priors import Fixed, Prior, default_prior
+from calib.priors import Fixed, Prior, StackedPriors, default_prior, stack_priors
 from calib.problem.centred import noise_default, sweep_defaults
 
 
@@ -47,6 +47,25 @@ class ParameterInfo:
     def sweep(self) -> str:
         """Name of the sweep that the unknown belongs to, empty for an unknown that all sweeps of the specimen share."""
         return self.key.sweep
+
+
+@dataclass(frozen=True, eq=False)
+class UnknownTable:
+    """Unknowns made ready to be given values thousands of times.
+
+    Attributes
+    ----------
+    columns : name -> its number in the order of z.
+    priors : of all of them, in that order.
+    """
+
+    columns: Mapping[str, int]
+    priors: StackedPriors
+
+
+def table_of(parameters: Sequence[ParameterInfo]) -> UnknownTable:
+    """Make unknowns ready to be given values."""
+    return UnknownTable({p.name: k for k, p in enumerate(parameters)}, stack_priors([p.prior for p in parameters]))
 
 
 def list_unknowns(experiment: Experiment, sweeps: Sequence[Sweep]) -> tuple[tuple[ParameterInfo, ...], dict[str, float]]:

@@ -12,7 +12,7 @@ from calib.catalogue import UnknownName
 from calib.experiment import Experiment
 from calib.lab import Sweep
 from calib.priors import default_prior
-from calib.problem.unknowns import ParameterInfo
+from calib.problem.unknowns import ParameterInfo, UnknownTable
 from models.sensor import Design, FloatArray, Scalar, design_from
 
 
@@ -27,6 +27,11 @@ class Unknowns(Protocol):
     @property
     def fixed(self) -> Mapping[str, float]:
         """Name -> value [SI] of the unknowns that a prior fixes."""
+        ...
+
+    @property
+    def table(self) -> UnknownTable:
+        """The free unknowns made ready to be given values."""
         ...
 
 
@@ -59,10 +64,13 @@ def values_at(of: Unknowns, z: FloatArray, only: Collection[str] | None = None) 
     -------
     Name -> SI values (n_draw,), fixed ones included.
     """
-    free = ((k, p) for k, p in enumerate(of.parameters) if only is None or p.name in only)
-    values = {p.name: p.prior.ppf_normal(z[:, k]) for k, p in free}
-    known = {name: np.full(z.shape[0], value) for name, value in of.fixed.items() if only is None or name in only}
-    return values | known
+    table = of.table
+    if only is None:
+        values = dict(zip(table.columns, table.priors.ppf_normal(z.T), strict=True))
+        return values | {name: np.full(z.shape[0], value) for name, value in of.fixed.items()}
+    free = {name: table.columns[name] for name in only if name in table.columns}
+    values = {name: of.parameters[k].prior.ppf_normal(z[:, k]) for name, k in free.items()}
+    return values | {name: np.full(z.shape[0], of.fixed[name]) for name in only if name in of.fixed}
 
 
 def columns_at(of: Unknowns, z: FloatArray) -> FloatArray:
@@ -77,8 +85,7 @@ def columns_at(of: Unknowns, z: FloatArray) -> FloatArray:
     -------
     (n_draw, n_unknown), the columns in the order of `of.parameters`.
     """
-    values = values_at(of, z)
-    return np.stack([values[p.name] for p in of.parameters], axis=1) if of.parameters else np.empty(z.shape)
+    return np.ascontiguousarray(of.table.priors.ppf_normal(z.T).T)
 
 
 def coordinates_of(of: Unknowns, columns: FloatArray) -> FloatArray:
@@ -121,7 +128,37 @@ def _where_to_look(parameter: str, specimen: str, sweep: str) -> tuple[str, ...]
     return tuple(str(name) for name in UnknownName(parameter, specimen, sweep).wider)
 
 
-def design_values(known: Calibrated, values: Mapping[str, FloatArray], specimen: str, sweep: str) -> dict[str, FloatArray]:
+def design_columns(known: Calibrated, values: Mapping[str, FloatArray], sweep: Sweep) -> dict[str, FloatArray | None]:
+    """Find the unknowns that make the design of a sweep: sweeps for which these are the same columns share their designs.
+
+    Parameters
+    ----------
+    known : a `Problem` or a `Posterior`.
+    values : name -> SI values (n_draw,), fixed ones included.
+    sweep : one that was pressed.
+
+    Returns
+    -------
+    Quantity -> SI values (n_draw,), None for one that is not among the values.
+
+    Raises
+    ------
+    KeyError
+        If a value that the design needs is not there.
+    """
+    experiment = known.experiment
+    needed = ["young_modulus", "sensor_thickness", "padding_thickness"]
+    needed += ["padding_young_modulus"] if experiment.padding_material == "own" else []
+    needed += ["stiffening"] if experiment.law == "gent" else []
+    optional = ["relative_permittivity", "electrode_radius", "dielectric_thickness"]
+    found = {p: lookup(values, p, sweep.specimen, sweep.name) for p in needed + optional}
+    for p in needed:
+        if found[p] is None:
+            raise KeyError(f"{p} of specimen {sweep.specimen!r} is not among {', '.join(values)}")
+    return found
+
+
+def design_values(known: Calibrated, values: Mapping[str, FloatArray], sweep: Sweep) -> dict[str, FloatArray]:
     """Collect the quantities of a design for the draws of one sweep, as `models.sensor.design_from` takes them, unchecked.
 
     Without capacitance readings nothing electrical was inferred; the permittivity is then the median of its prior.
@@ -130,7 +167,7 @@ def design_values(known: Calibrated, values: Mapping[str, FloatArray], specimen:
     ----------
     known : a `Problem` or a `Posterior`.
     values : name -> SI values (n_draw,), fixed ones included.
-    specimen, sweep : of the sweep, which also has the radius of the ball.
+    sweep : one that was pressed, which also has the radius of the ball.
 
     Returns
     -------
@@ -141,29 +178,14 @@ def design_values(known: Calibrated, values: Mapping[str, FloatArray], specimen:
     KeyError
         If a value that the design needs is not there.
     """
-    experiment = known.experiment
-    ball = next(s.indenter_radius for s in known.sweeps if s.specimen == specimen and s.name == sweep)
-    wanted = ["young_modulus", "sensor_thickness", "padding_thickness", "relative_permittivity"]
-    optional = ["electrode_radius", "dielectric_thickness"]
-    if experiment.padding_material == "own":
-        wanted.append("padding_young_modulus")
-    if experiment.law == "gent":
-        wanted.append("stiffening")
-    found = {p: lookup(values, p, specimen, sweep) for p in wanted + optional}
-    shape = np.broadcast_shapes(*(np.shape(v) for v in found.values() if v is not None))
-    design: dict[str, FloatArray] = {
-        "indenter_radius": np.full(shape, ball),
-        "sensor_radius": np.full(shape, experiment.sensor_radius),
-    }
-    for p, v in found.items():
-        if v is not None:
-            design[p] = np.broadcast_to(v, shape)
-        elif p == "relative_permittivity":
-            prior = experiment.priors.get(p, default_prior(p))
-            design[p] = np.full(shape, float(prior.ppf_normal(0.0)))
-        elif p in wanted:
-            raise KeyError(f"{p} of specimen {specimen!r} is not among {', '.join(values)}")
-    return design
+    found = {p: v for p, v in design_columns(known, values, sweep).items() if v is not None}
+    shape = np.broadcast_shapes(*(np.shape(v) for v in found.values()))
+    constant = {"indenter_radius": sweep.indenter_radius, "sensor_radius": known.experiment.sensor_radius}
+    if "relative_permittivity" not in found:
+        prior = known.experiment.priors.get("relative_permittivity", default_prior("relative_permittivity"))
+        constant["relative_permittivity"] = float(prior.ppf_normal(0.0))
+    design = {p: v if v.shape == shape else np.broadcast_to(v, shape) for p, v in found.items()}
+    return design | {p: np.full(shape, v) for p, v in constant.items()}
 
 
 def specimen_design(known: Calibrated, values: Mapping[str, FloatArray], specimen: str, sweep: str = "") -> Design:
@@ -186,8 +208,8 @@ def specimen_design(known: Calibrated, values: Mapping[str, FloatArray], specime
     ValueError
         If a value breaks a rule of a design (see `models.sensor`).
     """
-    names = [s.name for s in known.sweeps if s.specimen == specimen]
-    if not names or (sweep and sweep not in names):
+    own = [s for s in known.sweeps if s.specimen == specimen and sweep in ("", s.name)]
+    if not own:
         raise KeyError(f"there is no sweep {sweep!r} of a specimen {specimen!r}")
-    design: Mapping[str, Scalar] = design_values(known, values, specimen, sweep or names[0])
+    design: Mapping[str, Scalar] = design_values(known, values, own[0])
     return design_from(design, friction_coefficient=known.experiment.friction_coefficient)

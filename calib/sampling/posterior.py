@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -12,7 +13,7 @@ import xarray
 
 from calib.experiment import Experiment
 from calib.lab import Sweep
-from calib.problem import ParameterInfo
+from calib.problem import ParameterInfo, UnknownTable, table_of
 from calib.sampling.archive import LeaveOut, leave_blocks_out
 from calib.sampling.diagnostics import Diagnostics
 from calib.sampling.layout import chain_order, unknowns
@@ -55,6 +56,11 @@ class Posterior:
     seed: int
     diagnostics: Diagnostics
     attrs: Mapping[str, str]
+
+    @cached_property
+    def table(self) -> UnknownTable:
+        """The unknowns made ready to be given values, see `values_at`."""
+        return table_of(self.parameters)
 
     def to_xarray(self) -> xarray.Dataset:
         """The draws as an `xarray.Dataset`, the group "posterior" of `posterior.nc`: for plots, and for ArviZ's functions.

@@ -88,13 +88,15 @@ def depth_terms(s: Values, n: int = N_DEPTH_TERMS) -> Values:
     Their values, (..., n, n_depth).
     """
     x = 2 / S_END * s - 1
-    terms = np.empty((*x.shape[:-1], n, x.shape[-1]), dtype=x.dtype)
-    terms[..., 0, :] = 1
-    terms[..., 1, :] = x
+    # Term by term in memory: each step is one pass over numbers that lie beside each other.
+    terms = np.empty((n, *x.shape), dtype=x.dtype)
+    terms[0] = 1
+    terms[1] = x
     double = 2 * x
     for k in range(2, n):
-        terms[..., k, :] = double * terms[..., k - 1, :] - terms[..., k - 2, :]
-    return terms
+        np.multiply(double, terms[k - 1], out=terms[k])
+        terms[k] -= terms[k - 2]
+    return np.transpose(terms, (*range(1, x.ndim), 0, x.ndim))
 
 
 def closed_force(groups: Values, depth: Values) -> Values:

@@ -42,6 +42,10 @@ GROUPS = ("h_s/R", "h_p/R", "a/R", "E_p/E", "1/J_m")
 SENSOR, PADDING, DISC, STIFFNESS, STIFFENING, GAP, WIDTH = range(7)
 
 
+# Columns of the ratios that bounds name: of lengths over R, of which others are made, and plain ones.
+_LENGTH = {"h_s": SENSOR, "h_p": PADDING, "a": DISC}
+_PLAIN = {"E_p/E": STIFFNESS, "1/J_m": STIFFENING, "t_d/h_s": GAP, "a_e/a": WIDTH}
+
 # Relative rounding that a bound forgives.
 _SLACK = 1e-9
 
@@ -56,12 +60,10 @@ class Bound:
 
     def of(self, groups: FloatArray) -> FloatArray:
         """Compute the ratio (n,) for groups (n, 7)."""
-        lengths = {"R": np.ones(len(groups)), "h_s": groups[:, SENSOR], "h_p": groups[:, PADDING], "a": groups[:, DISC]}
-        plain = {"E_p/E": STIFFNESS, "1/J_m": STIFFENING, "t_d/h_s": GAP, "a_e/a": WIDTH}
-        if self.name in plain:
-            return groups[:, plain[self.name]]
+        if self.name in _PLAIN:
+            return groups[:, _PLAIN[self.name]]
         over, under = self.name.split("/")
-        return np.asarray(lengths[over] / lengths[under])
+        return groups[:, _LENGTH[over]] if under == "R" else np.asarray(groups[:, _LENGTH[over]] / groups[:, _LENGTH[under]])
 
     def holds(self, groups: FloatArray) -> npt.NDArray[np.bool_]:
         """Whether each of the designs keeps the bound, (n,)."""

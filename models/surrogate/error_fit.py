@@ -7,7 +7,7 @@ import numpy as np
 from models.sensor import BoolArray, FloatArray
 from models.surrogate.coordinates import N_DEPTH_TERMS, S_END, depth_terms
 from models.surrogate.network import Network, least_squares, train_network
-from models.surrogate.surrogate import N_ERROR_MODES, N_ERROR_TERMS, N_MODE_TERMS
+from models.surrogate.pressed import N_ERROR_MODES, N_ERROR_TERMS, N_MODE_TERMS
 
 #: Windows in s over which what a fit missed is averaged: their middles.
 _WINDOWS = np.array([0.19, 0.37, 0.55, 0.73, 0.91])

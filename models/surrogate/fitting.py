@@ -32,7 +32,8 @@ from models.surrogate.curve_fit import curve, curves_along, train_curves
 from models.surrogate.domain import COMPRESSION, DEPTH, PADDING, PATH, SENSOR, inside
 from models.surrogate.error_fit import learn_error
 from models.surrogate.network import least_squares, train_network
-from models.surrogate.surrogate import CHANGE_SCALE, Surrogate
+from models.surrogate.pressed import CHANGE_SCALE
+from models.surrogate.surrogate import Surrogate
 from models.surrogate.training import DIELECTRIC_POINTS, ELECTRODE_POINTS, TrainingSet
 from models.threads import one_thread
 

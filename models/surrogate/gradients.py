@@ -11,6 +11,7 @@ from models.response import OutOfRangeError
 from models.sensor import VACUUM_PERMITTIVITY, Design, FloatArray
 from models.surrogate.coordinates import electric_features
 from models.surrogate.domain import Values, groups_from
+from models.surrogate.shapes import FIRST_TOUCH
 from models.surrogate.surrogate import Surrogate
 
 
@@ -72,9 +73,10 @@ def _dimensional(surrogate: Surrogate, values: Mapping[str, Values], depth: Valu
     groups = groups_from(values).astype(complex)
     touching = np.real(depth) > 0
     features = electric_features(groups)
-    over_radius = np.where(touching, depth / radius, 1e-12)
-    paths = surrogate.paths(groups, features, over_radius, surrogate.ends(groups, features)[1])
+    over_radius = np.where(touching, depth / radius, FIRST_TOUCH)
+    shapes = surrogate.shapes(groups, features)
+    at = shapes.places(over_radius)
     area = np.pi * values["electrode_radius"] ** 2
     c0 = 2 * VACUUM_PERMITTIVITY * values["relative_permittivity"] * area / values["dielectric_thickness"]
-    force = values["young_modulus"][:, None] / 3 * radius**2 * np.where(touching, paths.force, 0.0)
-    return force, c0[:, None] * (1 + np.where(touching, paths.change, 0.0))
+    force = values["young_modulus"][:, None] / 3 * radius**2 * np.where(touching, shapes.force(at), 0.0)
+    return force, c0[:, None] * (1 + np.where(touching, shapes.change(at), 0.0))

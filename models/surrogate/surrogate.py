@@ -26,15 +26,13 @@ from typing import Any
 
 import numpy as np
 
-from models.response import OutOfRangeError, Response
+from models.response import Asked, OutOfRangeError, Response
 from models.seal import sealed, unsealed
 from models.sensor import BoolArray, Design, FloatArray
 from models.surrogate import domain
 from models.surrogate.coordinates import (
     N_DEPTH_TERMS,
     N_MECHANICAL,
-    closed_change,
-    closed_force,
     depth_terms,
     electric_features,
     share_of_family,
@@ -44,43 +42,14 @@ from models.surrogate.coordinates import (
 from models.surrogate.domain import DEPTH, PADDING, PATH, SENSOR, Values
 from models.surrogate.families import FAMILIES, NEO_HOOKEAN, Family
 from models.surrogate.network import Network, network_from
-
-#: Terms of the polynomials in s of the logarithm of the error's standard deviation, and of its modes.
-N_ERROR_TERMS = 3
-N_MODE_TERMS = 6
-
-#: Modes kept of the error along a path.
-N_ERROR_MODES = 5
-
-#: Change of capacitance, delta, that counts as nothing.
-CHANGE_SCALE = 5e-5
-
-#: Designs evaluated together: their arrays stay in the processor's cache.
-_CHUNK = 128
+from models.surrogate.pressed import N_ERROR_TERMS, SurrogateCurves
+from models.surrogate.shapes import Shapes
 
 # Of the file, and of the formulas that turn its networks into curves: to be raised when either changes.
 _FORMAT = 3
 
 # Relative rounding that a bound forgives.
 _SLACK = 1e-9
-
-
-@dataclass(frozen=True, eq=False)
-class Paths:
-    """Dimensionless curves of a batch of designs: what the networks say, before units and errors.
-
-    Attributes
-    ----------
-    force, contact_radius, change : F/(mu R^2), over R, and C/C0 - 1, (n_draw, n_depth); complex if the groups or depths are.
-    s : place along the path, (n_draw, n_depth).
-    terms : of the polynomials there, (n_draw, N_DEPTH_TERMS, n_depth).
-    """
-
-    force: Values
-    contact_radius: Values
-    change: Values
-    s: Values
-    terms: Values
 
 
 @dataclass(frozen=True, eq=False)
@@ -214,85 +183,54 @@ class Surrogate:
             )
         return ""
 
-    def respond(self, design: Design, depth: FloatArray) -> Response:
-        """See `Forward.respond`; with the error that the surrogate states."""
+    def curves(self, design: Design) -> SurrogateCurves:
+        """See `models.response.WithCurves`: the networks are asked here, once for all depths."""
         batch = design.draws()
         groups = domain.groups_of(batch)
         inside = self._inside(groups, batch)
         groups = _safe(groups, inside)
         features = electric_features(groups)
-        limit, reach = self.ends(groups, features)
-        radius = np.asarray(batch.indenter.radius)[:, None]
-        if np.any(np.max(depth, axis=-1) > np.where(inside, limit * radius[:, 0], 0.0) * (1 + _SLACK)):
-            raise OutOfRangeError(self.outside(design, depth))
-        mu = np.asarray(batch.sensor.young_modulus)[:, None] / 3
-        c0 = np.asarray(batch.rest_capacitance, dtype=float)
-        depths = np.broadcast_to(np.asarray(depth, dtype=float), (groups.shape[0], np.shape(depth)[-1]))
-        n_draw, n_depth = depths.shape
-        scale = mu * radius**2
-        force, contact, capacitance = (np.empty((n_draw, n_depth)) for _ in range(3))
-        force_error, capacitance_error = (np.empty((n_draw, N_ERROR_MODES, n_depth)) for _ in range(2))
-        for first in range(0, n_draw, _CHUNK):
-            part = slice(first, first + _CHUNK)
-            touching = depths[part] > 0
-            over_radius = np.where(touching, depths[part] / radius[part], 1e-12)
-            paths = self.paths(groups[part], features[part], over_radius, reach[part])
-            force_sd, change_sd = self._error(groups[part], features[part], paths)
-            force[part] = np.where(touching, paths.force, 0.0) * scale[part]
-            contact[part] = np.where(touching, paths.contact_radius, 0.0) * radius[part]
-            capacitance[part] = (1 + np.where(touching, paths.change, 0.0)) * c0[part, None]
-            change_sd = np.where(touching, change_sd, 0.0) * c0[part, None]
-            terms = paths.terms[:, :N_MODE_TERMS]
-            np.multiply((force[part] * force_sd)[:, None], self.force_modes @ terms, out=force_error[part])
-            np.multiply(change_sd[:, None], self.capacitance_modes @ terms, out=capacitance_error[part])
-        response = Response(
-            depth=depths,
-            force=force,
-            contact_radius=contact,
-            capacitance=capacitance,
-            rest_capacitance=c0,
-            force_error=np.swapaxes(force_error, 1, 2),
-            capacitance_error=np.swapaxes(capacitance_error, 1, 2),
+        radius = np.asarray(batch.indenter.radius, dtype=float)
+        shapes = self.shapes(groups, features)
+        return SurrogateCurves(
+            limit=np.where(inside, shapes.limit * radius, 0.0),
+            shapes=shapes,
+            error_terms=self._error_terms(groups, features),
+            radius=radius,
+            force_scale=np.asarray(batch.sensor.young_modulus, dtype=float) / 3 * radius**2,
+            rest_capacitance=np.asarray(batch.rest_capacitance, dtype=float),
+            force_modes=self.force_modes,
+            capacitance_modes=self.capacitance_modes,
         )
+
+    def respond(self, design: Design, depth: FloatArray) -> Response:
+        """See `Forward.respond`; with the error that the surrogate states."""
+        curves = self.curves(design)
+        if np.any(np.max(depth, axis=-1) > curves.limit * (1 + _SLACK)):
+            raise OutOfRangeError(self.outside(design, depth))
+        depths = np.broadcast_to(np.asarray(depth, dtype=float), (curves.limit.size, np.shape(depth)[-1]))
+        (response,) = curves.press([Asked(depths, ("force", "contact radius", "capacitance"))])
         return response if design.is_batch else response.draw(0)
 
-    def paths(self, groups: Values, features: Values, depth: Values, reach: Values) -> Paths:
-        """Loading curves in dimensionless form.
+    def shapes(self, groups: Values, features: Values) -> Shapes:
+        """Dimensionless loading curves.
 
         Parameters
         ----------
-        groups : (n_draw, 7), inside the range.
-        features : of these, (n_draw, 13), see `electric_features`.
-        depth : over R, positive, (n_draw, n_depth).
-        reach : scale of depth over R, (n_draw,), see `ends`.
+        groups : (n, 7), inside the range.
+        features : of these, (n, 13), see `electric_features`.
 
         Returns
         -------
-        Curves, complex if any of the arguments is.
+        Curves, complex if the arguments are.
         """
-        s = np.sqrt(depth / reach[:, None])
-        terms = depth_terms(s)
-        logs = self.coefficients(groups, features).reshape(-1, 3, N_DEPTH_TERMS) @ terms
-        closed = closed_force(groups, depth)
-        return Paths(
-            force=closed * np.exp(s * logs[:, 0]),
-            contact_radius=np.sqrt(depth) * np.exp(s * logs[:, 1]),
-            change=closed_change(groups, depth, closed) * np.exp(logs[:, 2]),
-            s=s,
-            terms=terms,
-        )
+        limit, reach = self.ends(groups, features)
+        return Shapes(groups, limit, reach, self.coefficients(groups, features).reshape(-1, 3, N_DEPTH_TERMS))
 
     def _error_terms(self, groups: FloatArray, features: FloatArray) -> FloatArray:
         """Terms of the logarithms of the sd of log F and of C/C0 - 1 over itself + delta, (n_draw, 2, N_ERROR_TERMS)."""
         force = self.force_sd(with_stiffening(features[:, :N_MECHANICAL], groups, self.family))
         return np.stack([force, self.capacitance_sd(with_stiffening(features, groups, self.family))], axis=1)
-
-    def _error(self, groups: FloatArray, features: FloatArray, paths: Paths) -> tuple[FloatArray, FloatArray]:
-        """Standard deviations (n_draw, n_depth) of log F and of C/C0."""
-        sd = np.exp(self._error_terms(groups, features) @ paths.terms[:, :N_ERROR_TERMS])
-        # The error is known from `PATH` on; nearer to first touch there is less and less to be wrong about.
-        change_sd = (paths.change + CHANGE_SCALE) * sd[:, 1]
-        return sd[:, 0], change_sd * np.minimum(paths.s / PATH[0], 1.0)
 
     def own_error(self, groups: FloatArray) -> FloatArray:
         """How wrong the surrogate thinks it is, of designs with groups (n, 7): one number for force and one for capacitance.

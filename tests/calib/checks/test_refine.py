@@ -19,8 +19,8 @@ from calib.checks.reweighting import problem_of
 from calib.checks.spotcheck import Comparison, compare_draws
 from calib.cli import app
 from calib.errors import InputError
+from calib.problem import model_sweep, plan_sweep
 from calib.problem.likelihood import log_posterior
-from calib.problem.measurement import model_sweep, plan_sweep
 from calib.runs.refinement import Means
 from calib.sampling.diagnostics import SpotCheck
 from calib.sampling.posterior import Posterior, thin_draws

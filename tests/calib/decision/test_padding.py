@@ -18,6 +18,7 @@ from calib.sampling.posterior import Posterior
 from models.analytic import ClosedForm
 from models.response import Response
 from models.sensor import Design, FloatArray
+from models.surrogate import Surrogate, load_surrogate
 
 MakePosterior = Callable[..., Posterior]
 
@@ -54,7 +55,7 @@ class Hill:
 
 
 def _recommend(
-    posterior: Posterior, forward: Hill | ClosedForm, *numbers: float, seed: int = 1, n_thickness: int = 37
+    posterior: Posterior, forward: Hill | ClosedForm | Surrogate, *numbers: float, seed: int = 1, n_thickness: int = 37
 ) -> Recommendation:
     force, lower, upper = numbers
     return recommend(posterior, forward, Requirement(force, lower, upper, n_thickness=n_thickness, n_draw=200), seed=seed)
@@ -129,6 +130,33 @@ def test_gain_over_the_measured_specimens_is_the_ratio_of_changes(make_posterior
 def test_specimens_take_turns_among_the_draws(make_posterior: MakePosterior) -> None:
     two, one = (_recommend(make_posterior(n_specimen=n), ClosedForm(capacitance_error=0.0), 1.5, 0.0, 6e-3) for n in (2, 1))
     assert np.ptp(two.depth[[0, 4], 0]) > np.ptp(one.depth[[0, 4], 0])
+
+
+@pytest.mark.parametrize(("forward", "force"), [(Hill(), 3.0), (ClosedForm(), 2.0), (load_surrogate(), 6.0)])
+def test_a_fine_grid_of_thicknesses_says_what_a_coarse_one_says(
+    make_posterior: MakePosterior, forward: Hill | ClosedForm | Surrogate, force: float
+) -> None:
+    # The fine one is interpolated, the coarse one is not; at 6 N thin paddings lie outside what the surrogate covers.
+    posterior = _exact(make_posterior())
+    coarse = _recommend(posterior, forward, force, 0.0, 6e-3, n_thickness=25)
+    fine = _recommend(posterior, forward, force, 0.0, 6e-3, n_thickness=241)
+    np.testing.assert_allclose(fine.thickness[::10], coarse.thickness, atol=1e-12)
+    np.testing.assert_array_equal(fine.coverage[::10], coarse.coverage)
+    for name in ("depth", "resolution"):
+        np.testing.assert_allclose(getattr(fine, name)[:, ::10], getattr(coarse, name), rtol=2e-4)
+    assert fine.best == pytest.approx(coarse.best, abs=0.3e-3)
+
+
+def test_a_fine_grid_asks_the_model_at_few_thicknesses(make_posterior: MakePosterior) -> None:
+    asked: list[int] = []
+
+    class Counted(Hill):
+        def respond(self, design: Design, depth: FloatArray) -> Response:
+            asked.append(np.size(design.sensor.thickness))
+            return super().respond(design, depth)
+
+    _recommend(_exact(make_posterior()), Counted(), 3.0, 0.0, 9e-3, n_thickness=1001)
+    assert sum(asked) < 2 * 200 * (97 + 1001 / 15)
 
 
 def test_recommendation_depends_on_the_seed_alone(make_posterior: MakePosterior) -> None:

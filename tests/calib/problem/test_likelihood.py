@@ -20,20 +20,18 @@ from calib.lab.pressing import make_sweep
 from calib.lab.sweep import Sweep
 from calib.priors.defaults import default_prior
 from calib.priors.distributions import Fixed, LogNormal, Normal, Prior, Uniform
+from calib.problem.density import given_other_points, log_likelihood_points, log_normal
 from calib.problem.likelihood import (
-    _log_normal,
     block_names,
-    given_other_points,
     log_likelihood,
     log_likelihood_at,
     log_likelihood_blocks,
-    log_likelihood_points,
     log_posterior,
     predict_sweep,
     range_use,
 )
-from calib.problem.measurement import PredictedReadings
 from calib.problem.problem import Problem, build_problem
+from calib.problem.readings import PredictedReadings
 from calib.problem.synthetic import Rig, synthetic_sweep
 from calib.problem.values import columns_at, specimen_design, values_at
 from models.analytic import ClosedForm
@@ -416,7 +414,7 @@ def test_model_error_beyond_what_arithmetic_holds_is_impossible_rather_than_a_fa
     absurd = 1e9 * np.outer(np.linspace(1, 2, n), [1.0, 1.1, 0.9])
     rows = np.zeros((3, n))
     channel = PredictedReadings(rows, rows, rows + 1.0, np.stack([usual, absurd, usual]), rng.standard_normal(n))
-    found = _log_normal(channel)
+    found = log_normal(channel)
     assert found[1] == -np.inf
     points = log_likelihood_points(channel)
     assert np.all(np.isfinite(points[[0, 2]]))

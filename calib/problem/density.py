@@ -1,0 +1,164 @@
+"""What a channel should read in, the log density of what was read out: of all points, and of some given the others.
+
+The covariance is D + W W^T, diagonal plus low rank, W the modes of the forward model's own error and of the discrepancy. With r
+the residuals and
+
+    A = 1 + [W r]^T D^-1 [W r] = L L^T                                                                            (1)
+
+the last diagonal element of L is the root of 1 + r^T (D + W W^T)^-1 r (Woodbury), and the product of the others squared is
+det(D + W W^T) / det D. A is a sum over points, so that some of them are left out by leaving out their terms.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from calib.problem.readings import PredictedReadings
+from models.rows import whole_groups
+from models.sensor import FloatArray, IntArray
+
+#: Points of a block of `log_normal_blocks`, about.
+BLOCK_POINTS = 8
+
+_LOG_2_PI = float(np.log(2 * np.pi))
+
+
+def log_normal(channel: PredictedReadings) -> FloatArray:
+    """Log density of the observed readings, (n_draw,).
+
+    The density is -inf where the model error exceeds the noise by so much (1e8 times) that A is not positive definite in double
+    precision. A search may pass there, at a modulus of 1e20 Pa; no posterior holds such a draw.
+    """
+    log_variance = np.sum(np.log(channel.variance), axis=1)
+    return _density(_gram(channel, slice(None)), log_variance, channel.observed.size)
+
+
+def log_normal_blocks(channel: PredictedReadings) -> FloatArray:
+    """Log density of each block of neighbouring points given the rest of the channel, (n_draw, n_block).
+
+    log p(y_b | y_-b) = log p(y) - log p(y_-b), by (1) of all points and of all but the block. -inf as in `log_normal`.
+    """
+    parts = [slice(int(block[0]), int(block[-1]) + 1) for block in blocks_of(channel.observed.size)]
+    grams = [_gram(channel, part) for part in parts]
+    log_variances = [np.sum(np.log(channel.variance[:, part]), axis=1) for part in parts]
+    sizes = [part.stop - part.start for part in parts]
+    whole = _density(np.sum(grams, axis=0), np.sum(log_variances, axis=0), sum(sizes))
+    columns = []
+    for k in range(len(parts)):
+        # What remains is summed anew: a difference would lose the digits of what a block is much of.
+        gram, log_variance = np.zeros_like(grams[k]), np.zeros_like(log_variances[k])
+        for other in range(len(parts)):
+            if other != k:
+                gram += grams[other]
+                log_variance += log_variances[other]
+        rest = _density(gram, log_variance, sum(sizes) - sizes[k])
+        columns.append(
+            np.where(np.isfinite(whole) & np.isfinite(rest), whole - np.where(np.isfinite(rest), rest, 0.0), -np.inf)
+        )
+    return np.stack(columns, axis=1)
+
+
+def given_other_points(channel: PredictedReadings) -> tuple[FloatArray, FloatArray]:
+    """What each point of a channel should read if all its other points are known: mean and variance, (n_covered, n_point).
+
+    With Q the inverse of the covariance and r the residuals it is normal with mean y_i - (Q r)_i / Q_ii and variance
+    1 / Q_ii (Buerkner, Gabry, Vehtari, Comput. Stat. 36 (2021) 1243, Eq. 10-13).
+
+    Returns
+    -------
+    mean, variance : SI; nan where Q_ii is lost in rounding, as in `log_normal`.
+    """
+    scale = np.sqrt(channel.variance)
+    residual = (channel.observed - channel.mean) / scale
+    modes = channel.modes / scale[..., None]
+    across = np.swapaxes(modes, 1, 2)
+    # Woodbury, in units of the noise: Q = 1 - W (1 + W^T W)^-1 W^T.
+    gain = _solve(np.eye(modes.shape[-1]) + np.matmul(across, modes), across)
+    q = 1 - np.sum(modes * np.swapaxes(gain, 1, 2), axis=-1)
+    q = np.where(q > 0, q, np.nan)
+    weighted = residual - np.matmul(modes, np.matmul(gain, residual[..., None]))[..., 0]
+    return channel.observed - scale * weighted / q, channel.variance / q
+
+
+def log_likelihood_points(channel: PredictedReadings) -> FloatArray:
+    """Log density of each point of a channel given all its other points and the draw, (n_covered, n_point).
+
+    log p(y_i | y_-i, theta), what leave-one-out needs where residuals are correlated, see `given_other_points`: blocks of one
+    point of `log_normal_blocks`. -inf where rounding leaves nothing of it.
+    """
+    mean, variance = given_other_points(channel)
+    density = -0.5 * ((channel.observed - mean) ** 2 / variance + np.log(variance) + _LOG_2_PI)
+    return np.where(np.isfinite(density), density, -np.inf)
+
+
+def chi_square(channel: PredictedReadings) -> FloatArray:
+    """Misfit r^T (D + W W^T)^-1 r of the observed readings, (n_draw,): of as many degrees of freedom as there are points."""
+    gram = _gram(channel, slice(None))
+    return np.asarray(_cholesky_diagonal(_plus_one(gram))[:, -1] ** 2 - 1.0, dtype=float)
+
+
+def blocks_of(n_point: int) -> list[IntArray]:
+    """Indices of neighbouring points, about `BLOCK_POINTS` in each block."""
+    return list(np.array_split(np.arange(n_point), max(1, round(n_point / BLOCK_POINTS)))) if n_point else []
+
+
+def _gram(channel: PredictedReadings, part: slice) -> FloatArray:
+    """The terms of some points in A of (1), (n_draw, k, k), of which only the lower triangle counts.
+
+    The columns of W come in the order discrepancy, own error. Where a factor is the same for all draws, as the correlation of
+    the discrepancy is, one product of matrices serves them all.
+    """
+    weight = 1.0 / channel.variance[:, part]
+    n_draw, n_point = weight.shape
+    n_error = channel.error.shape[-1]
+    columns = np.empty((n_error + 1, n_draw, n_point))
+    columns[:n_error] = channel.error[:, part].transpose(2, 0, 1)
+    np.subtract(channel.observed[part], channel.mean[:, part], out=columns[n_error])
+    weighted = columns * weight
+    own = np.matmul(weighted.transpose(1, 0, 2), columns.transpose(1, 2, 0))
+    if channel.discrepancy is None:
+        return own
+    sd, modes = channel.discrepancy.sd[:, part], channel.discrepancy.correlation.modes[part]
+    rank = modes.shape[1]
+    gram = np.zeros((n_draw, rank + n_error + 1, rank + n_error + 1))
+    pairs = (modes[:, :, None] * modes[:, None, :]).reshape(n_point, -1)
+    gram[:, :rank, :rank] = (whole_groups(sd * sd * weight) @ pairs)[:n_draw].reshape(n_draw, rank, rank)
+    weighted *= sd
+    across = (whole_groups(weighted.reshape(-1, n_point)) @ modes)[: len(columns) * n_draw]
+    gram[:, rank:, :rank] = across.reshape(-1, n_draw, rank).transpose(1, 0, 2)
+    gram[:, rank:, rank:] = own
+    return gram
+
+
+def _plus_one(gram: FloatArray) -> FloatArray:
+    return gram + np.eye(gram.shape[-1])
+
+
+def _density(gram: FloatArray, log_variance: FloatArray, n_point: int) -> FloatArray:
+    """Log density (n_draw,) of points with these terms in A, and this sum of the logarithms of D."""
+    diagonal = _cholesky_diagonal(_plus_one(gram))
+    log_det = log_variance + 2 * np.sum(np.log(diagonal[:, :-1]), axis=1)
+    density = -0.5 * (log_det + diagonal[:, -1] ** 2 - 1.0 + n_point * _LOG_2_PI)
+    return np.where(np.isfinite(density), density, -np.inf)
+
+
+def _cholesky_diagonal(matrices: FloatArray) -> FloatArray:
+    """Diagonals (n, k) of the Cholesky factors of (n, k, k) matrices; inf for one that is not positive definite."""
+    try:
+        return np.diagonal(np.linalg.cholesky(matrices), axis1=1, axis2=2)
+    except np.linalg.LinAlgError:
+        if len(matrices) == 1:
+            return np.full(matrices.shape[:2], np.inf)
+        half = len(matrices) // 2
+        return np.concatenate([_cholesky_diagonal(matrices[:half]), _cholesky_diagonal(matrices[half:])])
+
+
+def _solve(matrices: FloatArray, right: FloatArray) -> FloatArray:
+    """Solutions (n, k, m) of systems (n, k, k) with right sides (n, k, m); nan for one whose matrix is singular."""
+    try:
+        return np.asarray(np.linalg.solve(matrices, right), dtype=float)
+    except np.linalg.LinAlgError:
+        if len(matrices) == 1:
+            return np.full(right.shape, np.nan)
+        half = len(matrices) // 2
+        return np.concatenate([_solve(matrices[:half], right[:half]), _solve(matrices[half:], right[half:])])

@@ -1,0 +1,73 @@
+"""Groups of designs and what the networks say of them in, their dimensionless loading curves out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from models.sensor import BoolArray
+from models.surrogate.coordinates import closed_change, closed_force, depth_terms
+from models.surrogate.domain import Values
+
+#: Nearer to first touch than this depth over R a curve is taken as it is there.
+FIRST_TOUCH = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class Places:
+    """Depths along the curves of a batch of designs, with what all columns of a curve need there.
+
+    Attributes
+    ----------
+    depth : over R, positive, (n_draw, n_depth).
+    s : sqrt(depth / reach), (n_draw, n_depth).
+    terms : of the polynomials in s, (n_draw, N_DEPTH_TERMS, n_depth).
+    closed : closed-form F/(mu R^2), (n_draw, n_depth).
+    """
+
+    depth: Values
+    s: Values
+    terms: Values
+    closed: Values
+
+
+@dataclass(frozen=True, eq=False)
+class Shapes:
+    """Dimensionless loading curves of a batch of designs; everything is complex if the groups or depths are.
+
+    Attributes
+    ----------
+    groups : (n_draw, 7), inside the range.
+    limit, reach : largest depth covered and the scale of depth, over R, (n_draw,).
+    coefficients : of the polynomials p_F, p_a and p_C, (n_draw, 3, N_DEPTH_TERMS).
+    """
+
+    groups: Values
+    limit: Values
+    reach: Values
+    coefficients: Values
+
+    def only(self, rows: slice | BoolArray) -> Shapes:
+        """The curves of some of the designs."""
+        return Shapes(self.groups[rows], self.limit[rows], self.reach[rows], self.coefficients[rows])
+
+    def places(self, depth: Values) -> Places:
+        """Work out what all columns need at depths over R, positive, (n_draw, n_depth)."""
+        s = np.sqrt(depth / self.reach[:, None])
+        return Places(depth, s, depth_terms(s), closed_force(self.groups, depth))
+
+    def force(self, at: Places) -> Values:
+        """F/(mu R^2), (n_draw, n_depth)."""
+        return np.asarray(at.closed * np.exp(at.s * self._polynomial(0, at)))
+
+    def contact_radius(self, at: Places) -> Values:
+        """Contact radius over R, (n_draw, n_depth)."""
+        return np.asarray(np.sqrt(at.depth) * np.exp(at.s * self._polynomial(1, at)))
+
+    def change(self, at: Places) -> Values:
+        """C/C0 - 1, (n_draw, n_depth)."""
+        return np.asarray(closed_change(self.groups, at.depth, at.closed) * np.exp(self._polynomial(2, at)))
+
+    def _polynomial(self, which: int, at: Places) -> Values:
+        return np.asarray((self.coefficients[:, which : which + 1] @ at.terms)[:, 0])
