@@ -45,6 +45,7 @@ def workers(processes: int | None = None) -> Iterator[Executor]:
     before = {name: os.environ.get(name) for name in _THREADS}
     # Workers read these when they import NumPy, and they start while this context is open.
     os.environ.update(dict.fromkeys(_THREADS, "1"))
+    _begin_tracker()
     others = active_children()
     pool = ProcessPoolExecutor(processes, mp_context=_Context(), initializer=_end_with_parent)
     try:
@@ -73,13 +74,25 @@ class _Worker(SpawnProcess):
             super().start()
             return
         # What is held back here is held back in the process that is started, from its first instruction on.
-        resource_tracker.ensure_running()  # would let them through again, were it begun below
         held = {signal.SIGINT, signal.SIGHUP}
         before = signal.pthread_sigmask(signal.SIG_BLOCK, held)
         try:
             super().start()
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _begin_tracker() -> None:
+    """Start the process by which Python clears away after killed ones: silent, and here, as its start lets signals through."""
+    before = os.environ.get("PYTHONWARNINGS")
+    os.environ["PYTHONWARNINGS"] = ",".join([*([before] if before else []), "ignore:resource_tracker"])
+    try:
+        resource_tracker.ensure_running()
+    finally:
+        if before is None:
+            del os.environ["PYTHONWARNINGS"]
+        else:
+            os.environ["PYTHONWARNINGS"] = before
 
 
 class _Context(SpawnContext):
@@ -90,7 +103,6 @@ class _Context(SpawnContext):
 
 def _end_with_parent() -> None:
     """Let this worker end if its parent is killed: it would wait for work for ever."""
-
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # where it could not be held back from the start
 
     def watch() -> None:

@@ -13,7 +13,7 @@ from calib.sampling.diagnostics import (
 )
 from calib.sampling.groups import to_arviz
 from calib.sampling.posterior import Posterior, leave_out, thin_draws
-from calib.sampling.sampler import Progress, sample
+from calib.sampling.sampler import NothingSampled, Progress, sample
 from calib.sampling.storage import load_posterior, save_posterior
 
 __all__ = [
@@ -24,6 +24,7 @@ __all__ = [
     "Diagnostics",
     "Gate",
     "LeaveOut",
+    "NothingSampled",
     "Posterior",
     "Progress",
     "Reweighting",

@@ -55,6 +55,14 @@ class Progress:
     max_steps: int
 
 
+class NothingSampled(Exception):
+    """The budget ended before every ensemble had made its first steps; the message says how far they came."""
+
+
+class _OutOfTime(Exception):
+    """The budget is spent: what workers are at is dropped."""
+
+
 def sample(
     problem: Problem,
     *,
@@ -88,7 +96,8 @@ def sample(
     gate : what convergence asks for.
     n_walkers : of each ensemble, default four per parameter and at least 64.
     gate : what the run has to reach; default `Gate()`.
-    max_steps, max_seconds : budget, of each walker over the whole run and of this call.
+    max_steps, max_seconds : budget, of each walker over the whole run and of this call; steps that are not done in time are
+        dropped, and made again when the run is resumed.
     processes : worker processes (one BLAS thread each); default the number of CPUs up to 4. 0 samples in this process. Workers
         are started anew, so a script that asks for them needs its `if __name__ == "__main__":`.
     progress : called after every block.
@@ -102,6 +111,8 @@ def sample(
     ------
     InputError
         If a run with other inputs is to be resumed.
+    NothingSampled
+        If there is no draw when the budget ends.
     ValueError
         If there are fewer than four ensembles, nothing to sample, or nothing to resume.
     """
@@ -140,15 +151,21 @@ def sample(
 
     last = max(1, max_steps // BLOCK_STEPS)
     next_look = min(last, FIRST_CHECK // BLOCK_STEPS)
-    # More processes than ensembles would idle.
-    with one_thread(), workers(0 if processes == 0 else min(4, n_ensembles, processes or os.cpu_count() or 1)) as executor:
-        while True:
-            n_block = _advance_to(run, executor, next_look, clock + max_seconds, report)
+    n_process = 0 if processes == 0 else min(4, n_ensembles, processes or os.cpu_count() or 1)  # more would idle
+    try:
+        with one_thread(), workers(n_process) as executor:
+            while True:
+                n_block = _advance_to(run, executor, next_look, clock + max_seconds, report)
+                state = look(run, n_block)
+                report(n_block)
+                if next_look == last or not shortcomings(state, problem.names, gate):
+                    break
+                next_look = min(last, math.ceil(CHECK_FACTOR * next_look))
+    except _OutOfTime:
+        n_block = _blocks_of_all(run)
+        with one_thread():
             state = look(run, n_block)
-            report(n_block)
-            if n_block < next_look or next_look == last or not shortcomings(state, problem.names, gate):
-                break
-            next_look = min(last, math.ceil(CHECK_FACTOR * next_look))
+        report(n_block)
     kept = {"started": begin.isoformat(timespec="seconds"), "ended": datetime.now(UTC).isoformat(timespec="seconds")}
     with one_thread():
         return finish(run, n_block, state, gate, seed, {**kept, **(attrs or {})})
@@ -158,7 +175,7 @@ def sample(
 
 
 def _advance_to(run: SamplingRun, executor: Executor, n_block: int, deadline: float, report: Callable[[int], None]) -> int:
-    """Advance all ensembles to `n_block` blocks or until the deadline; the number of blocks that all of them have."""
+    """Advance all ensembles to `n_block` blocks; gives the number of blocks that all of them have. Raises at the deadline."""
     count: dict[int, int] = {}
     pending: dict[Future[EnsembleState | Block], int] = {}
 
@@ -176,7 +193,10 @@ def _advance_to(run: SamplingRun, executor: Executor, n_block: int, deadline: fl
     for ensemble in range(len(run.seeds)):
         submit(ensemble)
     while pending:
-        done, _ = wait(pending, return_when=FIRST_COMPLETED)
+        left = deadline - time.monotonic()
+        done, _ = wait(pending, None if math.isinf(left) else max(left, 0.0), FIRST_COMPLETED)
+        if not done:
+            raise _OutOfTime
         for future in sorted(done, key=lambda f: pending[f]):
             ensemble, result = pending.pop(future), future.result()
             if isinstance(result, Block):
@@ -184,10 +204,21 @@ def _advance_to(run: SamplingRun, executor: Executor, n_block: int, deadline: fl
                 count[ensemble] += 1
             else:
                 save_start(run.folder, ensemble, result)
-            if time.monotonic() < deadline or min(count.values()) == 0:
-                submit(ensemble)
+            submit(ensemble)
         report(min(n_block, *count.values()))
     return min(n_block, *count.values())
+
+
+def _blocks_of_all(run: SamplingRun) -> int:
+    """How many blocks all ensembles have; it is refused that there is none."""
+    states = [load_state(run.folder, ensemble) for ensemble in range(len(run.seeds))]
+    n_block = min(count for _, count in states)
+    if n_block == 0:
+        begun = sum(state is not None for state, _ in states)
+        raise NothingSampled(
+            f"The budget ended before there was a draw: {begun} of {len(states)} ensembles have found where to start."
+        )
+    return n_block
 
 
 def _progress(
