@@ -9,6 +9,9 @@ from pathlib import Path
 
 from calib.visible import visible
 
+# Characters that are shown of each end of a long message.
+_SHOWN = 1000
+
 
 @dataclass(frozen=True)
 class Choice:
@@ -86,8 +89,14 @@ class Fault:
 
     def __str__(self) -> str:
         place = ":".join(str(p) for p in (self.path, self.line, self.column) if p is not None)
-        text = f"{place}: {self.message}" if place else self.message
-        return f"{text}. {self.advice}" if self.advice else text
+        message, advice = _cut(self.message), _cut(self.advice)
+        text = f"{place}: {message}" if place else message
+        return f"{text}. {advice}" if advice else text
+
+
+def _cut(text: str) -> str:
+    """A text for a screen, which what is quoted from a file of one endless word would fill."""
+    return text if len(text) <= 2 * _SHOWN else f"{text[:_SHOWN]} ... {text[-_SHOWN:]}"
 
 
 class InputError(ValueError):

@@ -47,15 +47,19 @@ def shortened(text: str, most: int = 80) -> str:
     return shown if kept is text else f"{shown} ({len(text)} characters)"
 
 
-def name_fault(name: str) -> str:
-    """Why a name cannot be shown everywhere, as the end of a sentence; "" if it can.
+def character_fault(text: str) -> str:
+    """Why a text cannot be shown everywhere, as the end of a sentence that names the character; "" if it can.
 
-    >>> name_fault("sensor\\t1"), name_fault("sensor 1")
+    >>> character_fault("sensor\\t1"), character_fault("sensor 1")
     ('holds the character \\\\t', '')
     """
-    found = _INVISIBLE.search(name) or re.search(r"[\n\t]", name)
+    found = _INVISIBLE.search(text) or re.search(r"[\n\t]", text)
     if found is None:
-        return f"is {len(name)} characters long, more than {LONGEST_NAME}" if len(name) > LONGEST_NAME else ""
-    if 0xD800 <= ord(found[0]) <= 0xDFFF:
-        return "is no text in UTF-8"
-    return f"holds the character {shortened(found[0])}"
+        return ""
+    return "is no text in UTF-8" if 0xD800 <= ord(found[0]) <= 0xDFFF else f"holds the character {shortened(found[0])}"
+
+
+def name_fault(name: str) -> str:
+    """Why a text cannot be the name of a specimen, a sweep or an experiment, as the end of a sentence; "" if it can."""
+    long = f"is {len(name)} characters long, more than {LONGEST_NAME}" if len(name) > LONGEST_NAME else ""
+    return character_fault(name) or long

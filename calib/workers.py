@@ -52,9 +52,11 @@ def workers(processes: int | None = None) -> Iterator[Executor]:
         yield pool
     except BaseException:
         pool.shutdown(wait=False, cancel_futures=True)
-        for worker in active_children():
-            if worker not in others:
-                worker.kill()
+        begun = [worker for worker in active_children() if worker not in others]
+        for worker in begun:
+            worker.kill()
+        for worker in begun:
+            worker.join(0.5)
         raise
     finally:
         pool.shutdown(wait=True, cancel_futures=True)

@@ -16,12 +16,13 @@ import typer
 
 from calib.cli.common import INTERRUPTED, NOT_USABLE, counting, err, out, refusing_bad_input, say
 from calib.cli.stopping import when_stopped
-from calib.errors import Fault, InputError, in_shell, in_shell_path
-from calib.visible import name_fault
+from calib.errors import in_shell, in_shell_path
+from calib.regular import require_shown
 
 if TYPE_CHECKING:
     from calib.experiment import Experiment
     from calib.problem import Problem
+    from calib.runs import Run
     from calib.sampling import Posterior, Progress
 
 
@@ -89,8 +90,8 @@ def calibrate(
         from calib.runs import calibrate as run_calibration
         from calib.sampling import NothingSampled
 
-        if fault := name_fault(str(output)):
-            raise InputError(Fault(f"-o: the name {fault}", output, advice="Choose another"))
+        for path in (output, *([surrogate] if surrogate is not None else [])):
+            require_shown(path)
         stages = ctx.obj if ctx.obj is not None else Stages()
         try:
             done = run_calibration(
@@ -111,7 +112,7 @@ def calibrate(
             err().print(f"{nothing} Continue with: {more}", style="red", markup=False, soft_wrap=True)
             raise typer.Exit(NOT_USABLE) from None
         posterior = done.run.posterior
-        _say(output, posterior)
+        _say(output, done.run)
         if done.reweighting_stopped:
             err().print(f"Re-weighting was stopped; the rest is written. Do it with: {again}", markup=False, soft_wrap=True)
             raise typer.Exit(INTERRUPTED)
@@ -171,13 +172,14 @@ def _reweighting() -> Iterator[Callable[[int, int], None]]:
         yield partial(told, "draws re-weighted")
 
 
-def _say(run: Path, posterior: Posterior) -> None:
+def _say(folder: Path, run: Run) -> None:
     from rich.box import SIMPLE_HEAD
     from rich.markup import escape
     from rich.table import Table
 
-    from calib.report import parameter_rows
+    from calib.report import judgement, listed, parameter_rows
 
+    posterior = run.posterior
     shown = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for heading in ("parameter", "posterior", "90 % interval", "learned"):
         shown.add_column(heading, overflow="fold")
@@ -186,9 +188,11 @@ def _say(run: Path, posterior: Posterior) -> None:
         shown.add_row(escape(row.name), f"{row.value} {row.unit}", row.interval, learned)
     console = out()
     console.print(shown)
-    d = posterior.diagnostics
-    if d.usable:
+    d, judged = posterior.diagnostics, judgement(posterior, run.predictions)
+    if judged.good:
         console.print("Converged.", style="green")
+    elif d.usable:
+        console.print(judged.status, style="yellow", soft_wrap=True)
     elif d.converged:
         off = f"Converged, but the {posterior.forward_name} is off the finite elements by more than it states"
         console.print(f"{off}: the numbers are preliminary.", style="yellow")
@@ -196,6 +200,10 @@ def _say(run: Path, posterior: Posterior) -> None:
         console.print("NOT converged: the numbers are preliminary.", style="yellow")
     for reason in d.reasons_against_use:
         say(f"  {reason}")
+    if judged.misfits:
+        say(f"  The model does not describe {listed(judged.misfits)} within what it claims.")
+    if judged.bad_data:
+        say(f"  Quality of the lab data, {judged.bad_data} What a bad file does is not in the uncertainties.")
     if not d.converged:
         console.print("Continue with --resume and a larger --budget.")
     if d.surrogate_honest is False:
@@ -207,4 +215,4 @@ def _say(run: Path, posterior: Posterior) -> None:
         say(f"Re-weighting: {d.reweighting.in_words()}.")
     for warning in d.warnings:
         console.print(f"Warning: {warning}", style="yellow", markup=False, soft_wrap=True)
-    say(f"Report: {run / 'report.html'}")
+    say(f"Report: {folder / 'report.html'}")

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
-from calib.checks import predict
+from calib.checks import Prediction, predict
 from calib.decision import Recommendation, Requirement, recommend, recommendation_from_json, recommendation_to_json
 from calib.errors import Fault, InputError
 from calib.experiment import forward_of_experiment
@@ -45,6 +46,11 @@ class Run:
     def report(self) -> Path:
         """Path of the report's page."""
         return self.folder / _REPORT
+
+    @cached_property
+    def predictions(self) -> tuple[Prediction, ...]:
+        """What the posterior predicts for its sweeps, always the same."""
+        return predict(self.posterior, self.forward, np.random.default_rng(self.posterior.seed))
 
     @property
     def note(self) -> str:
@@ -138,5 +144,4 @@ def recommend_in(run: Run, requirement: Requirement, *, seed: int) -> Recommenda
 
 
 def _page(run: Run, recommendation: Recommendation | None) -> str:
-    predictions = predict(run.posterior, run.forward, np.random.default_rng(run.posterior.seed))
-    return write_report(run.posterior, predictions, recommendation, posterior_sha256=run.posterior_sha256)
+    return write_report(run.posterior, run.predictions, recommendation, posterior_sha256=run.posterior_sha256)

@@ -113,11 +113,11 @@ def _interrupted_at_work(executor: Executor) -> None:
 
 
 def test_a_block_that_is_interrupted_waits_for_no_process_and_leaves_none() -> None:
-    before, begin = active_children(), time.monotonic()
+    before, begin = set(active_children()), time.monotonic()
     with pytest.raises(KeyboardInterrupt), workers(1) as executor:
         _interrupted_at_work(executor)
     assert time.monotonic() - begin < 20
-    assert active_children() == before
+    assert set(active_children()) <= before
 
 
 GROUP = """
