@@ -16,7 +16,7 @@ import typer
 
 from calib.cli.common import INTERRUPTED, NOT_USABLE, counting, err, out, refusing_bad_input, say
 from calib.cli.stopping import when_stopped
-from calib.errors import in_shell, in_shell_path
+from calib.errors import in_shell_path
 from calib.regular import require_shown
 
 if TYPE_CHECKING:
@@ -129,11 +129,13 @@ def _until(deadline: float, sample: Callable[..., Posterior]) -> Callable[..., P
     return in_time
 
 
-def _resuming(experiment: Path, output: Path, options: Mapping[str, object]) -> str:
+def _resuming(experiment: Path, output: Path, options: Mapping[str, Path | float | None]) -> str:
     """The command that goes on with a run, to be pasted: with the options that it was begun with and that are not None."""
-    said = {name: value for name, value in options.items() if value is not None}
-    given = [f"{name} {in_shell_path(v) if isinstance(v, Path) else in_shell(str(v))}" for name, v in said.items()]
-    return " ".join(["calib calibrate", in_shell_path(experiment), "-o", in_shell_path(output), "--resume", *given])
+    words = ["calib calibrate", in_shell_path(experiment), "-o", in_shell_path(output), "--resume"]
+    for name, value in options.items():
+        if value is not None:
+            words += [name, in_shell_path(value) if isinstance(value, Path) else f"{value:g}"]
+    return " ".join(words)
 
 
 def _planned(experiment: Experiment) -> None:

@@ -91,9 +91,9 @@ def _path(toml: Toml, at: KeyPath) -> Path | None:
     if os.path.isfile(path):  # which a name that no system takes is not, without an error
         return path
     what = f"{at[-1]} file"
-    if len(text) > 4 * LONGEST_NAME:
+    if len(text) > 2 * LONGEST_NAME:
         toml.fault(at, f'{what} not found: "{shortened(text)}"')
-    elif path.exists() and not path.is_dir():
+    elif os.path.exists(path) and not path.is_dir():
         toml.fault(at, f"{what} {path} is a pipe or a device", "Give the name of a file")
     elif path.is_dir():
         toml.fault(at, f"{what} {path} is a folder", _neighbours(path, path.name))

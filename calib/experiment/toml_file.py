@@ -19,6 +19,11 @@ from calib.visible import shortened
 LARGEST = 1_000_000
 # TOML promises no more.
 _LARGEST_INTEGER = 2**63
+# Headings of tables: five for each of two thousand specimens.
+_TABLE, _MOST_TABLES = re.compile(r"^[ \t]*\[", re.MULTILINE), 10_000
+_WITH_EXPONENT = "Write it with an exponent: 1e20"
+# A key of fifty parts, each begun where a part begins.
+_DEEP_KEY = re.compile(r"(?<![\w\"'-])(?:[\w\"'-]++[ \t]*+\.[ \t]*+){50}")
 
 
 @dataclass(frozen=True)
@@ -103,19 +108,31 @@ def read_toml(path: Path) -> Toml:
         column = error.start - raw.rfind(b"\n", 0, error.start)
         message = f"is not UTF-8 text, found the byte 0x{raw[error.start]:02x}"
         raise InputError(Fault(message, path, line, column, advice="Save the file as UTF-8")) from None
+    if "\0" in text:
+        message = "is not UTF-8 text, found a byte of zero, as in UTF-16 or in no text at all"
+        raise InputError(Fault(message, path, advice="Save the file as UTF-8"))
+    if len(_TABLE.findall(text)) > _MOST_TABLES:
+        advice = "Divide it among several files"
+        raise InputError(Fault(f"has more than {_MOST_TABLES} tables", path, advice=advice))
     try:
+        if _DEEP_KEY.search(text):  # with which Python's parser takes for ever
+            raise RecursionError
         data, places = tomllib.loads(text), locate_keys(text)
     except tomllib.TOMLDecodeError as error:
         raise InputError(_syntax_fault(path, text, str(error))) from None
     except RecursionError:
         raise InputError(Fault("is nested too deeply", path)) from None
     except ValueError as error:  # a number of thousands of digits, a date that there is not
-        raise InputError(Fault(f"is not valid TOML: {shortened(str(error))}", path)) from None
+        number = re.search(r"\d{1000}", text)
+        if number is None:
+            raise InputError(Fault(f"is not valid TOML: {shortened(str(error))}", path)) from None
+        line = text.count("\n", 0, number.start()) + 1
+        raise InputError(Fault("a number of thousands of digits", path, line, advice=_WITH_EXPONENT)) from None
     toml = Toml(path, path.parent, data, hashlib.sha256(raw).hexdigest(), places, text=text)
     huge = next((at for at, value in _values(data) if isinstance(value, int) and abs(value) > _LARGEST_INTEGER), None)
     if huge is not None:
         line, column = toml.place(huge)
-        raise InputError(Fault("a whole number of more than 64 bits", path, line, column, "Write it with an exponent: 1e20"))
+        raise InputError(Fault("a whole number of more than 64 bits", path, line, column, _WITH_EXPONENT))
     return toml
 
 

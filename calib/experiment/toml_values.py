@@ -18,6 +18,10 @@ from calib.visible import shortened
 _MOST = 100
 
 
+#: Most tables of an array, such as [[specimens]].
+MOST_TABLES = 2000
+
+
 def raise_faults(toml: Toml) -> None:
     """Refuse a file in which faults have been noted, all of them at once, in the order of the file.
 
@@ -86,6 +90,10 @@ def tables_at(toml: Toml, at: KeyPath, *, required: str = "") -> list[KeyPath]:
     if isinstance(value, list) and all(isinstance(entry, dict) for entry in value):
         if not value:
             toml.fault(at, f"[[{name}]] is empty", required)
+        if len(value) > MOST_TABLES:
+            message = f"{len(value)} times [[{name}]], more than {MOST_TABLES}"
+            toml.fault(at, message, "Divide them among several files")
+            raise_faults(toml)
         return [(*at, i) for i in range(len(value))]
     if isinstance(value, dict):
         toml.fault(at, f"[{name}] must be a list of tables", f"Write [[{name}]] in double brackets above each of them")

@@ -1,4 +1,4 @@
-"""A posterior and its predictions in, whether its numbers may be used out, in a sentence: the same on the page and on a screen."""
+"""A posterior and its predictions in, whether its numbers may be used out: the same in the page as on the screen."""
 
 from __future__ import annotations
 
