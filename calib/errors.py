@@ -7,6 +7,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+from calib.visible import visible
+
+# Characters that are shown of each end of a long message.
+_SHOWN = 1000
+
 
 @dataclass(frozen=True)
 class Choice:
@@ -32,16 +37,29 @@ class Choice:
 
     def __str__(self) -> str:
         said = [f"{self.key}={value}" if self.key else value for value in self.alternatives]
-        options = [f"--{self.option} {_in_shell(text)}" for text in said]
+        options = [f"--{self.option} {in_shell(text)}" for text in said]
         if len(options) > 4:
             return f"{', '.join(options[:3])} or another of {len(options)}"
         return " or ".join([*([", ".join(options[:-1])] if options[1:] else []), *options[-1:]])
 
 
-def _in_shell(text: str) -> str:
-    """One word of a command line, in double quotes where that is enough, which every shell understands."""
-    plain = shlex.quote(text)
-    return f'"{text}"' if plain != text and not set(text) & set('"\\$`!') else plain
+def in_shell(word: str) -> str:
+    """One word of a command line that can be pasted, in double quotes where that is enough, which every shell understands.
+
+    >>> print(in_shell("run 1"), in_shell("cost $1"))
+    "run 1" 'cost $1'
+    """
+    if visible(word) != word:
+        written = visible(word.replace("\\", "\\\\").replace("'", "\\'"))
+        return f"$'{written}'"
+    plain = shlex.quote(word)
+    return f'"{word}"' if plain != word and not set(word) & set('"\\$`!\n') else plain
+
+
+def in_shell_path(path: Path) -> str:
+    """The name of a file or a folder as one word of a command line, which is taken for no option."""
+    word = str(path)
+    return in_shell(f"./{word}" if word.startswith("-") else word)
 
 
 @dataclass(frozen=True)
@@ -71,8 +89,14 @@ class Fault:
 
     def __str__(self) -> str:
         place = ":".join(str(p) for p in (self.path, self.line, self.column) if p is not None)
-        text = f"{place}: {self.message}" if place else self.message
-        return f"{text}. {self.advice}" if self.advice else text
+        message, advice = _cut(self.message), _cut(self.advice)
+        text = f"{place}: {message}" if place else message
+        return f"{text}. {advice}" if advice else text
+
+
+def _cut(text: str) -> str:
+    """A text for a screen, which what is quoted from a file of one endless word would fill."""
+    return text if len(text) <= 2 * _SHOWN else f"{text[:_SHOWN]} ... {text[-_SHOWN:]}"
 
 
 class InputError(ValueError):

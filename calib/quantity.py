@@ -9,6 +9,8 @@ from functools import cache
 
 import pint
 
+from calib.visible import shortened
+
 #: SI units of the dimensions the project knows; "" is dimensionless.
 SI_UNITS = ("m", "N", "Pa", "F", "s", "m/N", "kg", "Hz", "ohm", "S", "")
 
@@ -40,6 +42,10 @@ _USUAL = {
     "s": ("s", "ms", "min"),
     "Hz": ("Hz", "kHz", "MHz"),
 }
+
+# Longer is no quantity that somebody wrote; and a power of a hundred, or of a power, may take for ever to compute.
+_LONGEST = 100
+_LARGE_POWER = re.compile(r"(?:\*\*|\^)[\s(+-]*(?:\d{3}|\d+[\s)]*(?:\*\*|\^))")
 
 _NUMBER = re.compile(r"^\s*([+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*$")
 
@@ -76,6 +82,8 @@ def unit_factor(unit: str, si_unit: str) -> float:
     >>> unit_factor("um/N", "m/N")
     1e-06
     """
+    if len(unit) > _LONGEST or _LARGE_POWER.search(unit):
+        raise ValueError(f'unknown unit "{shortened(unit)}"')
     registry = _registry()
     name = "/".join(_spelled(part) for part in unit.strip().split("/"))
     try:
@@ -114,6 +122,8 @@ def parse_quantity(text: str, si_unit: str) -> float:
     >>> parse_quantity("0.74 mm", "m")
     0.00074
     """
+    if len(text) > _LONGEST:
+        raise ValueError(f'"{shortened(text)}" is not a number with a unit')
     match = _NUMBER.match(text.replace("−", "-"))  # the minus sign of typeset text
     if match is None:
         raise ValueError(f'"{text}" is not a number with a unit')

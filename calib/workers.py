@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import os
+import signal
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
 from functools import partial
+from multiprocessing import active_children, parent_process, resource_tracker
+from multiprocessing.context import SpawnContext, SpawnProcess
 from queue import Empty, SimpleQueue
 from typing import Any, ParamSpec, TypeVar
 
@@ -24,7 +26,8 @@ def workers(processes: int | None = None) -> Iterator[Executor]:
     """Run work on several processors, by an executor to which pieces of work are given.
 
     Each worker has one thread for linear algebra, so that n workers use n processors. They end with the block, and also if
-    this process is killed. What has not been begun when the block fails is dropped.
+    this process is killed. When the block fails or is interrupted, work is dropped, begun or not, and nobody waits for it.
+    Ctrl-C, which a terminal sends to all processes, is left to this one.
 
     Parameters
     ----------
@@ -42,9 +45,19 @@ def workers(processes: int | None = None) -> Iterator[Executor]:
     before = {name: os.environ.get(name) for name in _THREADS}
     # Workers read these when they import NumPy, and they start while this context is open.
     os.environ.update(dict.fromkeys(_THREADS, "1"))
-    pool = ProcessPoolExecutor(processes, mp_context=multiprocessing.get_context("spawn"), initializer=_end_with_parent)
+    _begin_tracker()
+    others = active_children()
+    pool = ProcessPoolExecutor(processes, mp_context=_Context(), initializer=_end_with_parent)
     try:
         yield pool
+    except BaseException:
+        pool.shutdown(wait=False, cancel_futures=True)
+        begun = [worker for worker in active_children() if worker not in others]
+        for worker in begun:
+            worker.kill()
+        for worker in begun:
+            worker.join(0.5)
+        raise
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
         for name, value in before.items():
@@ -54,11 +67,48 @@ def workers(processes: int | None = None) -> Iterator[Executor]:
                 os.environ[name] = value
 
 
+class _Worker(SpawnProcess):
+    """A process that is born, and stays, without an ear for the signals that a terminal sends to all of its processes."""
+
+    def start(self) -> None:
+        """See `multiprocessing.Process.start`."""
+        if not hasattr(signal, "pthread_sigmask"):
+            super().start()
+            return
+        # What is held back here is held back in the process that is started, from its first instruction on.
+        held = {signal.SIGINT, signal.SIGHUP}
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, held)
+        try:
+            super().start()
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _begin_tracker() -> None:
+    """Start the process by which Python clears away after killed ones: silent, and here, as its start lets signals through."""
+    before = os.environ.get("PYTHONWARNINGS")
+    os.environ["PYTHONWARNINGS"] = ",".join([*([before] if before else []), "ignore:resource_tracker"])
+    try:
+        resource_tracker.ensure_running()
+    finally:
+        if before is None:
+            del os.environ["PYTHONWARNINGS"]
+        else:
+            os.environ["PYTHONWARNINGS"] = before
+
+
+class _Context(SpawnContext):
+    """Starts such processes, each anew."""
+
+    Process = _Worker
+
+
 def _end_with_parent() -> None:
     """Let this worker end if its parent is killed: it would wait for work for ever."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # where it could not be held back from the start
 
     def watch() -> None:
-        parent = multiprocessing.parent_process()
+        parent = parent_process()
         if parent is not None:
             parent.join()
             os._exit(1)

@@ -2,14 +2,30 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import typer
+from typer.core import TyperGroup
 
 from calib.cli import calibrate, lab, refine, runs, simulate, surrogate, verify
+from calib.cli.stopping import stoppable
+from calib.cli.terminal import every_character
 
 __all__ = ["app"]
 
+
+class _Commands(TyperGroup):
+    """The commands, each of which ends when it is told to, and says on any terminal what it has to say."""
+
+    def invoke(self, ctx: typer.Context) -> Any:
+        """Run the command that was asked for."""
+        with every_character(), stoppable():
+            return super().invoke(ctx)
+
+
 app = typer.Typer(
     name="calib",
+    cls=_Commands,
     no_args_is_help=True,
     add_completion=False,
     rich_markup_mode="markdown",
@@ -30,7 +46,8 @@ A first calibration, from lab files to recommendation:
 Then open run1/report.html.
 
 Exit codes: 0 done (and usable); 2 something is wrong with the input, nothing was written; 3 everything was written, but the
-calibration has not converged, or its surrogate is off the finite elements by more than it states.
+calibration has not converged, or its surrogate is off the finite elements by more than it states; 130 stopped by Ctrl-C, 143 by
+SIGTERM, what was computed kept where there is a place to keep it.
 """,
 )
 

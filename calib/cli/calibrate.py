@@ -4,19 +4,30 @@ from __future__ import annotations
 
 import shlex
 import sys
-from collections.abc import Callable, Iterator
+import time
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from calib.cli.common import INTERRUPTED, NOT_USABLE, counting, err, out, paging, refusing_bad_input, say
+from calib.cli.stopping import when_stopped
+from calib.errors import in_shell_path
+from calib.regular import require_shown
 
 if TYPE_CHECKING:
     from calib.experiment import Experiment
+    from calib.problem import Problem
+    from calib.runs import Run
     from calib.sampling import Posterior, Progress
+
+
+#: Minutes that a calibration may take if nothing else is said.
+BUDGET = 10.0
 
 
 def calibrate(
@@ -27,7 +38,7 @@ def calibrate(
         int | None, typer.Option(min=0, help="Seed of all random numbers [default: 1, or that of a resumed run].")
     ] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Continue a run that was stopped or has not converged.")] = False,
-    budget: Annotated[float, typer.Option(min=0.0, help="Minutes of sampling at most, for this call.")] = 10.0,
+    budget: Annotated[float, typer.Option(min=0.0, help="Minutes until sampling ends at most, of this call.")] = BUDGET,
     processes: Annotated[
         int | None, typer.Option(min=0, help="Worker processes; 0 for none [default: number of CPUs, at most 4].")
     ] = None,
@@ -43,8 +54,9 @@ def calibrate(
     and hold what `calib init` put there are named, here and in the report: the result rests on them.
 
     Then samples the posterior with four independent ensembles until they agree (R-hat and effective draws) or the budget is
-    spent, and compares the surrogate with the finite elements at a few draws. Stop it with Ctrl-C whenever you like:
-    `--resume` goes on from the last checkpoint, with the same result as if it had never stopped.
+    spent, and compares the surrogate with the finite elements at a few draws. The budget counts from the start of the command,
+    reading and the search for the start of each ensemble included; what comes after sampling is not in it. Stop the command
+    with Ctrl-C whenever you like: `--resume` goes on from the last checkpoint, with the same result as if it had never stopped.
 
     With --reweight it also says what the finite elements themselves would make of the posterior: each of N draws is weighted by
     the ratio of the two likelihoods, and a warning tells if a parameter's mean shifts by what matters or the weights cannot be
@@ -58,12 +70,30 @@ def calibrate(
     Exit codes: 0 done and usable; 1 all results written, but not the page that shows them; 2 bad input, nothing written; 3
     everything written, but the numbers must not be used, and saying why: the chains have not converged (go on with --resume),
     or the surrogate is off the finite elements by more than it states (refine it or use model = "fem"; more sampling cannot
-    help); 130 stopped from the keyboard.
+    help), or the budget ended before there was a draw (the checkpoint is kept: go on with --resume); 130 stopped from the
+    keyboard, 143 by SIGTERM, the checkpoint kept.
     """
-    with refusing_bad_input():
+    deadline = time.monotonic() + 60 * budget
+    told = shlex.join(["calib", *sys.argv[1:]])
+    given = {
+        "--seed": seed,
+        "--budget": budget if budget != BUDGET else None,
+        "--processes": processes,
+        "--surrogate": surrogate,
+    }
+    again = _resuming(experiment, output, {**given, "--reweight": reweight or None})
+
+    def stopped() -> str:
+        return f"Stopped. Continue with: {again}" if output.exists() else "Stopped before anything was begun."
+
+    with refusing_bad_input(), when_stopped(stopped):
         from calib.runs import Stages, Watch
         from calib.runs import calibrate as run_calibration
+        from calib.sampling import NothingSampled
 
+        for path in (output, *([surrogate] if surrogate is not None else [])):
+            require_shown(path)
+        stages = ctx.obj if ctx.obj is not None else Stages()
         try:
             done = run_calibration(
                 experiment,
@@ -74,26 +104,42 @@ def calibrate(
                 processes=processes,
                 surrogate=surrogate,
                 reweight=reweight,
-                command=shlex.join(["calib", *sys.argv[1:]]),
+                command=told,
                 watch=Watch(partial(_sampling, budget), _reweighting, _planned),
-                stages=ctx.obj if ctx.obj is not None else Stages(),
+                stages=replace(stages, sample=_until(deadline, stages.sample)),
             )
-        except KeyboardInterrupt:
-            if not output.exists():  # stopped before anything was begun
-                raise
-            err().print(f"Stopped. Continue with: calib calibrate {experiment} -o {output} --resume", markup=False)
-            raise typer.Exit(INTERRUPTED) from None
+        except NothingSampled as nothing:
+            more = _resuming(experiment, output, {**given, "--budget": BUDGET, "--reweight": reweight or None})
+            err().print(f"{nothing} Continue with: {more}", style="red", markup=False, soft_wrap=True)
+            raise typer.Exit(NOT_USABLE) from None
         posterior = done.run.posterior
-        _say(output, posterior)
+        _say(output, done.run)
         if done.reweighting_stopped:
-            again = f"calib calibrate {experiment} -o {output} --resume --reweight {reweight}"
-            err().print(f"Re-weighting was stopped; the rest is written. Do it with: {again}", markup=False)
+            err().print(f"Re-weighting was stopped; the rest is written. Do it with: {again}", markup=False, soft_wrap=True)
             raise typer.Exit(INTERRUPTED)
         if done.page_error is not None:
             with paging():
                 raise done.page_error
     if not posterior.diagnostics.usable:
         raise typer.Exit(NOT_USABLE)
+
+
+def _until(deadline: float, sample: Callable[..., Posterior]) -> Callable[..., Posterior]:
+    """Sample until a moment on the monotonic clock, however long reading has taken before."""
+
+    def in_time(problem: Problem, **options: Any) -> Posterior:
+        return sample(problem, **{**options, "max_seconds": deadline - time.monotonic()})
+
+    return in_time
+
+
+def _resuming(experiment: Path, output: Path, options: Mapping[str, Path | float | None]) -> str:
+    """The command that goes on with a run, to be pasted: with the options that it was begun with and that are not None."""
+    words = ["calib calibrate", in_shell_path(experiment), "-o", in_shell_path(output), "--resume"]
+    for name, value in options.items():
+        if value is not None:
+            words += [name, in_shell_path(value) if isinstance(value, Path) else f"{value:g}"]
+    return " ".join(words)
 
 
 def _planned(experiment: Experiment) -> None:
@@ -132,13 +178,14 @@ def _reweighting() -> Iterator[Callable[[int, int], None]]:
         yield partial(told, "draws re-weighted")
 
 
-def _say(run: Path, posterior: Posterior) -> None:
+def _say(folder: Path, run: Run) -> None:
     from rich.box import SIMPLE_HEAD
     from rich.markup import escape
     from rich.table import Table
 
-    from calib.report import parameter_rows
+    from calib.report import judgement, listed, parameter_rows
 
+    posterior = run.posterior
     shown = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for heading in ("parameter", "posterior", "90 % interval", "learned"):
         shown.add_column(heading, overflow="fold")
@@ -147,9 +194,11 @@ def _say(run: Path, posterior: Posterior) -> None:
         shown.add_row(escape(row.name), f"{row.value} {row.unit}", row.interval, learned)
     console = out()
     console.print(shown)
-    d = posterior.diagnostics
-    if d.usable:
+    d, judged = posterior.diagnostics, judgement(posterior, run.predictions)
+    if judged.good:
         console.print("Converged.", style="green")
+    elif d.usable:
+        console.print(judged.status, style="yellow", soft_wrap=True)
     elif d.converged:
         off = f"Converged, but the {posterior.forward_name} is off the finite elements by more than it states"
         console.print(f"{off}: the numbers are preliminary.", style="yellow")
@@ -157,6 +206,10 @@ def _say(run: Path, posterior: Posterior) -> None:
         console.print("NOT converged: the numbers are preliminary.", style="yellow")
     for reason in d.reasons_against_use:
         say(f"  {reason}")
+    if judged.misfits:
+        say(f"  The model does not describe {listed(judged.misfits)} within what it claims.")
+    if judged.bad_data:
+        say(f"  Quality of the lab data, {judged.bad_data} What a bad file does is not in the uncertainties.")
     if not d.converged:
         console.print("Continue with --resume and a larger --budget.")
     if d.surrogate_honest is False:
@@ -168,5 +221,5 @@ def _say(run: Path, posterior: Posterior) -> None:
         say(f"Re-weighting: {d.reweighting.in_words()}.")
     for warning in d.warnings:
         console.print(f"Warning: {warning}", style="yellow", markup=False, soft_wrap=True)
-    if (run / "report.html").exists():
-        say(f"Report: {run / 'report.html'}")
+    if run.report.exists():
+        say(f"Report: {run.report}")

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.console import Console
 
+from calib.cli.terminal import Console
 from calib.errors import Fault, InputError
 from models.response import ConvergenceError, OutOfRangeError
 from models.threads import one_thread

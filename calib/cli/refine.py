@@ -8,17 +8,16 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from calib.cli.common import (
-    INTERRUPTED,
     NOT_USABLE,
     Processes,
     RunFolder,
     counting,
-    err,
     loaded,
     out,
     refusing_bad_input,
     say,
 )
+from calib.cli.stopping import when_stopped
 from calib.cli.surrogate import STEPS, require_new, trained
 from calib.errors import Fault, InputError
 from calib.files import require_folder, whole_file
@@ -83,36 +82,36 @@ def refine(
         try:
             if output is not None:
                 _check_retraining(output, kept, settings)
-            with open_store(kept, settings) as runs, means.workers(processes) as executor:
-                try:
-                    with counting() as told:
-                        refined = refine_at(
-                            posterior,
-                            fast,
-                            runs,
-                            executor,
-                            n_draw=draws,
-                            n_reweight=reweight,
-                            accuracy=accuracy,
-                            seed=seed,
-                            exact=means.exact,
-                            added=lambda new: say(f"Added to {kept}: {new} loading curves, now {len(runs)}"),
-                            progress=told,
-                        )
-                    _say(posterior, refined)
-                    if output is not None:
-                        data = training_set(runs, accuracy, fast.family)
-                        try:
-                            fitted = trained(means.fit, data, fast.base, steps, seed)
-                        except ValueError as error:
-                            advice = "Leave -o out, or give a --store with more curves"
-                            raise InputError(Fault(str(error), output, advice=advice)) from None
-                        with whole_file(output) as part:
-                            fitted.save(part)
-                        say(f"Written: {output} ({len(data.failures)} curves)")
-                except KeyboardInterrupt:
-                    err().print(f"Stopped with {len(runs)} curves in {kept}. The same command goes on.", markup=False)
-                    raise typer.Exit(INTERRUPTED) from None
+            with (
+                open_store(kept, settings) as runs,
+                means.workers(processes) as executor,
+                when_stopped(lambda: f"Stopped with {len(runs)} curves in {kept}. The same command goes on."),
+            ):
+                with counting() as told:
+                    refined = refine_at(
+                        posterior,
+                        fast,
+                        runs,
+                        executor,
+                        n_draw=draws,
+                        n_reweight=reweight,
+                        accuracy=accuracy,
+                        seed=seed,
+                        exact=means.exact,
+                        added=lambda new: say(f"Added to {kept}: {new} loading curves, now {len(runs)}"),
+                        progress=told,
+                    )
+                _say(posterior, refined)
+                if output is not None:
+                    data = training_set(runs, accuracy, fast.family)
+                    try:
+                        fitted = trained(means.fit, data, fast.base, steps, seed)
+                    except ValueError as error:
+                        advice = "Leave -o out, or give a --store with more curves"
+                        raise InputError(Fault(str(error), output, advice=advice)) from None
+                    with whole_file(output) as part:
+                        fitted.save(part)
+                    say(f"Written: {output} ({len(data.failures)} curves)")
         except StoreError as error:
             raise InputError(Fault(str(error), kept, advice="Choose another --store")) from None
     if not stands(posterior, refined.reweighting):

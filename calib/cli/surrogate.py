@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from calib.cli.common import INTERRUPTED, Processes, counting, err, out, refusing_bad_input, say
+from calib.cli.common import Processes, counting, out, refusing_bad_input, say
+from calib.cli.stopping import when_stopped
 from calib.errors import Fault, InputError
 from calib.files import require_folder, require_writable, whole_file
 from models.surrogate import FAMILIES, NEO_HOOKEAN
@@ -131,7 +132,8 @@ def train(
 
     Writes: mine.npz, and mine.sqlite with the curves.
 
-    Exit codes: 0 done; 2 too few points, or no place to write; 130 stopped from the keyboard, the curves so far kept.
+    Exit codes: 0 done; 2 too few points, or no place to write; 130 stopped from the keyboard, 143 by SIGTERM, the curves so
+    far kept.
     """
     with refusing_bad_input():
         from calib.experiment import surrogate_from
@@ -151,18 +153,16 @@ def train(
         sequence = design_points(points, seed, of) if improve is None else worst_points(_of(improve, family), points, seed)
         try:
             with _executor(processes, scheduler) as executor, open_store(kept, store_settings(accuracy, of)) as runs:
-                try:
-                    with counting() as told:
-                        wanted, counted = points_wanted(runs, sequence, points), partial(told, "loading curves")
-                        run_training(wanted, executor, runs, accuracy=accuracy, family=of, progress=counted)
-                except KeyboardInterrupt:
-                    err().print(f"Stopped with {len(runs)} curves in {kept}. The same command goes on.", markup=False)
-                    raise typer.Exit(INTERRUPTED) from None
+                stopped = f"in {kept}. The same command goes on."
+                with when_stopped(lambda: f"Stopped with {len(runs)} curves {stopped}"), counting() as told:
+                    wanted, counted = points_wanted(runs, sequence, points), partial(told, "loading curves")
+                    run_training(wanted, executor, runs, accuracy=accuracy, family=of, progress=counted)
                 data = training_set(runs, accuracy, of)
         except StoreError as error:
             raise InputError(Fault(str(error), kept, advice="Choose another --store")) from None
         try:
-            fitted = trained(fit_surrogate, data, base, steps, seed)
+            with when_stopped(lambda: f"Stopped while training, with the curves {stopped}"):
+                fitted = trained(fit_surrogate, data, base, steps, seed)
         except ValueError as error:
             raise InputError(Fault(f"--points: {error}")) from None
         with whole_file(output) as part:

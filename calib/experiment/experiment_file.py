@@ -19,6 +19,7 @@ from calib.experiment.toml_file import Toml, read_toml
 from calib.experiment.toml_places import KeyPath
 from calib.experiment.toml_values import check_keys, choice_at, quantity_at, quoted, raise_faults, table_at, tables_at, text_at
 from calib.priors import Fixed, Prior, parse_prior
+from calib.visible import name_fault, shortened
 from models.surrogate import family_of
 
 _TOP = ("name", "model", "discrepancy", "indenter", "sensor", "padding", "priors", "specimens")
@@ -131,8 +132,11 @@ def _experiment(toml: Toml, name: str) -> Experiment:
         got = f"{display('electrode_radius', _median(electrode))} on a disc of {display('sensor_radius', sensor_radius)}"
         toml.fault(place, f"electrode_radius must not exceed the disc radius, got {got}")
 
+    title = text_at(toml, ("name",), default=name)
+    if toml.data.get("name") is not None and (fault := name_fault(title)):
+        toml.fault(("name",), f'name "{shortened(title)}" {fault}', "It is the heading of the report")
     experiment = Experiment(
-        name=text_at(toml, ("name",), default=name),
+        name=title,
         path=None if toml.path is None else toml.path.absolute(),
         sha256=toml.sha256,
         indenter_radius=indenter_radius,

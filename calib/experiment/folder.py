@@ -118,6 +118,8 @@ def written_by_calib(path: Path) -> bool:
     if path.is_dir():
         return (path / "run.json").is_file()
     try:
+        if not path.is_file():
+            return False
         with path.open("rb") as file:
             start = file.readline(300)
         if path.suffix.lower() != ".toml":

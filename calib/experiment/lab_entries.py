@@ -85,6 +85,10 @@ def _count(toml: Toml, at: KeyPath) -> int | None:
     return None
 
 
+# Most columns by which rows are chosen.
+_MOST_COLUMNS = 20
+
+
 def _where(toml: Toml, at: KeyPath) -> dict[str, str]:
     """A table of column = value, a text or a number."""
     value = get(toml, at)
@@ -95,6 +99,9 @@ def _where(toml: Toml, at: KeyPath) -> dict[str, str]:
         )
         return {}
     found: dict[str, str] = {}
+    if len(value) > _MOST_COLUMNS:
+        toml.fault(at, f"where names {len(value)} columns, more than {_MOST_COLUMNS}", example)
+        return {}
     for column, wanted in value.items():
         if isinstance(wanted, bool) or not isinstance(wanted, str | int | float) or not str(wanted).strip():
             toml.fault((*at, column), f'"{column}" must be a text or a number, got {quoted(wanted)}', example)

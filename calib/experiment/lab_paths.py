@@ -14,6 +14,7 @@ from calib.experiment.toml_file import Toml
 from calib.experiment.toml_places import KeyPath
 from calib.experiment.toml_values import check_keys, quantity_at, quoted, table_at, tables_at, text_at
 from calib.lab import AS_FOUND, Reading
+from calib.visible import LONGEST_NAME, character_fault, name_fault, shortened
 
 
 def read_sweeps_of(toml: Toml, at: KeyPath, radius: float, meant: set[str]) -> list[tuple[SweepFiles, KeyPath]]:
@@ -83,14 +84,18 @@ def _path(toml: Toml, at: KeyPath) -> Path | None:
     text = text_at(toml, at)
     if not text:
         return None
-    if "\0" in text:
-        toml.fault(at, f"{at[-1]} is not the name of a file, got {text!r}")
+    if fault := character_fault(text):
+        toml.fault(at, f'{at[-1]} is not the name of a file, got "{shortened(text)}", which {fault}', "Rename it")
         return None
     path = Path(os.path.abspath(toml.folder / text))  # not resolve(): a symbolic link keeps its name
-    if path.is_file():
+    if os.path.isfile(path):  # which a name that no system takes is not, without an error
         return path
     what = f"{at[-1]} file"
-    if path.is_dir():
+    if len(text) > 2 * LONGEST_NAME:
+        toml.fault(at, f'{what} not found: "{shortened(text)}"')
+    elif os.path.exists(path) and not path.is_dir():
+        toml.fault(at, f"{what} {path} is a pipe or a device", "Give the name of a file")
+    elif path.is_dir():
         toml.fault(at, f"{what} {path} is a folder", _neighbours(path, path.name))
     elif "\\" in text:
         toml.fault(at, f"{what} not found: {path}", "Write paths with forward slashes")
@@ -127,4 +132,6 @@ def check_name(toml: Toml, at: KeyPath, name: str) -> None:
     name : of the specimen or sweep.
     """
     if any(c in name for c in "[],\n\r"):
-        toml.fault(at, f'name "{name}" must not contain brackets, commas or line breaks')
+        toml.fault(at, f'name "{shortened(name)}" must not contain brackets, commas or line breaks')
+    elif fault := name_fault(name):
+        toml.fault(at, f'name "{shortened(name)}" {fault}', "It stands in tables, in figures and in the names of results")

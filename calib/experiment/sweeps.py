@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
+
+from calib.catalogue import CHANNELS
 from calib.errors import Fault, InputError
-from calib.experiment.plan import Experiment
+from calib.experiment.plan import Experiment, SweepFiles
 from calib.lab import Sweep, make_sweep
 from calib.priors import default_prior
 
@@ -33,22 +36,35 @@ def read_sweeps(experiment: Experiment) -> tuple[Sweep, ...]:
         clock = specimen.priors.get("clock_offset")
         for files in specimen.sweeps:
             try:
-                sweeps.append(
-                    make_sweep(
-                        specimen.name,
-                        files.name,
-                        files.indenter_radius,
-                        files.force,
-                        files.capacitance,
-                        force_reading=files.force_reading,
-                        capacitance_reading=files.capacitance_reading,
-                        use=files.use,
-                        clock_range=None if clock is None else clock.interval(_CERTAIN),
-                        machine_compliance=compliance.interval(_CERTAIN)[1],
-                    )
+                sweep = make_sweep(
+                    specimen.name,
+                    files.name,
+                    files.indenter_radius,
+                    files.force,
+                    files.capacitance,
+                    force_reading=files.force_reading,
+                    capacitance_reading=files.capacitance_reading,
+                    use=files.use,
+                    clock_range=None if clock is None else clock.interval(_CERTAIN),
+                    machine_compliance=compliance.interval(_CERTAIN)[1],
                 )
             except InputError as error:
                 faults += error.faults
+                continue
+            sweeps.append(sweep)
+            faults += _dead_channels(sweep, files)
     if faults:
         raise InputError(faults)
     return tuple(sweeps)
+
+
+def _dead_channels(sweep: Sweep, files: SweepFiles) -> list[Fault]:
+    """A fault for each channel that reads the same throughout: nothing was measured, and noise of zero would be believed."""
+    faults = []
+    for name, points in sweep.channels.items():
+        if points.value.size and np.ptp(points.value) == 0:
+            path = files.capacitance if name == "capacitance" and files.capacitance is not None else files.force
+            reading = f"{points.value[0]:g} {CHANNELS[name].unit}"
+            advice = "Look whether it was connected and logged, and leave the file out if it was not"
+            faults.append(Fault(f"{name} reads {reading} in every row that is used", path, advice=advice))
+    return faults

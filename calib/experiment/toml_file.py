@@ -5,13 +5,25 @@ from __future__ import annotations
 import hashlib
 import re
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from calib.errors import Fault, InputError
 from calib.experiment.toml_places import KeyPath, locate_keys
+from calib.regular import bytes_of, require_shown
+from calib.visible import shortened
+
+#: Bytes of the largest file: experiments of a thousand specimens have a third of it.
+LARGEST = 1_000_000
+# TOML promises no more.
+_LARGEST_INTEGER = 2**63
+# Headings of tables: five for each of two thousand specimens.
+_TABLE, _MOST_TABLES = re.compile(r"^[ \t]*\[", re.MULTILINE), 10_000
+_WITH_EXPONENT = "Write it with an exponent: 1e20"
+# A key of fifty parts, each begun where a part begins.
+_DEEP_KEY = re.compile(r"(?<![\w\"'-])(?:[\w\"'-]++[ \t]*+\.[ \t]*+){50}")
 
 
 @dataclass(frozen=True)
@@ -80,8 +92,9 @@ def read_toml(path: Path) -> Toml:
     InputError
         If it is not there, is no text in UTF-8, or no TOML; with line and column.
     """
+    require_shown(path)
     try:
-        raw = path.read_bytes()
+        raw = bytes_of(path, LARGEST, "an experiment or a design")
     except FileNotFoundError:
         tomls = sorted(p.name for p in path.parent.glob("*.toml")) if path.parent.is_dir() else []
         advice = f"TOML files in that folder: {', '.join(tomls[:12])}" if tomls else ""
@@ -95,13 +108,45 @@ def read_toml(path: Path) -> Toml:
         column = error.start - raw.rfind(b"\n", 0, error.start)
         message = f"is not UTF-8 text, found the byte 0x{raw[error.start]:02x}"
         raise InputError(Fault(message, path, line, column, advice="Save the file as UTF-8")) from None
+    if "\0" in text:
+        message = "is not UTF-8 text, found a byte of zero, as in UTF-16 or in no text at all"
+        raise InputError(Fault(message, path, advice="Save the file as UTF-8"))
+    if len(_TABLE.findall(text)) > _MOST_TABLES:
+        advice = "Divide it among several files"
+        raise InputError(Fault(f"has more than {_MOST_TABLES} tables", path, advice=advice))
     try:
+        if _DEEP_KEY.search(text):  # with which Python's parser takes for ever
+            raise RecursionError
         data, places = tomllib.loads(text), locate_keys(text)
     except tomllib.TOMLDecodeError as error:
         raise InputError(_syntax_fault(path, text, str(error))) from None
     except RecursionError:
         raise InputError(Fault("is nested too deeply", path)) from None
-    return Toml(path, path.parent, data, hashlib.sha256(raw).hexdigest(), places, text=text)
+    except ValueError as error:  # a number of thousands of digits, a date that there is not
+        number = re.search(r"\d{1000}", text)
+        if number is None:
+            raise InputError(Fault(f"is not valid TOML: {shortened(str(error))}", path)) from None
+        line = text.count("\n", 0, number.start()) + 1
+        raise InputError(Fault("a number of thousands of digits", path, line, advice=_WITH_EXPONENT)) from None
+    toml = Toml(path, path.parent, data, hashlib.sha256(raw).hexdigest(), places, text=text)
+    huge = next((at for at, value in _values(data) if isinstance(value, int) and abs(value) > _LARGEST_INTEGER), None)
+    if huge is not None:
+        line, column = toml.place(huge)
+        raise InputError(Fault("a whole number of more than 64 bits", path, line, column, _WITH_EXPONENT))
+    return toml
+
+
+def _values(data: Mapping[str, Any]) -> Iterator[tuple[KeyPath, Any]]:
+    """All that stands in tables and arrays, at any depth, with its path."""
+    waiting: list[tuple[KeyPath, Any]] = [((), data)]
+    while waiting:
+        at, value = waiting.pop()
+        if isinstance(value, dict):
+            waiting += [((*at, key), below) for key, below in value.items()]
+        elif isinstance(value, list):
+            waiting += [((*at, i), below) for i, below in enumerate(value)]
+        else:
+            yield at, value
 
 
 def _syntax_fault(path: Path, text: str, message: str) -> Fault:
@@ -112,7 +157,7 @@ def _syntax_fault(path: Path, text: str, message: str) -> Fault:
         return Fault(f"is not valid TOML: {message}", path)
     line, column = (int(match[1]), int(match[2])) if match[1] else (len(lines), len(lines[-1]) + 1)
     what = message[: match.start()]
-    shown = lines[line - 1].strip() if line <= len(lines) else ""
+    shown = shortened(lines[line - 1].strip()) if line <= len(lines) else ""
     advice = ""
     if "\\" in shown and '"' in shown:
         advice = 'Write paths with forward slashes: "data/sensor1.csv"'

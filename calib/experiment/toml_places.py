@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
+from bisect import bisect
 from collections.abc import Callable
 
 #: Where something stands in a TOML document: ("specimens", 0, "priors", "sensor_thickness").
@@ -34,8 +35,10 @@ def locate_keys(text: str) -> dict[KeyPath, tuple[int, int]]:
     places: dict[KeyPath, tuple[int, int]] = {}
     counts: dict[KeyPath, int] = {}
 
+    ends = [match.start() for match in re.finditer("\n", text)]
+
     def place(index: int) -> tuple[int, int]:
-        return text.count("\n", 0, index) + 1, index - text.rfind("\n", 0, index)
+        return bisect(ends, index - 1) + 1, index - text.rfind("\n", 0, index)
 
     def mark(path: KeyPath, index: int) -> None:
         places.setdefault(path, place(index))

@@ -8,10 +8,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from calib.errors import InputError
+from calib.errors import InputError, capped
 from calib.experiment.toml_file import Toml
 from calib.experiment.toml_places import KeyPath
 from calib.priors import parse_value, sign_fault
+from calib.visible import shortened
+
+# Most faults, or unknown keys of a table, that are listed.
+_MOST = 100
+
+
+#: Most tables of an array, such as [[specimens]].
+MOST_TABLES = 2000
 
 
 def raise_faults(toml: Toml) -> None:
@@ -23,7 +31,8 @@ def raise_faults(toml: Toml) -> None:
         If there are any.
     """
     if toml.faults:
-        raise InputError(sorted(dict.fromkeys(toml.faults), key=lambda f: (f.line or 0, f.column or 0)))
+        faults = sorted(dict.fromkeys(toml.faults), key=lambda f: (f.line or 0, f.column or 0))
+        raise InputError(capped(faults, "faults", _MOST))
 
 
 def get(toml: Toml, at: KeyPath) -> Any:
@@ -81,6 +90,10 @@ def tables_at(toml: Toml, at: KeyPath, *, required: str = "") -> list[KeyPath]:
     if isinstance(value, list) and all(isinstance(entry, dict) for entry in value):
         if not value:
             toml.fault(at, f"[[{name}]] is empty", required)
+        if len(value) > MOST_TABLES:
+            message = f"{len(value)} times [[{name}]], more than {MOST_TABLES}"
+            toml.fault(at, message, "Divide them among several files")
+            raise_faults(toml)
         return [(*at, i) for i in range(len(value))]
     if isinstance(value, dict):
         toml.fault(at, f"[{name}] must be a list of tables", f"Write [[{name}]] in double brackets above each of them")
@@ -129,10 +142,13 @@ def check_keys(toml: Toml, at: KeyPath, known: Sequence[str], signposts: Signpos
     if not isinstance(table, dict):
         toml.fault(at, f"{where} must be a table, got {quoted(table)}")
         return set()
+    unknown = [key for key in table if key not in known]
+    if len(unknown) > _MOST:
+        message = f"{len(unknown)} unknown keys {'in ' + where if at else 'at the top of the file'}"
+        toml.fault((*at, unknown[0]), message, f"Known here: {', '.join(known)}")
+        return set()
     meant = set()
-    for key in table:
-        if key in known:
-            continue
+    for key in unknown:
         spelled = key.lower().replace("-", "_").replace(" ", "_")
         close = difflib.get_close_matches(spelled, [*known, *signposts.places], n=1)
         advice = f"Known here: {', '.join(known)}"
@@ -145,7 +161,7 @@ def check_keys(toml: Toml, at: KeyPath, known: Sequence[str], signposts: Signpos
             meant.add(close[0])
         elif close:
             advice = f'Did you mean "{close[0]}"? It belongs {signposts.places[close[0]]}'
-        toml.fault((*at, key), f'unknown key "{key}" {"in " + where if at else "at the top of the file"}', advice)
+        toml.fault((*at, key), f'unknown key "{shortened(key)}" {"in " + where if at else "at the top of the file"}', advice)
     return meant
 
 
@@ -228,7 +244,7 @@ def choice_at(toml: Toml, at: KeyPath, value: object, choices: Sequence[str]) ->
     """
     if isinstance(value, str) and value in choices:
         return value
-    close = difflib.get_close_matches(str(value).lower(), choices, n=1)
+    close = difflib.get_close_matches(value.lower(), choices, n=1) if isinstance(value, str) else []
     one_of = " or ".join(f'"{choice}"' for choice in choices)
     toml.fault(at, f"{at[-1]} must be {one_of}, got {quoted(value)}", f'Did you mean "{close[0]}"?' if close else "")
     return choices[0]
@@ -240,4 +256,6 @@ def quoted(value: object) -> str:
         return str(value).lower()
     if value is None:
         return "without a name"
-    return f'"{value}"' if isinstance(value, str) else "a table" if isinstance(value, dict) else str(value)
+    if isinstance(value, str):
+        return f'"{shortened(value)}"'
+    return "a table" if isinstance(value, dict) else shortened(str(value))

@@ -78,13 +78,13 @@ def parse_value(parameter: str, value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         wanted = "a quantity in quotes" if row.unit else "a number"
         raise InputError(Fault(f"{parameter} must be {wanted}, got {_written(value)}", advice=_example_value(parameter)))
+    if not math.isfinite(value):
+        raise InputError(Fault(f"{parameter} must be finite, got {value}"))
     if row.unit:
         # The unit people use for the parameter, unless the number is of a size that only SI explains (0.00074, 690000).
         unit = _plain_unit(parameter) if value == 0 or 1e-3 <= abs(value) <= 1e3 else row.unit
         written = value if bounds_of(parameter) == "any" else abs(value)
         raise InputError(Fault(f"{parameter} has no unit, got {value}", advice=f'Write "{written} {unit}"'))
-    if not math.isfinite(value):
-        raise InputError(Fault(f"{parameter} must be finite, got {value}"))
     return float(value)
 
 

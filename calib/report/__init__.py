@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from calib.report.figures.padding import padding_figure
     from calib.report.figures.posterior import corner_figure, prior_figure, trace_figure
     from calib.report.figures.predictive import change_figure, channel_figure
+    from calib.report.judgement import judgement, listed
     from calib.report.page import write_report
     from calib.report.pictures import write_figure
     from calib.report.rows import ParameterRow, parameter_rows
@@ -31,6 +32,8 @@ __all__ = [
     "cross_section_figure",
     "curve_csv",
     "file_figure",
+    "judgement",
+    "listed",
     "padding_figure",
     "parameter_rows",
     "prior_figure",
@@ -53,6 +56,7 @@ _MODULES = {
     "figures.padding": ("padding_figure",),
     "figures.posterior": ("corner_figure", "prior_figure", "trace_figure"),
     "figures.predictive": ("change_figure", "channel_figure"),
+    "judgement": ("judgement", "listed"),
     "page": ("write_report",),
     "pictures": ("write_figure",),
     "rows": ("ParameterRow", "parameter_rows"),

@@ -6,11 +6,12 @@ import shlex
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
-from calib.checks import predict
+from calib.checks import Prediction, predict
 from calib.decision import Recommendation, Requirement, recommend, recommendation_from_json, recommendation_to_json
 from calib.errors import Fault, InputError
 from calib.experiment import forward_of_experiment
@@ -75,6 +76,11 @@ class Run:
     def report(self) -> Path:
         """Path of the report's page."""
         return self.folder / REPORT
+
+    @cached_property
+    def predictions(self) -> tuple[Prediction, ...]:
+        """What the posterior predicts for its sweeps, always the same."""
+        return predict(self.posterior, self.forward, np.random.default_rng(self.posterior.seed))
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -150,10 +156,9 @@ def page_of(run: Run, recommendation: Recommendation | None = None) -> str:
     run : whose posterior it shows.
     recommendation : shown in a section of its own, if there is one.
     """
-    predictions = predict(run.posterior, run.forward, np.random.default_rng(run.posterior.seed))
     d = run.posterior.diagnostics
     told = replace(run.posterior, diagnostics=replace(d, warnings=(*run.notes, *d.warnings)))
-    return write_report(told, predictions, recommendation, posterior_sha256=run.posterior_sha256)
+    return write_report(told, run.predictions, recommendation, posterior_sha256=run.posterior_sha256)
 
 
 def write_run(

@@ -15,7 +15,7 @@ from calib.sampling.diagnostics import (
 from calib.sampling.groups import to_arviz
 from calib.sampling.identity import FINGERPRINT, Identity, differences, identity_of
 from calib.sampling.posterior import Posterior, leave_out, thin_draws
-from calib.sampling.sampler import Progress, sample
+from calib.sampling.sampler import NothingSampled, Progress, sample
 from calib.sampling.storage import load_posterior, save_posterior
 
 __all__ = [
@@ -28,6 +28,7 @@ __all__ = [
     "Gate",
     "Identity",
     "LeaveOut",
+    "NothingSampled",
     "Posterior",
     "Progress",
     "Reweighting",

@@ -9,6 +9,7 @@ import sys
 import threading
 import time
 from concurrent.futures import Executor
+from multiprocessing import active_children
 from pathlib import Path
 
 import pytest
@@ -102,3 +103,47 @@ def test_a_killed_parent_leaves_no_worker(tmp_path: Path) -> None:
     for pid in left:
         os.kill(pid, signal.SIGKILL)
     assert left == []
+
+
+def _interrupted_at_work(executor: Executor) -> None:
+    running = executor.submit(time.sleep, 600)
+    while not running.running():
+        time.sleep(0.01)
+    raise KeyboardInterrupt
+
+
+def test_a_block_that_is_interrupted_waits_for_no_process_and_leaves_none() -> None:
+    before, begin = set(active_children()), time.monotonic()
+    with pytest.raises(KeyboardInterrupt), workers(1) as executor:
+        _interrupted_at_work(executor)
+    assert time.monotonic() - begin < 20
+    assert set(active_children()) <= before
+
+
+GROUP = """
+import os, signal, time
+from calib.workers import workers
+if __name__ == "__main__":
+    signal.signal(signal.SIGINT, lambda *_: None)
+    with workers(2) as executor:
+        for k in range(int(os.environ["EARLY"])):
+            futures = [executor.submit(time.sleep, 0.1) for _ in range(2)]
+            os.kill(0, signal.SIGINT)
+            [f.result() for f in futures]
+        futures = [executor.submit(time.sleep, 0.3) for _ in range(2)]
+        time.sleep(0.1)
+        os.kill(0, signal.SIGINT)
+        [f.result() for f in futures]
+    print("done")
+"""
+
+
+@pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="signals of process groups")
+@pytest.mark.parametrize("early", [0, 1], ids=["while they work", "while they start"])
+def test_ctrl_c_in_the_terminal_is_left_to_the_parent(tmp_path: Path, early: int) -> None:
+    script = tmp_path / "parent.py"
+    script.write_text(GROUP, encoding="utf-8")
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "EARLY": str(early)}
+    command = [sys.executable, str(script)]
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=60, start_new_session=True)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "done\n", "")

@@ -16,7 +16,7 @@ from calib.lab.instruments.labtable import AS_FOUND, LabTable, Reading, Unread
 from calib.lab.instruments.parallel import as_parallel
 from calib.lab.instruments.part import CellTypes, Part
 from calib.lab.instruments.sheet import SeveralSpecimens, Sheet
-from calib.lab.instruments.text import LabText, read_lab_text
+from calib.lab.instruments.text import LabText, read_lab_text, require_readable
 from calib.lab.instruments.typed import certain, uncalculated_fault, with_reasons
 from calib.lab.instruments.units import IN_PLACE_OF, SI_UNIT
 from calib.lab.instruments.vocabulary import understand
@@ -57,6 +57,7 @@ def read_lab_file(path: Path, reading: Reading = AS_FOUND) -> LabTable:
         if said and said not in known:
             listed = " or ".join(f'"{word}"' for word in known)
             raise InputError(Fault(f'{name} "{said}" is none that there is', path, advice=f"Write {name} = {listed}"))
+    require_readable(path)
     form = format_of(path)
     if form is not None:
         return _one_of(path, form.take_apart(path), reading)

@@ -11,6 +11,7 @@ from pathlib import Path
 from calib.errors import Fault, InputError
 from calib.lab.instruments.units import looks_like_unit
 from calib.lab.instruments.vocabulary import understand
+from calib.regular import require_regular
 
 # Encodings of instruments' software besides Unicode, in the order in which a draw is decided.
 _LEGACY = ("latin-1", "cp1250", "cp1251", "gb18030", "cp932", "cp949")
@@ -19,6 +20,10 @@ _NAMES = {"gb18030": "gbk", "cp932": "shift-jis"}
 # Characters that no table has: bytes of another kind of file.
 _CONTROL = re.compile("[\x00-\x08\x0e-\x1f\x7f]")
 _LONGEST_LINE = 20_000
+# As many bytes as hold no line of that length without a line end, in any encoding.
+_CHUNK = 1 << 20
+# Bytes of the largest file: a press of a day at 100 readings a second.
+_LARGEST = 1_000_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +49,23 @@ class LabText:
     typed: bool = False
 
 
+def require_readable(path: Path) -> None:
+    """Refuse a lab file that is none (a pipe, a device), or too large to be the record of a press, before it is opened.
+
+    Raises
+    ------
+    InputError
+        If so, or if it is not there.
+    """
+    try:
+        require_regular(path, "Give the name of a lab file")
+        size = path.stat().st_size
+    except OSError as error:
+        raise InputError(Fault(f"cannot read the file: {error.strerror or error}", path)) from None
+    if size > _LARGEST:
+        raise InputError(Fault(f"has {size / 1e9:.1f} GB, too many for the record of a press", path, advice=_EXPORT))
+
+
 def read_lab_text(path: Path) -> LabText:
     """Read a lab file as text, whatever encoding its software wrote it in.
 
@@ -56,7 +78,7 @@ def read_lab_text(path: Path) -> LabText:
         If the file cannot be read, is empty, or is not text.
     """
     try:
-        data = path.read_bytes()
+        data = _bytes(path)
     except OSError as error:
         raise InputError(Fault(f"cannot read the file: {error.strerror or error}", path)) from None
     if not data.strip(b"\r\n\t ,;\x00\xef\xbb\xbf\xff\xfe"):
@@ -74,6 +96,19 @@ def read_lab_text(path: Path) -> LabText:
 
 
 _EXPORT = "Export a CSV file or a workbook from the instrument's software"
+
+
+def _bytes(path: Path) -> bytes:
+    """All bytes of a text; one that goes on and on without a line end is refused before it is read to its end."""
+    parts = []
+    with path.open("rb") as file:
+        while part := file.read(_CHUNK):
+            if len(part) == _CHUNK and b"\n" not in part and b"\r" not in part:
+                line = sum(p.count(b"\n") for p in parts) + 1
+                message = f"a line of more than {_LONGEST_LINE} characters is not a row of a lab's table"
+                raise InputError(Fault(message, path, line, advice=_EXPORT))
+            parts.append(part)
+    return b"".join(parts)
 
 
 def _decode(path: Path, data: bytes) -> tuple[str, str]:

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from calib.catalogue import QUANTITIES
-from calib.report.style import BLUE, ENSEMBLE_COLOURS, GREY, styled_figure
+from calib.report.style import BLUE, ENSEMBLE_COLOURS, FORMULA, GREY, in_formula, styled_figure
 from calib.sampling import Posterior
 from models.sensor import FloatArray
 
@@ -59,7 +59,7 @@ def corner_figure(posterior: Posterior) -> Figure:
         fill_contours=True,
         max_n_ticks=3,
         hist_kwargs={"histtype": "stepfilled", "alpha": 0.35, "color": BLUE},
-        label_kwargs={"fontsize": 9},
+        label_kwargs={"fontsize": 9, **FORMULA},
         labelpad=0.1,
     )
     fig.subplots_adjust(left=0.14, bottom=0.14, right=0.99, top=0.99)
@@ -92,7 +92,7 @@ def trace_figure(posterior: Posterior, names: Sequence[str]) -> Figure:
         values = posterior.draws[:, :, index.index(name)] * scale
         _trace(axes[row, 0], values, posterior.n_walkers)
         _ranks(axes[row, 1], values)
-        axes[row, 0].set_ylabel(_axis_label(info.parameter, info.specimen))
+        axes[row, 0].set_ylabel(_axis_label(info.parameter, info.specimen), **FORMULA)
     axes[0, 0].set_title("trace")
     axes[0, 1].set_title("ranks / expected")
     axes[-1, 0].set_xlabel("kept step")
@@ -127,7 +127,7 @@ def prior_figure(posterior: Posterior) -> Figure:
         ax.spines["left"].set_visible(False)
         ax.grid(False)
         ax.locator_params(axis="x", nbins=4)
-        ax.set_title(_axis_label(info.parameter, info.specimen), fontsize=8.5, fontweight="normal")
+        ax.set_title(_axis_label(info.parameter, info.specimen), fontsize=8.5, fontweight="normal", **FORMULA)
     for ax in axes[n:]:
         ax.set_axis_off()
     return fig
@@ -163,4 +163,4 @@ def _axis_label(parameter: str, specimen: str) -> str:
     base, _, index = row.symbol.partition("_")
     symbol = f"${base}_{{{index}}}$" if index else f"${base}$"
     unit = f" ({row.display_unit})" if row.display_unit else ""
-    return f"{symbol}{unit}, {specimen}" if specimen else f"{symbol}{unit}"
+    return f"{symbol}{unit}, {in_formula(specimen)}" if specimen else f"{symbol}{unit}"

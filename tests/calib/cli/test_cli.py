@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+import math
 import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -25,6 +27,7 @@ from calib.problem.problem import Problem
 from calib.runs.calibration import Stages, calibrate
 from calib.runs.folder import load_recommendation, load_run, recommend_in
 from calib.sampling.posterior import Posterior
+from calib.sampling.sampler import sample
 from models.analytic import ClosedForm
 from models.response import ConvergenceError
 from models.sensor import design_from
@@ -98,12 +101,20 @@ def lab(made: Path, tmp_path: Path) -> Path:
     return tmp_path
 
 
+def _brief(steps: int) -> Stages:
+    """Stages of a calibration that is not allowed more steps, however long they take."""
+
+    def sampled(problem: Problem, **options: Any) -> Posterior:
+        return sample(problem, **{**options, "max_steps": steps, "max_seconds": math.inf})
+
+    return Stages(sample=sampled)
+
+
 @pytest.fixture(scope="module")
 def finished(made: Path) -> tuple[Path, Result]:
     """A calibration that had no time to converge."""
     run = made / "run"
-    result = _run("calibrate", made / "experiment.toml", "-o", run, "--budget", 0.001, "--processes", 0, "--seed", 4)
-    return run, result
+    return run, _run("calibrate", made / "experiment.toml", "-o", run, "--processes", 0, "--seed", 4, stages=_brief(50))
 
 
 # --- calibrate, report, recommend ---------------------------------------------------------------------------------------
@@ -147,7 +158,7 @@ def test_resumed_run_goes_on_with_its_seed(finished: tuple[Path, Result]) -> Non
     run, _ = finished
     steps = len(list((run / "checkpoint").iterdir()))
     experiment = run.parent / "experiment.toml"
-    result = _run("calibrate", experiment, "-o", run, "--resume", "--budget", 0.001, "--processes", 0)
+    result = _run("calibrate", experiment, "-o", run, "--resume", "--processes", 0, stages=_brief(100))
     assert result.exit_code == 3, result.output
     assert len(list((run / "checkpoint").iterdir())) >= steps
     assert json.loads((run / "summary.json").read_text())["seed"] == 4
@@ -349,7 +360,7 @@ def test_resuming_with_another_surrogate_is_refused_with_a_sentence(lab: Path) -
     replace(shipped, force_modes=1.01 * shipped.force_modes).save(lab / "other.npz")
     begin = ("calibrate", lab / "experiment.toml", "-o", lab / "run", "--budget", 0, "--processes", 0)
     # Stopped as soon as the checkpoint is there.
-    assert _run(*begin, stages=Stages(spot_check=_stopped)).exit_code == 130
+    assert _run(*begin, stages=replace(_brief(50), spot_check=_stopped)).exit_code == 130
     before = {p: p.read_bytes() for p in (lab / "run").rglob("*") if p.is_file()}
     result = _run(*begin, "--resume", "--surrogate", lab / "other.npz")
     assert result.exit_code == 2

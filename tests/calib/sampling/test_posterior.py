@@ -26,9 +26,9 @@ from calib.problem.values import specimen_design
 from calib.sampling import scoring
 from calib.sampling.coordinates import coordinates
 from calib.sampling.diagnostics import Gate
-from calib.sampling.ensemble import STORE_EVERY, advance, start
+from calib.sampling.ensemble import STORE_EVERY, EnsembleState, advance, start
 from calib.sampling.posterior import Posterior, leave_out, thin_draws
-from calib.sampling.sampler import Progress, sample
+from calib.sampling.sampler import NothingSampled, Progress, sample
 from calib.sampling.scoring import score
 from models.analytic import ClosedForm
 from models.response import Forward, Response
@@ -318,10 +318,29 @@ def test_a_spent_budget_is_not_convergence_and_says_so(posterior: Posterior) -> 
     assert any("autocorrelation times" in reason for reason in posterior.diagnostics.reasons)
 
 
-def test_seconds_end_a_run_too(tmp_path: Path) -> None:
-    found = sample(small_problem(), seed=1, checkpoint=tmp_path, processes=0, max_seconds=0.0, gate=Gate(r_hat=1.0))
-    assert found.diagnostics.steps == 50
+def test_seconds_end_a_run_too_and_what_was_done_is_kept(tmp_path: Path) -> None:
+    done = quick(small_problem(), tmp_path)
+    found = sample(
+        small_problem(), seed=1, checkpoint=tmp_path, processes=0, max_seconds=0.0, gate=Gate(r_hat=1.0), resume=True
+    )
+    assert found.diagnostics.steps == done.diagnostics.steps
     assert not found.diagnostics.converged
+    np.testing.assert_array_equal(found.draws, done.draws)
+
+
+def _endless(*_: object) -> EnsembleState:
+    time.sleep(600)
+    raise AssertionError
+
+
+def test_seconds_end_the_search_for_the_start_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("calib.sampling.sampler.start", _endless)
+    begin = time.monotonic()
+    with pytest.raises(NothingSampled, match="before there was a draw: 0 of 4 ensembles have found where to start"):
+        sample(small_problem(), seed=1, checkpoint=tmp_path, processes=0, max_seconds=0.3)
+    assert 0.3 < time.monotonic() - begin < 10
+    monkeypatch.undo()
+    assert sample(small_problem(), seed=1, checkpoint=tmp_path, processes=0, max_steps=50, resume=True).diagnostics.steps == 50
 
 
 def _deepest(problem: Problem) -> float:
