@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import typer
 
-from calib.cli import calibrate, lab, refine, runs, simulate, surrogate
+from calib.cli import calibrate, example, lab, refine, runs, simulate, surrogate, version
 
 __all__ = ["app"]
 
 app = typer.Typer(
     name="calib",
     no_args_is_help=True,
-    add_completion=False,
     rich_markup_mode="markdown",
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -27,7 +26,7 @@ A first calibration, from lab files to recommendation:
 
     calib recommend run1 --force "10 N" --padding "0 mm:9 mm"
 
-Then open run1/report.html.
+Then open run1/report.html. Without files of your own, begin with `calib example -o demo`.
 
 Exit codes: 0 done (and usable); 2 something is wrong with the input, nothing was written; 3 everything was written, but the
 calibration has not converged, or its surrogate is off the finite elements by more than it states.
@@ -35,6 +34,8 @@ calibration has not converged, or its surrogate is off the finite elements by mo
 )
 
 _FROM_LAB, _CALIBRATION, _MODEL = "From the lab", "Calibration", "Model of the sensor"
+app.callback()(version.callback)
+app.command("example", rich_help_panel=_FROM_LAB)(example.example)
 app.command("init", rich_help_panel=_FROM_LAB)(lab.init)
 app.command("read", rich_help_panel=_FROM_LAB)(lab.read)
 app.command("unknowns", rich_help_panel=_FROM_LAB)(lab.unknowns)
