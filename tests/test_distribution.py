@@ -76,7 +76,9 @@ def test_the_wheel_holds_the_packages_with_their_data_and_the_example_and_nothin
 
 def test_an_installed_package_writes_the_example_of_the_clone(installed: Path, tmp_path: Path) -> None:
     code = f"import sys; sys.path.insert(0, {str(installed)!r}); from calib.cli import app; app()"
-    subprocess.run([sys.executable, "-I", "-c", code, "example", "-o", "my demo"], cwd=tmp_path, check=True, capture_output=True)
+    subprocess.run(
+        [sys.executable, "-I", "-c", code, "example", "-o", "my demo"], cwd=tmp_path, check=True, capture_output=True
+    )
     made = tmp_path / "my demo"
     assert _files(made) == sorted(path.name for path in DATASET.iterdir() if path.is_file())
     assert all((made / name).read_bytes() == (DATASET / name).read_bytes() for name in _files(made))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typer
 
-from calib.cli import calibrate, example, lab, refine, runs, simulate, surrogate, version
+from calib.cli import calibrate, example, lab, refine, runs, schema, simulate, surrogate, version
 
 __all__ = ["app"]
 
@@ -38,6 +38,7 @@ app.callback()(version.callback)
 app.command("example", rich_help_panel=_FROM_LAB)(example.example)
 app.command("init", rich_help_panel=_FROM_LAB)(lab.init)
 app.command("read", rich_help_panel=_FROM_LAB)(lab.read)
+app.command("schema", rich_help_panel=_FROM_LAB)(schema.schema)
 app.command("unknowns", rich_help_panel=_FROM_LAB)(lab.unknowns)
 app.command("calibrate", rich_help_panel=_CALIBRATION)(calibrate.calibrate)
 app.command("recommend", rich_help_panel=_CALIBRATION)(runs.recommend)
