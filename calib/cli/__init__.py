@@ -7,7 +7,7 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
-from calib.cli import calibrate, lab, refine, runs, simulate, surrogate, verify
+from calib.cli import calibrate, example, lab, refine, runs, schema, simulate, surrogate, verify, version
 from calib.cli.stopping import stoppable
 from calib.cli.terminal import every_character
 
@@ -27,7 +27,6 @@ app = typer.Typer(
     name="calib",
     cls=_Commands,
     no_args_is_help=True,
-    add_completion=False,
     rich_markup_mode="markdown",
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -43,7 +42,7 @@ A first calibration, from lab files to recommendation:
 
     calib recommend run1 --force "10 N" --padding "0 mm:9 mm"
 
-Then open run1/report.html.
+Then open run1/report.html. Without files of your own, begin with `calib example -o demo`.
 
 Exit codes: 0 done (and usable); 2 something is wrong with the input, nothing was written; 3 everything was written, but the
 calibration has not converged, or its surrogate is off the finite elements by more than it states; 130 stopped by Ctrl-C, 143 by
@@ -52,8 +51,11 @@ SIGTERM, what was computed kept where there is a place to keep it.
 )
 
 _FROM_LAB, _CALIBRATION, _MODEL = "From the lab", "Calibration", "Model of the sensor"
+app.callback()(version.callback)
+app.command("example", rich_help_panel=_FROM_LAB)(example.example)
 app.command("init", rich_help_panel=_FROM_LAB)(lab.init)
 app.command("read", rich_help_panel=_FROM_LAB)(lab.read)
+app.command("schema", rich_help_panel=_FROM_LAB)(schema.schema)
 app.command("unknowns", rich_help_panel=_FROM_LAB)(lab.unknowns)
 app.command("calibrate", rich_help_panel=_CALIBRATION)(calibrate.calibrate)
 app.command("recommend", rich_help_panel=_CALIBRATION)(runs.recommend)

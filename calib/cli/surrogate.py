@@ -7,12 +7,12 @@ from concurrent.futures import Executor
 from contextlib import contextmanager
 from enum import StrEnum
 from functools import partial
-from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from calib.cli.cluster import dask_executor
 from calib.cli.common import Processes, counting, out, refusing_bad_input, say
 from calib.cli.stopping import when_stopped
 from calib.errors import Fault, InputError
@@ -117,7 +117,11 @@ def train(
     ] = None,
     scheduler: Annotated[
         str | None,
-        typer.Option(help='Address of a Dask scheduler to run on, e.g. "tcp://node1:8786" (with the extra `cluster`).'),
+        typer.Option(
+            metavar="ADDRESS",
+            help='Address of a Dask scheduler to run on, e.g. "tls://node1:8786" (with the extra `cluster`). Whoever answers '
+            "there can run code on this computer.",
+        ),
     ] = None,
 ) -> None:
     """Train a surrogate on finite-element loading curves spread over the whole range of designs.
@@ -128,12 +132,17 @@ def train(
     them. The file is used with `--surrogate FILE` in the other commands; check it first with `calib surrogate validate
     --surrogate FILE`.
 
+    With --scheduler the curves are computed by the workers of a Dask cluster, the networks here. Client, scheduler and workers
+    send each other Python objects (pickles): each of them can run code on all others. Give no address but of a cluster of your
+    own in a network that you trust, or one that all sides enter by certificates (tls://, set up in Dask's own configuration,
+    `distributed.comm.tls`; see docs/surrogate.md). All must have the same versions of Python, Dask and this package.
+
     Example: `calib surrogate train -o mine.npz --points 4096 --processes 8`
 
     Writes: mine.npz, and mine.sqlite with the curves.
 
-    Exit codes: 0 done; 2 too few points, or no place to write; 130 stopped from the keyboard, 143 by SIGTERM, the curves so
-    far kept.
+    Exit codes: 0 done; 2 too few points, no place to write, or no cluster (or one that was lost: the curves so far are kept);
+    130 stopped from the keyboard, 143 by SIGTERM, the curves so far kept.
     """
     with refusing_bad_input():
         from calib.experiment import surrogate_from
@@ -210,17 +219,8 @@ def _executor(processes: int | None, scheduler: str | None) -> Iterator[Executor
         with workers(processes) as executor:
             yield executor
         return
-    try:
-        distributed: Any = import_module("distributed")
-    except ImportError:
-        advice = 'Install it with: pip install "dielectric-elastomer-calibration[cluster]"'
-        raise InputError(Fault("--scheduler needs the extra `cluster`, which is not installed", advice=advice)) from None
-    try:
-        client = distributed.Client(scheduler, timeout=10)
-    except (OSError, ValueError) as error:
-        raise InputError(Fault(f"--scheduler: no Dask scheduler answers at {scheduler} ({error})")) from None
-    with client:
-        yield client.get_executor()
+    with dask_executor(scheduler) as executor:
+        yield executor
 
 
 def _of(file: Path, family: FamilyName) -> Surrogate:

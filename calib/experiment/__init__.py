@@ -10,6 +10,7 @@ from calib.experiment.pairing import pair
 from calib.experiment.plan import Experiment, MaterialLaw, Specimen, SweepFiles
 from calib.experiment.presses import Press, Pressed
 from calib.experiment.record import experiment_from_json, experiment_to_json
+from calib.experiment.schema import design_schema, experiment_schema
 from calib.experiment.sweeps import read_sweeps
 
 __all__ = [
@@ -23,8 +24,10 @@ __all__ = [
     "Specimen",
     "SweepFiles",
     "Unedited",
+    "design_schema",
     "experiment_from",
     "experiment_from_json",
+    "experiment_schema",
     "experiment_text",
     "experiment_to_json",
     "forward_of_design",

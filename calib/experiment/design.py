@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, cast, get_args
 
 import numpy as np
 
@@ -29,7 +29,8 @@ from models.laws import Gent, Law, MooneyRivlin, NeoHookean, Ogden, Yeoh
 from models.layers import Base, Dielectric, Layer, LayeredDesign, Profile, cone, flat_punch, layered, sphere
 from models.sensor import Design, Indenter, Padding, Sensor
 
-_TABLES: Mapping[str, Mapping[str, str]] = {
+#: Tables of a design with their keys, and the quantity that each is.
+TABLES: Mapping[str, Mapping[str, str]] = {
     "sensor": {
         "thickness": "sensor_thickness",
         "radius": "sensor_radius",
@@ -40,7 +41,8 @@ _TABLES: Mapping[str, Mapping[str, str]] = {
     },
     "padding": {"thickness": "padding_thickness", "young_modulus": "padding_young_modulus"},
 }
-_REQUIRED: Mapping[tuple[str, str], str] = {
+#: Those that a design must have, with an example.
+REQUIRED: Mapping[tuple[str, str], str] = {
     ("sensor", "thickness"): '"0.74 mm"',
     ("sensor", "radius"): '"10 mm"',
     ("sensor", "young_modulus"): '"0.69 MPa"',
@@ -48,8 +50,11 @@ _REQUIRED: Mapping[tuple[str, str], str] = {
     ("padding", "thickness"): '"1.10 mm", or "0 mm" for none',
 }
 
+#: Keys of the disc and of each layer of a stack.
+DISC, LAYER = ("radius", "electrode_radius"), ("name", "thickness", "young_modulus", "law", "relative_permittivity")
+
 #: Shapes of indenters, with the keys that give their size and an example of each.
-_SHAPES: Mapping[str, Mapping[str, str]] = {
+SHAPES: Mapping[str, Mapping[str, str]] = {
     "sphere": {"radius": '"5 mm"'},
     "flat punch": {"radius": '"5 mm"', "edge_radius": '"0.2 mm"'},
     "cone": {"half_angle": '"60 deg"', "tip_radius": '"0.5 mm"'},
@@ -57,7 +62,7 @@ _SHAPES: Mapping[str, Mapping[str, str]] = {
 _PROFILES: Mapping[str, Callable[..., Profile]] = {"sphere": sphere, "flat punch": flat_punch, "cone": cone}
 
 #: Hyperelastic laws and their shape parameters.
-_LAWS: Mapping[str, tuple[Callable[..., Law], tuple[str, ...]]] = {
+LAWS: Mapping[str, tuple[Callable[..., Law], tuple[str, ...]]] = {
     "neo-hookean": (NeoHookean, ()),
     "mooney-rivlin": (MooneyRivlin, ("c01_share",)),
     "yeoh": (Yeoh, ("c2", "c3")),
@@ -121,7 +126,7 @@ def read_design(path: Path) -> Design | LayeredDesign:
     stacked = "layers" in toml.data or "disc" in toml.data
     parts = ("disc", "layers") if stacked else ("sensor", "padding")
     meant = check_keys(toml, (), ("base", "indenter", *parts))
-    base = cast(Base, choice_at(toml, ("base",), toml.data.get("base", "bonded"), ("bonded", "slippery")))
+    base = cast(Base, choice_at(toml, ("base",), toml.data.get("base", "bonded"), get_args(Base)))
     shape, sizes = _indenter(toml, quiet="indenter" in meant)
     friction = _friction(toml, ("indenter", "friction_coefficient"))
     if stacked:
@@ -143,8 +148,8 @@ def read_design(path: Path) -> Design | LayeredDesign:
     raise_faults(toml)
     design = Design(
         Indenter(sizes[0], friction),
-        Sensor(**{key: values["sensor", key] for key in _TABLES["sensor"] if ("sensor", key) in values}),
-        Padding(**{key: values["padding", key] for key in _TABLES["padding"] if ("padding", key) in values}),
+        Sensor(**{key: values["sensor", key] for key in TABLES["sensor"] if ("sensor", key) in values}),
+        Padding(**{key: values["padding", key] for key in TABLES["padding"] if ("padding", key) in values}),
     )
     stiffening = _one_stiffening(laws["sensor"], laws["padding"], bare=np.max(design.padding.thickness) == 0)
     if shape == "sphere" and base == "bonded" and stiffening is not None:
@@ -186,12 +191,12 @@ def _checked(toml: Toml, make: Callable[[], LayeredDesign]) -> LayeredDesign:
 def _sensor_and_padding(toml: Toml, meant_tables: set[str]) -> tuple[dict[tuple[str, str], float], dict[str, Law]]:
     values: dict[tuple[str, str], float] = {}
     laws: dict[str, Law] = {}
-    for name, keys in _TABLES.items():
+    for name, keys in TABLES.items():
         meant = check_keys(toml, (name,), (*keys, "law"))
         laws[name] = _law(toml, (name, "law"))
         for key, parameter in keys.items():
             at = (name, key)
-            example = _REQUIRED.get(at, "")
+            example = REQUIRED.get(at, "")
             if example or key in table_at(toml, (name,)):
                 required = f"{key} = {example} in [{name}]"
                 values[at] = quantity_at(toml, at, parameter, required=required, quiet=key in meant or name in meant_tables)
@@ -209,7 +214,7 @@ def _sensor_and_padding(toml: Toml, meant_tables: set[str]) -> tuple[dict[tuple[
 
 def _stack(toml: Toml) -> tuple[float, float, tuple[Layer, ...], tuple[Dielectric, ...]]:
     """Radii of disc and electrodes, layers from the base up, and the dielectrics among them."""
-    check_keys(toml, ("disc",), ("radius", "electrode_radius"))
+    check_keys(toml, ("disc",), DISC)
     radius = quantity_at(toml, ("disc", "radius"), "sensor_radius", required='radius = "10 mm" in [disc]')
     electrode = radius
     if "electrode_radius" in table_at(toml, ("disc",)):
@@ -221,7 +226,7 @@ def _stack(toml: Toml) -> tuple[float, float, tuple[Layer, ...], tuple[Dielectri
     dielectrics: list[Dielectric] = []
     height = 0.0
     for at in tables_at(toml, ("layers",), required="Describe each layer, from the base up, below a line [[layers]]"):
-        meant = check_keys(toml, at, ("name", "thickness", "young_modulus", "law", "relative_permittivity"))
+        meant = check_keys(toml, at, LAYER)
         name = text_at(toml, (*at, "name")) or f"layer {len(layers) + 1}"
         thickness = _positive(toml, (*at, "thickness"), "m", '"0.5 mm"', quiet="thickness" in meant)
         modulus = _positive(toml, (*at, "young_modulus"), "Pa", '"0.69 MPa"', quiet="young_modulus" in meant)
@@ -242,8 +247,8 @@ def _stack(toml: Toml) -> tuple[float, float, tuple[Layer, ...], tuple[Dielectri
 def _indenter(toml: Toml, *, quiet: bool) -> tuple[str, tuple[float, ...]]:
     """Read the shape of the indenter and its sizes, SI; a missing size is no fault of its own if `quiet`."""
     table = table_at(toml, ("indenter",))
-    shape = choice_at(toml, ("indenter", "shape"), table["shape"], tuple(_SHAPES)) if "shape" in table else "sphere"
-    sizes = _SHAPES[shape]
+    shape = choice_at(toml, ("indenter", "shape"), table["shape"], tuple(SHAPES)) if "shape" in table else "sphere"
+    sizes = SHAPES[shape]
     meant = check_keys(toml, ("indenter",), ("shape", "friction_coefficient", *sizes))
     if shape == "sphere":
         missing = quiet or "radius" in meant
@@ -297,10 +302,10 @@ def _law(toml: Toml, at: KeyPath) -> Law:
         return NeoHookean()
     name, given = next(iter(value.items()))
     spelled = str(name).lower().replace("_", "-").replace(" ", "-")
-    if spelled not in _LAWS:
-        toml.fault(at, f'unknown law "{name}"', f"Known are {', '.join(_LAWS)}. {_LAW_EXAMPLE}")
+    if spelled not in LAWS:
+        toml.fault(at, f'unknown law "{name}"', f"Known are {', '.join(LAWS)}. {_LAW_EXAMPLE}")
         return NeoHookean()
-    make, parameters = _LAWS[spelled]
+    make, parameters = LAWS[spelled]
     if not isinstance(given, dict):
         toml.fault(at, f"shape parameters of {spelled} must be a table, got {quoted(given)}", _LAW_EXAMPLE)
         return NeoHookean()

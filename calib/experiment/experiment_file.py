@@ -7,7 +7,7 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, cast, get_args
 
 from calib.catalogue import UNKNOWNS, display, unknowns_of
 from calib.errors import InputError
@@ -22,7 +22,14 @@ from calib.priors import Fixed, Prior, parse_prior
 from calib.visible import name_fault, shortened
 from models.surrogate import family_of
 
-_TOP = ("name", "model", "discrepancy", "indenter", "sensor", "padding", "priors", "specimens")
+#: Keys that a table of an experiment file may have; those of priors are the unknowns.
+KEYS: Mapping[str, tuple[str, ...]] = {
+    "": ("name", "model", "discrepancy", "indenter", "sensor", "padding", "priors", "specimens"),
+    "indenter": ("radius", "friction_coefficient"),
+    "sensor": ("radius", "law", "electrode_radius", "dielectric_thickness"),
+    "padding": ("material",),
+    "specimens": ("name", *SWEEP_KEYS, "sweeps", "priors"),
+}
 
 
 def read_experiment(path: Path) -> Experiment:
@@ -99,21 +106,20 @@ def _plain(value: object) -> object:
 
 
 def _experiment(toml: Toml, name: str) -> Experiment:
-    meant = check_keys(toml, (), _TOP, SIGNPOSTS)
-    indenter_radius = _radius(toml, "indenter", ("radius", "friction_coefficient"), "5 mm", quiet="indenter" in meant)
-    known_sensor = ("radius", "law", "electrode_radius", "dielectric_thickness")
-    sensor_radius = _radius(toml, "sensor", known_sensor, "10 mm", quiet="sensor" in meant)
+    meant = check_keys(toml, (), KEYS[""], SIGNPOSTS)
+    indenter_radius = _radius(toml, "indenter", "5 mm", quiet="indenter" in meant)
+    sensor_radius = _radius(toml, "sensor", "10 mm", quiet="sensor" in meant)
 
     padding = table_at(toml, ("padding",))
-    check_keys(toml, ("padding",), ("material",), SIGNPOSTS)
-    material = choice_at(toml, ("padding", "material"), padding.get("material", "sensor"), ("sensor", "own"))
+    check_keys(toml, ("padding",), KEYS["padding"], SIGNPOSTS)
+    material = choice_at(toml, ("padding", "material"), padding.get("material", "sensor"), get_args(PaddingMaterial))
 
     priors = _priors(toml, ("priors",), unknowns_of("material", "rig"))
     if material == "sensor" and "padding_young_modulus" in priors:
         message = 'padding_young_modulus has no meaning for padding of the material "sensor"'
         toml.fault(("priors", "padding_young_modulus"), message, 'Write material = "own" in [padding] or leave the prior out')
-    model = choice_at(toml, ("model",), toml.data.get("model", "surrogate"), ("surrogate", "fem", "closed form"))
-    law = choice_at(toml, ("sensor", "law"), table_at(toml, ("sensor",)).get("law", "neo-hookean"), ("neo-hookean", "gent"))
+    model = choice_at(toml, ("model",), toml.data.get("model", "surrogate"), get_args(Model))
+    law = choice_at(toml, ("sensor", "law"), table_at(toml, ("sensor",)).get("law", "neo-hookean"), get_args(MaterialLaw))
     stick = _sticks(toml)
     if "stiffening" in priors and law != "gent":
         toml.fault(
@@ -145,7 +151,9 @@ def _experiment(toml: Toml, name: str) -> Experiment:
         priors=priors,
         specimens=_specimens(toml, indenter_radius, known.get("dielectric_thickness"), quiet="specimens" in meant),
         model=cast(Model, model),
-        discrepancy=cast(Discrepancy, choice_at(toml, ("discrepancy",), toml.data.get("discrepancy", "on"), ("off", "on"))),
+        discrepancy=cast(
+            Discrepancy, choice_at(toml, ("discrepancy",), toml.data.get("discrepancy", "on"), get_args(Discrepancy))
+        ),
         law=cast(MaterialLaw, law),
         stick=stick,
         unedited=unedited_lines(toml.text, toml.data, toml.places),
@@ -175,9 +183,9 @@ def _check_model(toml: Toml, model: str, law: str, stick: bool) -> None:
         toml.fault(place, message, 'Leave one of the two out, or write model = "fem" and have patience')
 
 
-def _radius(toml: Toml, name: str, known: Sequence[str], example: str, *, quiet: bool) -> float:
-    """Read the required radius in the table `name` of the keys `known`; nan and a fault (none if `quiet`) without one."""
-    meant = check_keys(toml, (name,), known, SIGNPOSTS)
+def _radius(toml: Toml, name: str, example: str, *, quiet: bool) -> float:
+    """Read the required radius in the table `name`, and check its keys; nan and a fault (none if `quiet`) without a radius."""
+    meant = check_keys(toml, (name,), KEYS[name], SIGNPOSTS)
     required = f'radius = "{example}" in [{name}]'
     return quantity_at(toml, (name, "radius"), f"{name}_radius", required=required, quiet=quiet or "radius" in meant)
 
@@ -200,7 +208,7 @@ def _specimens(toml: Toml, radius: float, dielectric: Fixed | None, *, quiet: bo
     lines: dict[str, int] = {}
     seen: list[tuple[SweepFiles, str]] = []
     for at in tables:
-        meant = check_keys(toml, at, ("name", *SWEEP_KEYS, "sweeps", "priors"), SIGNPOSTS)
+        meant = check_keys(toml, at, KEYS["specimens"], SIGNPOSTS)
         name = text_at(toml, (*at, "name"), required='name = "sensor 1"', quiet="name" in meant)
         check_name(toml, (*at, "name"), name)
         if name and name in lines:

@@ -2,10 +2,11 @@
 
 from calib.priors.defaults import default_prior
 from calib.priors.distributions import Fixed, HalfNormal, LogNormal, Normal, Prior, TruncatedNormal, Uniform, prior_from_json
-from calib.priors.forms import parse_prior, parse_value, sign_fault
+from calib.priors.forms import FORMS, parse_prior, parse_value, sign_fault
 from calib.priors.stacked import StackedPriors, stack_priors
 
 __all__ = [
+    "FORMS",
     "Fixed",
     "HalfNormal",
     "LogNormal",

@@ -18,8 +18,8 @@ from calib.quantity import parse_quantity
 #: Largest share of a normal prior's mass below zero that is cut off without asking, for an unknown that cannot be negative.
 NEGLIGIBLE_MASS = 1e-3
 
-# Kind -> names of its numbers, in the order they are written. "factor" is a plain number, all others have the parameter's unit.
-_FORMS: Mapping[str, tuple[str, ...]] = {
+#: Kind -> names of its numbers, in the order they are written; the geometric sd is a plain number, others have the unit.
+FORMS: Mapping[str, tuple[str, ...]] = {
     "normal": ("mean", "sd"),
     "lognormal": ("median", "geometric sd"),
     "halfnormal": ("scale",),
@@ -122,14 +122,14 @@ def parse_prior(parameter: str, value: object) -> Prior:
         known = isinstance(value, str if QUANTITIES[parameter].unit else (int, float)) and not isinstance(value, bool)
         advice = f"A known value is written {{ fixed = {_toml(value)} }}" if known else _write(parameter)
         raise InputError(Fault(f"{parameter} needs a prior, got {_written(value)}", advice=advice))
-    unknown = [str(kind) for kind in value if kind not in _FORMS]
+    unknown = [str(kind) for kind in value if kind not in FORMS]
     if unknown:
         raise InputError(Fault(_unknown_kind(parameter, kind), advice=_kind_advice(kind)) for kind in unknown)
     if len(value) != 1:
         got = "none" if not value else " and ".join(value)
         raise InputError(Fault(f"{parameter} needs exactly one kind of prior, got {got}", advice=_write(parameter)))
     ((kind, given),) = value.items()
-    names = _FORMS[kind]
+    names = FORMS[kind]
     written: Sequence[object] = given if isinstance(given, list) else [given]
     if len(written) != len(names):
         got = f"{len(written)} value{'s' if len(written) != 1 else ''}"
@@ -173,7 +173,7 @@ def sign_fault(parameter: str, value: float, written: str) -> Fault | None:
 
 
 def _faults(parameter: str, number: Mapping[str, float], written: Mapping[str, str]) -> list[Fault]:
-    """Find what is wrong with the numbers of a prior; both mappings have the names in `_FORMS` as keys."""
+    """Find what is wrong with the numbers of a prior; both mappings have the names in `FORMS` as keys."""
     faults = []
     for name in ("sd", "scale"):
         if name in number and not number[name] > 0:
@@ -247,16 +247,16 @@ def _unknown_kind(parameter: str, kind: str) -> str:
 
 def _kind_advice(kind: str) -> str:
     plain = kind.lower().replace("-", "").replace("_", "").replace(" ", "")
-    candidates = {k.replace("_", ""): k for k in _FORMS}
+    candidates = {k.replace("_", ""): k for k in FORMS}
     close = difflib.get_close_matches(plain, candidates, n=1, cutoff=0.6)
     guess = _SYNONYMS.get(plain) or candidates.get(plain) or (candidates[close[0]] if close else "")
-    return f'Did you mean "{guess}"?' if guess else f"Known kinds: {', '.join(_FORMS)}"
+    return f'Did you mean "{guess}"?' if guess else f"Known kinds: {', '.join(FORMS)}"
 
 
 def _kind_example(parameter: str, kind: str) -> str:
     row = QUANTITIES[parameter]
     entries = [
-        "number" if name == "geometric sd" or not row.unit else f'"{name} in {_plain_unit(parameter)}"' for name in _FORMS[kind]
+        "number" if name == "geometric sd" or not row.unit else f'"{name} in {_plain_unit(parameter)}"' for name in FORMS[kind]
     ]
     return f"Write {{ {kind} = {entries[0] if len(entries) == 1 else '[' + ', '.join(entries) + ']'} }}"
 

@@ -1,0 +1,118 @@
+"""The address of a Dask scheduler in, an executor on its workers out; a cluster that cannot do the work is a sentence."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from concurrent.futures import CancelledError, Executor
+from contextlib import contextmanager
+from importlib import import_module
+from importlib.metadata import PackageNotFoundError, version
+from queue import Empty, SimpleQueue
+from threading import Thread
+from typing import Any
+
+from calib.cli.common import err
+from calib.errors import Fault, InputError
+
+#: How long a scheduler may take to answer [s].
+PATIENCE = 5.0
+
+_PACKAGE = "dielectric-elastomer-calibration"
+_GOES_ON = "The curves that came in are kept; the same command goes on with them"
+
+
+@contextmanager
+def dask_executor(address: str, patience: float = PATIENCE) -> Iterator[Executor]:
+    """Run work on the workers of a Dask cluster.
+
+    Client, scheduler and workers send each other Python objects, by which each can run code on the others; how they are sure of
+    each other (TLS) is set in Dask's own configuration.
+
+    Parameters
+    ----------
+    address : of the scheduler, such as "tls://node1:8786".
+    patience : how long it may take to answer [s].
+
+    Yields
+    ------
+    The executor.
+
+    Raises
+    ------
+    InputError
+        If Dask is not installed, no scheduler answers there, versions do not agree, or the cluster is lost in between.
+    """
+    try:
+        distributed: Any = import_module("distributed")
+    except ImportError:
+        advice = f'Install it with: pip install "{_PACKAGE}[cluster]"'
+        raise InputError(Fault("--scheduler needs the extra `cluster`, which is not installed", advice=advice)) from None
+    # What it logs of a lost connection, with its traceback, is said in a sentence.
+    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)
+    client = _connected(distributed, address, patience)
+    try:
+        _require_same_versions(client, address)
+        yield client.get_executor()
+    except (CancelledError, distributed.CancelledError, distributed.comm.CommClosedError) as error:
+        message = f"--scheduler: the Dask scheduler at {address} was lost ({str(error) or 'it ended'})"
+        raise InputError(Fault(message, advice=_GOES_ON)) from None
+    except distributed.KilledWorker as error:
+        message = f"--scheduler: workers of {address} ended again and again ({error})"
+        raise InputError(Fault(message, advice=_GOES_ON)) from None
+    finally:
+        client.close(timeout=2)
+
+
+def _connected(distributed: Any, address: str, patience: float) -> Any:
+    """Connect in a thread beside: what accepts a connection and never says a word would keep Dask waiting for ever."""
+    answer: SimpleQueue[Any] = SimpleQueue()
+
+    def connect() -> None:
+        try:
+            answer.put(distributed.Client(address, timeout=patience, set_as_default=False))
+        except Exception as error:  # whatever answers there, or the address itself, raises errors of any kind
+            answer.put(error)
+
+    Thread(target=connect, daemon=True).start()
+    try:
+        found = answer.get(timeout=patience + 2)
+    except Empty:
+        found = TimeoutError(f"what listens there says nothing within {patience:g} s")
+    if not isinstance(found, Exception):
+        return found
+    why = (str(found) or type(found).__name__).splitlines()[0]
+    advice = "Start one with: dask scheduler, and its workers with: dask worker ADDRESS"
+    raise InputError(Fault(f"--scheduler: no Dask scheduler answers at {address} ({why})", advice=advice))
+
+
+def _require_same_versions(client: Any, address: str) -> None:
+    """Refuse a cluster with another Python, Dask or edition of this package: it would misread what is sent, or err."""
+    found = client.get_versions()
+    workers = {name: there["packages"] for name, there in found["workers"].items()}
+    if not workers:
+        err().print(f"Waiting for workers: {address} has none yet.", markup=False)
+    here = _of_interest(found["client"]["packages"])
+    for name, packages in {"the scheduler": found["scheduler"]["packages"], **workers}.items():
+        for what, there in _of_interest(packages).items():
+            if there != here[what]:
+                who = name if name == "the scheduler" else f"the worker {name}"
+                message = f"--scheduler: {who} has {what} {there}, this computer has {here[what]}"
+                raise InputError(Fault(message, advice="Install the same versions on all of them"))
+    try:
+        own = version(_PACKAGE)
+    except PackageNotFoundError:
+        return
+    for name, there in client.run(version, _PACKAGE, on_error="return").items():
+        if there != own:
+            got = "none" if isinstance(there, Exception) else there
+            message = f"--scheduler: the worker {name} has {_PACKAGE} {got}, this computer has {own}"
+            raise InputError(Fault(message, advice="Install the same version on all of them"))
+
+
+def _of_interest(packages: dict[str, str]) -> dict[str, str]:
+    python = ".".join(str(packages["python"]).split(".")[:2])
+    return {
+        "Python": python,
+        **{name: packages[name] for name in ("dask", "distributed", "cloudpickle", "numpy") if name in packages},
+    }

@@ -1,0 +1,205 @@
+"""The keys that the readers of experiment and design files know in, a JSON Schema for editors out."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Mapping
+from typing import get_args
+
+from calib.catalogue import UNKNOWNS, unknowns_of
+from calib.experiment.design import DISC, LAWS, LAYER, REQUIRED, SHAPES, TABLES
+from calib.experiment.experiment_file import KEYS
+from calib.experiment.lab_entries import READING_KEYS
+from calib.experiment.plan import Discrepancy, MaterialLaw, Model, PaddingMaterial
+from calib.experiment.schema_values import Schema, choice, prior_of, quantity, quantity_of, table, tables, text
+from calib.experiment.signposts import SWEEP_KEYS
+from calib.lab import QUANTITIES, SIGNED, SIGNS, USE_KEYS
+from models.layers import Base
+
+_DRAFT = "https://json-schema.org/draft/2020-12/schema"
+
+
+def experiment_schema() -> Schema:
+    """JSON Schema of an experiment file, for editors: what `read_experiment` takes, as far as a schema can say it.
+
+    What depends on other keys or on files (sizes that do not fit, a lab file that is not there) the reader alone finds.
+    """
+    top = {
+        "name": text("Heading of the report."),
+        "model": choice(
+            "Forward model: the fast surrogate, the finite elements, or a rough closed form.", get_args(Model), "surrogate"
+        ),
+        "discrepancy": choice("Whether the model may be a little wrong along a sweep.", get_args(Discrepancy), "on"),
+        "indenter": _only("The ball.", KEYS["indenter"], _INDENTER, ["radius"]),
+        "sensor": _only("The sensor's disc.", KEYS["sensor"], _SENSOR, ["radius"]),
+        "padding": _only("What the sensor lies on.", KEYS["padding"], _PADDING),
+        "priors": table(
+            "What is known before the data of material and rig, shared by all specimens. What is left out gets its default.",
+            {name: prior_of(name) for name in unknowns_of("material", "rig")},
+        ),
+        "specimens": tables("The sensors that were measured.", _specimen()),
+    }
+    found = _only("Experiment file of `calib calibrate`.", KEYS[""], top, ["indenter", "sensor", "specimens"])
+    return {"$schema": _DRAFT, "title": "Experiment"} | found
+
+
+_INDENTER: Mapping[str, Schema] = {
+    "radius": quantity_of("indenter_radius"),
+    "friction_coefficient": choice('0 for a ball that slides, "stick" for one that the sensor sticks to.', (0, "stick"), 0),
+}
+_SENSOR: Mapping[str, Schema] = {
+    "radius": quantity_of("sensor_radius"),
+    "law": choice("Law of sensor and padding; Gent's stiffens when stretched far.", get_args(MaterialLaw), "neo-hookean"),
+    "electrode_radius": quantity_of("electrode_radius"),
+    "dielectric_thickness": quantity_of("dielectric_thickness"),
+}
+_PADDING: Mapping[str, Schema] = {
+    "material": choice("Whether the padding is of the sensor's silicone.", get_args(PaddingMaterial), "sensor"),
+}
+
+
+def _only(description: str, keys: tuple[str, ...], of: Mapping[str, Schema], required: list[str] | None = None) -> Schema:
+    """A table of exactly the keys that its reader knows: one that has no schema here is a KeyError, which a test meets."""
+    return table(description, {key: of[key] for key in keys}, required or [])
+
+
+def _specimen() -> Schema:
+    priors = {name: prior_of(name) for name in unknowns_of("specimen", "sweep")}
+    needed = [name for name, row in UNKNOWNS.items() if row.required]
+    sweep = _sweep()
+    of = {
+        "name": text("Name of the specimen, for the report; each has its own."),
+        **sweep,
+        "sweeps": tables(
+            "Several presses of this specimen, each with its files.",
+            _only("One press.", ("name", *SWEEP_KEYS), {"name": text("Name of the press."), **sweep}),
+        ),
+        "priors": table("What is known before the data of this specimen.", priors, needed),
+    }
+    found = _only("One sensor on its padding.", KEYS["specimens"], of, ["name", "priors"])
+    return found | {"anyOf": [{"required": [key]} for key in ("force", "capacitance", "sweeps")]}
+
+
+def _sweep() -> dict[str, Schema]:
+    use = {
+        "max_force": quantity("Rows with more force are left out.", "N", "5 N"),
+        "max_depth": quantity("Rows deeper than this, from where contact is estimated, are left out.", "m", "0.8 mm"),
+        "branch": choice("The branch that is used.", ("loading", "unloading"), "loading"),
+        "cycles": {
+            "description": "The cycles that are used together, counted from 1; default the first.",
+            "type": "array",
+            "items": {"type": "integer", "minimum": 1},
+            "minItems": 1,
+            "uniqueItems": True,
+        },
+    }
+    of = {
+        "force": _lab_file("File of the testing machine"),
+        "capacitance": _lab_file("File of the LCR meter"),
+        "indenter_radius": quantity_of("indenter_radius"),
+        "use": _only("Which part of the press is used.", USE_KEYS, use),
+    }
+    return {key: of[key] for key in SWEEP_KEYS}
+
+
+def _lab_file(what: str) -> Schema:
+    name = text(f"{what}, relative to this file.")
+    signs = choice("Which way compression is.", tuple(SIGNS))
+    of = {
+        "units": table(
+            "Unit of a quantity, where the file does not say it.", {q: text("Unit, as in the file.") for q in QUANTITIES}
+        ),
+        "columns": table(
+            "Column of a quantity: its header, or its number from 1.",
+            {q: {"anyOf": [{"type": "integer"}, text("Header of the column.")]} for q in QUANTITIES},
+        ),
+        "specimen": {"description": "Which of several specimens in the file.", "type": "integer", "minimum": 1},
+        "where": {
+            "description": "Only rows that hold this value in a column are read.",
+            "type": "object",
+            "minProperties": 1,
+            "additionalProperties": {"anyOf": [{"type": "number"}, text("Value in the column.")]},
+        },
+        "sheet": text("Sheet of a workbook, group of a TDMS file or variable of a MAT file."),
+        "sign": {"anyOf": [signs, table("Which way compression is, by quantity.", dict.fromkeys(SIGNED, signs))]},
+        "scale": choice('"micro" for instruments of nanometres and micronewtons.', ("micro",)),
+        "decimal": choice("Decimal mark, where the file leaves it open.", (".", ",")),
+    }
+    said = _only(f"{what}, and how it is to be read.", ("file", *READING_KEYS), {"file": name, **of}, ["file"])
+    return {"description": f"{what}.", "anyOf": [name, said]}
+
+
+# --- designs ------------------------------------------------------------------------------------------------------------
+
+
+def design_schema() -> Schema:
+    """JSON Schema of a design file, for editors: what `read_design` takes, as far as a schema can say it."""
+    sensor, padding = (
+        table(
+            f"The {name}.",
+            {key: quantity_of(parameter) for key, parameter in keys.items()} | {"law": _law()},
+            [key for key in keys if (name, key) in REQUIRED],
+        )
+        for name, keys in TABLES.items()
+    )
+    disc = {"radius": quantity_of("sensor_radius"), "electrode_radius": quantity_of("electrode_radius")}
+    layer = {
+        "name": text("Name of the layer."),
+        "thickness": quantity("Thickness of the layer.", "m", "0.5 mm"),
+        "young_modulus": quantity("Young's modulus of the layer.", "Pa", "0.69 MPa"),
+        "law": _law(),
+        "relative_permittivity": quantity_of("relative_permittivity"),
+    }
+    top = {
+        "base": choice("What the lowest layer does on the rigid base.", get_args(Base), "bonded"),
+        "indenter": _indenter(),
+        "sensor": sensor,
+        "padding": padding,
+        "disc": _only("The disc of a stack of layers.", DISC, disc, ["radius"]),
+        "layers": tables(
+            "The layers of a stack, from the base up.", _only("One layer.", LAYER, layer, ["thickness", "young_modulus"])
+        ),
+    }
+    kinds = [
+        {"required": ["sensor", "padding"], "not": {"anyOf": [{"required": ["disc"]}, {"required": ["layers"]}]}},
+        {"required": ["disc", "layers"], "not": {"anyOf": [{"required": ["sensor"]}, {"required": ["padding"]}]}},
+    ]
+    about = "Design file of `calib simulate`: a sensor on its padding, or a disc of any layers."
+    return {"$schema": _DRAFT, "title": "Design"} | table(about, top, ["indenter"]) | {"oneOf": kinds}
+
+
+def _indenter() -> Schema:
+    common = ("shape", "friction_coefficient")
+    friction: Schema = {
+        "description": 'Coulomb\'s coefficient of friction, or "stick" for no slip at all.',
+        "anyOf": [{"type": "number", "minimum": 0}, {"const": "stick"}],
+        "default": 0,
+    }
+    sizes = {
+        key: quantity(
+            f"{key.replace('_', ' ').capitalize()} of the indenter.", "rad" if key == "half_angle" else "m", example.strip('"')
+        )
+        for shape in SHAPES.values()
+        for key, example in shape.items()
+    }
+    shape = choice("Shape of the indenter.", tuple(SHAPES), "sphere")
+    rules = []
+    for name, keys in SHAPES.items():
+        is_it: Schema = {"properties": {"shape": {"const": name}}} | ({} if name == "sphere" else {"required": ["shape"]})
+        rules.append({"if": is_it, "then": {"required": list(keys), "propertyNames": {"enum": [*common, *keys]}}})
+    return table("What presses.", {"shape": shape, "friction_coefficient": friction, **sizes}) | {"allOf": rules}
+
+
+def _law() -> Schema:
+    """The name of a law that has no shape parameters, or a table of one name and its shape parameters."""
+    number: Schema = {"type": "number"}
+    laws: dict[str, Schema] = {}
+    for name, (make, parameters) in LAWS.items():
+        given = inspect.signature(make).parameters
+        several = {key for key in parameters if "tuple" in str(given[key].annotation)}
+        of = {key: {"type": "array", "items": number} if key in several else number for key in parameters}
+        needed = [key for key in parameters if given[key].default is inspect.Parameter.empty]
+        laws[name] = table(f"Shape parameters of {name}.", of, needed)
+    one = table("A law with its shape parameters.", laws) | {"minProperties": 1, "maxProperties": 1}
+    bare = [name for name, (_, parameters) in LAWS.items() if not parameters]
+    return {"description": "Hyperelastic law.", "anyOf": [{"enum": bare}, one], "default": "neo-hookean"}
