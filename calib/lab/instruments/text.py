@@ -33,6 +33,7 @@ class LabText:
     ended : whether the file ends with a line end.
     decimal : the decimal mark, where the file's format states it; else "".
     typed : whether numbers are numbers by the file's format, so that no decimal mark is in doubt.
+    units_line : 1-based line of which the format states that units stand there, known ones or not; 0 if it states none.
     """
 
     path: Path
@@ -42,6 +43,7 @@ class LabText:
     ended: bool
     decimal: str = ""
     typed: bool = False
+    units_line: int = 0
 
 
 def read_lab_text(path: Path) -> LabText:
