@@ -47,8 +47,12 @@ def column_read(doc: Document, rng: random.Random, quantities: Sequence[str] = _
 def two_columns(doc: Document, rng: random.Random) -> tuple[int, int] | None:
     """A column that is read, and another one."""
     first = column_read(doc, rng)
-    others = [j for j, c in enumerate(doc.columns) if j != first and c.name]
-    return None if first is None or not others else (first, rng.choice(others))
+    if first is None:
+        return None
+    # Two columns of one name and unit, exchanged, are what they were.
+    own = (doc.columns[first].name, doc.columns[first].unit)
+    others = [j for j, c in enumerate(doc.columns) if j != first and c.name and (c.name, c.unit) != own]
+    return (first, rng.choice(others)) if others else None
 
 
 def swap_columns(doc: Document, rng: random.Random) -> Document | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
@@ -201,7 +202,7 @@ def series(doc: Document, rng: random.Random) -> Document | None:
         return replace(row, values=put(row.values, at, row.values[at] / (1.0 + (factor * row.values[loss]) ** 2)))
 
     name = rng.choice(("Cs", "CS", "Series capacitance"))
-    return with_column(with_rows(doc, parallel), at, replace(doc.columns[at], name=name))
+    return with_column(with_rows(doc, parallel), at, _renamed(doc.columns[at], name))
 
 
 def loss_in_percent(doc: Document, rng: random.Random) -> Document | None:
@@ -251,7 +252,13 @@ def language(doc: Document, rng: random.Random) -> Document | None:
     if at is None:
         return None
     column = doc.columns[at]
-    return with_column(doc, at, replace(column, name=rng.choice(_WORDS[column.quantity])))
+    return with_column(doc, at, _renamed(column, rng.choice(_WORDS[column.quantity])))
+
+
+def _renamed(column: Column, word: str) -> Column:
+    """The column under another word, with the brackets of its name, which a change before may have put there."""
+    brackets = re.search(r" ?[(\[].*", column.name or "")
+    return replace(column, name=word + (brackets[0] if brackets else ""))
 
 
 KINDS = (

@@ -18,6 +18,8 @@ def _pair(doc: Document) -> tuple[int, int] | None:
     places = [doc.index(q) for q in ("displacement", "force")]
     if set(doc.turned) != {"displacement", "force"} or not pressed(doc):
         return None
+    if doc.refuse or any(doc.row(i).absent for i in doc.rows()):
+        return None  # rows of two records, of which each has its press
     at = [j for j in places if j is not None and doc.columns[j].factors and not doc.columns[j].group]
     rows = doc.rows()
     if len(at) < 2 or len(rows) < 30 or any(doc.row(i).values[j] != doc.row(i).values[j] for i in rows for j in at):

@@ -71,6 +71,17 @@ def _hundredths(seconds: float) -> str:
     return f"{n // 6000:02d}:{n // 100 % 60:02d}:{n % 100:02d}"
 
 
+def hundredths(doc: Document, rng: random.Random) -> Document | None:
+    """Minutes, seconds and hundredths, which the name says, or a part that is no second or minute shows."""
+    name = rng.choice(("Time (mm:ss:ff)", "Time [mm:ss:ff]", "Time"))
+    new = _as_time((name,), "", _hundredths, True, step=1e-2)(doc, rng)
+    at = None if new is None else new.index("time")
+    if new is None or at is None:
+        return None
+    shown = name != "Time" or any(int(new.row(i).cells[at][-2:]) > 59 for i in new.rows())
+    return new if shown else None
+
+
 def _date(pattern: str, zone: str = "") -> Callable[[float], str]:
     def text(seconds: float) -> str:
         moment = _DAY + timedelta(seconds=round(seconds, 4))
@@ -129,7 +140,7 @@ KINDS = (
     Kind(
         "minutes, seconds, hundredths",
         "not hours, minutes, seconds",
-        _as_time(("Time (mm:ss:ff)", "Time [mm:ss:ff]", "Time"), "", _hundredths, True, step=1e-2),
+        hundredths,
     ),
     Kind(
         "epoch seconds",

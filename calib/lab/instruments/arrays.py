@@ -59,7 +59,8 @@ def array_part(
     cells = [_cells(column.values) for column in columns]
     rows = map("\t".join, zip(*cells, strict=True))
     title = f"{source.format}, {source.kind} {source.name}"
-    text = LabText(source.path, source.sha256, title, (*header, *rows, ""), True, ".", typed=True)
+    units_line = len(header) if named and any(column.unit for column in columns) else 0
+    text = LabText(source.path, source.sha256, title, (*header, *rows, ""), True, ".", typed=True, units_line=units_line)
     return Part(source.kind, source.name, text, notes=tuple(notes), above=len(header))
 
 

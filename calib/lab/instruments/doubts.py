@@ -27,7 +27,8 @@ _SHARE = 0.05
 _SHARE_SURE = 0.5
 # Rows in succession with a mark moved alike that are still told from a step of the signal.
 _RUN = 3
-_FEWEST = 5
+# Numbers that a column, and the places beside a number, must have at least.
+_FEWEST, _FEWEST_BESIDE = 5, 4
 
 _PADDED = re.compile(rf"[ \t]*[{SIGNS}]?0\d+[ \t]*", re.ASCII)
 
@@ -116,7 +117,12 @@ def _jumping(cells: Sequence[str], values: FloatArray, decimal: str) -> Doubts:
         return Doubts()
     population = _without_mark(cells, rows, level, decimal)
     if population is not None:
-        return population
+        if population.fault:
+            return population
+        rest = values.copy()
+        rest[list(population.rows)] = np.nan
+        other = _jumping(cells, rest, decimal)
+        return Doubts({**other.rows, **population.rows}, other.fault, other.row)
     found = _off(cells, rows, at, level, decimal)
     # Where no number has a mark, those that are the fewer may be the right ones.
     unmarked = not any(decimal in c for c in cells)
@@ -173,18 +179,18 @@ def _off(cells: Sequence[str], rows: IntArray, at: FloatArray, level: FloatArray
         if start in taken:
             continue
         before, after = at[max(start - 3, 0) : start], at[end + 1 : end + 4]
-        if min(before.size, after.size) < 2 or len(set(np.sign([*before, *after]))) != 1:
+        if before.size + after.size < _FEWEST_BESIDE or len(set(np.sign([*before, *after]))) != 1:
             continue
         mended = at[start : end + 1] / 10 ** power[j]
         low, high = float(min(before[-1], after[0])), float(max(before[-1], after[0]))
-        step = max(high - low, float(np.max(np.abs(np.diff(before)))), float(np.max(np.abs(np.diff(after)))))
+        step = max(high - low, *(float(np.max(np.abs(np.diff(beside)), initial=0.0)) for beside in (before, after)))
         middle = abs(low + high) / 2
         digits = max(_decimals(cells[i], decimal) for i in rows[start : end + 1].tolist())
         last = min(0.5 * 10.0 ** (-digits - power[j]), _ROUNDED * middle) if power[j] < 0 else 0.0
         if np.any(mended < low - _NEAR * step - last) or np.any(mended > high + _NEAR * step + last):
             continue
         smooth = 0 < step < _SMALL_STEPS * middle
-        near = rows[[start - 2, start - 1, end + 1, end + 2]].tolist()
+        near = rows[[*range(max(start - 2, 0), start), *range(end + 1, min(end + 3, n))]].tolist()
         odd = all(_decimals(cells[i], decimal) != _decimals(cells[near[0]], decimal) for i in rows[start : end + 1].tolist())
         alike = len({_decimals(cells[i], decimal) for i in near}) == 1
         lone = end == start and _is_small(step, middle, int(power[j]))

@@ -131,6 +131,10 @@ STATISTIC = _set(
     "maxi mini massimo minimo media promedio médio średnia maks gemiddelde spitze spitzenwert "
     "scheitel 最大 最小 平均 최대 최소 평균"
 )
+#: Words of which one in a cell makes its row one of results, no reading.
+RESULTS = STATISTIC - _set("hold peak peaks valley range pp p-p pk-pk spitze scheitel") | _set(
+    "total sum summe cov cv rsd deviation standardabweichung standardabw abw stabw écart-type desviación odchylenie 标准差 合计"
+)
 #: Words in brackets that say where or how a column was measured, and change nothing.
 REMARKS = QUALIFIERS | _set(
     "absolute abs absolut relative rel loadcell lvdt encoder crosshead top upper bottom lower channel ch z cp parallel axis "

@@ -14,7 +14,7 @@ from calib.lab.instruments.rivals import difference, goes_back, holds_clock, rea
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.unit_choice import unit_of_column
 from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of
-from calib.lab.instruments.vocabulary import Heading, words
+from calib.lab.instruments.vocabulary import Heading, as_a_record, why_unread, words
 from models.sensor import FloatArray
 
 # Quantities of which two columns that differ are a choice of the user.
@@ -85,7 +85,7 @@ def best_of(
     candidates = sorted(plain or candidates, key=lambda c: _preference(c, asked_index))
     best, others = candidates[0], candidates[1:]
     found = _beside(sheet, quantity, best, others, asked_index)
-    faults = list(found.faults)
+    faults = [*found.faults, *_less_than(sheet, quantity, best, unread, asked_index)]
     if best.heading.name_doubt:
         this = Choice("columns", (sheet.name_for_asking(best.index),), quantity)
         faults.append(
@@ -101,6 +101,26 @@ def best_of(
     if best.heading.processed and quantity in _DECISIVE:
         found = replace(found, notes=(*found.notes, f'"{sheet.names[best.index]}" was worked on after the measurement'))
     return best, Told({**unread, **found.unread}, found.notes, tuple(faults))
+
+
+def _less_than(sheet: Sheet, quantity: str, best: Candidate, unread: Mapping[int, str], asked_index: str) -> list[Fault]:
+    """The choice of a column that only a number or a letter names, where one of the plain name is put aside by its brackets."""
+    numbered = bool(best.heading.index) and best.heading.index != asked_index
+    if quantity not in ("displacement", "force", "capacitance", "capacitance_series") or not (numbered or best.heading.letter):
+        return []
+    for index, name in enumerate(sheet.names):
+        plain = as_a_record(name, sheet.unit_below(index))
+        if index == best.index or plain is None or plain.quantity != quantity or plain.index or plain.letter:
+            continue
+        if (why := unread.get(index, "") or why_unread(name, sheet.unit_below(index))) == "empty":
+            continue
+        if why.startswith("stands still") and not numbered:
+            continue  # a column that was not in use
+        choice = Choice("columns", tuple(sheet.name_for_asking(i) for i in (best.index, index)), quantity)
+        message = f'"{sheet.names[best.index]}" may be another {in_words(quantity)} than "{name}", which is not read: {why}'
+        advice = f"Say which one is meant: {choice}"
+        return [Fault(message, sheet.text.path, sheet.header_line or None, best.index + 1, advice=advice, choice=choice)]
+    return []
 
 
 def in_words(quantity: str) -> str:

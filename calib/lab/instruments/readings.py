@@ -13,7 +13,7 @@ from calib.lab.instruments.doubts import doubtful
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.numbers import is_missing, to_numbers
 from calib.lab.instruments.sheet import Sheet
-from calib.lab.instruments.times import above_the_record, clock_of, gone_on, time_faults, time_notes
+from calib.lab.instruments.times import above_the_record, clock_of, gone_on, out_of_order, time_faults, time_notes
 from calib.lab.instruments.vocabulary import Heading
 from models.sensor import BoolArray, FloatArray
 
@@ -95,7 +95,8 @@ def readings_of(sheet: Sheet, column: ReadColumn, cells: Sequence[str], decimal:
     if column.quantity == "time" and not np.any(bad) and not faults:
         number, told = gone_on(sheet, column.index, number)
         number, first = above_the_record(sheet, number)
-        rows += first.items()
+        number, ahead = out_of_order(sheet, number)
+        rows += (first | ahead).items()
         notes += [*told, *time_notes(sheet, column.index, number)]
         faults += time_faults(sheet, column.index, cells, number, 0.0 if column.clock else column.factor, reading)
     faults += capped(

@@ -15,6 +15,7 @@ from calib.lab.instruments.blocks import block_table
 from calib.lab.instruments.clock_cells import is_clock, not_clocks
 from calib.lab.instruments.header import split_line
 from calib.lab.instruments.labtable import IntArray, Reading
+from calib.lab.instruments.lexicon import RESULTS
 from calib.lab.instruments.lines import Table, is_other_header, kind_of_line, left_out, n_named, not_read, short_rows
 from calib.lab.instruments.numbers import is_missing, is_numeric, is_over_range, not_numbers
 from calib.lab.instruments.sheet import Sheet, no_such_specimen
@@ -23,6 +24,8 @@ from calib.lab.instruments.sheet import Sheet, no_such_specimen
 _FOOTER = 50
 # Rows without a number at first that are looked at one by one where all others have one: so many, and this share.
 _FEW_ODD, _SHARE_ODD = 100, 0.1
+# Rows of results that may stand among or below those of a record.
+_FEW_RESULTS = 8
 # A column without a name behind all others that has a cell in a larger share of the rows is one of the table.
 _SHARE_BEYOND = 0.1
 # A last column that is empty in a larger share of the rows is one that is filled more rarely.
@@ -61,7 +64,7 @@ def with_rows(sheet: Sheet, start: int, reading: Reading, notes: tuple[str, ...]
     n_row = next((n for n in range(n_line, 0, -1) if any(table.columns[k][n - 1].strip() for k in keys)), 0)
     if n_row == 0:
         raise InputError(Fault("all rows are empty", sheet.text.path, sheet.header_line, advice="Export the raw data too"))
-    wide = _beyond_the_names(sheet, table) | _without_an_end(sheet, table)
+    wide = _beyond_the_names(sheet, table) | _without_an_end(sheet, table) | _of_results(table)
     n_short = len(table.reasons)
     first = int(table.lines[min(table.reasons)]) if n_short else 0
     short = [f"{n_short} row(s) with fewer cells than most are left out, the first in line {first}"] if n_short else []
@@ -96,6 +99,24 @@ def _without_an_end(sheet: Sheet, table: Table) -> dict[int, str]:
         return {}
     rows = [r for r, cell in enumerate(column) if not cell.strip() and any(c[r].strip() for c in table.columns)]
     return dict.fromkeys(rows, "no cell in the last column") if len(rows) <= _SHARE_OPEN * len(column) else {}
+
+
+def _of_results(table: Table) -> dict[int, str]:
+    """Rows with a word such as "Mean" in one of their cells, where few have one: they were computed from the others."""
+    found: dict[int, str] = {}
+    for column in table.columns:
+        wordy = any(c.strip() and not is_numeric(c) for c in column[:_FOOTER])
+        start = 0 if wordy else max(len(column) - _FOOTER, 0)
+        result = {c for c in set(column[start:]) if c.strip().isprintable() and _is_result(c)}
+        rows = [r for r in range(start, len(column)) if column[r] in result] if result else []
+        if len(rows) <= max(_FEW_RESULTS, int(_SHARE_BEYOND * len(column))) and 2 * len(rows) < len(column):
+            found |= {r: f'a row of results: "{column[r].strip()[:40]}"' for r in rows}
+    return found
+
+
+def _is_result(cell: str) -> bool:
+    parts = [w for w in re.split(r"[\s_.,;:()]+", cell.lower()) if w]
+    return 0 < len(parts) <= 3 and any(w in RESULTS for w in parts)
 
 
 def _regular_table(sheet: Sheet, start: int, keys: Sequence[int]) -> Table | None:

@@ -38,6 +38,7 @@ class LabText:
     ended : whether the file ends with a line end.
     decimal : the decimal mark, where the file's format states it; else "".
     typed : whether numbers are numbers by the file's format, so that no decimal mark is in doubt.
+    units_line : 1-based line of which the format states that units stand there, known ones or not; 0 if it states none.
     """
 
     path: Path
@@ -47,6 +48,7 @@ class LabText:
     ended: bool
     decimal: str = ""
     typed: bool = False
+    units_line: int = 0
 
 
 def require_readable(path: Path) -> None:

@@ -25,6 +25,8 @@ _FASTEST, _SHORTEST, _LONGEST = 1e-6, 1e-3, 3.2e7
 _SIZES = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
 # Rows from which on the order of times tells something, and the share of falls among them that is too large.
 _FEWEST, _MOST_FALLS = 9, 0.1
+# A time that lies so many usual steps ahead is none, where the next goes on from the one before within so many.
+_AHEAD, _GOES_ON = 10.0, 3.0
 _EXPONENT = re.compile(r"[-+]?\d(?:[.,](?P<digits>\d*))?[eEdD](?P<power>[-+]?\d+)\s*")
 _WHICH = "Say the unit that is meant: --units time="
 _WITHOUT = "or leave the time out: --columns time=none"
@@ -181,6 +183,35 @@ def above_the_record(sheet: Sheet, values: FloatArray) -> tuple[FloatArray, dict
     kept = values.copy()
     kept[rows[0]] = np.nan
     return kept, {int(rows[0]): f"line {int(sheet.lines[rows[0]])} is none of the record: time falls after it"}
+
+
+def out_of_order(sheet: Sheet, values: FloatArray) -> tuple[FloatArray, dict[int, str]]:
+    """Take out single times that lie far ahead of the row before, where the row behind goes on from that one.
+
+    Parameters
+    ----------
+    sheet : the record.
+    values : its times, (n_row,).
+
+    Returns
+    -------
+    The times, nan in such rows, and these from 0 with why they are not usable.
+    """
+    rows = np.flatnonzero(np.isfinite(values))
+    steps = np.diff(values[rows])
+    if rows.size < _FEWEST or not np.any(steps < 0) or not np.any(steps > 0):
+        return values, {}
+    usual, over = float(np.median(steps[steps > 0])), values[rows[2:]] - values[rows[:-2]]
+    ahead = (steps[:-1] > _AHEAD * usual) & (steps[1:] < 0) & (over > 0) & (over <= _GOES_ON * usual)
+    odd = rows[np.flatnonzero(ahead) + 1]
+    if not odd.size:
+        return values, {}
+    kept = values.copy()
+    kept[odd] = np.nan
+    name = "the times beside it go on without it"
+    return kept, {
+        int(r): f"line {int(sheet.lines[r])} lies {values[r] - kept[r - 1]:.4g} ahead of its time: {name}" for r in odd
+    }
 
 
 def time_notes(sheet: Sheet, index: int, values: FloatArray) -> list[str]:

@@ -58,6 +58,9 @@ def below_header(text: LabText, delimiter: str, header: int, names: Sequence[str
         cells = split_line(line, delimiter)
         shown, later = text.lines[index].strip()[:60], [split_line(text.lines[i], delimiter) for i in lines[place + 1 :]]
         found = _units(cells, names) if units_line is None else None
+        if index + 1 == text.units_line:
+            # Units that are not known stay as they are written: what has one is no quantity, or is refused.
+            found = tuple(c.strip() if (unit := unit_of_cell(c)) is None else unit for c in cells)
         if _RULER.fullmatch(line):
             unread.append(Unread(f"line {index + 1}", f'a ruler, "{shown}"'))
         elif found is not None:

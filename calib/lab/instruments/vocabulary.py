@@ -146,6 +146,28 @@ def why_unread(cell: str, unit_below: str = "") -> str:
     return found if isinstance(found, str) else "not used"
 
 
+def as_a_record(cell: str, unit_below: str = "") -> Heading | None:
+    """Read a header cell as if it did not say that the column is no record, or by which factor it is to be multiplied.
+
+    Parameters
+    ----------
+    cell, unit_below : as of `understand`.
+
+    Returns
+    -------
+    The heading of the name alone; None if it is not understood.
+
+    >>> as_a_record("Load setpoint (N)").quantity, as_a_record("Extension (max) [x10] (mm)").quantity
+    ('force', 'displacement')
+    """
+    cut = without_brackets(tidy(cell))
+    if cut is None:
+        return None
+    units = [b for b in cut[1] if looks_like_unit(b)]
+    name = " ".join(part for part in re.split(r"[\s_]+", cut[0]) if not no_record(part))
+    return understand(f"{name} ({units[-1]})" if units and not unit_below else name, unit_below)
+
+
 def heading_as(quantity: str, cell: str, unit_below: str = "") -> Heading:
     """Read a header cell as the name of a quantity that the user says it is; only its units and factors can be in doubt then.
 

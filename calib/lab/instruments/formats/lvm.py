@@ -306,7 +306,8 @@ def _part(text: LabText, file: _File, table: _Table) -> Part:
     for i, row in rows.items():
         lines[i] = "\t".join(map(_quoted, row))
     ended = text.ended or max(rows) < len(text.lines) - 1
-    own = replace(text, lines=tuple(lines), ended=ended, decimal=file.decimal if file.stated else "")
+    decimal = file.decimal if file.stated else ""
+    own = replace(text, lines=tuple(lines), ended=ended, decimal=decimal, units_line=table.line + 1)
     return Part("segment", table.name, own, notes=tuple(notes))
 
 
