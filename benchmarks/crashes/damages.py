@@ -1,0 +1,2 @@
+def size(lab, asked): return 0
+def case(lab, number): raise NotImplementedError
