@@ -1,11 +1,12 @@
-"""Break calibrations on purpose and see what their users are left with: `nice python benchmarks/crash.py -o crash.jsonl`.
+"""Break calibrations on purpose, see what their users are left with: `nice python benchmarks/crash.py -o crash.jsonl`.
 
-A small experiment is calibrated, undisturbed once and then disturbed in many ways; each case must end right: the same draws bit by
-bit after going on, or a refusal that names the file and leaves a way out. Parts: `kills` (SIGKILL at random moments), `operations`
-(death or an error at each file operation, full disks), `doubles` (several commands on one run folder), `damages` (changed files),
-`signals` (SIGINT and SIGTERM), `abuse` (odd names, folders, environments). With -o the cases are kept, and a run that was stopped
-goes on. `--again PART NUMBER` repeats one. Commands are forks of a process that has the modules loaded, and sample with few walkers
-and steps; with --cold they are the installed command at its full size. Ends with 1 if a case is not right.
+A small experiment is calibrated, undisturbed once and then disturbed in many ways; each case must end right: the same draws
+bit by bit after going on, or a refusal that names the file and leaves a way out. Parts: `kills` (SIGKILL at random moments),
+`operations` (death or an error at each file operation, full disks), `doubles` (several commands on one run folder), `damages`
+(changed files), `bytes` (one byte changed, for `calib verify`), `signals` (SIGINT and SIGTERM), `abuse` (odd names, folders,
+environments). With -o the cases are kept, and a run that was stopped goes on. `--again PART NUMBER` repeats one. Commands are
+forks of a process that has the modules loaded, and sample with few walkers and steps; with --cold they are the installed
+command at its full size. Ends with 1 if a case is not right.
 """
 
 from __future__ import annotations
@@ -21,16 +22,22 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from crashes import abuse, damages, doubles, kills, operations, signals
+from crashes import abuse, damages, doubles, kills, operations, signals, single_bytes
 from crashes.case import OUTCOMES, Case, Part
 from crashes.command import load_all, make_small
 from crashes.lab import Lab
 
 PARTS: dict[str, Part] = {
-    "kills": kills, "operations": operations, "doubles": doubles, "damages": damages, "signals": signals, "abuse": abuse
-}  # fmt: skip
+    "kills": kills,
+    "operations": operations,
+    "doubles": doubles,
+    "damages": damages,
+    "bytes": single_bytes,
+    "signals": signals,
+    "abuse": abuse,
+}
 #: Cases of each part; 0 for all there are.
-FULL = {"kills": 100, "operations": 0, "doubles": 100, "damages": 2000, "signals": 100, "abuse": 0}
+FULL = {"kills": 100, "operations": 0, "doubles": 100, "damages": 2000, "bytes": 400, "signals": 100, "abuse": 0}
 
 
 def main(words: Sequence[str] | None = None) -> int:
@@ -40,7 +47,9 @@ def main(words: Sequence[str] | None = None) -> int:
     parser.add_argument("-n", type=int, help="cases of each part at most [default: of each what docs/reliability.md has]")
     parser.add_argument("--from", type=int, default=0, dest="first", help="number of the first case [0]")
     parser.add_argument("--folder", type=Path, help="to work in, kept [default: a temporary one]")
-    parser.add_argument("-o", "--output", type=Path, help="file for the cases, a line of JSON each; those in it are not repeated")
+    parser.add_argument(
+        "-o", "--output", type=Path, help="file for the cases, a line of JSON each; those in it are not repeated"
+    )
     parser.add_argument("--cold", action="store_true", help="start the installed command, at its full size")
     parser.add_argument("--seconds", type=float, default=float("inf"), help="begin no case after this long")
     parser.add_argument("--again", nargs=2, metavar=("PART", "NUMBER"), help="repeat one case, and say all that is known of it")

@@ -28,7 +28,7 @@ _WALKERS, _STEPS, _ACCURACY = 8, 150, 3e-2
 
 @dataclass(frozen=True)
 class Ended:
-    """A command that has ended: exit code (negative for a signal), what it said and complained of, duration [s], whether it hung."""
+    """A command that has ended: exit code (negative for a signal), what it printed, duration [s], whether it hung."""
 
     code: int
     said: str

@@ -6,11 +6,10 @@ import json
 import random
 import re
 import time
-from pathlib import Path
 
 from crashes.case import Case, with_verdict
 from crashes.command import Ended, run, start
-from crashes.lab import RECOMMEND, Lab, blocks, difference, summary
+from crashes.lab import RECOMMEND, Lab, blocks, difference, finished_copy, summary
 
 SEEDS = (5, 6)
 
@@ -85,8 +84,13 @@ def _at_once(lab: Lab, number: int, rng: random.Random) -> Case:
     """Go on with, recommend from and report on a finished run, all at once."""
     place = lab.fresh(f"doubles-{number}")
     reference = lab.reference(recommended=True)
-    copy(reference, place / "RUN")
-    jobs = [(*lab.calibrate(), "--resume"), ("recommend", "RUN", *RECOMMEND), ("report", "RUN"), ("recommend", "RUN", *RECOMMEND)]
+    finished_copy(reference, place)
+    jobs = [
+        (*lab.calibrate(), "--resume"),
+        ("recommend", "RUN", *RECOMMEND),
+        ("report", "RUN"),
+        ("recommend", "RUN", *RECOMMEND),
+    ]
     rng.shuffle(jobs)
     pauses = [rng.choice((0.0, rng.uniform(0, 0.3))) for _ in jobs]
     running = []
@@ -112,11 +116,3 @@ def _at_once(lab: Lab, number: int, rng: random.Random) -> Case:
         return with_verdict(done, "wrong", "another recommendation")
     left = [p.name for p in (place / "RUN").rglob("*") if re.search(r"\.(part|tmp)", p.name)]
     return with_verdict(done, "bad refusal", f"left over: {left}") if left else done
-
-
-def copy(source: Path, target: Path) -> None:
-    """Copy a run folder together with the experiment beside it."""
-    import shutil
-
-    shutil.copytree(source.parent, target.parent, dirs_exist_ok=True)
-    (target.parent / "done").unlink(missing_ok=True)

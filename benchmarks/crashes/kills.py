@@ -58,7 +58,7 @@ def case(lab: Lab, number: int) -> Case:
 
 
 def case_of_earlier(lab: Lab, number: int, moment: float, code: int) -> Case:
-    """A calibration that had ended before its kill: the machine was faster than when it was timed; kill it at once and go on."""
+    """A calibration that had ended before its kill, as the machine was faster than when it was timed: kill one earlier."""
     place = lab.fresh(f"kills-{number}")
     running = start(lab.calibrate(), place, lab.log, cold=lab.cold)
     time.sleep(moment * random.Random(number).uniform(0.1, 0.6))

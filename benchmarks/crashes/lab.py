@@ -1,4 +1,4 @@
-"""A folder in, a small experiment with the results of its undisturbed runs in it out; and what a run folder says, to compare."""
+"""A folder in, a small experiment with the results of its undisturbed runs out; and what a run folder says, to compare."""
 
 from __future__ import annotations
 
@@ -127,6 +127,11 @@ def write_experiment(place: Path, *, name: str = "crash", force: str = "press.cs
     (place / force).write_text("\n".join([*head, *kept]) + "\n", encoding="utf-8")
 
 
+def finished_copy(run_folder: Path, place: Path) -> None:
+    """Copy a run, with the experiment beside it, into a folder that may be there."""
+    shutil.copytree(run_folder.parent, place, dirs_exist_ok=True, ignore=shutil.ignore_patterns("done"))
+
+
 def digest(path: Path) -> str:
     """SHA-256 of a file."""
     return hashlib.sha256(path.read_bytes()).hexdigest()
@@ -184,7 +189,9 @@ def difference(run_folder: Path, reference: Path) -> str:
         both = [folder / name for folder in (run_folder, reference)]
         if all(p.exists() for p in both) and summary(both[0]) != summary(both[1]):
             return f"{name} says otherwise"
-    return "" if (run_folder / "summary.csv").read_bytes() == (reference / "summary.csv").read_bytes() else "summary.csv differs"
+    return (
+        "" if (run_folder / "summary.csv").read_bytes() == (reference / "summary.csv").read_bytes() else "summary.csv differs"
+    )
 
 
 def blocks(run_folder: Path) -> dict[str, tuple[int, str]]:

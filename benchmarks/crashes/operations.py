@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import random
 import signal
 import subprocess
 import sys
@@ -41,7 +42,9 @@ def watch(act: Callable[[int, str], None]) -> None:
     def audit(event: str, args: tuple[Any, ...]) -> None:
         if event == "open":
             path, _, flags = args
-            quiet = isinstance(path, int) or str(os.fsdecode(path)).startswith(("/dev/", "/proc/")) or "__pycache__" in str(path)
+            quiet = (
+                isinstance(path, int) or str(os.fsdecode(path)).startswith(("/dev/", "/proc/")) or "__pycache__" in str(path)
+            )
             if not quiet and isinstance(flags, int) and flags & _WRITING:
                 tell(f"open {Path(os.fsdecode(path)).name}")
         elif event in _RENAMING:
@@ -80,11 +83,12 @@ def can_mount() -> bool:
 
 
 def _plan(lab: Lab) -> list[tuple[str, int]]:
-    """All cases: way and number of the operation, or way and size."""
+    """All cases, way and number of the operation or way and size: all deaths in any order, then all errors."""
     count = len(operations(lab))
-    plan = [(way, n) for n in range(1, count + 1) for way in ("death",)]
-    plan += [("full disk of kB", size) for size in DISKS if can_mount()] + [("files of kB at most", size) for size in LIMITS]
-    return plan + [(way, n) for way in list(WAYS)[1:] for n in range(1, count + 1)]
+    deaths = [("death", n) for n in range(1, count + 1)]
+    errors = [("full disk of kB", size) for size in DISKS if can_mount()] + [("files of kB at most", size) for size in LIMITS]
+    errors += [(way, n) for way in list(WAYS)[1:] for n in range(1, count + 1)]
+    return random.Random(1).sample(deaths, count) + random.Random(1).sample(errors, len(errors))
 
 
 def size(lab: Lab, asked: int) -> int:
@@ -92,21 +96,19 @@ def size(lab: Lab, asked: int) -> int:
     return min(asked, len(_plan(lab))) if asked else len(_plan(lab))
 
 
-def case(lab: Lab, number: int, asked: int = 0) -> Case:
+def case(lab: Lab, number: int) -> Case:
     """Disturb one operation of a calibration, then go on.
 
     Parameters
     ----------
     lab : where.
-    number : of the case; evenly spread over all if only `asked` are wanted.
-    asked : how many are wanted; 0 for all.
+    number : of the case.
 
     Returns
     -------
     What came of it.
     """
-    plan = _plan(lab)
-    way, which = plan[number * len(plan) // asked if asked and asked < len(plan) else number]
+    way, which = _plan(lab)[number]
     place = lab.fresh(f"operations-{number}")
     if way == "full disk of kB":
         return _full_disk(lab, number, place, which)

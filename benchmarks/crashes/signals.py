@@ -51,7 +51,9 @@ def case(lab: Lab, number: int) -> Case:
     ended = running.wait(moment + 60.0)
     seconds = time.monotonic() - begun
     done = Case("signals", number, what, note=f"[{ended.code}] after {seconds:.1f} s", seconds=seconds)
-    if ended.crashed and not (ended.code == -which and not (place / OUTPUT).exists()):  # before it began there is nothing to say
+    if ended.crashed and not (
+        ended.code == -which and not (place / OUTPUT).exists()
+    ):  # before it began there is nothing to say
         return with_verdict(done, ended.crashed, ended.last)
     if seconds > ALLOWED:
         return with_verdict(done, "hang", f"more than {ALLOWED:.0f} s: {ended.last}")
