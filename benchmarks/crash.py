@@ -74,8 +74,8 @@ def cases(lab: Lab, options: argparse.Namespace) -> Iterator[Case]:
     known = {(c.part, c.number): c for c in read(options.output)} if options.output else {}
     for name in options.parts:
         part = PARTS[name]
-        count = part.size(lab, FULL[name] if options.n is None else options.n)
-        for number in range(options.first, options.first + count):
+        asked = FULL[name] if options.n is None else options.n
+        for number in range(options.first, part.size(lab, asked and options.first + asked)):
             if (name, number) in known:
                 yield known[name, number]
             elif time.monotonic() - begun < options.seconds:

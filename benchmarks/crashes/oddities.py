@@ -67,7 +67,7 @@ def _finished(*found: Oddity) -> tuple[Oddity, ...]:
 
 _OF_NAMES = tuple(Oddity(f"a name is {what}", prepare=named(name)) for what, name in _NAMES.items())
 _OF_LAB_FILES = tuple(
-    Oddity(f"lab file is {what}", prepare=lab_file(make), names=("press.csv",))
+    Oddity(f"lab file is {what}", prepare=lab_file(make), names=("press.csv", "experiment.toml"))
     for what, make in (
         ("a FIFO", os.mkfifo),
         ("/dev/zero", link("/dev/zero")),
@@ -100,6 +100,7 @@ _OF_FOLDERS = (
         Oddity("RUN is a file", to("RUN.txt"), at("RUN.txt", of_text("mine")), names=("RUN.txt",)),
         Oddity("RUN is a link to itself", prepare=at("RUN", link("RUN")), names=("RUN",)),
         Oddity("RUN is a folder of other things", prepare=at("RUN", folder_of_others), names=("RUN",)),
+        Oddity("RUN is in a folder that is not there", to("no/such/folder/RUN"), names=("no/such/folder",)),
         Oddity("RUN is below a file", to("press.csv/RUN"), names=("press.csv",)),
         Oddity("RUN is .", to(".")),
         Oddity("RUN is /", to("/")),
@@ -115,7 +116,7 @@ _OF_FOLDERS = (
     Oddity("RUN is not UTF-8", to(os.fsdecode(b"R\xffN")), output=os.fsdecode(b"R\xffN")),
     *(
         Oddity(f"RUN is {name}", to(name), output=name, same=True)
-        for name in ("no/such/folder/RUN", "a b 'c' \"d\" $(touch pwned) `e` \\", "[red]RUN[/red]", "Größe 压力")
+        for name in ("a b 'c' \"d\" $(touch pwned) `e` \\", "[red]RUN[/red]", "Größe 压力")
     ),
 )
 _OF_USERS = (
