@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import random
 import re
 import shutil
@@ -12,12 +11,13 @@ from pathlib import Path
 
 from crashes.case import Case, failed, with_verdict
 from crashes.command import Ended, run
-from crashes.lab import RECOMMEND, Lab, difference, digest, summary, write_experiment
+from crashes.lab import RECOMMEND, TRAIN, Lab, difference, digest, summary, write_experiment
 
 INPUTS = ("experiment.toml", "press.csv", "surrogate.npz")
+STORE = "runs.sqlite"
 COMMANDS = ("resume", "report", "recommend", "compare")
 #: Commands that read a file, where it is not for all of them.
-_READ_BY = {"surrogate.npz": ("resume", "info", "recommend", "report")}
+_READ_BY = {"surrogate.npz": ("resume", "info", "recommend", "report"), STORE: ("train",)}
 
 
 def _flip(data: bytes, rng: random.Random) -> bytes:
@@ -101,6 +101,7 @@ def words_of(command: str, lab: Lab) -> tuple[str, ...]:
         "recommend": ("recommend", "RUN", *RECOMMEND),
         "compare": ("compare", "RUN", "RUN"),
         "verify": ("verify", "RUN"),
+        "train": (*TRAIN, "-o", "mine.npz"),
         "info": ("surrogate", "info", "--surrogate", "surrogate.npz"),
     }[command]
 
@@ -145,7 +146,7 @@ def said(lab: Lab, stage: Stage, command: str) -> str:
 def files(stage: Stage) -> list[str]:
     """One name of every kind of file, inputs and those of the run folder; of blocks of the checkpoint and their starts, all."""
     found = [str(p.relative_to(stage.whole)) for p in sorted((stage.whole / "RUN").rglob("*")) if p.is_file()]
-    return [*INPUTS, *found]
+    return [*INPUTS, STORE, *found]
 
 
 def case(lab: Lab, number: int) -> Case:
@@ -163,24 +164,25 @@ def case(lab: Lab, number: int) -> Case:
     rng = random.Random(number)
     stage = make_stage(lab)
     names = files(stage)
-    kinds = sorted({re.sub(r"\d+", "#", name) for name in names})
-    kind = rng.choice(kinds)
-    name = rng.choice([n for n in names if re.sub(r"\d+", "#", n) == kind])
+    kinds = _kinds(names)
+    name = rng.choice(kinds[rng.choice(sorted(kinds))])
     damage = rng.choice((*DAMAGES, *_OTHERS))
     command = rng.choice(_READ_BY.get(name, COMMANDS))
-    usual = said(lab, stage, command)
+    usual = "" if command == "train" else said(lab, stage, command)
     stage.restore()
     path = stage.place / name
+    if name == STORE:
+        shutil.copyfile(lab.store, path)
     before = path.read_bytes()
     if damage in _OTHERS[1:3]:
-        other = _other(lab, stage, damage) / name
+        other = lab.trained if name == "surrogate.npz" else _other(lab, stage, damage) / name
         path.write_bytes(other.read_bytes() if other.exists() else before)
     else:
         _damage(path, damage, before, rng)
     done = Case("damages", number, f"{name} {damage}, {command}")
     if path.is_file() and path.read_bytes() == before:
         return with_verdict(done, "right", "the damage changes nothing")
-    covered = "lock" not in name  # a lock holds nothing
+    covered = "lock" not in name and name != STORE  # a lock holds nothing, and no run rests on a store
     if lab.verifies:
         verified = run(words_of("verify", lab), stage.place, lab.log)
         if bad := failed(done, verified, (Path(name).name,) if covered else ()):
@@ -192,8 +194,16 @@ def case(lab: Lab, number: int) -> Case:
     if bad := failed(done, ended, (Path(name).name, Path(name).parent.name or "experiment", "RUN")):
         return bad
     done = with_verdict(done, "right", f"[{ended.code}]")
-    wrong = "" if ended.code == 2 else _silent(command, name, stage, usual, ended)
+    wrong = "" if ended.code == 2 else _silent(command, name, stage, lab, ended, usual)
     return with_verdict(done, "wrong", wrong) if wrong else done
+
+
+def _kinds(names: list[str]) -> dict[str, list[str]]:
+    """Names that differ in their numbers alone, together."""
+    found: dict[str, list[str]] = {}
+    for name in names:
+        found.setdefault(re.sub(r"\d+", "#", name), []).append(name)
+    return found
 
 
 def _damage(path: Path, damage: str, before: bytes, rng: random.Random) -> None:
@@ -205,7 +215,7 @@ def _damage(path: Path, damage: str, before: bytes, rng: random.Random) -> None:
         path.write_bytes(DAMAGES[damage](before, rng))
 
 
-def _silent(command: str, name: str, stage: Stage, usual: str, ended: Ended) -> str:
+def _silent(command: str, name: str, stage: Stage, lab: Lab, ended: Ended, usual: str) -> str:
     """What a command that ended well shows otherwise, or does not say, though it should; nothing if all is well."""
     run_folder, whole = stage.place / "RUN", stage.whole / "RUN"
     named = Path(name).name in re.sub(r"[\s│]+", "", ended.text)
@@ -213,6 +223,9 @@ def _silent(command: str, name: str, stage: Stage, usual: str, ended: Ended) -> 
         if (stage.place / name).exists() and name in INPUTS and digest(stage.place / name) != digest(stage.whole / name):
             return "" if named else f"goes on although {name} has changed, without a word: {ended.last}"
         return difference(run_folder, whole)
+    if command == "train":
+        same = (stage.place / "mine.npz").read_bytes() == lab.trained.read_bytes()
+        return "" if named or same else f"another surrogate without a word on {name}: {ended.last}"
     if command in ("compare", "info"):
         return "" if named or ended.text == usual else f"says otherwise without a word on {name}: {ended.last}"
     if command == "recommend":
@@ -244,8 +257,9 @@ def single_bytes(lab: Lab, number: int) -> Case:
     rng = random.Random(10**6 + number)
     stage = make_stage(lab)
     stage.restore()
-    names = [n for n in files(stage) if "lock" not in n and os.path.getsize(stage.place / n)]
-    name = names[number % len(names)]
+    names = [n for n in files(stage) if "lock" not in n and n != STORE and (stage.place / n).stat().st_size]
+    kinds = _kinds(names)
+    name = rng.choice(kinds[sorted(kinds)[number % len(kinds)]])
     path = stage.place / name
     damage = rng.choice((_flip, _byte, _digit if name.endswith((".json", ".csv", ".toml")) else _byte))
     path.write_bytes(damage(path.read_bytes(), rng))

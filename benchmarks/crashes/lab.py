@@ -18,6 +18,9 @@ from crashes.command import Ended, run
 
 DATA = Path(__file__).resolve().parents[2] / "datasets" / "padded_sensor" / "sensor1_instron.csv"
 RECOMMEND = ("--force", "0.5 N", "--padding", "1 mm:2 mm", "--steps", "3", "--draws", "50")
+_ACCURACY, _POINTS = 2e-2, 80
+#: The words that train a surrogate on a store of runs, for a moment.
+TRAIN = ("surrogate", "train", "--points", str(_POINTS), "--accuracy", str(_ACCURACY), "--steps", "1", "--store", "runs.sqlite")
 #: Keys whose values are of the hour, the place or the way to the result, and not of the result.
 _OF_THE_WAY = frozenset({"command", "started", "ended", "created", "written", "seconds", "duration", "path", "folder", "time"})
 
@@ -66,6 +69,34 @@ class Lab:
             shipped = next((Path(load_surrogate.__code__.co_filename).parent / "data").glob("neo*.npz"))
             shutil.copyfile(shipped, path)
         return path
+
+    @cached_property
+    def store(self) -> Path:
+        """A training store: the path of one design told of all its designs, which is enough to be read and fitted."""
+        from models.surrogate.points import design_points
+        from models.surrogate.store import open_store
+        from models.surrogate.training import run_point, store_settings
+
+        path = self.folder / "store.sqlite"
+        if not path.exists():
+            ran = run_point(np.array([0.15, 0.2, 2.0, 1.0, 0.0]), _ACCURACY)
+            arrays = {name: getattr(ran, name) for name in ("depth", "force", "contact_radius", "compression", "capacitance")}
+            with open_store(path, store_settings(_ACCURACY)) as store:
+                for point in design_points(_POINTS, seed=1):
+                    store.add(point, arrays)
+        return path
+
+    @cached_property
+    def trained(self) -> Path:
+        """The surrogate that is trained on the store."""
+        place = self.folder / "trained"
+        if not (place / "mine.npz").exists():
+            shutil.rmtree(place, ignore_errors=True)
+            place.mkdir(parents=True)
+            shutil.copyfile(self.store, place / "runs.sqlite")
+            if (ended := self.calib(place, *TRAIN, "-o", "mine.npz")).code != 0:
+                raise RuntimeError(f"the undisturbed training ends with {ended.code}: {ended.text}")
+        return place / "mine.npz"
 
     def fresh(self, name: str) -> Path:
         """An empty folder of this name with the experiment and its lab file in it."""
