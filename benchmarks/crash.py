@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import shutil
 import signal
 import sys
 import tempfile
@@ -58,14 +59,18 @@ def main(words: Sequence[str] | None = None) -> int:
     if not options.cold:
         load_all()
         make_small()
-    with tempfile.TemporaryDirectory(prefix="calib-crash-") as temporary:
-        lab = Lab((options.folder or Path(temporary)).resolve(), options.cold)
-        lab.folder.mkdir(parents=True, exist_ok=True)
+    # No TemporaryDirectory, which every fork would remove when it ends.
+    lab = Lab((options.folder or Path(tempfile.mkdtemp(prefix="calib-crash-"))).resolve(), options.cold)
+    lab.folder.mkdir(parents=True, exist_ok=True)
+    try:
         if options.again:
             case = PARTS[options.again[0]].case(lab, int(options.again[1]))
             print(case.line())
             return int(case.outcome != "right")
         return report(list(cases(lab, options)))
+    finally:
+        if options.folder is None:
+            shutil.rmtree(lab.folder, ignore_errors=True)
 
 
 def cases(lab: Lab, options: argparse.Namespace) -> Iterator[Case]:

@@ -116,13 +116,12 @@ _OF_FOLDERS = (
     Oddity("RUN is not UTF-8", to(os.fsdecode(b"R\xffN")), output=os.fsdecode(b"R\xffN")),
     *(
         Oddity(f"RUN is {name}", to(name), output=name, same=True)
-        for name in ("a b 'c' \"d\" $(touch pwned) `e` \\", "[red]RUN[/red]", "Größe 压力")
+        for name in ("a b 'c' \"d\" $(touch pwned) `e` \\", "[red]RUN[bold]", "Größe 压力")
     ),
 )
 _OF_USERS = (
     *_refused(Oddity("folder is read-only", prepare=both(everybody, read_only), before=nobody, names=("RUN",))),
     Oddity("another user", prepare=everybody, before=nobody, same=True),
-    Oddity("umask 0777", prepare=everybody, before=both(umask(0o777), nobody), names=("RUN",)),
     *_finished(
         *(
             Oddity(f"{words[0]} of a run of root's by another user", words, everybody, nobody, codes=(2,), names=("RUN",))
