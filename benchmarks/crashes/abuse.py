@@ -45,13 +45,9 @@ def case(lab: Lab, number: int) -> Case:
     before = both(memory, odd.before)
     ended = start(odd.words, place, lab.log, cold=odd.cold, before=before, environment=odd.environment).wait(_LIMIT)
     place.chmod(0o755)
-    if not (ended.code in odd.codes and not ended.hung) and (bad := failed(done, ended)):
-        return bad
-    if ended.code not in odd.codes:
-        return with_verdict(done, "wrong", f"[{ended.code}] not one of {odd.codes}: {ended.last}")
-    if "Traceback" in ended.text:
-        return with_verdict(done, "traceback", ended.last)
-    if bad := failed(done, ended, odd.names):
+    if ended.code not in odd.codes or ended.hung or "Traceback" in ended.text:
+        return with_verdict(done, ended.crashed or "wrong", f"[{ended.code}], not one of {odd.codes}: {ended.last}")
+    if ended.code == 2 and (bad := failed(done, ended, odd.names)):
         return bad
     if reaching := _CONTROL.search(ended.said + ended.complained):
         return with_verdict(done, "wrong", f"{reaching[0]!r} reaches the terminal")

@@ -52,7 +52,7 @@ _NAMES = {
 _HEAD = 'name = "a"\n[indenter]\nradius = "5 mm"\n[sensor]\nradius = "10 mm"\n'
 _ZEROS = "Time (s),Extension (mm),Load (N)\n" + "".join(f"{i},{i / 100},0\n" for i in range(500))
 _SPECIMEN = '[[specimens]]\nname = "a"\nforce = "press.csv"\n'
-_PIPE = (0, 2, 3, 141, -13)
+_PIPE = (0, 1, 2, 3, 141, -13)
 
 
 def _refused(*found: Oddity) -> tuple[Oddity, ...]:
