@@ -1,0 +1,241 @@
+"""Words of a command line in, a process that runs them out; and how that process ended."""
+
+from __future__ import annotations
+
+import atexit
+import importlib
+import io
+import os
+import pkgutil
+import re
+import resource
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+#: Longest that a command of the small experiment may take before it counts as hanging [s].
+LIMIT = 240.0
+#: What the pages say a command may end with; 130 and 143 after SIGINT and SIGTERM.
+CODES = (0, 2, 3, 130, 143)
+_ANSI = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]")
+_WALKERS, _STEPS, _ACCURACY = 8, 150, 3e-2
+
+
+@dataclass(frozen=True)
+class Ended:
+    """A command that has ended: exit code (negative for a signal), what it printed, duration [s], whether it hung."""
+
+    code: int
+    said: str
+    complained: str
+    seconds: float
+    hung: bool = False
+
+    @property
+    def text(self) -> str:
+        """All that it printed, without colours."""
+        return _ANSI.sub("", self.said + self.complained)
+
+    @property
+    def crashed(self) -> str:
+        """Why it counts as a crash, or nothing."""
+        if self.hung:
+            return "hang"
+        if "Traceback" in self.text or self.code == 1:
+            return "traceback"
+        return "death" if self.code < 0 or self.code not in CODES else ""
+
+    @property
+    def last(self) -> str:
+        """Its last words, or those where it broke, in a line."""
+        lines = [line.strip(" │╭╰─╮╯") for line in self.text.splitlines()]
+        return " | ".join(line for line in lines if line)[-300:]
+
+
+@dataclass(frozen=True)
+class Running:
+    """A process of its own group that runs a command, the files that take what it prints, and when it began."""
+
+    pid: int
+    said: Path
+    complained: Path
+    begun: float
+
+    def kill(self, number: int = signal.SIGKILL, *, group: bool = True) -> bool:
+        """Send a signal to the process, or to all of its group; whether there was something to send it to."""
+        try:
+            (os.killpg if group else os.kill)(self.pid, number)
+        except ProcessLookupError:
+            return False
+        return True
+
+    def poll(self) -> int | None:
+        """The exit code (negative for a signal), or None while it runs."""
+        found = os.waitid(os.P_PID, self.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT)
+        if found is None:
+            return None
+        return found.si_status if found.si_code == os.CLD_EXITED else -found.si_status
+
+    def wait(self, limit: float = LIMIT) -> Ended:
+        """Wait until it has ended, once; what takes longer than the limit [s] is killed and counts as hanging."""
+        hung = False
+        while (code := self.poll()) is None:
+            if time.monotonic() - self.begun > limit:
+                hung = self.kill()
+            time.sleep(0.005)
+        seconds = time.monotonic() - self.begun
+        os.waitpid(self.pid, 0)
+        return Ended(code, _text(self.said), _text(self.complained), seconds, hung)
+
+
+def _text(path: Path) -> str:
+    return path.read_bytes().decode("utf-8", "replace") if path.exists() else ""
+
+
+def load_all() -> None:
+    """Load every module that a command may load, so that a process forked from here need not."""
+    import calib
+    import models
+
+    for package in (calib, models):
+        for module in pkgutil.walk_packages(package.__path__, package.__name__ + "."):
+            if not module.name.endswith("__main__"):
+                try:
+                    importlib.import_module(module.name)
+                except ImportError:  # an extra that is not installed
+                    continue
+    calib.parse_prior("sensor_thickness", {"normal": ["0.7 mm", "1 um"]})  # units and fonts are looked up once
+    figure = importlib.import_module("matplotlib.figure").Figure()
+    figure.add_subplot().set_title("a")
+    figure.savefig(io.BytesIO(), format="svg")
+
+
+def make_small() -> None:
+    """Make samples of this process and its children small: few walkers and steps, finite elements on a coarse grid."""
+    import calib
+    from models.fem import FiniteElements
+
+    defaults = calib.sample.__kwdefaults__
+    assert defaults is not None
+    defaults.update(n_walkers=_WALKERS, max_steps=_STEPS)
+    calib.with_spot_check.__defaults__ = (FiniteElements(accuracy=_ACCURACY),)
+
+
+def start(
+    words: Sequence[str],
+    folder: Path,
+    log: Path,
+    *,
+    cold: bool = False,
+    before: Callable[[], None] | None = None,
+    environment: Mapping[str, str | None] | None = None,
+) -> Running:
+    """Start `calib` in a process and a group of its own.
+
+    Parameters
+    ----------
+    words : after `calib`.
+    folder : to run it in.
+    log : folder for what it prints.
+    cold : whether the installed command is started, rather than a fork of this process that has its modules loaded already.
+    before : called in the process before the command is; only for a fork.
+    environment : variables to set, or to unset (None).
+
+    Returns
+    -------
+    The process.
+    """
+    log.mkdir(parents=True, exist_ok=True)
+    stem = f"{os.getpid()}-{threading.get_ident()}-{time.monotonic_ns()}"
+    said, complained = log / f"{stem}.out", log / f"{stem}.err"
+    begun = time.monotonic()
+    if cold:
+        own = {k: v for k, v in ({**os.environ} | dict(environment or {})).items() if v is not None}
+        with said.open("wb") as out, complained.open("wb") as err:
+            program = [str(Path(sys.executable).with_name("calib")), *words]
+            child = subprocess.Popen(
+                program, cwd=folder, env=own, stdin=subprocess.DEVNULL, stdout=out, stderr=err, start_new_session=True
+            )
+        child.returncode = 0  # waited for by its number, here
+        return Running(child.pid, said, complained, begun)
+    sys.stdout.flush()
+    pid = os.fork()
+    if pid == 0:
+        _run(words, folder, (said, complained), before, environment or {})
+    while os.getsid(pid) != pid:  # until it has a group of its own, that group cannot be sent a signal
+        time.sleep(0.0005)
+    return Running(pid, said, complained, begun)
+
+
+def run(words: Sequence[str], folder: Path, log: Path, *, limit: float = LIMIT, cold: bool = False) -> Ended:
+    """Run `calib` to its end; arguments as of `start` and `Running.wait`."""
+    return start(words, folder, log, cold=cold).wait(limit)
+
+
+def _run(
+    words: Sequence[str],
+    folder: Path,
+    files: tuple[Path, Path],
+    before: Callable[[], None] | None,
+    environment: Mapping[str, str | None],
+) -> None:
+    """Be the command, in a process that was forked for it, and end as an interpreter ends."""
+    code = 1
+    try:
+        os.setsid()
+        for number, path in enumerate((None, *files)):
+            how = os.O_RDONLY if path is None else os.O_WRONLY | os.O_CREAT
+            descriptor = os.open(path or os.devnull, how, 0o644)
+            os.dup2(descriptor, number)
+            os.close(descriptor)
+        os.chdir(folder)
+        for name, value in environment.items():
+            os.environ.pop(name, None) if value is None else os.environ.__setitem__(name, value)
+        sys.argv = ["calib", *words]
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        if before is not None:
+            before()
+        from calib.cli import app
+
+        try:
+            app()
+            code = 0
+        except SystemExit as end:
+            code = end.code if isinstance(end.code, int) else 0 if end.code is None else 1
+        threading._shutdown()
+        atexit._run_exitfuncs()
+        sys.stdout.flush()
+        sys.stderr.flush()
+    except BaseException as error:
+        code = 130 if isinstance(error, KeyboardInterrupt) else 1
+        sys.excepthook(*sys.exc_info())
+        sys.stderr.flush()
+    finally:
+        os._exit(code)
+
+
+def alive(pid: int) -> list[int]:
+    """Processes that are still of the session that a process began."""
+    found = []
+    for entry in Path("/proc").glob("[0-9]*"):
+        try:
+            fields = (entry / "stat").read_text().rpartition(")")[2].split()
+        except OSError:
+            continue
+        if int(fields[3]) == pid and fields[0] != "Z":
+            found.append(int(entry.name))
+    return found
+
+
+def limited(size: int) -> Callable[[], None]:
+    """What makes a process unable to write files larger than this [bytes]: as a disk that is full within a file."""
+
+    def before() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+
+    return before
