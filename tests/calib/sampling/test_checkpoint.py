@@ -21,15 +21,21 @@ from calib.sampling.checkpoint import (
     kept_identity,
     load_accepted,
     load_chain,
+    load_modes,
+    load_proposal,
     load_state,
     open_checkpoint,
     save_block,
+    save_modes,
     save_start,
     whose_checkpoint,
 )
-from calib.sampling.ensemble import Block, EnsembleState
+from calib.sampling.ensemble import KINDS, Block, EnsembleState
 from calib.sampling.identity import Identity, differences, identity_of
 from calib.sampling.posterior import Posterior
+from calib.sampling.proposal import Proposal, fit_funnel
+from calib.sampling.start import Start
+from calib.sampling.target import Mode
 from models.analytic import ClosedForm
 from models.fem import FiniteElements
 from models.surrogate.surrogate import load_surrogate
@@ -106,7 +112,8 @@ def test_seed_ensembles_and_walkers_change_the_fingerprint(problem: Problem) -> 
 
 
 @pytest.mark.parametrize(
-    ("name", "value"), [("LIKELIHOOD_VERSION", 99), ("_BASE", "slippery"), ("MOVES", ()), ("STORE_EVERY", 7)]
+    ("name", "value"),
+    [("LIKELIHOOD_VERSION", 99), ("_BASE", "slippery"), ("SHAPELY", ()), ("STORE_EVERY", 7), ("START_VERSION", 99)],
 )
 def test_what_the_program_does_changes_the_fingerprint(
     problem: Problem, monkeypatch: pytest.MonkeyPatch, name: str, value: object
@@ -147,14 +154,26 @@ def _state(rng: np.random.Generator) -> EnsembleState:
 
 
 def _block(rng: np.random.Generator) -> Block:
-    return Block(rng.normal(size=(10, 6, 2)), rng.normal(size=(10, 6)), rng.integers(0, 9, 6), _state(rng))
+    counts = rng.integers(0, 9, (2, len(KINDS)))
+    return Block(rng.normal(size=(10, 6, 2)), rng.normal(size=(10, 6)), counts[0], counts[1], _state(rng))
+
+
+def _modes(rng: np.random.Generator) -> tuple[Mode, ...]:
+    return tuple(Mode(rng.normal(size=2), float(rng.normal()), rng.normal(size=(2, 2))) for _ in range(2))
+
+
+def _start(rng: np.random.Generator) -> Start:
+    draws = [rng.normal(size=(200, 2)) + far for far in (0.0, 9.0)]
+    proposal = Proposal(tuple(fit_funnel(x, [1]) for x in draws), np.array([0.3, 0.7]))
+    return Start(_state(rng), proposal if rng.random() < 0.5 else None)
 
 
 def _filled(path: Path, run: Identity = RUN, seed: int = 5) -> CheckpointFolder:
     """A folder with two ensembles of three blocks each."""
     folder, rng = open_checkpoint(path, run, resume=False), np.random.default_rng(seed)
     for ensemble in range(2):
-        save_start(folder, ensemble, _state(rng))
+        save_modes(folder, ensemble, _modes(rng))
+        save_start(folder, ensemble, _start(rng))
         for index in range(3):
             save_block(folder, ensemble, index, _block(rng))
     return folder
@@ -169,7 +188,7 @@ def test_what_is_saved_is_loaded_and_the_same_arrays_give_the_same_bytes(tmp_pat
     again = _filled(tmp_path / "b")
     assert _bytes(folder.path) == _bytes(again.path)
     rng = np.random.default_rng(5)
-    _state(rng)
+    modes, start = _modes(rng), _start(rng)
     blocks = [_block(rng) for _ in range(3)]
     state, n_block = load_state(folder, 0)
     assert state is not None
@@ -179,7 +198,20 @@ def test_what_is_saved_is_loaded_and_the_same_arrays_give_the_same_bytes(tmp_pat
     chain, log_prob = load_chain(folder, 0, 3, 15, 2)
     np.testing.assert_array_equal(chain, np.concatenate([b.chain for b in blocks])[15::2])
     np.testing.assert_array_equal(log_prob, np.concatenate([b.log_prob for b in blocks])[15::2])
-    np.testing.assert_array_equal(load_accepted(folder, 0, 3, 1), blocks[1].accepted + blocks[2].accepted)
+    tried, accepted = load_accepted(folder, 0, 3, 1)
+    np.testing.assert_array_equal(tried, blocks[1].tried + blocks[2].tried)
+    np.testing.assert_array_equal(accepted, blocks[1].accepted + blocks[2].accepted)
+    loaded = load_modes(folder, 0)
+    assert loaded is not None
+    for found, kept in zip(loaded, modes, strict=True):
+        np.testing.assert_array_equal(found.x, kept.x)
+        np.testing.assert_array_equal(found.factor, kept.factor)
+        assert found.log_density == kept.log_density
+    x = rng.normal(size=(5, 2))
+    proposals = [load_proposal(folder, ensemble) for ensemble in range(2)]
+    assert start.proposal is not None
+    assert proposals[0] is not None
+    np.testing.assert_array_equal(proposals[0].log_density(x), start.proposal.log_density(x))
     with np.load(folder.path / "ensemble-0-00000.npz") as plain:  # other programs read it, too
         np.testing.assert_array_equal(plain["chain"], blocks[0].chain)
 
