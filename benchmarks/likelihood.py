@@ -15,6 +15,7 @@ import argparse
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -73,10 +74,10 @@ def main() -> None:
     print("draws in a batch     log posterior [us a draw]")
     for n in [n for n in (1, 40, 160, 320, 640) if n <= given.draws]:
         theta = draws(problem, n)
-        print(f"{n:16d}     {1e3 / n * milliseconds(lambda t=theta: log_posterior(problem, t), given.repeats):10.1f}")
+        print(f"{n:16d}     {1e3 / n * milliseconds(partial(log_posterior, problem, theta), given.repeats):10.1f}")
     theta = draws(problem, min(320, given.draws))
     for name, job in (("blocks for comparing models", log_likelihood_blocks), ("use of the range", range_use)):
-        print(f"{name:30s} {1e3 / len(theta) * milliseconds(lambda j=job: j(problem, theta), given.repeats):8.1f} us a draw")
+        print(f"{name:30s} {1e3 / len(theta) * milliseconds(partial(job, problem, theta), given.repeats):8.1f} us a draw")
     for what, made, sizes in (
         ("specimens", with_specimens, (1, 5, 20, given.specimens)),
         ("sweeps of one specimen", with_sweeps, (1, 10, 100, given.sweeps)),
@@ -88,7 +89,7 @@ def main() -> None:
             many = build_problem(*made(experiment, sweeps[0], size), forward)
             built = time.process_time() - start
             theta = draws(many, n)
-            spent = milliseconds(lambda p=many, t=theta: log_posterior(p, t), max(1, given.repeats // size))
+            spent = milliseconds(partial(log_posterior, many, theta), max(1, given.repeats // size))
             print(f"{size:24d} {len(many.parameters):8d} {built:11.2f} {spent:12.1f}")
 
 

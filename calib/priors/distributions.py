@@ -13,7 +13,7 @@ import numpy.typing as npt
 from scipy.special import erf, erfinv, log_ndtr, ndtr, ndtri, ndtri_exp
 
 from calib.catalogue import display
-from models.sensor import FloatArray
+from models.sensor import FloatArray, Scalar
 
 # A truncated normal keeps this many sd inside its bounds: a thickness truncated at zero is then never exactly zero.
 _INSIDE = 1e-12
@@ -36,7 +36,7 @@ class Prior(ABC):
 
     @staticmethod
     @abstractmethod
-    def value_at(z: FloatArray, *numbers: npt.ArrayLike) -> FloatArray:
+    def value_at(z: FloatArray, *numbers: Scalar) -> FloatArray:
         """What `ppf_normal` is, of the numbers that make a prior of this kind, which may be of many priors at once."""
 
     def ppf_normal(self, z: npt.ArrayLike) -> FloatArray:
@@ -99,7 +99,7 @@ class Normal(Prior):
         _require(_is_positive(self.sd), f"sd of a normal prior must be positive, got {self.sd}")
 
     @staticmethod
-    def value_at(z: FloatArray, *numbers: npt.ArrayLike) -> FloatArray:
+    def value_at(z: FloatArray, *numbers: Scalar) -> FloatArray:
         """See `Prior.value_at`."""
         mean, sd = numbers
         return _array(mean + sd * z)
@@ -142,7 +142,7 @@ class LogNormal(Prior):
         )
 
     @staticmethod
-    def value_at(z: FloatArray, *numbers: npt.ArrayLike) -> FloatArray:
+    def value_at(z: FloatArray, *numbers: Scalar) -> FloatArray:
         """See `Prior.value_at`."""
         median, factor = numbers
         return _array(median * np.exp(np.log(factor) * z))
@@ -182,7 +182,7 @@ class HalfNormal(Prior):
         _require(_is_positive(self.scale), f"scale of a half-normal prior must be positive, got {self.scale}")
 
     @staticmethod
-    def value_at(z: FloatArray, *numbers: npt.ArrayLike) -> FloatArray:
+    def value_at(z: FloatArray, *numbers: Scalar) -> FloatArray:
         """See `Prior.value_at`."""
         (scale,) = numbers
         # Each half by the form that does not subtract from one: erf below the median, the survival function above it.
@@ -227,7 +227,7 @@ class Uniform(Prior):
         _require(finite and self.low < self.high, f"low must be below high, got {self.low} and {self.high}")
 
     @staticmethod
-    def value_at(z: FloatArray, *numbers: npt.ArrayLike) -> FloatArray:
+    def value_at(z: FloatArray, *numbers: Scalar) -> FloatArray:
         """See `Prior.value_at`."""
         low, high = (_array(n) for n in numbers)
         width = high - low
@@ -282,7 +282,7 @@ class TruncatedNormal(Prior):
         return _array((self.low - self.mean) / self.sd), _array((self.high - self.mean) / self.sd)
 
     @staticmethod
-    def value_at(z: FloatArray, *numbers: npt.ArrayLike) -> FloatArray:
+    def value_at(z: FloatArray, *numbers: Scalar) -> FloatArray:
         """See `Prior.value_at`."""
         mean, sd, low, high = (_array(n) for n in numbers)
         a, b = (low - mean) / sd, (high - mean) / sd
@@ -338,7 +338,7 @@ class Fixed(Prior):
         _require(math.isfinite(self.value), f"a fixed value must be finite, got {self.value}")
 
     @staticmethod
-    def value_at(z: FloatArray, *numbers: npt.ArrayLike) -> FloatArray:
+    def value_at(z: FloatArray, *numbers: Scalar) -> FloatArray:
         """See `Prior.value_at`; the value, whatever z."""
         (value,) = numbers
         return _array(np.broadcast_to(value, z.shape).copy())

@@ -117,7 +117,7 @@ def _gram(channel: PredictedReadings, part: slice) -> FloatArray:
     weighted = columns * weight
     own = np.matmul(weighted.transpose(1, 0, 2), columns.transpose(1, 2, 0))
     if channel.discrepancy is None:
-        return own
+        return np.asarray(own, dtype=float)
     sd, modes = channel.discrepancy.sd[:, part], channel.discrepancy.correlation.modes[part]
     rank = modes.shape[1]
     gram = np.zeros((n_draw, rank + n_error + 1, rank + n_error + 1))

@@ -68,8 +68,8 @@ class PredictedReadings:
     def only(self, rows: BoolArray) -> PredictedReadings:
         """Some of the draws."""
         own = None if self.discrepancy is None else Discrepancy(self.discrepancy.sd[rows], self.discrepancy.correlation)
-        parts = (column[rows] for column in (self.depth, self.mean, self.variance, self.error))
-        return PredictedReadings(*parts, self.observed, own)
+        depth, mean, variance, error = (column[rows] for column in (self.depth, self.mean, self.variance, self.error))
+        return PredictedReadings(depth, mean, variance, error, self.observed, own)
 
 
 @dataclass(frozen=True, eq=False)

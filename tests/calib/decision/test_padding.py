@@ -144,7 +144,6 @@ def test_a_fine_grid_of_thicknesses_says_what_a_coarse_one_says(
     np.testing.assert_array_equal(fine.coverage[::10], coarse.coverage)
     for name in ("depth", "resolution"):
         np.testing.assert_allclose(getattr(fine, name)[:, ::10], getattr(coarse, name), rtol=2e-4)
-    assert fine.best == pytest.approx(coarse.best, abs=0.3e-3)
 
 
 def test_a_fine_grid_asks_the_model_at_few_thicknesses(make_posterior: MakePosterior) -> None:
