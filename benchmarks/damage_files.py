@@ -44,6 +44,7 @@ DATA = Path(__file__).parents[1] / "datasets" / "padded_sensor"
 SETTINGS = {"accuracy": 1e-3, "family": "neo-hookean"}
 EXPERIMENT = f"""
 name = "to be damaged"
+model = "closed form"
 [indenter]
 radius = "5 mm"
 [sensor]
