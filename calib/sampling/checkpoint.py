@@ -229,7 +229,7 @@ def load_accepted(folder: CheckpointFolder, ensemble: int, n_block: int, first_b
     (n_walker,).
     """
     blocks = [_require(folder, ensemble, index)["accepted"] for index in range(first_block, n_block)]
-    return np.sum(blocks, axis=0, dtype=float)
+    return np.asarray(np.sum(blocks, axis=0), dtype=float)
 
 
 _STATE = ("coords", "log_prob", "random_keys", "random_rest", "random_gauss")
