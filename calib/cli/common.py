@@ -168,7 +168,13 @@ def loaded(folder: Path) -> Run:
 
 @contextmanager
 def paging() -> Iterator[None]:
-    """Turn a report that could not be made into its message on stderr and its exit code: all else is written by then."""
+    """Turn a report that could not be made into its message on stderr and its exit code: all else is written by then.
+
+    Raises
+    ------
+    Exit
+        If that is so.
+    """
     from calib.runs import PageError
 
     try:
