@@ -183,7 +183,7 @@ def _say(folder: Path, run: Run) -> None:
     from rich.markup import escape
     from rich.table import Table
 
-    from calib.report import judgement, listed, parameter_rows
+    from calib.report import judge_run, listed, parameter_rows
 
     posterior = run.posterior
     shown = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
@@ -194,7 +194,7 @@ def _say(folder: Path, run: Run) -> None:
         shown.add_row(escape(row.name), f"{row.value} {row.unit}", row.interval, learned)
     console = out()
     console.print(shown)
-    d, judged = posterior.diagnostics, judgement(posterior, run.predictions)
+    d, judged = posterior.diagnostics, judge_run(posterior, run.predictions)
     if judged.good:
         console.print("Converged.", style="green")
     elif d.usable:

@@ -122,9 +122,9 @@ def read(
         )
         observations = observe(read_lab_file(file, reading), use)
         if picture is not None:
-            from calib.report import file_figure
+            from calib.report import any_letters, file_figure
 
-            with whole_file(picture, advice="Create it, or choose another --picture") as whole:
+            with whole_file(picture, advice="Create it, or choose another --picture") as whole, any_letters():
                 file_figure(observations).savefig(whole, dpi=150, format=picture.suffix[1:].lower())
         if output is not None:
             write_text(output, observations.to_dataframe().to_csv(index=False, lineterminator="\n"))

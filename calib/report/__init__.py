@@ -17,14 +17,15 @@ if TYPE_CHECKING:
     from calib.report.figures.padding import padding_figure
     from calib.report.figures.posterior import corner_figure, prior_figure, trace_figure
     from calib.report.figures.predictive import change_figure, channel_figure
-    from calib.report.judgement import judgement, listed
+    from calib.report.judgement import judge_run, listed
     from calib.report.page import write_report
-    from calib.report.pictures import write_figure
+    from calib.report.pictures import any_letters, write_figure
     from calib.report.rows import ParameterRow, parameter_rows
     from calib.report.summary import summary_csv, summary_json
 
 __all__ = [
     "ParameterRow",
+    "any_letters",
     "change_figure",
     "channel_figure",
     "check_in_words",
@@ -32,7 +33,7 @@ __all__ = [
     "cross_section_figure",
     "curve_csv",
     "file_figure",
-    "judgement",
+    "judge_run",
     "listed",
     "padding_figure",
     "parameter_rows",
@@ -56,9 +57,9 @@ _MODULES = {
     "figures.padding": ("padding_figure",),
     "figures.posterior": ("corner_figure", "prior_figure", "trace_figure"),
     "figures.predictive": ("change_figure", "channel_figure"),
-    "judgement": ("judgement", "listed"),
+    "judgement": ("judge_run", "listed"),
     "page": ("write_report",),
-    "pictures": ("write_figure",),
+    "pictures": ("any_letters", "write_figure"),
     "rows": ("ParameterRow", "parameter_rows"),
     "summary": ("summary_csv", "summary_json"),
 }

@@ -28,7 +28,7 @@ class Judgement:
     bad_data: str
 
 
-def judgement(posterior: Posterior, predictions: Sequence[Prediction]) -> Judgement:
+def judge_run(posterior: Posterior, predictions: Sequence[Prediction]) -> Judgement:
     """Judge a calibration by its chains, its forward model, what it predicts, and the files it was made from.
 
     Parameters

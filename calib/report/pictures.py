@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
+import logging
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -65,7 +66,7 @@ def figure_address(figure: Figure, *, vector: bool = True) -> str:
         The same figure gives the same bytes.
     """
     buffer = io.BytesIO()
-    with rc_context({"svg.hashsalt": "calib"}), _with_boxes():
+    with rc_context({"svg.hashsalt": "calib"}), any_letters():
         if vector:
             figure.savefig(buffer, format="svg", metadata={"Date": None})
         else:
@@ -89,13 +90,22 @@ def write_figure(figure: Figure, path: Path) -> None:
     """
     if path.suffix not in (".png", ".pdf", ".svg"):
         raise InputError(Fault("the name of a picture ends in .png, .pdf or .svg", path, advice="Choose another"))
-    with whole_file(path) as whole, _with_boxes():
+    with whole_file(path) as whole, any_letters():
         figure.savefig(whole, dpi=250)
 
 
 @contextmanager
-def _with_boxes() -> Iterator[None]:
+def any_letters() -> Iterator[None]:
     """Draw a box in silence where the font lacks a character of somebody's name; the page beside it has it."""
+    log = logging.getLogger("matplotlib.mathtext")
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Glyph .* missing from")
-        yield
+        log.addFilter(_no_missing_glyph)
+        try:
+            yield
+        finally:
+            log.removeFilter(_no_missing_glyph)
+
+
+def _no_missing_glyph(record: logging.LogRecord) -> bool:
+    return "does not have a glyph" not in str(record.msg)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from calib.report.judgement import judgement, listed
+from calib.report.judgement import judge_run, listed
 from calib.report.rows import AGAINST_PRIOR_WORDS, PRIOR_DRIVEN_WORDS, SENSOR_PARAMETERS, ParameterRow, parameter_rows
 from calib.report.section import Results, Section
 from calib.sampling import Posterior
@@ -15,7 +15,7 @@ ORDER = 10
 def section(results: Results) -> Section:
     """Show what came out, at the head of the report."""
     posterior, d = results.posterior, results.posterior.diagnostics
-    judged = judgement(posterior, results.predictions)
+    judged = judge_run(posterior, results.predictions)
     context = {
         "good": judged.good,
         "status": judged.status,
