@@ -10,7 +10,7 @@ import pytest
 from nbclient import NotebookClient
 
 NOTEBOOKS = Path(__file__).parents[1] / "notebooks"
-SHORTER = {"calibrate": ("calib.sample(problem, seed=1)", "calib.sample(problem, seed=1, max_steps=200)")}
+SHORTER = {"calibrate": ("calib.sample(problem, seed=1)", "calib.sample(problem, seed=1, max_steps=50)")}
 
 
 @pytest.mark.parametrize("path", sorted(NOTEBOOKS.glob("*.ipynb")), ids=lambda p: p.stem)
