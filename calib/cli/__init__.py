@@ -46,7 +46,7 @@ Then open run1/report.html. Without files of your own, begin with `calib example
 
 Exit codes: 0 done (and usable); 1 all results were written, but not the page that shows them; 2 something is wrong with the
 input, nothing was written; 3 everything was written, but the calibration has not converged, or its surrogate is off the finite
-elements by more than it states; 130 stopped by Ctrl-C, 143 by SIGTERM, what was computed kept where there is a place to keep it.
+elements by more than it states; 130 stopped by Ctrl-C, 143 by SIGTERM, what was computed is kept where it has a place.
 """,
 )
 
