@@ -159,7 +159,7 @@ def other_unit_above(doc: Document, rng: random.Random) -> Document | None:
         return None
     column = doc.columns[at]
     units = UNITS[column.quantity]
-    unit = rng.choice([u for u in units if units[u] != column.factors[0]])
+    unit = rng.choice([u for u in units if units[u] != units.get(column.unit, column.factors[0])])
     doc = replace(doc, above=(*_unblanked(doc.above), f"Units : {column.name}{doc.delimiter}{unit}"))
     return with_column(doc, at, replace(column, factors=()))
 
@@ -236,7 +236,7 @@ def doubled_unit(doc: Document, rng: random.Random) -> Document | None:
         return None
     column = doc.columns[at]
     units = UNITS[column.quantity]
-    other = rng.choice([u for u in units if units[u] != column.factors[0]])
+    other = rng.choice([u for u in units if units[u] != units.get(column.unit, column.factors[0])])
     return with_column(doc, at, replace(column, name=f"{column.name} ({other})", factors=()))
 
 
