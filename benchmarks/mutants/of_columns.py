@@ -49,10 +49,10 @@ def two_columns(doc: Document, rng: random.Random) -> tuple[int, int] | None:
     first = column_read(doc, rng)
     if first is None:
         return None
-    # Two columns of one name and unit, exchanged, are what they were.
-    own = (doc.columns[first].name, doc.columns[first].unit)
-    others = [j for j, c in enumerate(doc.columns) if j != first and c.name and (c.name, c.unit) != own]
-    return (first, rng.choice(others)) if others else None
+    # Two columns of one name and unit, exchanged, are what they were; one of them exchanged with a third is alone of its name.
+    heads = [(c.name, c.unit) for c in doc.columns]
+    others = [j for j, c in enumerate(doc.columns) if j != first and c.name and heads.count(heads[j]) == 1]
+    return (first, rng.choice(others)) if others and heads.count(heads[first]) == 1 else None
 
 
 def swap_columns(doc: Document, rng: random.Random) -> Document | None:

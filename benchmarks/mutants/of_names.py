@@ -79,8 +79,10 @@ def other_unit(doc: Document, rng: random.Random) -> Document | None:
         return None
     column = doc.columns[at]
     units = UNITS[column.quantity]
-    unit = rng.choice([u for u in units if units[u] != column.factors[0]])
-    return with_column(doc, at, replace(column, unit=unit, factors=(units[unit],)))
+    own = units.get(column.unit, column.factors[0])
+    unit = rng.choice([u for u in units if units[u] != own])
+    # Epoch times in milliseconds are kept in seconds.
+    return with_column(doc, at, replace(column, unit=unit, factors=tuple(f * units[unit] / own for f in column.factors)))
 
 
 def restate(doc: Document, rng: random.Random) -> Document | None:
@@ -120,7 +122,7 @@ def no_unit(doc: Document, rng: random.Random) -> Document | None:
     at = _with_unit(doc, rng)
     if at is None or doc.columns[at].quantity == "time":
         return None
-    if f"({doc.columns[at].unit})" in (doc.columns[at].name or ""):  # said twice: one is left
+    if _has_unit_in_name(doc.columns[at]):
         return None
     return with_column(doc, at, replace(doc.columns[at], unit="", bracket="", gap="", factors=()))
 
@@ -128,10 +130,16 @@ def no_unit(doc: Document, rng: random.Random) -> Document | None:
 def no_time_unit(doc: Document, rng: random.Random) -> Document | None:
     """No unit at the time."""
     at = doc.index("time")
-    if at is None or not doc.columns[at].unit:
+    if at is None or not doc.columns[at].unit or _has_unit_in_name(doc.columns[at]):
         return None
     column = doc.columns[at]
     return with_column(doc, at, replace(column, unit="", bracket="", gap="", told="time"))
+
+
+def _has_unit_in_name(column: Column) -> bool:
+    """Whether a change before has put a unit into the name, which is left if that behind it is deleted."""
+    units = [u for u in UNITS.get(column.quantity, {}) if u]
+    return any(f"({u})" in (column.name or "") for u in units)
 
 
 def unit_above(doc: Document, rng: random.Random) -> Document | None:
@@ -151,7 +159,7 @@ def other_unit_above(doc: Document, rng: random.Random) -> Document | None:
         return None
     column = doc.columns[at]
     units = UNITS[column.quantity]
-    unit = rng.choice([u for u in units if units[u] != column.factors[0]])
+    unit = rng.choice([u for u in units if units[u] != units.get(column.unit, column.factors[0])])
     doc = replace(doc, above=(*_unblanked(doc.above), f"Units : {column.name}{doc.delimiter}{unit}"))
     return with_column(doc, at, replace(column, factors=()))
 
@@ -228,7 +236,7 @@ def doubled_unit(doc: Document, rng: random.Random) -> Document | None:
         return None
     column = doc.columns[at]
     units = UNITS[column.quantity]
-    other = rng.choice([u for u in units if units[u] != column.factors[0]])
+    other = rng.choice([u for u in units if units[u] != units.get(column.unit, column.factors[0])])
     return with_column(doc, at, replace(column, name=f"{column.name} ({other})", factors=()))
 
 

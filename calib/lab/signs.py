@@ -98,6 +98,9 @@ def decide_signs(table: LabTable, displacement: FloatArray | None, good: BoolArr
     sensed = {"displacement": shape("displacement", "capacitance"), "force": shape("capacitance", "force")}
     if press is not None and abs(press.slope) >= _TOGETHER:
         load = found["force"][good & np.isfinite(found["force"])]
+        both = good & np.isfinite(found["force"]) & np.isfinite(found["displacement"])
+        if not set(SIGNED) <= set(said) and _ends_otherwise(found["displacement"][both], found["force"][both], press.slope):
+            raise InputError(_unrelated(table, None, [q for q in SIGNED if q not in said]))
         return {**_together(table, press, steady(load), sensed["displacement"], said), **_missing(found, said)}
     if press is not None and (open_ := [q for q in SIGNED if q not in said]):
         raise InputError(_unrelated(table, press, open_))
@@ -189,7 +192,7 @@ def _together(
     factor = float(np.sign(total))
     # That a record starts pressed, or that the force never is on the side of compression, takes more than a likelihood.
     odd = press.first * factor < 0 or float(np.max(factor * load)) < _COMPRESSED * float(np.max(np.abs(load)))
-    if abs(total) < (_CLEAR if odd else _DOUBTFUL):
+    if abs(total) < (_CLEAR if odd else _DOUBTFUL) or not words_for(evidence, factor):
         raise InputError(_doubtful(table, "force", evidence, press.rise, press.first_travel))
     strength: Strength = "clear" if abs(total) >= _CLEAR else "likely"
     begun = " (the record starts pressed)" if press.first * factor < 0 else ""
@@ -260,13 +263,25 @@ def _stated(quantity: str, factor: float, against: str) -> SignDecision:
     return _decision(quantity, factor, "stated", f"as stated{against}")
 
 
-def _unrelated(table: LabTable, press: Shape, open_: Sequence[str]) -> Fault:
-    """Refuse to guess where force goes with the displacement as well as against it, as under a drift larger than the press."""
+def _ends_otherwise(displacement: FloatArray, force: FloatArray, slope: float) -> bool:
+    """Whether the last three forces leave all others far behind, and go the other way with the displacement than these."""
+    travel, change = np.diff(displacement[-3:]), np.diff(force[-3:])
+    far = abs(force[-1] - force[-3]) > float(np.ptp(steady(force[:-1])))
+    onwards = abs(float(np.sum(np.sign(travel)))) == abs(float(np.sum(np.sign(change)))) == 2.0
+    return bool(far and onwards and np.sign(travel[-1] * change[-1]) == -np.sign(slope))
+
+
+def _unrelated(table: LabTable, press: Shape | None, open_: Sequence[str]) -> Fault:
+    """Refuse to guess where force goes with the displacement as well as against it, as under a drift larger than the press.
+
+    `press` is None where the last rows alone go otherwise.
+    """
     options = " and ".join(f'--sign "{q}=compression positive" (or negative)' for q in open_)
-    share = f"{50 * (1 + abs(press.slope)):.0f} %"
+    words = "the last rows, in which force changes most, go the other way with the displacement than all others"
+    if press is not None:
+        words = f"only {50 * (1 + abs(press.slope)):.0f} % of the changes of force go one way with the displacement"
     return Fault(
-        f"it cannot be told which way compression is in {' and '.join(open_)}: only {share} of the changes of force go one way "
-        "with the displacement",
+        f"it cannot be told which way compression is in {' and '.join(open_)}: {words}",
         table.path,
         int(table.lines[0]) if len(table.lines) else None,
         advice=f"Say {options}, or sign in an experiment file; a drift larger than the press does that",

@@ -20,7 +20,7 @@ from calib.lab.instruments.lines import (
     is_other_header,
     kind_of_line,
     left_out,
-    n_named,
+    n_needed,
     not_read,
     short_rows,
 )
@@ -265,7 +265,7 @@ def _time_goes_on(sheet: Sheet, blocks: list[_Block], rows: list[list[str]]) -> 
 
 def _check_width(sheet: Sheet, rows: list[list[str]], lines: IntArray, width: int) -> None:
     faults = []
-    named = n_named(sheet)
+    named = n_needed(sheet)
     widest = max(map(len, rows), default=0)
     if widest < named:
         # A cell too many among the names moves all columns behind it.

@@ -11,7 +11,7 @@ from types import MappingProxyType
 from calib.errors import Fault
 from calib.lab.instruments.clock_cells import is_clock
 from calib.lab.instruments.labtable import Reading
-from calib.lab.instruments.numbers import is_numeric
+from calib.lab.instruments.numbers import is_missing, is_numeric
 from calib.lab.instruments.text import LabText
 from calib.lab.instruments.units import is_unit_of
 from calib.lab.instruments.vocabulary import EXAMPLE, understand, understood_names
@@ -67,7 +67,7 @@ def find_header(text: LabText, reading: Reading) -> tuple[str, int, list[str]] |
     best: tuple[int, int] = (0, 0)
     found: tuple[str, int, list[str]] | None = None
     for index, written in enumerate(text.lines[:HEADER_WITHIN]):
-        if not written.strip() or is_numeric(written) or not any(c.isalpha() for c in written):
+        if not written.strip() or is_numeric(written) or not any(c.isalpha() for c in written) or _is_row(written):
             continue
         for delimiter in DELIMITERS:
             line = without_comment_mark(written, delimiter)
@@ -89,6 +89,15 @@ def find_header(text: LabText, reading: Reading) -> tuple[str, int, list[str]] |
                 if score > best and (rows or len(known) > best[1]):
                     best, found = score, (delimiter, index, cells)
     return found
+
+
+def _is_row(line: str) -> bool:
+    """Whether a line is one of numbers between some delimiter, with exponents or NaN, whatever it is by another one."""
+    for delimiter in DELIMITERS:
+        cells = [c for c in split_line(line, delimiter) if c]
+        if len(cells) > 1 and is_numeric(cells[0]) and all(is_numeric(c) or is_missing(c) for c in cells):
+            return True
+    return False
 
 
 def is_same_header(cells: Sequence[str], header: Sequence[str]) -> bool:
@@ -180,10 +189,13 @@ def no_header(text: LabText) -> Fault:
         text.path,
         seen[0] if seen else first + 1,
         advice=f'Name the columns for example "{EXAMPLE["time"]}", "{EXAMPLE["force"]}", or say which is what '
-        f"(--columns force=... --units force=...). Understood are {advice}",
+        + (_BY_NUMBER if _is_row(text.lines[first]) else f"(--columns force=... --units force=...). Understood are {advice}"),
     )
 
 
+_BY_NUMBER = (
+    "by the numbers of the columns, from 1: --columns time=1 --columns displacement=2 --columns force=3, with --units of each"
+)
 _BUS_REPLY = re.compile(
     r"^\s*[+-]?\d\.\d+E[+-]\d+\s*,\s*[+-]?\d\.\d+E[+-]\d+\s*,\s*[+-]?\d+\s*(?:,\s*[+-]?\d+)?\s*$", re.IGNORECASE
 )

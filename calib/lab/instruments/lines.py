@@ -43,6 +43,12 @@ def n_named(sheet: Sheet) -> int:
     return max((i + 1 for i, name in enumerate(sheet.names) if name), default=0)
 
 
+def n_needed(sheet: Sheet) -> int:
+    """Count the columns up to the last that has a name, but for one of remarks at the end, whose cells loggers leave away."""
+    n = n_named(sheet)
+    return n - 1 if n > 2 and sheet.names[n - 1].strip().lower() in _OF_REMARKS else n
+
+
 def left_out(sheet: Sheet, indices: Sequence[int]) -> list[str]:
     """Write the note on lines of text that are left out; no note if there are none.
 
@@ -80,6 +86,18 @@ def not_read(sheet: Sheet, indices: Sequence[int], why: str) -> list[Unread]:
     return found
 
 
+_OF_REMARKS = (
+    "comment",
+    "comments",
+    "remark",
+    "remarks",
+    "note",
+    "notes",
+    "kommentar",
+    "bemerkung",
+    "commentaire",
+    "comentario",
+)
 # A line that a program has set apart from the rows; a spreadsheet's words for an error are none.
 _COMMENT = re.compile(
     r"(?:#+(?!#|N/?A|NV|REF|DIV|VALUE|NAME|NUM|NULL|WERT|BEZUG|ZAHL)|%+|//+|!)\s*(?=[\w(\[\"'])", re.IGNORECASE

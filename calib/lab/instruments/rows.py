@@ -16,7 +16,7 @@ from calib.lab.instruments.clock_cells import is_clock, not_clocks
 from calib.lab.instruments.header import split_line
 from calib.lab.instruments.labtable import IntArray, Reading
 from calib.lab.instruments.lexicon import RESULTS
-from calib.lab.instruments.lines import Table, is_other_header, kind_of_line, left_out, n_named, not_read, short_rows
+from calib.lab.instruments.lines import Table, is_other_header, kind_of_line, left_out, n_named, n_needed, not_read, short_rows
 from calib.lab.instruments.numbers import is_missing, is_numeric, is_over_range, not_numbers
 from calib.lab.instruments.sheet import Sheet, no_such_specimen
 
@@ -187,7 +187,7 @@ def _cut_alike(sheet: Sheet, lines: Sequence[str]) -> tuple[list[list[str]], dic
                 lengths[i] = n
     except csv.Error:
         return None
-    return ([cells[i::width] for i in range(width)], lengths) if widest >= n_named(sheet) else None
+    return ([cells[i::width] for i in range(width)], lengths) if widest >= n_needed(sheet) else None
 
 
 def _end_of_rows(sheet: Sheet, start: int, keys: Sequence[int]) -> tuple[int, list[int]] | None:

@@ -208,10 +208,7 @@ def out_of_order(sheet: Sheet, values: FloatArray) -> tuple[FloatArray, dict[int
         return values, {}
     kept = values.copy()
     kept[odd] = np.nan
-    name = "the times beside it go on without it"
-    return kept, {
-        int(r): f"line {int(sheet.lines[r])} lies {values[r] - kept[r - 1]:.4g} ahead of its time: {name}" for r in odd
-    }
+    return kept, {int(r): f"line {int(sheet.lines[r])} lies ahead: the times beside it go on without it" for r in odd}
 
 
 def time_notes(sheet: Sheet, index: int, values: FloatArray) -> list[str]:

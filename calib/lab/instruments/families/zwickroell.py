@@ -20,4 +20,4 @@ def recognise(sheet: Sheet) -> str:
     return f'{channels(sheet)}, "{own[0]}" among them{where}'
 
 
-FAMILY = InstrumentFamily("ZwickRoell testXpert", 60, recognise, needs("displacement", "force"), verified=False)
+FAMILY = InstrumentFamily("ZwickRoell testXpert", 60, recognise, needs("displacement", "force"), verified=True)

@@ -1,0 +1,115 @@
+"""Single rows that the rows beside them contradict, rows of results, and columns that stand in for one that is put aside."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from calib.errors import InputError
+from calib.lab import LabTable, Reading, read_lab_file
+
+N_ROW = 60
+TIME = 0.5 * np.arange(N_ROW)
+DEPTH = 0.02 * np.arange(N_ROW)
+FORCE = 0.2 + 3.0 * np.maximum(DEPTH - 0.3, 0.0) ** 1.5
+
+
+def _rows(**changed: dict[int, str]) -> list[list[str]]:
+    cells = {
+        "time": [f"{v:.2f}" for v in TIME],
+        "depth": [f"{v:.4f}" for v in DEPTH],
+        "force": [f"{v:.4f}" for v in FORCE],
+    }
+    for name, texts in changed.items():
+        for row, text in texts.items():
+            cells[name][row] = text
+    return [list(row) for row in zip(*cells.values(), strict=True)]
+
+
+def _read(
+    folder: Path, rows: list[list[str]], header: str = "Time (s),Extension (mm),Load (N)", reading: Reading | None = None
+) -> LabTable:
+    path = folder / "press.csv"
+    path.write_text("\n".join([header, *(",".join(row) for row in rows)]) + "\n", encoding="utf-8")
+    return read_lab_file(path, reading or Reading())
+
+
+def _refusal(folder: Path, rows: list[list[str]], header: str) -> str:
+    with pytest.raises(InputError) as caught:
+        _read(folder, rows, header)
+    return str(caught.value)
+
+
+@pytest.mark.parametrize("row", [1, 2, 30, N_ROW - 3, N_ROW - 2])
+def test_a_number_off_by_a_power_of_ten_is_left_out_beside_the_ends_too(tmp_path: Path, row: int) -> None:
+    table = _read(tmp_path, _rows(force={row: f"{1000 * FORCE[row]:.4f}"}))
+    assert "off by a factor" in table.reasons[row]
+    assert sum(map(bool, table.reasons)) == 1
+
+
+def test_a_lost_mark_does_not_hide_a_number_off_by_a_power_of_ten(tmp_path: Path) -> None:
+    table = _read(tmp_path, _rows(depth={20: "4000", 40: f"{DEPTH[40] / 10:.4f}"}))
+    assert [r for r, why in enumerate(table.reasons) if why] == [20, 40]
+
+
+@pytest.mark.parametrize("row", [5, N_ROW - 2])
+def test_a_time_far_ahead_is_left_out_and_not_the_row_behind_it(tmp_path: Path, row: int) -> None:
+    table = _read(tmp_path, _rows(time={row: "777.77"}))
+    assert [r for r, why in enumerate(table.reasons) if why] == [row]
+
+
+@pytest.mark.parametrize("word", ["Mean", "Average", "Std. dev.", "Mittelwert", "Max", "平均"])
+@pytest.mark.parametrize("key", ["A", ""])
+def test_a_row_of_results_below_a_column_of_words_is_no_reading(tmp_path: Path, word: str, key: str) -> None:
+    rows = [[key, *row] for row in _rows()]
+    table = _read(tmp_path, [*rows, [word, "14.75", "0.59", "0.61"]], "Specimen,Time (s),Extension (mm),Load (N)")
+    kept = [not why for why in table.reasons]
+    assert sum(kept) == N_ROW
+    np.testing.assert_allclose(table.columns["force"][kept], FORCE, atol=1e-4)
+    assert len(kept) == N_ROW or f'a row of results: "{word}"' in table.reasons[-1]
+
+
+@pytest.mark.parametrize("name", ["Load [*10] (N)", "Load (max) (N)", "Load setpoint (N)", "Load (foo) (N)"])
+def test_a_second_load_is_a_choice_where_the_plain_one_is_put_aside(tmp_path: Path, name: str) -> None:
+    rows = [[*row, row[-1]] for row in _rows()]
+    said = _refusal(tmp_path, rows, f"Time (s),Extension (mm),{name},Load 2 (N)")
+    assert '"force=Load 2 (N)"' in said
+    table = _read(tmp_path, rows, f"Time (s),Extension (mm),{name},Load 2 (N)", Reading(columns={"force": "Load 2 (N)"}))
+    np.testing.assert_allclose(table.columns["force"], FORCE, atol=1e-4)
+
+
+def test_a_second_load_is_a_choice_where_the_plain_one_stands_still(tmp_path: Path) -> None:
+    rows = [[*row[:2], "0.975", row[-1]] for row in _rows()]
+    assert "stands still" in _refusal(tmp_path, rows, "Time (s),Extension (mm),Load (N),Load 2 (N)")
+
+
+def test_a_last_column_of_comments_may_have_no_cells(tmp_path: Path) -> None:
+    table = _read(tmp_path, _rows(), "Time (s),Extension (mm),Load (N),Comment")
+    np.testing.assert_allclose(table.columns["force"], FORCE, atol=1e-4)
+
+
+def test_numbers_without_a_header_are_no_header_by_another_delimiter(tmp_path: Path) -> None:
+    path = tmp_path / "log.lvm"
+    rows = [f"{t:.6E}\t{x:.6f}\t{f:.6f}\tNaN".replace(".", ",") for t, x, f in zip(TIME + 1, DEPTH, FORCE, strict=True)]
+    path.write_text("\n".join(rows) + "\n", encoding="utf-8")
+    with pytest.raises(InputError, match="--columns time=1 --columns displacement=2 --columns force=3"):
+        read_lab_file(path)
+    columns = {"time": "1", "displacement": "2", "force": "3"}
+    table = read_lab_file(path, Reading(columns=columns, units={"time": "s", "displacement": "mm", "force": "N"}))
+    np.testing.assert_allclose(table.columns["time"], TIME + 1)
+    np.testing.assert_allclose(table.columns["force"], FORCE, atol=1e-6)
+
+
+@pytest.mark.parametrize("unit", ["Volts", "m/s^2", "Lux", "Deg C"])
+def test_units_of_an_lvm_file_need_not_be_known(tmp_path: Path, unit: str) -> None:
+    head = ["LabVIEW Measurement", "Separator\tTab", "Decimal_Separator\t.", "X_Columns\tOne", "***End_of_Header***", ""]
+    tags = ["Channels\t2\t", f"Y_Unit_Label\tmm\t{unit}", "X_Dimension\tTime\tTime", "***End_of_Header***"]
+    names = ["X_Value\tExtension\tVoltage_0\tComment"]
+    path = tmp_path / "log.lvm"
+    path.write_text("\n".join([*head, *tags, *names, *("\t".join(row) for row in _rows())]) + "\n", encoding="utf-8")
+    with pytest.raises(InputError, match="no force column among"):
+        read_lab_file(path)
+    table = read_lab_file(path, Reading(columns={"force": "Voltage_0"}, units={"force": "N"}))
+    np.testing.assert_allclose(table.columns["force"], FORCE, atol=1e-4)
