@@ -21,8 +21,8 @@ from typing import Any
 
 #: Longest that a command of the small experiment may take before it counts as hanging [s].
 LIMIT = 240.0
-#: What the pages say a command may end with; 130 and 143 after SIGINT and SIGTERM.
-CODES = (0, 2, 3, 130, 143)
+#: What the pages say a command may end with; 1 if all but the page is written, 130 and 143 after SIGINT and SIGTERM.
+CODES = (0, 1, 2, 3, 130, 143)
 _ANSI = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]")
 _DRAWN: list[Any] = []
 _WALKERS, _STEPS, _ACCURACY = 8, 150, 3e-2
@@ -48,7 +48,7 @@ class Ended:
         """Why it counts as a crash, or nothing."""
         if self.hung:
             return "hang"
-        if "Traceback" in self.text or self.code == 1:
+        if "Traceback" in self.text or (self.code == 1 and "Error: " not in self.text):
             return "traceback"
         return "death" if self.code < 0 or self.code not in CODES else ""
 
