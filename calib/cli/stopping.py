@@ -80,7 +80,13 @@ _STOP = _Stop()
 
 @contextmanager
 def stoppable() -> Iterator[None]:
-    """Run a command so that the signals to stop end it, with the exit code 130 for Ctrl-C and 143 for SIGTERM."""
+    """Run a command so that the signals to stop end it, with the exit code 130 for Ctrl-C and 143 for SIGTERM.
+
+    Raises
+    ------
+    typer.Exit
+        With that code, where a test runs the command.
+    """
     before = {}
     if threading.current_thread() is threading.main_thread():
         # What ignores a signal from the start, as under nohup, goes on to.

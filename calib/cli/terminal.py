@@ -18,7 +18,12 @@ class Console(rich.console.Console):
     """A console that writes control characters out, whatever text they come in; its own colours and progress stay."""
 
     def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterable[Segment]:
-        """See `rich.console.Console.render`."""
+        """Render as Rich does, in parts of which those with text have their control characters written out.
+
+        Parameters
+        ----------
+        renderable, options : see `rich.console.Console.render`.
+        """
         for segment in super().render(renderable, options):
             yield segment if segment.control else Segment(visible(segment.text), segment.style)
 

@@ -37,7 +37,13 @@ class Prior(ABC):
     @staticmethod
     @abstractmethod
     def value_at(z: FloatArray, *numbers: Scalar) -> FloatArray:
-        """What `ppf_normal` is, of the numbers that make a prior of this kind, which may be of many priors at once."""
+        """What `ppf_normal` is, of the numbers that make a prior of this kind, which may be of many priors at once.
+
+        Parameters
+        ----------
+        z : [1], standard-normal coordinates, (n_draw, n_prior) or any shape.
+        numbers : the fields of the prior in their order, (n_prior,) or single numbers, SI.
+        """
 
     def ppf_normal(self, z: npt.ArrayLike) -> FloatArray:
         """Value x = F^-1(Phi(z)) [SI] at standard-normal coordinate z, any shape; increasing, accurate in both tails."""

@@ -105,7 +105,13 @@ def _correlation(along: FloatArray) -> Correlation:
 
 
 def present(part: _T | None) -> _T:
-    """Return a part of a sweep that must be there, as the tie or the channel requires it; refuse None."""
+    """Return a part of a sweep that must be there, as the tie or the channel requires it; refuse None.
+
+    Raises
+    ------
+    ValueError
+        If it is None.
+    """
     if part is None:
         raise ValueError("a part of the sweep that its tie needs is missing")
     return part
@@ -115,6 +121,11 @@ def at_time(track: Track, time: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Crosshead reading [m] and load [N] of the tester's record at `time` [s], any shape.
 
     Beyond the ends of the record the crosshead stands where it was last seen.
+
+    Parameters
+    ----------
+    track : the record.
+    time : [s], by the clock of the tester, any shape.
     """
     index = np.clip(np.searchsorted(track.time, time) - 1, 0, track.time.size - 2)
     start = track.time[index]

@@ -58,7 +58,13 @@ class EnsembleState:
 
     @staticmethod
     def of(coords: FloatArray, log_prob: FloatArray, random: np.random.RandomState) -> EnsembleState:
-        """Walkers with the present state of a generator."""
+        """Walkers with the present state of a generator.
+
+        Parameters
+        ----------
+        coords, log_prob : see the attributes.
+        random : the generator that their next steps go on with.
+        """
         return _state(coords, log_prob, tuple(random.get_state(legacy=True)))
 
 

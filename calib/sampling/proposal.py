@@ -92,7 +92,13 @@ class Funnel:
         return self.centre + self.spread * x
 
     def draw(self, random: np.random.RandomState, n_draw: int) -> FloatArray:
-        """Independent draws (n_draw, n)."""
+        """Independent draws (n_draw, n).
+
+        Parameters
+        ----------
+        random : the source of random numbers.
+        n_draw : how many.
+        """
         scale = self.scale / np.sqrt(random.chisquare(self.freedom, n_draw) / self.freedom)
         return self.at(random.standard_normal((n_draw, self.constant.size)) * scale[:, None])
 
@@ -237,7 +243,13 @@ class Proposal:
             return np.stack([part.log_density(x) for part in self.parts]) + np.log(self.shares)[:, None]
 
     def draw(self, random: np.random.RandomState, n_draw: int) -> FloatArray:
-        """Independent draws (n_draw, n)."""
+        """Independent draws (n_draw, n).
+
+        Parameters
+        ----------
+        random : the source of random numbers.
+        n_draw : how many.
+        """
         which = random.choice(len(self.parts), n_draw, p=self.shares)
         x = np.empty((n_draw, self.parts[0].centre.size))
         for k, part in enumerate(self.parts):
@@ -248,8 +260,14 @@ class Proposal:
         """Step from x (n_draw, n) to points nearby, reversibly with respect to this density: preconditioned Crank-Nicolson.
 
         Each x belongs to one part, by its share there; its t is a normal vector over the root of a gamma variable, which is
-        drawn given t, and the normal vector z becomes sqrt(1 - length^2) z + length times a new one (Neal 1998, Eq. 15; Cotter,
-        Roberts, Stuart & White, Stat. Sci. 28 (2013) 424, in the form for Student's t).
+        drawn given t, and the normal vector z becomes sqrt(1 - length^2) z + length times a new one (Cotter, Roberts, Stuart &
+        White, Stat. Sci. 28 (2013) 424, Section 4.2, for a normal density; the gamma variable makes it one for Student's t).
+
+        Parameters
+        ----------
+        random : the source of random numbers.
+        x : where the steps begin.
+        length : of the steps, in (0, 1]; 1 is a new place independent of x but for the part and the gamma variable.
         """
         log_parts = self.log_parts(x)
         total = np.cumsum(np.exp(log_parts - logsumexp(log_parts, axis=0)), axis=0)

@@ -43,7 +43,13 @@ class Target(Protocol):
         ...
 
     def prior_draws(self, rng: np.random.Generator, n_draw: int) -> FloatArray:
-        """Draws of the prior, (n_draw, n)."""
+        """Draws of the prior, (n_draw, n).
+
+        Parameters
+        ----------
+        rng : the source of random numbers.
+        n_draw : how many.
+        """
         ...
 
     def log_density(self, x: FloatArray) -> FloatArray:
@@ -51,7 +57,13 @@ class Target(Protocol):
         ...
 
     def climb(self, x: FloatArray, known: Sequence[Mode]) -> Mode:
-        """Climb from x (n,) to a mode; to one of those known if the way leads there."""
+        """Climb to a mode.
+
+        Parameters
+        ----------
+        x : (n,), where to begin; the density is not zero there.
+        known : modes that were found before; if the way leads to one of them, it is that one.
+        """
         ...
 
     def to_theta(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -80,7 +92,12 @@ class ProblemTarget:
         return tuple(k for k, p in enumerate(self.space.problem.parameters) if p.parameter in SCALES)
 
     def prior_draws(self, rng: np.random.Generator, n_draw: int) -> FloatArray:
-        """See `Target`."""
+        """Draws of the prior, (n_draw, n).
+
+        Parameters
+        ----------
+        rng, n_draw : see `Target`.
+        """
         return self.space.from_theta(rng.standard_normal((n_draw, len(self.names))))
 
     def log_density(self, x: FloatArray) -> FloatArray:
@@ -88,7 +105,12 @@ class ProblemTarget:
         return self.space.log_density(x)
 
     def climb(self, x: FloatArray, known: Sequence[Mode]) -> Mode:
-        """See `Target`; by Fisher scoring."""
+        """Climb by Fisher scoring.
+
+        Parameters
+        ----------
+        x, known : see `Target`.
+        """
         modes = [(m.x, m.log_density) for m in known]
         x, value, met = score(self.space, x, modes)
         if met is not None:

@@ -6,6 +6,7 @@ import os
 import sys
 import threading
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ import pandas as pd
 
 from calib.errors import InputError
 from calib.runs.calibration import Calibration, Stages, calibrate
+from calib.sampling import Gate, sample
 from models.analytic import ClosedForm
 from models.sensor import design_from
 
@@ -41,7 +43,11 @@ padding_thickness = { fixed = "1.10 mm" }
 """
 
 #: A calibration without its slow ends.
-QUICK = Stages(spot_check=lambda posterior, _: posterior, page=lambda run, _: f"<p>{run.posterior.seed}</p>")
+QUICK = Stages(
+    sample=partial(sample, max_steps=50, gate=Gate(ess=1e9)),
+    spot_check=lambda posterior, _: posterior,
+    page=lambda run, _: f"<p>{run.posterior.seed}</p>",
+)
 
 
 def make_lab(folder: Path) -> Path:
@@ -59,7 +65,7 @@ def make_lab(folder: Path) -> Path:
 
 def quick(lab: Path, name: str = "run", *, seed: int | None = None, stages: Stages = QUICK, **options: Any) -> Calibration:
     """Calibrate the experiment of a folder, as short as can be."""
-    options = {"max_seconds": 0.0, "processes": 0, "command": "calib calibrate", **options}
+    options = {"processes": 0, "command": "calib calibrate", **options}
     return calibrate(lab / "experiment.toml", lab / name, seed=seed, stages=stages, **options)
 
 

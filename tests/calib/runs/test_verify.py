@@ -174,7 +174,7 @@ def test_a_page_that_fails_leaves_its_reason_the_results_and_the_way_to_write_it
 
     result = CliRunner().invoke(
         app,
-        [*("calibrate", str(lab / "experiment.toml"), "-o", str(lab / "my run"), "--budget", "0", "--processes", "0")],
+        [*("calibrate", str(lab / "experiment.toml"), "-o", str(lab / "my run"), "--processes", "0")],
         obj=Stages(QUICK.sample, QUICK.spot_check, page=broken),
     )
     assert result.exit_code == 1, result.output
