@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import typer
@@ -10,16 +12,36 @@ from typer.core import TyperGroup
 from calib.cli import calibrate, example, lab, refine, runs, schema, simulate, surrogate, verify, version
 from calib.cli.stopping import stoppable
 from calib.cli.terminal import every_character
+from calib.visible import visible
 
 __all__ = ["app"]
+
+
+# What typer refuses a command line with; the class itself has no public name.
+_UsageError: Any = typer.BadParameter.__base__
+
+
+@contextmanager
+def _quoting_visibly() -> Iterator[None]:
+    """Write out what a terminal would act on where typer quotes a word of the command line."""
+    try:
+        yield
+    except _UsageError as error:
+        error.message = visible(error.message or "")
+        raise
 
 
 class _Commands(TyperGroup):
     """The commands, each of which ends when it is told to, and says on any terminal what it has to say."""
 
+    def parse_args(self, ctx: typer.Context, args: list[str]) -> list[str]:
+        """Read the options before the command."""
+        with _quoting_visibly():
+            return super().parse_args(ctx, args)
+
     def invoke(self, ctx: typer.Context) -> Any:
         """Run the command that was asked for."""
-        with every_character(), stoppable():
+        with _quoting_visibly(), every_character(), stoppable():
             return super().invoke(ctx)
 
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from calib.cli.common import INTERRUPTED, NOT_USABLE, counting, err, out, paging, refusing_bad_input, say
+from calib.cli.common import NOT_USABLE, counting, err, out, paging, refusing_bad_input, say
 from calib.cli.stopping import when_stopped
 from calib.errors import in_shell_path
 from calib.regular import require_shown
@@ -105,7 +105,7 @@ def calibrate(
                 surrogate=surrogate,
                 reweight=reweight,
                 command=told,
-                watch=Watch(partial(_sampling, budget), _reweighting, _planned),
+                watch=Watch(partial(_sampling, budget), partial(_reweighting, again), _planned),
                 stages=replace(stages, sample=_until(deadline, stages.sample)),
             )
         except NothingSampled as nothing:
@@ -114,9 +114,6 @@ def calibrate(
             raise typer.Exit(NOT_USABLE) from None
         posterior = done.run.posterior
         _say(output, done.run)
-        if done.reweighting_stopped:
-            err().print(f"Re-weighting was stopped; the rest is written. Do it with: {again}", markup=False, soft_wrap=True)
-            raise typer.Exit(INTERRUPTED)
         if done.page_error is not None:
             with paging():
                 raise done.page_error
@@ -173,8 +170,10 @@ def _sampling(budget: float) -> Iterator[Callable[[Progress], None]]:
 
 
 @contextmanager
-def _reweighting() -> Iterator[Callable[[int, int], None]]:
-    with counting() as told:
+def _reweighting(again: str) -> Iterator[Callable[[int, int], None]]:
+    """Progress of the re-weighting; if it is stopped, the command `again` does it, and all else is written."""
+    words = f"Re-weighting was stopped; all else is written. Do it with: {again}"
+    with when_stopped(lambda: words), counting() as told:
         yield partial(told, "draws re-weighted")
 
 

@@ -27,8 +27,6 @@ NO_PAGE = 1
 BAD_INPUT = 2
 #: Everything was written, but the calibration has not converged, or its surrogate is off by more than it states.
 NOT_USABLE = 3
-#: Stopped from the keyboard (128 + SIGINT).
-INTERRUPTED = 130
 
 RunFolder = Annotated[Path, typer.Argument(metavar="RUN", help="Folder written by `calib calibrate`.")]
 Processes = Annotated[int | None, typer.Option(min=1, help="Worker processes [default: number of CPUs].")]

@@ -121,7 +121,9 @@ def read_toml(path: Path) -> Toml:
     except tomllib.TOMLDecodeError as error:
         raise InputError(_syntax_fault(path, text, str(error))) from None
     except RecursionError:
-        raise InputError(Fault("is nested too deeply", path)) from None
+        raise InputError(
+            Fault("is nested too deeply", path, advice="Look for brackets or braces that are not closed")
+        ) from None
     except ValueError as error:  # a number of thousands of digits, a date that there is not
         number = re.search(r"\d{1000}", text)
         if number is None:

@@ -8,6 +8,7 @@ from typing import Literal, cast
 
 from calib.errors import Fault, InputError
 from calib.quantity import parse_quantity
+from calib.visible import shortened
 
 Branch = Literal["loading", "unloading"]
 
@@ -91,7 +92,9 @@ def _cycles(value: object) -> tuple[int, ...]:
 
 
 def _shown(value: object) -> str:
-    return f'"{value}"' if isinstance(value, str) else "a table" if isinstance(value, dict) else str(value)
+    return (
+        f'"{shortened(value)}"' if isinstance(value, str) else "a table" if isinstance(value, dict) else shortened(str(value))
+    )
 
 
 def same_part(one: Use, other: Use) -> bool:

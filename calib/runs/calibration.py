@@ -71,12 +71,10 @@ class Calibration:
     Attributes
     ----------
     run : in its folder.
-    reweighting_stopped : whether the re-weighting was stopped before its end, and is not in the run.
     page_error : why the report could not be written; None if it was.
     """
 
     run: Run
-    reweighting_stopped: bool = False
     page_error: PageError | None = None
 
 
@@ -97,7 +95,8 @@ def calibrate(
     """Calibrate the sensor model on the lab files of an experiment and write all that comes of it into a folder.
 
     Everything is read and checked first; bad input leaves nothing behind. Interrupted while it samples, it can be continued
-    with `resume`, with the same result as if it had never stopped; interrupted while it re-weights, it writes the rest.
+    with `resume`, with the same result as if it had never stopped. What is found is written before it is re-weighted, and again
+    after that: interrupted in between, the run is finished but for its re-weighting.
 
     Parameters
     ----------
@@ -166,16 +165,13 @@ def calibrate(
                 _remove_begun(folder)
             raise
         posterior = stages.spot_check(posterior, forward)
-        stopped = False
-        if reweight:
-            try:
-                with workers(processes) as executor, watch.reweighting() as told:
-                    posterior = stages.reweight(posterior, forward, reweight, executor, progress=told)
-            except KeyboardInterrupt:
-                stopped = True
         listing = replace(listing, files={} if known is None else known.files)
         run, page_error = write_run(folder, posterior, forward, listing, doing, stages.page)
-    return Calibration(run, stopped, page_error)
+        if reweight:  # for minutes to hours: what it may fail of, or be stopped, leaves a finished run without it
+            with workers(processes) as executor, watch.reweighting() as told:
+                posterior = stages.reweight(posterior, forward, reweight, executor, progress=told)
+            run, page_error = write_run(folder, posterior, forward, listing, doing, stages.page)
+    return Calibration(run, page_error)
 
 
 def _check_folder(folder: Path, resume: bool) -> None:

@@ -377,7 +377,7 @@ def test_a_calibration_can_be_run_without_the_command_line(lab: Path, make_poste
 
     done = calibrate(lab / "experiment.toml", lab / "run", seed=5, max_seconds=3.0, command="by hand", stages=Stages(sampled))
     assert seen == [("closed form", 5, 3.0, {"command": "by hand"})]
-    assert not done.reweighting_stopped
+    assert done.page_error is None
     again = load_run(lab / "run")
     np.testing.assert_array_equal(again.posterior.draws, done.run.posterior.draws)
     assert again.posterior_sha256 == done.run.posterior_sha256

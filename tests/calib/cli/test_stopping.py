@@ -13,29 +13,48 @@ from pathlib import Path
 import pytest
 
 from calib.cli.calibrate import _resuming
+from calib.runs import load_run, verify
 
 ROOT = Path(__file__).parents[3]
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="signals as POSIX has them")
 
+# Two unknowns that nothing fixes: sampling it takes a second.
 EXPERIMENT = """
 model = "closed form"
+discrepancy = "off"
 indenter.radius = "5 mm"
 sensor.radius = "10 mm"
+[priors]
+young_modulus = { lognormal = ["0.7 MPa", 1.6] }
+machine_compliance = { fixed = "0 um/N" }
+force_noise = { fixed = "0.01 N" }
 [[specimens]]
 name = "sensor 1"
 force = "force.csv"
 [specimens.priors]
-sensor_thickness = { normal = ["0.74 mm", "0.02 mm"] }
-padding_thickness = { normal = ["1.10 mm", "0.03 mm"] }
+sensor_thickness = { fixed = "0.74 mm" }
+padding_thickness = { fixed = "1.10 mm" }
 """
 
-# A calibration that stays for ever in one of its stages, and says on stdout when it is there.
+DESIGN = """
+indenter.radius = "5 mm"
+sensor.thickness = "0.74 mm"
+sensor.radius = "10 mm"
+sensor.young_modulus = "0.69 MPa"
+sensor.relative_permittivity = 2.8
+padding.thickness = "1.1 mm"
+"""
+
+# A command that stays for ever in one of its stages, and says on stdout when it is there.
 COMMAND = """
-import os, sys, time
+import math, os, sys, time
 import calib.runs.calibration as calibration
+import calib.runs.folder as run_folder
+import calib.sampling.assess as assess
 from calib.cli import app
 from calib.runs import Stages
+from calib.sampling import sample
 from calib.workers import workers
 
 def stay(*args, **kwargs):
@@ -54,36 +73,65 @@ def deaf(*args, **kwargs):
 def with_workers(*args, **kwargs):
     with workers(int(os.environ["PROCESSES"])) as executor:
         executor.submit(os.getpid).result()
-        running = [executor.submit(time.sleep, 600) for _ in range(3)]
+        waiting(None, None, 0, executor)
+
+def waiting(posterior, forward, n_draw, executor, **kwargs):
+    running = [executor.submit(time.sleep, 600) for _ in range(3)]
+    print("there", flush=True)
+    running[0].result()
+
+def brief(problem, **options):
+    return sample(problem, **{**options, "max_steps": 50, "max_seconds": math.inf, "processes": 0})
+
+def in_the_elements():
+    from models.fem import FiniteElements
+    solve = FiniteElements.solve
+    def solved(*args, **kwargs):
         print("there", flush=True)
-        running[0].result()
+        return solve(*args, **kwargs)
+    FiniteElements.solve = solved
 
 if __name__ == "__main__":
     stage, *words = sys.argv[1:]
-    stages = {}
+    stages = {"spot_check": lambda posterior, _: posterior, "page": lambda *args: "a page"}
     if stage == "reading":
         calibration.read_sweeps = stay
     elif stage == "writing":
-        stages = {"sample": lambda *args, **kwargs: None, "spot_check": lambda *args: None}
+        stages["sample"] = lambda *args, **kwargs: None
         calibration.write_run = stay
+    elif stage == "saving":
+        stages["sample"] = lambda *args, **kwargs: None
+        run_folder.save_posterior = stay
     elif stage == "spot check":
-        stages = {"sample": lambda *args, **kwargs: None, "spot_check": stay}
+        stages |= {"sample": lambda *args, **kwargs: None, "spot_check": stay}
+    elif stage == "block likelihoods":
+        assess.log_likelihood_blocks = stay
+        stages["sample"] = brief
+    elif stage == "re-weighting":
+        stages |= {"sample": brief, "reweight": waiting}
+    elif stage == "the report":
+        stages |= {"sample": brief, "page": stay}
+    elif stage == "simulating":
+        in_the_elements()
+    elif stage == "recommending":
+        run_folder.recommend = stay
     else:
-        stages = {"sample": {"sampling": with_workers, "something deaf": deaf}[stage]}
+        stages["sample"] = {"sampling": with_workers, "something deaf": deaf, "nothing": brief}[stage]
     app(words, obj=Stages(**stages))
 """
 
+BEGIN = ("calibrate", "experiment.toml", "-o", "my run", "--seed", "7")
 
-def _stopped(folder: Path, stage: str, signals: tuple[signal.Signals, ...], processes: int = 1) -> tuple[int, str, float]:
-    """Stop a calibration in a stage: exit code, what it said on stderr, and the seconds that it took to end."""
+
+def _begun(folder: Path, stage: str, words: tuple[str, ...], processes: int) -> subprocess.Popen[str]:
+    """A command on its way to a stage."""
     (folder / "force.csv").write_text(
         "Displacement (mm),Force (N)\n" + "".join(f"{0.01 * i:.3f},{0.002 * i**1.5:.6f}\n" for i in range(80)), encoding="utf-8"
     )
     (folder / "experiment.toml").write_text(EXPERIMENT, encoding="utf-8")
     (folder / "command.py").write_text(COMMAND, encoding="utf-8")
-    words = [stage, "calibrate", "experiment.toml", "-o", "my run", "--seed", "7"]
-    process = subprocess.Popen(
-        [sys.executable, "command.py", *words],
+    return subprocess.Popen(
+        [sys.executable, "command.py", stage, *words],
         cwd=folder,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -91,6 +139,17 @@ def _stopped(folder: Path, stage: str, signals: tuple[signal.Signals, ...], proc
         env={**os.environ, "PYTHONPATH": str(ROOT), "PROCESSES": str(processes)},
         start_new_session=True,
     )
+
+
+def _stopped(
+    folder: Path,
+    stage: str,
+    signals: tuple[signal.Signals, ...] = (signal.SIGINT,),
+    processes: int = 1,
+    words: tuple[str, ...] = BEGIN,
+) -> tuple[int, str, float]:
+    """Stop a command in a stage: exit code, what it said on stderr, and the seconds that it took to end."""
+    process = _begun(folder, stage, words, processes)
     assert process.stdout is not None
     if process.stdout.readline() != "there\n":
         raise AssertionError(process.communicate()[1])
@@ -103,10 +162,20 @@ def _stopped(folder: Path, stage: str, signals: tuple[signal.Signals, ...], proc
 
 
 @pytest.mark.parametrize(
-    ("stage", "processes"), [("reading", 1), ("sampling", 1), ("sampling", 0), ("spot check", 1), ("writing", 1)]
+    ("stage", "processes"),
+    [
+        ("reading", 1),
+        ("sampling", 1),
+        ("sampling", 0),
+        ("block likelihoods", 0),
+        ("spot check", 1),
+        ("writing", 1),
+        ("saving", 1),
+        ("the report", 0),
+    ],
 )
 def test_ctrl_c_ends_every_stage_at_once_and_says_how_to_go_on(tmp_path: Path, stage: str, processes: int) -> None:
-    code, said, seconds = _stopped(tmp_path, stage, (signal.SIGINT,), processes)
+    code, said, seconds = _stopped(tmp_path, stage, processes=processes)
     assert code == 130
     assert seconds < 2
     if stage == "reading":
@@ -115,6 +184,37 @@ def test_ctrl_c_ends_every_stage_at_once_and_says_how_to_go_on(tmp_path: Path, s
     else:
         assert said == 'Stopped. Continue with: calib calibrate experiment.toml -o "my run" --resume --seed 7\n'
         assert (tmp_path / "my run" / "run.json").is_file()
+
+
+@pytest.mark.parametrize("processes", [0, 1])
+def test_ctrl_c_in_the_reweighting_leaves_a_finished_run_without_it(tmp_path: Path, processes: int) -> None:
+    words = (*BEGIN, "--reweight", "30", "--processes", str(processes))
+    code, said, seconds = _stopped(tmp_path, "re-weighting", words=words)
+    assert code == 130
+    assert seconds < 2
+    again = f'calib calibrate experiment.toml -o "my run" --resume --seed 7 --processes {processes} --reweight 30'
+    assert said == f"Re-weighting was stopped; all else is written. Do it with: {again}\n"
+    assert {finding.state for finding in verify(tmp_path / "my run")} == {"fine"}
+    assert load_run(tmp_path / "my run").posterior.diagnostics.reweighting is None
+    assert (tmp_path / "my run" / "report.html").read_text() == "a page"
+
+
+def test_ctrl_c_ends_what_is_computed_of_a_run_and_leaves_it_as_it_was(tmp_path: Path) -> None:
+    assert _begun(tmp_path, "nothing", BEGIN, 0).wait(60) == 3
+    before = {path: path.read_bytes() for path in (tmp_path / "my run").rglob("*") if path.is_file()}
+    code, said, seconds = _stopped(tmp_path, "recommending", words=("recommend", "my run", "--force", "2 N"))
+    assert (code, said) == (130, "Stopped.\n")
+    assert seconds < 2
+    assert {path: path.read_bytes() for path in (tmp_path / "my run").rglob("*") if path.is_file()} == before
+
+
+def test_ctrl_c_ends_the_finite_elements(tmp_path: Path) -> None:
+    (tmp_path / "design.toml").write_text(DESIGN, encoding="utf-8")
+    words = ("simulate", "design.toml", "--displacement", "0.5 mm", "--steps", "500", "--model", "fem", "-o", "curve.csv")
+    code, said, seconds = _stopped(tmp_path, "simulating", words=words)
+    assert (code, said) == (130, "Stopped.\n")
+    assert seconds < 2
+    assert not list(tmp_path.glob("*curve.csv*"))
 
 
 @pytest.mark.parametrize(("signum", "code"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129)])
