@@ -36,8 +36,8 @@ Strength = Literal["clear", "likely", "stated", "none"]
 
 # Evidence counts about as the logarithm of odds. Below the first number nothing is decided, from the second on it is clear.
 _DOUBTFUL, _CLEAR = 0.7, 2.5
-# Share of the evidence for an odd sign that may stand against it.
-_CONTRADICTED = 0.4
+# What may stand against an odd sign in a single stretch, as a share of what is for it.
+_CONTRADICTED = 0.3
 # Share of the largest load that the load in compression reaches in a press.
 _COMPRESSED = 0.1
 # Share of the changes of force that must go one way with the displacement, for the two signs to hang together.
@@ -200,10 +200,10 @@ def _together(
         return found
     factor = float(np.sign(total))
     against = sum(abs(e.weight) for e in evidence if e.weight * factor < 0)
-    # That a record starts pressed, or that the force never is on the side of compression, takes more than a likelihood, and no
-    # strong evidence against it.
+    # That a record starts pressed, or that the force never is on the side of compression, takes more than a likelihood, and in one
+    # stretch alone no strong evidence against it.
     odd = press.first * factor < 0 or float(np.max(factor * load)) < _COMPRESSED * float(np.max(np.abs(load)))
-    doubt = odd and against > _CONTRADICTED * (abs(total) + against)
+    doubt = odd and press.once and against > _CONTRADICTED * (abs(total) + against)
     if doubt or abs(total) < (_CLEAR if odd else _DOUBTFUL) or not words_for(evidence, factor):
         raise InputError(_doubtful(table, "force", evidence, press.rise, press.first_travel))
     strength: Strength = "clear" if abs(total) >= _CLEAR else "likely"
