@@ -200,8 +200,8 @@ def _together(
         return found
     factor = float(np.sign(total))
     against = sum(abs(e.weight) for e in evidence if e.weight * factor < 0)
-    # That a record starts pressed, or that the force never is on the side of compression, takes more than a likelihood, and in one
-    # stretch alone no strong evidence against it.
+    # That a record starts pressed, or that the force never is on the side of compression, takes more than a likelihood, and in
+    # one stretch alone no strong evidence against it.
     odd = press.first * factor < 0 or float(np.max(factor * load)) < _COMPRESSED * float(np.max(np.abs(load)))
     doubt = odd and press.once and against > _CONTRADICTED * (abs(total) + against)
     if doubt or abs(total) < (_CLEAR if odd else _DOUBTFUL) or not words_for(evidence, factor):
