@@ -224,7 +224,7 @@ def with_cells(
 
 
 def all_numbers(doc: Document, at: int) -> bool:
-    """Whether all that stands in a column may be read.
+    """Whether all that stands in a column may be read, and as the number that stands there.
 
     Parameters
     ----------
@@ -233,10 +233,10 @@ def all_numbers(doc: Document, at: int) -> bool:
 
     Returns
     -------
-    False if a cell is damaged.
+    False if a cell is damaged, or stands for another number as a series capacitance does for the parallel one.
     """
     rows = [doc.row(i) for i in doc.rows()]
-    return all(r.values[at] == r.values[at] for r in rows if at < len(r.cells) and r.cells[at])
+    return all(number(r.cells[at], doc.columns[at]) == r.values[at] for r in rows if at < len(r.cells) and r.cells[at])
 
 
 def put(values: tuple[T, ...], at: int, value: T) -> tuple[T, ...]:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from calib.lab import Reading
-from mutants.document import NAN, UNITS, Column, Document, Line, Row, digits_after, shown, with_column, with_rows
+from mutants.document import NAN, UNITS, Column, Document, Line, Row, digits_after, number, shown, with_column, with_rows
 from mutants.kind import Kind
 
 _READ = ("time", "displacement", "force", "capacitance")
@@ -99,6 +99,12 @@ def insert_column(doc: Document, at: int, column: Column, cells: Sequence[str], 
     return with_rows(replace(doc, columns=(*doc.columns[:at], column, *doc.columns[at:])), longer)
 
 
+def _inserted(doc: Document, at: int, column: Column, values: Sequence[float], digits: int) -> Document:
+    """The document with one more column of numbers, which mean what their texts say."""
+    cells = [shown(v, digits, column) if v == v else "" for v in values]
+    return insert_column(doc, at, column, cells, [number(text, column) for text in cells])
+
+
 def _series(doc: Document, at: int, rng: random.Random, style: str) -> list[float]:
     own = [doc.row(i).values[at] for i in doc.rows()]
     if style == "constant":
@@ -119,13 +125,13 @@ def rival(doc: Document, rng: random.Random) -> Document | None:
     new = replace(column, name=name, quantity="", factors=(), told="", added=True)
     values = _series(doc, at, rng, rng.choice(("like", "like", "constant", "noise")))
     place = rng.choice((at, at + 1, len(doc.columns)))
-    return insert_column(doc, place, new, [shown(v, 4, new) if v == v else "" for v in values], values)
+    return _inserted(doc, place, new, values, 4)
 
 
 def twin(doc: Document, rng: random.Random) -> Document | None:
-    """A column with the same header and other numbers that move."""
+    """A column with the same header and other numbers that move, beside one that moves."""
     at = column_read(doc, rng)
-    if at is None:
+    if at is None or len({doc.row(i).cells[at] for i in doc.rows()}) < 2:
         return None
     column = replace(doc.columns[at], factors=())
     return _beside(with_column(doc, at, column), rng, at, _series(doc, at, rng, rng.choice(("like", "noise"))))
@@ -139,7 +145,7 @@ def still_twin(doc: Document, rng: random.Random) -> Document | None:
 
 def _beside(doc: Document, rng: random.Random, at: int, values: Sequence[float]) -> Document:
     new = replace(doc.columns[at], quantity="", factors=(), told="", added=True)
-    return insert_column(doc, rng.choice((at, at + 1)), new, [shown(v, 4, new) if v == v else "" for v in values], values)
+    return _inserted(doc, rng.choice((at, at + 1)), new, values, 4)
 
 
 def agreeing_column(doc: Document, rng: random.Random) -> Document | None:
@@ -150,8 +156,8 @@ def agreeing_column(doc: Document, rng: random.Random) -> Document | None:
     column = doc.columns[at]
     factor = UNITS["force"]["lbf"]
     new = replace(column, unit="lbf", quantity="", factors=(factor,), stands_in="force", added=True)
-    values = [round(doc.row(i).values[at] * column.factors[0] / factor, 6) for i in doc.rows()]
-    return insert_column(doc, rng.choice((at, at + 1)), new, [shown(v, 6, new) if v == v else "" for v in values], values)
+    values = [doc.row(i).values[at] * column.factors[0] / factor for i in doc.rows()]
+    return _inserted(doc, rng.choice((at, at + 1)), new, values, 6)
 
 
 def _keyed(doc: Document, rng: random.Random) -> tuple[Document, str, str] | None:
@@ -211,8 +217,8 @@ def key_chosen(doc: Document, rng: random.Random) -> Document | None:
 def constant_key(doc: Document, rng: random.Random) -> Document | None:
     """A key column with one value."""
     name, keys = rng.choice([(n, v) for n, v in _KEYS.items() if "(" not in n])
-    n = len(doc.rows())
-    return insert_column(doc, rng.choice((0, len(doc.columns))), Column(name, added=True), [keys[0]] * n, [NAN] * n)
+    n, column = len(doc.rows()), Column(name, added=True)
+    return insert_column(doc, rng.choice((0, len(doc.columns))), column, [keys[0]] * n, [number(keys[0], column)] * n)
 
 
 def index_column(doc: Document, rng: random.Random) -> Document | None:

@@ -11,6 +11,7 @@ import numpy as np
 
 from calib.lab.instruments import LabTable
 from calib.lab.shape import Shape
+from models.sensor import FloatArray
 
 #: Quantities that have a sign, with unit and factor to it for people.
 SIGNED: Mapping[str, tuple[str, float]] = {"force": ("N", 1.0), "displacement": ("mm", 1e3)}
@@ -25,6 +26,8 @@ _START_COUNTS, _ANYWHERE_COUNTS, _NEAR_ZERO = 2.6, 0.3, 0.35
 _FIRST = 0.4
 # No record starts pressed by as much as this [m]: what that counts.
 _DEEP, _DEEP_COUNTS = 10e-3, 1.5
+# What last readings count that turn against all before, and how many times as large as usual their steps then are.
+_END_COUNTS, _END_STEPS = 1.5, 3.0
 _COMPRESSION = re.compile(r"compress|indent|penetrat|\bdepth|druck|stauch|eindring|écras|压|圧", re.IGNORECASE)
 _TENSION = re.compile(r"\btensile|\btension|\bpull|zug|elongat|dehn|traction|拉|引", re.IGNORECASE)
 
@@ -76,6 +79,23 @@ def of_start(name: str, shape: Shape) -> list[Evidence]:
     # A small first change may be drift, while the ball is still on its way.
     weight *= min(1.0, shape.share / _FIRST)
     return [Evidence(float(np.sign(shape.first)) * weight, f"the record begins with {name} going {up(shape.first)}")]
+
+
+def of_end(name: str, x: FloatArray, y: FloatArray, first: float) -> list[Evidence]:
+    """Whether the last readings go steeply against all before while the ball moves on, as where a press begins under a drift.
+
+    Parameters
+    ----------
+    name : of the channel.
+    x, y : displacement and channel, (n_row,), in the order of reading.
+    first : change of the channel in the first stretch.
+    """
+    moves, steps = np.diff(x), np.diff(y) * np.sign(first)
+    onwards = (steps < 0) & (np.sign(moves) == np.sign(x[-1] - x[0]))
+    n = int(np.argmin(onwards[::-1])) if not np.all(onwards) else 0
+    if n == 0 or 2 * n > steps.size or float(np.mean(-steps[-n:])) <= _END_STEPS * float(np.quantile(np.abs(steps[:-n]), 0.9)):
+        return []
+    return [Evidence(-float(np.sign(first)) * _END_COUNTS, f"{name} turns {up(-first)} in the last {n} reading(s), steeply")]
 
 
 def start_counts(begin: float, end: float, *, waits: bool) -> float:

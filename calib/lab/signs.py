@@ -15,6 +15,7 @@ from calib.lab.evidence import (
     along,
     amount,
     of_capacitance,
+    of_end,
     of_names,
     of_shape,
     of_start,
@@ -35,6 +36,8 @@ Strength = Literal["clear", "likely", "stated", "none"]
 
 # Evidence counts about as the logarithm of odds. Below the first number nothing is decided, from the second on it is clear.
 _DOUBTFUL, _CLEAR = 0.7, 2.5
+# What may stand against an odd sign in a single stretch, as a share of what is for it.
+_CONTRADICTED = 0.3
 # Share of the largest load that the load in compression reaches in a press.
 _COMPRESSED = 0.1
 # Share of the changes of force that must go one way with the displacement, for the two signs to hang together.
@@ -99,9 +102,12 @@ def decide_signs(table: LabTable, displacement: FloatArray | None, good: BoolArr
     if press is not None and abs(press.slope) >= _TOGETHER:
         load = found["force"][good & np.isfinite(found["force"])]
         both = good & np.isfinite(found["force"]) & np.isfinite(found["displacement"])
-        if not set(SIGNED) <= set(said) and _ends_otherwise(found["displacement"][both], found["force"][both], press.slope):
+        x, y = (found[q][both] for q in ("displacement", "force"))
+        if not set(SIGNED) <= set(said) and _ends_otherwise(x, y, press.slope):
             raise InputError(_unrelated(table, None, [q for q in SIGNED if q not in said]))
-        return {**_together(table, press, steady(load), sensed["displacement"], said), **_missing(found, said)}
+        same = float(np.sign(press.slope))
+        beside = [*of_end("force", x, y, press.first), *of_capacitance(sensed["displacement"], "displacement", same)]
+        return {**_together(table, press, steady(load), beside, said), **_missing(found, said)}
     if press is not None and (open_ := [q for q in SIGNED if q not in said]):
         raise InputError(_unrelated(table, press, open_))
     decided: dict[str, SignDecision] = {}
@@ -158,16 +164,19 @@ def _still(quantity: str, said: Mapping[str, float]) -> SignDecision:
 
 
 def _together(
-    table: LabTable, press: Shape, load: FloatArray, sensed: Shape | None, said: Mapping[str, float]
+    table: LabTable, press: Shape, load: FloatArray, beside: Sequence[Evidence], said: Mapping[str, float]
 ) -> dict[str, SignDecision]:
-    """Decide both signs of a record whose force (`load`, without spikes) goes with the displacement: one decides the other."""
+    """Decide both signs of a record whose force (`load`, without spikes) goes with the displacement: one decides the other.
+
+    `beside` is evidence on the sign of the force from beyond its shape, start and names.
+    """
     same = float(np.sign(press.slope))
     evidence = [
         *of_shape("force", press, same),
         *of_start("force", press),
         *of_names(table, "force", 1.0),
         *of_names(table, "displacement", same),
-        *of_capacitance(sensed, "displacement", same),
+        *beside,
     ]
     total = sum(e.weight for e in evidence)
     if said:
@@ -190,9 +199,12 @@ def _together(
                 )
         return found
     factor = float(np.sign(total))
-    # That a record starts pressed, or that the force never is on the side of compression, takes more than a likelihood.
+    against = sum(abs(e.weight) for e in evidence if e.weight * factor < 0)
+    # That a record starts pressed, or that the force never is on the side of compression, takes more than a likelihood, and in
+    # one stretch alone no strong evidence against it.
     odd = press.first * factor < 0 or float(np.max(factor * load)) < _COMPRESSED * float(np.max(np.abs(load)))
-    if abs(total) < (_CLEAR if odd else _DOUBTFUL) or not words_for(evidence, factor):
+    doubt = odd and press.once and against > _CONTRADICTED * (abs(total) + against)
+    if doubt or abs(total) < (_CLEAR if odd else _DOUBTFUL) or not words_for(evidence, factor):
         raise InputError(_doubtful(table, "force", evidence, press.rise, press.first_travel))
     strength: Strength = "clear" if abs(total) >= _CLEAR else "likely"
     begun = " (the record starts pressed)" if press.first * factor < 0 else ""

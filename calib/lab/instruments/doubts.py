@@ -18,6 +18,8 @@ _JUMP = 4.0
 _APART, _TOGETHER = 0.9, 0.3
 # How near a number must come to its neighbours once its mark is moved, in steps between these, and how small these must be.
 _NEAR, _SMALL_STEPS, _COARSE_STEPS = 2.0, 0.03, 0.5
+# A single number may miss its neighbours by this share of them once its mark is moved.
+_NEAR_ALONE = 0.1
 # A single number that is off by one power of ten, or by more, may stand among steps as large as this share of its neighbours.
 _ONE_POWER, _MORE_POWERS = 0.2, 0.3
 # Rounding of a number whose mark has moved to the left may add up to this share.
@@ -187,7 +189,8 @@ def _off(cells: Sequence[str], rows: IntArray, at: FloatArray, level: FloatArray
         middle = abs(low + high) / 2
         digits = max(_decimals(cells[i], decimal) for i in rows[start : end + 1].tolist())
         last = min(0.5 * 10.0 ** (-digits - power[j]), _ROUNDED * middle) if power[j] < 0 else 0.0
-        if np.any(mended < low - _NEAR * step - last) or np.any(mended > high + _NEAR * step + last):
+        slack = max(_NEAR * step, _NEAR_ALONE * middle if end == start else 0.0) + last
+        if np.any(mended < low - slack) or np.any(mended > high + slack):
             continue
         smooth = 0 < step < _SMALL_STEPS * middle
         near = rows[[*range(max(start - 2, 0), start), *range(end + 1, min(end + 3, n))]].tolist()

@@ -107,7 +107,9 @@ def _of_results(table: Table) -> dict[int, str]:
     for column in table.columns:
         wordy = any(c.strip() and not is_numeric(c) for c in column[:_FOOTER])
         start = 0 if wordy else max(len(column) - _FOOTER, 0)
-        result = {c for c in set(column[start:]) if c.strip().isprintable() and _is_result(c)}
+        # Times of day and numbers, of which a column may have a million, begin and end with a digit.
+        words = {c for c in column[start:] if not (c[:1].isdigit() and c[-1:].isdigit())}
+        result = {c for c in words if c.strip().isprintable() and _is_result(c)}
         rows = [r for r in range(start, len(column)) if column[r] in result] if result else []
         if len(rows) <= max(_FEW_RESULTS, int(_SHARE_BEYOND * len(column))) and 2 * len(rows) < len(column):
             found |= {r: f'a row of results: "{column[r].strip()[:40]}"' for r in rows}

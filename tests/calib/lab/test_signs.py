@@ -162,6 +162,32 @@ def test_a_doubtful_sign_is_refused_and_the_advice_leads_out(record: Record, for
     np.testing.assert_array_equal(obs.force, true["force"])
 
 
+@pytest.mark.parametrize("force", [1, -1])
+@pytest.mark.parametrize("displacement", [1, -1])
+def test_one_stretch_that_softens_from_a_load_on_is_in_doubt(force: int, displacement: int) -> None:
+    depth = np.linspace(0.0, 24e-3, 120)
+    load = 0.45 + 1.7 * np.minimum(depth / 18e-3, 1.0) ** 0.5
+    columns = {"displacement": displacement * depth, "force": force * load}
+    with pytest.raises(InputError, match="cannot be told which way compression is in force"):
+        observe(table(columns))
+    assert observe(table(columns, {"force": "compression positive"})).signs["force"].factor == 1
+
+
+@pytest.mark.parametrize("n_press", [1, 2, 4])
+@pytest.mark.parametrize("force", [1, -1])
+@pytest.mark.parametrize("displacement", [1, -1])
+def test_a_press_that_begins_under_a_drift_in_the_last_rows_is_in_doubt(n_press: int, force: int, displacement: int) -> None:
+    n = np.arange(39.0)
+    drift = 0.1 + 0.07 * n - 2e-4 * n**2 + 0.005 * (-1.0) ** n
+    load = -drift + 0.42 * np.clip(n - 38 + n_press, 0.0, None)
+    columns = {"displacement": displacement * 70e-6 * n, "force": force * load}
+    with pytest.raises(InputError, match="cannot be told which way compression is"):
+        observe(table(columns))
+    sense = "positive" if force > 0 else "negative"
+    said = {"force": f"compression {sense}", "displacement": f"compression {'positive' if displacement > 0 else 'negative'}"}
+    assert observe(table(columns, said)).signs["force"].factor == force
+
+
 def test_what_is_said_is_obeyed_and_a_contradiction_is_told() -> None:
     columns = Record().columns
     del columns["capacitance"]
