@@ -98,7 +98,7 @@ def _stopped(folder: Path, stage: str, signals: tuple[signal.Signals, ...], proc
     for signum in signals:
         os.killpg(process.pid, signum)
         time.sleep(0.05)
-    _, said = process.communicate(timeout=60)
+    _, said = process.communicate(timeout=600)
     return process.returncode, said, time.monotonic() - begin
 
 
