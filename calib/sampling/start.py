@@ -30,7 +30,7 @@ _FREEDOM, _WIDEN, _TRIES = 5.0, 1.2, 6
 # Effective draws among them, as a share of the walkers, for which their weights are made milder.
 _EFFECTIVE = 0.6
 #: Steps of each round, after which the proposal is fitted anew to those of this and the one before.
-ROUNDS = (16, 16, 24, 32)
+ROUNDS = (16, 16, 24, 40, 56)
 #: A proposal of which fewer draws than this are accepted does not fit: the moves that need no shape are made instead.
 LEAST_ACCEPTED = 0.1
 
