@@ -159,7 +159,7 @@ def slopes_at(space: Coordinates, x: FloatArray, power: float) -> tuple[FloatArr
             mean_slope = _slope(channel.mean[rows], there) @ whiten.T
             information += power * mean_slope @ mean_slope.T
             spread_slope = whiten @ _slope(covariance, there[chosen]) @ whiten.T
-            flat = spread_slope.reshape(scales.size, -1)
+            flat = spread_slope.reshape(scales.size, channel.observed.size**2)
             information[np.ix_(scales, scales)] += 0.5 * power * flat @ flat.T
     return gradient, information
 

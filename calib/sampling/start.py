@@ -31,6 +31,8 @@ _FREEDOM, _WIDEN, _TRIES = 5.0, 1.2, 6
 _EFFECTIVE = 0.6
 #: Steps of each round, after which the proposal is fitted anew to those of this and the one before.
 ROUNDS = (16, 16, 24, 40, 56)
+#: A proposal of which more draws than this are accepted is as good as can be.
+ENOUGH_ACCEPTED = 0.5
 #: A proposal of which fewer draws than this are accepted does not fit: the moves that need no shape are made instead.
 LEAST_ACCEPTED = 0.1
 
@@ -104,8 +106,8 @@ def start(target: Target, modes: Sequence[Mode], seed: np.random.SeedSequence, n
     """Place the walkers of an ensemble as the target lies, and fit the proposal that they will move by.
 
     Draws of Student densities round the modes are weighted to the target, mildly where the weights are few; walkers chosen
-    among them then move, and the proposal is fitted anew to where they were, in `ROUNDS`. What is learned here is frozen: the
-    chain that follows has the target as its limit.
+    among them then move, and the proposal is fitted anew to where they were, in `ROUNDS`, until it is good enough. What is
+    learned here is frozen: the chain that follows has the target as its limit.
 
     Parameters
     ----------
@@ -133,6 +135,8 @@ def start(target: Target, modes: Sequence[Mode], seed: np.random.SeedSequence, n
         visited = path.chain.reshape(-1, x.shape[1])
         proposal = fit_proposal(np.concatenate([before, visited]), target.scales, proposal)
         before = visited
+        if accepted >= ENOUGH_ACCEPTED:
+            break
     return Start(state, proposal if accepted >= LEAST_ACCEPTED else None)
 
 
