@@ -447,6 +447,7 @@ def test_what_is_handed_to_arviz_is_what_the_file_holds(make_posterior: Maker, d
         xarray.testing.assert_identical(found[group], data[group].load())
 
 
+@pytest.mark.skipif(not hasattr(xarray, "open_datatree"), reason="xarray has trees from 2024.10 on")
 def test_the_file_is_a_tree_of_plain_netcdf_groups(file: Path, data: Any) -> None:
     # What `arviz.from_netcdf` of ArviZ 1.x makes of it.
     with xarray.open_datatree(file, engine="h5netcdf") as tree:
