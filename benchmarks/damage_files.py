@@ -35,8 +35,10 @@ import numpy as np
 from calib.decision import Requirement
 from calib.errors import Fault, InputError
 from calib.experiment import surrogate_from
+from calib.problem import Problem
 from calib.records import record_from_text
-from calib.runs import calibrate, load_recommendation, load_run, recommend_in
+from calib.runs import Stages, calibrate, load_recommendation, load_run, recommend_in
+from calib.sampling import Posterior, sample
 from models.surrogate import load_surrogate
 from models.surrogate.store import StoreError, open_store
 
@@ -67,7 +69,7 @@ def make_files(folder: Path) -> None:
     """Write one file of each kind into a folder."""
     experiment = folder / "experiment.toml"
     experiment.write_text(EXPERIMENT, encoding="utf-8")
-    run = calibrate(experiment, folder / "run", max_seconds=0.0, processes=0).run
+    run = calibrate(experiment, folder / "run", processes=0, stages=Stages(sample=_shortly)).run
     recommend_in(run, Requirement(force=5.0, lower=0.0, upper=2e-3, n_thickness=5, n_draw=50), seed=1)
     load_surrogate().save(folder / "surrogate.npz")
     rng = np.random.default_rng(1)
@@ -75,6 +77,10 @@ def make_files(folder: Path) -> None:
         for k in range(24):
             arrays = {"force": rng.random(20), "capacitance": rng.random((20, 6, 7))}
             store.add(rng.random(5), arrays, "no equilibrium" if k % 5 == 0 else "")
+
+
+def _shortly(problem: Problem, **options: Any) -> Posterior:
+    return sample(problem, **{**options, "max_steps": 50})
 
 
 def _posterior(path: Path) -> object:

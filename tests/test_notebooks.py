@@ -1,6 +1,6 @@
 """Every notebook runs from top to bottom, in its own folder; that of the whole job is kept with what came out.
 
-It is kept as it came out of sampling until convergence; here it samples for less long.
+It is kept as it came out of sampling until convergence; here it samples for less long, with fewer walkers.
 """
 
 from pathlib import Path
@@ -10,7 +10,7 @@ import pytest
 from nbclient import NotebookClient
 
 NOTEBOOKS = Path(__file__).parents[1] / "notebooks"
-SHORTER = {"calibrate": ("calib.sample(problem, seed=1)", "calib.sample(problem, seed=1, max_steps=50)")}
+SHORTER = {"calibrate": ("calib.sample(problem, seed=1)", "calib.sample(problem, seed=1, max_steps=50, n_walkers=64)")}
 
 
 @pytest.mark.parametrize("path", sorted(NOTEBOOKS.glob("*.ipynb")), ids=lambda p: p.stem)

@@ -137,16 +137,18 @@ def make_small() -> None:
     def save(figure: Figure, target: Any, *, format: str = "png", **_: Any) -> None:
         target.write(pictures[format]) if hasattr(target, "write") else Path(target).write_bytes(pictures[format])
 
-    _DRAWN.append(Figure.savefig)
-    Figure.savefig = save
+    figures: Any = Figure
+    _DRAWN.append(figures.savefig)
+    figures.savefig = save
 
 
 def draw() -> None:
     """Have the figures of this process drawn again."""
     from matplotlib.figure import Figure
 
+    figures: Any = Figure
     if _DRAWN:
-        Figure.savefig = _DRAWN[-1]
+        figures.savefig = _DRAWN[-1]
 
 
 def start(
@@ -230,7 +232,8 @@ def _run(
             code = 0
         except SystemExit as end:
             code = end.code if isinstance(end.code, int) else 0 if end.code is None else 1
-        threading._shutdown()
+        interpreter: Any = threading
+        interpreter._shutdown()
         atexit._run_exitfuncs()
         sys.stdout.flush()
         sys.stderr.flush()

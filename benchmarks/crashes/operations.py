@@ -56,7 +56,8 @@ def watch(act: Callable[[int, str], None]) -> None:
         tell("fsync")
         _fsync(descriptor)
 
-    _fsync, os.fsync = os.fsync, flush
+    system: Any = os
+    _fsync, system.fsync = os.fsync, flush
     sys.addaudithook(audit)
 
 

@@ -34,12 +34,12 @@ def _quoting_visibly() -> Iterator[None]:
 class _Commands(TyperGroup):
     """The commands, each of which ends when it is told to, and says on any terminal what it has to say."""
 
-    def parse_args(self, ctx: typer.Context, args: list[str]) -> list[str]:
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Read the options before the command."""
         with _quoting_visibly():
             return super().parse_args(ctx, args)
 
-    def invoke(self, ctx: typer.Context) -> Any:
+    def invoke(self, ctx: Any) -> Any:
         """Run the command that was asked for."""
         with _quoting_visibly(), every_character(), stoppable():
             return super().invoke(ctx)

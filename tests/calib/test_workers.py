@@ -96,7 +96,7 @@ def test_a_killed_parent_leaves_no_worker(tmp_path: Path) -> None:
         parent.send_signal(signal.SIGKILL)
         parent.wait()
         parent.stdout.close()
-    deadline = time.monotonic() + 20
+    deadline = time.monotonic() + 120
     while any(_alive(pid) for pid in pids) and time.monotonic() < deadline:
         time.sleep(0.05)
     left = [pid for pid in pids if _alive(pid)]
@@ -145,5 +145,5 @@ def test_ctrl_c_in_the_terminal_is_left_to_the_parent(tmp_path: Path, early: int
     script.write_text(GROUP, encoding="utf-8")
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "EARLY": str(early)}
     command = [sys.executable, str(script)]
-    done = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=60, start_new_session=True)
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=600, start_new_session=True)
     assert (done.returncode, done.stdout, done.stderr) == (0, "done\n", "")

@@ -157,7 +157,7 @@ def _stopped(
     for signum in signals:
         os.killpg(process.pid, signum)
         time.sleep(0.05)
-    _, said = process.communicate(timeout=60)
+    _, said = process.communicate(timeout=600)
     return process.returncode, said, time.monotonic() - begin
 
 

@@ -136,7 +136,7 @@ def ambiguous(variant: Variant) -> bool:
     return marked and not told
 
 
-@settings(max_examples=3000, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+@settings(max_examples=1000, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 @given(layout=layouts())
 def test_a_random_table_in_a_random_layout_is_read_back(tmp_path: Path, layout: Layout) -> None:
     variant = build("random", layout, "either")

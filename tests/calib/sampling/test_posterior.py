@@ -123,6 +123,11 @@ def begin(target: Target, seed: np.random.SeedSequence, n_walker: int = 64) -> S
     return start(target, join_modes(target, find_modes(target, seed.spawn(1)[0])), seed, n_walker)
 
 
+def endless(problem: Problem, folder: Path, max_steps: int) -> Posterior:
+    """Go on for as many steps, as no run can meet the gate: one that has ended cannot be killed."""
+    return sample(problem, seed=1, checkpoint=folder, max_steps=max_steps, processes=0, gate=Gate(ess=1e9), resume=True)
+
+
 @pytest.fixture(scope="module")
 def posterior(tmp_path_factory: pytest.TempPathFactory) -> Posterior:
     """A short run."""
@@ -273,8 +278,6 @@ def test_draws_do_not_depend_on_the_number_of_processes(tmp_path: Path) -> None:
     here = quick(problem, tmp_path / "here", processes=0)
     there = quick(problem, tmp_path / "there", processes=2)
     np.testing.assert_array_equal(here.draws, there.draws)
-    other = quick(problem, tmp_path / "other", seed=2)
-    assert not np.any(np.isin(other.draws, here.draws))
 
 
 def test_ensembles_have_their_own_starts_and_streams(posterior: Posterior) -> None:
@@ -288,13 +291,12 @@ from pathlib import Path
 spec = importlib.util.spec_from_file_location("case", sys.argv[1])
 sys.modules["case"] = case = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(case)
-case.quick(case.small_problem(), Path(sys.argv[2]), max_steps=2000, processes=0, resume=True)
+case.endless(case.small_problem(), Path(sys.argv[2]), max_steps=100_000)
 """
 
 
 def test_a_killed_and_resumed_run_gives_the_chain_of_an_uninterrupted_one(tmp_path: Path) -> None:
     problem = small_problem()
-    whole = quick(problem, tmp_path / "whole", max_steps=300)
     folder = tmp_path / "killed"
     root = Path(__file__).parents[3]
     script = tmp_path / "run.py"
@@ -302,16 +304,17 @@ def test_a_killed_and_resumed_run_gives_the_chain_of_an_uninterrupted_one(tmp_pa
     environment = {**os.environ, "PYTHONPATH": str(root)}
     run = subprocess.Popen([sys.executable, str(script), __file__, str(folder)], env=environment)
     try:
-        deadline = time.monotonic() + 60
-        while len(list(folder.glob("ensemble-*-0*.npz"))) < 6 and run.poll() is None and time.monotonic() < deadline:
+        while run.poll() is None and len(list(folder.glob("ensemble-*-0*.npz"))) < 6:
             time.sleep(0.005)
     finally:
-        run.send_signal(signal.SIGKILL)
-        assert run.wait() == -signal.SIGKILL
-    found = len(list(folder.glob("ensemble-*-0*.npz")))
-    assert found >= 6
+        run.kill()
+    assert run.wait() == -signal.SIGKILL
+    # As many steps as the killed one may have made, or more: a machine that is busy kills late.
+    made = 1 + max(int(path.stem.split("-")[2]) for path in folder.glob("ensemble-*-0*.npz"))
+    steps = 50 * max(made, 3)
     (folder / ".ensemble-0-00009.npz.1.part").write_bytes(b"half a file")
-    resumed = quick(problem, folder, max_steps=300, resume=True)
+    resumed = endless(problem, folder, steps)
+    whole = endless(problem, tmp_path / "whole", steps)
     np.testing.assert_array_equal(resumed.draws, whole.draws)
     np.testing.assert_array_equal(resumed.log_prob, whole.log_prob)
     assert resumed.diagnostics == whole.diagnostics
@@ -335,8 +338,9 @@ def test_resuming_with_other_inputs_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_new_run_does_not_take_over_old_checkpoints(tmp_path: Path) -> None:
-    quick(small_problem(), tmp_path, seed=2)
+    other = quick(small_problem(), tmp_path, seed=2)
     fresh = quick(small_problem(), tmp_path, seed=1)
+    assert not np.any(np.isin(other.draws, fresh.draws))
     np.testing.assert_array_equal(fresh.draws, quick(small_problem(), tmp_path / "fresh", seed=1).draws)
 
 
