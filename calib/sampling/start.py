@@ -30,8 +30,11 @@ _LEAST_MASS = 1e-3
 _FREEDOM, _WIDEN, _TRIES = 5.0, 1.2, 6
 # Effective draws among them, as a share of the walkers, for which their weights are made milder.
 _EFFECTIVE = 0.6
-#: Steps of each round, after which the proposal is fitted anew to those of this and the one before.
+#: Steps of each round, after which the proposal is fitted anew to those of this and the one before. The last is repeated, up to
+#: so many in all, while the mean log density of the walkers drifts by more than this, in its standard deviations: the mode of
+#: a funnel is far from where its mass is.
 ROUNDS = (16, 16, 24, 32)
+_MOST_ROUNDS, _DRIFT = 24, 0.2
 #: A proposal of which fewer draws than this are accepted does not fit: the moves that need no shape are made instead.
 LEAST_ACCEPTED = 0.1
 
@@ -146,13 +149,16 @@ def start(target: Target, modes: Sequence[Mode], seed: np.random.SeedSequence, n
     state = EnsembleState.of(x[chosen], log_density[chosen], random)
     before: FloatArray = np.empty((0, x.shape[1]))
     accepted = 0.0
-    for n_steps in ROUNDS:
-        path = walk(target.log_density, state, moves_by(proposal), n_steps)
+    level = np.inf
+    for k in range(_MOST_ROUNDS):
+        path = walk(target.log_density, state, moves_by(proposal), ROUNDS[min(k, len(ROUNDS) - 1)])
         state = path.end
         accepted = path.accepted_of("proposal")
         visited = path.chain.reshape(-1, x.shape[1])
         proposal = fit_proposal(np.concatenate([before, visited]), target.scales, proposal)
-        before = visited
+        before, level_before, level = visited, level, float(np.mean(path.log_density))
+        if k + 1 >= len(ROUNDS) and abs(level - level_before) <= _DRIFT * np.std(path.log_density):
+            break
     return Start(state, proposal if accepted >= LEAST_ACCEPTED else None)
 
 
