@@ -60,6 +60,10 @@ CHANNELS: Mapping[str, Channel] = MappingProxyType(
 )
 
 
+#: Unknowns that are the width of something: of the scatter of readings, of what the model leaves out.
+SCALES = frozenset(f"{channel}_{kind}" for channel in CHANNELS for kind in ("noise", "discrepancy"))
+
+
 # --- unknowns -----------------------------------------------------------------------------------------------------------
 
 

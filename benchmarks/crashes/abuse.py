@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 
 from crashes.case import Case, failed, with_verdict
-from crashes.command import start
+from crashes.command import draw, start
 from crashes.lab import Lab, difference, finished_copy
 from crashes.oddities import ODDITIES
 from crashes.oddity import both, memory
@@ -42,7 +42,7 @@ def case(lab: Lab, number: int) -> Case:
     odd.prepare(place)
     there = _listing(place)
     done = Case("abuse", number, odd.name)
-    before = both(memory, odd.before)
+    before = both(memory, draw, odd.before)
     ended = start(odd.words, place, lab.log, cold=odd.cold, before=before, environment=odd.environment).wait(_LIMIT)
     place.chmod(0o755)
     if ended.code not in odd.codes or ended.hung or "Traceback" in ended.text:

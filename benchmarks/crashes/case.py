@@ -93,7 +93,7 @@ def failed(case: Case, ended: Ended, names: tuple[str, ...] = ()) -> Case | None
     if ended.crashed:
         return _verdict(case, ended.crashed, f"[{ended.code}] {ended.last}")
     text = re.sub(r"[\s│]+", "", ended.text)
-    if ended.code == 2 and names and not any(re.sub(r"\s+", "", name) in text for name in names):
+    if ended.code in (1, 2) and names and not any(re.sub(r"\s+", "", name) in text for name in names):
         return _verdict(case, "bad refusal", f"names none of {', '.join(names)}: {ended.last}")
     return None
 

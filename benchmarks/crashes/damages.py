@@ -194,7 +194,7 @@ def case(lab: Lab, number: int) -> Case:
     if bad := failed(done, ended, (Path(name).name, Path(name).parent.name or "experiment", "RUN")):
         return bad
     done = with_verdict(done, "right", f"[{ended.code}]")
-    wrong = "" if ended.code == 2 else _silent(command, name, stage, lab, ended, usual)
+    wrong = "" if ended.code in (1, 2) else _silent(command, name, stage, lab, ended, usual)
     return with_verdict(done, "wrong", wrong) if wrong else done
 
 

@@ -46,9 +46,9 @@ def watch(act: Callable[[int, str], None]) -> None:
                 isinstance(path, int) or str(os.fsdecode(path)).startswith(("/dev/", "/proc/")) or "__pycache__" in str(path)
             )
             if not quiet and isinstance(flags, int) and flags & _WRITING:
-                tell(f"open {Path(os.fsdecode(path)).name}")
+                tell(f"open {os.fsdecode(path)}")
         elif event in _RENAMING:
-            tell(f"{event[3:]} {Path(os.fsdecode(args[0])).name}")
+            tell(f"{event[3:]} {args[0] if isinstance(args[0], int) else os.fsdecode(args[0])}")
         elif event in ("fcntl.flock", "fcntl.lockf", "sqlite3.connect"):
             tell(event)
 
@@ -66,13 +66,11 @@ def operations(lab: Lab) -> tuple[str, ...]:
     place = lab.fresh("operations")
     listing = place / "listing"
     descriptor = os.open(listing, os.O_WRONLY | os.O_CREAT, 0o644)
-    own = os.getpid()
 
     def note(number: int, name: str) -> None:
         os.write(descriptor, f"{name}\n".encode())
 
     start(lab.calibrate(), place, lab.log, before=lambda: watch(note)).wait()
-    assert own == os.getpid()
     os.close(descriptor)
     return tuple(listing.read_text().splitlines())
 
@@ -143,7 +141,7 @@ def _act(way: str, which: int) -> Callable[[int, str], None]:
             _die()
         if name.split()[0] in ("remove", "rmdir") and way == "disk full":
             return  # a full disk lets files be removed
-        raise OSError(number, os.strerror(number), name.split()[-1])
+        raise OSError(number, os.strerror(number), name.partition(" ")[2] or None)
 
     return act
 

@@ -26,6 +26,10 @@ PATIENCE = 1.0
 _SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 
 
+def _silent(_: object) -> None:
+    """Say nothing of an exception that nobody has caught."""
+
+
 class _Stop:
     """Whether the process has been told to stop, by which signal, and what to say then; there is one, as of signals."""
 
@@ -47,7 +51,7 @@ class _Stop:
         self.signum = signum
         self.text = self.words()  # here, in the thread that knows how far it is
         # What fails only because it is being stopped is no news.
-        sys.unraisablehook = threading.excepthook = lambda _: None
+        sys.unraisablehook = threading.excepthook = _silent
         threading.Thread(target=self.end, daemon=True).start()
         raise KeyboardInterrupt
 

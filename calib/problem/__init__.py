@@ -1,7 +1,7 @@
 """Experiment, sweeps and forward model in, a `Problem` out: unknowns, values at z, likelihood; knows no sampler."""
 
 from calib.problem.by_name import log_density, medians, readings, residuals
-from calib.problem.density import chi_square, given_other_points, log_likelihood_points
+from calib.problem.density import chi_square, given_other_points, log_likelihood_points, log_normal
 from calib.problem.likelihood import (
     LIKELIHOOD_VERSION,
     block_names,
@@ -43,6 +43,7 @@ __all__ = [
     "log_likelihood_blocks",
     "log_likelihood_points",
     "log_likelihood_sweeps",
+    "log_normal",
     "log_posterior",
     "log_posterior_parts",
     "lookup",

@@ -259,11 +259,11 @@ class Diagnostics:
     steps, burn_in, thin : steps of each walker in the run, the first of them discarded, and every how many-th of the rest kept.
     n_walker : walkers of each ensemble.
     acceptance_fraction : share of accepted steps after the burn-in, per ensemble.
-    acceptance_by_move : the same of each kind of move, over all ensembles.
     tau : integrated autocorrelation time in steps, by parameter.
     gate : what the chains had to reach in this run.
     spot_check : of the forward model against the finite elements; None if it was not made.
     reweighting : of draws to the likelihood with finite elements; None if it was not made.
+    acceptance_by_move : share of accepted steps after the burn-in of each kind of move, over all ensembles.
     """
 
     converged: bool
@@ -277,9 +277,9 @@ class Diagnostics:
     acceptance_fraction: tuple[float, ...]
     tau: Mapping[str, float]
     gate: Gate
-    acceptance_by_move: Mapping[str, float] = field(default_factory=dict)
     spot_check: SpotCheck | None = None
     reweighting: Reweighting | None = None
+    acceptance_by_move: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def surrogate_honest(self) -> bool | None:

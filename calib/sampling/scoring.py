@@ -1,14 +1,14 @@
 """From any point under the prior to a mode of the posterior: Fisher scoring, on a likelihood that is let in step by step.
 
-Readings y of a channel are normal with mean m and covariance S, both of which depend on the unknowns x. The gradient of their
-log density and its expected second derivatives need first derivatives alone (Mardia & Marshall, Biometrika 71 (1984) 135):
+Readings y of a channel are normal with mean m and covariance S, both of which depend on the unknowns x. Their expected second
+derivatives need first derivatives alone (Mardia & Marshall, Biometrika 71 (1984) 135):
 
-    g_k  = m_k^T S^-1 r + (r^T S^-1 S_k S^-1 r - tr S^-1 S_k) / 2,     r = y - m                                     (1)
-    I_kl = m_k^T S^-1 m_l + tr(S^-1 S_k S^-1 S_l) / 2                                                               (2)
+    I_kl = m_k^T S^-1 m_l + tr(S^-1 S_k S^-1 S_l) / 2                                                               (1)
 
 so that a step costs 2 n + 1 evaluations for n unknowns, where a Hessian by differences costs 2 n^2 + 1, and I is positive
-definite everywhere. Far from the mode the likelihood of thousands of readings has ridges so sharp that steps follow them into
-false modes; to a small power, which grows to 1, it has not.
+definite everywhere. The second term is taken for the scales alone, noises and discrepancies: for the others it is next to
+nothing beside the first. Far from the mode the likelihood of thousands of readings has ridges so sharp that steps follow them
+into false modes; to a small power, which grows to 1, it has not.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.linalg import solve_triangular
 
-from calib.problem import log_likelihood, model_sweep, values_at
+from calib.catalogue import SCALES
+from calib.problem import PredictedReadings, log_likelihood, log_normal, model_sweeps, values_at
 from calib.sampling.coordinates import Coordinates
-from models.sensor import BoolArray, FloatArray
+from models.sensor import BoolArray, FloatArray, IntArray
 
 # Powers of the likelihood, and most steps at each; the last is the posterior.
 _POWERS = ((1e-5, 10), (1e-4, 10), (1e-3, 10), (1e-2, 10), (1e-1, 10), (1.0, 100))
@@ -132,14 +132,14 @@ def slopes_at(space: Coordinates, x: FloatArray, power: float) -> tuple[FloatArr
 
     Returns
     -------
-    The gradient (n_parameter,) by (1) and the expected negative Hessian by (2); None outside the forward model's range.
+    The gradient (n_parameter,) and the expected negative Hessian by (1); None outside the forward model's range.
     """
     n = x.size
     step = _WIDTH * np.eye(n)
     theta, log_jacobian = space.to_theta(x + np.concatenate([np.zeros((1, n)), step, -step]))
     there = np.isfinite(log_jacobian)
     values = values_at(space.problem, np.where(there[:, None], theta, 0.0))
-    models = [model_sweep(space.problem, space.problem.forward, plan, values) for plan in space.problem.plans]
+    models = list(model_sweeps(space.problem, space.problem.forward, space.problem.plans, values))
     for model in models:
         there &= model.covered
     if not there[0]:
@@ -148,22 +148,29 @@ def slopes_at(space: Coordinates, x: FloatArray, power: float) -> tuple[FloatArr
     gradient = _slope(log_prior, there)
     across = _slope(theta, there)
     information = across @ across.T
+    scales = np.flatnonzero([p.parameter in SCALES for p in space.problem.parameters])
+    chosen = np.concatenate([[0], 1 + scales, 1 + n + scales])
     for model in models:
         rows = np.cumsum(model.covered) - 1  # of each draw among those that are covered
         for channel in model.channels.values():
-            covariance = channel.modes @ np.swapaxes(channel.modes, 1, 2)
-            points = np.arange(channel.observed.size)
-            covariance[:, points, points] += channel.variance
-            factor = np.linalg.cholesky(covariance[0])
-            whiten = solve_triangular(factor, np.eye(points.size), lower=True)
+            gradient += power * _slope(log_normal(channel)[rows], there)
+            covariance = _covariance(channel, rows[chosen])
+            whiten = np.linalg.inv(np.linalg.cholesky(covariance[0]))
             mean_slope = _slope(channel.mean[rows], there) @ whiten.T
-            spread_slope = whiten @ _slope(covariance[rows], there) @ whiten.T
-            residual = whiten @ (channel.observed - channel.mean[0])
-            traces = np.trace(spread_slope, axis1=1, axis2=2)
-            gradient += power * (mean_slope @ residual + 0.5 * (residual @ spread_slope @ residual - traces))
-            flat = spread_slope.reshape(n, -1)
-            information += power * (mean_slope @ mean_slope.T + 0.5 * flat @ flat.T)
+            information += power * mean_slope @ mean_slope.T
+            spread_slope = whiten @ _slope(covariance, there[chosen]) @ whiten.T
+            flat = spread_slope.reshape(scales.size, channel.observed.size**2)
+            information[np.ix_(scales, scales)] += 0.5 * power * flat @ flat.T
     return gradient, information
+
+
+def _covariance(channel: PredictedReadings, rows: IntArray) -> FloatArray:
+    """Covariances S of the readings of some draws, (n_row, n_point, n_point)."""
+    modes = channel.modes[rows]
+    covariance = modes @ np.swapaxes(modes, 1, 2)
+    points = np.arange(channel.observed.size)
+    covariance[:, points, points] += channel.variance[rows]
+    return np.asarray(covariance, dtype=float)
 
 
 def _slope(values: FloatArray, there: BoolArray) -> FloatArray:

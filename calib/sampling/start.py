@@ -19,8 +19,8 @@ from models.sensor import FloatArray
 #: Version of how an ensemble begins: raise it with every change that gives another start for the same seed.
 START_VERSION = 2
 
-#: Prior draws among which an ensemble looks for its starts; how many of the best it climbs from, of all that are possible, and of
-#: those that the modes known by then explain least.
+#: Prior draws among which an ensemble looks for its starts; how many of the best it climbs from, of all that are possible, and
+#: of those that the modes known by then explain least.
 N_START_DRAWS = 512
 N_BEST, N_ANY, N_UNEXPLAINED = 1, 1, 2
 
@@ -33,8 +33,10 @@ _EFFECTIVE = 0.6
 #: Steps of each round, after which the proposal is fitted anew to those of this and the one before. The last is repeated, up to
 #: so many in all, while the mean log density of the walkers drifts by more than this, in its standard deviations: the mode of
 #: a funnel is far from where its mass is.
-ROUNDS = (16, 16, 24, 32)
-_MOST_ROUNDS, _DRIFT = 24, 0.2
+ROUNDS = (16, 16, 24, 40, 56)
+_MOST_ROUNDS, _DRIFT = 20, 0.2
+#: A proposal of which more draws than this are accepted is as good as can be.
+ENOUGH_ACCEPTED = 0.5
 #: A proposal of which fewer draws than this are accepted does not fit: the moves that need no shape are made instead.
 LEAST_ACCEPTED = 0.1
 
@@ -127,8 +129,8 @@ def start(target: Target, modes: Sequence[Mode], seed: np.random.SeedSequence, n
     """Place the walkers of an ensemble as the target lies, and fit the proposal that they will move by.
 
     Draws of Student densities round the modes are weighted to the target, mildly where the weights are few; walkers chosen
-    among them then move, and the proposal is fitted anew to where they were, in `ROUNDS`. What is learned here is frozen: the
-    chain that follows has the target as its limit.
+    among them then move, and the proposal is fitted anew to where they were, in `ROUNDS`, until it is good
+    enough and they stay where they are. What is learned here is frozen: the chain that follows has the target as its limit.
 
     Parameters
     ----------
@@ -157,7 +159,8 @@ def start(target: Target, modes: Sequence[Mode], seed: np.random.SeedSequence, n
         visited = path.chain.reshape(-1, x.shape[1])
         proposal = fit_proposal(np.concatenate([before, visited]), target.scales, proposal)
         before, level_before, level = visited, level, float(np.mean(path.log_density))
-        if k + 1 >= len(ROUNDS) and abs(level - level_before) <= _DRIFT * np.std(path.log_density):
+        drifts = abs(level - level_before) > _DRIFT * np.std(path.log_density)
+        if not drifts and (accepted >= ENOUGH_ACCEPTED or k + 1 >= len(ROUNDS)):
             break
     return Start(state, proposal if accepted >= LEAST_ACCEPTED else None)
 

@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from calib.catalogue import CHANNELS
+from calib.catalogue import SCALES
 from calib.problem import Problem, columns_at
 from calib.sampling.coordinates import Coordinates, coordinates
 from calib.sampling.scoring import inverse_root, score, slopes_at
@@ -63,10 +63,6 @@ class Target(Protocol):
         ...
 
 
-# Unknowns that are the width of something: of the scatter of readings, of what the model leaves out.
-_SCALES = frozenset(f"{channel}_{kind}" for channel in CHANNELS for kind in ("noise", "discrepancy"))
-
-
 @dataclass(frozen=True, eq=False)
 class ProblemTarget:
     """The posterior of a calibration problem as a `Target`."""
@@ -81,7 +77,7 @@ class ProblemTarget:
     @property
     def scales(self) -> tuple[int, ...]:
         """See `Target`."""
-        return tuple(k for k, p in enumerate(self.space.problem.parameters) if p.parameter in _SCALES)
+        return tuple(k for k, p in enumerate(self.space.problem.parameters) if p.parameter in SCALES)
 
     def prior_draws(self, rng: np.random.Generator, n_draw: int) -> FloatArray:
         """See `Target`."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -20,6 +21,9 @@ from calib.sampling.diagnostics import Diagnostics, Gate, ParameterSummary, Spot
 from calib.sampling.posterior import Posterior
 from models.analytic import ClosedForm
 from models.sensor import design_from
+
+# Tests of run folders import what they share by name.
+sys.path.insert(0, str(Path(__file__).parent / "runs"))
 
 SHARED: dict[str, tuple[float, float, Prior]] = {
     "young_modulus": (0.62e6, 0.004e6, LogNormal(0.7e6, 1.6)),
@@ -174,3 +178,11 @@ def make_posterior() -> Callable[..., Posterior]:
         )
 
     return make
+
+
+@pytest.fixture
+def lab(tmp_path: Path) -> Path:
+    """A folder with a small experiment and its lab file."""
+    from small_run import make_lab
+
+    return make_lab(tmp_path)

