@@ -18,12 +18,12 @@ import subprocess
 import sys
 
 import numpy as np
-
-from calib.sampling.diagnostics import Gate
 from samplers.gallery import gallery, student_each
 from samplers.known import truth_of
 from samplers.shipped import CONTENDERS, is_installed, times
 from samplers.trial import Trial, try_target
+
+from calib.sampling.diagnostics import Gate
 
 
 def main() -> None:

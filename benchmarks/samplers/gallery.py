@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from scipy.special import gammaln, logsumexp
 from scipy.stats import norm, special_ortho_group
@@ -99,7 +97,7 @@ def funnel(name: str, n: int, sd: float, *, named: bool = True, good: bool = Tru
 
 
 def floors(name: str, n: int) -> Known:
-    """Two scales u, v, normal; of the others half have the sd hypot(0.1, exp(u)), half hypot(0.2, exp(v)) about a slope in u."""
+    """Two scales u, v, normal; of the others half have the sd hypot(0.1, exp(u)), half hypot(0.2, exp(v)), on a slope in u."""
     half = (n - 2) // 2
 
     def widths(x: FloatArray) -> FloatArray:

@@ -1,9 +1,9 @@
 """A sampler and the shipped experiment in, processor seconds of the whole process to effective sample sizes wanted out.
 
-Contenders: `new`, as a calibration samples; `old`, as one did before it knew shapes: 80 walkers round the highest mode, moved by
+Contenders: `new`, as a calibration samples; `old`, as one did before it knew shapes: 80 walkers round the highest mode, by
 differential evolution and jumps alone; and of other people, where they are installed, nautilus (importance nested sampling with
-neural networks, Lange 2023) and zeus (ensemble slice sampling, Karamanis, Beutler & Peacock 2021). Moves of walkers, those of
-zeus too, start round the same mode and pass the same gate; nautilus says itself how many draws its weights are worth.
+neural networks, Lange 2023) and zeus (ensemble slice sampling, Karamanis, Beutler & Peacock 2021). Those that walk, zeus too,
+start round the same mode and pass the same gate; nautilus says itself how many draws its weights are worth.
 """
 
 from __future__ import annotations

@@ -65,7 +65,7 @@ def test_walkers_start_where_the_mass_of_a_funnel_is_and_not_at_its_mode() -> No
 
 @pytest.mark.parametrize("target", GALLERY.values(), ids=GALLERY)
 def test_exact_draws_of_a_target_are_those_of_its_density(target: Known) -> None:
-    # E[q(x') / p(x)] along a small shift d is 1 for draws x of p: mean of p(x + d) / p(x), where p is positive everywhere.
+    # For draws x of a density p that is nowhere zero, p(x + d) / p(x) is 1 in the mean, whatever d is.
     x = target.exact(np.random.default_rng(3), 20_000)
     if target.name == "corner of hard bounds":
         assert np.all(np.isfinite(target.log_density(x)))
