@@ -1,4 +1,4 @@
-"""A known target and a seed in, what sampling it gave out: whether it says that it converged, what it cost, how far it is off."""
+"""A known target and a seed in, what sampling it gave out: whether it says that it converged, its cost, how far it is off."""
 
 from __future__ import annotations
 
