@@ -17,11 +17,12 @@ from calib.sampling.target import Mode, Target
 from models.sensor import FloatArray
 
 #: Version of how an ensemble begins: raise it with every change that gives another start for the same seed.
-START_VERSION = 1
+START_VERSION = 2
 
-#: Prior draws among which an ensemble looks for its starts; how many of the best it climbs from, and of all that are possible.
+#: Prior draws among which an ensemble looks for its starts; how many of the best it climbs from, of all that are possible, and
+#: of those that the modes known by then explain least.
 N_START_DRAWS = 512
-N_BEST, N_ANY = 2, 2
+N_BEST, N_ANY, N_UNEXPLAINED = 1, 1, 2
 
 #: A mode whose mass, were it normal, is below this share of the greatest one's is left out.
 _LEAST_MASS = 1e-3
@@ -29,8 +30,11 @@ _LEAST_MASS = 1e-3
 _FREEDOM, _WIDEN, _TRIES = 5.0, 1.2, 6
 # Effective draws among them, as a share of the walkers, for which their weights are made milder.
 _EFFECTIVE = 0.6
-#: Steps of each round, after which the proposal is fitted anew to those of this and the one before.
+#: Steps of each round, after which the proposal is fitted anew to those of this and the one before. The last is repeated, up to
+#: so many in all, while the mean log density of the walkers drifts by more than this, in its standard deviations: the mode of
+#: a funnel is far from where its mass is.
 ROUNDS = (16, 16, 24, 40, 56)
+_MOST_ROUNDS, _DRIFT = 20, 0.2
 #: A proposal of which more draws than this are accepted is as good as can be.
 ENOUGH_ACCEPTED = 0.5
 #: A proposal of which fewer draws than this are accepted does not fit: the moves that need no shape are made instead.
@@ -47,6 +51,9 @@ class Start:
 
 def find_modes(target: Target, seed: np.random.SeedSequence) -> tuple[Mode, ...]:
     """Climb from draws of the prior to the modes of a target, from the most probable and from others.
+
+    A narrow mode beside a wide one is reached from few places, which any draws would hardly hit. But a draw near it is far more
+    probable than normal densities at the modes that are known would have it: such draws are climbed from last.
 
     Parameters
     ----------
@@ -71,11 +78,27 @@ def find_modes(target: Target, seed: np.random.SeedSequence) -> tuple[Mode, ...]
     best = possible[np.argsort(-log_density[possible])]
     others = rng.permutation(best[N_BEST:])[:N_ANY]
     found: list[Mode] = []
-    for i in [*best[:N_BEST], *others]:
+
+    def climb(i: int) -> None:
         mode = target.climb(x[i], found)
         if mode not in found:
             found.append(mode)
+
+    for i in [*best[:N_BEST], *others]:
+        climb(i)
+    left = np.setdiff1d(best[N_BEST:], others)
+    for _ in range(min(N_UNEXPLAINED, left.size)):
+        i = left[np.argmax(_unexplained(x[left], log_density[left], found))]
+        climb(i)
+        left = left[left != i]
     return tuple(sorted(found, key=lambda m: -m.log_density))
+
+
+def _unexplained(x: FloatArray, log_density: FloatArray, modes: Sequence[Mode]) -> FloatArray:
+    """By how much a log density (n_draw,) at x (n_draw, n) is above the normal densities at modes."""
+    squares = [np.sum(np.linalg.solve(m.factor, (x - m.x).T) ** 2, axis=0) for m in modes]
+    explained = [m.log_density - square / 2 for m, square in zip(modes, squares, strict=True)]
+    return np.asarray(log_density - np.max(explained, axis=0), dtype=float)
 
 
 def join_modes(target: Target, found: Sequence[Mode]) -> tuple[Mode, ...]:
@@ -106,8 +129,8 @@ def start(target: Target, modes: Sequence[Mode], seed: np.random.SeedSequence, n
     """Place the walkers of an ensemble as the target lies, and fit the proposal that they will move by.
 
     Draws of Student densities round the modes are weighted to the target, mildly where the weights are few; walkers chosen
-    among them then move, and the proposal is fitted anew to where they were, in `ROUNDS`, until it is good enough. What is
-    learned here is frozen: the chain that follows has the target as its limit.
+    among them then move, and the proposal is fitted anew to where they were, in `ROUNDS`, until it is good
+    enough and they stay where they are. What is learned here is frozen: the chain that follows has the target as its limit.
 
     Parameters
     ----------
@@ -128,14 +151,16 @@ def start(target: Target, modes: Sequence[Mode], seed: np.random.SeedSequence, n
     state = EnsembleState.of(x[chosen], log_density[chosen], random)
     before: FloatArray = np.empty((0, x.shape[1]))
     accepted = 0.0
-    for n_steps in ROUNDS:
-        path = walk(target.log_density, state, moves_by(proposal), n_steps)
+    level = np.inf
+    for k in range(_MOST_ROUNDS):
+        path = walk(target.log_density, state, moves_by(proposal), ROUNDS[min(k, len(ROUNDS) - 1)])
         state = path.end
         accepted = path.accepted_of("proposal")
         visited = path.chain.reshape(-1, x.shape[1])
         proposal = fit_proposal(np.concatenate([before, visited]), target.scales, proposal)
-        before = visited
-        if accepted >= ENOUGH_ACCEPTED:
+        before, level_before, level = visited, level, float(np.mean(path.log_density))
+        drifts = abs(level - level_before) > _DRIFT * np.std(path.log_density)
+        if not drifts and (accepted >= ENOUGH_ACCEPTED or k + 1 >= len(ROUNDS)):
             break
     return Start(state, proposal if accepted >= LEAST_ACCEPTED else None)
 

@@ -1,0 +1,87 @@
+"""Densities whose moments are known: what has converged is right, all modes are there, and good ones are not refused."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[3] / "benchmarks"))
+
+from samplers.gallery import banana, gallery, mixture
+from samplers.known import Known, truth_of
+from samplers.trial import try_target
+
+from calib.sampling.start import find_modes, join_modes, start
+
+GALLERY = gallery()
+#: A few that take a second or two each; all of them: `python benchmarks/sampling.py targets`, in docs/sampling.md.
+FAST = (
+    "normal, 20",
+    "ridge of 1e4",
+    "Student t, 3 degrees, 10",
+    "two modes 14 sd apart, 0.9",
+    "wide 0.9 beside narrow, higher",
+    "three modes",
+    "flat up to a bound, normal scores",
+    "skewed marginals",
+)
+
+
+@pytest.mark.parametrize("name", FAST)
+def test_a_run_converges_and_has_means_widths_and_modes_right(name: str) -> None:
+    target = GALLERY[name]
+    trial = try_target(target, truth_of(target), seed=11, max_steps=600)
+    assert not trial.reasons
+    assert not trial.errors.wrong, trial.errors
+
+
+def test_what_was_stopped_early_says_so() -> None:
+    target = banana("banana", 4, 1.0, 1.0, thin=0.2)
+    trial = try_target(target, truth_of(target), seed=1, max_steps=100)
+    assert trial.reasons
+
+
+@pytest.mark.parametrize("name", [name for name, target in GALLERY.items() if target.modes is not None])
+@pytest.mark.parametrize("seed", range(4))
+def test_every_mode_is_found_and_none_is_joined_to_another(name: str, seed: int) -> None:
+    target = GALLERY[name]
+    assert target.modes is not None
+    found = [m for own in np.random.SeedSequence(seed).spawn(4) for m in find_modes(target, own)]
+    there = target.modes(np.stack([m.x for m in join_modes(target, found)]))
+    assert set(there) == set(target.modes(target.exact(np.random.default_rng(1), 5000)))
+
+
+def test_walkers_start_where_the_mass_of_a_funnel_is_and_not_at_its_mode() -> None:
+    target = GALLERY["funnel, 10"]
+    modes = join_modes(target, find_modes(target, np.random.SeedSequence(1)))
+    assert modes[0].x[0] < -9  # the logarithm of the width has mean 0 and sd 1.5
+    begun = start(target, modes, np.random.SeedSequence(1), 160)
+    assert abs(np.mean(begun.state.coords[:, 0])) < 0.75
+    assert begun.proposal is not None
+
+
+@pytest.mark.parametrize("target", GALLERY.values(), ids=GALLERY)
+def test_exact_draws_of_a_target_are_those_of_its_density(target: Known) -> None:
+    # For draws x of a density p that is nowhere zero, p(x + d) / p(x) is 1 in the mean, whatever d is.
+    x = target.exact(np.random.default_rng(3), 20_000)
+    if target.name == "corner of hard bounds":
+        assert np.all(np.isfinite(target.log_density(x)))
+        return
+    step = 0.05 * np.subtract(*np.quantile(x, [0.6, 0.4], axis=0)) / np.sqrt(target.n)
+    if target.scales or "unnamed" in target.name:
+        step = step * np.r_[np.ones(max(1, len(target.scales))), np.zeros(target.n - max(1, len(target.scales)))]
+    ratio = np.exp(target.log_density(x + step) - target.log_density(x))
+    error = np.std(ratio) / np.sqrt(ratio.size)
+    assert np.mean(ratio) == pytest.approx(1, abs=4.5 * error + 1e-3)
+    assert np.std(ratio) > 1e-4
+
+
+def test_draws_that_lack_a_mode_are_wrong_though_their_means_are_near() -> None:
+    target = mixture("two", np.array([[0.0, 0.0], [9.0, 0.0]]), [1, 1], [0.96, 0.04])
+    truth = truth_of(target)
+    x = target.exact(np.random.default_rng(1), 20_000)
+    assert not truth.errors(target, x).wrong
+    assert truth.errors(target, x[x[:, 0] < 4.5]).missing == pytest.approx(0.04, abs=0.003)
