@@ -23,8 +23,8 @@ from calib.errors import InputError
 from calib.experiment.plan import Experiment, Specimen, SweepFiles
 from calib.lab.sweep import Sweep
 from calib.priors.distributions import Fixed, Normal, Prior
-from calib.problem.readings import PredictedReadings
 from calib.problem.problem import build_problem
+from calib.problem.readings import PredictedReadings
 from calib.problem.synthetic import Rig, synthetic_sweep
 from calib.problem.unknowns import list_unknowns
 from calib.sampling.archive import az
