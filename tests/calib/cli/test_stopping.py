@@ -48,6 +48,9 @@ padding.thickness = "1.1 mm"
 
 # A command that stays for ever in one of its stages, and says on stdout when it is there.
 COMMAND = """
+import signal
+signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored where the tests themselves run in the background
+signal.signal(signal.SIGHUP, signal.SIG_DFL)
 import math, os, sys, time
 import calib.runs.calibration as calibration
 import calib.runs.folder as run_folder
