@@ -64,7 +64,18 @@ def look(run: SamplingRun, modes: Sequence[Mode], n_block: int, gate: Gate) -> C
     chains = np.stack([load_chain(run.folder, k, n_block, burn_in, thin)[0] for k in ensembles])
     values = run.target.columns(chains.reshape(-1, chains.shape[-1]))
     state = convergence(values.reshape(chains.shape), tau, n_block * BLOCK_STEPS)
+    state = replace(state, doubts=_standing(fine))
     return state if shortcomings(state, run.target.names, gate) else replace(state, doubts=_doubts(run, modes, values, state))
+
+
+def _standing(chains: FloatArray) -> tuple[str, ...]:
+    """Which ensembles of chains (n_ensemble, n_step, n_walker, n_parameter) have walkers that stand still throughout."""
+    if chains.shape[1] < 2:
+        return ()
+    still = np.sum(np.all(chains == chains[:, :1], axis=(1, 3)), axis=1)
+    return tuple(
+        f"ensemble {k}: {n} of {chains.shape[2]} walkers never moved after the burn-in" for k, n in enumerate(still, 1) if n
+    )
 
 
 def _doubts(run: SamplingRun, modes: Sequence[Mode], values: FloatArray, state: Convergence) -> tuple[str, ...]:
@@ -108,15 +119,11 @@ def finish(
     first = n_block // 2
     counts = [load_accepted(run.folder, k, n_block, first) for k in range(n_ensemble)]
     tried, accepted = (np.stack(part) for part in zip(*counts, strict=True))
-    still = [_n_still(chain) for chain, _ in loaded]
-    reasons = [*shortcomings(state, problem.names, gate)]
-    reasons += [
-        f"ensemble {k + 1}: {n} of {run.n_walker} walkers never moved after the burn-in" for k, n in enumerate(still) if n
-    ]
+    reasons = shortcomings(state, problem.names, gate)
     summaries = summarise(problem.parameters, values, flat, state)
     diagnostics = Diagnostics(
         converged=not reasons,
-        reasons=tuple(reasons),
+        reasons=reasons,
         warnings=(*_range_warnings(problem, parts), *prior_conflicts(summaries)),
         parameters=summaries,
         steps=n_block * BLOCK_STEPS,
@@ -151,11 +158,6 @@ def _kept(n_stored: int, n_walker: int) -> tuple[int, int]:
     """How many stored steps are burn-in, and every how many-th step of the rest is kept."""
     burn_in = n_stored // 2
     return burn_in, max(1, math.ceil((n_stored - burn_in) / max(1, MAX_DRAWS // n_walker)))
-
-
-def _n_still(chain: FloatArray) -> int:
-    """Walkers of a chain (n_step, n_walker, n_parameter) that stand still throughout."""
-    return int(np.count_nonzero(np.all(chain == chain[:1], axis=(0, 2)))) if chain.shape[0] > 1 else 0
 
 
 def _range_warnings(problem: Problem, parts: list[FloatArray]) -> tuple[str, ...]:
