@@ -72,7 +72,9 @@ force_noise = {{ fixed = "0.01 N" }}
         text += f"""[[specimens]]
 name = {json.dumps(specimen, ensure_ascii=False)}
 force = {json.dumps(file, ensure_ascii=False)}
-priors = {{ sensor_thickness = {{ normal = ["0.74 mm", "0.02 mm"] }}, padding_thickness = {{ fixed = "1.10 mm" }}, load_zero = {{ fixed = "0.03 N" }} }}
+priors.sensor_thickness = {{ normal = ["0.74 mm", "0.02 mm"] }}
+priors.padding_thickness = {{ fixed = "1.10 mm" }}
+priors.load_zero = {{ fixed = "0.03 N" }}
 """
     path = folder / "e 'x' $y.toml"
     path.write_text(text, encoding="utf-8")
