@@ -169,4 +169,8 @@ def _syntax_fault(path: Path, text: str, message: str) -> Fault:
         advice = "A key may be given only once"
     elif what.startswith("Cannot declare"):
         advice = "A table may be given only once; several specimens are each written [[specimens]]"
+    elif what.startswith("Illegal character '\\n'"):
+        advice = "A text ends on its line, with a quote"
+    elif path.suffix.lower() != ".toml":
+        advice = "`calib init` writes an experiment file (.toml) from lab files"
     return Fault(f"is not valid TOML: {what}" + (f" in `{shown}`" if shown else ""), path, line, column, advice)

@@ -28,8 +28,8 @@ FORMS: Mapping[str, tuple[str, ...]] = {
     "fixed": ("value",),
 }
 
-# Magnitudes [SI] beyond which only a slip of the unit explains a number: "3 PF" for pF, "0.7 mPa" for MPa.
-_CONCEIVABLE = {"m": (0.0, 1.0), "Pa": (1.0, 1e12), "F": (0.0, 1e-3), "m/N": (0.0, 1.0), "N": (0.0, 1e5)}
+# Magnitudes [SI] beyond which only a slip of the unit explains a number: "3 PF" for pF, "0.7 mPa" for MPa, "0.74 m" for mm.
+_CONCEIVABLE = {"m": (0.0, 0.15), "Pa": (1.0, 1e12), "F": (0.0, 1e-6), "m/N": (0.0, 1e-3), "N": (0.0, 1e5)}
 
 # What people write who know the distribution by another name.
 _SYNONYMS = {

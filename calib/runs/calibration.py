@@ -132,7 +132,8 @@ def calibrate(
         _check_reweight(reweight, plan)
     problem = build_problem(plan, sweeps, forward)
     if not problem.parameters:
-        raise InputError(Fault("every parameter is fixed: there is nothing to calibrate", plan.path))
+        advice = 'Give one of them a prior, such as young_modulus = { lognormal = ["0.7 MPa", 1.6] }'
+        raise InputError(Fault("every parameter is fixed: there is nothing to calibrate", plan.path, advice=advice))
     watch.planned(plan)
     attrs = {"command": command}
     if surrogate is not None:
@@ -184,7 +185,9 @@ def _check_folder(folder: Path, resume: bool) -> None:
             raise InputError(Fault(message, folder, advice=advice))
     elif not folder.exists():
         require_folder(folder, "Create it first")
-    elif not folder.is_dir() or not is_bare(folder):
+    elif not folder.is_dir():
+        raise InputError(Fault("a file of this name exists and is not overwritten", folder, advice="Choose another -o"))
+    elif not is_bare(folder):
         advice = "Choose another -o, or continue that run with --resume"
         raise InputError(Fault("the output folder exists and is not overwritten", folder, advice=advice))
 

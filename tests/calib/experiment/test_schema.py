@@ -197,7 +197,7 @@ def test_every_prior_that_is_read_is_accepted(prior: tuple[str, dict[str, Any]])
     top = SCHEMAS["experiment"]["properties"]
     properties = {**top["priors"]["properties"], **top["specimens"]["items"]["properties"]["priors"]["properties"]}
     tables = _full()
-    tables["sensor"] = {"radius": "1 m", "law": "gent"}
+    tables["sensor"] = {"radius": "0.15 m", "law": "gent"}
     where = tables["priors"] if UNKNOWNS[name].scope in ("material", "rig") else tables["specimens"][0]["priors"]
     where[name] = value
     if _read(tables):

@@ -239,6 +239,7 @@ def test_forms_of_the_experiment_file(parameter: str, value: object, expected: P
         ("sensor_thickness", {"normal": ["0.74", "0.02 mm"]}, ['"0.74" has no unit']),
         ("sensor_thickness", {"fixed": "0.74 MPa"}, ['sensor_thickness: unit "MPa" cannot be converted to m']),
         ("young_modulus", {"fixed": "0.7 Mpa"}, ['unknown unit "Mpa", did you mean "MPa"?']),
+        ("sensor_thickness", {"fixed": "0.74 m"}, ['sensor_thickness cannot be "0.74 m"', "usually given in mm"]),
         ("young_modulus", {"fixed": "0.7 mPa"}, ['young_modulus cannot be "0.7 mPa" (0.0007 Pa)', "usually given in MPa"]),
         ("parasitic_capacitance", {"normal": ["0 pF", "2 PF"]}, ['cannot be "2 PF"', "pF"]),
         ("sensor_thickness", {"fixed": True}, ["must be a quantity in quotes, got true"]),

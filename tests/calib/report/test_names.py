@@ -96,7 +96,7 @@ def test_page_tables_and_figures_show_names_as_they_are_written(make_posterior: 
     page = write_report(posterior, predict(posterior, FORWARD, np.random.default_rng(1), n_draw=50), found)
     assert "<script" not in page
     assert html.unescape(re.sub(r"<[^>]*>", "", page)).count(first) > 3
-    assert f"<title>{html.escape(experiment)}" in page.replace("&#34;", "&quot;")
+    assert f"<title>Calibration report: {html.escape(experiment)}" in page.replace("&#34;", "&quot;")
 
 
 @pytest.mark.parametrize("names", list(zip(NAMES[::2], NAMES[1::2], strict=True)))
