@@ -38,7 +38,7 @@ QUICK: dict[str, tuple[list[str], str]] = {
     # What fails is told by its exit code: a seed of which all mutants are read as they may be.
     "mutate_lab_files.py": (["-n", "30", "--folder", "FOLDER", "-o", "FOLDER/mutants.csv"], "0 of 30 failed"),
     "posterior_against_fem.py": (
-        ["--cases", "force", "--designs", "16", "--accuracy", "3e-2", "--steps", "50", "--draws", "40", "--processes", "0"],
+        ["--cases", "force", "--designs", "8", "--accuracy", "3e-2", "--steps", "50", "--draws", "40", "--processes", "0"],
         "force: 8 unknowns, NOT converged; 40 draws re-weighted",
     ),
     "read_large_file.py": (["-n", "3000", "--files", "ragged", "two rates"], "two rates: 0 MB, 3000 rows"),

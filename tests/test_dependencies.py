@@ -10,7 +10,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
 import pytest
+from scipy.ndimage import median_filter
 
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
@@ -112,3 +114,13 @@ def test_every_requirement_has_a_lower_bound_and_a_version_in_the_constraints() 
 def test_imports_are_found(text: str, found: list[tuple[str, bool]], tmp_path: Path) -> None:
     (tmp_path / "m.py").write_text(text)
     assert [(i.module, i.lazy) for i in imports_of(tmp_path / "m.py")] == found
+
+
+@pytest.mark.parametrize("size", [5, 9])
+def test_running_medians_of_the_installed_scipy_are_medians(size: int) -> None:
+    rng = np.random.default_rng(0)
+    for n in (size, size + 1, 2 * size, 50, 240):
+        for _ in range(30):
+            values = np.cumsum(rng.normal(size=n))
+            windows = np.lib.stride_tricks.sliding_window_view(np.pad(values, size // 2, mode="edge"), size)
+            np.testing.assert_array_equal(median_filter(values, size=size, mode="nearest"), np.median(windows, axis=1))
