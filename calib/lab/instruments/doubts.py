@@ -19,7 +19,7 @@ _APART, _TOGETHER = 0.9, 0.3
 # How near a number must come to its neighbours once its mark is moved, in steps between these, and how small these must be.
 _NEAR, _SMALL_STEPS, _COARSE_STEPS = 2.0, 0.03, 0.5
 # A single number may miss its neighbours by this share of them once its mark is moved.
-_NEAR_ALONE = 0.1
+_NEAR_ALONE = 0.02
 # A single number that is off by one power of ten, or by more, may stand among steps as large as this share of its neighbours.
 _ONE_POWER, _MORE_POWERS = 0.2, 0.3
 # Rounding of a number whose mark has moved to the left may add up to this share.

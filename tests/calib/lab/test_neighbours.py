@@ -49,6 +49,17 @@ def test_a_number_off_by_a_power_of_ten_is_left_out_beside_the_ends_too(tmp_path
     assert sum(map(bool, table.reasons)) == 1
 
 
+@pytest.mark.parametrize("size", [9.85, 10.15, 98.5, 0.0985])
+def test_a_number_that_comes_only_near_its_still_neighbours_is_left_out_too(tmp_path: Path, size: float) -> None:
+    table = _read(tmp_path, _rows(force={8: f"{size * FORCE[8]:.4f}"}))
+    assert [r for r, why in enumerate(table.reasons) if why] == [8]
+
+
+def test_a_peak_that_no_power_of_ten_explains_is_kept(tmp_path: Path) -> None:
+    table = _read(tmp_path, _rows(force={8: f"{5 * FORCE[8]:.4f}"}))
+    assert not any(table.reasons)
+
+
 def test_a_lost_mark_does_not_hide_a_number_off_by_a_power_of_ten(tmp_path: Path) -> None:
     table = _read(tmp_path, _rows(depth={20: "4000", 40: f"{DEPTH[40] / 10:.4f}"}))
     assert [r for r, why in enumerate(table.reasons) if why] == [20, 40]
