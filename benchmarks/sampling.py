@@ -4,7 +4,7 @@
   density that can be sampled converge? A mean off by more than 0.2 standard deviations, a standard deviation off by more than
   15 %, or a mode of more than 2 % that is missing is wrong. Unknowns with a kurtosis above 5 are compared by normal scores.
 - `sticky`: where the tails of a target are heavier than the proposals', is the effective sample size that is claimed true?
-  Means of many runs scatter by the standard deviation over its root.
+  Means of normal scores of many runs scatter by one over its root.
 - `shipped`: processor seconds of a whole process, imports included, to worst effective sample sizes of 400 and 4,000 on
   `datasets/padded_sensor`: as a calibration samples, as one did before it knew shapes, and with peers. Each runs in a process
   of its own, on one core; peers that are not installed (`pip install ".[benchmark]"`) are skipped. Ratios are what to look at.
@@ -96,14 +96,14 @@ def print_sticky(freedoms: list[float], n_run: int) -> None:
         truth = truth_of(target)
         trials = [try_target(target, truth, seed, 3000, Gate()) for seed in range(n_run)]
         done = [t for t in trials if not t.reasons]
-        claimed, true = (np.nan, np.nan) if len(done) < 3 else _sizes(done, freedom)
+        claimed, true = (np.nan, np.nan) if len(done) < 3 else _sizes(done)
         print(f"| {freedom:g} | {len(done)} of {n_run} | {claimed:.0f} | {true:.0f} | {claimed / true:.2f} |", flush=True)
 
 
-def _sizes(trials: list[Trial], freedom: float) -> tuple[float, float]:
-    """Effective sizes claimed, and true by the scatter of the means, which are zero; of all unknowns, harmonic means."""
+def _sizes(trials: list[Trial]) -> tuple[float, float]:
+    """Effective sizes claimed, and true by the scatter of mean scores; of all unknowns, harmonic means."""
     claimed = 1 / np.mean([1 / t.ess for t in trials])
-    return float(claimed), float(freedom / (freedom - 2) / np.mean([t.mean**2 for t in trials]))
+    return float(claimed), float(1 / np.mean([t.score**2 for t in trials]))
 
 
 def print_shipped(contenders: list[str], sizes: list[float], seed: int, max_steps: int) -> None:

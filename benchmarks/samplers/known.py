@@ -79,13 +79,14 @@ class Known:
             if not values[best] > value + _GAIN:
                 break
             x, value = tried[best], float(values[best])
-        eigen, axes = np.linalg.eigh(curvature)
-        sd = np.minimum(1 / np.sqrt(np.maximum(eigen, 1e-12)), 10 * np.max(self.prior[0]))
+        wide = self.prior[0]
+        eigen, axes = np.linalg.eigh(wide[:, None] * curvature * wide)
+        factor = wide[:, None] * axes / np.sqrt(np.maximum(eigen, 1.0))  # in no direction wider than the prior
         for mode in known:
             off = np.linalg.solve(mode.factor, x - mode.x)
             if abs(value - mode.log_density) < 0.1 and off @ off < 0.2 * self.n:
                 return mode
-        return Mode(x, value, axes * sd)
+        return Mode(x, value, factor)
 
     def _derivatives(self, x: FloatArray, value: float, width: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Gradient, and minus the second derivatives, by central differences; across a hard bound those of the prior."""
@@ -137,6 +138,10 @@ class Truth:
     heavy: FloatArray
     weights: FloatArray
 
+    def scores(self, x: FloatArray) -> FloatArray:
+        """Normal scores (n_draw, n) of draws x (n_draw, n): standard normal if they are right."""
+        return np.stack([_score(exact, own) for exact, own in zip(self.ordered.T, x.T, strict=True)], axis=1)
+
     def errors(self, target: Known, x: FloatArray) -> Errors:
         """Compare a sample with the truth.
 
@@ -148,7 +153,7 @@ class Truth:
         means, ratios = [], []
         for k, exact in enumerate(self.ordered.T):
             if self.heavy[k]:
-                score = norm.ppf((np.searchsorted(exact, x[:, k]) + 0.5) / (exact.size + 1))
+                score = _score(exact, x[:, k])
                 mean, ratio = float(np.mean(score)), float(np.std(score))
             else:
                 mean = float((np.mean(x[:, k]) - np.mean(exact)) / np.std(exact))
@@ -159,6 +164,10 @@ class Truth:
         found = shares(target, x, self.weights.size)
         gone = np.where(found < 0.5 * self.weights, self.weights - found, 0.0)
         return Errors(max(means), max(ratios), float(np.max(gone)))
+
+
+def _score(exact: FloatArray, x: FloatArray) -> FloatArray:
+    return np.asarray(norm.ppf((np.searchsorted(exact, x) + 0.5) / (exact.size + 1)), dtype=float)
 
 
 def shares(target: Known, x: FloatArray, n_mode: int) -> FloatArray:

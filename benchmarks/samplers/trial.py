@@ -29,7 +29,7 @@ class Trial:
     shapely : ensembles that move by a proposal.
     errors : of its draws.
     weights : share of its draws in each mode.
-    mean, sd, ess : (n,), of its draws and their least effective sample size.
+    score, ess : (n,), mean of the normal scores of its draws, and their least effective sample size.
     """
 
     reasons: tuple[str, ...]
@@ -39,8 +39,7 @@ class Trial:
     shapely: int
     errors: Errors
     weights: FloatArray
-    mean: FloatArray
-    sd: FloatArray
+    score: FloatArray
     ess: FloatArray
 
     @property
@@ -87,7 +86,6 @@ def try_target(target: Known, truth: Truth, seed: int, max_steps: int = 5000, ga
         shapely,
         truth.errors(target, x),
         shares(target, x, truth.weights.size),
-        np.mean(x, axis=0),
-        np.std(x, axis=0),
+        np.mean(truth.scores(x), axis=0),
         chains.state.ess,
     )

@@ -28,6 +28,8 @@ N_BEST, N_ANY, N_UNEXPLAINED = 1, 1, 2
 _LEAST_MASS = 1e-3
 # Degrees of freedom and width of the first proposal at a mode, and draws of it for each walker.
 _FREEDOM, _WIDEN, _TRIES = 5.0, 1.2, 6
+# How often those that are beyond a bound are drawn anew.
+_REDRAWN = 8
 # Effective draws among them, as a share of the walkers, for which their weights are made milder.
 _EFFECTIVE = 0.6
 #: Steps of each round, after which the proposal is fitted anew to those of this and the one before. The last is repeated, up to
@@ -145,7 +147,12 @@ def start(target: Target, modes: Sequence[Mode], seed: np.random.SeedSequence, n
     parts = tuple(normal_funnel(m.x, m.factor, target.scales, _FREEDOM, _WIDEN) for m in modes)
     proposal = Proposal(parts, shares / np.sum(shares))
     x = proposal.draw(random, _TRIES * n_walker)
+    x[: len(modes)] = [m.x for m in modes]  # so that one at least is possible, whatever the bounds
     log_density = target.log_density(x)
+    for _ in range(_REDRAWN):
+        beyond = np.flatnonzero(~np.isfinite(log_density))
+        x[beyond] = proposal.draw(random, beyond.size)
+        log_density[beyond] = target.log_density(x[beyond])
     weight = _mild_weights(log_density - proposal.log_density(x), _EFFECTIVE * n_walker)
     chosen = random.choice(weight.size, n_walker, p=weight)
     state = EnsembleState.of(x[chosen], log_density[chosen], random)
@@ -166,11 +173,13 @@ def start(target: Target, modes: Sequence[Mode], seed: np.random.SeedSequence, n
 
 
 def _mild_weights(log_weight: FloatArray, effective: float) -> FloatArray:
-    """Weights to that power, at most 1, that leaves as many effective draws as asked for; they sum to 1."""
-    finite = np.where(np.isfinite(log_weight), log_weight, -1e300)
+    """Weights to that power, at most 1, that leaves as many effective draws as asked for; they sum to 1, none for -inf."""
+    finite = np.isfinite(log_weight)
+    highest = np.max(log_weight[finite])
 
     def at(power: float) -> FloatArray:
-        weight = np.exp(power * (finite - np.max(finite)))
+        weight = np.zeros(log_weight.shape)
+        weight[finite] = np.exp(power * (log_weight[finite] - highest))
         return np.asarray(weight / np.sum(weight), dtype=float)
 
     low, high = 0.0, 1.0

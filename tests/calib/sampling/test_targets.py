@@ -63,6 +63,13 @@ def test_walkers_start_where_the_mass_of_a_funnel_is_and_not_at_its_mode() -> No
     assert begun.proposal is not None
 
 
+def test_walkers_start_within_hard_bounds_even_where_few_draws_are() -> None:
+    target = GALLERY["corner of hard bounds"]
+    modes = join_modes(target, find_modes(target, np.random.SeedSequence(1)))
+    begun = start(target, modes, np.random.SeedSequence(1), 64)
+    assert np.all(np.isfinite(begun.state.log_prob))
+
+
 @pytest.mark.parametrize("target", GALLERY.values(), ids=GALLERY)
 def test_exact_draws_of_a_target_are_those_of_its_density(target: Known) -> None:
     # For draws x of a density p that is nowhere zero, p(x + d) / p(x) is 1 in the mean, whatever d is.
