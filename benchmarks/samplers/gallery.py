@@ -120,7 +120,7 @@ def banana(name: str, n: int, bend: float, sd: float, thin: float = 1.0) -> Know
     """x0 normal, x1 normal about bend (x0^2 - sd^2), of the sd `thin`; the others standard normal."""
 
     def exact(r: np.random.Generator, m: int) -> FloatArray:
-        x = r.standard_normal((m, n)) * np.r_[sd, thin, np.ones(n - 2)]
+        x: FloatArray = r.standard_normal((m, n)) * np.r_[sd, thin, np.ones(n - 2)]
         x[:, 1] += bend * (x[:, 0] ** 2 - sd**2)
         return x
 

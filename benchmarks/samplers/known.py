@@ -9,7 +9,7 @@ import numpy as np
 from scipy.stats import kurtosis, norm
 
 from calib.sampling.target import Mode
-from models.sensor import FloatArray
+from models.sensor import BoolArray, FloatArray
 
 #: Exact draws that the moments are taken from.
 N_EXACT = 200_000
@@ -135,7 +135,7 @@ class Truth:
     """Exact draws of a target (n_exact, n), each column in order, and which columns are compared by their normal scores."""
 
     ordered: FloatArray
-    heavy: FloatArray
+    heavy: BoolArray
     weights: FloatArray
 
     def scores(self, x: FloatArray) -> FloatArray:
@@ -181,4 +181,4 @@ def truth_of(target: Known) -> Truth:
     """The truth about a target from `N_EXACT` exact draws."""
     x = target.exact(np.random.default_rng(20261122), N_EXACT)
     n_mode = 1 if target.modes is None else int(np.max(target.modes(x))) + 1
-    return Truth(np.sort(x, axis=0), kurtosis(x, fisher=False) > _HEAVY, shares(target, x, n_mode))
+    return Truth(np.sort(x, axis=0), np.asarray(kurtosis(x, fisher=False) > _HEAVY), shares(target, x, n_mode))

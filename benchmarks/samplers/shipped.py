@@ -174,4 +174,4 @@ def _nautilus(target: ProblemTarget, sizes: Sequence[float], seed: int, max_step
 
 def _log_likelihood(target: ProblemTarget, theta: FloatArray) -> FloatArray:
     value = log_posterior(target.space.problem, theta) + 0.5 * np.sum(theta**2, axis=1)
-    return np.nan_to_num(value, nan=-1e300, neginf=-1e300)
+    return np.asarray(np.nan_to_num(value, nan=-1e300, neginf=-1e300), dtype=float)

@@ -199,11 +199,11 @@ def _together(
                 )
         return found
     factor = float(np.sign(total))
-    against = sum(abs(e.weight) for e in evidence if e.weight * factor < 0)
+    opposed = sum(abs(e.weight) for e in evidence if e.weight * factor < 0)
     # That a record starts pressed, or that the force never is on the side of compression, takes more than a likelihood, and in
     # one stretch alone no strong evidence against it.
     odd = press.first * factor < 0 or float(np.max(factor * load)) < _COMPRESSED * float(np.max(np.abs(load)))
-    doubt = odd and press.once and against > _CONTRADICTED * (abs(total) + against)
+    doubt = odd and press.once and opposed > _CONTRADICTED * (abs(total) + opposed)
     if doubt or abs(total) < (_CLEAR if odd else _DOUBTFUL) or not words_for(evidence, factor):
         raise InputError(_doubtful(table, "force", evidence, press.rise, press.first_travel))
     strength: Strength = "clear" if abs(total) >= _CLEAR else "likely"
