@@ -22,8 +22,6 @@ OWN = {"calib", "models"}
 MODULE = {"scikit-learn": "sklearn"}
 #: Modules that another requirement brings along by the same project.
 OF_THE_SAME_PROJECT = {"vtkmodules": "vtk"}
-#: Requirements that nothing imports by name -> why they are required all the same.
-NOT_IMPORTED = {"h5netcdf": "the engine by which xarray and ArviZ read and write posterior.nc"}
 
 
 class Import(NamedTuple):
@@ -78,11 +76,9 @@ def test_what_is_imported_is_required() -> None:
     assert not missing, "add to `dependencies` of pyproject.toml, with a lower bound, and to constraints.txt"
 
 
-def test_what_is_required_is_imported_or_has_its_reason() -> None:
-    unused = REQUIRED - {found.module for found in IMPORTS} - set(NOT_IMPORTED)
-    assert not unused, "take out of `dependencies` of pyproject.toml, or say why in NOT_IMPORTED"
-    assert set(NOT_IMPORTED) <= REQUIRED
-    assert not set(NOT_IMPORTED) & {found.module for found in IMPORTS}, "is imported by now and needs no reason"
+def test_what_is_required_is_imported() -> None:
+    unused = REQUIRED - {found.module for found in IMPORTS}
+    assert not unused, "take out of `dependencies` of pyproject.toml"
 
 
 def test_an_extra_is_imported_only_when_it_is_asked_for() -> None:

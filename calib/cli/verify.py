@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from calib.cli.common import NOT_USABLE, out, refusing_bad_input, say
+from calib.cli.common import NOT_USABLE, refusing_bad_input, say
 
 
 def verify(run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder written by `calib calibrate`.")]) -> None:
@@ -25,21 +25,16 @@ def verify(run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder writt
     missing, or was not written to its end, and saying what.
     """
     with refusing_bad_input():
-        from rich.box import SIMPLE_HEAD
-        from rich.markup import escape
-        from rich.table import Table
-
         from calib.runs import verify as verify_run
 
         findings = verify_run(run)
         blocks = [f for f in findings if f.name.startswith("checkpoint/") and f.state == "fine"]
-        shown = Table("file", "is", "", box=SIMPLE_HEAD)
+        # A line each, the file last and never wrapped, so that it can be searched for and copied.
         for finding in findings:
             if finding not in blocks:
-                shown.add_row(escape(finding.name), finding.state, escape(finding.note))
+                say(f"{finding.state:<13} {finding.name}{f' ({finding.note})' if finding.note else ''}")
         if blocks:
-            shown.add_row("checkpoint", "fine", f"{len(blocks)} files")
-        out().print(shown)
+            say(f"{'fine':<13} checkpoint ({len(blocks)} files)")
         wrong = [f for f in findings if f.state != "fine"]
         say(
             f"{len(wrong)} of {len(findings)} files are not as they were."

@@ -26,6 +26,7 @@ from calib.experiment.experiment_file import read_experiment
 from calib.problem.problem import Problem
 from calib.runs.calibration import Stages, calibrate
 from calib.runs.folder import load_recommendation, load_run, recommend_in
+from calib.sampling.diagnostics import Gate
 from calib.sampling.posterior import Posterior
 from calib.sampling.sampler import sample
 from models.analytic import ClosedForm
@@ -105,7 +106,7 @@ def _brief(steps: int) -> Stages:
     """Stages of a calibration that is not allowed more steps, however long they take."""
 
     def sampled(problem: Problem, **options: Any) -> Posterior:
-        return sample(problem, **{**options, "max_steps": steps, "max_seconds": math.inf})
+        return sample(problem, **{**options, "max_steps": steps, "max_seconds": math.inf, "gate": Gate(ess=1e9)})
 
     return Stages(sample=sampled)
 

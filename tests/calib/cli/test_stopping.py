@@ -57,7 +57,7 @@ import calib.runs.folder as run_folder
 import calib.sampling.assess as assess
 from calib.cli import app
 from calib.runs import Stages
-from calib.sampling import sample
+from calib.sampling import Gate, sample
 from calib.workers import workers
 
 def stay(*args, **kwargs):
@@ -84,7 +84,7 @@ def waiting(posterior, forward, n_draw, executor, **kwargs):
     running[0].result()
 
 def brief(problem, **options):
-    return sample(problem, **{**options, "max_steps": 50, "max_seconds": math.inf, "processes": 0})
+    return sample(problem, **{**options, "max_steps": 50, "max_seconds": math.inf, "processes": 0, "gate": Gate(ess=1e9)})
 
 def in_the_elements():
     from models.fem import FiniteElements
