@@ -1,6 +1,7 @@
 """Experiment, sweeps and forward model in, a `Problem` out: unknowns, values at z, likelihood; knows no sampler."""
 
 from calib.problem.by_name import log_density, medians, readings, residuals
+from calib.problem.centred import nominal_zero
 from calib.problem.density import chi_square, given_other_points, log_likelihood_points, log_normal
 from calib.problem.likelihood import (
     LIKELIHOOD_VERSION,
@@ -50,6 +51,7 @@ __all__ = [
     "medians",
     "model_sweep",
     "model_sweeps",
+    "nominal_zero",
     "plan_sweep",
     "problem_from",
     "range_use",

@@ -331,8 +331,7 @@ def _proposal(arrays: _Arrays) -> Proposal | None:
     parts = []
     for k in range(arrays["shares"].size):
         own = {name: arrays[f"part_{name}"][k] for name in Funnel.__dataclass_fields__}
-        numbers = {"n_scale": int(own["n_scale"]), "freedom": float(own["freedom"]), "scale": float(own["scale"])}
-        parts.append(Funnel(**{**own, **numbers}))
+        parts.append(Funnel(**{**own, "n_scale": int(own["n_scale"])}))
     return Proposal(tuple(parts), arrays["shares"])
 
 

@@ -10,6 +10,9 @@ C_seen and w constants: a reading, and the prior's sd of the logarithm, so that 
 thickness of the dielectric where it is unknown; where it follows from the sensor's, the permittivity (for the first specimen)
 or the sensor's thickness (for the others). All else stays as it is in theta. On 20 parameters of two specimens the exchange
 brings the autocorrelation time of the permittivity from 360 steps to 90.
+
+Of many specimens each has its own coordinate exchanged, the first one, too: so given what they share the specimens stay
+independent of each other, and are sampled as such (`Coordinates.scopes`).
 """
 
 from __future__ import annotations
@@ -19,7 +22,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.catalogue import UnknownName
-from calib.problem import Problem, log_posterior, lookup, values_at
+from calib.problem import Problem, Scopes, log_posterior, log_posterior_parts, lookup, nominal_zero, scopes_of, values_at
 from models.sensor import VACUUM_PERMITTIVITY, FloatArray
 
 # What the capacitance of a specimen at rest, and what is read of it, depends on.
@@ -30,6 +33,12 @@ _IN_CAPACITANCE = (
     "relative_permittivity",
     "parasitic_capacitance",
 )
+
+#: From so many specimens on they are sampled as independent of each other, given what they share.
+MANY_SPECIMENS = 4
+
+#: Unknowns of a sweep that its readings show at a glance.
+CONTACT = ("contact_offset", "load_zero")
 
 # Step of differences in theta, and prior draws from which w of (1) is computed.
 _STEP = 1e-4
@@ -55,10 +64,12 @@ class Coordinates:
     ----------
     problem : that is sampled.
     exchanges : the coordinates of theta that are replaced, in the order in which theta is put together again.
+    scopes : which coordinates belong to which specimen, given the shared ones; all are shared where specimens are few.
     """
 
     problem: Problem
     exchanges: tuple[_Exchange, ...]
+    scopes: Scopes
 
     def to_theta(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Turn coordinates x (n_draw, n_parameter) into theta, and give log |d theta / d x| (n_draw,) there.
@@ -66,9 +77,14 @@ class Coordinates:
         Where no value of the exchanged parameter gives the wanted capacitance, theta is nan and the logarithm -inf. Elsewhere
         the value is that at z = 0 times the ratio of the wanted to the resulting C0 to the power of +-1.
         """
+        theta, log_slopes = self.to_theta_by_exchange(x)
+        return theta, np.sum(log_slopes, axis=1)
+
+    def to_theta_by_exchange(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """As `to_theta`, the logarithm as a sum over the `exchanges`, (n_draw, n_exchange)."""
         theta = x.copy()
-        log_jacobian = np.zeros(x.shape[0])
-        for e in self.exchanges:
+        log_slopes = np.zeros((x.shape[0], len(self.exchanges)))
+        for k, e in enumerate(self.exchanges):
             prior = self.problem.parameters[e.column].prior
             theta[:, e.column] = 0.0
             c0, parasitic = self._capacitances(theta, e.specimen)
@@ -86,9 +102,9 @@ class Coordinates:
                 slope = (prior.ppf_normal(z + _STEP) - prior.ppf_normal(z - _STEP)) / (2 * _STEP)
                 step = np.log(value * total / wanted * e.width / slope)
             theta[:, e.column] = np.where(possible, z, np.nan)
-            log_jacobian += np.where(possible & np.isfinite(step), step, -np.inf)
+            log_slopes[:, k] = np.where(possible & np.isfinite(step), step, -np.inf)
             theta[~possible, e.column] = np.nan
-        return theta, log_jacobian
+        return theta, log_slopes
 
     def from_theta(self, theta: FloatArray) -> FloatArray:
         """Turn theta into coordinates x (n_draw, n_parameter), the inverse of `to_theta`."""
@@ -98,6 +114,18 @@ class Coordinates:
             x[:, e.column] = np.log(np.maximum(c0 + parasitic, 1e-3 * c0) / e.seen) / e.width
         return x
 
+    def nominal(self) -> FloatArray:
+        """A place to begin at, (n_parameter,): the priors' medians, contact and load zero where the readings show them."""
+        theta = np.zeros((1, len(self.problem.parameters)))
+        columns = {name: k for k, name in enumerate(self.problem.names)}
+        for sweep in self.problem.sweeps:
+            for quantity, value in zip(CONTACT, nominal_zero(sweep), strict=True):
+                name = str(UnknownName(quantity, sweep.specimen, sweep.name))
+                if name in columns:
+                    z = self.problem.parameters[columns[name]].prior.to_normal(value)
+                    theta[0, columns[name]] = z if np.isfinite(z) else 0.0
+        return np.asarray(self.from_theta(theta)[0], dtype=float)
+
     def log_density(self, x: FloatArray) -> FloatArray:
         """Log posterior density in the coordinates x, up to a constant, (n_draw,)."""
         theta, log_jacobian = self.to_theta(x)
@@ -105,6 +133,29 @@ class Coordinates:
         if np.any(possible):
             log_jacobian[possible] += log_posterior(self.problem, theta[possible])
         return log_jacobian
+
+    def log_parts(self, x: FloatArray, power: float = 1.0) -> FloatArray:
+        """Log density of prior times likelihood to a power, in parts: of what is shared, then of each specimen given that.
+
+        Parameters
+        ----------
+        x : (n_draw, n_parameter).
+        power : of the likelihood, 1 for the posterior.
+
+        Returns
+        -------
+        (n_draw, 1 + n_specimen), in the coordinates x; -inf for a specimen where it has none.
+        """
+        theta, log_slopes = self.to_theta_by_exchange(x)
+        # Far out on a ladder of steps an unknown may be as large as no number is.
+        with np.errstate(over="ignore", invalid="ignore"):
+            parts = log_posterior_parts(self.problem, np.where(np.isfinite(theta), theta, 0.0))
+            own = parts.prior + power * parts.likelihood
+            order = {name: k for k, name in enumerate(self.scopes.specimens)}
+            for k, e in enumerate(self.exchanges):
+                own[:, order[e.specimen]] += log_slopes[:, k]
+            found = np.concatenate([parts.prior_shared[:, None], own], axis=1)
+        return np.where(np.isfinite(found), found, -np.inf)
 
     def _capacitances(self, theta: FloatArray, specimen: str) -> tuple[FloatArray, FloatArray]:
         """C0 [F] of a specimen and the parasitic capacitance [F], (n_draw,)."""
@@ -126,21 +177,24 @@ def coordinates(problem: Problem) -> Coordinates:
     They are those of the module; where there is no capacitance, those of theta.
     """
     columns = {name: k for k, name in enumerate(problem.names)}
+    specimens = list(dict.fromkeys(s.specimen for s in problem.sweeps))
+    many = len(specimens) >= MANY_SPECIMENS
     found: list[_Exchange] = []
-    for specimen in dict.fromkeys(s.specimen for s in problem.sweeps):
+    for specimen in specimens:
         own_sweeps = [s for s in problem.sweeps if s.specimen == specimen]
         readings = [s.channels["capacitance"].value for s in own_sweeps if "capacitance" in s.channels]
         if not readings:
             continue
         own = str(UnknownName("dielectric_thickness", specimen))
-        choices = [(own, -1), ("relative_permittivity", 1)]
+        choices = [(own, -1), *([] if many else [("relative_permittivity", 1)])]
         choices += [(str(UnknownName("sensor_thickness", specimen)), -1)] if own not in problem.fixed else []
         taken = {e.column for e in found}
         free = [(columns[name], power) for name, power in choices if name in columns and columns[name] not in taken]
         if free:
             found.append(_Exchange(free[0][0], specimen, free[0][1], float(np.min(readings[0]))))
     # The permittivity first: the thicknesses that make up a wanted C0 depend on it.
-    plain = Coordinates(problem, tuple(sorted(found, key=lambda e: -e.power)))
+    scopes = scopes_of(problem) if many else Scopes(np.arange(len(problem.parameters)), {})
+    plain = Coordinates(problem, tuple(sorted(found, key=lambda e: -e.power)), scopes)
     draws = np.random.default_rng(20190304).standard_normal((_N_DRAW, len(problem.parameters)))
     width = np.std(plain.from_theta(draws), axis=0)
-    return Coordinates(problem, tuple(replace(e, width=float(width[e.column])) for e in plain.exchanges))
+    return replace(plain, exchanges=tuple(replace(e, width=float(width[e.column])) for e in plain.exchanges))

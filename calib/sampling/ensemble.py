@@ -9,11 +9,12 @@ on how its steps are split into blocks, nor on which process computes them.
   normal in ten dimensions one of variance 0.61).
 - proposal: a new place independent of the old, drawn from a `Proposal` (Metropolis-Hastings).
 - nearby: a step that leaves the proposal's density alone (preconditioned Crank-Nicolson), accepted more often.
+- of many specimens each by itself, and what they share: see `calib.sampling.grouped`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import emcee
@@ -21,19 +22,20 @@ import numpy as np
 import numpy.typing as npt
 from emcee.autocorr import next_pow_two
 
+from calib.sampling.grouped import OF_GROUPS, OF_SHARED, GroupedWalkers
 from calib.sampling.proposal import Proposal
 from calib.sampling.target import Target
 from models.sensor import FloatArray
-
-#: A vectorised log density: (n_draw, n) -> (n_draw,).
-Density = Callable[[FloatArray], FloatArray]
 
 #: Shares of the kinds of moves: where the shape of the density is not known, and where it is.
 SHAPELESS = {"differential evolution": 0.9, "jump": 0.1}
 SHAPELY = {"proposal": 0.6, "nearby": 0.2, "differential evolution": 0.2}
 
+#: Shares of the kinds of moves of many groups that are independent of each other given what they share.
+GROUPWISE = dict(zip((*OF_GROUPS, *OF_SHARED), (0.35, 0.15, 0.2, 0.15, 0.15), strict=True))
+
 #: All kinds of moves.
-KINDS = ("proposal", "nearby", "differential evolution", "jump")
+KINDS = ("proposal", "nearby", "differential evolution", "jump", *OF_GROUPS, *OF_SHARED)
 
 #: Of every so many steps one is kept.
 STORE_EVERY = 2
@@ -93,17 +95,17 @@ class Path:
     accepted: Mapping[str, int]
     end: EnsembleState
 
-    def accepted_of(self, kind: str) -> float:
-        """Share of the steps of a kind that were accepted; 0 if none were tried."""
-        return self.accepted[kind] / self.tried[kind] if self.tried[kind] else 0.0
+    def accepted_of(self, *kinds: str) -> float:
+        """Least share of the steps of any of these kinds that were accepted; 0 if none were tried."""
+        return min((self.accepted[kind] / self.tried[kind] for kind in kinds if self.tried.get(kind)), default=0.0)
 
 
-def walk(density: Density, state: EnsembleState, moves: Moves, n_steps: int) -> Path:
+def walk(target: Target, state: EnsembleState, moves: Moves, n_steps: int) -> Path:
     """Make the next steps of walkers.
 
     Parameters
     ----------
-    density : what they are to be distributed by.
+    target : what they are to be distributed by.
     state : the walkers to go on from.
     moves : how they move.
     n_steps : a multiple of `STORE_EVERY`.
@@ -113,9 +115,13 @@ def walk(density: Density, state: EnsembleState, moves: Moves, n_steps: int) -> 
     The steps, and the walkers after them.
     """
     n_walker, n = state.coords.shape
-    made = {kind: _Counted(_move(kind, n, moves.proposal)) for kind in moves.shares}
+    if target.groups and moves.proposal is not None:
+        walkers = GroupedWalkers(target, moves.proposal.parts[0])
+        made: dict[str, _Counted | _Grouped] = {kind: _Grouped(kind, walkers) for kind in moves.shares}
+    else:
+        made = {kind: _Counted(_move(kind, n, moves.proposal)) for kind in moves.shares}
     weighted = [(made[kind], share) for kind, share in moves.shares.items()]
-    sampler = emcee.EnsembleSampler(n_walker, n, density, vectorize=True, moves=weighted)
+    sampler = emcee.EnsembleSampler(n_walker, n, target.log_density, vectorize=True, moves=weighted)
     random = ("MT19937", state.random_keys, state.random_position, state.random_has_gauss, state.random_gauss)
     begin = emcee.State(state.coords, log_prob=state.log_prob, random_state=random)
     end = sampler.run_mcmc(begin, n_steps // STORE_EVERY, thin_by=STORE_EVERY, skip_initial_state_check=True, progress=False)
@@ -157,7 +163,7 @@ def advance(target: Target, state: EnsembleState, proposal: Proposal | None, n_s
     -------
     The steps, and the state after them.
     """
-    path = walk(target.log_density, state, moves_by(proposal), n_steps)
+    path = walk(target, state, moves_by(target, proposal), n_steps)
     theta, log_jacobian = target.to_theta(path.chain.reshape(-1, path.chain.shape[-1]))
     return Block(
         theta.reshape(path.chain.shape),
@@ -168,9 +174,17 @@ def advance(target: Target, state: EnsembleState, proposal: Proposal | None, n_s
     )
 
 
-def moves_by(proposal: Proposal | None) -> Moves:
-    """The moves of a chain: those that use the shape of the target where a proposal has it, else those that need none."""
-    return Moves(SHAPELESS) if proposal is None else Moves(SHAPELY, proposal)
+def moves_by(target: Target, proposal: Proposal | None) -> Moves:
+    """Choose the moves of a chain: those that use the shape of the target where a proposal has it, else those that need none.
+
+    Parameters
+    ----------
+    target : what is sampled.
+    proposal : None if none fits.
+    """
+    if proposal is None:
+        return Moves(SHAPELESS)
+    return Moves(GROUPWISE if target.groups else SHAPELY, proposal)
 
 
 class _Counted:
@@ -185,6 +199,20 @@ class _Counted:
         self.tried += accepted.size
         self.accepted += int(np.sum(accepted))
         return state, accepted
+
+
+class _Grouped:
+    """A step of groups, or of what they share, as a move of emcee that counts what it tries and what is accepted."""
+
+    def __init__(self, kind: str, walkers: GroupedWalkers) -> None:
+        self.kind, self.walkers, self.tried, self.accepted = kind, walkers, 0, 0
+
+    def propose(self, model: emcee.model.Model, state: emcee.State) -> tuple[emcee.State, npt.NDArray[np.bool_]]:
+        """See `emcee.moves.Move`."""
+        state.coords, state.log_prob, accepted = self.walkers.step(self.kind, state.coords, model.random)
+        self.tried += accepted.size
+        self.accepted += int(np.sum(accepted))
+        return state, np.any(accepted, axis=1)
 
 
 def _move(kind: str, n: int, proposal: Proposal | None) -> emcee.moves.Move:

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 from importlib.metadata import version
 
 from calib.lab import sweeps_to_json
-from calib.problem import LIKELIHOOD_VERSION, Problem
-from calib.sampling.ensemble import SHAPELESS, SHAPELY, STORE_EVERY
+from calib.problem import LIKELIHOOD_VERSION, Problem, scopes_of
+from calib.sampling.coordinates import MANY_SPECIMENS
+from calib.sampling.ensemble import GROUPWISE, SHAPELESS, SHAPELY, STORE_EVERY
 from calib.sampling.start import START_VERSION
 
 #: Independent ensembles of a run that is not told their number.
@@ -65,7 +66,7 @@ def identity_of(problem: Problem, seed: int, n_ensemble: int = ENSEMBLES, n_walk
             "seed": str(seed),
             "ensembles": str(n_ensemble),
             "walkers of an ensemble": str(n_walker or usual_walkers(problem)),
-            "moves of the sampler": json.dumps([SHAPELY, SHAPELESS, STORE_EVERY, START_VERSION]),
+            "moves of the sampler": json.dumps([SHAPELY, SHAPELESS, GROUPWISE, STORE_EVERY, START_VERSION]),
             "version of emcee": version("emcee"),
             "version of the likelihood": str(LIKELIHOOD_VERSION),
             "forward model": f"{forward.name}, {forward.identity}",
@@ -87,8 +88,14 @@ def identity_of(problem: Problem, seed: int, n_ensemble: int = ENSEMBLES, n_walk
 
 
 def usual_walkers(problem: Problem) -> int:
-    """Walkers of an ensemble that is not told their number: four for each unknown, and at least 160."""
-    return max(160, 4 * len(problem.parameters))
+    """Walkers of an ensemble that is not told their number: four for each unknown, and at least 160.
+
+    Of many specimens, which move independently of each other, only the unknowns of one count, and those that all share.
+    """
+    scopes = scopes_of(problem)
+    sizes = [own.size for own in scopes.specimens.values()]
+    own = max(sizes) if len(sizes) >= MANY_SPECIMENS else sum(sizes)
+    return max(160, 4 * (scopes.shared.size + own))
 
 
 def differences(found: Mapping[str, str], wanted: Mapping[str, str]) -> str:

@@ -9,18 +9,25 @@ scaled, u ahead, and phi = (u, u u^T) bent so that it stays bounded,
 t multivariate Student. Each line is a regression with unequal variances on the draws. Bounded, because widths that shrank with
 u for ever would leave the proposal far too narrow where the posterior's widths have long become constant: chains stuck there.
 Several modes are a mixture of such densities, one for each.
+
+Where groups of coordinates (those of each specimen) are independent of each other given the rest, (1) has no terms between
+groups, and t is multivariate Student within each group: a few draws tell the few slopes that are left, and the tails of one
+group do not stretch another.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.special import gammaln, logsumexp
 
 from models.sensor import FloatArray
+
+#: Columns, or their numbers.
+Indices = np.ndarray[tuple[int], np.dtype[np.intp]]
 
 # Where u, in standard deviations, is bent to a constant: it enters (1) as _BEND tanh(u / _BEND).
 _BEND = 2.0
@@ -49,10 +56,12 @@ class Funnel:
     centre, spread : (n,), y = (x - centre) / spread, in the order of x.
     constant, linear, bent : a (n,), l (n, n) strictly lower, b (n, n_phi) of (1).
     width : (n, 1 + n_phi), c and d of (1).
-    freedom, scale : degrees of freedom of t, and the factor that it is wider by than standard.
+    block : (n,), number of the group that each of y belongs to, from 1; 0 for those that are in none, which come first.
+    freedom, scale : (n_block,), of each group, the first of those in none: degrees of freedom of t, and the factor that it is
+        wider by than standard.
     """
 
-    order: np.ndarray[tuple[int], np.dtype[np.intp]]
+    order: Indices
     n_scale: int
     centre: FloatArray
     spread: FloatArray
@@ -60,12 +69,23 @@ class Funnel:
     linear: FloatArray
     bent: FloatArray
     width: FloatArray
-    freedom: float
-    scale: float
+    block: Indices
+    freedom: FloatArray
+    scale: FloatArray
 
     def log_density(self, x: FloatArray) -> FloatArray:
         """Logarithm of the density at x (n_draw, n), (n_draw,)."""
-        return self._log_t(np.sum(self.residuals(x) ** 2, axis=1)) - self._log_width(self._ahead(x))
+        return np.asarray(np.sum(self.log_blocks(self.residuals(x)), axis=1) - self.log_volume(x), dtype=float)
+
+    def log_blocks(self, t: FloatArray) -> FloatArray:
+        """Logarithm of the density of the residuals t (n_draw, n) of each group, (n_draw, n_block)."""
+        square = np.stack([np.sum(t[:, self.block == k] ** 2, axis=1) for k in range(self.freedom.size)], axis=1)
+        return _log_student(square, np.bincount(self.block, minlength=self.freedom.size), self.freedom, self.scale)
+
+    def log_volume(self, x: FloatArray) -> FloatArray:
+        """Logarithm of |dx / dt|, the volume of a unit of t at x (n_draw, n), (n_draw,)."""
+        widths = self._log_widths(_bent(self._ahead(x)[:, : self.n_scale]))
+        return np.asarray(np.sum(widths, axis=1) + np.sum(np.log(self.spread)), dtype=float)
 
     def residuals(self, x: FloatArray) -> FloatArray:
         """Residuals t of (1) at x (n_draw, n), (n_draw, n)."""
@@ -99,8 +119,34 @@ class Funnel:
         random : the source of random numbers.
         n_draw : how many.
         """
-        scale = self.scale / np.sqrt(random.chisquare(self.freedom, n_draw) / self.freedom)
-        return self.at(random.standard_normal((n_draw, self.constant.size)) * scale[:, None])
+        return self.at(self.fresh(random, n_draw))
+
+    def fresh(self, random: np.random.RandomState, n_draw: int) -> FloatArray:
+        """Independent draws of the residuals t, (n_draw, n).
+
+        Parameters
+        ----------
+        random : the source of random numbers.
+        n_draw : how many.
+        """
+        scale = self.scale / np.sqrt(random.chisquare(self.freedom, (n_draw, self.freedom.size)) / self.freedom)
+        return np.asarray(random.standard_normal((n_draw, self.constant.size)) * scale[:, self.block], dtype=float)
+
+    def nearby(self, random: np.random.RandomState, t: FloatArray, length: float) -> FloatArray:
+        """Residuals near t (n_draw, n), a step that leaves their density alone; see `Proposal.step`.
+
+        Parameters
+        ----------
+        random : the source of random numbers.
+        t : where the steps begin.
+        length : of the steps, in (0, 1].
+        """
+        t = t / self.scale[self.block]
+        size = np.bincount(self.block, minlength=self.freedom.size)
+        square = np.stack([np.sum(t[:, self.block == k] ** 2, axis=1) for k in range(size.size)], axis=1)
+        root = np.sqrt(random.gamma((self.freedom + size) / 2, 2 / (self.freedom + square)))[:, self.block]
+        new = np.sqrt(1 - length**2) * t + length * random.standard_normal(t.shape) / root
+        return np.asarray(self.scale[self.block] * new, dtype=float)
 
     def _ahead(self, x: FloatArray) -> FloatArray:
         return np.asarray(((x - self.centre) / self.spread)[:, self.order], dtype=float)
@@ -108,16 +154,8 @@ class Funnel:
     def _log_widths(self, phi: FloatArray) -> FloatArray:
         return np.asarray(self.width[:, 0] + phi @ self.width[:, 1:].T, dtype=float)
 
-    def _log_width(self, y: FloatArray) -> FloatArray:
-        """Logarithm of the volume of a unit of t at y, (n_draw,)."""
-        widths = self._log_widths(_bent(y[:, : self.n_scale]))
-        return np.asarray(np.sum(widths, axis=1) + np.sum(np.log(self.spread)), dtype=float)
 
-    def _log_t(self, square: FloatArray) -> FloatArray:
-        return _log_student(square, self.constant.size, self.freedom, self.scale)
-
-
-def _log_student(square: FloatArray, n: int, freedom: float, scale: float) -> FloatArray:
+def _log_student(square: FloatArray, n: Indices | int, freedom: FloatArray | float, scale: FloatArray | float) -> FloatArray:
     """Log density of the n-dimensional Student distribution at points whose squared length is given."""
     norm = gammaln((freedom + n) / 2) - gammaln(freedom / 2) - n / 2 * np.log(freedom * np.pi) - n * np.log(scale)
     return np.asarray(norm - (freedom + n) / 2 * np.log1p(square / (freedom * scale**2)), dtype=float)
@@ -130,26 +168,38 @@ def _bent(u: FloatArray) -> FloatArray:
     return np.concatenate([bounded, bounded[:, i] * bounded[:, j]], axis=1)
 
 
-def _terms_of(n_scale: int, k: int) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
+def _terms_of(n_scale: int, k: int) -> Indices:
     """Terms of phi that coordinate k may depend on: those of scales before it."""
     i, j = np.triu_indices(n_scale)
     last = np.concatenate([np.arange(n_scale), np.maximum(i, j)])
     return np.flatnonzero(last < k)
 
 
-def fit_funnel(x: FloatArray, scales: Sequence[int], weight: FloatArray | None = None) -> Funnel:
+def _ordered(n: int, scales: Sequence[int], groups: Sequence[Indices]) -> tuple[Indices, Indices]:
+    """Columns in the order of y, scales first and groups last, and the number of the group of each."""
+    grouped = [int(k) for group in groups for k in group]
+    order = [*scales, *np.setdiff1d(np.arange(n), [*scales, *grouped]), *grouped]
+    block = np.zeros(n, dtype=np.intp)
+    block[n - len(grouped) :] = np.repeat(np.arange(1, len(groups) + 1), [len(group) for group in groups])
+    return np.array(order, dtype=np.intp), block
+
+
+def fit_funnel(
+    x: FloatArray, scales: Sequence[int], weight: FloatArray | None = None, groups: Sequence[Indices] = ()
+) -> Funnel:
     """Fit a proposal to draws of a posterior.
 
     Parameters
     ----------
-    x : (n_draw, n), many more than n.
-    scales : columns that set the widths of the others.
+    x : (n_draw, n), many more than the largest group and those in none have.
+    scales : columns that set the widths of the others, in no group.
     weight : (n_draw,), of each draw; equal if None.
+    groups : columns of each group.
     """
     n_draw, n = x.shape
     share = np.full(n_draw, 1 / n_draw) if weight is None else weight / np.sum(weight)
     effective = 1 / float(np.sum(share**2))
-    order = np.concatenate([np.asarray(scales, dtype=np.intp), np.setdiff1d(np.arange(n), scales)]).astype(np.intp)
+    order, block = _ordered(n, scales, groups)
     n_scale = len(scales)
     centre = share @ x
     spread = np.sqrt(share @ (x - centre) ** 2)
@@ -160,18 +210,29 @@ def fit_funnel(x: FloatArray, scales: Sequence[int], weight: FloatArray | None =
     one = np.ones((n_draw, 1))
     for k in range(n):
         terms = _terms_of(n_scale, k)
-        means = np.concatenate([one, y[:, :k], phi[:, terms]], axis=1)
+        before = np.flatnonzero((block[:k] == 0) | (block[:k] == block[k]))
+        means = np.concatenate([one, y[:, before], phi[:, terms]], axis=1)
         widths = np.concatenate([one, phi[:, terms]], axis=1)
         slopes, log_width = _fit_line(y[:, k], means, widths, share, effective)
-        constant[k], linear[k, :k], bent[k, terms] = slopes[0], slopes[1 : 1 + k], slopes[1 + k :]
+        constant[k], linear[k, before], bent[k, terms] = slopes[0], slopes[1 : 1 + before.size], slopes[1 + before.size :]
         width[k, 0], width[k, 1 + terms] = log_width[0], log_width[1:]
-    plain = Funnel(order, n_scale, centre, spread, constant, linear, bent, width, np.inf, 1.0)
-    square = np.sum(plain.residuals(x) ** 2, axis=1)
-    freedom, scale = max(
-        ((f, s * np.sqrt((f - 2) / f)) for f in _FREEDOM for s in (0.8, 0.9, 1.0, 1.1, 1.2)),
+    n_block = 1 + len(groups)
+    plain = Funnel(
+        order, n_scale, centre, spread, constant, linear, bent, width, block, np.full(n_block, np.inf), np.ones(n_block)
+    )
+    t = plain.residuals(x)
+    freedom, scale = np.transpose(
+        [_fit_tails(np.sum(t[:, block == k] ** 2, axis=1), int(np.sum(block == k)), share) for k in range(n_block)]
+    )
+    return replace(plain, freedom=freedom, scale=_WIDEN * scale)
+
+
+def _fit_tails(square: FloatArray, n: int, share: FloatArray) -> tuple[float, float]:
+    """Degrees of freedom and scale of the n-dimensional Student distribution of residuals whose squared lengths are given."""
+    return max(
+        ((f, float(s * np.sqrt((f - 2) / f))) for f in _FREEDOM for s in (0.8, 0.9, 1.0, 1.1, 1.2)),
         key=lambda c: float(share @ _log_student(square, n, *c)),
     )
-    return Funnel(order, n_scale, centre, spread, constant, linear, bent, width, freedom, _WIDEN * float(scale))
 
 
 def _fit_line(
@@ -200,7 +261,14 @@ def _fit_line(
     return slopes, log_width
 
 
-def normal_funnel(centre: FloatArray, factor: FloatArray, scales: Sequence[int], freedom: float, widen: float) -> Funnel:
+def normal_funnel(
+    centre: FloatArray,
+    factor: FloatArray,
+    scales: Sequence[int],
+    freedom: float,
+    widen: float,
+    groups: Sequence[Indices] = (),
+) -> Funnel:
     """Proposal of a Student density with given covariance, in the form of a funnel whose widths do not change.
 
     Parameters
@@ -210,9 +278,10 @@ def normal_funnel(centre: FloatArray, factor: FloatArray, scales: Sequence[int],
     scales : columns that come first.
     freedom : degrees of freedom.
     widen : factor by which it is wider than S.
+    groups : columns of each group, given the others independent of each other in S S^T.
     """
     n = centre.size
-    order = np.concatenate([np.asarray(scales, dtype=np.intp), np.setdiff1d(np.arange(n), scales)]).astype(np.intp)
+    order, block = _ordered(n, scales, groups)
     covariance = factor @ factor.T
     spread = np.sqrt(np.diagonal(covariance))
     lower = np.linalg.cholesky((covariance / np.outer(spread, spread))[np.ix_(order, order)])
@@ -222,8 +291,9 @@ def normal_funnel(centre: FloatArray, factor: FloatArray, scales: Sequence[int],
     n_phi = n_scale + n_scale * (n_scale + 1) // 2
     width = np.zeros((n, 1 + n_phi))
     width[:, 0] = np.log(np.diagonal(lower))
-    linear = np.eye(n) - inverse
-    return Funnel(order, n_scale, centre, spread, np.zeros(n), linear, np.zeros((n, n_phi)), width, freedom, widen)
+    linear = np.where((block[:, None] == block) | (block == 0), np.eye(n) - inverse, 0.0)
+    tails = np.full(1 + len(groups), freedom), np.full(1 + len(groups), widen)
+    return Funnel(order, n_scale, centre, spread, np.zeros(n), linear, np.zeros((n, n_phi)), width, block, *tails)
 
 
 @dataclass(frozen=True, eq=False)
@@ -274,15 +344,11 @@ class Proposal:
         which = np.minimum(np.sum(random.random_sample(x.shape[0]) > total, axis=0), len(self.parts) - 1)
         y = np.empty_like(x)
         for k, part in enumerate(self.parts):
-            t = part.residuals(x[which == k]) / part.scale
-            shape = (part.freedom + t.shape[1]) / 2
-            root = np.sqrt(random.gamma(shape, 2 / (part.freedom + np.sum(t**2, axis=1))))[:, None]
-            new = np.sqrt(1 - length**2) * t + length * random.standard_normal(t.shape) / root
-            y[which == k] = part.at(part.scale * new)
+            y[which == k] = part.at(part.nearby(random, part.residuals(x[which == k]), length))
         return y
 
 
-def fit_proposal(x: FloatArray, scales: Sequence[int], before: Proposal) -> Proposal:
+def fit_proposal(x: FloatArray, scales: Sequence[int], before: Proposal, groups: Sequence[Indices] = ()) -> Proposal:
     """Fit each part of a mixture anew to the draws that belong to it.
 
     Parameters
@@ -290,12 +356,13 @@ def fit_proposal(x: FloatArray, scales: Sequence[int], before: Proposal) -> Prop
     x : (n_draw, n), draws of the posterior.
     scales : columns that set the widths of the others.
     before : the mixture that tells which draw belongs to which part; a part with too few draws for a fit stays as it was.
+    groups : columns of each group.
     """
     which = np.argmax(before.log_parts(x), axis=0)
     count = np.array([np.sum(which == k) for k in range(len(before.parts))])
+    least = _LEAST_DRAWS * (x.shape[1] - sum(map(len, groups)) + max(map(len, groups), default=0))
     parts = tuple(
-        fit_funnel(x[which == k], scales) if count[k] >= _LEAST_DRAWS * x.shape[1] else part
-        for k, part in enumerate(before.parts)
+        fit_funnel(x[which == k], scales, groups=groups) if count[k] >= least else part for k, part in enumerate(before.parts)
     )
     shares = np.maximum(count / x.shape[0], LEAST_SHARE)
     return Proposal(parts, shares / np.sum(shares))

@@ -9,17 +9,21 @@ so that a step costs 2 n + 1 evaluations for n unknowns, where a Hessian by diff
 definite everywhere. The second term is taken for the scales alone, noises and discrepancies: for the others it is next to
 nothing beside the first. Far from the mode the likelihood of thousands of readings has ridges so sharp that steps follow them
 into false modes; to a small power, which grows to 1, it has not.
+
+Many specimens, independent of each other given what they share, take steps of their own lengths, and one that has strayed is
+put where another of them stands, relative to its own readings.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from calib.catalogue import SCALES
 from calib.problem import PredictedReadings, log_likelihood, log_normal, model_sweeps, values_at
-from calib.sampling.coordinates import Coordinates
+from calib.sampling.coordinates import CONTACT, Coordinates
 from models.sensor import BoolArray, FloatArray, IntArray
 
 # Powers of the likelihood, and most steps at each; the last is the posterior.
@@ -30,6 +34,9 @@ _GAIN, _LAST_GAIN = 1.0, 1e-2
 # shares of itself (Levenberg & Marquardt).
 _LENGTHS = 0.5 ** np.arange(-1, 9)
 _DAMPING = ((0.0,), (1e-2, 1.0, 1e2))
+# Where a step of many specimens gains less than this, those that have strayed are looked for: by letting each climb so many
+# steps from where so many others stand.
+_STRAYED, _SHIFTS, _STEPS_ALONE = 10.0, 4, 8
 # Step of the differences in x, which is about as wide as the prior: readings bend over more than 1e-3 of it.
 _WIDTH = 1e-4
 
@@ -50,6 +57,7 @@ def score(
     The mode, (n_parameter,), its log posterior density in `space`, and the number of the known one that was met, or None. A
     climb may end at a false mode: of eight draws from the prior about one does, so climb from several.
     """
+    many = seeking = bool(space.scopes.specimens)
     for power, most in _POWERS:
         value = float(tempered(space, x[None], power)[0])
         for _ in range(most):
@@ -62,13 +70,15 @@ def score(
                     return x, value, met
             gain = 0.0
             for damping in _DAMPING:
-                tried = x + _steps(*slopes, damping)
-                values = tempered(space, tried, power)
+                tried, values = (_steps_of_each if many else _steps_of_all)(space, x, power, _directions(*slopes, damping))
                 best = int(np.argmax(values))
                 gain = float(values[best]) - value
                 if gain > 0:
                     x, value = tried[best], float(values[best])
                     break
+            if seeking and power == 1 and not gain > _STRAYED:
+                x, moved = _regrouped(space, x)
+                value, gain, seeking = value + moved, gain + moved, moved > _STRAYED
             if not gain > (_LAST_GAIN if power == 1 else _GAIN):
                 break
     return x, value, None
@@ -89,11 +99,90 @@ def inverse_root(information: FloatArray) -> FloatArray:
     return np.asarray(vector / np.sqrt(np.maximum(eigenvalue, 1.0)), dtype=float)
 
 
-def _steps(gradient: FloatArray, information: FloatArray, damping: Sequence[float]) -> FloatArray:
-    """Scoring steps with each damping at each length, (n_step, n)."""
+def _directions(gradient: FloatArray, information: FloatArray, damping: Sequence[float]) -> FloatArray:
+    """Scoring steps with each damping, (n_damping, n)."""
     scale = np.diag(np.diagonal(information))
-    directions = [np.linalg.solve(information + share * scale, gradient) for share in damping]
-    return np.concatenate([_LENGTHS[:, None] * direction for direction in directions])
+    return np.stack([np.linalg.solve(information + share * scale, gradient) for share in damping])
+
+
+def _steps_of_all(space: Coordinates, x: FloatArray, power: float, directions: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Where each direction leads at each length, (n_step, n), and the tempered log density there."""
+    tried = x + np.concatenate([_LENGTHS[:, None] * direction for direction in directions])
+    return tried, tempered(space, tried, power)
+
+
+def _steps_of_each(space: Coordinates, x: FloatArray, power: float, directions: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """As `_steps_of_all`, each specimen at the length that is best for it, at each length for what they share."""
+    own_lengths = np.append(_LENGTHS, 0.0)
+    shared = space.scopes.shared
+    found, values = [], []
+    for direction in directions:
+        ladder = x + own_lengths[:, None] * direction
+        tried = np.tile(ladder, (own_lengths.size, 1, 1))
+        tried[..., shared] = ladder[:, None, shared]
+        parts = space.log_parts(tried.reshape(-1, x.size), power).reshape(*tried.shape[:2], -1)
+        for places, of_places in zip(tried, parts, strict=True):
+            best, value = _best_of_each(space, places, of_places)
+            found.append(best)
+            values.append(value)
+    return np.stack(found), np.array(values)
+
+
+def _best_of_each(space: Coordinates, tried: FloatArray, parts: FloatArray) -> tuple[FloatArray, float]:
+    """Of places (n_place, n) that share what is shared, the best for each specimen, and the log density of all of these."""
+    which = np.argmax(parts[:, 1:], axis=0)
+    best = tried[0].copy()
+    for k, own in enumerate(space.scopes.specimens.values()):
+        best[own] = tried[which[k], own]
+    return best, float(parts[0, 0] + np.sum(np.max(parts[:, 1:], axis=0)))
+
+
+def _regrouped(space: Coordinates, x: FloatArray) -> tuple[FloatArray, float]:
+    """Let specimens climb from where others of them stand, what they share held; the best place, and what is gained.
+
+    Contact and load zero, which differ most between specimens, are taken from the readings of each.
+    A specimen that has strayed widens noise and discrepancy for all, which makes its own way back a smooth one.
+    """
+    specimens = list(space.scopes.specimens.values())
+    seen = np.array([k for k, p in enumerate(space.problem.parameters) if p.parameter in CONTACT], dtype=np.int64)
+    nominal = space.nominal()[seen]
+    best, before = x, space.log_parts(x[None])[0]
+    top = before
+    for shift in range(1, min(_SHIFTS, len(specimens) - 1) + 1):
+        tried = x.copy()
+        for own, other in zip(specimens, specimens[shift:] + specimens[:shift], strict=True):
+            if own.size == other.size:
+                tried[own] = x[other]
+        tried[seen] = nominal
+        for own, part in zip(specimens, space.log_parts(tried[None])[0, 1:], strict=True):
+            if not np.isfinite(part):
+                tried[own] = x[own]
+        tried, parts = _climbed_alone(space, tried)
+        top, parts = np.maximum(top, parts), parts > top
+        best = best.copy()
+        for own, better in zip(specimens, parts[1:], strict=True):
+            if better:
+                best[own] = tried[own]
+    gain = float(np.sum(top) - np.sum(before))
+    return best, gain
+
+
+def _climbed_alone(space: Coordinates, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Let each specimen climb by itself, what they share held: where they come to (n,), and the parts of the log density there."""
+    specimens = list(space.scopes.specimens.values())
+    x, parts = x.copy(), space.log_parts(x[None])[0]
+    for _ in range(_STEPS_ALONE):
+        slopes = slopes_at(space, x, 1.0)
+        if slopes is None:
+            break
+        direction = np.zeros(x.size)
+        for own in specimens:
+            direction[own] = np.linalg.solve(slopes[1][np.ix_(own, own)], slopes[0][own])
+        tried = x + np.append(_LENGTHS, 0.0)[:, None] * direction
+        of_tried = space.log_parts(tried)
+        x, _ = _best_of_each(space, tried, of_tried)
+        parts = np.max(of_tried, axis=0)
+    return x, parts
 
 
 def tempered(space: Coordinates, x: FloatArray, power: float) -> FloatArray:
@@ -134,34 +223,84 @@ def slopes_at(space: Coordinates, x: FloatArray, power: float) -> tuple[FloatArr
     -------
     The gradient (n_parameter,) and the expected negative Hessian by (1); None outside the forward model's range.
     """
-    n = x.size
-    step = _WIDTH * np.eye(n)
-    theta, log_jacobian = space.to_theta(x + np.concatenate([np.zeros((1, n)), step, -step]))
-    there = np.isfinite(log_jacobian)
+    ways = _Differences.of(space)
+    steps = ways.steps(x.size)
+    theta, log_slopes = space.to_theta_by_exchange(x + np.concatenate([np.zeros((1, x.size)), steps, -steps]))
+    there = np.all(np.isfinite(log_slopes), axis=1)
     values = values_at(space.problem, np.where(there[:, None], theta, 0.0))
     models = list(model_sweeps(space.problem, space.problem.forward, space.problem.plans, values))
     for model in models:
         there &= model.covered
     if not there[0]:
         return None
-    log_prior = log_jacobian - 0.5 * np.sum(theta**2, axis=1)
-    gradient = _slope(log_prior, there)
-    across = _slope(theta, there)
-    information = across @ across.T
+    gradient, information = np.zeros(x.size), np.zeros((x.size, x.size))
+
+    for specimen, (columns, rows) in ways.of_specimens.items():
+        own = theta[:, ways.own[specimen]]
+        across = _slope(own[rows], there[rows])
+        information[np.ix_(columns, columns)] += across @ across.T
+        exchanged = [k for k, e in enumerate(space.exchanges) if e.column in ways.own[specimen]]
+        log_prior = np.sum(log_slopes[:, exchanged], axis=1) - 0.5 * np.sum(own**2, axis=1)
+        gradient[columns] += _slope(log_prior[rows], there[rows])
     scales = np.flatnonzero([p.parameter in SCALES for p in space.problem.parameters])
-    chosen = np.concatenate([[0], 1 + scales, 1 + n + scales])
-    for model in models:
-        rows = np.cumsum(model.covered) - 1  # of each draw among those that are covered
+    for sweep, model in zip(space.problem.sweeps, models, strict=True):
+        columns, rows = ways.of_specimens[sweep.specimen if space.scopes.specimens else ""]
+        found = (np.cumsum(model.covered) - 1)[rows]  # of each draw among those that are covered
+        known = there[rows]
+        wide = np.flatnonzero(np.isin(columns, scales))
+        chosen = np.concatenate([[0], 1 + wide, 1 + columns.size + wide])
         for channel in model.channels.values():
-            gradient += power * _slope(log_normal(channel)[rows], there)
-            covariance = _covariance(channel, rows[chosen])
+            covariance = _covariance(channel, found[chosen])
             whiten = np.linalg.inv(np.linalg.cholesky(covariance[0]))
-            mean_slope = _slope(channel.mean[rows], there) @ whiten.T
-            information += power * mean_slope @ mean_slope.T
-            spread_slope = whiten @ _slope(covariance, there[chosen]) @ whiten.T
-            flat = spread_slope.reshape(scales.size, channel.observed.size**2)
-            information[np.ix_(scales, scales)] += 0.5 * power * flat @ flat.T
+            gradient[columns] += power * _slope(log_normal(channel)[found], known)
+            mean_slope = _slope(channel.mean[found], known) @ whiten.T
+            information[np.ix_(columns, columns)] += power * mean_slope @ mean_slope.T
+            spread_slope = whiten @ _slope(covariance, known[chosen]) @ whiten.T
+            flat = spread_slope.reshape(wide.size, channel.observed.size**2)
+            information[np.ix_(columns[wide], columns[wide])] += 0.5 * power * flat @ flat.T
     return gradient, information
+
+
+@dataclass(frozen=True, eq=False)
+class _Differences:
+    """Which coordinates are stepped along together, and which columns each specimen's readings depend on.
+
+    Given the shared ones, specimens are independent: a step along one coordinate of each of them at once tells as much as a
+    step along each (Curtis, Powell & Reid, J. Inst. Math. Appl. 13 (1974) 117), and the number of steps does not grow with
+    that of the specimens.
+
+    Attributes
+    ----------
+    together : the coordinates of each step.
+    own : specimen, or "" for what is shared -> columns that are its own.
+    of_specimens : specimen, or "" -> the columns that it depends on, and the rows of the point itself, of the steps up along
+        these columns, and of those down.
+    """
+
+    together: tuple[IntArray, ...]
+    own: Mapping[str, IntArray]
+    of_specimens: Mapping[str, tuple[IntArray, IntArray]]
+
+    @staticmethod
+    def of(space: Coordinates) -> _Differences:
+        shared, specimens = space.scopes.shared, space.scopes.specimens
+        most = max((own.size for own in specimens.values()), default=0)
+        each = [np.array([own[k] for own in specimens.values() if k < own.size]) for k in range(most)]
+        together = (*(np.array([k]) for k in shared), *each)
+
+        def rows(n_own: int) -> IntArray:
+            steps = np.arange(shared.size + n_own)
+            return np.concatenate([[0], 1 + steps, 1 + len(together) + steps])
+
+        of = {name: (np.concatenate([shared, own]), rows(own.size)) for name, own in specimens.items()}
+        return _Differences(together, {"": shared, **specimens}, {"": (shared, rows(0)), **of})
+
+    def steps(self, n: int) -> FloatArray:
+        """(n_step, n)."""
+        step = np.zeros((len(self.together), n))
+        for k, columns in enumerate(self.together):
+            step[k, columns] = _WIDTH
+        return step
 
 
 def _covariance(channel: PredictedReadings, rows: IntArray) -> FloatArray:

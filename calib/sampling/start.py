@@ -19,7 +19,7 @@ from models.sensor import FloatArray
 #: Version of how an ensemble begins: raise it with every change that gives another start for the same seed.
 START_VERSION = 2
 
-#: Prior draws among which an ensemble looks for its starts; how many of the best it climbs from, of all that are possible, and
+#: Places among which an ensemble looks for its starts; how many of the best it climbs from, of all that are possible, and
 #: of those that the modes known by then explain least.
 N_START_DRAWS = 512
 N_BEST, N_ANY, N_UNEXPLAINED = 1, 1, 2
@@ -72,7 +72,7 @@ def find_modes(target: Target, seed: np.random.SeedSequence) -> tuple[Mode, ...]
         If no prior draw has a finite posterior density.
     """
     rng = np.random.default_rng(seed)
-    x = target.prior_draws(rng, N_START_DRAWS)
+    x = target.places(rng, N_START_DRAWS)
     log_density = target.log_density(x)
     possible = np.flatnonzero(np.isfinite(log_density))
     if not possible.size:
@@ -144,7 +144,7 @@ def start(target: Target, modes: Sequence[Mode], seed: np.random.SeedSequence, n
     random = np.random.RandomState(np.random.MT19937(seed))
     mass = np.exp([m.log_mass - modes[0].log_mass for m in modes])
     shares = np.maximum(mass / np.sum(mass), 0.5 / len(modes) if len(modes) > 1 else 1.0)
-    parts = tuple(normal_funnel(m.x, m.factor, target.scales, _FREEDOM, _WIDEN) for m in modes)
+    parts = tuple(normal_funnel(m.x, m.factor, target.scales, _FREEDOM, _WIDEN, target.groups) for m in modes)
     proposal = Proposal(parts, shares / np.sum(shares))
     x = proposal.draw(random, _TRIES * n_walker)
     x[: len(modes)] = [m.x for m in modes]  # so that one at least is possible, whatever the bounds
@@ -160,11 +160,11 @@ def start(target: Target, modes: Sequence[Mode], seed: np.random.SeedSequence, n
     accepted = 0.0
     level = np.inf
     for k in range(_MOST_ROUNDS):
-        path = walk(target.log_density, state, moves_by(proposal), ROUNDS[min(k, len(ROUNDS) - 1)])
+        path = walk(target, state, moves_by(target, proposal), ROUNDS[min(k, len(ROUNDS) - 1)])
         state = path.end
-        accepted = path.accepted_of("proposal")
+        accepted = path.accepted_of("proposal", "specimens", "shared")
         visited = path.chain.reshape(-1, x.shape[1])
-        proposal = fit_proposal(np.concatenate([before, visited]), target.scales, proposal)
+        proposal = fit_proposal(np.concatenate([before, visited]), target.scales, proposal, target.groups)
         before, level_before, level = visited, level, float(np.mean(path.log_density))
         drifts = abs(level - level_before) > _DRIFT * np.std(path.log_density)
         if not drifts and (accepted >= ENOUGH_ACCEPTED or k + 1 >= len(ROUNDS)):

@@ -11,6 +11,7 @@ import numpy as np
 from calib.catalogue import SCALES
 from calib.problem import Problem, columns_at
 from calib.sampling.coordinates import Coordinates, coordinates
+from calib.sampling.proposal import Indices
 from calib.sampling.scoring import inverse_root, score, slopes_at
 from models.sensor import FloatArray
 
@@ -42,13 +43,25 @@ class Target(Protocol):
         """Coordinates that set the widths of others: noises and discrepancies."""
         ...
 
-    def prior_draws(self, rng: np.random.Generator, n_draw: int) -> FloatArray:
-        """Draws of the prior, (n_draw, n).
+    @property
+    def groups(self) -> tuple[Indices, ...]:
+        """Coordinates of each of many groups that are independent of each other given those in none; () if there are none."""
+        ...
+
+    def places(self, rng: np.random.Generator, n_draw: int) -> FloatArray:
+        """Places to climb from, spread as the prior is, (n_draw, n).
 
         Parameters
         ----------
         rng : the source of random numbers.
         n_draw : how many.
+        """
+        ...
+
+    def log_parts(self, x: FloatArray) -> FloatArray:
+        """Log density in parts that sum to it: of the coordinates in no group, then of each group given those.
+
+        (n_draw, 1 + n_group); -inf for a group where it has none.
         """
         ...
 
@@ -91,14 +104,27 @@ class ProblemTarget:
         """See `Target`."""
         return tuple(k for k, p in enumerate(self.space.problem.parameters) if p.parameter in SCALES)
 
-    def prior_draws(self, rng: np.random.Generator, n_draw: int) -> FloatArray:
-        """Draws of the prior, (n_draw, n).
+    @property
+    def groups(self) -> tuple[Indices, ...]:
+        """See `Target`: the unknowns of each specimen, where there are many."""
+        return tuple(self.space.scopes.specimens.values())
+
+    def places(self, rng: np.random.Generator, n_draw: int) -> FloatArray:
+        """Draws of the prior, (n_draw, n); of many specimens only what they share, as hardly a draw would suit them all.
 
         Parameters
         ----------
         rng, n_draw : see `Target`.
         """
-        return self.space.from_theta(rng.standard_normal((n_draw, len(self.names))))
+        x = self.space.from_theta(rng.standard_normal((n_draw, len(self.names))))
+        if self.groups:
+            own = np.concatenate(self.groups)
+            x[:, own] = self.space.nominal()[own]
+        return x
+
+    def log_parts(self, x: FloatArray) -> FloatArray:
+        """See `Target`."""
+        return self.space.log_parts(x)
 
     def log_density(self, x: FloatArray) -> FloatArray:
         """See `Target`."""

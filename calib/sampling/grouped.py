@@ -1,0 +1,121 @@
+"""Walkers of a target with many groups in, their next steps out: each group by itself, then what all share, groups going along.
+
+Given what they share, the groups (specimens) are independent of each other. So a proposal for all of them at once is accepted
+or not for each by itself, in one evaluation, and stays as good for fifty as for one. What they share is moved with the
+residuals t of the funnel held: groups go along, as their means and widths given the shared coordinates say. That is accepted
+or not for all together, so here the errors of the funnel add up over the groups, but not their widths.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from calib.sampling.proposal import Funnel
+from calib.sampling.target import Target
+from models.sensor import BoolArray, FloatArray
+
+#: Kinds of moves of groups, and of what they share.
+OF_GROUPS = ("specimens", "specimens nearby")
+OF_SHARED = ("shared", "shared nearby", "shared differential evolution")
+
+# Length of a step nearby; 1 would be independent of where it starts.
+_NEARBY = 0.5
+
+
+class GroupedWalkers:
+    """Moves of walkers of one target by one funnel; keeps the parts of the log density where the walkers are.
+
+    Parameters
+    ----------
+    target : with groups.
+    funnel : fitted to it.
+    """
+
+    def __init__(self, target: Target, funnel: Funnel) -> None:
+        self._target, self._funnel = target, funnel
+        group = np.empty(funnel.block.size, dtype=np.intp)
+        group[funnel.order] = funnel.block
+        self._group = group  # of each column of x, 0 for the shared ones
+        self._seen: tuple[FloatArray, FloatArray] | None = None
+
+    def step(
+        self, kind: str, x: FloatArray, random: np.random.RandomState
+    ) -> tuple[FloatArray, FloatArray, npt.NDArray[np.bool_]]:
+        """Make one step.
+
+        Parameters
+        ----------
+        kind : of `OF_GROUPS` or `OF_SHARED`.
+        x : (n_walker, n).
+        random : the source of random numbers.
+
+        Returns
+        -------
+        The walkers, their log density (n_walker,), and what was accepted: (n_walker, n_group), or (n_walker, 1).
+        """
+        if self._seen is None or not np.array_equal(self._seen[0], x):
+            self._seen = x, self._target.log_parts(x)
+        parts = self._seen[1]
+        if kind in OF_GROUPS:
+            x, parts, accepted = self._step_of_groups(kind, x, parts, random)
+        elif kind == "shared differential evolution":
+            x, parts, accepted = self._differential_evolution(x, parts, random)
+        else:
+            t = self._funnel.residuals(x)
+            new = self._new(kind == "shared", t, random)
+            ratio = (self._funnel.log_blocks(t) - self._funnel.log_blocks(new))[:, 0]
+            x, parts, accepted = self._step_of_shared(x, parts, t, new, ratio, random)
+        self._seen = x, parts
+        return x, np.asarray(np.sum(parts, axis=1), dtype=float), accepted
+
+    def _new(self, fresh: bool, t: FloatArray, random: np.random.RandomState) -> FloatArray:
+        return self._funnel.fresh(random, t.shape[0]) if fresh else self._funnel.nearby(random, t, _NEARBY)
+
+    def _step_of_groups(
+        self, kind: str, x: FloatArray, parts: FloatArray, random: np.random.RandomState
+    ) -> tuple[FloatArray, FloatArray, BoolArray]:
+        """New residuals for every group, those of what they share held."""
+        funnel = self._funnel
+        t = funnel.residuals(x)
+        new = np.where(funnel.block > 0, self._new(kind == "specimens", t, random), t)
+        y = np.where(self._group > 0, funnel.at(new), x)
+        parts_there = self._target.log_parts(y)
+        ratio = (parts_there - parts + funnel.log_blocks(t) - funnel.log_blocks(new))[:, 1:]
+        accepted = np.log(random.random_sample(ratio.shape)) < ratio
+        of = np.concatenate([np.zeros((x.shape[0], 1), dtype=bool), accepted], axis=1)
+        return np.where(of[:, self._group], y, x), np.where(of, parts_there, parts), accepted
+
+    def _step_of_shared(
+        self,
+        x: FloatArray,
+        parts: FloatArray,
+        t: FloatArray,
+        new: FloatArray,
+        log_ratio: FloatArray,
+        random: np.random.RandomState,
+    ) -> tuple[FloatArray, FloatArray, BoolArray]:
+        """New residuals of what groups share, those of the groups held; with the ratio of the proposal's densities there."""
+        funnel = self._funnel
+        y = funnel.at(np.where(funnel.block > 0, t, new))
+        parts_there = self._target.log_parts(y)
+        gain = np.sum(parts_there, axis=1) - np.sum(parts, axis=1) + funnel.log_volume(y) - funnel.log_volume(x)
+        accepted = (np.log(random.random_sample(gain.size)) < gain + log_ratio)[:, None]
+        return np.where(accepted, y, x), np.where(accepted, parts_there, parts), accepted
+
+    def _differential_evolution(
+        self, x: FloatArray, parts: FloatArray, random: np.random.RandomState
+    ) -> tuple[FloatArray, FloatArray, BoolArray]:
+        """Steps of each half of the walkers along differences of two of the other half, in residuals: symmetric there."""
+        x, parts = x.copy(), parts.copy()
+        accepted = np.zeros((x.shape[0], 1), dtype=bool)
+        shuffled = random.permutation(x.shape[0])
+        halves = shuffled[::2], shuffled[1::2]
+        length = 2.38 / np.sqrt(2 * np.sum(self._group == 0))
+        for own, other in (halves, halves[::-1]):
+            t, far = self._funnel.residuals(x[own]), self._funnel.residuals(x[other])
+            first = random.randint(other.size, size=own.size)
+            second = (first + 1 + random.randint(other.size - 1, size=own.size)) % other.size
+            new = t + length * (far[first] - far[second])
+            x[own], parts[own], accepted[own] = self._step_of_shared(x[own], parts[own], t, new, np.zeros(own.size), random)
+        return x, parts, accepted
