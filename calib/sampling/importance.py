@@ -3,6 +3,10 @@
 Chains that move by proposals can agree with each other and be wrong together, where walkers stick or a mode is weighted
 wrongly. Independent draws of the proposals, weighted by target over proposal (Pareto-smoothed, Vehtari et al. 2024), know
 nothing of the chains. Where their weights can be trusted, the means must be the same.
+
+Of many groups no draw of all at once would have a weight to speak of. There each draw is of what they share, with several of
+each group given that, whose mean weight stands for the group: an unbiased estimate of what the group adds to the density of
+the shared ones (pseudo-marginal importance sampling: Andrieu & Roberts, Ann. Stat. 37 (2009) 697).
 """
 
 from __future__ import annotations
@@ -15,12 +19,12 @@ from scipy.special import logsumexp
 from scipy.stats import norm
 
 from calib.sampling.archive import K_HAT, smooth_weights
-from calib.sampling.proposal import Proposal
+from calib.sampling.proposal import Funnel, Proposal
 from calib.sampling.target import Target
 from models.sensor import FloatArray
 
-# Fresh draws of each ensemble's proposal.
-_DRAWS = 500
+# Fresh draws of each ensemble's proposal; of what many groups share, and of each group for each of those.
+_DRAWS, _SHARED_DRAWS, _GROUP_DRAWS = 500, 100, 12
 # Two-sided probability that a mean is refused though it is right, over all unknowns together: that of three standard errors.
 _DOUBT = 0.0027
 # Means that are nearer than this, in posterior standard deviations, are the same whatever their errors are.
@@ -57,6 +61,8 @@ def second_opinion(target: Target, proposals: Sequence[Proposal], seed: np.rando
     seed : of the draws.
     """
     random = np.random.RandomState(np.random.MT19937(seed))
+    if target.groups:
+        return _opinion_on_groups(target, [proposal.parts[0] for proposal in proposals], random)
     x = np.concatenate([proposal.draw(random, _DRAWS) for proposal in proposals])
     log_mixture = logsumexp([proposal.log_density(x) for proposal in proposals], axis=0)
     weight, k_hat = smooth_weights(target.log_density(x) - log_mixture)
@@ -65,6 +71,49 @@ def second_opinion(target: Target, proposals: Sequence[Proposal], seed: np.rando
     values, weight = target.columns(theta[there]), weight[there] / np.sum(weight[there])
     mean = weight @ values
     return SecondOpinion(k_hat, mean, np.sqrt(weight**2 @ (values - mean) ** 2))
+
+
+def _opinion_on_groups(target: Target, funnels: Sequence[Funnel], random: np.random.RandomState) -> SecondOpinion:
+    """The second opinion on many groups: draws of what they share, each with several draws of every group."""
+    log_weights, values = zip(*(_weighted_groups(target, funnel, funnels, random) for funnel in funnels), strict=True)
+    weight, k_hat = smooth_weights(np.concatenate(log_weights))
+    there = weight > 0
+    found, share = np.concatenate(values)[there], weight[there] / np.sum(weight[there])
+    mean = share @ found
+    return SecondOpinion(k_hat, mean, np.sqrt(share**2 @ (found - mean) ** 2))
+
+
+def _weighted_groups(
+    target: Target, funnel: Funnel, funnels: Sequence[Funnel], random: np.random.RandomState
+) -> tuple[FloatArray, FloatArray]:
+    """Log weights (n_draw,) of draws of one funnel's shared coordinates, under those of all, and values there (n_draw, n)."""
+    shared = funnel.fresh(random, _SHARED_DRAWS)
+    own = funnel.block > 0
+    log_ratios, values = [], []
+    for _ in range(_GROUP_DRAWS):
+        t = np.where(own, funnel.fresh(random, _SHARED_DRAWS), shared)
+        x = funnel.at(t)
+        parts = target.log_parts(x)
+        widths = funnel.log_widths(x)
+        log_q = funnel.log_blocks(t) - np.stack(
+            [np.sum(widths[:, funnel.block == k], axis=1) for k in range(parts.shape[1])], 1
+        )
+        log_ratios.append(parts - np.where(np.arange(parts.shape[1]) > 0, log_q, 0.0))
+        theta, _ = target.to_theta(x)
+        values.append(target.columns(np.where(np.isfinite(theta), theta, 0.0)))
+    ratios = np.stack(log_ratios)
+    top = np.max(ratios, axis=0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        inner = np.where(np.isfinite(top), np.exp(ratios - np.where(np.isfinite(top), top, 0.0)), 0.0)
+        log_means = np.log(np.mean(inner, axis=0)) + top
+        inner /= np.sum(inner, axis=0)
+    log_mixture = logsumexp([f.log_shared(x) for f in funnels], axis=0)
+    column_block = np.empty(funnel.block.size, dtype=np.intp)
+    column_block[funnel.order] = funnel.block
+    inner[:, :, 0] = 1 / _GROUP_DRAWS
+    mean = np.sum(np.nan_to_num(inner)[:, :, column_block] * np.stack(values), axis=0)
+    total = np.sum(log_means, axis=1) - log_mixture
+    return np.where(np.isfinite(total), total, -np.inf), mean
 
 
 def contradictions(

@@ -82,10 +82,19 @@ class Funnel:
         square = np.stack([np.sum(t[:, self.block == k] ** 2, axis=1) for k in range(self.freedom.size)], axis=1)
         return _log_student(square, np.bincount(self.block, minlength=self.freedom.size), self.freedom, self.scale)
 
+    def log_widths(self, x: FloatArray) -> FloatArray:
+        """Logarithms of the widths of all lines at x (n_draw, n), (n_draw, n), in the order of y."""
+        widths = self._log_widths(_bent(self._ahead(x)[:, : self.n_scale]))
+        return np.asarray(widths + np.log(self.spread)[self.order], dtype=float)
+
     def log_volume(self, x: FloatArray) -> FloatArray:
         """Logarithm of |dx / dt|, the volume of a unit of t at x (n_draw, n), (n_draw,)."""
-        widths = self._log_widths(_bent(self._ahead(x)[:, : self.n_scale]))
-        return np.asarray(np.sum(widths, axis=1) + np.sum(np.log(self.spread)), dtype=float)
+        return np.asarray(np.sum(self.log_widths(x), axis=1), dtype=float)
+
+    def log_shared(self, x: FloatArray) -> FloatArray:
+        """Logarithm of the density at x (n_draw, n) of the coordinates in no group, (n_draw,)."""
+        shared = np.sum(self.log_widths(x)[:, self.block == 0], axis=1)
+        return np.asarray(self.log_blocks(self.residuals(x))[:, 0] - shared, dtype=float)
 
     def residuals(self, x: FloatArray) -> FloatArray:
         """Residuals t of (1) at x (n_draw, n), (n_draw, n)."""

@@ -153,8 +153,12 @@ def start(target: Target, modes: Sequence[Mode], seed: np.random.SeedSequence, n
         beyond = np.flatnonzero(~np.isfinite(log_density))
         x[beyond] = proposal.draw(random, beyond.size)
         log_density[beyond] = target.log_density(x[beyond])
-    weight = _mild_weights(log_density - proposal.log_density(x), _EFFECTIVE * n_walker)
-    chosen = random.choice(weight.size, n_walker, p=weight)
+    if target.groups:  # weights of all groups together would be those of chance; each of them soon finds its place
+        chosen = np.flatnonzero(np.isfinite(log_density))[:n_walker]
+        chosen = np.resize(chosen, n_walker)
+    else:
+        weight = _mild_weights(log_density - proposal.log_density(x), _EFFECTIVE * n_walker)
+        chosen = random.choice(weight.size, n_walker, p=weight)
     state = EnsembleState.of(x[chosen], log_density[chosen], random)
     before: FloatArray = np.empty((0, x.shape[1]))
     accepted = 0.0
@@ -169,7 +173,8 @@ def start(target: Target, modes: Sequence[Mode], seed: np.random.SeedSequence, n
         drifts = abs(level - level_before) > _DRIFT * np.std(path.log_density)
         if not drifts and (accepted >= ENOUGH_ACCEPTED or k + 1 >= len(ROUNDS)):
             break
-    return Start(state, proposal if accepted >= LEAST_ACCEPTED else None)
+    # Moves of groups include one that needs no shape, and those of all coordinates together would lead nowhere.
+    return Start(state, proposal if target.groups or accepted >= LEAST_ACCEPTED else None)
 
 
 def _mild_weights(log_weight: FloatArray, effective: float) -> FloatArray:
