@@ -20,7 +20,7 @@ import sys
 import numpy as np
 from samplers.gallery import gallery, student_each
 from samplers.known import truth_of
-from samplers.shipped import CONTENDERS, is_installed, times
+from samplers.shipped import CONTENDERS, Budget, costs, is_installed
 from samplers.trial import Trial, try_target
 
 from calib.sampling.diagnostics import Gate
@@ -42,6 +42,7 @@ def main() -> None:
     shipped.add_argument("--sizes", type=float, nargs="+", default=[400.0, 4000.0], help="effective sizes [400 4000]")
     shipped.add_argument("--seed", type=int, default=1)
     shipped.add_argument("--steps", type=int, default=20_000, help="most steps of each walker [20000]")
+    shipped.add_argument("--seconds", type=float, default=600.0, help="most processor seconds of each contender [600]")
     shipped.add_argument("--alone", action="store_true", help="one contender, in this process")
     options = parser.parse_args()
     if options.part == "targets":
@@ -49,10 +50,10 @@ def main() -> None:
     elif options.part == "sticky":
         print_sticky(options.freedom, options.runs)
     elif options.alone:
-        for size, seconds, reached in times(options.contenders[0], options.sizes, options.seed, options.steps):
-            print(f"| {options.contenders[0]} | {size:.0f} | {seconds:.1f} | {reached:.0f} |", flush=True)
+        for cost in costs(options.contenders[0], options.sizes, options.seed, Budget(options.steps, options.seconds)):
+            print(f"| {options.contenders[0]} | {cost} |", flush=True)
     else:
-        print_shipped(options.contenders, options.sizes, options.seed, options.steps)
+        print_shipped(options.contenders, options.sizes, options.seed, Budget(options.steps, options.seconds))
 
 
 def print_targets(words: list[str], seeds: list[int], max_steps: int) -> None:
@@ -106,11 +107,14 @@ def _sizes(trials: list[Trial]) -> tuple[float, float]:
     return float(claimed), float(1 / np.mean([t.score**2 for t in trials]))
 
 
-def print_shipped(contenders: list[str], sizes: list[float], seed: int, max_steps: int) -> None:
-    """A row for each contender and size, as it comes."""
+def print_shipped(contenders: list[str], sizes: list[float], seed: int, budget: Budget) -> None:
+    """A row for each contender and size, as it comes, on one core."""
+    if hasattr(os, "sched_setaffinity"):  # the contenders inherit it
+        os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
     print("| contender | effective size wanted | processor seconds | effective size reached |")
-    print("|---|---|---|---|")
-    words = ["--sizes", *map(str, sizes), "--seed", str(seed), "--steps", str(max_steps), "--alone"]
+    print("|---|---|---|---|", flush=True)
+    words = ["--sizes", *map(str, sizes), "--seed", str(seed)]
+    words += ["--steps", str(budget.steps), "--seconds", str(budget.seconds), "--alone"]
     environment = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     for contender in contenders:
         if not is_installed(contender):
