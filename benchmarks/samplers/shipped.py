@@ -20,6 +20,7 @@ import importlib
 import importlib.util
 import logging
 import math
+import os
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -97,6 +98,40 @@ class Cost:
             return f"{self.size:.0f} | {self.seconds:.1f} | {self.reached:.0f}"
         guess = f"about {self.seconds:.0f}" if math.isfinite(self.seconds) else f"more than {self.stopped:.0f}"
         return f"{self.size:.0f} | {guess} | {self.reached:.0f} after {self.stopped:.0f} s"
+
+
+def on_one_core() -> None:
+    """Keep this process on one core, where the system can."""
+    if hasattr(os, "sched_setaffinity"):
+        os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
+
+
+def port_errors(n_draw: int, seed: int) -> tuple[float, float]:
+    """How far the posterior written for JAX is off that of `calib.problem`.
+
+    Parameters
+    ----------
+    n_draw : draws of each kind.
+    seed : of the draws.
+
+    Returns
+    -------
+    The largest difference of the log density at draws round the mode; and at draws of the prior, where it may be -1e9, as a
+    share of it. Infinite where only one of them holds a draw possible.
+    """
+    jax, port = (importlib.import_module(name) for name in ("jax", "samplers.port"))
+    target = target_of(problem_from(read_experiment(EXPERIMENT)))
+    problem = target.space.problem
+    near, _ = target.to_theta(_round_the_mode(target, np.random.SeedSequence(seed), n_draw))
+    theta = np.concatenate([near, np.random.default_rng(seed).standard_normal((n_draw, near.shape[1]))])
+    ours = log_posterior(problem, theta)
+    theirs = np.asarray(jax.jit(jax.vmap(port.log_posterior_of(problem)))(theta), dtype=float)
+    both = np.isfinite(ours) & np.isfinite(theirs)
+    off = np.where(np.isfinite(ours) == np.isfinite(theirs), 0.0, np.inf)
+    off[both] = np.abs(ours[both] - theirs[both])
+    share = off.copy()
+    share[both] /= np.maximum(np.abs(ours[both]), 1.0)
+    return float(np.max(off[:n_draw])), float(np.max(share[n_draw:]))
 
 
 def is_installed(contender: str) -> bool:
@@ -178,21 +213,27 @@ def _walked(target: ProblemTarget, steps: Steps, sizes: Sequence[float], budget:
         until = min(budget.steps, 2 * math.ceil(CHECK_FACTOR * until / 2))
     stopped = time.process_time()
     for size in wanted:
-        yield Cost(size, stopped * _longer(state, Gate(ess=size)), _worst(state), stopped)
+        yield Cost(size, stopped * longer(state, Gate(ess=size)), _worst(state), stopped)
 
 
-def _longer(state: Convergence, gate: Gate) -> float:
-    """How many times as long a run would have to be to pass a gate: R-hat less 1 falls as effective sample sizes rise."""
+def longer(state: Convergence, gate: Gate) -> float:
+    """How many times as long a run would have to be to pass a gate, as R-hat less 1 falls as effective sizes rise.
+
+    Parameters
+    ----------
+    state : of the run.
+    gate : that it has not passed.
+    """
     short = (gate.ess / np.min(state.ess), gate.length * np.max(state.tau) / state.steps)
     return float(max(*short, (np.max(state.r_hat) - 1) / (gate.r_hat - 1), 1.0))
 
 
-def _round_the_mode(target: ProblemTarget, seed: np.random.SeedSequence) -> FloatArray:
+def _round_the_mode(target: ProblemTarget, seed: np.random.SeedSequence, n_walker: int = _WALKERS) -> FloatArray:
     """Walkers round the highest mode that one ensemble finds, wider than it; those far below are drawn anew from narrower."""
     rng = np.random.default_rng(seed)
     mode: Mode = find_modes(target, seed)[0]
-    x = np.tile(mode.x, (_WALKERS, 1))
-    left, width = np.arange(_WALKERS), _WIDER
+    x = np.tile(mode.x, (n_walker, 1))
+    left, width = np.arange(n_walker), _WIDER
     while left.size:
         x[left] = mode.x + width * rng.standard_normal((left.size, mode.x.size)) @ mode.factor.T
         left = left[~(target.log_density(x[left]) > mode.log_density - 5 * mode.x.size)]
@@ -235,7 +276,7 @@ def _nuts(target: ProblemTarget, sizes: Sequence[float], seed: int, budget: Budg
     """One chain, in the priors' coordinates; what it adapts to in the warm-up is kept."""
     jax, infer, port = (importlib.import_module(name) for name in ("jax", "numpyro.infer", "samplers.port"))
     log_posterior = port.log_posterior_of(target.space.problem)
-    first, _ = target.to_theta(_round_the_mode(target, np.random.SeedSequence(seed))[:1])
+    first, _ = target.to_theta(_round_the_mode(target, np.random.SeedSequence(seed), 1))
 
     def potential(z: Any) -> Any:
         return -log_posterior(z)
