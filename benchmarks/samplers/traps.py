@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 from scipy.special import gammaln, logsumexp
+from scipy.stats import norm
 
 from models.sensor import FloatArray
 from samplers.known import Known
@@ -19,10 +20,11 @@ def traps() -> dict[str, Known]:
     plain = np.zeros(20)
     far = np.r_[12.0, np.zeros(19)]
     targets = [
-        # Without curvature at its top the first would be as wide as the prior and hold all the mass: the other is left out.
-        _mixed("flat top beside a normal mode, 20", [_flat(plain, 3.0), _normal(far, 1.0)], [0.5, 0.5], 20),
-        # So does the first here: at a bound there is no curvature either.
+        # Without curvature at its top the first seems as wide as the prior, and to hold all the mass.
+        _mixed("flat top beside a normal mode, 20", [_flat(plain, 3.0), _normal(far, 1.0)], [0.5, 0.5], 20, 3.0),
+        # At a bound a climb may end on a slope, far below the top that it leads to.
         _mixed("mode in a corner of bounds", [_corner(6, 0.01), _normal(np.full(6, 0.6), 0.03)], [0.5, 0.5], 6, 0.4, 0.5),
+        _scores("mode at the edge of uniform priors", [_corner(6, 0.01), _normal(np.full(6, 0.6), 0.03)], [0.5, 0.5], 6),
         _mixed("narrow spike in a broad mode", [_normal(np.zeros(6), 1.0), _normal(np.full(6, 0.8), 0.03)], [0.995, 0.005], 6),
         _mixed("spike with wide tails", [_normal(np.zeros(5), 1.0), _student(np.full(5, 2.0), 0.01, 1.5)], [0.9, 0.1], 5),
         _ring("ring", 6, 10.0, 0.5),
@@ -62,6 +64,21 @@ def _mixed(
     )
 
 
+def _scores(name: str, parts: list[_Part], weight: list[float], n: int) -> Known:
+    """A mixture in n unknowns between 0 and 1, seen in their normal scores, as bounded unknowns are sampled."""
+    plain = _mixed(name, parts, weight, n, 1.0)
+    assert plain.modes is not None
+    modes = plain.modes
+    return Known(
+        name,
+        lambda r, m: np.asarray(norm.ppf(np.clip(plain.exact(r, m), 1e-300, 1 - 1e-16)), dtype=float),
+        lambda x: np.asarray(plain.density(norm.cdf(x)) - 0.5 * np.sum(x**2, axis=1), dtype=float),
+        plain.prior,
+        modes=lambda x: modes(norm.cdf(x)),
+        good=False,
+    )
+
+
 def _normal(mean: FloatArray, sd: float) -> _Part:
     n = mean.size
 
@@ -72,17 +89,17 @@ def _normal(mean: FloatArray, sd: float) -> _Part:
 
 
 def _flat(mean: FloatArray, radius: float) -> _Part:
-    """Density exp(-(r / radius)^8 / 2) of the distance r to its mean."""
+    """Density exp(-(r / radius)^4 / 2) of the distance r to its mean."""
     n = mean.size
     area = np.log(2) + n / 2 * np.log(np.pi) - gammaln(n / 2)
-    log_mass = area + n * np.log(radius) + n / 8 * np.log(2) + gammaln(n / 8) - np.log(8)
+    log_mass = area + n * np.log(radius) + n / 4 * np.log(2) + gammaln(n / 4) - np.log(4)
 
     def density(x: FloatArray) -> FloatArray:
-        return np.asarray(-0.5 * (np.sum((x - mean) ** 2, axis=1) / radius**2) ** 4 - log_mass, dtype=float)
+        return np.asarray(-0.5 * (np.sum((x - mean) ** 2, axis=1) / radius**2) ** 2 - log_mass, dtype=float)
 
     def draw(r: np.random.Generator, m: int) -> FloatArray:
         direction = r.standard_normal((m, n))
-        far = radius * (2 * r.gamma(n / 8, size=(m, 1))) ** (1 / 8)
+        far = radius * (2 * r.gamma(n / 4, size=(m, 1))) ** (1 / 4)
         return np.asarray(mean + far * direction / np.linalg.norm(direction, axis=1, keepdims=True), dtype=float)
 
     return density, draw
