@@ -17,7 +17,7 @@ from calib.sampling.target import Mode, Target
 from models.sensor import FloatArray
 
 #: Version of how an ensemble begins: raise it with every change that gives another start for the same seed.
-START_VERSION = 2
+START_VERSION = 3
 
 #: Prior draws among which an ensemble looks for its starts; how many of the best it climbs from, of all that are possible, and
 #: of those that the modes known by then explain least.
