@@ -1,4 +1,4 @@
-"""What the sampler costs and whether it can be believed: `python benchmarks/sampling.py targets`, `sticky` or `shipped`.
+"""What the sampler costs and whether it can be believed: `python benchmarks/sampling.py targets`, `sticky`, `shipped`, `port`.
 
 - `targets`: on densities whose moments are known, does a run that says it has converged have them right, and does one on a
   density that can be sampled converge? A mean off by more than 0.2 standard deviations, a standard deviation off by more than
@@ -8,6 +8,7 @@
 - `shipped`: processor seconds of a whole process, imports included, to worst effective sample sizes of 400 and 4,000 on
   `datasets/padded_sensor`: as a calibration samples, as one did before it knew shapes, and with peers. Each runs in a process
   of its own, on one core; peers that are not installed (`pip install ".[benchmark]"`) are skipped. Ratios are what to look at.
+- `port`: whether the posterior that NumPyro samples, written for JAX, is that of this program.
 """
 
 from __future__ import annotations
@@ -20,7 +21,8 @@ import sys
 import numpy as np
 from samplers.gallery import gallery, student_each
 from samplers.known import truth_of
-from samplers.shipped import CONTENDERS, is_installed, times
+from samplers.shipped import CONTENDERS, Budget, costs, is_installed, on_one_core, port_errors
+from samplers.traps import traps
 from samplers.trial import Trial, try_target
 
 from calib.sampling.diagnostics import Gate
@@ -42,22 +44,30 @@ def main() -> None:
     shipped.add_argument("--sizes", type=float, nargs="+", default=[400.0, 4000.0], help="effective sizes [400 4000]")
     shipped.add_argument("--seed", type=int, default=1)
     shipped.add_argument("--steps", type=int, default=20_000, help="most steps of each walker [20000]")
+    shipped.add_argument("--seconds", type=float, default=600.0, help="most processor seconds of each contender [600]")
     shipped.add_argument("--alone", action="store_true", help="one contender, in this process")
+    port = parts.add_parser("port")
+    port.add_argument("--draws", type=int, default=200, help="of each kind [200]")
+    port.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
     if options.part == "targets":
         print_targets(options.names, options.seeds, options.steps)
     elif options.part == "sticky":
         print_sticky(options.freedom, options.runs)
+    elif options.part == "port":
+        near, prior = port_errors(options.draws, options.seed)
+        print(f"log posterior at {options.draws} draws round the mode: off by {near:.1e}; of the prior: by {prior:.1e} of it")
     elif options.alone:
-        for size, seconds, reached in times(options.contenders[0], options.sizes, options.seed, options.steps):
-            print(f"| {options.contenders[0]} | {size:.0f} | {seconds:.1f} | {reached:.0f} |", flush=True)
+        on_one_core()
+        for cost in costs(options.contenders[0], options.sizes, options.seed, Budget(options.steps, options.seconds)):
+            print(f"| {options.contenders[0]} | {cost} |", flush=True)
     else:
-        print_shipped(options.contenders, options.sizes, options.seed, options.steps)
+        print_shipped(options.contenders, options.sizes, options.seed, Budget(options.steps, options.seconds))
 
 
 def print_targets(words: list[str], seeds: list[int], max_steps: int) -> None:
     """A row for each target: how its runs ended, what they cost, and how far the worst of them is off."""
-    chosen = [t for name, t in gallery().items() if not words or any(word in name for word in words)]
+    chosen = [t for name, t in (gallery() | traps()).items() if not words or any(word in name for word in words)]
     print("| target | unknowns | converged | steps | evaluations | s | worst mean [sd] | worst sd | weights | wrong |")
     print("|---|---|---|---|---|---|---|---|---|---|")
     wrong = refused = runs = 0
@@ -106,11 +116,12 @@ def _sizes(trials: list[Trial]) -> tuple[float, float]:
     return float(claimed), float(1 / np.mean([t.score**2 for t in trials]))
 
 
-def print_shipped(contenders: list[str], sizes: list[float], seed: int, max_steps: int) -> None:
-    """A row for each contender and size, as it comes."""
+def print_shipped(contenders: list[str], sizes: list[float], seed: int, budget: Budget) -> None:
+    """A row for each contender and size, as it comes, on one core."""
     print("| contender | effective size wanted | processor seconds | effective size reached |")
-    print("|---|---|---|---|")
-    words = ["--sizes", *map(str, sizes), "--seed", str(seed), "--steps", str(max_steps), "--alone"]
+    print("|---|---|---|---|", flush=True)
+    words = ["--sizes", *map(str, sizes), "--seed", str(seed)]
+    words += ["--steps", str(budget.steps), "--seconds", str(budget.seconds), "--alone"]
     environment = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     for contender in contenders:
         if not is_installed(contender):

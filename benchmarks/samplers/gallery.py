@@ -223,7 +223,10 @@ def skewed(name: str, n: int) -> Known:
 
 
 def groups(name: str, n: int) -> Known:
-    """Groups with means normal of the sd s, s half-normal, each seen once with error 1: Rubin's schools, s in normal scores."""
+    """Groups with means normal of the sd s, s half-normal, each seen once with error 1: Rubin's schools, s in normal scores.
+
+    Where all means are the same its density has no bound, as s goes to 0: a funnel whose neck never ends.
+    """
     seen = np.random.default_rng(8).standard_normal(n)
 
     def spread(z: FloatArray) -> FloatArray:
@@ -245,7 +248,7 @@ def groups(name: str, n: int) -> Known:
             np.concatenate([drawn, share * seen + np.sqrt(share) * r.standard_normal((m, n))], axis=1), dtype=float
         )
 
-    return Known(name, exact, density, np.stack([np.r_[1.0, np.full(n, 2.0)], np.zeros(n + 1)]), (0,))
+    return Known(name, exact, density, np.stack([np.r_[1.0, np.full(n, 2.0)], np.zeros(n + 1)]), (0,), good=False)
 
 
 def prior_dominated(name: str, n: int) -> Known:

@@ -12,6 +12,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[3] / "benchmarks"))
 
 from samplers.gallery import banana, gallery, mixture
 from samplers.known import Known, truth_of
+from samplers.traps import traps
 from samplers.trial import try_target
 
 from calib.sampling.start import find_modes, join_modes, start
@@ -91,3 +92,18 @@ def test_draws_that_lack_a_mode_are_wrong_though_their_means_are_near() -> None:
     x = target.exact(np.random.default_rng(1), 20_000)
     assert not truth.errors(target, x).wrong
     assert truth.errors(target, x[x[:, 0] < 4.5]).missing == pytest.approx(0.04, abs=0.003)
+
+
+def test_a_mode_that_was_found_is_not_left_out_for_a_flat_top_that_seems_to_hold_all_the_mass() -> None:
+    target = traps()["flat top beside a normal mode, 20"]
+    assert target.modes is not None
+    found = [m for own in np.random.SeedSequence(1).spawn(4) for m in find_modes(target, own)]
+    assert min(m.log_mass for m in found) < max(m.log_mass for m in found) - 10  # of two that have half of it each
+    assert set(target.modes(np.stack([m.x for m in join_modes(target, found)]))) == {0, 1}
+
+
+def test_a_mode_at_the_edge_of_uniform_priors_has_the_weight_that_is_its_own() -> None:
+    target = traps()["mode at the edge of uniform priors"]
+    trial = try_target(target, truth_of(target), seed=1, max_steps=600)
+    assert not trial.reasons
+    assert not trial.errors.wrong, trial.errors
