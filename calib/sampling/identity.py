@@ -90,12 +90,14 @@ def identity_of(problem: Problem, seed: int, n_ensemble: int = ENSEMBLES, n_walk
 def usual_walkers(problem: Problem) -> int:
     """Walkers of an ensemble that is not told their number: four for each unknown, and at least 160.
 
-    Of many specimens, which move independently of each other, only the unknowns of one count, and those that all share.
+    Of many specimens, which move independently of each other, only the unknowns of one count and those that all share, and 96
+    will do: a step costs as much as there are specimens, and every one of them moves at each.
     """
     scopes = scopes_of(problem)
     sizes = [own.size for own in scopes.specimens.values()]
-    own = max(sizes) if len(sizes) >= MANY_SPECIMENS else sum(sizes)
-    return max(160, 4 * (scopes.shared.size + own))
+    if len(sizes) >= MANY_SPECIMENS:
+        return max(96, 4 * (scopes.shared.size + max(sizes)))
+    return max(160, 4 * len(problem.parameters))
 
 
 def differences(found: Mapping[str, str], wanted: Mapping[str, str]) -> str:

@@ -168,7 +168,7 @@ def _regrouped(space: Coordinates, x: FloatArray) -> tuple[FloatArray, float]:
 
 
 def _climbed_alone(space: Coordinates, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Let each specimen climb by itself, what they share held: where they come to (n,), and the parts of the log density there."""
+    """Let each specimen climb by itself, what they share held: where they come to, (n,), and the parts of the log density."""
     specimens = list(space.scopes.specimens.values())
     x, parts = x.copy(), space.log_parts(x[None])[0]
     for _ in range(_STEPS_ALONE):
