@@ -44,6 +44,7 @@ QUICK: dict[str, tuple[list[str], str]] = {
     "read_large_file.py": (["-n", "3000", "--files", "ragged", "two rates"], "two rates: 0 MB, 3000 rows"),
     # Moves and peers on the shipped experiment take minutes; one target shows that the table is made.
     "sampling.py": (["targets", "three modes", "--seeds", "1"], "0 converged and wrong; 0 of 1 runs"),
+    "specimens.py": (["-n", "1", "--steps", "50", "--processes", "0"], "shared unknowns within the 90 % interval"),
     "surrogate_range.py": (["FOLDER/range.png"], ""),
 }
 

@@ -46,6 +46,8 @@ def gallery() -> dict[str, Known]:
         skewed("skewed marginals", 10),
         groups("half-normal scale near zero", 8),
         prior_dominated("prior-dominated", 15),
+        specimens("12 specimens, alike", 12, 0.0),
+        specimens("12 specimens, bent", 12, 0.1),
     ]
     return {target.name: target for target in targets}
 
@@ -265,3 +267,42 @@ def prior_dominated(name: str, n: int) -> Known:
         return np.asarray(-0.5 * np.sum(x**2, axis=1) - 0.5 * ((x @ direction - known) / 1e-3) ** 2, dtype=float)
 
     return Known(name, exact, density, np.stack([np.ones(n), np.zeros(n)]))
+
+
+def specimens(name: str, n_group: int, bend: float) -> Known:
+    """Groups of three unknowns that are normal given four shared ones: means that follow those, and widths that one sets.
+
+    Means of each group are linear in the shared unknowns but for `bend` times a square.
+    """
+    rng = np.random.default_rng(n_group)
+    slopes = rng.standard_normal((n_group, 4, 3))
+    axes = rng.standard_normal((n_group, 3, 3)) + 2 * np.eye(3)
+    back = np.linalg.inv(axes)
+    n = 4 + 3 * n_group
+
+    def mean_and_width(shared: FloatArray) -> tuple[FloatArray, FloatArray]:
+        bent = bend * (shared[:, None, 1, None] ** 2 - 1)
+        return np.einsum("di,gij->dgj", shared, slopes) + bent, np.exp(0.3 * shared[:, 0])
+
+    def exact(rng: np.random.Generator, n_draw: int) -> FloatArray:
+        shared = rng.standard_normal((n_draw, 4))
+        mean, width = mean_and_width(shared)
+        own = mean + width[:, None, None] * np.einsum("dgi,gij->dgj", rng.standard_normal((n_draw, n_group, 3)), axes)
+        return np.concatenate([shared, own.reshape(n_draw, -1)], axis=1)
+
+    def parts(x: FloatArray) -> FloatArray:
+        mean, width = mean_and_width(x[:, :4])
+        away = np.einsum("dgi,gij->dgj", x[:, 4:].reshape(-1, n_group, 3) - mean, back) / width[:, None, None]
+        own = -0.5 * np.sum(away**2, axis=2) - 3 * np.log(width)[:, None]
+        return np.concatenate([-0.5 * np.sum(x[:, :4] ** 2, axis=1, keepdims=True), own], axis=1)
+
+    spread = np.std(exact(rng, 4000), axis=0)
+    return Known(
+        name,
+        exact,
+        lambda x: np.sum(parts(x), axis=1),
+        _around(np.zeros(n), spread),
+        scales=(0,),
+        groups=tuple(np.arange(4 + 3 * k, 7 + 3 * k) for k in range(n_group)),
+        parts=parts,
+    )

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.stats import kurtosis, norm
 
+from calib.sampling.proposal import Indices
 from calib.sampling.target import Mode
 from models.sensor import BoolArray, FloatArray
 
@@ -31,6 +32,8 @@ class Known:
     prior : sd and mean of a normal prior, (2, n), that its climbs start from.
     scales : coordinates that set the widths of others.
     modes : number of the mode that each of x (n_draw, n) belongs to, (n_draw,); None if there is one.
+    groups : columns that are independent of those of other groups, given those in none.
+    parts : log density in parts, (n_draw, 1 + n_group), where there are groups.
     good : whether a sampler is expected to converge on it.
     counted : evaluations so far, one number.
     """
@@ -41,6 +44,8 @@ class Known:
     prior: FloatArray
     scales: tuple[int, ...] = ()
     modes: Callable[[FloatArray], FloatArray] | None = None
+    groups: tuple[Indices, ...] = ()
+    parts: Callable[[FloatArray], FloatArray] | None = None
     good: bool = True
     counted: list[int] = field(default_factory=lambda: [0])
 
@@ -54,7 +59,7 @@ class Known:
         """See `Target`."""
         return tuple(f"x{k}" for k in range(self.n))
 
-    def prior_draws(self, rng: np.random.Generator, n_draw: int) -> FloatArray:
+    def places(self, rng: np.random.Generator, n_draw: int) -> FloatArray:
         """See `Target`."""
         return np.asarray(self.prior[1] + self.prior[0] * rng.standard_normal((n_draw, self.n)), dtype=float)
 
@@ -63,6 +68,13 @@ class Known:
         self.counted[0] += x.shape[0]
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             return np.nan_to_num(self.density(x), nan=-np.inf, posinf=-np.inf, neginf=-np.inf)
+
+    def log_parts(self, x: FloatArray) -> FloatArray:
+        """See `Target`."""
+        if self.parts is None:
+            return self.log_density(x)[:, None]
+        self.counted[0] += x.shape[0]
+        return self.parts(x)
 
     def climb(self, x: FloatArray, known: Sequence[Mode]) -> Mode:
         """See `Target`; by Newton steps with derivatives by differences."""

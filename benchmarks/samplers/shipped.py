@@ -248,7 +248,7 @@ def _old(target: ProblemTarget, seed: int) -> Steps:
         states[k] = EnsembleState.of(x, target.log_density(x), np.random.RandomState(np.random.MT19937(own)))
 
     def steps(ensemble: int, n_steps: int) -> FloatArray:
-        path = walk(target.log_density, states[ensemble], Moves(SHAPELESS), n_steps)
+        path = walk(target, states[ensemble], Moves(SHAPELESS), n_steps)
         states[ensemble] = path.end
         return path.chain
 

@@ -34,6 +34,8 @@ _GAIN, _LAST_GAIN = 1.0, 1e-2
 # shares of itself (Levenberg & Marquardt).
 _LENGTHS = 0.5 ** np.arange(-1, 9)
 _DAMPING = ((0.0,), (1e-2, 1.0, 1e2))
+# Lengths for what many specimens share at which each of them looks for its own, besides none.
+_TRIED = 2
 # Where a step of many specimens gains less than this, those that have strayed are looked for: by letting each climb so many
 # steps from where so many others stand.
 _STRAYED, _SHIFTS, _STEPS_ALONE = 10.0, 4, 8
@@ -112,14 +114,16 @@ def _steps_of_all(space: Coordinates, x: FloatArray, power: float, directions: F
 
 
 def _steps_of_each(space: Coordinates, x: FloatArray, power: float, directions: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """As `_steps_of_all`, each specimen at the length that is best for it, at each length for what they share."""
-    own_lengths = np.append(_LENGTHS, 0.0)
+    """As `_steps_of_all`, each specimen at the length that is best for it, at a few lengths for what they share."""
+    lengths = np.append(_LENGTHS, 0.0)
     shared = space.scopes.shared
     found, values = [], []
     for direction in directions:
-        ladder = x + own_lengths[:, None] * direction
-        tried = np.tile(ladder, (own_lengths.size, 1, 1))
-        tried[..., shared] = ladder[:, None, shared]
+        ladder = x + lengths[:, None] * direction
+        together = np.sum(space.log_parts(ladder[:-1], power), axis=1)
+        chosen = [*np.argsort(-together)[:_TRIED], lengths.size - 1]
+        tried = np.tile(ladder, (len(chosen), 1, 1))
+        tried[..., shared] = ladder[chosen][:, None, shared]
         parts = space.log_parts(tried.reshape(-1, x.size), power).reshape(*tried.shape[:2], -1)
         for places, of_places in zip(tried, parts, strict=True):
             best, value = _best_of_each(space, places, of_places)

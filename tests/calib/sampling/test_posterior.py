@@ -207,7 +207,7 @@ def test_moves_leave_the_posterior_as_it_is() -> None:
     for kind in ("proposal", "nearby", "differential evolution", "jump"):
         # The first three alone; whole differences seldom find a place, so they go along with short ones.
         shares = SHAPELESS if kind == "jump" else {kind: 1.0}
-        path = walk(target.log_density, state, Moves(shares, started.proposal), 800)
+        path = walk(target, state, Moves(shares, started.proposal), 800)
         assert path.accepted[kind] > 0
         theta = path.chain.reshape(-1, n)
         np.testing.assert_allclose(theta.mean(axis=0), 0.0, atol=0.1)

@@ -28,6 +28,7 @@ FAST = (
     "three modes",
     "flat up to a bound, normal scores",
     "skewed marginals",
+    "12 specimens, bent",
 )
 
 

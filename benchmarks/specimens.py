@@ -1,0 +1,154 @@
+"""Calibrate simulated lots of many specimens: `python benchmarks/specimens.py -n 1 5 20 50 --lots 1 -o lots.jsonl`.
+
+A lot is drawn as an experiment like the shipped one would have it: modulus, permittivity, compliance, parasitic capacitance and
+both discrepancies from their priors, thicknesses of each specimen from the microscope's, contact, load zero and clock of each
+sweep; curves by the surrogate, with noise and discrepancy. Printed for each: processor and wall seconds, memory, steps, and
+where truth lies in the posterior of what the specimens share. With -o lots are kept, and those that are there are not repeated.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import resource
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from calib.experiment import Experiment, forward_of_experiment, read_experiment
+from calib.lab import Sweep
+from calib.problem import Problem, build_problem, model_sweeps
+from calib.problem.synthetic import Rig, synthetic_sweep
+from calib.sampling import sample
+from models.response import Forward
+from models.sensor import design_from
+
+EXPERIMENT = Path(__file__).parents[1] / "datasets" / "padded_sensor" / "experiment.toml"
+#: How deep the ball is pressed [m], and points of each channel.
+DEPTH, POINTS = 0.55e-3, 25
+# Draws farther out than this many sds are drawn at it: of many specimens some would be invalid designs.
+_FARTHEST = 2.5
+
+
+def lot(experiment: Experiment, forward: Forward, n: int, seed: int) -> tuple[Problem, dict[str, float]]:
+    """The calibration of a simulated lot of n specimens, and the true values [SI] of its unknowns."""
+    rng = np.random.default_rng([n, seed])
+
+    def z() -> float:
+        return float(np.clip(rng.standard_normal(), -_FARTHEST, _FARTHEST))
+
+    truth = {
+        "young_modulus": 0.7e6 * 1.6 ** z(),
+        "relative_permittivity": 2.8 + 0.15 * z(),
+        "machine_compliance": abs(5e-6 * z()),
+        "parasitic_capacitance": 1e-12 * z(),
+        "force_noise": 5e-3,
+        "capacitance_noise": 1e-14,
+        "force_discrepancy": abs(0.01 * z()),
+        "capacitance_discrepancy": abs(0.01 * z()),
+    }
+    specimens = tuple(replace(experiment.specimens[0], name=f"sensor {k}") for k in range(n))
+    whole = replace(experiment, specimens=specimens)
+    sweeps = []
+    for specimen in specimens:
+        thicknesses = {
+            "sensor_thickness": 0.74e-3 + 0.02e-3 * z(),
+            "padding_thickness": 1.1e-3 + 0.03e-3 * z(),
+            "dielectric_thickness": 0.16e-3 + 0.006e-3 * z(),
+        }
+        zeros = {"contact_offset": 0.2e-3 + 0.03e-3 * z(), "load_zero": 0.3 * z(), "clock_offset": 2.0 * z()}
+        truth |= {f"{name}[{specimen.name}]": value for name, value in (thicknesses | zeros).items()}
+        shared = {name: truth[name] for name in ("young_modulus", "relative_permittivity")}
+        design = design_from({**shared, **thicknesses, "indenter_radius": 5e-3, "sensor_radius": whole.sensor_radius})
+        rig_names = ("machine_compliance", "parasitic_capacitance", "force_noise", "capacitance_noise")
+        rig = Rig(**zeros, **{name: truth[name] for name in rig_names})
+        sweeps.append(synthetic_sweep(forward, design, DEPTH, rig, rng, specimen=specimen.name, n_points=POINTS))
+    return build_problem(whole, _with_discrepancy(build_problem(whole, sweeps, forward), truth, rng), forward), truth
+
+
+def _with_discrepancy(problem: Problem, truth: dict[str, float], rng: np.random.Generator) -> list[Sweep]:
+    """The sweeps of a problem with what the likelihood calls the errors that neighbouring points share."""
+    values = {name: np.array([value]) for name, value in truth.items()}
+    models = model_sweeps(problem, problem.forward, problem.plans, values)
+    found = []
+    for sweep, model in zip(problem.sweeps, models, strict=True):
+        channels = dict(sweep.channels)
+        for name, predicted in model.channels.items():
+            shift = predicted.modes[0] @ rng.standard_normal(predicted.modes.shape[-1])
+            channels[name] = replace(channels[name], value=channels[name].value + shift)
+        found.append(replace(sweep, channels=channels))
+    return found
+
+
+def calibrate(n: int, seed: int, max_steps: int, processes: int) -> dict[str, Any]:
+    """Calibrate one lot; what it took, and where truth lies."""
+    experiment = read_experiment(EXPERIMENT)
+    problem, truth = lot(experiment, forward_of_experiment(experiment), n, seed)
+    wall, processor = time.monotonic(), _processor_seconds()
+    posterior = sample(problem, seed=seed, max_steps=max_steps, processes=processes)
+    d = posterior.diagnostics
+    draws = posterior.draws.reshape(-1, len(problem.names))
+    ranks = {name: float(np.mean(draws[:, k] < truth[name])) for k, name in enumerate(problem.names)}
+    own = [rank for name, rank in ranks.items() if "[" in name]
+    return {
+        "specimens": n,
+        "seed": seed,
+        "unknowns": len(problem.names),
+        "converged": d.converged,
+        "reasons": d.reasons,
+        "steps": d.steps,
+        "wall": round(time.monotonic() - wall, 1),
+        "processor": round(_processor_seconds() - processor, 1),
+        "memory": round(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6, 2),
+        "tau": round(max(d.tau.values()), 1),
+        "accepted": {kind: round(share, 3) for kind, share in d.acceptance_by_move.items()},
+        "shared": {name: round(rank, 4) for name, rank in ranks.items() if "[" not in name},
+        "own within 90 %": round(float(np.mean([0.05 < rank < 0.95 for rank in own])), 3),
+    }
+
+
+def _processor_seconds() -> float:
+    """Of this process and its children that have ended."""
+    return sum(sum(resource.getrusage(whose)[:2]) for whose in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+
+
+def main(words: Sequence[str] | None = None) -> None:
+    """Print a line for each lot, and the coverage of all."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("-n", type=int, nargs="+", default=[1, 5, 20, 50], help="specimens of a lot")
+    parser.add_argument("--lots", type=int, default=1, help="of each size")
+    parser.add_argument("--first", type=int, default=0, help="seed of the first lot")
+    parser.add_argument("--steps", type=int, default=20_000, help="at most")
+    parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("-o", "--output", type=Path, help="file for the lots, a line of JSON each")
+    given = parser.parse_args(words)
+    known: dict[tuple[int, int], dict[str, Any]] = {}
+    if given.output and given.output.exists():
+        for line in given.output.read_text(encoding="utf-8").splitlines():
+            row = json.loads(line)
+            known[row["specimens"], row["seed"]] = row
+    print("specimens seed unknowns steps   wall [s]  processor [s]  memory [GB]  converged   truth of what is shared, as ranks")
+    inside = []
+    for n in given.n:
+        for seed in range(given.first, given.first + given.lots):
+            row = known.get((n, seed)) or calibrate(n, seed, given.steps, given.processes)
+            if given.output and (n, seed) not in known:
+                with given.output.open("a", encoding="utf-8") as file:
+                    file.write(json.dumps(row) + "\n")
+            ranks = row["shared"]
+            inside += [0.05 < rank < 0.95 for rank in ranks.values()]
+            numbers = f"{n:9d} {seed:4d} {row['unknowns']:8d} {row['steps']:5d} {row['wall']:10.1f} {row['processor']:14.1f}"
+            print(
+                f"{numbers} {row['memory']:12.2f} {row['converged']!s:>10}   "
+                + " ".join(f"{name} {rank:.3f}" for name, rank in ranks.items()),
+                flush=True,
+            )
+    print(f"truth of {np.mean(inside):.0%} of {len(inside)} shared unknowns within the 90 % interval")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,142 @@
+"""Many specimens: each moves by itself given what they share, at a cost that grows with their number and no faster."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[3] / "benchmarks"))
+
+from samplers.gallery import specimens
+from samplers.known import truth_of
+from specimens import EXPERIMENT, lot
+
+from calib.experiment import forward_of_experiment, read_experiment
+from calib.problem import Problem, Scopes, coordinates_of
+from calib.sampling.checkpoint import CheckpointFolder, load_chain
+from calib.sampling.coordinates import Coordinates, coordinates
+from calib.sampling.diagnostics import Gate
+from calib.sampling.ensemble import GROUPWISE, EnsembleState, Moves, walk
+from calib.sampling.identity import usual_walkers
+from calib.sampling.importance import second_opinion
+from calib.sampling.proposal import Proposal, fit_funnel
+from calib.sampling.sampler import sample_target
+from calib.sampling.scoring import score, slopes_at
+from calib.sampling.target import target_of
+from models.sensor import FloatArray
+
+
+@pytest.fixture(scope="module")
+def simulated() -> tuple[Problem, dict[str, float]]:
+    """A lot of five and the true values of its unknowns."""
+    experiment = read_experiment(EXPERIMENT)
+    return lot(experiment, forward_of_experiment(experiment), 5, 3)
+
+
+@pytest.fixture(scope="module")
+def space(simulated: tuple[Problem, dict[str, float]]) -> Coordinates:
+    """Its coordinates."""
+    return coordinates(simulated[0])
+
+
+@pytest.fixture(scope="module")
+def x(simulated: tuple[Problem, dict[str, float]], space: Coordinates) -> FloatArray:
+    """Its true place, (n,)."""
+    problem, truth = simulated
+    return space.from_theta(coordinates_of(problem, np.array([[truth[name] for name in problem.names]])))[0]
+
+
+def test_parts_sum_to_the_density_and_a_specimen_changes_its_own_alone(space: Coordinates, x: FloatArray) -> None:
+    rng = np.random.default_rng(1)
+    some = x + 0.02 * rng.standard_normal((7, x.size))
+    parts = space.log_parts(some)
+    np.testing.assert_allclose(np.sum(parts, axis=1), space.log_density(some), rtol=1e-10)
+    for k, own in enumerate(space.scopes.specimens.values(), 1):
+        moved = some.copy()
+        moved[:, own] += 0.01
+        changed = np.any(space.log_parts(moved) != parts, axis=0)
+        assert list(np.flatnonzero(changed)) == [k]
+
+
+def test_a_specimen_that_cannot_be_costs_the_others_nothing(space: Coordinates, x: FloatArray) -> None:
+    own = list(space.scopes.specimens.values())[2]
+    moved = x.copy()
+    moved[own] = 40.0
+    before, after = space.log_parts(np.stack([x, moved]))
+    assert after[3] == -np.inf
+    np.testing.assert_array_equal(np.delete(after, 3), np.delete(before, 3))
+
+
+@pytest.mark.parametrize("power", [1e-3, 1.0])
+def test_steps_along_all_specimens_at_once_tell_the_slopes_along_each(space: Coordinates, x: FloatArray, power: float) -> None:
+    each = replace(space, scopes=Scopes(np.arange(x.size), {}))
+    near = x + 0.01 * np.random.default_rng(0).standard_normal(x.size)
+    at_once, apart = slopes_at(space, near, power), slopes_at(each, near, power)
+    assert at_once is not None
+    assert apart is not None
+    for ours, theirs in zip(at_once, apart, strict=True):
+        np.testing.assert_allclose(ours, theirs, rtol=1e-9, atol=1e-9 * float(np.max(np.abs(theirs))))
+
+
+def test_a_climb_from_what_the_readings_show_ends_where_one_from_the_truth_does(space: Coordinates, x: FloatArray) -> None:
+    top = score(space, x)[1]
+    strayed = space.nominal()
+    strayed[list(space.scopes.specimens.values())[3]] += [0.5, -0.5, 0.0, 0.6, 0.4, 1.0]
+    assert score(space, strayed)[1] == pytest.approx(top, abs=0.5)
+
+
+def test_walkers_of_many_specimens_are_as_many_as_one_specimen_needs(simulated: tuple[Problem, dict[str, float]]) -> None:
+    assert usual_walkers(simulated[0]) == 96
+    assert len(target_of(simulated[0]).groups) == 5
+
+
+@pytest.mark.parametrize("kind", GROUPWISE)
+def test_each_kind_of_move_leaves_the_target_as_it_is_even_with_a_proposal_that_does_not_fit(kind: str) -> None:
+    target = specimens("few", 3, 0.3)
+    rng = np.random.default_rng(5)
+    exact = target.exact(rng, 12_000)
+    funnel = fit_funnel(exact[:4000] * 1.3 + 0.2, target.scales, groups=target.groups)
+    state = EnsembleState.of(exact, target.log_density(exact), np.random.RandomState(3))
+    path = walk(target, state, Moves({kind: 1.0}, Proposal((funnel,), np.ones(1))), 6)
+    assert 0.02 < path.accepted_of(kind) < 0.99
+    end = path.end.coords
+    np.testing.assert_allclose(path.end.log_prob, target.log_density(end), rtol=1e-9, atol=1e-9)
+    sd, root = np.std(exact, axis=0), np.sqrt(exact.shape[0])
+    assert np.all(np.abs(np.mean(end - exact, axis=0)) <= 5 * np.std(end - exact, axis=0) / root)
+    moved = end - np.mean(exact, axis=0), exact - np.mean(exact, axis=0)
+    squares = (moved[0] ** 2 - moved[1] ** 2) / sd**2
+    assert np.all(np.abs(np.mean(squares, axis=0)) <= 5 * np.std(squares, axis=0) / root)
+
+
+def test_independent_draws_of_many_specimens_have_the_means_of_the_target() -> None:
+    target = specimens("some", 8, 0.1)
+    exact = target.exact(np.random.default_rng(2), 20_000)
+    funnel = fit_funnel(exact[:4000], target.scales, groups=target.groups)
+    opinion = second_opinion(target, [Proposal((funnel,), np.ones(1))] * 4, np.random.SeedSequence(1))
+    assert opinion.trusted
+    off = np.abs(opinion.mean - np.mean(exact, axis=0)) / opinion.error
+    assert np.max(off) < 4.5
+    assert np.max(opinion.error / np.std(exact, axis=0)) < 0.15
+
+
+def test_a_lot_converges_to_the_truth_and_a_stopped_run_goes_on_bit_for_bit(tmp_path: Path) -> None:
+    target = specimens("few", 4, 0.1)
+    settings = {"seed": 7, "n_ensembles": 4, "n_walker": 96, "processes": 0}
+
+    def run(name: str, max_steps: int, gate: Gate) -> tuple[bool, FloatArray]:
+        (tmp_path / name).mkdir(exist_ok=True)
+        folder = CheckpointFolder(tmp_path / name, "0" * 64)
+        chains = sample_target(target, folder, gate=gate, max_steps=max_steps, **settings)
+        return not chains.state.doubts, np.stack([load_chain(folder, k, chains.n_block, 0, 1)[0] for k in range(4)])
+
+    never = Gate(ess=1e9)
+    run("stopped", 50, never)
+    _, resumed = run("stopped", 150, never)
+    undoubted, straight = run("straight", 150, Gate())
+    np.testing.assert_array_equal(resumed[:, : straight.shape[1]], straight)
+    assert undoubted
+    assert not truth_of(target).errors(target, straight[:, straight.shape[1] // 3 :].reshape(-1, target.n)).wrong
