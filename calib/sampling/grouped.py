@@ -3,7 +3,8 @@
 Given what they share, the groups (specimens) are independent of each other. So a proposal for all of them at once is accepted
 or not for each by itself, in one evaluation, and stays as good for fifty as for one. What they share is moved with the
 residuals t of the funnel held: groups go along, as their means and widths given the shared coordinates say. That is accepted
-or not for all together, so here the errors of the funnel add up over the groups, but not their widths.
+or not for all together, so here the errors of the funnel add up over the groups, but not their widths. The scales (noises,
+discrepancies), which fifty specimens tell as well as fifty times the readings of one, are also moved with all else held.
 """
 
 from __future__ import annotations
@@ -17,10 +18,13 @@ from models.sensor import BoolArray, FloatArray
 
 #: Kinds of moves of groups, and of what they share.
 OF_GROUPS = ("specimens", "specimens nearby")
-OF_SHARED = ("shared", "shared nearby", "shared differential evolution")
+OF_SHARED = ("shared", "shared nearby", "shared differential evolution", "scales")
 
 # Length of a step nearby; 1 would be independent of where it starts.
 _NEARBY = 0.5
+# Factors of the usual length of differential evolution, one of which is drawn for each step: given all else, or all errors of a
+# funnel, coordinates are less free than their spread says.
+_LENGTHS = (1.0, 0.5, 0.25)
 
 
 class GroupedWalkers:
@@ -37,6 +41,8 @@ class GroupedWalkers:
         group = np.empty(funnel.block.size, dtype=np.intp)
         group[funnel.order] = funnel.block
         self._group = group  # of each column of x, 0 for the shared ones
+        self._scales = funnel.order[: funnel.n_scale]  # columns of x
+        self._others = np.flatnonzero(funnel.block == 0)[funnel.n_scale :]  # lines of y
         self._seen: tuple[FloatArray, FloatArray] | None = None
 
     def step(
@@ -59,8 +65,8 @@ class GroupedWalkers:
         parts = self._seen[1]
         if kind in OF_GROUPS:
             x, parts, accepted = self._step_of_groups(kind, x, parts, random)
-        elif kind == "shared differential evolution":
-            x, parts, accepted = self._differential_evolution(x, parts, random)
+        elif kind in ("shared differential evolution", "scales"):
+            x, parts, accepted = self._differential_evolution(kind == "scales", x, parts, random)
         else:
             t = self._funnel.residuals(x)
             new = self._new(kind == "shared", t, random)
@@ -98,24 +104,36 @@ class GroupedWalkers:
         """New residuals of what groups share, those of the groups held; with the ratio of the proposal's densities there."""
         funnel = self._funnel
         y = funnel.at(np.where(funnel.block > 0, t, new))
-        parts_there = self._target.log_parts(y)
-        gain = np.sum(parts_there, axis=1) - np.sum(parts, axis=1) + funnel.log_volume(y) - funnel.log_volume(x)
-        accepted = (np.log(random.random_sample(gain.size)) < gain + log_ratio)[:, None]
-        return np.where(accepted, y, x), np.where(accepted, parts_there, parts), accepted
+        return self._accept(x, parts, y, log_ratio + funnel.log_volume(y) - funnel.log_volume(x), random)
 
     def _differential_evolution(
-        self, x: FloatArray, parts: FloatArray, random: np.random.RandomState
+        self, scales: bool, x: FloatArray, parts: FloatArray, random: np.random.RandomState
     ) -> tuple[FloatArray, FloatArray, BoolArray]:
-        """Steps of each half of the walkers along differences of two of the other half, in residuals: symmetric there."""
+        """Steps of each half of the walkers along differences of two of the other half: of scales, or of other residuals."""
         x, parts = x.copy(), parts.copy()
         accepted = np.zeros((x.shape[0], 1), dtype=bool)
         shuffled = random.permutation(x.shape[0])
         halves = shuffled[::2], shuffled[1::2]
-        length = 2.38 / np.sqrt(2 * np.sum(self._group == 0))
+        moving = self._scales if scales else self._others
+        length = 2.38 / np.sqrt(2 * moving.size) * random.choice(_LENGTHS)
         for own, other in (halves, halves[::-1]):
-            t, far = self._funnel.residuals(x[own]), self._funnel.residuals(x[other])
             first = random.randint(other.size, size=own.size)
             second = (first + 1 + random.randint(other.size - 1, size=own.size)) % other.size
-            new = t + length * (far[first] - far[second])
-            x[own], parts[own], accepted[own] = self._step_of_shared(x[own], parts[own], t, new, np.zeros(own.size), random)
+            here, far = (x[rows] if scales else self._funnel.residuals(x[rows]) for rows in (own, other))
+            new = here.copy()
+            new[:, moving] += length * (far[first] - far[second])[:, moving]
+            if scales:
+                made = self._accept(x[own], parts[own], new, np.zeros(own.size), random)
+            else:
+                made = self._step_of_shared(x[own], parts[own], here, new, np.zeros(own.size), random)
+            x[own], parts[own], accepted[own] = made
         return x, parts, accepted
+
+    def _accept(
+        self, x: FloatArray, parts: FloatArray, y: FloatArray, log_ratio: FloatArray, random: np.random.RandomState
+    ) -> tuple[FloatArray, FloatArray, BoolArray]:
+        """Go from x to y, or not, each walker with all its groups; with what the ratio of densities is to be multiplied by."""
+        parts_there = self._target.log_parts(y)
+        gain = np.sum(parts_there, axis=1) - np.sum(parts, axis=1) + log_ratio
+        accepted = (np.log(random.random_sample(gain.size)) < gain)[:, None]
+        return np.where(accepted, y, x), np.where(accepted, parts_there, parts), accepted
