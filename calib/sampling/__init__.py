@@ -7,6 +7,8 @@ from calib.sampling.diagnostics import (
     SHIFT_LIMIT,
     SPOT_CHECK_LIMIT,
     Diagnostics,
+    FirstAnswer,
+    FirstEstimate,
     Gate,
     Reweighting,
     Shift,
@@ -14,6 +16,7 @@ from calib.sampling.diagnostics import (
 )
 from calib.sampling.groups import to_arviz
 from calib.sampling.identity import FINGERPRINT, Identity, differences, identity_of
+from calib.sampling.laplace import first_answer
 from calib.sampling.posterior import Posterior, leave_out, thin_draws
 from calib.sampling.sampler import NothingSampled, Progress, sample
 from calib.sampling.storage import load_posterior, save_posterior
@@ -25,6 +28,8 @@ __all__ = [
     "SHIFT_LIMIT",
     "SPOT_CHECK_LIMIT",
     "Diagnostics",
+    "FirstAnswer",
+    "FirstEstimate",
     "Gate",
     "Identity",
     "LeaveOut",
@@ -35,6 +40,7 @@ __all__ = [
     "Shift",
     "SpotCheck",
     "differences",
+    "first_answer",
     "identity_of",
     "is_begun",
     "kept_identity",

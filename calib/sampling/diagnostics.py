@@ -245,6 +245,63 @@ class Reweighting:
 
 
 @dataclass(frozen=True)
+class FirstEstimate:
+    """Mean and standard deviation of one unknown by a first answer, SI."""
+
+    mean: float
+    sd: float
+
+
+#: A first answer of fewer effective draws than this is called rough.
+FEW_EFFECTIVE_DRAWS = 100.0
+
+#: A first answer disagrees with the result where a mean is off by more than this, in standard deviations of the result, or a
+#: standard deviation by more than this share of it.
+FIRST_MEAN_LIMIT, FIRST_SD_LIMIT = 0.3, 0.3
+
+
+@dataclass(frozen=True)
+class FirstAnswer:
+    """What was estimated before anything was sampled, from one mode of the posterior: a first answer, not the result.
+
+    Attributes
+    ----------
+    parameters : name -> estimate, in the order of the unknowns.
+    effective_draws : how many independent draws it is worth, of `calib.sampling.laplace`.
+    """
+
+    parameters: Mapping[str, FirstEstimate]
+    effective_draws: float
+
+    @property
+    def rough(self) -> bool:
+        """Whether it rests on so few effective draws that it may be far off."""
+        return self.effective_draws < FEW_EFFECTIVE_DRAWS
+
+    def against(self, result: Mapping[str, ParameterSummary]) -> str:
+        """Say in one sentence where the result disagrees with it, or that it does not.
+
+        Parameters
+        ----------
+        result : what was sampled, by name.
+        """
+        off = []
+        for name, first in self.parameters.items():
+            s = result[name]
+            if not s.sd > 0:
+                continue
+            shift, ratio = (s.mean - first.mean) / s.sd, first.sd / s.sd
+            if abs(shift) > FIRST_MEAN_LIMIT:
+                off.append((abs(shift), f"{name} (mean by {abs(shift):.1f} of its standard deviations)"))
+            elif abs(ratio - 1) > FIRST_SD_LIMIT:
+                off.append((abs(ratio - 1), f"{name} (standard deviation {ratio:.1f} times that of the result)"))
+        if not off:
+            limits = f"means within {FIRST_MEAN_LIMIT:g} standard deviations, these within {FIRST_SD_LIMIT:.0%}"
+            return f"The first answer agrees with the result ({limits})."
+        return f"The first answer was off for {', '.join(words for _, words in sorted(off, reverse=True))}: the result counts."
+
+
+@dataclass(frozen=True)
 class Diagnostics:
     """Whether the numbers of a posterior may be used, and if not, why not.
 
@@ -264,6 +321,7 @@ class Diagnostics:
     spot_check : of the forward model against the finite elements; None if it was not made.
     reweighting : of draws to the likelihood with finite elements; None if it was not made.
     acceptance_by_move : share of accepted steps after the burn-in of each kind of move, over all ensembles.
+    first_answer : what was estimated before sampling; None if nothing was.
     """
 
     converged: bool
@@ -280,6 +338,7 @@ class Diagnostics:
     spot_check: SpotCheck | None = None
     reweighting: Reweighting | None = None
     acceptance_by_move: Mapping[str, float] = field(default_factory=dict)
+    first_answer: FirstAnswer | None = None
 
     @property
     def surrogate_honest(self) -> bool | None:
@@ -444,4 +503,7 @@ def diagnostics_from_json(text: str) -> Diagnostics:
         shifts = {name: Shift(**shift) for name, shift in weighed["shifts"].items()}
         reweighting = Reweighting(**{**weighed, "shifts": shifts, "failures": tuple(weighed["failures"])})
     read = {"parameters": parameters, "gate": Gate(**data["gate"]), "spot_check": spot_check, "reweighting": reweighting}
+    if first := data.get("first_answer"):
+        estimates = {name: FirstEstimate(**estimate) for name, estimate in first["parameters"].items()}
+        read["first_answer"] = FirstAnswer(**{**first, "parameters": estimates})
     return Diagnostics(**{**data, **tuples, **read})
