@@ -278,12 +278,13 @@ class FirstAnswer:
         """Whether it rests on so few effective draws that it may be far off."""
         return self.effective_draws < FEW_EFFECTIVE_DRAWS
 
-    def against(self, result: Mapping[str, ParameterSummary]) -> str:
+    def against(self, result: Mapping[str, ParameterSummary], converged: bool) -> str:
         """Say in one sentence where the result disagrees with it, or that it does not.
 
         Parameters
         ----------
         result : what was sampled, by name.
+        converged : whether that counts.
         """
         off = []
         for name, first in self.parameters.items():
@@ -298,7 +299,8 @@ class FirstAnswer:
         if not off:
             limits = f"means within {FIRST_MEAN_LIMIT:g} standard deviations, these within {FIRST_SD_LIMIT:.0%}"
             return f"The first answer agrees with the result ({limits})."
-        return f"The first answer was off for {', '.join(words for _, words in sorted(off, reverse=True))}: the result counts."
+        off_for = f"The first answer differs from the result for {', '.join(words for _, words in sorted(off, reverse=True))}"
+        return f"{off_for}: the result counts." if converged else f"{off_for}, which has not converged."
 
 
 @dataclass(frozen=True)
@@ -349,6 +351,11 @@ class Diagnostics:
     def surrogate_reasons(self) -> tuple[str, ...]:
         """What the spot check found wrong, one sentence each; more sampling cannot mend it."""
         return (self.spot_check.in_words(),) if self.spot_check is not None and self.surrogate_honest is False else ()
+
+    @property
+    def first_answer_in_words(self) -> str:
+        """Where the result disagrees with the first answer, in one sentence; "" if there was none."""
+        return "" if self.first_answer is None else self.first_answer.against(self.parameters, self.converged)
 
     @property
     def usable(self) -> bool:

@@ -33,6 +33,8 @@ _ROUNDS, _WIDEN = (160, 160), 1.5
 _FREEDOM, _MARGIN = 5.0, 1.1
 # Draws of all unknowns: so many at a time, until so many effective ones are there, or so many in all.
 _AT_ONCE, _EFFECTIVE, _MOST = 700, 400.0, 2800
+# Numbers in the matrices of (1) that are held at a time: of many unknowns fewer draws are made at once.
+_HELD = 2e7
 # Step of the differences at the mode, as in `calib.sampling.scoring`.
 _STEP = 1e-4
 
@@ -167,8 +169,8 @@ def _given_scales(given: _Linearised, u: FloatArray) -> _Given:
         a += product[:, :-1, :-1]
         b += product[:, :-1, -1]
         log_density -= 0.5 * (product[:, -1, -1] + log_det)
-    factor = np.linalg.cholesky(a)
-    whitened = np.linalg.solve(factor, b[..., None])[..., 0]
+    factor = np.asarray(np.linalg.cholesky(a), dtype=float)
+    whitened = np.asarray(np.linalg.solve(factor, b[..., None])[..., 0], dtype=float)
     log_density += 0.5 * np.sum(whitened**2, axis=1) - _log_diagonal(factor)
     return _Given(log_density, factor, whitened)
 
@@ -177,7 +179,7 @@ def _weighed(channel: PredictedReadings, columns: FloatArray) -> tuple[FloatArra
     """C^T S^-1 C (n_draw, k, k) of columns C (n_point, k), and log det S (n_draw,), S of low rank (Woodbury)."""
     modes = channel.modes
     weighted = modes / channel.variance[..., None]
-    inner = np.linalg.cholesky(np.eye(modes.shape[-1]) + np.swapaxes(modes, 1, 2) @ weighted)
+    inner = np.asarray(np.linalg.cholesky(np.eye(modes.shape[-1]) + np.swapaxes(modes, 1, 2) @ weighted), dtype=float)
     shared = np.linalg.solve(inner, np.swapaxes(weighted, 1, 2) @ columns)
     own = (columns.T / channel.variance[:, None, :]) @ columns
     log_det = np.sum(np.log(channel.variance), axis=1) + 2 * _log_diagonal(inner)
@@ -193,7 +195,7 @@ def _draws(
     given: _Linearised, rng: np.random.Generator, centre: FloatArray, spread: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Draws x (n_draw, n) of the scales, and of the rest given them, and the log density they are drawn from (n_draw,)."""
-    u, log_student = _student(rng, _AT_ONCE, centre, spread)
+    u, log_student = _student(rng, int(np.clip(_HELD / given.x.size**2, 50, _AT_ONCE)), centre, spread)
     of_rest = _given_scales(given, u)
     normal = rng.standard_normal(of_rest.whitened.shape)
     away = np.linalg.solve(np.swapaxes(of_rest.factor, 1, 2), (of_rest.whitened + normal)[..., None])[..., 0]
@@ -221,4 +223,4 @@ def _fitted(u: FloatArray, weight: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Centre and spread of weighted draws (n_draw, n), a little wider than these."""
     centre = weight @ u
     covariance = ((u - centre).T * weight) @ (u - centre)
-    return centre, _MARGIN * np.linalg.cholesky(covariance + 1e-9 * np.eye(centre.size))
+    return centre, np.asarray(_MARGIN * np.linalg.cholesky(covariance + 1e-9 * np.eye(centre.size)), dtype=float)

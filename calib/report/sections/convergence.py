@@ -8,6 +8,7 @@ import numpy as np
 
 from calib.report.digits import number_or_unknown
 from calib.report.figures.posterior import trace_figure
+from calib.report.moves import moves_in_words
 from calib.report.pictures import picture
 from calib.report.rows import SENSOR_PARAMETERS, label_of, parameter_rows
 from calib.report.section import Results, Section
@@ -22,6 +23,8 @@ def section(results: Results) -> Section:
     context = {
         "criteria": criteria(posterior),
         "rows": parameter_rows(posterior),
+        "moves": moves_in_words(posterior.diagnostics),
+        "first": posterior.diagnostics.first_answer_in_words,
         "trace_picture": picture(
             trace_figure(posterior, _traced(posterior)),
             "Trace and rank plots",
