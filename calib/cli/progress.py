@@ -58,17 +58,17 @@ class Line:
 
 
 def progress_in_words(p: Progress) -> str:
-    """What is known of sampling, to follow the name of its stage: how much is done, what it has reached, how long it may last."""
+    """What is known of sampling, to follow the name of its stage: what is done, how long it may last, what is reached."""
     if p.stage == "start":
         return f": {p.done} of {p.wanted} done"
     if p.stage != "sampling":
         return ""
     words = f": {p.steps} steps"
+    if math.isfinite(p.seconds_left) and p.seconds_left > 0:
+        words += f", {'about' if p.ess > 0 else 'at least'} {_duration(p.seconds_left)} of it left"
     if p.ess > 0:
         words += f", R-hat {p.r_hat:.3f} ({p.r_hat_parameter})"
         words += f", effective draws {p.ess:.0f} of {p.target:.0f} ({p.ess_parameter})"
-    if math.isfinite(p.seconds_left):
-        words += f"; {'about' if p.ess > 0 else 'at least'} {_duration(p.seconds_left)} of sampling left"
     return words
 
 

@@ -48,9 +48,9 @@ class Progress:
 
     Attributes
     ----------
-    stage : "start" while modes are looked for and walkers placed, "sampling", or "block likelihoods", the last thing that is done.
-    done, wanted : of the start, how many of its pieces of work; of sampling, steps of each walker, and how many are needed as far
-        as is known, see `steps_needed`: at least so many before the first look at convergence.
+    stage : "start" while modes are looked for and walkers placed, "sampling", or "block likelihoods", the last thing done.
+    done, wanted : of the start, how many of its pieces of work; of sampling, steps of each walker, and how many are needed as
+        far as is known, see `steps_needed`: at least so many before the first look at convergence.
     seconds_left : that sampling will take for them at the pace of this call, nan as long as nothing tells [s].
     steps : of each walker so far.
     elapsed : [s].
