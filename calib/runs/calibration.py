@@ -8,24 +8,21 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import numpy as np
-
 from calib.checks import LEAST_DRAWS, with_reweighting, with_spot_check
 from calib.decision import Recommendation
 from calib.errors import Fault, InputError
-from calib.experiment import Experiment, forward_of_experiment, read_experiment, read_sweeps
+from calib.experiment import Experiment, read_experiment
 from calib.files import require_folder
-from calib.problem import Problem, build_problem
 from calib.runs.folder import SURROGATE_FILE, PageError, Run, page_of, write_run
 from calib.runs.listing import CHECKPOINT, LISTING, Listing, inputs_of, read_listing, write_listing
 from calib.runs.ownership import is_bare, owned, owner_of
+from calib.runs.preview import first_answer_of, problem_of
 from calib.sampling import (
     FirstAnswer,
     Identity,
     Posterior,
     Progress,
     differences,
-    first_answer,
     identity_of,
     is_begun,
     kept_identity,
@@ -150,7 +147,7 @@ def calibrate(
     plan = read_experiment(experiment)
     if reweight:
         _check_reweight(reweight, plan)
-    problem = _problem_of(plan, surrogate)
+    problem = problem_of(plan, surrogate)
     sweeps, forward = problem.sweeps, problem.forward
     watch.planned(plan)
     attrs = {"command": command}
@@ -168,7 +165,7 @@ def calibrate(
         if not resume:  # a run says what it is from its first second on, so that it can be resumed without its seed
             write_listing(folder, listing)
         watch.stage("first answer")
-        first = _first_answer_of(problem)
+        first = first_answer_of(problem)
         watch.first_answer(first)
         try:
             with watch.sampling() as progress:
@@ -197,50 +194,6 @@ def calibrate(
                 posterior = stages.reweight(posterior, forward, reweight, executor, progress=told)
             run, page_error = write_run(folder, posterior, forward, listing, doing, stages.page)
     return Calibration(run, page_error)
-
-
-def quick(
-    experiment: Path, surrogate: Path | None = None, planned: Callable[[Experiment], None] = lambda _: None
-) -> FirstAnswer:
-    """A first answer for the lab files of an experiment, read and checked as for a calibration; nothing is written.
-
-    Parameters
-    ----------
-    experiment : file, see `calib.experiment.read_experiment`.
-    surrogate : file of a surrogate to use instead of the shipped one.
-    planned : told the experiment, once all input is checked.
-
-    Raises
-    ------
-    InputError
-        If an input cannot be used, or its forward model is the finite elements, which take too long for a first answer.
-    """
-    plan = read_experiment(experiment)
-    if plan.model == "fem":
-        advice = 'Leave the line model = "fem" out for a first answer with the surrogate'
-        raise InputError(Fault('model = "fem": there is no quick answer with the finite elements', plan.path, advice=advice))
-    problem = _problem_of(plan, surrogate)
-    planned(plan)
-    return first_answer(problem)
-
-
-def _problem_of(plan: Experiment, surrogate: Path | None) -> Problem:
-    sweeps = read_sweeps(plan)
-    problem = build_problem(plan, sweeps, forward_of_experiment(plan, surrogate))
-    if not problem.parameters:
-        advice = 'Give one of them a prior, such as young_modulus = { lognormal = ["0.7 MPa", 1.6] }'
-        raise InputError(Fault("every parameter is fixed: there is nothing to calibrate", plan.path, advice=advice))
-    return problem
-
-
-def _first_answer_of(problem: Problem) -> FirstAnswer | None:
-    """The first answer of a problem; None where it would take long, or cannot be had, which is no reason not to sample."""
-    if problem.experiment.model == "fem":
-        return None
-    try:
-        return first_answer(problem)
-    except (np.linalg.LinAlgError, FloatingPointError):
-        return None
 
 
 def _check_folder(folder: Path, resume: bool) -> None:

@@ -15,9 +15,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 
 from calib.catalogue import QUANTITIES
 from calib.problem import ParameterInfo
@@ -25,6 +25,9 @@ from calib.records import record_from_text, record_to_text
 from calib.sampling.archive import LeaveOut, effective_sample_size, leave_blocks_out, rank_r_hat
 from calib.sampling.layout import chain_order
 from models.sensor import FloatArray
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 __all__ = ["Convergence", "Diagnostics", "Gate", "LeaveOut", "ParameterSummary", "convergence", "leave_blocks_out", "summarise"]
 
@@ -375,6 +378,8 @@ class Diagnostics:
         Columns unit, mean, sd, median, low and high (of the central 90 %), r_hat, ess_bulk, ess_tail, prior_contraction,
         prior_shift; values in SI.
         """
+        import pandas as pd
+
         rows = {name: asdict(summary) for name, summary in self.parameters.items()}
         for row in rows.values():
             row["low"], row["high"] = row.pop("interval_90")
