@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from calib.report.figures.predictive import change_figure, channel_figure
     from calib.report.judgement import judge_run, listed
     from calib.report.moves import moves_in_words
-    from calib.report.page import write_report
+    from calib.report.page import begin_drawing, write_report
     from calib.report.pictures import any_letters, write_figure
     from calib.report.rows import FirstRow, ParameterRow, first_rows, parameter_rows
     from calib.report.summary import summary_csv, summary_json
@@ -28,6 +28,7 @@ __all__ = [
     "FirstRow",
     "ParameterRow",
     "any_letters",
+    "begin_drawing",
     "change_figure",
     "channel_figure",
     "check_in_words",
@@ -63,7 +64,7 @@ _MODULES = {
     "figures.predictive": ("change_figure", "channel_figure"),
     "judgement": ("judge_run", "listed"),
     "moves": ("moves_in_words",),
-    "page": ("write_report",),
+    "page": ("begin_drawing", "write_report"),
     "pictures": ("any_letters", "write_figure"),
     "rows": ("FirstRow", "ParameterRow", "first_rows", "parameter_rows"),
     "summary": ("summary_csv", "summary_json"),

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 from calib.checks import LEAST_DRAWS, with_reweighting, with_spot_check
@@ -29,7 +31,7 @@ from calib.sampling import (
     kept_identity,
     sample,
 )
-from calib.workers import workers
+from calib.workers import Crew, workers
 
 #: Seed of a run that is given none.
 DEFAULT_SEED = 1
@@ -152,52 +154,61 @@ def calibrate(
     plan = read_experiment(experiment)
     if reweight:
         _check_reweight(reweight, plan)
-    problem = problem_of(plan, surrogate)
-    sweeps, forward = problem.sweeps, problem.forward
-    watch.planned(plan)
-    attrs = {"command": command}
-    if surrogate is not None:
-        attrs[SURROGATE_FILE] = str(surrogate.absolute())
-    inputs = inputs_of(folder, plan, sweeps, None if surrogate is None else surrogate.absolute())
-    doing = command or "calib.calibrate"
-    with owned(folder, doing):
-        _check_folder(folder, resume)  # another process may have begun or ended a run there
-        known, seed = _begun(folder, seed) if resume else (None, DEFAULT_SEED if seed is None else seed)
-        mine = identity_of(problem, seed)
-        if known is not None:
-            _require_same(known, mine, folder)
-        listing = Listing(seed, attrs, mine.parts, mine.fingerprint, inputs, {}, doing)
-        if not resume:  # a run says what it is from its first second on, so that it can be resumed without its seed
-            write_listing(folder, listing)
-        watch.stage("first answer")
-        first = first_answer_of(problem)
-        watch.first_answer(first)
-        try:
-            with watch.sampling() as progress:
-                posterior = stages.sample(
-                    problem,
-                    seed=seed,
-                    checkpoint=folder / CHECKPOINT,
-                    resume=resume,
-                    max_seconds=deadline - time.monotonic(),
-                    processes=processes,
-                    progress=progress,
-                    attrs=attrs,
-                )
-        except InputError:
-            if not resume and not is_begun(folder / CHECKPOINT):
-                _remove_begun(folder)
-            raise
-        posterior = replace(posterior, diagnostics=replace(posterior.diagnostics, first_answer=first))
-        watch.stage("spot check")
-        posterior = stages.spot_check(posterior, forward)
-        watch.stage("report")
-        listing = replace(listing, files={} if known is None else known.files)
-        run, page_error = write_run(folder, posterior, forward, listing, doing, stages.page)
-        if reweight:  # for minutes to hours: what it may fail of, or be stopped, leaves a finished run without it
-            with workers(processes) as executor, watch.reweighting() as told:
-                posterior = stages.reweight(posterior, forward, reweight, executor, progress=told)
-            run, page_error = write_run(folder, posterior, forward, listing, doing, stages.page)
+    crew = Crew(0 if processes == 0 else min(4, processes or os.cpu_count() or 1))
+    with crew:
+        spread = stages.sample is sample  # over workers, who get ready while files are read
+        if spread:
+            crew.load("calib.sampling.sampler")
+            stages = replace(stages, sample=partial(sample, crew=crew))
+            if stages.spot_check is with_spot_check:
+                stages = replace(stages, spot_check=partial(with_spot_check, executor=crew))
+        drawing = crew if spread and crew.processes else None
+        problem = problem_of(plan, surrogate)
+        sweeps, forward = problem.sweeps, problem.forward
+        watch.planned(plan)
+        attrs = {"command": command}
+        if surrogate is not None:
+            attrs[SURROGATE_FILE] = str(surrogate.absolute())
+        inputs = inputs_of(folder, plan, sweeps, None if surrogate is None else surrogate.absolute())
+        doing = command or "calib.calibrate"
+        with owned(folder, doing):
+            _check_folder(folder, resume)  # another process may have begun or ended a run there
+            known, seed = _begun(folder, seed) if resume else (None, DEFAULT_SEED if seed is None else seed)
+            mine = identity_of(problem, seed)
+            if known is not None:
+                _require_same(known, mine, folder)
+            listing = Listing(seed, attrs, mine.parts, mine.fingerprint, inputs, {}, doing)
+            if not resume:  # a run says what it is from its first second on, so that it can be resumed without its seed
+                write_listing(folder, listing)
+            watch.stage("first answer")
+            first = first_answer_of(problem)
+            watch.first_answer(first)
+            try:
+                with watch.sampling() as progress:
+                    posterior = stages.sample(
+                        problem,
+                        seed=seed,
+                        checkpoint=folder / CHECKPOINT,
+                        resume=resume,
+                        max_seconds=deadline - time.monotonic(),
+                        processes=processes,
+                        progress=progress,
+                        attrs=attrs,
+                    )
+            except InputError:
+                if not resume and not is_begun(folder / CHECKPOINT):
+                    _remove_begun(folder)
+                raise
+            posterior = replace(posterior, diagnostics=replace(posterior.diagnostics, first_answer=first))
+            watch.stage("spot check")
+            posterior = stages.spot_check(posterior, forward)
+            watch.stage("report")
+            listing = replace(listing, files={} if known is None else known.files)
+            run, page_error = write_run(folder, posterior, forward, listing, doing, stages.page, drawing)
+            if reweight:  # for minutes to hours: what it may fail of, or be stopped, leaves a finished run without it
+                with workers(processes) as executor, watch.reweighting() as told:
+                    posterior = stages.reweight(posterior, forward, reweight, executor, progress=told)
+                run, page_error = write_run(folder, posterior, forward, listing, doing, stages.page, drawing)
     return Calibration(run, page_error)
 
 

@@ -88,6 +88,8 @@ def make_groups(posterior: Posterior, forward: Forward | None = None) -> dict[st
     posterior : as sampled or loaded.
     forward : as in `to_arviz`.
     """
+    import xarray
+
     n_chain, n_draw, n_parameter = posterior.draws.shape
     order = posterior.order
     prior, prior_predictive = _prior_groups(posterior, forward)

@@ -7,6 +7,7 @@ import os
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import partial
@@ -34,7 +35,7 @@ from calib.sampling.identity import ENSEMBLES, FINGERPRINT, identity_of, usual_w
 from calib.sampling.posterior import Posterior
 from calib.sampling.start import Start, find_modes, join_modes, start
 from calib.sampling.target import Mode, Target, target_of
-from calib.workers import workers
+from calib.workers import Crew, workers
 from models.threads import one_thread
 
 #: Steps after which convergence is first looked at, and the factor from one look to the next.
@@ -96,6 +97,7 @@ def sample(
     max_steps: int = 20_000,
     max_seconds: float = math.inf,
     processes: int | None = None,
+    crew: Crew | None = None,
     progress: Callable[[Progress], None] | None = None,
     attrs: Mapping[str, str] | None = None,
 ) -> Posterior:
@@ -120,6 +122,7 @@ def sample(
         dropped, and made again when the run is resumed.
     processes : worker processes (one BLAS thread each); default the number of CPUs up to 4. 0 samples in this process. Workers
         are started anew, so a script that asks for them needs its `if __name__ == "__main__":`.
+    crew : workers that are there already, instead of those.
     progress : called after every block.
     attrs : texts to keep with the posterior, such as the command.
 
@@ -154,6 +157,7 @@ def sample(
                 max_steps=max_steps,
                 max_seconds=max_seconds,
                 processes=processes,
+                crew=crew,
                 progress=progress,
                 attrs=attrs,
             )
@@ -172,6 +176,7 @@ def sample(
         max_steps=max_steps,
         deadline=clock + max_seconds,
         processes=processes,
+        crew=crew,
         progress=progress,
     )
     if progress is not None:
@@ -181,7 +186,7 @@ def sample(
     times = {"started": begin.isoformat(timespec="seconds"), "ended": datetime.now(UTC).isoformat(timespec="seconds")}
     kept = {FINGERPRINT: folder.fingerprint, **times}
     with one_thread():
-        return finish(problem, chains.run, chains.n_block, chains.state, gate, seed, {**kept, **(attrs or {})})
+        return finish(problem, chains.run, chains.n_block, chains.state, gate, seed, {**kept, **(attrs or {})}, crew)
 
 
 @dataclass(frozen=True, eq=False)
@@ -204,6 +209,7 @@ def sample_target(
     max_steps: int,
     deadline: float = math.inf,
     processes: int | None = None,
+    crew: Crew | None = None,
     progress: Callable[[Progress], None] | None = None,
 ) -> Chains:
     """Sample any target with independent ensembles until the gate is met or the budget is spent; see `sample`.
@@ -212,7 +218,7 @@ def sample_target(
     ----------
     target : what is sampled.
     folder : of its checkpoints, opened.
-    seed, n_ensembles, gate, max_steps, processes, progress : as in `sample`.
+    seed, n_ensembles, gate, max_steps, processes, crew, progress : as in `sample`.
     n_walker : of each ensemble.
     deadline : moment of `time.monotonic` at which the budget ends.
 
@@ -248,7 +254,7 @@ def sample_target(
     n_process = 0 if processes == 0 else min(4, n_ensembles, processes or os.cpu_count() or 1)  # more would idle
     modes: tuple[Mode, ...] = ()
     try:
-        with one_thread(), workers(n_process) as executor:
+        with one_thread(), nullcontext(crew) if crew is not None else workers(n_process) as executor:
             modes = _modes(run, executor, deadline, report)
             while True:
                 n_block = _advance_to(run, modes, executor, next_look, deadline, report)
@@ -258,6 +264,8 @@ def sample_target(
                     break
                 next_look = min(last, math.ceil(CHECK_FACTOR * next_look))
     except _OutOfTime:
+        if crew is not None:
+            crew.drop()
         n_block = _blocks_of_all(run)
         with one_thread():
             state = look(run, modes, n_block, gate)
