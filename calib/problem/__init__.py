@@ -1,7 +1,7 @@
 """Experiment, sweeps and forward model in, a `Problem` out: unknowns, values at z, likelihood; knows no sampler."""
 
 from calib.problem.by_name import log_density, medians, readings, residuals
-from calib.problem.density import chi_square, given_other_points, log_likelihood_points, log_normal
+from calib.problem.density import chi_square, given_other_points, log_likelihood_points, log_normal, point_densities
 from calib.problem.likelihood import (
     LIKELIHOOD_VERSION,
     block_names,
@@ -51,6 +51,7 @@ __all__ = [
     "model_sweep",
     "model_sweeps",
     "plan_sweep",
+    "point_densities",
     "problem_from",
     "range_use",
     "readings",

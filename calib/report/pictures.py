@@ -85,7 +85,7 @@ def figure_address(figure: Figure, *, vector: bool = True) -> str:
         if vector:
             figure.savefig(buffer, format="svg", metadata={"Date": None})
         else:
-            figure.savefig(buffer, format="png", dpi=150, metadata={"Software": None}, bbox_inches="tight", pad_inches=0.05)
+            figure.savefig(buffer, format="png", dpi=150, metadata={"Software": None})
     kind = "svg+xml" if vector else "png"
     return f"data:image/{kind};base64,{base64.b64encode(buffer.getvalue()).decode('ascii')}"
 
