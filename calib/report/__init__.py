@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from calib.report.figures.predictive import change_figure, channel_figure
     from calib.report.judgement import judge_run, listed
     from calib.report.moves import moves_in_words
-    from calib.report.page import begin_drawing, write_report
+    from calib.report.page import begin_drawing, kept_drawings, write_report
     from calib.report.pictures import any_letters, write_figure
     from calib.report.rows import FirstRow, ParameterRow, first_rows, parameter_rows
     from calib.report.summary import summary_csv, summary_json
@@ -38,6 +38,7 @@ __all__ = [
     "file_figure",
     "first_rows",
     "judge_run",
+    "kept_drawings",
     "listed",
     "moves_in_words",
     "padding_figure",
@@ -64,7 +65,7 @@ _MODULES = {
     "figures.predictive": ("change_figure", "channel_figure"),
     "judgement": ("judge_run", "listed"),
     "moves": ("moves_in_words",),
-    "page": ("begin_drawing", "write_report"),
+    "page": ("begin_drawing", "kept_drawings", "write_report"),
     "pictures": ("any_letters", "write_figure"),
     "rows": ("FirstRow", "ParameterRow", "first_rows", "parameter_rows"),
     "summary": ("summary_csv", "summary_json"),

@@ -13,7 +13,7 @@ from markupsafe import Markup
 from calib.checks import Prediction
 from calib.decision import Recommendation
 from calib.experiment import Experiment
-from calib.report.pictures import Drawing
+from calib.report.pictures import Drawing, pictures_in
 from calib.report.section import Results, Section
 from calib.report.sections import drawings_of, sections_of
 from calib.sampling import Posterior
@@ -35,7 +35,7 @@ def write_report(
     predictions : of its sweeps, see `calib.checks.predictive.predict`.
     recommendation : of a padding, if one was asked for.
     posterior_sha256 : hash of the posterior's file, "" if it is not kept; a recommendation from another one is marked as such.
-    drawings : its pictures, from `drawings_of`; None to draw them here.
+    drawings : pictures that are not to be drawn here: from `begin_drawing` or `kept_drawings`.
 
     Returns
     -------
@@ -50,7 +50,7 @@ def write_report(
         lstrip_blocks=True,
     )
     results = Results(posterior, predictions, recommendation, posterior_sha256)
-    sections = sections_of(replace(results, drawings=drawings_of(results) if drawings is None else drawings))
+    sections = sections_of(replace(results, drawings={**drawings_of(results), **(drawings or {})}))
     return environment.get_template("page.html.j2").render(
         name=posterior.experiment.name,
         setup=_setup(posterior.experiment),
@@ -70,6 +70,18 @@ def begin_drawing(
     executor : the workers.
     """
     return drawings_of(Results(posterior, predictions, recommendation), executor)
+
+
+def kept_drawings(posterior: Posterior, predictions: Sequence[Prediction], page: str) -> dict[str, Drawing]:
+    """Pictures of an earlier page of the same posterior, without those of a recommendation.
+
+    Parameters
+    ----------
+    posterior, predictions : as in `write_report`.
+    page : the earlier one, as it was written.
+    """
+    names = drawings_of(Results(posterior, predictions))
+    return {name: draw for name, draw in pictures_in(page).items() if name in names}
 
 
 def _laid_out(section: Section, environment: jinja2.Environment) -> Markup:

@@ -5,11 +5,13 @@ from __future__ import annotations
 import base64
 import io
 import logging
+import re
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
+from html import unescape
 from pathlib import Path
 from typing import Any, ParamSpec
 
@@ -28,11 +30,13 @@ class Picture:
 
     Attributes
     ----------
+    name : by which the page knows it.
     source : its data address.
     alt : what it shows, for readers who cannot see it.
     caption : what stands under it.
     """
 
+    name: str
     source: str
     alt: str
     caption: str
@@ -61,6 +65,12 @@ def dense_drawing(draw: Callable[_P, Figure], *args: _P.args, **kwargs: _P.kwarg
     draw, *args, **kwargs : as in `drawing`.
     """
     return partial(_drawn, draw, args, kwargs, False)
+
+
+def pictures_in(page: str) -> dict[str, Drawing]:
+    """The pictures of a page that was written before, by name."""
+    found = re.findall(r'<img src="(data:[^"]*)" alt="[^"]*" data-name="([^"]*)"', page)
+    return {unescape(name): partial(str, address) for address, name in found}
 
 
 def _drawn(draw: Callable[..., Figure], args: tuple[Any, ...], kwargs: Mapping[str, Any], vector: bool) -> str:

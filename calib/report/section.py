@@ -39,7 +39,7 @@ class Results:
         alt : what it shows, for who cannot see it.
         caption : what stands under it.
         """
-        return Picture(self.drawings[name](), alt, caption)
+        return Picture(name, self.drawings[name](), alt, caption)
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,6 +8,7 @@ from concurrent.futures import Executor
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ from calib.decision import Recommendation, Requirement, recommend, recommendatio
 from calib.errors import Fault, InputError
 from calib.experiment import forward_of_experiment
 from calib.files import sha256_of, write_text
-from calib.report import begin_drawing, summary_csv, summary_json, write_report
+from calib.report import begin_drawing, kept_drawings, summary_csv, summary_json, write_report
 from calib.runs.listing import (
     LISTING,
     POSTERIOR,
@@ -158,7 +159,7 @@ def page_of(
     ----------
     run : whose posterior it shows.
     recommendation : shown in a section of its own, if there is one.
-    drawings : its pictures, if workers draw them.
+    drawings : pictures that workers draw, or that an earlier page of this posterior has.
     """
     d = run.posterior.diagnostics
     told = replace(run.posterior, diagnostics=replace(d, warnings=(*run.notes, *d.warnings)))
@@ -208,6 +209,18 @@ def _begin_drawing(run: Run, executor: Executor) -> Mapping[str, Callable[[], st
     return None
 
 
+def _kept_drawings(run: Run, listing: Listing) -> Mapping[str, Callable[[], str]]:
+    """The pictures that the page of a run has, if that is as it was written for the run's posterior."""
+    if not run.report.is_file() or listing.files.get(POSTERIOR) != run.posterior_sha256:
+        return {}
+    content = run.report.read_bytes()
+    if sha256(content).hexdigest() != listing.files.get(REPORT):
+        return {}
+    with suppress(Exception):  # as it fails again where the page is made, which tells
+        return kept_drawings(run.posterior, run.predictions, content.decode("utf-8"))
+    return {}
+
+
 def report_in(run: Run) -> None:
     """Write the report of a run anew, with the summary, from its posterior and its recommendation.
 
@@ -249,10 +262,11 @@ def recommend_in(run: Run, requirement: Requirement, *, seed: int) -> Recommenda
         raise InputError(Fault(run.another_forward.rstrip("."), run.folder / POSTERIOR, advice=advice))
     found = recommend(run.posterior, run.forward, requirement, seed=seed, posterior_sha256=run.posterior_sha256)
     with _owned_run(run, "calib recommend") as listing:
+        drawings = _kept_drawings(run, listing)
         names = (RECOMMENDATION, REPORT, *_unlisted(run.folder, listing))
         with writing(run.folder, listing, names, "calib recommend"):
             write_text(run.folder / RECOMMENDATION, recommendation_to_json(found, listing.fingerprint))
-            failure = _write_page(run, page_of)
+            failure = _write_page(run, partial(page_of, drawings=drawings))
     if failure is not None:
         raise failure
     return found

@@ -17,7 +17,7 @@ from calib.sampling.checkpoint import CheckpointFolder, load_accepted, load_chai
 from calib.sampling.diagnostics import Convergence, Diagnostics, Gate, convergence, prior_conflicts, shortcomings, summarise
 from calib.sampling.ensemble import KINDS, STORE_EVERY, autocorrelation_time, standing_time
 from calib.sampling.importance import contradictions, second_opinion
-from calib.sampling.posterior import Posterior
+from calib.sampling.posterior import Posterior, leave_out
 from calib.sampling.target import Mode, Target
 from models.sensor import FloatArray
 
@@ -151,7 +151,7 @@ def finish(
         },
         tau={name: float(t) for name, t in zip(problem.names, state.tau, strict=True)},
     )
-    return Posterior(
+    found = Posterior(
         experiment=problem.experiment,
         sweeps=problem.sweeps,
         parameters=problem.parameters,
@@ -166,6 +166,9 @@ def finish(
         diagnostics=diagnostics,
         attrs={**_versions(), **attrs},
     )
+    with np.errstate(over="ignore"):  # ArviZ lets exponentials of hopeless draws overflow on purpose
+        influence = tuple(float(k) for k in leave_out(found).k_hat)
+    return replace(found, diagnostics=replace(diagnostics, block_k_hat=influence))
 
 
 def _blocks(problem: Problem, parts: Sequence[FloatArray]) -> FloatArray:

@@ -327,6 +327,7 @@ class Diagnostics:
     reweighting : of draws to the likelihood with finite elements; None if it was not made.
     acceptance_by_move : share of accepted steps after the burn-in of each kind of move, over all ensembles.
     first_answer : what was estimated before sampling; None if nothing was.
+    block_k_hat : how much each block of data pulls the posterior by itself, k-hat of leaving it out (PSIS); empty if not known.
     """
 
     converged: bool
@@ -344,6 +345,7 @@ class Diagnostics:
     reweighting: Reweighting | None = None
     acceptance_by_move: Mapping[str, float] = field(default_factory=dict)
     first_answer: FirstAnswer | None = None
+    block_k_hat: tuple[float, ...] = ()
 
     @property
     def surrogate_honest(self) -> bool | None:
@@ -506,7 +508,7 @@ def diagnostics_from_json(text: str) -> Diagnostics:
         name: ParameterSummary(**{**summary, "interval_90": tuple(summary["interval_90"])})
         for name, summary in data["parameters"].items()
     }
-    tuples = {key: tuple(data[key]) for key in ("reasons", "warnings", "acceptance_fraction")}
+    tuples = {key: tuple(data[key]) for key in ("reasons", "warnings", "acceptance_fraction", "block_k_hat") if key in data}
     checked = data.get("spot_check")
     spot_check = SpotCheck(**{**checked, "failures": tuple(checked["failures"])}) if checked else None
     weighed = data.get("reweighting")

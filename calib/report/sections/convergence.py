@@ -120,8 +120,10 @@ def _reweighting(posterior: Posterior) -> list[Criterion]:
 
 def _left_out(posterior: Posterior) -> Criterion:
     """Whether single blocks of data pull the posterior by themselves."""
-    with np.errstate(over="ignore"):  # ArviZ lets exponentials of hopeless draws overflow on purpose
-        k = leave_out(posterior).k_hat
+    k = np.array(posterior.diagnostics.block_k_hat)
+    if not k.size:
+        with np.errstate(over="ignore"):  # ArviZ lets exponentials of hopeless draws overflow on purpose
+            k = leave_out(posterior).k_hat
     worst = int(np.nanargmax(k))
     block = f"{number_or_unknown(float(k[worst]), '.2f')} ({posterior.blocks[worst]})"
     return Criterion(
