@@ -53,7 +53,7 @@ class LeaveOut:
         return bool(np.all(self.k_hat <= K_HAT))
 
 
-def _arviz() -> Any:
+def load_arviz() -> Any:
     """ArviZ, whose functions are only partly typed, loaded when it is needed first: that takes a second."""
     with warnings.catch_warnings():
         # The first import of each day announces the next major version, which the project's requirements exclude.
@@ -68,7 +68,7 @@ def rank_r_hat(chains: FloatArray) -> float:
     The chains are (n_chain, n_draw), early draws first; nan if all draws are alike.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
-        return float(_arviz().rhat(chains, method="rank"))
+        return float(load_arviz().rhat(chains, method="rank"))
 
 
 def effective_sample_size(chains: FloatArray, *, tail: bool = False) -> float:
@@ -84,7 +84,7 @@ def effective_sample_size(chains: FloatArray, *, tail: bool = False) -> float:
     Effective sample size (Vehtari et al. 2021).
     """
     with np.errstate(divide="ignore", invalid="ignore"):
-        return float(_arviz().ess(chains, method="tail" if tail else "bulk"))
+        return float(load_arviz().ess(chains, method="tail" if tail else "bulk"))
 
 
 def leave_blocks_out(log_likelihood: FloatArray, *, relative_efficiency: float = 1.0) -> LeaveOut:
@@ -98,11 +98,11 @@ def leave_blocks_out(log_likelihood: FloatArray, *, relative_efficiency: float =
     relative_efficiency : effective over nominal number of draws.
     """
     n_draw = log_likelihood.shape[:2]
-    data = _arviz().from_dict(posterior={"dummy": np.zeros(n_draw)}, log_likelihood={"blocks": log_likelihood})
+    data = load_arviz().from_dict(posterior={"dummy": np.zeros(n_draw)}, log_likelihood={"blocks": log_likelihood})
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # a large k-hat, which is part of the result
         warnings.simplefilter("ignore", RuntimeWarning)  # overflow where the fit of the tail weighs its own candidates
-        found = _arviz().loo(data, var_name="blocks", pointwise=True, reff=relative_efficiency)
+        found = load_arviz().loo(data, var_name="blocks", pointwise=True, reff=relative_efficiency)
     pointwise, k_hat = np.asarray(found.loo_i.values, dtype=float), np.asarray(found.pareto_k.values, dtype=float)
     return LeaveOut(float(found.elpd_loo), float(found.se), float(found.p_loo), pointwise, k_hat)
 
@@ -127,7 +127,7 @@ def smooth_weights(log_ratio: FloatArray, *, relative_efficiency: float = 1.0) -
         return likely / np.count_nonzero(likely), 0.0
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # as in `leave_blocks_out`
-        smoothed, k_hat = _arviz().psislw(log_ratio - np.max(log_ratio), reff=relative_efficiency)
+        smoothed, k_hat = load_arviz().psislw(log_ratio - np.max(log_ratio), reff=relative_efficiency)
     return np.exp(_array(smoothed)), float(k_hat)
 
 
@@ -142,7 +142,7 @@ def inference_data(groups: Mapping[str, xarray.Dataset], attrs: Mapping[str, str
     groups : name of a group, such as "posterior" -> data set.
     attrs : texts that belong to the whole.
     """
-    return _arviz().InferenceData(attrs=dict(attrs), **groups)
+    return load_arviz().InferenceData(attrs=dict(attrs), **groups)
 
 
 def write_groups(groups: Mapping[str, xarray.Dataset], attrs: Mapping[str, str], path: Path) -> None:

@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -516,8 +516,13 @@ def diagnostics_from_json(text: str) -> Diagnostics:
     if weighed:
         shifts = {name: Shift(**shift) for name, shift in weighed["shifts"].items()}
         reweighting = Reweighting(**{**weighed, "shifts": shifts, "failures": tuple(weighed["failures"])})
-    read = {"parameters": parameters, "gate": Gate(**data["gate"]), "spot_check": spot_check, "reweighting": reweighting}
+    read: dict[str, Any] = {
+        "parameters": parameters,
+        "gate": Gate(**data["gate"]),
+        "spot_check": spot_check,
+        "reweighting": reweighting,
+    }
     if first := data.get("first_answer"):
         estimates = {name: FirstEstimate(**estimate) for name, estimate in first["parameters"].items()}
-        read["first_answer"] = FirstAnswer(**{**first, "parameters": estimates})
+        read["first_answer"] = FirstAnswer(estimates, first["effective_draws"])
     return Diagnostics(**{**data, **tuples, **read})

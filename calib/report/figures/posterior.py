@@ -110,9 +110,9 @@ def prior_figure(posterior: Posterior) -> Figure:
     n = len(posterior.parameters)
     columns = min(4, n)
     rows = -(-n // columns)
-    height = 1.55 * rows + 0.2
-    fig = Figure(figsize=(9.4, height))
-    room = {"left": 0.02, "right": 0.98, "bottom": 0.3 / height, "top": 1 - 0.3 / height, "hspace": 0.65, "wspace": 0.12}
+    tall = 1.55 * rows + 0.2
+    fig = Figure(figsize=(9.4, tall))
+    room = {"left": 0.02, "right": 0.98, "bottom": 0.3 / tall, "top": 1 - 0.3 / tall, "hspace": 0.65, "wspace": 0.12}
     axes = np.atleast_1d(np.asarray(fig.subplots(rows, columns, squeeze=False, gridspec_kw=room))).ravel()
     for ax, info, i in zip(axes, posterior.parameters, range(n), strict=False):
         scale = QUANTITIES[info.parameter].display_scale
