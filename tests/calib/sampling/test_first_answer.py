@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from calib.experiment.experiment_file import read_experiment
-from calib.priors.distributions import Fixed
 from calib.problem.likelihood import log_posterior
 from calib.problem.problem import Problem, problem_from
 from calib.problem.values import columns_at, coordinates_of
