@@ -169,7 +169,8 @@ def _quick(experiment: Path, surrogate: Path | None, refused: list[str]) -> None
         for text in first_answer_lines(first):
             say(text)
         if first.rough:
-            say(f"It is rough: it rests on {first.effective_draws:.0f} effective draws.")
+            once = "" if first.confirmed else ", and on a mode that only one climb has reached, which may be a false one"
+            say(f"It is rough: it rests on {first.effective_draws:.0f} effective draws{once}.")
         say(f"For the result: calib calibrate {in_shell_path(experiment)} -o RUN")
 
 

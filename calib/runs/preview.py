@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
-
 from calib.errors import Fault, InputError
 from calib.experiment import Experiment, forward_of_experiment, read_experiment, read_sweeps
 from calib.problem import Problem, build_problem
@@ -35,7 +33,10 @@ def quick(
         raise InputError(Fault('model = "fem": there is no quick answer with the finite elements', plan.path, advice=advice))
     problem = problem_of(plan, surrogate)
     planned(plan)
-    return first_answer(problem)
+    try:
+        return first_answer(problem)
+    except ValueError as error:
+        raise InputError(Fault(str(error), plan.path, advice="Calibrate without --quick")) from error
 
 
 def problem_of(plan: Experiment, surrogate: Path | None) -> Problem:
@@ -65,5 +66,5 @@ def first_answer_of(problem: Problem) -> FirstAnswer | None:
         return None
     try:
         return first_answer(problem)
-    except (np.linalg.LinAlgError, FloatingPointError):
+    except ValueError:  # a matrix that is singular is one
         return None

@@ -271,15 +271,17 @@ class FirstAnswer:
     ----------
     parameters : name -> estimate, in the order of the unknowns.
     effective_draws : how many independent draws it is worth, of `calib.sampling.laplace`.
+    confirmed : whether its mode describes the readings as expected, or two climbs from different places ended there.
     """
 
     parameters: Mapping[str, FirstEstimate]
     effective_draws: float
+    confirmed: bool = True
 
     @property
     def rough(self) -> bool:
-        """Whether it rests on so few effective draws that it may be far off."""
-        return self.effective_draws < FEW_EFFECTIVE_DRAWS
+        """Whether it rests on so few effective draws, or on a mode that was reached once alone, that it may be far off."""
+        return self.effective_draws < FEW_EFFECTIVE_DRAWS or not self.confirmed
 
     def against(self, result: Mapping[str, ParameterSummary], converged: bool) -> str:
         """Say in one sentence where the result disagrees with it, or that it does not.
@@ -524,5 +526,5 @@ def diagnostics_from_json(text: str) -> Diagnostics:
     }
     if first := data.get("first_answer"):
         estimates = {name: FirstEstimate(**estimate) for name, estimate in first["parameters"].items()}
-        read["first_answer"] = FirstAnswer(estimates, first["effective_draws"])
+        read["first_answer"] = FirstAnswer(estimates, first["effective_draws"], first["confirmed"])
     return Diagnostics(**{**data, **tuples, **read})
