@@ -7,12 +7,14 @@ import signal
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from functools import partial
+from importlib import import_module
 from multiprocessing import active_children, parent_process, resource_tracker
 from multiprocessing.context import SpawnContext, SpawnProcess
 from queue import Empty, SimpleQueue
-from typing import Any, ParamSpec, TypeVar
+from types import TracebackType
+from typing import Any, Literal, ParamSpec, TypeVar
 
 _P = ParamSpec("_P")
 _T = TypeVar("_T")
@@ -65,6 +67,63 @@ def workers(processes: int | None = None) -> Iterator[Executor]:
                 os.environ.pop(name, None)
             else:
                 os.environ[name] = value
+
+
+class _Dropped(Exception):
+    """What workers are at is dropped."""
+
+
+class Crew(Executor):
+    """Workers as by `workers`, begun when they are needed first, of whom what they are at can be dropped.
+
+    Attributes
+    ----------
+    processes : how many; the number of processors if None, 0 for a thread of this process.
+    """
+
+    def __init__(self, processes: int | None = None) -> None:
+        self.processes = processes
+        self._begun: tuple[AbstractContextManager[Executor], Executor] | None = None
+
+    def submit(self, fn: Callable[_P, _T], /, *args: _P.args, **kwargs: _P.kwargs) -> Future[_T]:
+        """See `concurrent.futures.Executor.submit`."""
+        if self._begun is None:
+            context = workers(self.processes)
+            self._begun = context, context.__enter__()
+        return self._begun[1].submit(fn, *args, **kwargs)
+
+    def load(self, module: str) -> None:
+        """Let every worker load a module, beside what goes on here."""
+        for _ in range(os.cpu_count() or 1 if self.processes is None else self.processes):
+            self.submit(import_module, module)
+
+    def drop(self, because: BaseException | None = None) -> None:
+        """End the workers, whatever they are at; what is submitted next is done by new ones.
+
+        Parameters
+        ----------
+        because : what has failed, if something has.
+        """
+        if self._begun is not None:
+            context, self._begun = self._begun[0], None
+            failure = _Dropped() if because is None else because
+            context.__exit__(type(failure), failure, failure.__traceback__)
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """See `concurrent.futures.Executor.shutdown`."""
+        if self._begun is not None:
+            context, self._begun = self._begun[0], None
+            context.__exit__(None, None, None)
+
+    def __exit__(
+        self, kind: type[BaseException] | None, failure: BaseException | None, trace: TracebackType | None
+    ) -> Literal[False]:
+        """Let the workers end; where the block fails, drop what they are at."""
+        if failure is None:
+            self.shutdown()
+        else:
+            self.drop(failure)
+        return False
 
 
 class _Worker(SpawnProcess):

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
-from scipy import stats
+from scipy.special import chdtrc, ndtri
 
 from calib.catalogue import UnknownName
 from calib.lab import Points, Sweep
@@ -15,6 +15,9 @@ from calib.problem import PredictedReadings, SweepModel, chi_square, lookup, mod
 from calib.sampling import Posterior, thin_draws
 from models.response import Forward, OutOfRangeError
 from models.sensor import FloatArray
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 #: Quantiles that a band consists of.
 BAND_LEVELS = (0.05, 0.25, 0.5, 0.75, 0.95)
@@ -120,6 +123,8 @@ class Prediction:
         One row per channel and abscissa: channel (a measured one, or "change" for C/C0 - 1 over the true force), x, and the
         quantiles model_05 ... model_95 of the curve and reading_05 ... reading_95 of a new reading of it, SI.
         """
+        import pandas as pd
+
         bands = {name: fit.bands for name, fit in self.channels.items()} | ({"change": self.change} if self.change else {})
         frames = []
         for name, found in bands.items():
@@ -275,16 +280,16 @@ def _bands(
         return Bands(x, np.full((5, x.size), np.nan), np.full((5, x.size), np.nan))
     mean, sd = (channel.mean, channel.sd) if rest is None else (channel.mean / rest - 1, channel.sd / rest)
     n = mean.shape[0]
-    normal = stats.norm.ppf((rng.permutation(n) + 0.5) / n)
+    normal = ndtri((rng.permutation(n) + 0.5) / n)
     return Bands(x, band(mean), band(mean + sd * normal[:, None]))
 
 
 def _check(x: FloatArray, channel: PredictedReadings) -> FitCheck:
     y, mean = channel.observed, channel.mean
     n = y.size
-    p_values = stats.chi2.sf(chi_square(channel), n)
+    p_values = chdtrc(n, chi_square(channel))
     centre = np.mean(mean, axis=0)
     sd = np.sqrt(np.mean(channel.sd**2, axis=0) + np.var(mean, axis=0))
     residual = (y - centre) / sd
-    inside = float(np.mean(np.abs(residual) <= stats.norm.ppf(0.95)))
+    inside = float(np.mean(np.abs(residual) <= ndtri(0.95)))
     return FitCheck(x, y, centre, sd, residual, inside, float(np.mean(p_values)))

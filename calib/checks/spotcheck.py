@@ -47,7 +47,9 @@ class Comparison:
     failures: tuple[str, ...]
 
 
-def with_spot_check(posterior: Posterior, forward: Forward, exact: FiniteElements | None = None) -> Posterior:
+def with_spot_check(
+    posterior: Posterior, forward: Forward, exact: FiniteElements | None = None, executor: Executor | None = None
+) -> Posterior:
     """Solve finite elements at a few draws of a posterior, and keep with it how far the forward model is off them.
 
     A model that states too small an error makes the posterior unusable (`Diagnostics.surrogate_honest`), however well the
@@ -59,6 +61,7 @@ def with_spot_check(posterior: Posterior, forward: Forward, exact: FiniteElement
     posterior : as sampled.
     forward : the model that it was sampled with.
     exact : the finite elements to compare with, by default `FiniteElements()`.
+    executor : to solve draws side by side; None for one after the other.
 
     Returns
     -------
@@ -68,7 +71,7 @@ def with_spot_check(posterior: Posterior, forward: Forward, exact: FiniteElement
     exact = exact if exact is not None else FiniteElements()
     if forward.name == exact.name:
         return posterior
-    found = spot_check(posterior, forward, exact)
+    found = spot_check(posterior, forward, exact, executor)
     d = posterior.diagnostics
     warnings = d.warnings
     if found is None:
@@ -78,7 +81,9 @@ def with_spot_check(posterior: Posterior, forward: Forward, exact: FiniteElement
     return replace(posterior, diagnostics=replace(d, spot_check=found, warnings=warnings))
 
 
-def spot_check(posterior: Posterior, forward: Forward, exact: FiniteElements) -> SpotCheck | None:
+def spot_check(
+    posterior: Posterior, forward: Forward, exact: FiniteElements, executor: Executor | None = None
+) -> SpotCheck | None:
     """Ask the finite elements how far the forward model is off at `N_DRAW` draws, chosen by the posterior's seed.
 
     Parameters
@@ -86,6 +91,7 @@ def spot_check(posterior: Posterior, forward: Forward, exact: FiniteElements) ->
     posterior : whose draws are looked at.
     forward : the model that it was sampled with.
     exact : the finite elements to ask.
+    executor : as in `with_spot_check`.
 
     Returns
     -------
@@ -93,7 +99,7 @@ def spot_check(posterior: Posterior, forward: Forward, exact: FiniteElements) ->
         None if the finite elements got to the deepest reading for no draw.
     """
     values = thin_draws(posterior, N_DRAW, np.random.default_rng(posterior.seed))
-    found = compare_draws(posterior, forward, exact, values)
+    found = compare_draws(posterior, forward, exact, values, executor)
     n_curve = sum(len(c.force_error) for c in found)
     if n_curve == 0:
         return None

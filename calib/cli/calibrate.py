@@ -7,23 +7,21 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from calib.cli.common import NOT_USABLE, counting, err, out, paging, refusing_bad_input, say
+from calib.cli.progress import Line, first_answer_lines, progress_line
 from calib.cli.stopping import when_stopped
-from calib.errors import in_shell_path
+from calib.errors import Fault, InputError, in_shell_path
 from calib.regular import require_shown
 
 if TYPE_CHECKING:
     from calib.experiment import Experiment
-    from calib.problem import Problem
     from calib.runs import Run
-    from calib.sampling import Posterior, Progress
 
 
 #: Minutes that a calibration may take if nothing else is said.
@@ -33,7 +31,12 @@ BUDGET = 10.0
 def calibrate(
     ctx: typer.Context,
     experiment: Annotated[Path, typer.Argument(help="The experiment file (TOML), see `calib init`.")],
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="RUN", help="Folder for the results; must not exist yet.")],
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="RUN", help="Folder for the results; must not exist yet.")
+    ] = None,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Show a first answer, in a second or two, and end: nothing is sampled or written.")
+    ] = False,
     seed: Annotated[
         int | None, typer.Option(min=0, help="Seed of all random numbers [default: 1, or that of a resumed run].")
     ] = None,
@@ -63,6 +66,10 @@ def calibrate(
     trusted. The draws stay those of the surrogate. Takes two to four seconds per draw, sweep and process, not counted in
     --budget.
 
+    Before it samples, it shows a first answer: means and standard deviations from one mode of the posterior, in a second. In
+    the end it says where the result differs. `calib calibrate experiment.toml --quick` shows the first answer alone, to try an
+    experiment file; it is not the result, and nothing is written.
+
     Example: `calib calibrate experiment.toml -o run1 --seed 7 --budget 20`
 
     Writes: run1/report.html (read this one), summary.json, summary.csv, posterior.nc, checkpoint/.
@@ -75,6 +82,19 @@ def calibrate(
     """
     deadline = time.monotonic() + 60 * budget
     told = shlex.join(["calib", *sys.argv[1:]])
+    if quick:
+        given = {
+            "-o": output,
+            "--seed": seed,
+            "--resume": resume or None,
+            "--budget": budget if budget != BUDGET else None,
+            "--processes": processes,
+            "--reweight": reweight or None,
+        }
+        _quick(experiment, surrogate, [name for name, value in given.items() if value is not None])
+        return
+    if output is None:
+        raise typer.BadParameter("the folder for the results is missing (--quick does without)", param_hint="-o")
     given = {
         "--seed": seed,
         "--budget": budget if budget != BUDGET else None,
@@ -87,7 +107,7 @@ def calibrate(
         return f"Stopped. Continue with: {again}" if output.exists() else "Stopped before anything was begun."
 
     with refusing_bad_input(), when_stopped(stopped):
-        from calib.runs import Stages, Watch
+        from calib.runs import STAGES, Stages, Watch
         from calib.runs import calibrate as run_calibration
         from calib.sampling import NothingSampled
 
@@ -95,19 +115,21 @@ def calibrate(
             require_shown(path)
         stages = ctx.obj if ctx.obj is not None else Stages()
         try:
-            done = run_calibration(
-                experiment,
-                output,
-                seed=seed,
-                resume=resume,
-                max_seconds=60 * budget,
-                processes=processes,
-                surrogate=surrogate,
-                reweight=reweight,
-                command=told,
-                watch=Watch(partial(_sampling, budget), partial(_reweighting, again), _planned),
-                stages=replace(stages, sample=_until(deadline, stages.sample)),
-            )
+            with progress_line(STAGES) as line:
+                watch = Watch(line.sampling, partial(_reweighting, again, line), _planned, line.stage, line.first_answer)
+                done = run_calibration(
+                    experiment,
+                    output,
+                    seed=seed,
+                    resume=resume,
+                    deadline=deadline,
+                    processes=processes,
+                    surrogate=surrogate,
+                    reweight=reweight,
+                    command=told,
+                    watch=watch,
+                    stages=stages,
+                )
         except NothingSampled as nothing:
             more = _resuming(experiment, output, {**given, "--budget": BUDGET, "--reweight": reweight or None})
             err().print(f"{nothing} Continue with: {more}", style="red", markup=False, soft_wrap=True)
@@ -121,15 +143,6 @@ def calibrate(
         raise typer.Exit(NOT_USABLE)
 
 
-def _until(deadline: float, sample: Callable[..., Posterior]) -> Callable[..., Posterior]:
-    """Sample until a moment on the monotonic clock, however long reading has taken before."""
-
-    def in_time(problem: Problem, **options: Any) -> Posterior:
-        return sample(problem, **{**options, "max_seconds": deadline - time.monotonic()})
-
-    return in_time
-
-
 def _resuming(experiment: Path, output: Path, options: Mapping[str, Path | float | None]) -> str:
     """The command that goes on with a run, to be pasted: with the options that it was begun with and that are not None."""
     words = ["calib calibrate", in_shell_path(experiment), "-o", in_shell_path(output), "--resume"]
@@ -137,6 +150,28 @@ def _resuming(experiment: Path, output: Path, options: Mapping[str, Path | float
         if value is not None:
             words += [name, in_shell_path(value) if isinstance(value, Path) else f"{value:g}"]
     return " ".join(words)
+
+
+def _quick(experiment: Path, surrogate: Path | None, refused: list[str]) -> None:
+    """Show a first answer and nothing else; options that are for sampling are refused."""
+    with refusing_bad_input(), when_stopped(lambda: "Stopped. Nothing was begun."):
+        from calib.runs import quick
+
+        if refused:
+            advice = "Leave it out, or leave --quick out to calibrate"
+            raise InputError(
+                Fault(f"--quick samples and writes nothing: it takes no {' and no '.join(refused)}", advice=advice)
+            )
+        if surrogate is not None:
+            require_shown(surrogate)
+        first = quick(experiment, surrogate, _planned)
+        say("First answer, not the result: estimated from one mode of the posterior, nothing sampled, nothing checked.")
+        for text in first_answer_lines(first):
+            say(text)
+        if first.rough:
+            once = "" if first.confirmed else ", and on a mode that only one climb has reached, which may be a false one"
+            say(f"It is rough: it rests on {first.effective_draws:.0f} effective draws{once}.")
+        say(f"For the result: calib calibrate {in_shell_path(experiment)} -o RUN")
 
 
 def _planned(experiment: Experiment) -> None:
@@ -149,29 +184,9 @@ def _planned(experiment: Experiment) -> None:
 
 
 @contextmanager
-def _sampling(budget: float) -> Iterator[Callable[[Progress], None]]:
-    """Progress of sampling for `budget` minutes on stderr, if that is a terminal."""
-    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
-    from rich.progress import Progress as Bar
-
-    console = err()
-    columns = (TextColumn("sampling"), BarColumn(), TimeElapsedColumn(), TextColumn("{task.description}"))
-    with Bar(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task("looking for the mode ...", total=max(60 * budget, 1e-9))
-
-        def told(p: Progress) -> None:
-            words = f"{p.steps} steps"
-            if p.ess > 0:
-                words += f", R-hat {p.r_hat:.3f} ({p.r_hat_parameter})"
-                words += f", effective draws {p.ess:.0f} of {p.target:.0f} ({p.ess_parameter})"
-            bar.update(task, completed=p.elapsed, description=words)
-
-        yield told
-
-
-@contextmanager
-def _reweighting(again: str) -> Iterator[Callable[[int, int], None]]:
-    """Progress of the re-weighting; if it is stopped, the command `again` does it, and all else is written."""
+def _reweighting(again: str, line: Line) -> Iterator[Callable[[int, int], None]]:
+    """Progress of the re-weighting in the place of `line`; if stopped, the command `again` does it, and all else is written."""
+    line.bar.stop()
     words = f"Re-weighting was stopped; all else is written. Do it with: {again}"
     with when_stopped(lambda: words), counting() as told:
         yield partial(told, "draws re-weighted")
@@ -218,6 +233,8 @@ def _say(folder: Path, run: Run) -> None:
         say(f"Spot check: {d.spot_check.in_words()}.")
     if d.reweighting is not None and d.reweighting.passed:
         say(f"Re-weighting: {d.reweighting.in_words()}.")
+    if d.first_answer is not None:
+        say(d.first_answer_in_words)
     for warning in d.warnings:
         console.print(f"Warning: {warning}", style="yellow", markup=False, soft_wrap=True)
     if run.report.exists():

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import stats
+from scipy.special import ndtri
 
 from calib.checks import BAND_LEVELS, band
 from calib.decision.recommendation import INTERVAL_PROBABILITY, Recommendation
@@ -66,7 +66,7 @@ def recommend(
     present = np.asarray(base.padding.thickness)
     paddings = np.append(grid, np.median(present))
     error = _smooth_normals(float(np.median(np.asarray(base.sensor.thickness))) + paddings, n_draw, rng)
-    smooth = stats.norm.ppf((rng.permutation(n_draw) + 0.5) / n_draw)[:, None]
+    smooth = ndtri((rng.permutation(n_draw) + 0.5) / n_draw)[:, None]
     error_now, change = error[:, -1].copy(), error[:, :-1]
     coverage, reach = np.empty(grid.size), np.empty(grid.size)
     bands = {name: np.full((len(BAND_LEVELS), grid.size), np.nan) for name in ("change", "depth", "resolution")}

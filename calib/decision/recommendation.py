@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 
 from calib.checks import BAND_LEVELS
 from calib.decision.requirement import Requirement
 from models.sensor import BoolArray, FloatArray
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 #: A thickness belongs to the recommended interval when it is near the best with at least this probability.
 INTERVAL_PROBABILITY = 0.8
@@ -87,6 +90,8 @@ class Recommendation:
         Columns thickness_m, coverage, covered, change_05, ..., change_95, depth_05_m, ..., depth_95_m, resolution_05_N, ...,
         resolution_95_N, probability; SI. Where a thickness is not covered, what is predicted for it is nan.
         """
+        import pandas as pd
+
         columns = {"thickness_m": self.thickness, "coverage": self.coverage, "covered": self.covered}
         for name, quantiles, unit in (
             ("change", self.change, ""),

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 
 from calib.catalogue import CHANNELS
 from calib.errors import Fault, InputError
@@ -19,6 +19,9 @@ from calib.lab.resets import of_another_zero, resets_of, without_jumps
 from calib.lab.signs import SignDecision, decide_signs
 from calib.lab.use import FIRST_LOADING, Use, use_in_words
 from models.sensor import BoolArray, FloatArray
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 BACKWARD = "time runs backwards"
 
@@ -87,6 +90,8 @@ class Observations:
         -------
         SI columns time_s, displacement_m, force_N, capacitance_F (those the file has), and branch, cycle, used, reason.
         """
+        import pandas as pd
+
         named = {"time_s": self.time, "displacement_m": self.displacement}
         named |= {f"{name}_{CHANNELS[name].unit}".rstrip("_"): values for name, values in self.channels.items()}
         frame = pd.DataFrame({name: values for name, values in named.items() if values is not None})

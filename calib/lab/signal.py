@@ -7,7 +7,6 @@ from itertools import pairwise
 
 import numpy as np
 from scipy.ndimage import median_filter, uniform_filter1d
-from scipy.signal import savgol_filter
 
 from models.sensor import BoolArray, FloatArray
 
@@ -76,6 +75,8 @@ def smoothed_record(time: FloatArray, x: FloatArray, window: int) -> tuple[Float
     -------
     Time and readings, each of shape (n,).
     """
+    from scipy.signal import savgol_filter  # half a second, which those do not wait for who read no lab file
+
     noise = reading_noise(x)
     smooth_time, smooth_x, left = time.copy(), x.copy(), np.ones(x.size, dtype=bool)
     window = (min(window, _WIDEST, x.size) - 1) // 2 * 2 + 1

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
 
 from calib.lab.clocks import ClockOffset
 from calib.lab.quality import Verdict
 from calib.lab.reduction import NoiseEstimate
 from calib.records import record_from_text, record_to_text
 from models.sensor import FloatArray
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 # Layout of sweeps as JSON.
 _FORMAT = 3
@@ -122,6 +124,8 @@ class Sweep:
         One row per point: channel, value and sd (of the point) in the SI unit of the channel, n_effective, and where it was
         read: displacement [m], force [N], time [s]; nan for what its record does not have.
         """
+        import pandas as pd
+
         frames = []
         for name, points in self.channels.items():
             sd = self.noise.get(name, float("nan")) / np.sqrt(points.n_effective)

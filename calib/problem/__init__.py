@@ -2,7 +2,7 @@
 
 from calib.problem.by_name import log_density, medians, readings, residuals
 from calib.problem.centred import nominal_zero
-from calib.problem.density import chi_square, given_other_points, log_likelihood_points, log_normal
+from calib.problem.density import chi_square, given_other_points, log_likelihood_points, log_normal, point_densities
 from calib.problem.likelihood import (
     LIKELIHOOD_VERSION,
     block_names,
@@ -53,6 +53,7 @@ __all__ = [
     "model_sweeps",
     "nominal_zero",
     "plan_sweep",
+    "point_densities",
     "problem_from",
     "range_use",
     "readings",

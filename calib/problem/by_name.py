@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 from scipy.linalg import cholesky, solve_triangular
 
 from calib.catalogue import UnknownName
@@ -18,6 +18,9 @@ from calib.problem.readings import PredictedReadings, SweepModel
 from calib.problem.values import coordinates_of
 from models.response import OutOfRangeError
 from models.sensor import FloatArray
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 #: A value in SI, or a text with its unit such as "0.7 MPa".
 Value = float | str
@@ -81,6 +84,8 @@ def readings(problem: Problem, values: Mapping[str, Value]) -> pd.DataFrame:
     InputError, OutOfRangeError
         As in `residuals`.
     """
+    import pandas as pd
+
     frames = []
     for plan, model in zip(problem.plans, _models(problem, values), strict=True):
         for name, c in model.channels.items():

@@ -86,8 +86,18 @@ def log_likelihood_points(channel: PredictedReadings) -> FloatArray:
     log p(y_i | y_-i, theta), what leave-one-out needs where residuals are correlated, see `given_other_points`: blocks of one
     point of `log_normal_blocks`. -inf where rounding leaves nothing of it.
     """
-    mean, variance = given_other_points(channel)
-    density = -0.5 * ((channel.observed - mean) ** 2 / variance + np.log(variance) + _LOG_2_PI)
+    return point_densities(channel.observed, *given_other_points(channel))
+
+
+def point_densities(observed: FloatArray, mean: FloatArray, variance: FloatArray) -> FloatArray:
+    """Log densities of what was read (n_point,), each normal with this mean and variance (n_draw, n_point); -inf for nan.
+
+    Parameters
+    ----------
+    observed : SI.
+    mean, variance : from `given_other_points`.
+    """
+    density = -0.5 * ((observed - mean) ** 2 / variance + np.log(variance) + _LOG_2_PI)
     return np.where(np.isfinite(density), density, -np.inf)
 
 

@@ -18,14 +18,17 @@ if TYPE_CHECKING:
     from calib.report.figures.posterior import corner_figure, prior_figure, trace_figure
     from calib.report.figures.predictive import change_figure, channel_figure
     from calib.report.judgement import judge_run, listed
-    from calib.report.page import write_report
+    from calib.report.moves import moves_in_words
+    from calib.report.page import begin_drawing, kept_drawings, write_report
     from calib.report.pictures import any_letters, write_figure
-    from calib.report.rows import ParameterRow, parameter_rows
+    from calib.report.rows import FirstRow, ParameterRow, first_rows, parameter_rows
     from calib.report.summary import summary_csv, summary_json
 
 __all__ = [
+    "FirstRow",
     "ParameterRow",
     "any_letters",
+    "begin_drawing",
     "change_figure",
     "channel_figure",
     "check_in_words",
@@ -33,8 +36,11 @@ __all__ = [
     "cross_section_figure",
     "curve_csv",
     "file_figure",
+    "first_rows",
     "judge_run",
+    "kept_drawings",
     "listed",
+    "moves_in_words",
     "padding_figure",
     "parameter_rows",
     "prior_figure",
@@ -58,9 +64,10 @@ _MODULES = {
     "figures.posterior": ("corner_figure", "prior_figure", "trace_figure"),
     "figures.predictive": ("change_figure", "channel_figure"),
     "judgement": ("judge_run", "listed"),
-    "page": ("write_report",),
+    "moves": ("moves_in_words",),
+    "page": ("begin_drawing", "kept_drawings", "write_report"),
     "pictures": ("any_letters", "write_figure"),
-    "rows": ("ParameterRow", "parameter_rows"),
+    "rows": ("FirstRow", "ParameterRow", "first_rows", "parameter_rows"),
     "summary": ("summary_csv", "summary_json"),
 }
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}

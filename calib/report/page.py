@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import replace
 from importlib import resources
 
 import jinja2
@@ -11,8 +13,9 @@ from markupsafe import Markup
 from calib.checks import Prediction
 from calib.decision import Recommendation
 from calib.experiment import Experiment
+from calib.report.pictures import Drawing, pictures_in
 from calib.report.section import Results, Section
-from calib.report.sections import sections_of
+from calib.report.sections import drawings_of, sections_of
 from calib.sampling import Posterior
 
 
@@ -22,6 +25,7 @@ def write_report(
     recommendation: Recommendation | None = None,
     *,
     posterior_sha256: str = "",
+    drawings: Mapping[str, Drawing] | None = None,
 ) -> str:
     """Lay out a calibration as one HTML page that needs nothing beside itself: no network, no script, no other file.
 
@@ -31,6 +35,7 @@ def write_report(
     predictions : of its sweeps, see `calib.checks.predictive.predict`.
     recommendation : of a padding, if one was asked for.
     posterior_sha256 : hash of the posterior's file, "" if it is not kept; a recommendation from another one is marked as such.
+    drawings : pictures that are not to be drawn here: from `begin_drawing` or `kept_drawings`.
 
     Returns
     -------
@@ -44,13 +49,39 @@ def write_report(
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    sections = sections_of(Results(posterior, predictions, recommendation, posterior_sha256))
+    results = Results(posterior, predictions, recommendation, posterior_sha256)
+    sections = sections_of(replace(results, drawings={**drawings_of(results), **(drawings or {})}))
     return environment.get_template("page.html.j2").render(
         name=posterior.experiment.name,
         setup=_setup(posterior.experiment),
         date=posterior.attrs.get("ended", "")[:10],
         sections=[(section, _laid_out(section, environment)) for section in sections],
     )
+
+
+def begin_drawing(
+    posterior: Posterior, predictions: Sequence[Prediction], recommendation: Recommendation | None, executor: Executor
+) -> dict[str, Drawing]:
+    """Let workers draw the pictures of a page, beside what goes on here until it is laid out.
+
+    Parameters
+    ----------
+    posterior, predictions, recommendation : as in `write_report`.
+    executor : the workers.
+    """
+    return drawings_of(Results(posterior, predictions, recommendation), executor)
+
+
+def kept_drawings(posterior: Posterior, predictions: Sequence[Prediction], page: str) -> dict[str, Drawing]:
+    """Pictures of an earlier page of the same posterior, without those of a recommendation.
+
+    Parameters
+    ----------
+    posterior, predictions : as in `write_report`.
+    page : the earlier one, as it was written.
+    """
+    names = drawings_of(Results(posterior, predictions))
+    return {name: draw for name, draw in pictures_in(page).items() if name in names}
 
 
 def _laid_out(section: Section, environment: jinja2.Environment) -> Markup:

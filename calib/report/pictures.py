@@ -5,17 +5,23 @@ from __future__ import annotations
 import base64
 import io
 import logging
+import re
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
+from html import unescape
 from pathlib import Path
+from typing import Any, ParamSpec
 
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 from calib.errors import Fault, InputError
 from calib.files import whole_file
+
+_P = ParamSpec("_P")
 
 
 @dataclass(frozen=True)
@@ -24,32 +30,51 @@ class Picture:
 
     Attributes
     ----------
+    name : by which the page knows it.
     source : its data address.
     alt : what it shows, for readers who cannot see it.
     caption : what stands under it.
     """
 
+    name: str
     source: str
     alt: str
     caption: str
 
 
-def picture(figure: Figure, alt: str, caption: str, *, vector: bool = True) -> Picture:
-    """Make a figure part of a page.
+#: A picture that is still to be drawn: gives its data address. A worker can be sent it.
+Drawing = Callable[[], str]
+
+
+def drawing(draw: Callable[_P, Figure], *args: _P.args, **kwargs: _P.kwargs) -> Drawing:
+    """A figure as part of a page, still to be drawn, as SVG.
 
     Parameters
     ----------
-    figure : as drawn.
-    alt : what it shows, for who cannot see it.
-    caption : what stands under it.
-    vector : whether as SVG; else as PNG, for figures of many points.
-
-    Returns
-    -------
-    Picture
-        The same figure gives the same bytes.
+    draw : draws it.
+    *args, **kwargs : of what.
     """
-    return Picture(figure_address(figure, vector=vector), alt, caption)
+    return partial(_drawn, draw, args, kwargs, True)
+
+
+def dense_drawing(draw: Callable[_P, Figure], *args: _P.args, **kwargs: _P.kwargs) -> Drawing:
+    """The same for a figure of many points, as PNG.
+
+    Parameters
+    ----------
+    draw, *args, **kwargs : as in `drawing`.
+    """
+    return partial(_drawn, draw, args, kwargs, False)
+
+
+def pictures_in(page: str) -> dict[str, Drawing]:
+    """The pictures of a page that was written before, by name."""
+    found = re.findall(r'<img src="(data:[^"]*)" alt="[^"]*" data-name="([^"]*)"', page)
+    return {unescape(name): partial(str, address) for address, name in found}
+
+
+def _drawn(draw: Callable[..., Figure], args: tuple[Any, ...], kwargs: Mapping[str, Any], vector: bool) -> str:
+    return figure_address(draw(*args, **kwargs), vector=vector)
 
 
 def figure_address(figure: Figure, *, vector: bool = True) -> str:
@@ -70,7 +95,7 @@ def figure_address(figure: Figure, *, vector: bool = True) -> str:
         if vector:
             figure.savefig(buffer, format="svg", metadata={"Date": None})
         else:
-            figure.savefig(buffer, format="png", dpi=150, metadata={"Software": None}, bbox_inches="tight", pad_inches=0.05)
+            figure.savefig(buffer, format="png", dpi=150, metadata={"Software": None})
     kind = "svg+xml" if vector else "png"
     return f"data:image/{kind};base64,{base64.b64encode(buffer.getvalue()).decode('ascii')}"
 

@@ -8,7 +8,7 @@ from markupsafe import Markup
 
 from calib.catalogue import QUANTITIES, UNKNOWNS, UnknownName
 from calib.report.digits import interval_text, number_or_unknown, shortened, with_uncertainty
-from calib.sampling import PRIOR_CONFLICT, Posterior
+from calib.sampling import PRIOR_CONFLICT, FirstAnswer, Posterior
 
 #: A parameter whose prior lost less than this share of its variance is called prior-driven.
 PRIOR_DRIVEN = 0.1
@@ -105,6 +105,34 @@ def parameter_rows(posterior: Posterior) -> list[ParameterRow]:
                 ess_met=min(s.ess_bulk, s.ess_tail) > gate.ess,
             )
         )
+    return rows
+
+
+@dataclass(frozen=True)
+class FirstRow:
+    """One parameter of a first answer, ready to print: name, value with its standard deviation, and unit of display."""
+
+    name: str
+    value: str
+    unit: str
+
+
+def first_rows(first: FirstAnswer, *, sensor_only: bool = False) -> list[FirstRow]:
+    """Make the rows of the table of a first answer, in the order of the unknowns.
+
+    Parameters
+    ----------
+    first : the answer.
+    sensor_only : whether to leave out what is of the rig and of the noise.
+    """
+    rows = []
+    for name, estimate in first.parameters.items():
+        parameter = UnknownName.parse(name).parameter
+        if sensor_only and parameter not in SENSOR_PARAMETERS:
+            continue
+        p = QUANTITIES[parameter]
+        k = p.display_scale
+        rows.append(FirstRow(name, with_uncertainty(estimate.mean * k, estimate.sd * k), p.display_unit))
     return rows
 
 

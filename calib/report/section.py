@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from calib.checks import Prediction
 from calib.decision import Recommendation
+from calib.report.pictures import Drawing, Picture
 from calib.sampling import Posterior
 
 
@@ -20,12 +21,25 @@ class Results:
     predictions : of each sweep, in the order of the posterior's sweeps.
     recommendation : of a padding; None if none was asked for.
     posterior_sha256 : hash of the file that the posterior is kept in; "" if it is not kept.
+    drawings : name -> picture, drawn when it is called for, or before by a worker; see `calib.report.sections`.
     """
 
     posterior: Posterior
     predictions: Sequence[Prediction]
     recommendation: Recommendation | None = None
     posterior_sha256: str = ""
+    drawings: Mapping[str, Drawing] = field(default_factory=dict)
+
+    def picture(self, name: str, alt: str, caption: str) -> Picture:
+        """One of `drawings`, drawn, as part of a page.
+
+        Parameters
+        ----------
+        name : of the drawing.
+        alt : what it shows, for who cannot see it.
+        caption : what stands under it.
+        """
+        return Picture(name, self.drawings[name](), alt, caption)
 
 
 @dataclass(frozen=True, eq=False)

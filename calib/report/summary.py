@@ -8,7 +8,7 @@ from dataclasses import asdict
 
 from calib.experiment import unedited_in_words
 from calib.records import record_to_text
-from calib.sampling import Posterior
+from calib.sampling import Diagnostics, Posterior
 
 # Layout of summary.json.
 _FORMAT = 1
@@ -20,7 +20,8 @@ def summary_json(posterior: Posterior) -> str:
 
     SI, with nan as null. `converged` is a fact of the chains alone, `surrogate_honest` one of the forward model (null if not
     known); `reasons` holds what speaks against either, `warnings` what else may be wrong, and which lines of the experiment
-    file are as `calib init` made them. "format" changes when a key changes its meaning or goes.
+    file are as `calib init` made them. `first_answer` is what was estimated before sampling, and where the result differs.
+    "format" changes when a key changes its meaning or goes.
     """
     d = posterior.diagnostics
     unedited = unedited_in_words(posterior.experiment.unedited)
@@ -34,6 +35,7 @@ def summary_json(posterior: Posterior) -> str:
         "warnings": [*([unedited] if unedited else []), *d.warnings],
         "spot_check": asdict(d.spot_check) if d.spot_check is not None else None,
         "reweighting": asdict(d.reweighting) if d.reweighting is not None else None,
+        "first_answer": _first_answer(d),
         "seed": posterior.seed,
         "versions": {k.removeprefix(_VERSION_OF): v for k, v in posterior.attrs.items() if k.startswith(_VERSION_OF)},
         "inputs": [{"file": name, "sha256": digest} for name, digest in inputs.items()],
@@ -41,6 +43,13 @@ def summary_json(posterior: Posterior) -> str:
         "parameters": {name: asdict(s) for name, s in d.parameters.items()},
     }
     return record_to_text("summary", _FORMAT, record)
+
+
+def _first_answer(d: Diagnostics) -> dict[str, object] | None:
+    if d.first_answer is None:
+        return None
+    note = "estimated before sampling: not the result"
+    return {"note": note, "compared": d.first_answer_in_words, **asdict(d.first_answer)}
 
 
 def summary_csv(posterior: Posterior) -> str:

@@ -1,11 +1,22 @@
-"""An experiment file in, a run folder out (posterior, summary, report, recommendation), and it back; knows no command line."""
+"""An experiment file in, a run folder out (posterior, summary, report, recommendation), and it back; knows no command line.
 
-from calib.runs.calibration import Calibration, Stages, Watch, calibrate
-from calib.runs.folder import PageError, Run, load_recommendation, load_run, recommend_in, report_in
-from calib.runs.integrity import Finding, verify
-from calib.runs.refinement import Means, Refinement, refine
+The names below are loaded when they are asked for: a first answer does not wait for the sampler, nor a page for either.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from calib.runs.calibration import STAGES, Calibration, Stages, Watch, calibrate
+    from calib.runs.folder import PageError, Run, load_recommendation, load_run, recommend_in, report_in
+    from calib.runs.integrity import Finding, verify
+    from calib.runs.preview import quick
+    from calib.runs.refinement import Means, Refinement, refine
 
 __all__ = [
+    "STAGES",
     "Calibration",
     "Finding",
     "Means",
@@ -17,8 +28,48 @@ __all__ = [
     "calibrate",
     "load_recommendation",
     "load_run",
+    "quick",
     "recommend_in",
     "refine",
     "report_in",
     "verify",
 ]
+
+_MODULES = {
+    "calibration": (
+        "STAGES",
+        "Calibration",
+        "Stages",
+        "Watch",
+        "calibrate",
+    ),
+    "folder": (
+        "PageError",
+        "Run",
+        "load_recommendation",
+        "load_run",
+        "recommend_in",
+        "report_in",
+    ),
+    "integrity": (
+        "Finding",
+        "verify",
+    ),
+    "preview": ("quick",),
+    "refinement": (
+        "Means",
+        "Refinement",
+        "refine",
+    ),
+}
+_MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
+
+
+def __getattr__(name: str) -> object:
+    if name not in _MODULE_OF:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_MODULE_OF[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -2,26 +2,46 @@
 
 from __future__ import annotations
 
+import os
 import shutil
+import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 from calib.checks import LEAST_DRAWS, with_reweighting, with_spot_check
 from calib.decision import Recommendation
 from calib.errors import Fault, InputError
-from calib.experiment import Experiment, forward_of_experiment, read_experiment, read_sweeps
+from calib.experiment import Experiment, read_experiment
 from calib.files import require_folder
-from calib.problem import build_problem
 from calib.runs.folder import SURROGATE_FILE, PageError, Run, page_of, write_run
 from calib.runs.listing import CHECKPOINT, LISTING, Listing, inputs_of, read_listing, write_listing
 from calib.runs.ownership import is_bare, owned, owner_of
-from calib.sampling import Identity, Posterior, Progress, differences, identity_of, is_begun, kept_identity, sample
-from calib.workers import workers
+from calib.runs.preview import first_answer_of, problem_of
+from calib.sampling import (
+    FirstAnswer,
+    Identity,
+    Posterior,
+    Progress,
+    differences,
+    identity_of,
+    is_begun,
+    kept_identity,
+    sample,
+)
+from calib.workers import Crew, workers
 
 #: Seed of a run that is given none.
 DEFAULT_SEED = 1
+
+#: How long a calibration that is given no deadline reads and samples at most [s].
+DEFAULT_SECONDS = 600.0
+
+
+#: What a calibration does, one after the other, as `Watch` is told it; the third to fifth by `Progress.stage`.
+STAGES = ("reading", "first answer", "start", "sampling", "block likelihoods", "spot check", "report")
 
 
 @dataclass(frozen=True)
@@ -54,11 +74,15 @@ class Watch:
     sampling : gives a function of `Progress`.
     reweighting : gives a function of the draws done and their number.
     planned : no context, but a function that is told the experiment, once all input is checked and before anything is sampled.
+    stage : likewise told which of `STAGES` begins; those of sampling are told by its progress.
+    first_answer : likewise told the first answer, before anything is sampled; None if there is none.
     """
 
     sampling: Callable[[], AbstractContextManager[Callable[[Progress], None] | None]] = nullcontext
     reweighting: Callable[[], AbstractContextManager[Callable[[int, int], None] | None]] = nullcontext
     planned: Callable[[Experiment], None] = lambda _: None
+    stage: Callable[[str], None] = lambda _: None
+    first_answer: Callable[[FirstAnswer | None], None] = lambda _: None
 
 
 _USUAL, _SILENT = Stages(), Watch()
@@ -84,7 +108,7 @@ def calibrate(
     *,
     seed: int | None = None,
     resume: bool = False,
-    max_seconds: float = 600.0,
+    deadline: float | None = None,
     processes: int | None = None,
     surrogate: Path | None = None,
     reweight: int = 0,
@@ -104,7 +128,7 @@ def calibrate(
     folder : of the run; must be empty or not exist yet, unless the run in it is resumed.
     seed : of all random numbers; None for `DEFAULT_SEED`, or that of the run that is resumed.
     resume : whether to go on with a run that was stopped or has not converged.
-    max_seconds : [s], of sampling at most.
+    deadline : moment of `time.monotonic` at which sampling ends, however long reading takes; None for ten minutes from now.
     processes : worker processes; None for the number of processors, at most 4, and 0 for none.
     surrogate : file of a surrogate to use instead of the shipped one.
     reweight : draws to re-weight to the finite elements in the end; 0 for none.
@@ -121,57 +145,70 @@ def calibrate(
     InputError
         If an input cannot be used, a run with other inputs is to be resumed, or another process writes into the folder.
     """
+    deadline = time.monotonic() + DEFAULT_SECONDS if deadline is None else deadline
     if said := owner_of(folder):
         advice = "Wait until it has ended, or choose another folder"
         raise InputError(Fault(f"this folder is in use by {said}", folder, advice=advice))
     _check_folder(folder, resume)
+    watch.stage("reading")
     plan = read_experiment(experiment)
-    sweeps = read_sweeps(plan)
-    forward = forward_of_experiment(plan, surrogate)
     if reweight:
         _check_reweight(reweight, plan)
-    problem = build_problem(plan, sweeps, forward)
-    if not problem.parameters:
-        advice = 'Give one of them a prior, such as young_modulus = { lognormal = ["0.7 MPa", 1.6] }'
-        raise InputError(Fault("every parameter is fixed: there is nothing to calibrate", plan.path, advice=advice))
-    watch.planned(plan)
-    attrs = {"command": command}
-    if surrogate is not None:
-        attrs[SURROGATE_FILE] = str(surrogate.absolute())
-    inputs = inputs_of(folder, plan, sweeps, None if surrogate is None else surrogate.absolute())
-    doing = command or "calib.calibrate"
-    with owned(folder, doing):
-        _check_folder(folder, resume)  # another process may have begun or ended a run there
-        known, seed = _begun(folder, seed) if resume else (None, DEFAULT_SEED if seed is None else seed)
-        mine = identity_of(problem, seed)
-        if known is not None:
-            _require_same(known, mine, folder)
-        listing = Listing(seed, attrs, mine.parts, mine.fingerprint, inputs, {}, doing)
-        if not resume:  # a run says what it is from its first second on, so that it can be resumed without its seed
-            write_listing(folder, listing)
-        try:
-            with watch.sampling() as progress:
-                posterior = stages.sample(
-                    problem,
-                    seed=seed,
-                    checkpoint=folder / CHECKPOINT,
-                    resume=resume,
-                    max_seconds=max_seconds,
-                    processes=processes,
-                    progress=progress,
-                    attrs=attrs,
-                )
-        except InputError:
-            if not resume and not is_begun(folder / CHECKPOINT):
-                _remove_begun(folder)
-            raise
-        posterior = stages.spot_check(posterior, forward)
-        listing = replace(listing, files={} if known is None else known.files)
-        run, page_error = write_run(folder, posterior, forward, listing, doing, stages.page)
-        if reweight:  # for minutes to hours: what it may fail of, or be stopped, leaves a finished run without it
-            with workers(processes) as executor, watch.reweighting() as told:
-                posterior = stages.reweight(posterior, forward, reweight, executor, progress=told)
-            run, page_error = write_run(folder, posterior, forward, listing, doing, stages.page)
+    crew = Crew(0 if processes == 0 else min(4, processes or os.cpu_count() or 1))
+    with crew:
+        spread = stages.sample is sample  # over workers, who get ready while files are read
+        if spread:
+            crew.load("calib.sampling.sampler")
+            stages = replace(stages, sample=partial(sample, crew=crew))
+            if stages.spot_check is with_spot_check:
+                stages = replace(stages, spot_check=partial(with_spot_check, executor=crew))
+        drawing = crew if spread and crew.processes else None
+        problem = problem_of(plan, surrogate)
+        sweeps, forward = problem.sweeps, problem.forward
+        watch.planned(plan)
+        attrs = {"command": command}
+        if surrogate is not None:
+            attrs[SURROGATE_FILE] = str(surrogate.absolute())
+        inputs = inputs_of(folder, plan, sweeps, None if surrogate is None else surrogate.absolute())
+        doing = command or "calib.calibrate"
+        with owned(folder, doing):
+            _check_folder(folder, resume)  # another process may have begun or ended a run there
+            known, seed = _begun(folder, seed) if resume else (None, DEFAULT_SEED if seed is None else seed)
+            mine = identity_of(problem, seed)
+            if known is not None:
+                _require_same(known, mine, folder)
+            listing = Listing(seed, attrs, mine.parts, mine.fingerprint, inputs, {}, doing)
+            if not resume:  # a run says what it is from its first second on, so that it can be resumed without its seed
+                write_listing(folder, listing)
+            watch.stage("first answer")
+            first = first_answer_of(problem)
+            watch.first_answer(first)
+            try:
+                with watch.sampling() as progress:
+                    posterior = stages.sample(
+                        problem,
+                        seed=seed,
+                        checkpoint=folder / CHECKPOINT,
+                        resume=resume,
+                        max_seconds=deadline - time.monotonic(),
+                        processes=processes,
+                        progress=progress,
+                        attrs=attrs,
+                    )
+            except InputError:
+                if not resume and not is_begun(folder / CHECKPOINT):
+                    _remove_begun(folder)
+                raise
+            posterior = replace(posterior, diagnostics=replace(posterior.diagnostics, first_answer=first))
+            watch.stage("spot check")
+            posterior = stages.spot_check(posterior, forward)
+            watch.stage("report")
+            listing = replace(listing, files={} if known is None else known.files)
+            run, page_error = write_run(folder, posterior, forward, listing, doing, stages.page, drawing)
+            if reweight:  # for minutes to hours: what it may fail of, or be stopped, leaves a finished run without it
+                with workers(processes) as executor, watch.reweighting() as told:
+                    posterior = stages.reweight(posterior, forward, reweight, executor, progress=told)
+                run, page_error = write_run(folder, posterior, forward, listing, doing, stages.page, drawing)
     return Calibration(run, page_error)
 
 

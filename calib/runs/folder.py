@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Executor
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
+from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +18,7 @@ from calib.decision import Recommendation, Requirement, recommend, recommendatio
 from calib.errors import Fault, InputError
 from calib.experiment import forward_of_experiment
 from calib.files import sha256_of, write_text
-from calib.report import summary_csv, summary_json, write_report
+from calib.report import begin_drawing, kept_drawings, summary_csv, summary_json, write_report
 from calib.runs.listing import (
     LISTING,
     POSTERIOR,
@@ -148,17 +150,21 @@ def load_recommendation(folder: Path) -> Recommendation | None:
     return recommendation_from_json(text, path, None if listing is None else listing.fingerprint)
 
 
-def page_of(run: Run, recommendation: Recommendation | None = None) -> str:
+def page_of(
+    run: Run, recommendation: Recommendation | None = None, *, drawings: Mapping[str, Callable[[], str]] | None = None
+) -> str:
     """Lay out the report's page of a run.
 
     Parameters
     ----------
     run : whose posterior it shows.
     recommendation : shown in a section of its own, if there is one.
+    drawings : pictures that workers draw, or that an earlier page of this posterior has.
     """
     d = run.posterior.diagnostics
     told = replace(run.posterior, diagnostics=replace(d, warnings=(*run.notes, *d.warnings)))
-    return write_report(told, run.predictions, recommendation, posterior_sha256=run.posterior_sha256)
+    sha256 = run.posterior_sha256
+    return write_report(told, run.predictions, recommendation, posterior_sha256=sha256, drawings=drawings)
 
 
 def write_run(
@@ -168,6 +174,7 @@ def write_run(
     listing: Listing,
     command: str,
     page: Callable[[Run, Recommendation | None], str] = page_of,
+    executor: Executor | None = None,
 ) -> tuple[Run, PageError | None]:
     """Write what came of a calibration, draws first: posterior.nc, summary.json, summary.csv, report.html, run.json.
 
@@ -179,6 +186,7 @@ def write_run(
     listing : what `run.json` is to say of the run.
     command : that made it.
     page : lays out the report.
+    executor : draws the pictures of the usual page while the draws are written; None to draw them after that.
 
     Returns
     -------
@@ -187,9 +195,30 @@ def write_run(
     names = (POSTERIOR, *SUMMARIES, REPORT, *_unlisted(folder, listing), *checkpoint_names(folder))
     with writing(folder, listing, names, command):
         path = folder / POSTERIOR
+        if executor is not None and page is page_of:
+            page = partial(page_of, drawings=_begin_drawing(Run(folder, posterior, forward, ""), executor))
         save_posterior(posterior, path, forward)
         run = Run(folder, posterior, forward, sha256_of(path))
         return run, _write_rest(run, page)
+
+
+def _begin_drawing(run: Run, executor: Executor) -> Mapping[str, Callable[[], str]] | None:
+    """Let workers draw the pictures of a run's page; None if that fails, as it will where the page is made, which tells."""
+    with suppress(Exception):
+        return begin_drawing(run.posterior, run.predictions, load_recommendation(run.folder), executor)
+    return None
+
+
+def _kept_drawings(run: Run, listing: Listing) -> Mapping[str, Callable[[], str]]:
+    """The pictures that the page of a run has, if that is as it was written for the run's posterior."""
+    if not run.report.is_file() or listing.files.get(POSTERIOR) != run.posterior_sha256:
+        return {}
+    content = run.report.read_bytes()
+    if sha256(content).hexdigest() != listing.files.get(REPORT):
+        return {}
+    with suppress(Exception):  # as it fails again where the page is made, which tells
+        return kept_drawings(run.posterior, run.predictions, content.decode("utf-8"))
+    return {}
 
 
 def report_in(run: Run) -> None:
@@ -233,10 +262,11 @@ def recommend_in(run: Run, requirement: Requirement, *, seed: int) -> Recommenda
         raise InputError(Fault(run.another_forward.rstrip("."), run.folder / POSTERIOR, advice=advice))
     found = recommend(run.posterior, run.forward, requirement, seed=seed, posterior_sha256=run.posterior_sha256)
     with _owned_run(run, "calib recommend") as listing:
+        drawings = _kept_drawings(run, listing)
         names = (RECOMMENDATION, REPORT, *_unlisted(run.folder, listing))
         with writing(run.folder, listing, names, "calib recommend"):
             write_text(run.folder / RECOMMENDATION, recommendation_to_json(found, listing.fingerprint))
-            failure = _write_page(run, page_of)
+            failure = _write_page(run, partial(page_of, drawings=drawings))
     if failure is not None:
         raise failure
     return found

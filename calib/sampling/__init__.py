@@ -1,22 +1,34 @@
-"""A `Problem` in, a `Posterior` out, kept in files that can be resumed and read by ArviZ; knows no report."""
+"""A `Problem` in, a `Posterior` out, kept in files that can be resumed and read by ArviZ; knows no report.
 
-from calib.sampling.archive import K_HAT, LeaveOut, smooth_weights
-from calib.sampling.checkpoint import is_begun, kept_identity, whose_checkpoint
-from calib.sampling.diagnostics import (
-    PRIOR_CONFLICT,
-    SHIFT_LIMIT,
-    SPOT_CHECK_LIMIT,
-    Diagnostics,
-    Gate,
-    Reweighting,
-    Shift,
-    SpotCheck,
-)
-from calib.sampling.groups import to_arviz
-from calib.sampling.identity import FINGERPRINT, Identity, differences, identity_of
-from calib.sampling.posterior import Posterior, leave_out, thin_draws
-from calib.sampling.sampler import NothingSampled, Progress, sample
-from calib.sampling.storage import load_posterior, save_posterior
+The names below are loaded when they are asked for: a worker that makes steps waits for no container and no file format.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from calib.sampling.archive import K_HAT, LeaveOut, smooth_weights
+    from calib.sampling.checkpoint import is_begun, kept_identity, whose_checkpoint
+    from calib.sampling.diagnostics import (
+        PRIOR_CONFLICT,
+        SHIFT_LIMIT,
+        SPOT_CHECK_LIMIT,
+        Diagnostics,
+        FirstAnswer,
+        FirstEstimate,
+        Gate,
+        Reweighting,
+        Shift,
+        SpotCheck,
+    )
+    from calib.sampling.groups import to_arviz
+    from calib.sampling.identity import FINGERPRINT, Identity, differences, identity_of
+    from calib.sampling.laplace import first_answer
+    from calib.sampling.posterior import Posterior, leave_out, thin_draws
+    from calib.sampling.sampler import NothingSampled, Progress, sample
+    from calib.sampling.storage import load_posterior, save_posterior
 
 __all__ = [
     "FINGERPRINT",
@@ -25,6 +37,8 @@ __all__ = [
     "SHIFT_LIMIT",
     "SPOT_CHECK_LIMIT",
     "Diagnostics",
+    "FirstAnswer",
+    "FirstEstimate",
     "Gate",
     "Identity",
     "LeaveOut",
@@ -35,6 +49,7 @@ __all__ = [
     "Shift",
     "SpotCheck",
     "differences",
+    "first_answer",
     "identity_of",
     "is_begun",
     "kept_identity",
@@ -47,3 +62,61 @@ __all__ = [
     "to_arviz",
     "whose_checkpoint",
 ]
+
+_MODULES = {
+    "archive": (
+        "K_HAT",
+        "LeaveOut",
+        "smooth_weights",
+    ),
+    "checkpoint": (
+        "is_begun",
+        "kept_identity",
+        "whose_checkpoint",
+    ),
+    "diagnostics": (
+        "PRIOR_CONFLICT",
+        "SHIFT_LIMIT",
+        "SPOT_CHECK_LIMIT",
+        "Diagnostics",
+        "FirstAnswer",
+        "FirstEstimate",
+        "Gate",
+        "Reweighting",
+        "Shift",
+        "SpotCheck",
+    ),
+    "groups": ("to_arviz",),
+    "identity": (
+        "FINGERPRINT",
+        "Identity",
+        "differences",
+        "identity_of",
+    ),
+    "laplace": ("first_answer",),
+    "posterior": (
+        "Posterior",
+        "leave_out",
+        "thin_draws",
+    ),
+    "sampler": (
+        "NothingSampled",
+        "Progress",
+        "sample",
+    ),
+    "storage": (
+        "load_posterior",
+        "save_posterior",
+    ),
+}
+_MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
+
+
+def __getattr__(name: str) -> object:
+    if name not in _MODULE_OF:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_MODULE_OF[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return __all__

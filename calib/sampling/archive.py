@@ -9,25 +9,17 @@ import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
-import h5netcdf
 import numpy as np
-import xarray
-from xarray.backends import H5NetCDFStore
 
 from calib.errors import Fault, InputError
 from calib.files import whole_file
 from models.seal import sealed, unsealed
 from models.sensor import FloatArray
 
-with warnings.catch_warnings():
-    # The first import of each day announces the next major version, which the project's requirements exclude.
-    warnings.simplefilter("ignore", FutureWarning)
-    import arviz
-
-# Its functions are only partly typed.
-az: Any = arviz
+if TYPE_CHECKING:
+    import xarray
 
 _ENGINE: Final = "h5netcdf"
 
@@ -61,13 +53,22 @@ class LeaveOut:
         return bool(np.all(self.k_hat <= K_HAT))
 
 
+def load_arviz() -> Any:
+    """ArviZ, whose functions are only partly typed, loaded when it is needed first: that takes a second."""
+    with warnings.catch_warnings():
+        # The first import of each day announces the next major version, which the project's requirements exclude.
+        warnings.simplefilter("ignore", FutureWarning)
+        import arviz
+    return arviz
+
+
 def rank_r_hat(chains: FloatArray) -> float:
     """Measure whether independent chains agree: rank-normalised split R-hat, near 1 if they do (Vehtari et al. 2021).
 
     The chains are (n_chain, n_draw), early draws first; nan if all draws are alike.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
-        return float(az.rhat(chains, method="rank"))
+        return float(load_arviz().rhat(chains, method="rank"))
 
 
 def effective_sample_size(chains: FloatArray, *, tail: bool = False) -> float:
@@ -83,7 +84,7 @@ def effective_sample_size(chains: FloatArray, *, tail: bool = False) -> float:
     Effective sample size (Vehtari et al. 2021).
     """
     with np.errstate(divide="ignore", invalid="ignore"):
-        return float(az.ess(chains, method="tail" if tail else "bulk"))
+        return float(load_arviz().ess(chains, method="tail" if tail else "bulk"))
 
 
 def leave_blocks_out(log_likelihood: FloatArray, *, relative_efficiency: float = 1.0) -> LeaveOut:
@@ -97,11 +98,11 @@ def leave_blocks_out(log_likelihood: FloatArray, *, relative_efficiency: float =
     relative_efficiency : effective over nominal number of draws.
     """
     n_draw = log_likelihood.shape[:2]
-    data = az.from_dict(posterior={"dummy": np.zeros(n_draw)}, log_likelihood={"blocks": log_likelihood})
+    data = load_arviz().from_dict(posterior={"dummy": np.zeros(n_draw)}, log_likelihood={"blocks": log_likelihood})
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # a large k-hat, which is part of the result
         warnings.simplefilter("ignore", RuntimeWarning)  # overflow where the fit of the tail weighs its own candidates
-        found = az.loo(data, var_name="blocks", pointwise=True, reff=relative_efficiency)
+        found = load_arviz().loo(data, var_name="blocks", pointwise=True, reff=relative_efficiency)
     pointwise, k_hat = np.asarray(found.loo_i.values, dtype=float), np.asarray(found.pareto_k.values, dtype=float)
     return LeaveOut(float(found.elpd_loo), float(found.se), float(found.p_loo), pointwise, k_hat)
 
@@ -126,7 +127,7 @@ def smooth_weights(log_ratio: FloatArray, *, relative_efficiency: float = 1.0) -
         return likely / np.count_nonzero(likely), 0.0
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # as in `leave_blocks_out`
-        smoothed, k_hat = az.psislw(log_ratio - np.max(log_ratio), reff=relative_efficiency)
+        smoothed, k_hat = load_arviz().psislw(log_ratio - np.max(log_ratio), reff=relative_efficiency)
     return np.exp(_array(smoothed)), float(k_hat)
 
 
@@ -141,7 +142,7 @@ def inference_data(groups: Mapping[str, xarray.Dataset], attrs: Mapping[str, str
     groups : name of a group, such as "posterior" -> data set.
     attrs : texts that belong to the whole.
     """
-    return az.InferenceData(attrs=dict(attrs), **groups)
+    return load_arviz().InferenceData(attrs=dict(attrs), **groups)
 
 
 def write_groups(groups: Mapping[str, xarray.Dataset], attrs: Mapping[str, str], path: Path) -> None:
@@ -162,6 +163,10 @@ def write_groups(groups: Mapping[str, xarray.Dataset], attrs: Mapping[str, str],
     OSError
         If the file cannot be written, such as on a full disk; an earlier one stays as it was.
     """
+    import h5netcdf
+    import xarray
+    from xarray.backends import H5NetCDFStore
+
     memory = io.BytesIO()
     with h5netcdf.File(memory, "w") as file:
         xarray.Dataset(attrs=dict(attrs)).dump_to_store(H5NetCDFStore(file))
@@ -198,6 +203,8 @@ class Archive:
 
     def texts(self) -> dict[str, str]:
         """The texts that are kept with the file as a whole."""
+        import xarray
+
         with xarray.open_dataset(io.BytesIO(self.content), engine=_ENGINE) as root:
             return {str(key): str(value) for key, value in root.attrs.items()}
 
@@ -214,6 +221,8 @@ class Archive:
         OSError, ValueError, KeyError
             If the group or a variable is not in it.
         """
+        import xarray
+
         with xarray.open_dataset(io.BytesIO(self.content), group=name, engine=_ENGINE) as dataset:
             return (dataset if variables is None else dataset[list(variables)]).load()
 

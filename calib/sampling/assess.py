@@ -6,7 +6,9 @@ import importlib.metadata
 import math
 import platform
 from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -15,7 +17,7 @@ from calib.sampling.checkpoint import CheckpointFolder, load_accepted, load_chai
 from calib.sampling.diagnostics import Convergence, Diagnostics, Gate, convergence, prior_conflicts, shortcomings, summarise
 from calib.sampling.ensemble import KINDS, STORE_EVERY, autocorrelation_time, standing_time
 from calib.sampling.importance import contradictions, second_opinion
-from calib.sampling.posterior import Posterior
+from calib.sampling.posterior import Posterior, leave_out
 from calib.sampling.target import Mode, Target
 from models.sensor import FloatArray
 
@@ -33,6 +35,8 @@ RANGE_TOUCH_SHARE = 0.01
 # Most steps of a chain that the autocorrelation time is computed from.
 _MAX_TAU_STEPS = 500
 _BATCH = 512
+# Batches of draws that a worker computes at a time.
+_SHARE = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +98,14 @@ def _doubts(run: SamplingRun, modes: Sequence[Mode], values: FloatArray, state: 
 
 
 def finish(
-    problem: Problem, run: SamplingRun, n_block: int, state: Convergence, gate: Gate, seed: int, attrs: Mapping[str, str]
+    problem: Problem,
+    run: SamplingRun,
+    n_block: int,
+    state: Convergence,
+    gate: Gate,
+    seed: int,
+    attrs: Mapping[str, str],
+    executor: Executor | None = None,
 ) -> Posterior:
     """Make the posterior of a run from its first blocks, with its diagnostics.
 
@@ -107,6 +118,7 @@ def finish(
     gate : what the run has to reach.
     seed : of the run.
     attrs : texts to keep with the posterior; versions are added.
+    executor : for the likelihoods of blocks; None for this process.
     """
     burn_in, thin = _kept(n_block * BLOCK_STEPS // STORE_EVERY, run.n_walker)
     loaded = [load_chain(run.folder, k, n_block, burn_in, thin) for k in range(len(run.seeds))]
@@ -115,7 +127,9 @@ def finish(
     flat = theta.reshape(-1, n_parameter)
     values = columns_at(problem, flat)
     parts = np.array_split(flat, max(1, math.ceil(flat.shape[0] / _BATCH)))
-    blocks = np.concatenate([log_likelihood_blocks(problem, part) for part in parts])
+    shares = [parts[k : k + _SHARE] for k in range(0, len(parts), _SHARE)]
+    likelihoods = (map if executor is None else executor.map)(partial(_blocks, problem), shares)
+    blocks = np.concatenate(list(likelihoods))
     first = n_block // 2
     counts = [load_accepted(run.folder, k, n_block, first) for k in range(n_ensemble)]
     tried, accepted = (np.stack(part) for part in zip(*counts, strict=True))
@@ -137,7 +151,7 @@ def finish(
         },
         tau={name: float(t) for name, t in zip(problem.names, state.tau, strict=True)},
     )
-    return Posterior(
+    found = Posterior(
         experiment=problem.experiment,
         sweeps=problem.sweeps,
         parameters=problem.parameters,
@@ -152,6 +166,14 @@ def finish(
         diagnostics=diagnostics,
         attrs={**_versions(), **attrs},
     )
+    with np.errstate(over="ignore"):  # ArviZ lets exponentials of hopeless draws overflow on purpose
+        influence = tuple(float(k) for k in leave_out(found).k_hat)
+    return replace(found, diagnostics=replace(diagnostics, block_k_hat=influence))
+
+
+def _blocks(problem: Problem, parts: Sequence[FloatArray]) -> FloatArray:
+    """Likelihoods of the blocks of data of draws that come in parts, (n_draw, n_block)."""
+    return np.concatenate([log_likelihood_blocks(problem, part) for part in parts])
 
 
 def _kept(n_stored: int, n_walker: int) -> tuple[int, int]:

@@ -15,9 +15,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
 
 from calib.catalogue import QUANTITIES
 from calib.problem import ParameterInfo
@@ -25,6 +25,9 @@ from calib.records import record_from_text, record_to_text
 from calib.sampling.archive import LeaveOut, effective_sample_size, leave_blocks_out, rank_r_hat
 from calib.sampling.layout import chain_order
 from models.sensor import FloatArray
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 __all__ = ["Convergence", "Diagnostics", "Gate", "LeaveOut", "ParameterSummary", "convergence", "leave_blocks_out", "summarise"]
 
@@ -245,6 +248,67 @@ class Reweighting:
 
 
 @dataclass(frozen=True)
+class FirstEstimate:
+    """Mean and standard deviation of one unknown by a first answer, SI."""
+
+    mean: float
+    sd: float
+
+
+#: A first answer of fewer effective draws than this is called rough.
+FEW_EFFECTIVE_DRAWS = 100.0
+
+#: A first answer disagrees with the result where a mean is off by more than this, in standard deviations of the result, or a
+#: standard deviation by more than this share of it.
+FIRST_MEAN_LIMIT, FIRST_SD_LIMIT = 0.3, 0.3
+
+
+@dataclass(frozen=True)
+class FirstAnswer:
+    """What was estimated before anything was sampled, from one mode of the posterior: a first answer, not the result.
+
+    Attributes
+    ----------
+    parameters : name -> estimate, in the order of the unknowns.
+    effective_draws : how many independent draws it is worth, of `calib.sampling.laplace`.
+    confirmed : whether its mode describes the readings as expected, or two climbs from different places ended there.
+    """
+
+    parameters: Mapping[str, FirstEstimate]
+    effective_draws: float
+    confirmed: bool = True
+
+    @property
+    def rough(self) -> bool:
+        """Whether it rests on so few effective draws, or on a mode that was reached once alone, that it may be far off."""
+        return self.effective_draws < FEW_EFFECTIVE_DRAWS or not self.confirmed
+
+    def against(self, result: Mapping[str, ParameterSummary], converged: bool) -> str:
+        """Say in one sentence where the result disagrees with it, or that it does not.
+
+        Parameters
+        ----------
+        result : what was sampled, by name.
+        converged : whether that counts.
+        """
+        off = []
+        for name, first in self.parameters.items():
+            s = result[name]
+            if not s.sd > 0:
+                continue
+            shift, ratio = (s.mean - first.mean) / s.sd, first.sd / s.sd
+            if abs(shift) > FIRST_MEAN_LIMIT:
+                off.append((abs(shift), f"{name} (mean by {abs(shift):.1f} of its standard deviations)"))
+            elif abs(ratio - 1) > FIRST_SD_LIMIT:
+                off.append((abs(ratio - 1), f"{name} (standard deviation {ratio:.1f} times that of the result)"))
+        if not off:
+            limits = f"means within {FIRST_MEAN_LIMIT:g} standard deviations, these within {FIRST_SD_LIMIT:.0%}"
+            return f"The first answer agrees with the result ({limits})."
+        off_for = f"The first answer differs from the result for {', '.join(words for _, words in sorted(off, reverse=True))}"
+        return f"{off_for}: the result counts." if converged else f"{off_for}, which has not converged."
+
+
+@dataclass(frozen=True)
 class Diagnostics:
     """Whether the numbers of a posterior may be used, and if not, why not.
 
@@ -264,6 +328,8 @@ class Diagnostics:
     spot_check : of the forward model against the finite elements; None if it was not made.
     reweighting : of draws to the likelihood with finite elements; None if it was not made.
     acceptance_by_move : share of accepted steps after the burn-in of each kind of move, over all ensembles.
+    first_answer : what was estimated before sampling; None if nothing was.
+    block_k_hat : how much each block of data pulls the posterior by itself, k-hat of leaving it out (PSIS); empty if not known.
     """
 
     converged: bool
@@ -280,6 +346,8 @@ class Diagnostics:
     spot_check: SpotCheck | None = None
     reweighting: Reweighting | None = None
     acceptance_by_move: Mapping[str, float] = field(default_factory=dict)
+    first_answer: FirstAnswer | None = None
+    block_k_hat: tuple[float, ...] = ()
 
     @property
     def surrogate_honest(self) -> bool | None:
@@ -290,6 +358,11 @@ class Diagnostics:
     def surrogate_reasons(self) -> tuple[str, ...]:
         """What the spot check found wrong, one sentence each; more sampling cannot mend it."""
         return (self.spot_check.in_words(),) if self.spot_check is not None and self.surrogate_honest is False else ()
+
+    @property
+    def first_answer_in_words(self) -> str:
+        """Where the result disagrees with the first answer, in one sentence; "" if there was none."""
+        return "" if self.first_answer is None else self.first_answer.against(self.parameters, self.converged)
 
     @property
     def usable(self) -> bool:
@@ -309,6 +382,8 @@ class Diagnostics:
         Columns unit, mean, sd, median, low and high (of the central 90 %), r_hat, ess_bulk, ess_tail, prior_contraction,
         prior_shift; values in SI.
         """
+        import pandas as pd
+
         rows = {name: asdict(summary) for name, summary in self.parameters.items()}
         for row in rows.values():
             row["low"], row["high"] = row.pop("interval_90")
@@ -435,7 +510,7 @@ def diagnostics_from_json(text: str) -> Diagnostics:
         name: ParameterSummary(**{**summary, "interval_90": tuple(summary["interval_90"])})
         for name, summary in data["parameters"].items()
     }
-    tuples = {key: tuple(data[key]) for key in ("reasons", "warnings", "acceptance_fraction")}
+    tuples = {key: tuple(data[key]) for key in ("reasons", "warnings", "acceptance_fraction", "block_k_hat") if key in data}
     checked = data.get("spot_check")
     spot_check = SpotCheck(**{**checked, "failures": tuple(checked["failures"])}) if checked else None
     weighed = data.get("reweighting")
@@ -443,5 +518,13 @@ def diagnostics_from_json(text: str) -> Diagnostics:
     if weighed:
         shifts = {name: Shift(**shift) for name, shift in weighed["shifts"].items()}
         reweighting = Reweighting(**{**weighed, "shifts": shifts, "failures": tuple(weighed["failures"])})
-    read = {"parameters": parameters, "gate": Gate(**data["gate"]), "spot_check": spot_check, "reweighting": reweighting}
+    read: dict[str, Any] = {
+        "parameters": parameters,
+        "gate": Gate(**data["gate"]),
+        "spot_check": spot_check,
+        "reweighting": reweighting,
+    }
+    if first := data.get("first_answer"):
+        estimates = {name: FirstEstimate(**estimate) for name, estimate in first["parameters"].items()}
+        read["first_answer"] = FirstAnswer(estimates, first["effective_draws"], first["confirmed"])
     return Diagnostics(**{**data, **tuples, **read})

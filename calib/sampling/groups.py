@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
-import xarray
 
 from calib.problem import values_at
 from calib.sampling.archive import inference_data
@@ -16,6 +15,9 @@ from calib.sampling.posterior import Posterior, named_draws
 from calib.sampling.replicate import Replicates, replicate
 from models.response import Forward
 from models.sensor import FloatArray
+
+if TYPE_CHECKING:
+    import xarray
 
 #: Draws of the prior, and how many batches of as many are drawn at most to find them inside the forward model's range.
 N_PRIOR = 500
@@ -86,6 +88,8 @@ def make_groups(posterior: Posterior, forward: Forward | None = None) -> dict[st
     posterior : as sampled or loaded.
     forward : as in `to_arviz`.
     """
+    import xarray
+
     n_chain, n_draw, n_parameter = posterior.draws.shape
     order = posterior.order
     prior, prior_predictive = _prior_groups(posterior, forward)
@@ -144,6 +148,8 @@ def _table(posterior: Posterior, values: Mapping[str, FloatArray]) -> FloatArray
 
 
 def _blocks(posterior: Posterior) -> xarray.Dataset:
+    import xarray
+
     said = "log density of about eight neighbouring points of a sweep given all its other points and the draw"
     values = posterior.log_likelihood[:, posterior.order]
     variables = {"blocks": (("chain", "draw", "block"), values, {"units": "1", "long_name": said})}
@@ -156,6 +162,8 @@ def _blocks(posterior: Posterior) -> xarray.Dataset:
 
 
 def _sample_stats(posterior: Posterior) -> xarray.Dataset:
+    import xarray
+
     n_chain, n_draw = posterior.log_prob.shape
     dims, order, found = ("chain", "draw"), posterior.order, posterior.diagnostics
     step, walker = np.divmod(order, posterior.n_walkers)

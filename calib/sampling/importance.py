@@ -15,8 +15,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import logsumexp
-from scipy.stats import norm
+from scipy.special import logsumexp, ndtri
 
 from calib.sampling.archive import K_HAT, smooth_weights
 from calib.sampling.proposal import Funnel, Proposal
@@ -130,7 +129,7 @@ def contradictions(
     if not opinion.trusted:
         return ()
     error = np.hypot(opinion.error, sd / np.sqrt(ess))
-    limit = float(norm.isf(_DOUBT / 2 / len(names)))
+    limit = -float(ndtri(_DOUBT / 2 / len(names)))
     off = np.abs(mean - opinion.mean)
     return tuple(
         f"{name}: the chains' mean is {far / s:.2f} standard deviations off that of independent weighted draws "

@@ -12,16 +12,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 import numpy.typing as npt
-import xarray
 
 from calib.catalogue import CHANNELS, QUANTITIES, UNKNOWNS
 from calib.lab import Points, Sweep
 from calib.problem import ParameterInfo
 from models.sensor import FloatArray
+
+if TYPE_CHECKING:
+    import xarray
 
 # --- the order of draws -------------------------------------------------------------------------------------------------
 
@@ -66,6 +68,8 @@ def unknowns(parameters: Sequence[ParameterInfo], sweeps: Sequence[Sweep], draws
     sweeps : of the experiment.
     draws : (n_chain, n_draw, n_parameter), SI, in the order that they shall have.
     """
+    import xarray
+
     variables: dict[str, object] = {}
     coords = _chain_and_draw(draws)
     for parameter, columns in _columns(parameters).items():
@@ -144,6 +148,8 @@ _KINDS: Mapping[Kind, tuple[str, str]] = {
 
 def observed(sweeps: Sequence[Sweep]) -> xarray.Dataset:
     """Lay out what was measured: one variable for each channel, over all sweeps."""
+    import xarray
+
     values = {name: np.concatenate([p.value for _, p in rows]) for name, rows in _measured(sweeps).items()}
     attrs = {name: {"units": CHANNELS[name].unit or "1", "long_name": _words(name)} for name in values}
     variables = {name: ((f"{name}_point",), column, attrs[name]) for name, column in values.items()}
@@ -155,6 +161,8 @@ def constants(sweeps: Sequence[Sweep]) -> xarray.Dataset:
 
     Numbers that a sweep did not record are nan.
     """
+    import xarray
+
     meaning = {
         "n_effective": ("1", "independent readings in the point"),
         "displacement": ("m", "crosshead reading at the point"),
@@ -188,6 +196,8 @@ def of_readings(sweeps: Sequence[Sweep], columns: Mapping[str, npt.NDArray[np.fl
     columns : channel -> (n_chain, n_draw, n_point), new readings [SI], or log densities [1] of the readings there are.
     kind : which of them.
     """
+    import xarray
+
     suffix, said = _KINDS[kind]
     variables = {}
     for name, values in columns.items():

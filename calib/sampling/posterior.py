@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
-import pandas as pd
-import xarray
 
 from calib.experiment import Experiment
 from calib.lab import Sweep
@@ -18,6 +17,10 @@ from calib.sampling.archive import LeaveOut, leave_blocks_out
 from calib.sampling.diagnostics import Diagnostics
 from calib.sampling.layout import chain_order, unknowns
 from models.sensor import FloatArray
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +78,8 @@ class Posterior:
 
         Rows are numbered by chain (ensemble) and draw, as in `to_xarray`.
         """
+        import pandas as pd
+
         n_chain, n_draw, n_parameter = self.draws.shape
         rows = pd.MultiIndex.from_product([range(n_chain), range(n_draw)], names=["chain", "draw"])
         values = self.draws[:, self.order].reshape(-1, n_parameter)

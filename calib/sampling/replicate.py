@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from calib.problem import Calibrated, PredictedReadings, given_other_points, log_likelihood_points, model_sweep, plan_sweep
+from calib.problem import Calibrated, PredictedReadings, given_other_points, model_sweep, plan_sweep, point_densities
 from models.response import Forward
 from models.sensor import BoolArray, FloatArray
 
@@ -27,7 +27,7 @@ class Replicates:
         sweep that is not covered. In single precision, far finer than any noise.
     given_others : the same where the other points of the sweep read what they did: what leaving out one point is judged by, as
         residuals are correlated.
-    log_density : channel -> (n_draw, n_point), see `log_likelihood_points`; -inf for a sweep that is not covered.
+    log_density : channel -> (n_draw, n_point), see `point_densities`; -inf for a sweep that is not covered.
     """
 
     covered: BoolArray
@@ -69,8 +69,8 @@ def replicate(known: Calibrated, forward: Forward, values: Mapping[str, FloatArr
                 if name in model.channels:
                     drawn[name][rows, columns] = new_readings(model.channels[name], rng)
                     mean, variance = given_other_points(model.channels[name])
+                    density[name][rows, columns] = point_densities(points.value, mean, variance)
                     left_out[name][rows, columns] = mean + np.sqrt(variance) * rng.standard_normal(mean.shape)
-                    density[name][rows, columns] = log_likelihood_points(model.channels[name])
     return Replicates(covered, drawn, left_out, density)
 
 

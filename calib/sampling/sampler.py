@@ -7,7 +7,8 @@ import os
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
-from dataclasses import dataclass
+from contextlib import nullcontext
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
@@ -34,7 +35,7 @@ from calib.sampling.identity import ENSEMBLES, FINGERPRINT, identity_of, usual_w
 from calib.sampling.posterior import Posterior
 from calib.sampling.start import Start, find_modes, join_modes, start
 from calib.sampling.target import Mode, Target, target_of
-from calib.workers import workers
+from calib.workers import Crew, workers
 from models.threads import one_thread
 
 #: Steps after which convergence is first looked at, and the factor from one look to the next.
@@ -48,6 +49,10 @@ class Progress:
 
     Attributes
     ----------
+    stage : "start" while modes are looked for and walkers placed, "sampling", or "block likelihoods", the last thing done.
+    done, wanted : of the start, how many of its pieces of work; of sampling, steps of each walker, and how many are needed as
+        far as is known, see `steps_needed`: at least so many before the first look at convergence.
+    seconds_left : that sampling will take for them at the pace of this call, nan as long as nothing tells [s].
     steps : of each walker so far.
     elapsed : [s].
     draws : of all ensembles.
@@ -57,6 +62,10 @@ class Progress:
     max_steps : budget of steps.
     """
 
+    stage: str
+    done: int
+    wanted: int
+    seconds_left: float
     steps: int
     elapsed: float
     draws: int
@@ -88,6 +97,7 @@ def sample(
     max_steps: int = 20_000,
     max_seconds: float = math.inf,
     processes: int | None = None,
+    crew: Crew | None = None,
     progress: Callable[[Progress], None] | None = None,
     attrs: Mapping[str, str] | None = None,
 ) -> Posterior:
@@ -112,6 +122,7 @@ def sample(
         dropped, and made again when the run is resumed.
     processes : worker processes (one BLAS thread each); default the number of CPUs up to 4. 0 samples in this process. Workers
         are started anew, so a script that asks for them needs its `if __name__ == "__main__":`.
+    crew : workers that are there already, instead of those.
     progress : called after every block.
     attrs : texts to keep with the posterior, such as the command.
 
@@ -146,6 +157,7 @@ def sample(
                 max_steps=max_steps,
                 max_seconds=max_seconds,
                 processes=processes,
+                crew=crew,
                 progress=progress,
                 attrs=attrs,
             )
@@ -164,12 +176,17 @@ def sample(
         max_steps=max_steps,
         deadline=clock + max_seconds,
         processes=processes,
+        crew=crew,
         progress=progress,
     )
+    if progress is not None:
+        elapsed, n = time.monotonic() - clock, n_ensembles * n_walker
+        last = _progress(problem.names, chains.state, chains.n_block, n, elapsed, gate, max_steps)
+        progress(replace(last, stage="block likelihoods"))
     times = {"started": begin.isoformat(timespec="seconds"), "ended": datetime.now(UTC).isoformat(timespec="seconds")}
     kept = {FINGERPRINT: folder.fingerprint, **times}
     with one_thread():
-        return finish(problem, chains.run, chains.n_block, chains.state, gate, seed, {**kept, **(attrs or {})})
+        return finish(problem, chains.run, chains.n_block, chains.state, gate, seed, {**kept, **(attrs or {})}, crew)
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,6 +209,7 @@ def sample_target(
     max_steps: int,
     deadline: float = math.inf,
     processes: int | None = None,
+    crew: Crew | None = None,
     progress: Callable[[Progress], None] | None = None,
 ) -> Chains:
     """Sample any target with independent ensembles until the gate is met or the budget is spent; see `sample`.
@@ -200,7 +218,7 @@ def sample_target(
     ----------
     target : what is sampled.
     folder : of its checkpoints, opened.
-    seed, n_ensembles, gate, max_steps, processes, progress : as in `sample`.
+    seed, n_ensembles, gate, max_steps, processes, crew, progress : as in `sample`.
     n_walker : of each ensemble.
     deadline : moment of `time.monotonic` at which the budget ends.
 
@@ -213,17 +231,31 @@ def sample_target(
     run = SamplingRun(target, folder, np.random.SeedSequence(seed).spawn(n_ensembles), n_walker)
     state: Convergence | None = None
 
-    def report(n_block: int) -> None:
-        if progress is not None:
-            progress(_progress(target.names, state, n_block, n_ensembles * n_walker, time.monotonic() - clock, gate, max_steps))
+    begun = 0  # modes of ensembles that are known, and ensembles that have their walkers
+    since: tuple[int, float] | None = None  # steps, and the time, when this call began to sample
+
+    def report(n_block: int, more_begun: int = 0) -> None:
+        nonlocal begun, since
+        begun += more_begun
+        if progress is None:
+            return
+        elapsed = time.monotonic() - clock
+        told = _progress(target.names, state, n_block, n_ensembles * n_walker, elapsed, gate, max_steps)
+        if n_block == 0 and begun < 2 * n_ensembles:
+            progress(replace(told, stage="start", done=begun, wanted=2 * n_ensembles))
+            return
+        since = since or (told.steps, elapsed)
+        made = told.steps - since[0]
+        pace = (elapsed - since[1]) / made if made else math.nan
+        progress(replace(told, seconds_left=pace * (told.wanted - told.steps)))
 
     last = max(1, max_steps // BLOCK_STEPS)
     next_look = min(last, FIRST_CHECK // BLOCK_STEPS)
     n_process = 0 if processes == 0 else min(4, n_ensembles, processes or os.cpu_count() or 1)  # more would idle
     modes: tuple[Mode, ...] = ()
     try:
-        with one_thread(), workers(n_process) as executor:
-            modes = _modes(run, executor, deadline)
+        with one_thread(), nullcontext(crew) if crew is not None else workers(n_process) as executor:
+            modes = _modes(run, executor, deadline, report)
             while True:
                 n_block = _advance_to(run, modes, executor, next_look, deadline, report)
                 state = look(run, modes, n_block, gate)
@@ -232,6 +264,8 @@ def sample_target(
                     break
                 next_look = min(last, math.ceil(CHECK_FACTOR * next_look))
     except _OutOfTime:
+        if crew is not None:
+            crew.drop()
         n_block = _blocks_of_all(run)
         with one_thread():
             state = look(run, modes, n_block, gate)
@@ -244,13 +278,15 @@ def sample_target(
 _R = TypeVar("_R")
 
 
-def _modes(run: SamplingRun, executor: Executor, deadline: float) -> tuple[Mode, ...]:
+def _modes(run: SamplingRun, executor: Executor, deadline: float, report: Callable[[int, int], None]) -> tuple[Mode, ...]:
     """The modes that all ensembles together have found, or find now."""
     found = {k: modes for k in range(len(run.seeds)) if (modes := load_modes(run.folder, k)) is not None}
     pending = {executor.submit(find_modes, run.target, _seed_of(run, k, 0)): k for k in range(len(run.seeds)) if k not in found}
+    report(0, len(found))
     for ensemble, modes in _as_done(pending, deadline):
         save_modes(run.folder, ensemble, modes)
         found[ensemble] = modes
+        report(0, 1)
     return join_modes(run.target, [mode for _, modes in sorted(found.items()) for mode in modes])
 
 
@@ -277,7 +313,7 @@ def _advance_to(
     executor: Executor,
     n_block: int,
     deadline: float,
-    report: Callable[[int], None],
+    report: Callable[[int, int], None],
 ) -> int:
     """Advance all ensembles to `n_block` blocks; gives the number of blocks that all of them have. Raises at the deadline."""
     count: dict[int, int] = {}
@@ -303,7 +339,7 @@ def _advance_to(
         else:
             save_start(run.folder, ensemble, result)
         submit(ensemble)
-        report(min(n_block, *count.values()))
+        report(min(n_block, *count.values()), int(isinstance(result, Start)))
     return min(n_block, *count.values())
 
 
@@ -323,8 +359,33 @@ def _progress(
     names: Sequence[str], state: Convergence | None, n_block: int, n_walker: int, elapsed: float, gate: Gate, max_steps: int
 ) -> Progress:
     steps = n_block * BLOCK_STEPS
+    drawn, needed = steps * n_walker, min(max_steps, FIRST_CHECK if state is None else max(steps, steps_needed(state, gate)))
     if state is None:
-        return Progress(steps, elapsed, steps * n_walker, math.nan, "", 0.0, "", gate.ess, max_steps)
+        return Progress("sampling", steps, needed, math.nan, steps, elapsed, drawn, math.nan, "", 0.0, "", gate.ess, max_steps)
     worst, least = state.worst_r_hat, state.least_ess
     r_hat, ess = float(state.r_hat[worst]), float(state.ess[least])
-    return Progress(steps, elapsed, steps * n_walker, r_hat, names[worst], ess, names[least], gate.ess, max_steps)
+    found = (r_hat, names[worst], ess, names[least])
+    return Progress("sampling", steps, needed, math.nan, steps, elapsed, drawn, *found, gate.ess, max_steps)
+
+
+def steps_needed(state: Convergence, gate: Gate) -> int:
+    """Estimate after how many steps of each walker a run will meet its gate, from what was found at its last look.
+
+    Effective draws grow as the steps do, and R-hat comes near 1 as one over them. A run that meets the gate and is doubted all
+    the same is looked at again next time. Rounded up to the next look.
+
+    Parameters
+    ----------
+    state : at the last look.
+    gate : what is to be reached.
+    """
+    lacking = max(
+        gate.ess / max(float(np.min(np.nan_to_num(state.ess))), 1.0),
+        float(np.max(np.nan_to_num(state.r_hat, nan=2.0)) - 1) / (gate.r_hat - 1),
+        gate.length * float(np.max(np.nan_to_num(state.tau))) / state.steps,
+    )
+    needed = state.steps * (lacking if lacking > 1 or not state.doubts else CHECK_FACTOR)
+    n_block = state.steps // BLOCK_STEPS
+    while n_block * BLOCK_STEPS < needed:
+        n_block = math.ceil(CHECK_FACTOR * n_block)
+    return n_block * BLOCK_STEPS

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from calib.workers import workers
+from calib.workers import Crew, workers
 
 ROOT = Path(__file__).parents[2]
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
@@ -65,7 +65,7 @@ def test_an_interrupted_caller_need_not_wait_and_the_rest_is_dropped() -> None:
 
 SCRIPT = """
 import os, sys, time
-from calib.workers import workers
+from calib.workers import Crew, workers
 if __name__ == "__main__":
     with workers(2) as executor:
         print(*{executor.submit(os.getpid).result() for _ in range(8)}, flush=True)
@@ -122,7 +122,7 @@ def test_a_block_that_is_interrupted_waits_for_no_process_and_leaves_none() -> N
 
 GROUP = """
 import os, signal, time
-from calib.workers import workers
+from calib.workers import Crew, workers
 if __name__ == "__main__":
     signal.signal(signal.SIGINT, lambda *_: None)
     with workers(2) as executor:
@@ -147,3 +147,42 @@ def test_ctrl_c_in_the_terminal_is_left_to_the_parent(tmp_path: Path, early: int
     command = [sys.executable, str(script)]
     done = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=600, start_new_session=True)
     assert (done.returncode, done.stdout, done.stderr) == (0, "done\n", "")
+
+
+# --- a crew -------------------------------------------------------------------------------------------------------------
+
+
+def test_a_crew_that_nobody_needs_is_never_begun() -> None:
+    before = active_children()
+    with Crew(2) as crew:
+        crew.drop()
+        assert active_children() == before
+
+
+def test_what_a_crew_is_at_can_be_dropped_and_others_go_on(tmp_path: Path) -> None:
+    with Crew(1) as crew:
+        first = crew.submit(os.getpid).result()
+        crew.submit(time.sleep, 600)
+        begin = time.monotonic()
+        crew.drop()
+        assert crew.submit(os.getpid).result() != first
+        assert time.monotonic() - begin < 60
+    assert active_children() == []
+
+
+def _failing(crew: Executor) -> None:
+    crew.submit(time.sleep, 600)
+    raise KeyError("here")
+
+
+def test_a_crew_ends_with_a_block_that_fails_and_the_failure_is_told() -> None:
+    with pytest.raises(KeyError, match="here"), Crew(1) as crew:
+        _failing(crew)
+    assert active_children() == []
+
+
+def test_a_crew_of_no_process_works_in_this_one() -> None:
+    with Crew(0) as crew:
+        crew.load("calib.sampling.sampler")  # there is nobody to load it
+        assert crew.submit(os.getpid).result() == os.getpid()
+        assert list(crew.map(abs, [-1, -2])) == [1, 2]

@@ -38,7 +38,8 @@ def corner_figure(posterior: Posterior) -> Figure:
     rows = [QUANTITIES[posterior.parameters[i].parameter] for i in columns]
     shown = flat[:, columns] * np.array([r.display_scale for r in rows])
     n = len(columns)
-    fig = Figure(figsize=(1.25 * n + 1.2, 1.25 * n + 1.2))
+    size = 1.25 * n + 0.85
+    fig = Figure(figsize=(size, size))
     if n == 0:
         return fig
     labels = [_axis_label(r.name, "") for r in rows]
@@ -62,7 +63,7 @@ def corner_figure(posterior: Posterior) -> Figure:
         label_kwargs={"fontsize": 9, **FORMULA},
         labelpad=0.1,
     )
-    fig.subplots_adjust(left=0.14, bottom=0.14, right=0.99, top=0.99)
+    fig.subplots_adjust(left=0.8 / size, bottom=0.8 / size, right=1 - 0.05 / size, top=1 - 0.05 / size)
     for ax in fig.axes:
         ax.grid(False)
         ax.tick_params(labelsize=7.5)
@@ -83,8 +84,11 @@ def trace_figure(posterior: Posterior, names: Sequence[str]) -> Figure:
     names : of the parameters, one row each.
     """
     n = len(names)
-    fig = Figure(figsize=(7.6, 0.35 + 1.15 * n), layout="constrained")
-    axes = fig.subplots(n, 2, squeeze=False, gridspec_kw={"width_ratios": [2.2, 1]})
+    height = 0.75 + 1.1 * n
+    fig = Figure(figsize=(7.6, height))
+    # Fixed: to find out what room labels need takes as long as to draw them.
+    room = {"left": 0.11, "right": 0.99, "bottom": 0.45 / height, "top": 1 - 0.25 / height, "hspace": 0.3, "wspace": 0.15}
+    axes = fig.subplots(n, 2, squeeze=False, gridspec_kw={"width_ratios": [2.2, 1], **room})
     index = [p.name for p in posterior.parameters]
     for row, name in enumerate(names):
         info = posterior.parameters[index.index(name)]
@@ -106,8 +110,10 @@ def prior_figure(posterior: Posterior) -> Figure:
     n = len(posterior.parameters)
     columns = min(4, n)
     rows = -(-n // columns)
-    fig = Figure(figsize=(9.4, 1.55 * rows + 0.2), layout="constrained")
-    axes = np.atleast_1d(np.asarray(fig.subplots(rows, columns, squeeze=False))).ravel()
+    tall = 1.55 * rows + 0.2
+    fig = Figure(figsize=(9.4, tall))
+    room = {"left": 0.02, "right": 0.98, "bottom": 0.3 / tall, "top": 1 - 0.3 / tall, "hspace": 0.65, "wspace": 0.12}
+    axes = np.atleast_1d(np.asarray(fig.subplots(rows, columns, squeeze=False, gridspec_kw=room))).ravel()
     for ax, info, i in zip(axes, posterior.parameters, range(n), strict=False):
         scale = QUANTITIES[info.parameter].display_scale
         draws = posterior.draws[:, :, i].ravel() * scale

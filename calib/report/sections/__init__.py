@@ -2,15 +2,17 @@
 
 A section is a module in this folder and a template in `calib/report/templates`; it is found here and listed nowhere. The module
 has a number `ORDER`, its place among the others, and a function `section(results) -> Section | None`, None where it has nothing
-to say.
+to say. One with pictures also has a function `drawings(results) -> Mapping[str, Drawing]`: what `results.picture` finds.
 """
 
 from __future__ import annotations
 
+from concurrent.futures import Executor
 from importlib import import_module
 from pkgutil import iter_modules
 from types import ModuleType
 
+from calib.report.pictures import Drawing
 from calib.report.section import Results, Section
 
 
@@ -18,6 +20,21 @@ def section_modules() -> list[ModuleType]:
     """The modules of this folder, in the order of their sections."""
     found = [import_module(f"{__name__}.{module.name}") for module in iter_modules(__path__)]
     return sorted(found, key=lambda module: int(module.ORDER))
+
+
+def drawings_of(results: Results, executor: Executor | None = None) -> dict[str, Drawing]:
+    """The pictures of all sections, by name.
+
+    Parameters
+    ----------
+    results : that they show.
+    executor : draws them, from now on, beside what goes on here; None to draw each when it is called for.
+    """
+    found: dict[str, Drawing] = {}
+    for module in section_modules():
+        if hasattr(module, "drawings"):
+            found |= module.drawings(results)
+    return found if executor is None else {name: executor.submit(draw).result for name, draw in found.items()}
 
 
 def sections_of(results: Results) -> list[Section]:

@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from calib.report.digits import number_or_unknown
 from calib.report.figures.posterior import trace_figure
-from calib.report.pictures import picture
+from calib.report.moves import moves_in_words
+from calib.report.pictures import Drawing, drawing
 from calib.report.rows import SENSOR_PARAMETERS, label_of, parameter_rows
 from calib.report.section import Results, Section
 from calib.sampling import K_HAT, SHIFT_LIMIT, SPOT_CHECK_LIMIT, Posterior, leave_out
 
 ORDER = 60
+
+
+def drawings(results: Results) -> Mapping[str, Drawing]:
+    """Traces of the chains."""
+    return {"traces": drawing(trace_figure, results.posterior, _traced(results.posterior))}
 
 
 def section(results: Results) -> Section:
@@ -22,8 +29,10 @@ def section(results: Results) -> Section:
     context = {
         "criteria": criteria(posterior),
         "rows": parameter_rows(posterior),
-        "trace_picture": picture(
-            trace_figure(posterior, _traced(posterior)),
+        "moves": moves_in_words(posterior.diagnostics),
+        "first": posterior.diagnostics.first_answer_in_words,
+        "trace_picture": results.picture(
+            "traces",
             "Trace and rank plots",
             "One colour per independent ensemble. They must lie over each other without drift (left), and the rank "
             "steps stay near one (right).",
@@ -111,8 +120,10 @@ def _reweighting(posterior: Posterior) -> list[Criterion]:
 
 def _left_out(posterior: Posterior) -> Criterion:
     """Whether single blocks of data pull the posterior by themselves."""
-    with np.errstate(over="ignore"):  # ArviZ lets exponentials of hopeless draws overflow on purpose
-        k = leave_out(posterior).k_hat
+    k = np.array(posterior.diagnostics.block_k_hat)
+    if not k.size:
+        with np.errstate(over="ignore"):  # ArviZ lets exponentials of hopeless draws overflow on purpose
+            k = leave_out(posterior).k_hat
     worst = int(np.nanargmax(k))
     block = f"{number_or_unknown(float(k[worst]), '.2f')} ({posterior.blocks[worst]})"
     return Criterion(

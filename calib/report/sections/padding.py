@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from calib.decision import Recommendation, percent
 from calib.report.digits import median_and_interval
 from calib.report.figures.padding import padding_figure
-from calib.report.pictures import picture
+from calib.report.pictures import Drawing, drawing
 from calib.report.section import Results, Section
 
 ORDER = 50
+
+
+def drawings(results: Results) -> Mapping[str, Drawing]:
+    """The signal over the padding, if a padding is recommended."""
+    return {} if results.recommendation is None else {"padding": drawing(padding_figure, results.recommendation)}
 
 
 def section(results: Results) -> Section | None:
@@ -22,8 +29,8 @@ def section(results: Results) -> Section | None:
         "stale": bool(known) and r.posterior_sha256 != results.posterior_sha256,
         "rows": _rows(r),
         "percent": percent(r.best_probability),
-        "picture": picture(
-            padding_figure(r),
+        "picture": results.picture(
+            "padding",
             "Capacitance change against padding thickness with its uncertainty",
             "Bands hold 50 % and 90 % of the draws. Green: the recommended thickness and those that are as good with a "
             "probability of at least 80 %. Hatched: outside what the model covers.",

@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from calib.catalogue import display
 from calib.report.figures.posterior import corner_figure, prior_figure
-from calib.report.pictures import picture
+from calib.report.pictures import Drawing, dense_drawing, drawing
 from calib.report.rows import PRIOR_DRIVEN_WORDS, label_of, parameter_rows
 from calib.report.section import Results, Section
 
 ORDER = 20
+
+
+def drawings(results: Results) -> Mapping[str, Drawing]:
+    """Every parameter before and after the data, and pairs of them."""
+    posterior = results.posterior
+    return {"pairs": dense_drawing(corner_figure, posterior), "priors": drawing(prior_figure, posterior)}
 
 
 def section(results: Results) -> Section:
@@ -19,17 +27,16 @@ def section(results: Results) -> Section:
         "rows": rows,
         "prior_driven": any(r.learned == PRIOR_DRIVEN_WORDS for r in rows),
         "fixed": [(label_of(name), display(name.split("[")[0], value)) for name, value in posterior.fixed.items()],
-        "prior_picture": picture(
-            prior_figure(posterior),
+        "prior_picture": results.picture(
+            "priors",
             "Prior and posterior density of every parameter",
             "Grey: what was assumed. Blue: what is left after the data. Where the two coincide the data said nothing.",
         ),
-        "corner_picture": picture(
-            corner_figure(posterior),
+        "corner_picture": results.picture(
+            "pairs",
             "Pairwise posterior of the material parameters and of the thicknesses of the first specimen",
             "Contours hold 50 % and 90 % of the draws. A narrow slanted shape is a ridge: the data know a combination "
             "of the two well, not each of them.",
-            vector=False,
         ),
     }
     return Section("parameters", "Parameters", "Parameters", "parameters.html.j2", context)

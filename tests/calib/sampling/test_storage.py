@@ -27,7 +27,7 @@ from calib.problem.problem import build_problem
 from calib.problem.readings import PredictedReadings
 from calib.problem.synthetic import Rig, synthetic_sweep
 from calib.problem.unknowns import list_unknowns
-from calib.sampling.archive import az
+from calib.sampling.archive import load_arviz
 from calib.sampling.diagnostics import Gate
 from calib.sampling.groups import N_PRIOR, make_groups, to_arviz
 from calib.sampling.layout import chain_order, constants, observed, stacked, unknowns
@@ -39,6 +39,8 @@ from models.analytic import ClosedForm
 from models.response import Forward, Response
 from models.seal import sealed, unsealed
 from models.sensor import Design, FloatArray, design_from
+
+az = load_arviz()
 
 GROUPS = {
     *("posterior", "prior", "posterior_predictive", "prior_predictive"),

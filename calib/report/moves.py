@@ -1,0 +1,33 @@
+"""The shares of accepted steps of a run in, a plain sentence on each kind of move out."""
+
+from __future__ import annotations
+
+from calib.sampling import Diagnostics
+
+# Kind of move -> what it is, and shares: from the first on it does well, below the second badly.
+_KINDS = {
+    "proposal": ("jumps to fresh draws of a density that was fitted to the posterior", 0.3, 0.15),
+    "nearby": ("steps to places nearby that this density does not mind", 0.4, 0.2),
+    "differential evolution": ("steps along the difference of two other walkers, which need no shape", 0.15, 0.05),
+    "jump": ("whole differences of two walkers, from mode to mode, which are rarely accepted", 0.0, 0.0),
+}
+
+
+def moves_in_words(diagnostics: Diagnostics) -> tuple[str, ...]:
+    """Say of each kind of move of a run what it is, how many of its steps were accepted, and what that means.
+
+    Nothing for a posterior of an earlier version, which does not tell.
+    """
+    shares = diagnostics.acceptance_by_move
+    said = [_in_words(kind, share) for kind, share in shares.items()]
+    if shares and "proposal" not in shares:
+        said.append(
+            "No density was found that fits the posterior, so that walkers moved by differences alone, which takes longer."
+        )
+    return tuple(said)
+
+
+def _in_words(kind: str, share: float) -> str:
+    what, good, bad = _KINDS.get(kind, ("steps", 0.0, 0.0))
+    meaning = "as it should be" if share >= good else "few: sampling takes longer" if share >= bad else "too few to help"
+    return f"{kind[:1].upper()}{kind[1:]} ({what}): {share:.1%} accepted" + (f", {meaning}." if good else ".")
