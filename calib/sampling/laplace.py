@@ -39,6 +39,8 @@ _ROUNDS, _WIDEN = (160, 160), 1.5
 _FREEDOM, _MARGIN = 5.0, 1.1
 # Draws of all unknowns: so many at a time, until so many effective ones are there, or so many in all.
 _AT_ONCE, _EFFECTIVE, _MOST = 700, 400.0, 2800
+# Of more unknowns than this, those of many specimens, it would neither be fast nor have draws of any weight.
+_MOST_UNKNOWNS = 100
 # Of fewer effective draws than this nothing is said.
 _TOO_FEW = 10.0
 # Numbers in the matrices of (1) that are held at a time: of many unknowns fewer draws are made at once.
@@ -61,10 +63,12 @@ def first_answer(problem: Problem) -> FirstAnswer:
     Raises
     ------
     ValueError
-        If every unknown is fixed, or the posterior is so far from what was taken for it that there is no answer.
+        If every unknown is fixed, there are more than a hundred, or the posterior is so far from what was taken for it that there is no answer.
     """
     if not problem.parameters:
         raise ValueError("every parameter is fixed: there is nothing to estimate")
+    if len(problem.parameters) > _MOST_UNKNOWNS:
+        raise ValueError(f"there is no first answer for {len(problem.parameters)} unknowns, only for {_MOST_UNKNOWNS} at most")
     space = coordinates(problem)
     n = len(problem.parameters)
     rng = np.random.default_rng(_SEED)
