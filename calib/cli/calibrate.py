@@ -7,10 +7,9 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -21,9 +20,8 @@ from calib.regular import require_shown
 
 if TYPE_CHECKING:
     from calib.experiment import Experiment
-    from calib.problem import Problem
     from calib.runs import Run
-    from calib.sampling import Posterior, Progress
+    from calib.sampling import Progress
 
 
 #: Minutes that a calibration may take if nothing else is said.
@@ -100,13 +98,13 @@ def calibrate(
                 output,
                 seed=seed,
                 resume=resume,
-                max_seconds=60 * budget,
+                deadline=deadline,
                 processes=processes,
                 surrogate=surrogate,
                 reweight=reweight,
                 command=told,
                 watch=Watch(partial(_sampling, budget), partial(_reweighting, again), _planned),
-                stages=replace(stages, sample=_until(deadline, stages.sample)),
+                stages=stages,
             )
         except NothingSampled as nothing:
             more = _resuming(experiment, output, {**given, "--budget": BUDGET, "--reweight": reweight or None})
@@ -119,15 +117,6 @@ def calibrate(
                 raise done.page_error
     if not posterior.diagnostics.usable:
         raise typer.Exit(NOT_USABLE)
-
-
-def _until(deadline: float, sample: Callable[..., Posterior]) -> Callable[..., Posterior]:
-    """Sample until a moment on the monotonic clock, however long reading has taken before."""
-
-    def in_time(problem: Problem, **options: Any) -> Posterior:
-        return sample(problem, **{**options, "max_seconds": deadline - time.monotonic()})
-
-    return in_time
 
 
 def _resuming(experiment: Path, output: Path, options: Mapping[str, Path | float | None]) -> str:

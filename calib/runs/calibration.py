@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
@@ -22,6 +23,9 @@ from calib.workers import workers
 
 #: Seed of a run that is given none.
 DEFAULT_SEED = 1
+
+#: How long a calibration that is given no deadline reads and samples at most [s].
+DEFAULT_SECONDS = 600.0
 
 
 @dataclass(frozen=True)
@@ -84,7 +88,7 @@ def calibrate(
     *,
     seed: int | None = None,
     resume: bool = False,
-    max_seconds: float = 600.0,
+    deadline: float | None = None,
     processes: int | None = None,
     surrogate: Path | None = None,
     reweight: int = 0,
@@ -104,7 +108,7 @@ def calibrate(
     folder : of the run; must be empty or not exist yet, unless the run in it is resumed.
     seed : of all random numbers; None for `DEFAULT_SEED`, or that of the run that is resumed.
     resume : whether to go on with a run that was stopped or has not converged.
-    max_seconds : [s], of sampling at most.
+    deadline : moment of `time.monotonic` at which sampling ends, however long reading takes; None for ten minutes from now.
     processes : worker processes; None for the number of processors, at most 4, and 0 for none.
     surrogate : file of a surrogate to use instead of the shipped one.
     reweight : draws to re-weight to the finite elements in the end; 0 for none.
@@ -121,6 +125,7 @@ def calibrate(
     InputError
         If an input cannot be used, a run with other inputs is to be resumed, or another process writes into the folder.
     """
+    deadline = time.monotonic() + DEFAULT_SECONDS if deadline is None else deadline
     if said := owner_of(folder):
         advice = "Wait until it has ended, or choose another folder"
         raise InputError(Fault(f"this folder is in use by {said}", folder, advice=advice))
@@ -156,7 +161,7 @@ def calibrate(
                     seed=seed,
                     checkpoint=folder / CHECKPOINT,
                     resume=resume,
-                    max_seconds=max_seconds,
+                    max_seconds=deadline - time.monotonic(),
                     processes=processes,
                     progress=progress,
                     attrs=attrs,

@@ -6,6 +6,7 @@ import json
 import math
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -370,14 +371,18 @@ def test_resuming_with_another_surrogate_is_refused_with_a_sentence(lab: Path) -
 
 
 def test_a_calibration_can_be_run_without_the_command_line(lab: Path, make_posterior: Callable[..., Posterior]) -> None:
-    seen: list[object] = []
+    seen: list[tuple[Any, ...]] = []
 
     def sampled(problem: Problem, **options: object) -> Posterior:
         seen.append((problem.forward.name, options["seed"], options["max_seconds"], options["attrs"]))
         return make_posterior(n_specimen=1)
 
-    done = calibrate(lab / "experiment.toml", lab / "run", seed=5, max_seconds=3.0, command="by hand", stages=Stages(sampled))
-    assert seen == [("closed form", 5, 3.0, {"command": "by hand"})]
+    begin = time.monotonic()
+    done = calibrate(
+        lab / "experiment.toml", lab / "run", seed=5, deadline=begin + 90, command="by hand", stages=Stages(sampled)
+    )
+    assert seen == [("closed form", 5, pytest.approx(90, abs=time.monotonic() - begin), {"command": "by hand"})]
+    assert seen[0][2] < 90  # reading is in it
     assert done.page_error is None
     again = load_run(lab / "run")
     np.testing.assert_array_equal(again.posterior.draws, done.run.posterior.draws)
