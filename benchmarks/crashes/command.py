@@ -27,9 +27,12 @@ LIMIT = 240.0
 CODES = (0, 1, 2, 3, 130, 143)
 _ANSI = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]")
 _DRAWN: list[tuple[Any, str, Any]] = []
-_WALKERS, _BLOCKS, _BLOCK_STEPS, _EFFECTIVE, _ACCURACY = 8, 3, 20, 300.0, 3e-2
+_WALKERS, _BLOCKS, _BLOCK_STEPS, _EFFECTIVE, _ACCURACY = 8, 3, 20, 200.0, 3e-2
 # Of the search for the modes and the start of an ensemble, and of the spot check: its draws.
-_SMALL = {"N_START_DRAWS": 64, "N_BEST": 1, "N_ANY": 1, "N_UNEXPLAINED": 1, "ROUNDS": (4, 4), "ENOUGH_ACCEPTED": 0.2, "N_DRAW": 1}
+_SMALL = {
+    **{"N_START_DRAWS": 64, "N_BEST": 1, "N_ANY": 1, "N_UNEXPLAINED": 1},
+    **{"ROUNDS": (4, 4), "ENOUGH_ACCEPTED": 0.2, "N_DRAW": 1},
+}
 
 
 @dataclass(frozen=True)
