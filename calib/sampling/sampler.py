@@ -247,11 +247,20 @@ _R = TypeVar("_R")
 def _modes(run: SamplingRun, executor: Executor, deadline: float) -> tuple[Mode, ...]:
     """The modes that all ensembles together have found, or find now."""
     found = {k: modes for k in range(len(run.seeds)) if (modes := load_modes(run.folder, k)) is not None}
-    pending = {executor.submit(find_modes, run.target, _seed_of(run, k, 0)): k for k in range(len(run.seeds)) if k not in found}
+    missing = [k for k in range(len(run.seeds)) if k not in found]
+    if missing:
+        _require_time(deadline)
+    pending = {executor.submit(find_modes, run.target, _seed_of(run, k, 0)): k for k in missing}
     for ensemble, modes in _as_done(pending, deadline):
         save_modes(run.folder, ensemble, modes)
         found[ensemble] = modes
     return join_modes(run.target, [mode for _, modes in sorted(found.items()) for mode in modes])
+
+
+def _require_time(deadline: float) -> None:
+    """Begin nothing after the deadline: to start workers, only to drop their work, takes seconds where others compute, too."""
+    if time.monotonic() >= deadline:
+        raise _OutOfTime
 
 
 def _seed_of(run: SamplingRun, ensemble: int, stage: int) -> np.random.SeedSequence:
@@ -292,6 +301,8 @@ def _advance_to(
             return
         else:
             work = partial(advance, run.target, state, load_proposal(run.folder, ensemble), BLOCK_STEPS)
+        if not pending:
+            _require_time(deadline)
         pending[executor.submit(work)] = ensemble
 
     for ensemble in range(len(run.seeds)):
