@@ -62,6 +62,7 @@ def main(words: Sequence[str] | None = None) -> int:
     # No TemporaryDirectory, which every fork would remove when it ends.
     lab = Lab((options.folder or Path(tempfile.mkdtemp(prefix="calib-crash-"))).resolve(), options.cold)
     lab.folder.mkdir(parents=True, exist_ok=True)
+    lab.rehearse()
     try:
         if options.again:
             case = PARTS[options.again[0]].case(lab, int(options.again[1]))

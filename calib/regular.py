@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import stat
 from pathlib import Path
 
@@ -59,6 +60,34 @@ def bytes_of(path: Path, most: int, what: str) -> bytes:
     if len(data) > most:
         raise InputError(Fault(f"has more than {most / 1e6:g} MB, too many for {what}", path, advice="Choose another file"))
     return data
+
+
+def names_beside(path: Path) -> str:
+    """Advice for a file that is not there: files of its kind in its folder, those spelled most like it first.
+
+    >>> names_beside(Path("no/such/folder/press.csv"))
+    'There is no folder no/such/folder'
+
+    Parameters
+    ----------
+    path : of the file; those that end as it does or in .csv are listed.
+    """
+    folder = path.parent
+    if not folder.is_dir():
+        return f"There is no folder {folder}"
+    own = path.suffix.lower()
+    endings = {own} if own == ".toml" else {".csv", own} - {""}
+    kind = " or ".join(ending[1:].upper() for ending in sorted(endings))
+    try:
+        names = sorted(p.name for p in folder.iterdir() if p.suffix.lower() in endings and p.is_file())
+    except OSError as error:
+        return f"The folder cannot be listed: {error.strerror}"
+    if not names:
+        return f"There are no {kind} files in that folder"
+    likely = difflib.get_close_matches(path.name, names, n=3, cutoff=0.6)
+    names = likely + [name for name in names if name not in likely]
+    more = f" and {len(names) - 12} more" if len(names) > 12 else ""
+    return f"{kind} files in that folder: {', '.join(names[:12])}{more}"
 
 
 def require_shown(path: Path) -> None:

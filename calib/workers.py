@@ -13,7 +13,7 @@ from importlib import import_module
 from multiprocessing import active_children, parent_process, resource_tracker
 from multiprocessing.context import SpawnContext, SpawnProcess
 from queue import Empty, SimpleQueue
-from types import TracebackType
+from types import FrameType, TracebackType
 from typing import Any, Literal, ParamSpec, TypeVar
 
 _P = ParamSpec("_P")
@@ -21,6 +21,8 @@ _T = TypeVar("_T")
 
 # Libraries for linear algebra read these when they are loaded.
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
+
+_SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 
 
 @contextmanager
@@ -53,15 +55,17 @@ def workers(processes: int | None = None) -> Iterator[Executor]:
     try:
         yield pool
     except BaseException:
+        # The executor's own thread is not waited for: an exception that came while a lock was taken may have left it locked.
         pool.shutdown(wait=False, cancel_futures=True)
         begun = [worker for worker in active_children() if worker not in others]
         for worker in begun:
             worker.kill()
         for worker in begun:
-            worker.join(0.5)
+            worker.join(2.0)
         raise
+    else:
+        pool.shutdown()
     finally:
-        pool.shutdown(wait=True, cancel_futures=True)
         for name, value in before.items():
             if value is None:
                 os.environ.pop(name, None)
@@ -131,24 +135,58 @@ class _Worker(SpawnProcess):
 
     def start(self) -> None:
         """See `multiprocessing.Process.start`."""
-        if not hasattr(signal, "pthread_sigmask"):
+        with _undisturbed():
             super().start()
-            return
-        # What is held back here is held back in the process that is started, from its first instruction on.
-        held = {signal.SIGINT, signal.SIGHUP}
-        before = signal.pthread_sigmask(signal.SIG_BLOCK, held)
-        try:
-            super().start()
-        finally:
-            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@contextmanager
+def _undisturbed() -> Iterator[None]:
+    """Start a process without signals of the terminal: not in it, and not in its start here.
+
+    A process half started is one that nobody knows, nor ends. To hold signals back is not enough for that: another thread hears
+    them, and Python runs their handlers in the main one all the same.
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    # What is held back here is held back in the process that is started, from its first instruction on.
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGHUP})
+    try:
+        with _handlers_waiting():
+            yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+
+
+@contextmanager
+def _handlers_waiting() -> Iterator[None]:
+    """Run handlers of signals that come in this block after it, if this is the main thread, in which they run."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    came: list[int] = []
+    before: dict[int, Callable[[int, FrameType | None], Any]] = {}
+    try:
+        for signum in _SIGNALS:
+            handler = signal.getsignal(signum)
+            if callable(handler):
+                before[signum] = handler
+                signal.signal(signum, lambda number, _: came.append(number))
+        yield
+    finally:
+        for signum, handler in before.items():
+            signal.signal(signum, handler)
+        for number in came:
+            before[number](number, None)
 
 
 def _begin_tracker() -> None:
-    """Start the process by which Python clears away after killed ones: silent, and here, as its start lets signals through."""
+    """Start the process by which Python clears away after killed ones: silently, and before any worker."""
     before = os.environ.get("PYTHONWARNINGS")
     os.environ["PYTHONWARNINGS"] = ",".join([*([before] if before else []), "ignore:resource_tracker"])
     try:
-        resource_tracker.ensure_running()
+        with _undisturbed():
+            resource_tracker.ensure_running()
     finally:
         if before is None:
             del os.environ["PYTHONWARNINGS"]

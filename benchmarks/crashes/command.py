@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import gc
 import importlib
 import io
 import os
@@ -15,6 +16,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import redirect_stderr, redirect_stdout, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -24,8 +26,13 @@ LIMIT = 240.0
 #: What the pages say a command may end with; 1 if all but the page is written, 130 and 143 after SIGINT and SIGTERM.
 CODES = (0, 1, 2, 3, 130, 143)
 _ANSI = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]")
-_DRAWN: list[Any] = []
-_WALKERS, _STEPS, _ACCURACY = 8, 150, 3e-2
+_DRAWN: list[tuple[Any, str, Any]] = []
+_WALKERS, _BLOCKS, _BLOCK_STEPS, _EFFECTIVE, _ACCURACY = 8, 3, 20, 200.0, 3e-2
+# Of the search for the modes and the start of an ensemble, and of the spot check: its draws.
+_SMALL = {
+    **{"N_START_DRAWS": 64, "N_BEST": 1, "N_ANY": 1, "N_UNEXPLAINED": 1},
+    **{"ROUNDS": (4, 4), "ENOUGH_ACCEPTED": 0.2, "N_DRAW": 1},
+}
 
 
 @dataclass(frozen=True)
@@ -118,15 +125,21 @@ def load_all() -> None:
 
 
 def make_small() -> None:
-    """Make calibrations of this process and its children small: few steps, coarse elements, one picture for all figures."""
+    """Make calibrations of this process and its children small: short blocks, coarse elements, one picture for all figures.
+
+    Stages, blocks of an ensemble and files are as many as in others; what is less is what is computed for each.
+    """
     from matplotlib.figure import Figure
 
     import calib
+    from calib.sampling import Gate
     from models.fem import FiniteElements
 
     defaults = calib.sample.__kwdefaults__
     assert defaults is not None
-    defaults.update(n_walkers=_WALKERS, max_steps=_STEPS)
+    defaults.update(n_walkers=_WALKERS, max_steps=_BLOCKS * _BLOCK_STEPS, gate=Gate(ess=_EFFECTIVE))
+    small = {"BLOCK_STEPS": _BLOCK_STEPS, "FIRST_CHECK": (_BLOCKS - 1) * _BLOCK_STEPS, **_SMALL}
+    _replaced(lambda module: {name: value for name, value in small.items() if hasattr(module, name)})
     calib.with_spot_check.__defaults__ = (FiniteElements(accuracy=_ACCURACY),)
     pictures: dict[str, bytes] = {}
     for form in ("png", "svg"):
@@ -137,18 +150,60 @@ def make_small() -> None:
     def save(figure: Figure, target: Any, *, format: str = "png", **_: Any) -> None:
         target.write(pictures[format]) if hasattr(target, "write") else Path(target).write_bytes(pictures[format])
 
+    def empty(*_: Any, **__: Any) -> Figure:
+        return Figure(figsize=(1, 1))
+
+    _DRAWN.extend(_replaced(lambda module: dict.fromkeys(_drawing(module), empty)))
     figures: Any = Figure
-    _DRAWN.append(figures.savefig)
+    _DRAWN.append((figures, "savefig", figures.savefig))
     figures.savefig = save
+
+
+def _drawing(module: Any) -> list[str]:
+    """Names in a module of functions that draw a figure."""
+    if not module.__name__.startswith("calib.report"):
+        return []
+    found = {name: value for name, value in vars(module).items() if hasattr(value, "__wrapped__")}
+    return [name for name, value in found.items() if value.__module__.startswith("calib.report.figures")]
+
+
+def _replaced(others: Callable[[Any], Mapping[str, Any]]) -> list[tuple[Any, str, Any]]:
+    """Replace names in the modules of `calib`; gives what was there."""
+    before = []
+    for module in [m for name, m in sys.modules.items() if name.split(".")[0] == "calib"]:
+        for name, value in others(module).items():
+            before.append((module, name, vars(module)[name]))
+            setattr(module, name, value)
+    return before
 
 
 def draw() -> None:
     """Have the figures of this process drawn again."""
-    from matplotlib.figure import Figure
+    for owner, name, value in _DRAWN:
+        setattr(owner, name, value)
 
-    figures: Any = Figure
-    if _DRAWN:
-        figures.savefig = _DRAWN[-1]
+
+def rehearse(commands: Sequence[Sequence[str]], folder: Path) -> None:
+    """Run commands in this process, for what is looked up or compiled when it is first used to be there in its forks.
+
+    Parameters
+    ----------
+    commands : the words of each, after `calib`.
+    folder : to run them in.
+    """
+    from calib.cli import app
+
+    before = Path.cwd(), sys.argv
+    os.chdir(folder)
+    try:
+        for words in commands:
+            sys.argv = ["calib", *words]
+            with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()), suppress(SystemExit):
+                app()
+    finally:
+        os.chdir(before[0])
+        sys.argv = before[1]
+    gc.freeze()  # what a fork does not touch is not copied
 
 
 def start(

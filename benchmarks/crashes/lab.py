@@ -14,7 +14,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from crashes.command import Ended, run
+from crashes.command import Ended, rehearse, run
 
 DATA = Path(__file__).resolve().parents[2] / "datasets" / "padded_sensor" / "sensor1_instron.csv"
 RECOMMEND = ("--force", "0.5 N", "--padding", "1 mm:2 mm", "--steps", "3", "--draws", "50")
@@ -132,6 +132,13 @@ class Lab:
     def length(self, seed: int = 5) -> float:
         """Duration of the undisturbed calibration [s]."""
         return float(json.loads((self.reference(seed).parent / "done").read_text())["seconds"])
+
+    def rehearse(self) -> None:
+        """Run the commands once in this process, which will be forked for all others; not if they are started anew."""
+        if not self.cold:
+            place = self.fresh("rehearsal")
+            on_run = (("recommend", "RUN", *RECOMMEND), *((command, "RUN") for command in ("report", "verify")))
+            rehearse((self.calibrate(), *on_run, ("compare", "RUN", "RUN")), place)
 
     @cached_property
     def verifies(self) -> bool:

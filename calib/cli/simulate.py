@@ -77,7 +77,8 @@ def simulate(
     rows up to there written.
     """
     with refusing_bad_input():
-        from calib.experiment import forward_of_design, read_design
+        from calib.experiment import forward_of_design, read_design, require_use_of
+        from models.analytic import caution
         from models.curves import loading_curve
         from models.sensor import Design
 
@@ -99,6 +100,7 @@ def simulate(
         for name, wanted in asked.items():
             if wanted and model is not ModelName.fem:
                 raise InputError(Fault(f"{name} needs the finite elements", advice="Add --model fem"))
+        require_use_of(surrogate_file, model)
         pressed = read_design(design)
         if model is ModelName.fem:
             path = _Path(depth, load, steps, unload)
@@ -111,6 +113,8 @@ def simulate(
         forward = forward_of_design(pressed, model, surrogate_file)
         curve = loading_curve(forward, pressed, displacement=depth, force=load, steps=steps)
         _write_curve(curve, output, f"{steps} steps, {model}")
+        if rough := caution(forward, pressed):
+            err().print(f"Warning: {rough}", style="yellow", markup=False, soft_wrap=True)
 
 
 def _check_outputs(design: Path, written: dict[str, Path | None]) -> None:

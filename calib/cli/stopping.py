@@ -2,16 +2,21 @@
 
 Ctrl-C, SIGTERM and SIGHUP raise `KeyboardInterrupt` where the command stands, so that files are closed and workers ended. What
 does not come to its end so, in a library or in a thread, is ended soon after: files are whole or not there at any moment.
+
+Python runs a handler between two steps of the main thread. A signal that comes just before that thread begins to wait, or to
+another thread, does not end the wait: the handler would run when the wait is over, which may be never. So a thread of its own
+hears of every signal at once, wakes the main thread, and ends the command if that does not help.
 """
 
 from __future__ import annotations
 
 import os
 import signal
+import socket
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from multiprocessing import active_children
 from types import FrameType
@@ -22,6 +27,9 @@ from calib.visible import visible
 
 #: How long a command may take to stop by itself [s].
 PATIENCE = 1.0
+
+# After how long the main thread is told again [s].
+_STEP = 0.02
 
 _SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 
@@ -37,6 +45,7 @@ class _Stop:
         self.signum: int | None = None
         self.text = ""
         self.said = False
+        self.saying = threading.Lock()
         self.advice: list[Callable[[], str]] = []
 
     @property
@@ -52,16 +61,36 @@ class _Stop:
         self.text = self.words()  # here, in the thread that knows how far it is
         # What fails only because it is being stopped is no news.
         sys.unraisablehook = threading.excepthook = _silent
-        threading.Thread(target=self.end, daemon=True).start()
         raise KeyboardInterrupt
 
+    def listen(self, ear: socket.socket, heard: Collection[int]) -> None:
+        """Wait for one of these signals, in a thread beside the main one, and see to it that the process ends."""
+        signum = None
+        while signum is None:
+            if not (numbers := ear.recv(64)):
+                ear.close()
+                return  # the command is over
+            signum = next((number for number in numbers if number in heard), None)
+        end = time.monotonic() + PATIENCE
+        while time.monotonic() < end:
+            if self.signum is None and hasattr(signal, "pthread_kill"):
+                signal.pthread_kill(threading.main_thread().ident or 0, signum)
+            time.sleep(_STEP)
+        if self.signum is None:
+            self.signum = signum
+        self.end()
+
     def end(self) -> None:
-        """End the process if it has not ended by itself."""
-        time.sleep(PATIENCE)
-        self.say()
-        for worker in active_children():
-            worker.kill()
-        os._exit(self.code)
+        """End the process, which has not ended by itself."""
+        try:
+            # Where nobody reads standard error it takes no more.
+            saying = threading.Thread(target=self.say, daemon=True)
+            saying.start()
+            saying.join(PATIENCE / 2)
+            for worker in active_children():
+                worker.kill()
+        finally:
+            os._exit(self.code)
 
     def words(self) -> str:
         """What is to be said at this place."""
@@ -69,10 +98,11 @@ class _Stop:
 
     def say(self) -> None:
         """Tell the user how to go on, once."""
-        if not self.said:
-            self.said = True
-            cursor = "\x1b[?25h" if sys.stderr.isatty() else ""  # which a progress bar may have hidden
-            print(f"{cursor}{visible(self.text or self.words())}", file=sys.stderr, flush=True)
+        with self.saying:
+            if not self.said:
+                cursor = "\x1b[?25h" if sys.stderr.isatty() else ""  # which a progress bar may have hidden
+                print(f"{cursor}{visible(self.text or self.words())}", file=sys.stderr, flush=True)
+                self.said = True
 
 
 _STOP = _Stop()
@@ -87,14 +117,10 @@ def stoppable() -> Iterator[None]:
     typer.Exit
         With that code, where a test runs the command.
     """
-    before = {}
-    if threading.current_thread() is threading.main_thread():
-        # What ignores a signal from the start, as under nohup, goes on to.
-        heard = [s for s in _SIGNALS if signal.getsignal(s) not in (signal.SIG_IGN, None)]
-        before = {s: signal.signal(s, _STOP.begin) for s in heard}
     _STOP.said = False
     try:
-        yield
+        with _listening():
+            yield
     except BaseException as error:
         if _STOP.signum is None and not isinstance(error, KeyboardInterrupt):
             raise
@@ -103,10 +129,29 @@ def stoppable() -> Iterator[None]:
             sys.stdout.flush()
             os._exit(_STOP.code)  # everything is closed; to take apart what has been loaded can last for seconds
         raise typer.Exit(_STOP.code) from None
+
+
+@contextmanager
+def _listening() -> Iterator[None]:
+    """Have the signals to stop heard in this block, if it runs in the main thread, the one that Python gives signals to."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    # What ignores a signal from the start, as under nohup, goes on to.
+    heard = [s for s in _SIGNALS if signal.getsignal(s) not in (signal.SIG_IGN, None)]
+    ear, mouth = socket.socketpair()
+    mouth.setblocking(False)
+    fd = signal.set_wakeup_fd(mouth.fileno(), warn_on_full_buffer=False)
+    threading.Thread(target=_STOP.listen, args=(ear, frozenset(heard)), daemon=True).start()
+    before = {s: signal.signal(s, _STOP.begin) for s in heard}
+    try:
+        yield
     finally:
         if _STOP.signum is None:
             for signum, handler in before.items():
                 signal.signal(signum, handler)
+            signal.set_wakeup_fd(fd)
+            mouth.close()
 
 
 @contextmanager

@@ -14,6 +14,7 @@ from calib.decision.requirement import Requirement
 from calib.errors import Fault, InputError
 from calib.problem import lookup, specimen_design
 from calib.sampling import Posterior, thin_draws
+from models.analytic import caution
 from models.curves import DesignPrediction, predict_design
 from models.response import Forward
 from models.sensor import BoolArray, Design, FloatArray, design_from
@@ -117,7 +118,7 @@ def recommend(
         present_change=band(now.change + now.sd * smooth[:, 0]),
         gain=gain,
         border=_border(grid, covered, pick),
-        conditions=_conditions(posterior, base),
+        conditions=_conditions(posterior, forward, _with_padding(base, float(np.max(grid[covered])))),
         converged=posterior.diagnostics.converged,
         surrogate_honest=posterior.diagnostics.surrogate_honest,
         reasons=posterior.diagnostics.reasons_against_use,
@@ -324,7 +325,7 @@ def _not_covered(
     return Fault(message, advice=f"Ask for a force below {reach[top]:.3g} N or for other thicknesses.")
 
 
-def _conditions(posterior: Posterior, base: Design) -> tuple[str, ...]:
+def _conditions(posterior: Posterior, forward: Forward, base: Design) -> tuple[str, ...]:
     radius = np.asarray(base.electrode_radius) * 1e3
     spread = f"{np.median(radius):.3g} mm"
     if np.ptp(radius) > 1e-6:
@@ -337,7 +338,9 @@ def _conditions(posterior: Posterior, base: Design) -> tuple[str, ...]:
         else "padding of its own material, with the modulus found for it"
     )
     contact = "sticking to the sensor" if posterior.experiment.stick else "pressed without friction"
+    rough = caution(forward, base)
     return (
+        *([f"a first look alone: {rough}"] if rough else []),
         "padding bonded to the rigid base: on a slippery base the sensor is softer and the optimum moves",
         f"electrode radius {spread}: another electrode needs its own recommendation",
         f"ball radius {float(np.asarray(base.indenter.radius)[0]) * 1e3:.3g} mm, {contact}",

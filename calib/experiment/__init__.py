@@ -4,7 +4,7 @@ from calib.experiment.design import read_design
 from calib.experiment.draft import experiment_text
 from calib.experiment.edits import MARK, Unedited, unedited_in_words
 from calib.experiment.experiment_file import experiment_from, read_experiment
-from calib.experiment.forward import forward_of_design, forward_of_experiment, surrogate_from
+from calib.experiment.forward import forward_of_design, forward_of_experiment, require_use_of, surrogate_from
 from calib.experiment.lab_files import Found, Looked, look_through
 from calib.experiment.pairing import pair
 from calib.experiment.plan import Experiment, MaterialLaw, Specimen, SweepFiles
@@ -37,6 +37,7 @@ __all__ = [
     "read_design",
     "read_experiment",
     "read_sweeps",
+    "require_use_of",
     "surrogate_from",
     "unedited_in_words",
 ]

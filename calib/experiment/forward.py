@@ -26,7 +26,7 @@ def forward_of_experiment(experiment: Experiment, surrogate: Path | None = None)
     Raises
     ------
     InputError
-        If there is no such surrogate, or it cannot be read.
+        If there is no such surrogate, it cannot be read, or the model is none.
     """
     return _forward(experiment.model, surrogate, experiment.family)
 
@@ -43,7 +43,7 @@ def forward_of_design(design: Design, model: str, surrogate: Path | None = None)
     Raises
     ------
     InputError
-        If there is no such surrogate, or it cannot be read.
+        If there is no such surrogate, it cannot be read, or the model is none.
     """
     stick = math.isinf(design.indenter.friction_coefficient)
     return _forward(model, surrogate, family_of(stiffening=bool(design.sensor.stiffening), stick=stick))
@@ -73,7 +73,26 @@ def surrogate_from(file: Path | None = None, family: Family | None = NEO_HOOKEAN
         raise InputError(Fault(f"not a surrogate that can be read ({error})", file)) from None
 
 
+def require_use_of(surrogate: Path | None, model: str) -> None:
+    """Refuse a surrogate file that the model would take no notice of.
+
+    Parameters
+    ----------
+    surrogate : the file; None if none is given.
+    model : name of the model.
+
+    Raises
+    ------
+    InputError
+        If so.
+    """
+    if surrogate is not None and model != "surrogate":
+        message = f'a surrogate file is given, but the model is "{model}", which uses none'
+        raise InputError(Fault(message, surrogate, advice='Leave --surrogate out, or choose the model "surrogate"'))
+
+
 def _forward(model: str, surrogate: Path | None, family: Family | None) -> Forward:
+    require_use_of(surrogate, model)
     if model == "fem":
         return FiniteElements()
     if model.replace("-", " ") == "closed form":

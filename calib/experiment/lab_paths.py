@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import os
 from collections.abc import Mapping
 from pathlib import Path
@@ -14,6 +13,7 @@ from calib.experiment.toml_file import Toml
 from calib.experiment.toml_places import KeyPath
 from calib.experiment.toml_values import check_keys, quantity_at, quoted, table_at, tables_at, text_at
 from calib.lab import AS_FOUND, Reading
+from calib.regular import names_beside
 from calib.visible import LONGEST_NAME, character_fault, name_fault, shortened
 
 
@@ -96,30 +96,15 @@ def _path(toml: Toml, at: KeyPath) -> Path | None:
     elif os.path.exists(path) and not path.is_dir():
         toml.fault(at, f"{what} {path} is a pipe or a device", "Give the name of a file")
     elif path.is_dir():
-        toml.fault(at, f"{what} {path} is a folder", _neighbours(path, path.name))
+        toml.fault(at, f"{what} {path} is a folder", names_beside(path / path.name))
     elif "\\" in text:
         toml.fault(at, f"{what} not found: {path}", "Write paths with forward slashes")
     elif not path.parent.is_dir():
         advice = "Write paths relative to the experiment file"
         toml.fault(at, f"{what} not found, there is no folder {path.parent}", advice)
     else:
-        toml.fault(at, f"{what} not found: {path}", _neighbours(path.parent, path.name))
+        toml.fault(at, f"{what} not found: {path}", names_beside(path))
     return None
-
-
-def _neighbours(folder: Path, wanted: str) -> str:
-    """Advice that names the CSV files of a folder, those spelled most like the wanted one first."""
-    suffixes = {".csv", Path(wanted).suffix.lower()} - {""}
-    try:
-        names = sorted(p.name for p in folder.iterdir() if p.suffix.lower() in suffixes and p.is_file())
-    except OSError as error:
-        return f"The folder cannot be listed: {error.strerror}"
-    if not names:
-        return "There are no CSV files in that folder"
-    likely = difflib.get_close_matches(wanted, names, n=3, cutoff=0.6)
-    names = likely + [name for name in names if name not in likely]
-    more = f" and {len(names) - 12} more" if len(names) > 12 else ""
-    return f"CSV files in that folder: {', '.join(names[:12])}{more}"
 
 
 def check_name(toml: Toml, at: KeyPath, name: str) -> None:

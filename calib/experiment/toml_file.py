@@ -12,7 +12,7 @@ from typing import Any
 
 from calib.errors import Fault, InputError
 from calib.experiment.toml_places import KeyPath, locate_keys
-from calib.regular import bytes_of, require_shown
+from calib.regular import bytes_of, names_beside, require_shown
 from calib.visible import shortened
 
 #: Bytes of the largest file: experiments of a thousand specimens have a third of it.
@@ -96,9 +96,7 @@ def read_toml(path: Path) -> Toml:
     try:
         raw = bytes_of(path, LARGEST, "an experiment or a design")
     except FileNotFoundError:
-        tomls = sorted(p.name for p in path.parent.glob("*.toml")) if path.parent.is_dir() else []
-        advice = f"TOML files in that folder: {', '.join(tomls[:12])}" if tomls else ""
-        raise InputError(Fault(f"file not found: {path.absolute()}", path, advice=advice)) from None
+        raise InputError(Fault(f"file not found: {path.absolute()}", path, advice=names_beside(path))) from None
     except OSError as error:
         raise InputError(Fault(f"cannot be read: {error.strerror or error}", path)) from None
     try:

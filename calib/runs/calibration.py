@@ -13,7 +13,7 @@ from pathlib import Path
 
 from calib.checks import LEAST_DRAWS, with_reweighting, with_spot_check
 from calib.decision import Recommendation
-from calib.errors import Fault, InputError
+from calib.errors import Fault, InputError, in_shell_path
 from calib.experiment import Experiment, read_experiment
 from calib.files import require_folder
 from calib.runs.folder import SURROGATE_FILE, PageError, Run, page_of, write_run
@@ -216,7 +216,7 @@ def _check_folder(folder: Path, resume: bool) -> None:
     if resume:
         if not folder.is_dir():
             raise InputError(Fault("there is no run to resume", folder, advice="Leave --resume out to start one"))
-        if not (folder / LISTING).exists() and not is_begun(folder / CHECKPOINT):
+        if not _is_run(folder):
             advice = "Leave --resume out to start one here" if is_bare(folder) else "Start the calibration anew with another -o"
             message = "this folder was not written by `calib calibrate`: no run.json in it"
             raise InputError(Fault(message, folder, advice=advice))
@@ -225,8 +225,17 @@ def _check_folder(folder: Path, resume: bool) -> None:
     elif not folder.is_dir():
         raise InputError(Fault("a file of this name exists and is not overwritten", folder, advice="Choose another -o"))
     elif not is_bare(folder):
-        advice = "Choose another -o, or continue that run with --resume"
-        raise InputError(Fault("the output folder exists and is not overwritten", folder, advice=advice))
+        if _is_run(folder):
+            message, advice = "there is a run in this folder", "Choose another -o, or continue that run with --resume"
+        else:
+            inside = in_shell_path(folder / "run1")
+            message = "this folder holds other files, and a run wants one of its own"
+            advice = f"Choose another -o, such as {inside}, or empty it"
+        raise InputError(Fault(f"{message}: the output folder exists and is not overwritten", folder, advice=advice))
+
+
+def _is_run(folder: Path) -> bool:
+    return (folder / LISTING).exists() or is_begun(folder / CHECKPOINT)
 
 
 def _check_reweight(n_draw: int, plan: Experiment) -> None:

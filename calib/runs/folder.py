@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor
 from contextlib import contextmanager, suppress
@@ -15,7 +14,7 @@ import numpy as np
 
 from calib.checks import Prediction, predict
 from calib.decision import Recommendation, Requirement, recommend, recommendation_from_json, recommendation_to_json
-from calib.errors import Fault, InputError
+from calib.errors import Fault, InputError, in_shell_path
 from calib.experiment import forward_of_experiment
 from calib.files import sha256_of, write_text
 from calib.report import begin_drawing, kept_drawings, summary_csv, summary_json, write_report
@@ -47,7 +46,7 @@ class PageError(Exception):
     """The page of a run could not be made, for the reason it says; all else that was to be written is there."""
 
     def __init__(self, folder: Path, reason: str) -> None:
-        again = f"calib report {shlex.quote(str(folder))}"
+        again = f"calib report {in_shell_path(folder)}"
         super().__init__(
             f"the report could not be written ({reason}). All results are kept in {folder}; write it with: {again}"
         )
@@ -111,7 +110,8 @@ def load_run(folder: Path) -> Run:
     posterior = load_posterior(path)
     if listing is not None:
         _require_own(listing, posterior, sha256, path)
-    file = posterior.attrs.get(SURROGATE_FILE)
+    # A file that another model was given, as it once could be, is none of its own.
+    file = posterior.attrs.get(SURROGATE_FILE) if posterior.experiment.model == "surrogate" else None
     forward = forward_of_experiment(posterior.experiment, Path(file) if file else None)
     changed = changed_inputs(folder, listing) if listing is not None else ()
     return Run(folder, posterior, forward, sha256, _another_forward(forward, posterior, listing), changed)

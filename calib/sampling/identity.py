@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from importlib.metadata import version
 
 from calib.lab import sweeps_to_json
+from calib.priors import prior_from_json
 from calib.problem import LIKELIHOOD_VERSION, Problem, scopes_of
 from calib.sampling.coordinates import MANY_SPECIMENS
 from calib.sampling.ensemble import GROUPWISE, SHAPELESS, SHAPELY, STORE_EVERY
@@ -23,6 +24,9 @@ FINGERPRINT = "fingerprint"
 
 # What the padding lies on. Only one kind of base is modelled so far; another must not continue a chain of this one.
 _BASE = "bonded"
+
+# How parts are named.
+_PRIOR, _FIXED, _MOVES = "prior of ", "fixed value of ", "moves of the sampler"
 
 # Differences that a refusal names.
 _NAMED = 4
@@ -66,7 +70,7 @@ def identity_of(problem: Problem, seed: int, n_ensemble: int = ENSEMBLES, n_walk
             "seed": str(seed),
             "ensembles": str(n_ensemble),
             "walkers of an ensemble": str(n_walker or usual_walkers(problem)),
-            "moves of the sampler": json.dumps([SHAPELY, SHAPELESS, GROUPWISE, STORE_EVERY, START_VERSION]),
+            _MOVES: json.dumps([SHAPELY, SHAPELESS, GROUPWISE, STORE_EVERY, START_VERSION]),
             "version of emcee": version("emcee"),
             "version of the likelihood": str(LIKELIHOOD_VERSION),
             "forward model": f"{forward.name}, {forward.identity}",
@@ -77,8 +81,8 @@ def identity_of(problem: Problem, seed: int, n_ensemble: int = ENSEMBLES, n_walk
             "material of the padding": e.padding_material,
             "discrepancy": e.discrepancy,
             "unknowns": ", ".join(problem.names),
-            **{f"prior of {p.name}": json.dumps(p.prior.to_json(), sort_keys=True) for p in problem.parameters},
-            **{f"fixed value of {name}": repr(value) for name, value in problem.fixed.items()},
+            **{f"{_PRIOR}{p.name}": json.dumps(p.prior.to_json(), sort_keys=True) for p in problem.parameters},
+            **{f"{_FIXED}{name}": repr(value) for name, value in problem.fixed.items()},
             **{
                 f"data of sweep {k} ({sweep.title})": hashlib.sha256(sweeps_to_json((sweep,)).encode()).hexdigest()
                 for k, sweep in enumerate(problem.sweeps, start=1)
@@ -108,12 +112,45 @@ def differences(found: Mapping[str, str], wanted: Mapping[str, str]) -> str:
     found : the parts of what is there.
     wanted : those of what is asked for now.
     """
-    names = [*wanted, *(name for name in found if name not in wanted)]
-    differing = [name for name in names if found.get(name) != wanted.get(name)]
-    said = [f"{name} was {_shown(found.get(name))} and is {_shown(wanted.get(name))} now" for name in differing[:_NAMED]]
+    known, now = _by_unknown(found), _by_unknown(wanted)
+    names = [*now, *(name for name in known if name not in now)]
+    differing = [name for name in names if known.get(name) != now.get(name)]
+    said = [_changed(name, known.get(name), now.get(name)) for name in differing[:_NAMED]]
     if len(differing) > _NAMED:
         said.append(f"{len(differing) - _NAMED} more differences")
     return "; ".join(said)
+
+
+def _by_unknown(parts: Mapping[str, str]) -> dict[str, str]:
+    """The parts with what is fixed among the priors, as it stands in an experiment file."""
+    fixed = {name: value for name, value in parts.items() if name.startswith(_FIXED)}
+    others = {name: value for name, value in parts.items() if name not in fixed}
+    return others | {
+        f"{_PRIOR}{name.removeprefix(_FIXED)}": f'{{"kind": "fixed", "value": {value}}}' for name, value in fixed.items()
+    }
+
+
+def _changed(name: str, old: str | None, new: str | None) -> str:
+    """One difference in words."""
+    if name.startswith("data of ") and old is not None and new is not None:
+        return f"{name} have changed"
+    if name == _MOVES:
+        return f"{name} are those of another version"
+    was, now = (_worded(name, value) for value in (old, new))
+    if was == now:  # in the digits that are shown
+        was, now = _shown(old), _shown(new)
+    return f"{name} was {was} and is {now} now"
+
+
+def _worded(name: str, value: str | None) -> str:
+    """A part of an identity as a user would say it."""
+    if value is None or not name.startswith(_PRIOR):
+        return _shown(value)
+    unknown = name.removeprefix(_PRIOR).partition("[")[0]
+    try:
+        return f'"{prior_from_json(json.loads(value)).describe(unknown)}"'
+    except (ValueError, KeyError):  # of a version that knows other priors or unknowns
+        return _shown(value)
 
 
 def _shown(value: str | None) -> str:

@@ -281,13 +281,22 @@ _R = TypeVar("_R")
 def _modes(run: SamplingRun, executor: Executor, deadline: float, report: Callable[[int, int], None]) -> tuple[Mode, ...]:
     """The modes that all ensembles together have found, or find now."""
     found = {k: modes for k in range(len(run.seeds)) if (modes := load_modes(run.folder, k)) is not None}
-    pending = {executor.submit(find_modes, run.target, _seed_of(run, k, 0)): k for k in range(len(run.seeds)) if k not in found}
+    missing = [k for k in range(len(run.seeds)) if k not in found]
     report(0, len(found))
+    if missing:
+        _require_time(deadline)
+    pending = {executor.submit(find_modes, run.target, _seed_of(run, k, 0)): k for k in missing}
     for ensemble, modes in _as_done(pending, deadline):
         save_modes(run.folder, ensemble, modes)
         found[ensemble] = modes
         report(0, 1)
     return join_modes(run.target, [mode for _, modes in sorted(found.items()) for mode in modes])
+
+
+def _require_time(deadline: float) -> None:
+    """Begin nothing after the deadline: to start workers, only to drop their work, takes seconds where others compute, too."""
+    if time.monotonic() >= deadline:
+        raise _OutOfTime
 
 
 def _seed_of(run: SamplingRun, ensemble: int, stage: int) -> np.random.SeedSequence:
@@ -328,6 +337,8 @@ def _advance_to(
             return
         else:
             work = partial(advance, run.target, state, load_proposal(run.folder, ensemble), BLOCK_STEPS)
+        if not pending:
+            _require_time(deadline)
         pending[executor.submit(work)] = ensemble
 
     for ensemble in range(len(run.seeds)):

@@ -9,7 +9,7 @@ import sys
 import threading
 import time
 from concurrent.futures import Executor
-from multiprocessing import active_children
+from multiprocessing import active_children, popen_spawn_posix
 from pathlib import Path
 
 import pytest
@@ -124,15 +124,16 @@ GROUP = """
 import os, signal, time
 from calib.workers import Crew, workers
 if __name__ == "__main__":
-    signal.signal(signal.SIGINT, lambda *_: None)
+    signum = int(os.environ["SIGNAL"])
+    signal.signal(signum, lambda *_: None)
     with workers(2) as executor:
         for k in range(int(os.environ["EARLY"])):
             futures = [executor.submit(time.sleep, 0.1) for _ in range(2)]
-            os.kill(0, signal.SIGINT)
+            os.kill(0, signum)
             [f.result() for f in futures]
         futures = [executor.submit(time.sleep, 0.3) for _ in range(2)]
         time.sleep(0.1)
-        os.kill(0, signal.SIGINT)
+        os.kill(0, signum)
         [f.result() for f in futures]
     print("done")
 """
@@ -140,10 +141,11 @@ if __name__ == "__main__":
 
 @pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="signals of process groups")
 @pytest.mark.parametrize("early", [0, 1], ids=["while they work", "while they start"])
-def test_ctrl_c_in_the_terminal_is_left_to_the_parent(tmp_path: Path, early: int) -> None:
+@pytest.mark.parametrize("signum", [signal.SIGINT, signal.SIGHUP])
+def test_what_a_terminal_sends_to_all_is_left_to_the_parent(tmp_path: Path, early: int, signum: signal.Signals) -> None:
     script = tmp_path / "parent.py"
     script.write_text(GROUP, encoding="utf-8")
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), "EARLY": str(early)}
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "EARLY": str(early), "SIGNAL": str(int(signum))}
     command = [sys.executable, str(script)]
     done = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=600, start_new_session=True)
     assert (done.returncode, done.stdout, done.stderr) == (0, "done\n", "")
@@ -186,3 +188,29 @@ def test_a_crew_of_no_process_works_in_this_one() -> None:
         crew.load("calib.sampling.sampler")  # there is nobody to load it
         assert crew.submit(os.getpid).result() == os.getpid()
         assert list(crew.map(abs, [-1, -2])) == [1, 2]
+
+
+@pytest.mark.skipif(not hasattr(signal, "pthread_kill"), reason="signals of threads")
+def test_a_signal_while_a_worker_is_started_is_heard_when_it_has_been(monkeypatch: pytest.MonkeyPatch) -> None:
+    launch, whole, before = popen_spawn_posix.Popen._launch, [], signal.getsignal(signal.SIGINT)
+    release = threading.Event()
+    other = threading.Thread(target=release.wait)
+    other.start()
+
+    def disturbed(self: popen_spawn_posix.Popen, process: object) -> None:
+        signal.pthread_kill(other.ident or 0, signal.SIGINT)
+        time.sleep(0.1)
+        launch(self, process)
+        whole.append(process)
+
+    monkeypatch.setattr(popen_spawn_posix.Popen, "_launch", disturbed)
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt), workers(1) as executor:
+            executor.submit(os.getpid)
+        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    finally:
+        signal.signal(signal.SIGINT, before)
+        release.set()
+        other.join()
+    assert len(whole) == 1

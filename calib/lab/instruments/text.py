@@ -11,7 +11,7 @@ from pathlib import Path
 from calib.errors import Fault, InputError
 from calib.lab.instruments.units import looks_like_unit
 from calib.lab.instruments.vocabulary import understand
-from calib.regular import require_regular
+from calib.regular import names_beside, require_regular
 
 # Encodings of instruments' software besides Unicode, in the order in which a draw is decided.
 _LEGACY = ("latin-1", "cp1250", "cp1251", "gb18030", "cp932", "cp949")
@@ -63,7 +63,8 @@ def require_readable(path: Path) -> None:
         require_regular(path, "Give the name of a lab file")
         size = path.stat().st_size
     except OSError as error:
-        raise InputError(Fault(f"cannot read the file: {error.strerror or error}", path)) from None
+        advice = names_beside(path) if isinstance(error, FileNotFoundError) else ""
+        raise InputError(Fault(f"cannot read the file: {error.strerror or error}", path, advice=advice)) from None
     if size > _LARGEST:
         raise InputError(Fault(f"has {size / 1e9:.1f} GB, too many for the record of a press", path, advice=_EXPORT))
 

@@ -333,8 +333,17 @@ def test_existing_output_folder_is_not_touched(lab: Path) -> None:
     (run / "precious.txt").write_text("keep", encoding="utf-8")
     result = _run("calibrate", lab / "experiment.toml", "-o", run)
     assert result.exit_code == 2
-    assert "exists and is not overwritten. Choose another -o, or continue that run with --resume" in _said(result)
+    assert "this folder holds other files" in _said(result)
+    assert f"exists and is not overwritten. Choose another -o, such as {run / 'run1'}" in _said(result)
+    assert "--resume" not in _said(result)
     assert [p.name for p in run.iterdir()] == ["precious.txt"]
+
+
+def test_existing_run_is_not_touched_and_can_be_resumed(finished: tuple[Path, Result], lab: Path) -> None:
+    run, _ = finished
+    result = _run("calibrate", lab / "experiment.toml", "-o", run)
+    assert result.exit_code == 2
+    assert "exists and is not overwritten. Choose another -o, or continue that run with --resume" in _said(result)
 
 
 def test_resuming_what_was_never_begun_is_refused(lab: Path) -> None:
@@ -353,7 +362,46 @@ def test_resuming_with_other_data_is_refused_and_keeps_the_run(finished: tuple[P
     _replace("experiment.toml", '"0.7 MPa"', '"0.8 MPa"', lab)
     result = _run("calibrate", lab / "experiment.toml", "-o", run, "--resume", "--budget", 0.001, "--processes", 0)
     assert result.exit_code == 2
+    was, now = (f'"log-normal, median {median} MPa, factor 1.6"' for median in (0.7, 0.8))
+    assert f"prior of young_modulus was {was} and is {now} now" in _said(result)
     assert {p: p.read_bytes() for p in run.rglob("*") if p.is_file()} == before
+
+
+@pytest.mark.parametrize("model", ["closed form", "fem"])
+def test_a_surrogate_file_that_the_model_would_not_use_is_refused(lab: Path, model: str) -> None:
+    _replace("experiment.toml", '"closed form"', f'"{model}"', lab)
+    load_surrogate().save(lab / "mine.npz")
+    result = _run("calibrate", lab / "experiment.toml", "-o", lab / "run", "--surrogate", lab / "mine.npz")
+    assert result.exit_code == 2
+    said = f'a surrogate file is given, but the model is "{model}", which uses none. Leave --surrogate out, or choose the model'
+    assert said in _said(result)
+    assert not (lab / "run").exists()
+    words = ("simulate", lab / "design.toml", "--force", "1 N", "-o", lab / "c.csv", "--model", model.replace(" ", "-"))
+    result = _run(*words, "--surrogate", lab / "mine.npz")
+    assert result.exit_code == 2
+    assert "a surrogate file is given" in _said(result)
+    assert not (lab / "c.csv").exists()
+
+
+def test_a_closed_form_asked_of_thick_layers_says_that_it_is_rough(finished: tuple[Path, Result], lab: Path) -> None:
+    run, _ = finished
+    rough = "the errors that it states hold up to a total thickness of 0.25 disc radii"
+    for padding, said in (("0.5 mm:1.5 mm", False), ("0.5 mm:2 mm", True), ("20 mm:30 mm", True)):
+        result = _run("recommend", run, "--force", "2 N", "--padding", padding, "--steps", 3, "--draws", 50)
+        assert (rough in result.stdout) is said
+        assert (rough in (run / "recommendation.json").read_text(encoding="utf-8")) is said
+        assert (rough in (run / "report.html").read_text(encoding="utf-8")) is said
+    words = ("simulate", lab / "design.toml", "--force", "1 N", "-o", lab / "c.csv", "--model", "closed-form")
+    assert rough not in _said(_run(*words))
+    _replace("design.toml", '"1.10 mm"', '"20 mm"', lab)
+    assert f"Warning: the closed form takes the layers as far wider than thick, and {rough}" in _said(_run(*words))
+
+
+def test_a_lab_file_that_is_not_there_is_answered_with_those_that_are(lab: Path) -> None:
+    result = _run("read", lab / "fource.csv")
+    assert result.exit_code == 2
+    assert "No such file or directory. CSV files in that folder: force.csv, lcr.csv" in _said(result)
+    assert "There is no folder" in _said(_run("read", lab / "nowhere" / "force.csv"))
 
 
 def test_resuming_with_another_surrogate_is_refused_with_a_sentence(lab: Path) -> None:

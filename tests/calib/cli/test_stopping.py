@@ -51,7 +51,7 @@ COMMAND = """
 import signal
 signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored where the tests themselves run in the background
 signal.signal(signal.SIGHUP, signal.SIG_DFL)
-import math, os, sys, time
+import math, os, sys, threading, time
 import calib.runs.calibration as calibration
 import calib.runs.folder as run_folder
 import calib.sampling.assess as assess
@@ -72,6 +72,14 @@ def deaf(*args, **kwargs):
             time.sleep(60)
         except BaseException:
             pass
+
+def heard_by_another_thread(*args, **kwargs):
+    # The handler is due in the main thread, which waits, and is not woken: as if the signal came just before it began to.
+    other = threading.Thread(target=time.sleep, args=(600,), daemon=True)
+    other.start()
+    threading.Timer(0.2, signal.pthread_kill, (other.ident, signal.SIGINT)).start()
+    print("there", flush=True)
+    threading.Event().wait()
 
 def with_workers(*args, **kwargs):
     with workers(int(os.environ["PROCESSES"])) as executor:
@@ -119,7 +127,12 @@ if __name__ == "__main__":
     elif stage == "recommending":
         run_folder.recommend = stay
     else:
-        stages["sample"] = {"sampling": with_workers, "something deaf": deaf, "nothing": brief}[stage]
+        stages["sample"] = {
+            "sampling": with_workers,
+            "something deaf": deaf,
+            "a wait": heard_by_another_thread,
+            "nothing": brief,
+        }[stage]
     app(words, obj=Stages(**stages))
 """
 
@@ -194,12 +207,13 @@ def test_ctrl_c_ends_every_stage_at_once_and_says_how_to_go_on(tmp_path: Path, s
         assert (tmp_path / "my run" / "run.json").is_file()
 
 
-def test_ctrl_c_in_the_reweighting_leaves_a_finished_run_without_it(tmp_path: Path) -> None:
-    words = (*BEGIN, "--reweight", "30", "--processes", "0")
+@pytest.mark.parametrize("processes", [0, 2])
+def test_ctrl_c_in_the_reweighting_leaves_a_finished_run_without_it(tmp_path: Path, processes: int) -> None:
+    words = (*BEGIN, "--reweight", "30", "--processes", str(processes))
     code, said, seconds = _stopped(tmp_path, "re-weighting", words=words)
     assert code == 130
     assert seconds < 2
-    again = 'calib calibrate experiment.toml -o "my run" --resume --seed 7 --processes 0 --reweight 30'
+    again = f'calib calibrate experiment.toml -o "my run" --resume --seed 7 --processes {processes} --reweight 30'
     assert said == f"Re-weighting was stopped; all else is written. Do it with: {again}\n"
     assert {finding.state for finding in verify(tmp_path / "my run")} == {"fine"}
     assert load_run(tmp_path / "my run").posterior.diagnostics.reweighting is None
@@ -237,6 +251,28 @@ def test_a_second_ctrl_c_changes_nothing_and_what_does_not_listen_is_ended(tmp_p
     assert said.startswith("Stopped. Continue with: ")
     assert said.count("\n") == 1
     assert seconds < 2
+
+
+def test_a_signal_that_does_not_wake_the_main_thread_ends_its_wait_all_the_same(tmp_path: Path) -> None:
+    code, said, seconds = _stopped(tmp_path, "a wait", ())
+    assert code == 130
+    assert said.startswith("Stopped. Continue with: ")
+    assert seconds < 2
+
+
+def test_ctrl_c_ends_a_command_whose_messages_nobody_reads(tmp_path: Path) -> None:
+    process = _begun(tmp_path, "sampling", BEGIN, 0)
+    assert process.stdout is not None
+    assert process.stderr is not None
+    assert process.stdout.readline() == "there\n"
+    with open(f"/proc/{process.pid}/fd/2", "wb", buffering=0, opener=lambda p, f: os.open(p, f | os.O_NONBLOCK)) as full:
+        while full.write(b"x" * 4096) is not None:
+            pass
+    begin = time.monotonic()
+    os.killpg(process.pid, signal.SIGINT)
+    assert process.wait(60) == 130
+    assert time.monotonic() - begin < 3
+    process.communicate()
 
 
 def test_advice_is_a_command_of_the_options_that_matter() -> None:

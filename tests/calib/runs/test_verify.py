@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +21,6 @@ from calib.runs.calibration import Stages
 from calib.runs.folder import Run
 from calib.runs.ownership import owned
 from calib.sampling import FINGERPRINT
-from models.analytic import ClosedForm
 from models.surrogate.surrogate import load_surrogate
 
 REQUIREMENT = Requirement(2.0, 0.5e-3, 3e-3, n_thickness=5, n_draw=50)
@@ -35,6 +35,8 @@ INPUTS = ("../experiment.toml", "../force.csv", "../mine.npz")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A lab folder with a finished run that has a recommendation."""
     lab = make_lab(tmp_path_factory.mktemp("lab"))
+    plan = lab / "experiment.toml"
+    plan.write_text(plan.read_text(encoding="utf-8").replace('"closed form"', '"surrogate"'), encoding="utf-8")
     load_surrogate().save(lab / "mine.npz")
     done = quick(lab, seed=4, surrogate=lab / "mine.npz")
     recommend_in(done.run, REQUIREMENT, seed=1)
@@ -158,11 +160,11 @@ def test_another_forward_model_is_said_and_nothing_is_recommended_with_it(run: P
     assert listing["identity"]["forward model"] == f"{found.forward.name}, {found.forward.identity}"
 
     def retrained(*_: object) -> object:
-        return ClosedForm(force_error=0.07)
+        return replace(load_surrogate(), force_modes=1.01 * load_surrogate().force_modes)
 
     monkeypatch.setattr(run_folder, "forward_of_experiment", retrained)
     again = load_run(run)
-    assert again.notes == ("The closed form is no longer the one that this run was calibrated with: its numbers have changed.",)
+    assert again.notes == ("The surrogate is no longer the one that this run was calibrated with: its numbers have changed.",)
     with pytest.raises(InputError, match="no longer the one that this run was calibrated with"):
         recommend_in(again, REQUIREMENT, seed=1)
     assert _wrong(run) == {"forward model": "changed"}
@@ -180,7 +182,7 @@ def test_a_page_that_fails_leaves_its_reason_the_results_and_the_way_to_write_it
     assert result.exit_code == 1, result.output
     said = " ".join(result.stderr.split())
     assert "the report could not be written (RuntimeError: mathtext: $x^$)" in said
-    assert f"calib report '{lab / 'my run'}'" in said
+    assert f'calib report "{lab / "my run"}"' in said
     assert "NOT converged" in result.stdout
     assert {p.name for p in (lab / "my run").iterdir()} == {
         *("run.json", "checkpoint", "posterior.nc", "summary.json", "summary.csv")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from dataclasses import replace
 from importlib.metadata import version
@@ -13,7 +14,7 @@ import pytest
 
 import calib.sampling.identity as identity_module
 from calib.errors import InputError
-from calib.priors.distributions import Normal
+from calib.priors.distributions import Normal, prior_from_json
 from calib.problem.problem import Problem, build_problem
 from calib.records import record_to_text
 from calib.sampling.checkpoint import (
@@ -139,7 +140,16 @@ def test_what_is_another_is_named_in_words(problem: Problem) -> None:
     assert load_surrogate().name in said
     assert len(said) < 160  # a hash is not written out
     fixed = identity_of(replace(problem, fixed={**problem.fixed, "clock_offset[sensor 9]": 1.0}), 1).parts
-    assert differences(mine, fixed) == "fixed value of clock_offset[sensor 9] was none and is 1.0 now"
+    assert differences(mine, fixed) == 'prior of clock_offset[sensor 9] was none and is "fixed at 1 s" now'
+    name, offset = next((name, value) for name, value in mine.items() if name.startswith("prior of contact_offset"))
+    other = {**mine, name: json.dumps(Normal(0.0, 1e-4).to_json())}
+    described = prior_from_json(json.loads(offset)).describe("contact_offset")
+    assert differences(mine, other) == f'{name} was "{described}" and is "normal, mean 0 mm, sd 0.1 mm" now'
+    nearly = {**mine, name: json.dumps(Normal(0.0, 1.0000001e-4).to_json())}
+    assert "0.00010000001" in differences(other, nearly)  # what the shown digits do not tell
+    data = next(name for name in mine if name.startswith("data of sweep"))
+    assert differences({**mine, data: "0" * 64}, mine) == f"{data} have changed"
+    assert differences({**mine, "moves of the sampler": "[]"}, mine) == "moves of the sampler are those of another version"
     assert "4 more differences" in differences({**mine, **{f"x{k}": "" for k in range(8)}}, mine)
 
 

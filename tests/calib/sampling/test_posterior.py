@@ -375,6 +375,14 @@ def test_seconds_end_the_search_for_the_start_too(tmp_path: Path, monkeypatch: p
     assert sample(small_problem(), seed=1, checkpoint=tmp_path, processes=0, max_steps=50, resume=True).diagnostics.steps == 50
 
 
+def test_no_worker_is_started_when_the_budget_is_spent(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    begun: list[object] = []
+    monkeypatch.setattr("calib.workers._Worker.start", begun.append)
+    with pytest.raises(NothingSampled, match="0 of 4 ensembles"):
+        sample(small_problem(), seed=1, checkpoint=tmp_path, processes=2, max_seconds=0.0)
+    assert begun == []
+
+
 def _deepest(problem: Problem) -> float:
     points = problem.sweeps[0].channels["force"]
     assert points.displacement is not None
