@@ -63,7 +63,8 @@ def first_answer(problem: Problem) -> FirstAnswer:
     Raises
     ------
     ValueError
-        If every unknown is fixed, there are more than a hundred, or the posterior is so far from what was taken for it that there is no answer.
+        If every unknown is fixed, there are more than a hundred, or the posterior is so far from what
+        was taken for it that there is no answer.
     """
     if not problem.parameters:
         raise ValueError("every parameter is fixed: there is nothing to estimate")
