@@ -283,6 +283,7 @@ def try_one(number: int, whole: Path, copy: Path) -> Outcome:
     path = copy / kind
     if data == (whole / kind).read_bytes():
         return Outcome(kind, how, "harmless")
+    path.unlink()  # a file that is written over waits for the disk
     path.write_bytes(data)
     try:
         same = _loaded(path, kind) == _loaded(whole / kind, kind)
@@ -295,6 +296,7 @@ def try_one(number: int, whole: Path, copy: Path) -> Outcome:
     finally:
         for left in copy.glob("runs.sqlite-*"):
             left.unlink()
+        path.unlink(missing_ok=True)
         shutil.copyfile(whole / kind, path)
 
 
