@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from calib.catalogue import QUANTITIES, bounds_of
 from calib.experiment.plan import Experiment, Specimen, SweepFiles
@@ -17,6 +18,7 @@ from calib.priors.distributions import HalfNormal, LogNormal, Normal, Prior, Uni
 from calib.problem.likelihood import block_names, log_likelihood_blocks
 from calib.problem.problem import build_problem
 from calib.problem.unknowns import list_unknowns
+from calib.report.sections import section_modules
 from calib.sampling.diagnostics import Diagnostics, Gate, ParameterSummary, SpotCheck
 from calib.sampling.posterior import Posterior
 from models.analytic import ClosedForm
@@ -178,6 +180,17 @@ def make_posterior() -> Callable[..., Posterior]:
         )
 
     return make
+
+
+@pytest.fixture(scope="module")
+def undrawn() -> Iterator[None]:
+    """Pages with empty pictures, which are what takes time; for tests of what a page says, as figures have tests of their own."""
+    with pytest.MonkeyPatch.context() as patch:
+        for module in section_modules():
+            for name in [name for name in vars(module) if name.endswith("_figure")]:
+                patch.setattr(module, name, lambda *_, **__: Figure())
+        patch.setattr("calib.report.pictures.figure_address", lambda *_, **__: "data:,")
+        yield
 
 
 @pytest.fixture

@@ -35,6 +35,8 @@ from models.sensor import design_from
 from models.surrogate import FAMILIES, fitting
 from models.surrogate.surrogate import load_surrogate
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 DESIGN = """
 [indenter]
 radius = "5 mm"

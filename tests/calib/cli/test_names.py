@@ -30,10 +30,7 @@ FILES = ("a $x^$ %s <b> 'q' \"r\".csv", "-o `ls` 日本.csv")
 FOLDER = "fo $x^$ %d <b> 'q' \"r\" \\ ü 😀"
 
 
-@pytest.fixture(autouse=True)
-def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Drawing is what takes time, and has tests of its own."""
-    monkeypatch.setattr("calib.report.pictures.figure_address", lambda *_, **__: "data:,")
+pytestmark = pytest.mark.usefixtures("undrawn")
 
 
 def _brief(steps: int) -> Stages:
