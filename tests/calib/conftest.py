@@ -184,7 +184,7 @@ def make_posterior() -> Callable[..., Posterior]:
 
 @pytest.fixture(scope="module")
 def undrawn() -> Iterator[None]:
-    """Pages with empty pictures, which are what takes time; for tests of what a page says, as figures have tests of their own."""
+    """Pages with empty pictures, which are what takes time, for tests of what a page says; figures have tests of their own."""
     with pytest.MonkeyPatch.context() as patch:
         for module in section_modules():
             for name in [name for name in vars(module) if name.endswith("_figure")]:

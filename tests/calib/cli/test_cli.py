@@ -15,6 +15,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import typer
+from small_run import climbing_once
 from typer.testing import CliRunner, Result
 
 from calib.catalogue import UNKNOWNS
@@ -108,7 +109,8 @@ def _brief(steps: int) -> Stages:
     """Stages of a calibration that is not allowed more steps, however long they take."""
 
     def sampled(problem: Problem, **options: Any) -> Posterior:
-        return sample(problem, **{**options, "max_steps": steps, "max_seconds": math.inf, "gate": Gate(ess=1e9)})
+        with climbing_once():
+            return sample(problem, **{**options, "max_steps": steps, "max_seconds": math.inf, "gate": Gate(ess=1e9)})
 
     return Stages(sample=sampled)
 

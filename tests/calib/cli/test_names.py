@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from small_run import climbing_once
 from typer.testing import CliRunner, Result
 
 from calib.cli import app
@@ -35,7 +36,8 @@ pytestmark = pytest.mark.usefixtures("undrawn")
 
 def _brief(steps: int) -> Stages:
     def sampled(problem: Problem, **options: Any) -> Posterior:
-        return sample(problem, **{**options, "max_steps": steps, "max_seconds": math.inf, "processes": 0})
+        with climbing_once():
+            return sample(problem, **{**options, "max_steps": steps, "max_seconds": math.inf, "processes": 0})
 
     return Stages(sample=sampled, spot_check=lambda posterior, _: posterior)
 
