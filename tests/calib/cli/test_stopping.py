@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import shlex
 import signal
@@ -14,7 +15,7 @@ from typing import TextIO
 
 import pytest
 import stays
-from small_run import make_lab
+from small_run import make_lab, quick
 
 from calib.cli.calibrate import _resuming
 from calib.runs import load_run, verify
@@ -33,6 +34,12 @@ padding.thickness = "1.1 mm"
 """
 
 BEGIN = ("calibrate", "experiment.toml", "-o", "my run", "--seed", "7")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def climbed(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """Commands that are forked of this process find the modes climbed to."""
+    quick(make_lab(tmp_path_factory.mktemp("climbed")), seed=7)
 
 
 @dataclass(frozen=True)
@@ -55,7 +62,7 @@ def _begun(folder: Path, stage: str, words: tuple[str, ...], processes: int, fre
     if not (folder / "experiment.toml").exists():
         make_lab(folder)
     outputs = [os.pipe(), os.pipe()]
-    readers = [open(read, encoding="utf-8") for read, _ in outputs]
+    readers = [io.TextIOWrapper(io.FileIO(read), "utf-8") for read, _ in outputs]
     pid = os.fork()
     if pid == 0:
         os.setsid()

@@ -1,10 +1,8 @@
-"""A stage in, a command out that stays for ever in it and says so on stdout; a process that is told to stop there is looked at.
-
-python stays.py STAGE WORDS...
-"""
+"""A stage in, a command out that stays in it for ever and says so on stdout, to be told to stop: stays.py STAGE WORDS..."""
 
 from __future__ import annotations
 
+import io
 import math
 import os
 import signal
@@ -13,6 +11,7 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
+from contextlib import suppress
 from typing import Any
 
 import pytest
@@ -37,10 +36,8 @@ def _stay(*_: object, **__: object) -> Any:
 def _stay_deaf(*_: object, **__: object) -> Any:
     print("there", flush=True)
     while True:
-        try:
+        with suppress(BaseException):
             time.sleep(60)
-        except BaseException:
-            pass
 
 
 def _with_workers(*_: object, **__: object) -> Any:
@@ -118,7 +115,7 @@ def run_forked(stage: str, words: Sequence[str]) -> None:
     ----------
     stage, words : see `run`.
     """
-    sys.stdout, sys.stderr = (open(number, "w", encoding="utf-8", closefd=False) for number in (1, 2))
+    sys.stdout, sys.stderr = (io.TextIOWrapper(io.FileIO(number, "w", closefd=False), "utf-8") for number in (1, 2))
     sys.unraisablehook, threading.excepthook = sys.__unraisablehook__, threading.__excepthook__
     code: object = 1
     try:
