@@ -27,12 +27,15 @@ pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are f
 BENCHMARKS = sorted(path.name for path in (ROOT / "benchmarks").glob("*.py"))
 ACCURACY = 2e-2
 
+#: Benchmarks that start workers, each of which loads the script.
+STARTING_PROCESSES = ("damage_files.py", "fem_robustness.py", "posterior_against_fem.py")
+
 #: Benchmark -> what makes it small, and a piece of what it prints in the end. FOLDER is one of the test's own.
 QUICK: dict[str, tuple[list[str], str]] = {
     "damage_files.py": (["-n", "48"], "0 failed"),
     "fem_accuracy.py": (["--finest", "1.6e-3"], "force against Hertz with a bonded layer"),
     # One case of each of two parts; all cases of all parts are run by hand, see docs/reliability.md.
-    "crash.py": (["--parts", "kills", "damages", "-n", "1", "--folder", "FOLDER/crash"], "0 of 2 not right"),
+    "crash.py": (["--parts", "kills", "signals", "-n", "1", "--folder", "FOLDER/crash"], "0 of 2 not right"),
     # CalculiX is a program and scikit-fem a package, both of their own: what is not there is skipped, and ours runs alone.
     "fem_peers.py": (["--until", "0.1", "--size", "0.4"], "2 steps to 0.1 mm, one core"),
     "fem_robustness.py": (["--designs", "2", "--processes", "1", "--accuracy", "2e-2"], "2 of 2 paths reach the end"),
@@ -67,7 +70,7 @@ def beside(monkeypatch: pytest.MonkeyPatch) -> Callable[[str], Any]:
 def run(folder: Path, script: str, *words: str) -> str:
     """What a script of benchmarks/ prints; its own neighbours are found beside it, as its user has it.
 
-    Its process is forked of this one, which has loaded most of what it needs.
+    Its process is forked of this one, which has loaded most of what it needs; what starts processes itself gets a fresh one.
     """
     output = folder / "printed.txt"
     with output.open("w", encoding="utf-8") as printed:
@@ -75,6 +78,9 @@ def run(folder: Path, script: str, *words: str) -> str:
         if pid == 0:
             os.dup2(printed.fileno(), 1)
             os.dup2(printed.fileno(), 2)
+            os.chdir(ROOT / "benchmarks")
+            if script in STARTING_PROCESSES:
+                os.execv(sys.executable, [sys.executable, script, *words])
             _run_here(script, words)
     code = os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
     said = output.read_text(encoding="utf-8")
@@ -88,7 +94,6 @@ def _run_here(script: str, words: tuple[str, ...]) -> NoReturn:
     code: object = 1
     try:
         warnings.resetwarnings()  # those of a script are no errors
-        os.chdir(ROOT / "benchmarks")
         sys.argv = [script, *words]
         sys.path.insert(0, os.getcwd())
         runpy.run_path(str(ROOT / "benchmarks" / script), run_name="__main__")

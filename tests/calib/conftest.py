@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 
@@ -182,14 +183,27 @@ def make_posterior() -> Callable[..., Posterior]:
     return make
 
 
-@pytest.fixture(scope="module")
-def undrawn() -> Iterator[None]:
-    """Pages with empty pictures, which are what takes time, for tests of what a page says; figures have tests of their own."""
+@contextmanager
+def _undrawn() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         for module in section_modules():
             for name in [name for name in vars(module) if name.endswith("_figure")]:
                 patch.setattr(module, name, lambda *_, **__: Figure())
         patch.setattr("calib.report.pictures.figure_address", lambda *_, **__: "data:,")
+        yield
+
+
+@pytest.fixture
+def undrawn() -> Iterator[None]:
+    """Pages with empty pictures, which are what takes time, for tests of what a page says; figures have tests of their own."""
+    with _undrawn():
+        yield
+
+
+@pytest.fixture(scope="module")
+def all_undrawn() -> Iterator[None]:
+    """The same for all tests of a module, and for what is made for all of them."""
+    with _undrawn():
         yield
 
 

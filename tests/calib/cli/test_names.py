@@ -31,7 +31,7 @@ FILES = ("a $x^$ %s <b> 'q' \"r\".csv", "-o `ls` 日本.csv")
 FOLDER = "fo $x^$ %d <b> 'q' \"r\" \\ ü 😀"
 
 
-pytestmark = pytest.mark.usefixtures("undrawn")
+pytestmark = pytest.mark.usefixtures("all_undrawn")
 
 
 def _brief(steps: int) -> Stages:

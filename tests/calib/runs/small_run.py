@@ -122,6 +122,11 @@ def begin(work: Callable[[], object]) -> int:
         os._exit(code)
 
 
+def has_ended(pid: int) -> bool:
+    """Whether a process has ended, which is still to be waited for."""
+    return os.waitid(os.P_PID, pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None
+
+
 def end(pid: int) -> int:
     """Wait for a process; its exit code, or minus the signal that ended it."""
     return os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
