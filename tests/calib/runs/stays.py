@@ -9,10 +9,11 @@ import signal
 import sys
 import threading
 import time
+import traceback
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from contextlib import suppress
-from typing import Any
+from typing import Any, NoReturn
 
 import pytest
 from small_run import climbing_once
@@ -78,8 +79,8 @@ def run(stage: str, words: Sequence[str]) -> None:
     stage : where it stays.
     words : the command.
     """
-    for signum, action in ((signal.SIGINT, signal.default_int_handler), (signal.SIGHUP, signal.SIG_DFL)):
-        signal.signal(signum, action)  # ignored where the tests themselves run in the background
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored where the tests themselves run in the background
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
     stages: dict[str, Any] = {"spot_check": lambda posterior, _: posterior, "page": lambda *_: "a page"}
     patch = pytest.MonkeyPatch()
     if stage == "reading":
@@ -108,7 +109,7 @@ def run(stage: str, words: Sequence[str]) -> None:
     app(list(words), obj=Stages(**stages))
 
 
-def run_forked(stage: str, words: Sequence[str]) -> None:
+def run_forked(stage: str, words: Sequence[str]) -> NoReturn:
     """Run it in a process that was forked of pytest's as if it were one of its own.
 
     Parameters
@@ -120,10 +121,15 @@ def run_forked(stage: str, words: Sequence[str]) -> None:
     code: object = 1
     try:
         run(stage, words)
+        code = 0
     except SystemExit as end:
-        code = end.code
-    sys.stdout.flush()
-    os._exit(code if isinstance(code, int) else 1)
+        code = end.code or 0
+    except BaseException:
+        traceback.print_exc()
+    finally:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(code if isinstance(code, int) else 1)
 
 
 if __name__ == "__main__":
