@@ -69,7 +69,7 @@ def make_files(folder: Path) -> None:
     """Write one file of each kind into a folder."""
     experiment = folder / "experiment.toml"
     experiment.write_text(EXPERIMENT, encoding="utf-8")
-    run = calibrate(experiment, folder / "run", processes=0, stages=Stages(sample=_shortly)).run
+    run = calibrate(experiment, folder / "run", processes=0, stages=Stages(_shortly, lambda posterior, _: posterior)).run
     recommend_in(run, Requirement(force=5.0, lower=0.0, upper=2e-3, n_thickness=5, n_draw=50), seed=1)
     load_surrogate().save(folder / "surrogate.npz")
     rng = np.random.default_rng(1)
@@ -283,6 +283,7 @@ def try_one(number: int, whole: Path, copy: Path) -> Outcome:
     path = copy / kind
     if data == (whole / kind).read_bytes():
         return Outcome(kind, how, "harmless")
+    path.unlink()  # a file that is written over waits for the disk
     path.write_bytes(data)
     try:
         same = _loaded(path, kind) == _loaded(whole / kind, kind)
@@ -295,6 +296,7 @@ def try_one(number: int, whole: Path, copy: Path) -> Outcome:
     finally:
         for left in copy.glob("runs.sqlite-*"):
             left.unlink()
+        path.unlink(missing_ok=True)
         shutil.copyfile(whole / kind, path)
 
 

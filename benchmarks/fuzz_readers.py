@@ -250,6 +250,7 @@ def read_once(data: bytes, path: Path, reading: Reading = AS_FOUND) -> tuple[str
     -------
     "read", "refused" or "failed", the seconds of the processor it took, and what failed.
     """
+    path.unlink(missing_ok=True)  # a file that is written over waits for the disk
     path.write_bytes(data)
     before = signal.signal(signal.SIGPROF, _bark)
     signal.setitimer(signal.ITIMER_PROF, 2 * LIMIT)

@@ -10,7 +10,9 @@ import pytest
 from nbclient import NotebookClient
 
 NOTEBOOKS = Path(__file__).parents[1] / "notebooks"
-SHORTER = {"calibrate": ("calib.sample(problem, seed=1)", "calib.sample(problem, seed=1, max_steps=50, n_walkers=64)")}
+SHORTER = {
+    "calibrate": ("calib.sample(problem, seed=1)", "calib.sample(problem, seed=1, max_steps=50, n_walkers=64, processes=0)")
+}
 
 
 @pytest.mark.parametrize("path", sorted(NOTEBOOKS.glob("*.ipynb")), ids=lambda p: p.stem)

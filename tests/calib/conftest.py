@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from calib.catalogue import QUANTITIES, bounds_of
 from calib.experiment.plan import Experiment, Specimen, SweepFiles
@@ -17,6 +19,7 @@ from calib.priors.distributions import HalfNormal, LogNormal, Normal, Prior, Uni
 from calib.problem.likelihood import block_names, log_likelihood_blocks
 from calib.problem.problem import build_problem
 from calib.problem.unknowns import list_unknowns
+from calib.report.sections import section_modules
 from calib.sampling.diagnostics import Diagnostics, Gate, ParameterSummary, SpotCheck
 from calib.sampling.posterior import Posterior
 from models.analytic import ClosedForm
@@ -178,6 +181,30 @@ def make_posterior() -> Callable[..., Posterior]:
         )
 
     return make
+
+
+@contextmanager
+def _undrawn() -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        for module in section_modules():
+            for name in [name for name in vars(module) if name.endswith("_figure")]:
+                patch.setattr(module, name, lambda *_, **__: Figure())
+        patch.setattr("calib.report.pictures.figure_address", lambda *_, **__: "data:,")
+        yield
+
+
+@pytest.fixture
+def undrawn() -> Iterator[None]:
+    """Pages with empty pictures, which are what takes time, for tests of what a page says; figures have tests of their own."""
+    with _undrawn():
+        yield
+
+
+@pytest.fixture(scope="module")
+def all_undrawn() -> Iterator[None]:
+    """The same for all tests of a module, and for what is made for all of them."""
+    with _undrawn():
+        yield
 
 
 @pytest.fixture

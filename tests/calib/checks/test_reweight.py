@@ -313,6 +313,7 @@ def _stages(make_posterior: MakePosterior, reweight: Callable[..., Posterior]) -
     return Stages(lambda *_, **__: make_posterior(n_specimen=1), lambda posterior, _: posterior, reweight)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_calibrate_reweights_if_asked_and_says_so(lab: Path, make_posterior: MakePosterior) -> None:
     exact = Stiffened(inner=ClosedForm())
     code, said, _ = _calibrate(lab, "closed form", 30, _stages(make_posterior, partial(with_reweighting, exact=exact)))
@@ -323,6 +324,7 @@ def test_calibrate_reweights_if_asked_and_says_so(lab: Path, make_posterior: Mak
     assert "closed form posterior against finite elements" in (lab / "run" / "report.html").read_text(encoding="utf-8")
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_stopping_the_reweighting_leaves_the_rest_written(lab: Path, make_posterior: MakePosterior) -> None:
     def stopped(*_: object, **__: object) -> Posterior:
         raise KeyboardInterrupt

@@ -16,6 +16,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import typer
+from small_run import climbing_once
 from typer.testing import CliRunner, Result
 
 from calib.catalogue import UNKNOWNS
@@ -34,7 +35,12 @@ from models.analytic import ClosedForm
 from models.response import ConvergenceError
 from models.sensor import design_from
 from models.surrogate import FAMILIES, fitting
+from models.surrogate.points import design_points
+from models.surrogate.store import open_store
 from models.surrogate.surrogate import load_surrogate
+from models.surrogate.training import run_point, store_settings
+
+pytestmark = pytest.mark.usefixtures("all_undrawn")
 
 DESIGN = """
 [indenter]
@@ -107,7 +113,8 @@ def _brief(steps: int) -> Stages:
     """Stages of a calibration that is not allowed more steps, however long they take."""
 
     def sampled(problem: Problem, **options: Any) -> Posterior:
-        return sample(problem, **{**options, "max_steps": steps, "max_seconds": math.inf, "gate": Gate(ess=1e9)})
+        with climbing_once():
+            return sample(problem, **{**options, "max_steps": steps, "max_seconds": math.inf, "gate": Gate(ess=1e9)})
 
     return Stages(sample=sampled)
 
@@ -659,8 +666,18 @@ def test_surrogate_commands_refuse_a_missing_file_too_few_points_and_an_existing
     assert not (lab / "new.npz").exists()
 
 
+def _fill(path: Path, accuracy: float, n_point: int) -> None:
+    """A store of runs, in which the path of one design is told of all, which is enough to be fitted."""
+    path_of_one = run_point(np.array([0.15, 0.2, 2.0, 1.0, 0.0]), accuracy)
+    names = ("depth", "force", "contact_radius", "compression", "capacitance")
+    with open_store(path, store_settings(accuracy)) as store:
+        for point in design_points(n_point, seed=1):
+            store.add(point, {name: getattr(path_of_one, name) for name in names})
+
+
 def test_a_surrogate_is_trained_extended_and_used(lab: Path) -> None:
-    quick = ("--steps", 60, "--accuracy", 0.1, "--processes", 2, "--store", lab / "runs.sqlite")
+    quick = ("--steps", 60, "--accuracy", 0.1, "--processes", 1, "--store", lab / "runs.sqlite")
+    _fill(lab / "runs.sqlite", 0.1, 62)
     result = _run("surrogate", "train", "-o", lab / "one.npz", "--points", 64, *quick)
     assert result.exit_code == 0, result.output
     assert "(64 curves, " in " ".join(result.stdout.split())

@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from small_run import climbing_once
 from typer.testing import CliRunner, Result
 
 from calib.cli import app
@@ -30,15 +31,13 @@ FILES = ("a $x^$ %s <b> 'q' \"r\".csv", "-o `ls` 日本.csv")
 FOLDER = "fo $x^$ %d <b> 'q' \"r\" \\ ü 😀"
 
 
-@pytest.fixture(autouse=True)
-def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Drawing is what takes time, and has tests of its own."""
-    monkeypatch.setattr("calib.report.pictures.figure_address", lambda *_, **__: "data:,")
+pytestmark = pytest.mark.usefixtures("all_undrawn")
 
 
 def _brief(steps: int) -> Stages:
     def sampled(problem: Problem, **options: Any) -> Posterior:
-        return sample(problem, **{**options, "max_steps": steps, "max_seconds": math.inf, "processes": 0})
+        with climbing_once():
+            return sample(problem, **{**options, "max_steps": steps, "max_seconds": math.inf, "processes": 0})
 
     return Stages(sample=sampled, spot_check=lambda posterior, _: posterior)
 

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import io
 import os
 import shlex
 import signal
-import subprocess
 import sys
 import time
+from dataclasses import dataclass
 from pathlib import Path
+from threading import Timer
+from typing import TextIO
 
 import pytest
+import stays
+from small_run import make_lab, quick
 
 from calib.cli.calibrate import _resuming
 from calib.runs import load_run, verify
@@ -18,24 +23,6 @@ from calib.runs import load_run, verify
 ROOT = Path(__file__).parents[3]
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="signals as POSIX has them")
-
-# Two unknowns that nothing fixes: sampling it takes a second.
-EXPERIMENT = """
-model = "closed form"
-discrepancy = "off"
-indenter.radius = "5 mm"
-sensor.radius = "10 mm"
-[priors]
-young_modulus = { lognormal = ["0.7 MPa", 1.6] }
-machine_compliance = { fixed = "0 um/N" }
-force_noise = { fixed = "0.01 N" }
-[[specimens]]
-name = "sensor 1"
-force = "force.csv"
-[specimens.priors]
-sensor_thickness = { fixed = "0.74 mm" }
-padding_thickness = { fixed = "1.10 mm" }
-"""
 
 DESIGN = """
 indenter.radius = "5 mm"
@@ -46,115 +33,49 @@ sensor.relative_permittivity = 2.8
 padding.thickness = "1.1 mm"
 """
 
-# A command that stays for ever in one of its stages, and says on stdout when it is there.
-COMMAND = """
-import signal
-signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored where the tests themselves run in the background
-signal.signal(signal.SIGHUP, signal.SIG_DFL)
-import math, os, sys, threading, time
-import calib.runs.calibration as calibration
-import calib.runs.folder as run_folder
-import calib.sampling.assess as assess
-from calib.cli import app
-from calib.runs import Stages
-from calib.sampling import Gate, sample
-from calib.workers import workers
-
-def stay(*args, **kwargs):
-    print("there", flush=True)
-    while True:
-        time.sleep(0.01)
-
-def deaf(*args, **kwargs):
-    print("there", flush=True)
-    while True:
-        try:
-            time.sleep(60)
-        except BaseException:
-            pass
-
-def heard_by_another_thread(*args, **kwargs):
-    # The handler is due in the main thread, which waits, and is not woken: as if the signal came just before it began to.
-    other = threading.Thread(target=time.sleep, args=(600,), daemon=True)
-    other.start()
-    threading.Timer(0.2, signal.pthread_kill, (other.ident, signal.SIGINT)).start()
-    print("there", flush=True)
-    threading.Event().wait()
-
-def with_workers(*args, **kwargs):
-    with workers(int(os.environ["PROCESSES"])) as executor:
-        executor.submit(os.getpid).result()
-        waiting(None, None, 0, executor)
-
-def waiting(posterior, forward, n_draw, executor, **kwargs):
-    running = [executor.submit(time.sleep, 600) for _ in range(3)]
-    print("there", flush=True)
-    running[0].result()
-
-def brief(problem, **options):
-    return sample(problem, **{**options, "max_steps": 50, "max_seconds": math.inf, "processes": 0, "gate": Gate(ess=1e9)})
-
-def in_the_elements():
-    from models.fem import FiniteElements
-    solve = FiniteElements.solve
-    def solved(*args, **kwargs):
-        print("there", flush=True)
-        return solve(*args, **kwargs)
-    FiniteElements.solve = solved
-
-if __name__ == "__main__":
-    stage, *words = sys.argv[1:]
-    stages = {"spot_check": lambda posterior, _: posterior, "page": lambda *args: "a page"}
-    if stage == "reading":
-        calibration.read_sweeps = stay
-    elif stage == "writing":
-        stages["sample"] = lambda *args, **kwargs: None
-        calibration.write_run = stay
-    elif stage == "saving":
-        stages["sample"] = lambda *args, **kwargs: None
-        run_folder.save_posterior = stay
-    elif stage == "spot check":
-        stages |= {"sample": lambda *args, **kwargs: None, "spot_check": stay}
-    elif stage == "block likelihoods":
-        assess.log_likelihood_blocks = stay
-        stages["sample"] = brief
-    elif stage == "re-weighting":
-        stages |= {"sample": brief, "reweight": waiting}
-    elif stage == "the report":
-        stages |= {"sample": brief, "page": stay}
-    elif stage == "simulating":
-        in_the_elements()
-    elif stage == "recommending":
-        run_folder.recommend = stay
-    else:
-        stages["sample"] = {
-            "sampling": with_workers,
-            "something deaf": deaf,
-            "a wait": heard_by_another_thread,
-            "nothing": brief,
-        }[stage]
-    app(words, obj=Stages(**stages))
-"""
-
 BEGIN = ("calibrate", "experiment.toml", "-o", "my run", "--seed", "7")
 
 
-def _begun(folder: Path, stage: str, words: tuple[str, ...], processes: int) -> subprocess.Popen[str]:
-    """A command on its way to a stage."""
-    (folder / "force.csv").write_text(
-        "Displacement (mm),Force (N)\n" + "".join(f"{0.01 * i:.3f},{0.002 * i**1.5:.6f}\n" for i in range(80)), encoding="utf-8"
-    )
-    (folder / "experiment.toml").write_text(EXPERIMENT, encoding="utf-8")
-    (folder / "command.py").write_text(COMMAND, encoding="utf-8")
-    return subprocess.Popen(
-        [sys.executable, "command.py", stage, *words],
-        cwd=folder,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        env={**os.environ, "PYTHONPATH": str(ROOT), "PROCESSES": str(processes)},
-        start_new_session=True,
-    )
+@pytest.fixture(scope="module", autouse=True)
+def climbed(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """Commands that are forked of this process find the modes climbed to."""
+    quick(make_lab(tmp_path_factory.mktemp("climbed")), seed=7)
+
+
+@dataclass(frozen=True)
+class _Command:
+    """A command on its way: its process, the leader of a group of its own, and what it writes."""
+
+    pid: int
+    stdout: TextIO
+    stderr: TextIO
+
+    def end(self) -> tuple[int, str]:
+        """Wait until it ends: exit code, and what it said on stderr."""
+        with self.stdout, self.stderr:
+            said = self.stderr.read()
+            return os.waitstatus_to_exitcode(os.waitpid(self.pid, 0)[1]), said
+
+
+def _begun(folder: Path, stage: str, words: tuple[str, ...], processes: int, fresh: bool = False) -> _Command:
+    """A command on its way to a stage; forked of this process, which has loaded all that it needs, if not fresh."""
+    if not (folder / "experiment.toml").exists():
+        make_lab(folder)
+    outputs = [os.pipe(), os.pipe()]
+    readers = [io.TextIOWrapper(io.FileIO(read), "utf-8") for read, _ in outputs]
+    pid = os.fork()
+    if pid == 0:
+        os.setsid()
+        os.chdir(folder)
+        for number, (_, write) in enumerate(outputs, start=1):
+            os.dup2(write, number)
+        os.environ |= {"PYTHONPATH": str(ROOT), "PROCESSES": str(processes)}
+        if fresh:
+            os.execv(sys.executable, [sys.executable, stays.__file__, stage, *words])
+        stays.run_forked(stage, words)
+    for _, write in outputs:
+        os.close(write)
+    return _Command(pid, *readers)
 
 
 def _stopped(
@@ -163,40 +84,40 @@ def _stopped(
     signals: tuple[signal.Signals, ...] = (signal.SIGINT,),
     processes: int = 1,
     words: tuple[str, ...] = BEGIN,
+    fresh: bool = False,
 ) -> tuple[int, str, float]:
     """Stop a command in a stage: exit code, what it said on stderr, and the seconds that it took to end."""
-    process = _begun(folder, stage, words, processes)
-    assert process.stdout is not None
-    if process.stdout.readline() != "there\n":
-        raise AssertionError(process.communicate()[1])
+    command = _begun(folder, stage, words, processes, fresh)
+    if command.stdout.readline() != "there\n":
+        raise AssertionError(command.end()[1])
     begin = time.monotonic()
     for signum in signals:
-        os.killpg(process.pid, signum)
+        os.killpg(command.pid, signum)
         time.sleep(0.05)
+    watchdog = Timer(60, os.killpg, (command.pid, signal.SIGKILL))
+    watchdog.start()
     try:
-        _, said = process.communicate(timeout=60)
-    except subprocess.TimeoutExpired:
-        os.killpg(process.pid, signal.SIGKILL)
-        process.communicate()
-        raise
-    return process.returncode, said, time.monotonic() - begin
+        code, said = command.end()
+    finally:
+        watchdog.cancel()
+    return code, said, time.monotonic() - begin
 
 
 @pytest.mark.parametrize(
-    ("stage", "processes"),
+    ("stage", "processes", "fresh"),
     [
-        ("reading", 1),
-        ("sampling", 1),
-        ("sampling", 0),
-        ("block likelihoods", 0),
-        ("spot check", 1),
-        ("writing", 1),
-        ("saving", 1),
-        ("the report", 0),
+        ("reading", 1, False),
+        ("sampling", 1, True),
+        ("sampling", 0, False),
+        ("block likelihoods", 0, False),
+        ("spot check", 1, False),
+        ("writing", 1, False),
+        ("saving", 1, False),
+        ("the report", 0, False),
     ],
 )
-def test_ctrl_c_ends_every_stage_at_once_and_says_how_to_go_on(tmp_path: Path, stage: str, processes: int) -> None:
-    code, said, seconds = _stopped(tmp_path, stage, processes=processes)
+def test_ctrl_c_ends_every_stage_at_once_and_says_how_to_go_on(tmp_path: Path, stage: str, processes: int, fresh: bool) -> None:
+    code, said, seconds = _stopped(tmp_path, stage, processes=processes, fresh=fresh)
     assert code == 130
     assert seconds < 2
     if stage == "reading":
@@ -221,9 +142,7 @@ def test_ctrl_c_in_the_reweighting_leaves_a_finished_run_without_it(tmp_path: Pa
 
 
 def test_ctrl_c_ends_what_is_computed_of_a_run_and_leaves_it_as_it_was(tmp_path: Path) -> None:
-    whole = _begun(tmp_path, "nothing", BEGIN, 0)
-    whole.communicate(timeout=120)
-    assert whole.returncode == 3
+    assert _begun(tmp_path, "nothing", BEGIN, 0).end()[0] == 3
     before = {path: path.read_bytes() for path in (tmp_path / "my run").rglob("*") if path.is_file()}
     code, said, seconds = _stopped(tmp_path, "recommending", words=("recommend", "my run", "--force", "2 N"))
     assert (code, said) == (130, "Stopped.\n")
@@ -261,18 +180,21 @@ def test_a_signal_that_does_not_wake_the_main_thread_ends_its_wait_all_the_same(
 
 
 def test_ctrl_c_ends_a_command_whose_messages_nobody_reads(tmp_path: Path) -> None:
-    process = _begun(tmp_path, "sampling", BEGIN, 0)
-    assert process.stdout is not None
-    assert process.stderr is not None
-    assert process.stdout.readline() == "there\n"
-    with open(f"/proc/{process.pid}/fd/2", "wb", buffering=0, opener=lambda p, f: os.open(p, f | os.O_NONBLOCK)) as full:
+    command = _begun(tmp_path, "sampling", BEGIN, 0)
+    assert command.stdout.readline() == "there\n"
+    with open(f"/proc/{command.pid}/fd/2", "wb", buffering=0, opener=lambda p, f: os.open(p, f | os.O_NONBLOCK)) as full:
         while full.write(b"x" * 4096) is not None:
             pass
     begin = time.monotonic()
-    os.killpg(process.pid, signal.SIGINT)
-    assert process.wait(60) == 130
+    watchdog = Timer(60, os.killpg, (command.pid, signal.SIGKILL))
+    watchdog.start()
+    os.killpg(command.pid, signal.SIGINT)
+    code = os.waitstatus_to_exitcode(os.waitpid(command.pid, 0)[1])
+    watchdog.cancel()
+    assert code == 130
     assert time.monotonic() - begin < 3
-    process.communicate()
+    command.stdout.close()
+    command.stderr.close()
 
 
 def test_advice_is_a_command_of_the_options_that_matter() -> None:

@@ -56,6 +56,7 @@ def named(variants: tuple[Variant, ...]) -> pytest.MarkDecorator:
 
 def read(tmp_path: Path, data: bytes, variant: Variant) -> LabTable:
     path = tmp_path / "lab.csv"
+    path.unlink(missing_ok=True)  # a file that is written over waits for the disk
     path.write_bytes(data)
     if not variant.reading:
         return read_lab_file(path)

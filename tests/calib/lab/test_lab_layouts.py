@@ -142,6 +142,7 @@ def test_a_random_table_in_a_random_layout_is_read_back(tmp_path: Path, layout: 
     variant = build("random", layout, "either")
     assert variant.oracle is not None
     path = tmp_path / "lab.csv"
+    path.unlink(missing_ok=True)  # a file that is written over waits for the disk
     path.write_bytes(variant.data)
     unclear = ambiguous(variant)
     try:
@@ -164,6 +165,7 @@ def test_without_a_unit_no_random_table_is_read(tmp_path: Path, layout: Layout, 
     columns = tuple(Column(c.quantity, c.name, "" if i == bare else c.unit, c.cells) for i, c in enumerate(layout.columns))
     shown = Layout(columns, layout.place, layout.delimiter, layout.decimal, layout.thousands, layout.quoted, layout.newline)
     path = tmp_path / "lab.csv"
+    path.unlink(missing_ok=True)
     path.write_bytes(shown.newline.join(shown.lines()[0]).encode())
     with pytest.raises(InputError):
         read_lab_file(path)

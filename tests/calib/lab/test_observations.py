@@ -66,6 +66,7 @@ class Press:
         x = self.crosshead(t)
         f = self.force(x, t < self.top + self.hold) + self.force_noise * rng.normal(size=t.size)
         rows = "".join(f"{a:.3f},{sign * b:.5f},{sign * c:.3f}\n" for a, b, c in zip(t, x, f, strict=True))
+        path.unlink(missing_ok=True)  # a file that is written over waits for the disk
         path.write_text(f'Text Inputs : Specimen label,"s"\n\nTime,Extension,Load\n(s),(mm),(N)\n{rows}')
         return path
 
@@ -75,6 +76,7 @@ class Press:
         c = self.capacitance(self.crosshead(on_tester), on_tester < self.top + self.hold)
         c = c + self.capacitance_noise * rng.normal(size=t.size)
         rows = "".join(f"{a:.3f},{b:.3f},0.0121,0\n" for a, b in zip(t, c, strict=True))
+        path.unlink(missing_ok=True)
         path.write_text("Time (s),Cp (pF),D,Status\n" + rows)
         return path
 

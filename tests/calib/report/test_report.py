@@ -58,12 +58,6 @@ def page(make_posterior: MakePosterior, predictions: tuple[Prediction, ...], rec
     return write_report(make_posterior(), predictions, recommendation, posterior_sha256="aa")
 
 
-@pytest.fixture
-def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Drawing is what takes time; most tests are about words."""
-    monkeypatch.setattr("calib.report.pictures.figure_address", lambda *_, **__: "data:,")
-
-
 def _text(page: str) -> str:
     """The words of a page, without tags, styles and pictures."""
     page = re.sub(r"<style>.*?</style>", " ", page, flags=re.S)
@@ -114,7 +108,7 @@ def test_verdict_comes_first_with_numbers_units_and_padding(page: str) -> None:
     assert "mm of padding. At 8 N it gives a capacitance change" in text[: text.index("Parameters Mean")]
 
 
-@pytest.mark.usefixtures("no_pictures")
+@pytest.mark.usefixtures("undrawn")
 def test_unconverged_report_says_so_before_anything_else(
     make_posterior: MakePosterior, predictions: tuple[Prediction, ...]
 ) -> None:
@@ -181,7 +175,7 @@ def test_a_run_is_judged_by_its_own_gate(make_posterior: MakePosterior) -> None:
     assert not any(row.r_hat_met or row.ess_met for row in parameter_rows(strict))
 
 
-@pytest.mark.usefixtures("no_pictures")
+@pytest.mark.usefixtures("undrawn")
 def test_a_dishonest_model_is_not_called_unconverged_and_gets_advice_that_can_help(
     make_posterior: MakePosterior, predictions: tuple[Prediction, ...]
 ) -> None:
@@ -196,7 +190,7 @@ def test_a_dishonest_model_is_not_called_unconverged_and_gets_advice_that_can_he
     assert all(words in both for words in ("Not converged", "R-hat of young_modulus", "--resume", "calib surrogate refine"))
 
 
-@pytest.mark.usefixtures("no_pictures")
+@pytest.mark.usefixtures("undrawn")
 def test_a_module_put_beside_the_others_is_a_section(
     make_posterior: MakePosterior, predictions: tuple[Prediction, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -238,7 +232,7 @@ def test_what_the_room_offers_is_loaded_when_asked_for_and_without_the_extras() 
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
-@pytest.mark.usefixtures("no_pictures")
+@pytest.mark.usefixtures("undrawn")
 def test_a_model_that_does_not_describe_the_data_is_no_success(
     make_posterior: MakePosterior, predictions: tuple[Prediction, ...]
 ) -> None:
@@ -266,7 +260,7 @@ def _judged(posterior: Posterior) -> Posterior:
     return replace(posterior, sweeps=(replace(first, verdicts=VERDICTS), *others))
 
 
-@pytest.mark.usefixtures("no_pictures")
+@pytest.mark.usefixtures("undrawn")
 def test_the_quality_of_the_lab_data_is_a_table_with_the_worst_first(
     make_posterior: MakePosterior, predictions: tuple[Prediction, ...]
 ) -> None:
@@ -283,7 +277,7 @@ def test_the_quality_of_the_lab_data_is_a_table_with_the_worst_first(
     assert 'href="#quality"' in page
 
 
-@pytest.mark.usefixtures("no_pictures")
+@pytest.mark.usefixtures("undrawn")
 def test_a_run_without_verdicts_has_no_table_of_them(
     make_posterior: MakePosterior, predictions: tuple[Prediction, ...]
 ) -> None:
@@ -307,7 +301,7 @@ def test_summary_json_carries_the_verdicts_in_si(make_posterior: MakePosterior) 
     }
 
 
-@pytest.mark.usefixtures("no_pictures")
+@pytest.mark.usefixtures("undrawn")
 def test_a_recommendation_from_another_posterior_is_marked_as_old(
     make_posterior: MakePosterior, predictions: tuple[Prediction, ...], recommendation: Recommendation
 ) -> None:
@@ -315,7 +309,7 @@ def test_a_recommendation_from_another_posterior_is_marked_as_old(
     assert "made from an earlier posterior" in _text(page)
 
 
-@pytest.mark.usefixtures("no_pictures")
+@pytest.mark.usefixtures("undrawn")
 def test_names_from_the_experiment_file_are_escaped(make_posterior: MakePosterior, predictions: tuple[Prediction, ...]) -> None:
     posterior = make_posterior(n_specimen=1)
     evil = replace(posterior, experiment=replace(posterior.experiment, name="<b>5 < 6 & 7</b>"))

@@ -6,20 +6,24 @@ import math
 import os
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
+import pytest
 
 from calib.errors import InputError
 from calib.problem import Problem
 from calib.runs.calibration import Calibration, Stages, calibrate
-from calib.sampling import Gate
+from calib.sampling import Gate, identity_of, sampler
 from calib.sampling.assess import BLOCK_STEPS
 from calib.sampling.posterior import Posterior
 from calib.sampling.sampler import sample
+from calib.sampling.start import find_modes
+from calib.sampling.target import Mode, ProblemTarget
 from models.analytic import ClosedForm
 from models.sensor import design_from
 
@@ -47,11 +51,34 @@ padding_thickness = { fixed = "1.10 mm" }
 """
 
 
+_CLIMBED: dict[tuple[str, tuple[int, ...]], tuple[Mode, ...]] = {}
+
+
+def _climbed(target: ProblemTarget, seed: np.random.SeedSequence) -> tuple[Mode, ...]:
+    assert isinstance(seed.entropy, int)
+    key = (identity_of(target.space.problem, seed.entropy).fingerprint, seed.spawn_key)
+    if key not in _CLIMBED:
+        _CLIMBED[key] = find_modes(target, seed)
+    return _CLIMBED[key]
+
+
+@contextmanager
+def climbing_once() -> Iterator[None]:
+    """Sample in this process with modes that are looked for once for each problem and seed, on which alone they depend.
+
+    They are what takes longest of a calibration of a few steps. A process that is forked knows those of this one.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sampler, "find_modes", _climbed)
+        yield
+
+
 def one_block_more(problem: Problem, *, checkpoint: Path, **options: Any) -> Posterior:
     """Sample one block of every ensemble more than the first one has, however long that takes."""
     n_block = len(list(checkpoint.glob("ensemble-0-0*.npz"))) + 1
     limits = {"max_steps": BLOCK_STEPS * n_block, "max_seconds": math.inf, "gate": Gate(ess=1e9)}
-    return sample(problem, checkpoint=checkpoint, **{**options, **limits})
+    with climbing_once():
+        return sample(problem, checkpoint=checkpoint, **{**options, **limits})
 
 
 #: A calibration without its slow ends.
@@ -93,6 +120,11 @@ def begin(work: Callable[[], object]) -> int:
         sys.stderr.write(f"{type(error).__name__}: {error}\n")
     finally:
         os._exit(code)
+
+
+def has_ended(pid: int) -> bool:
+    """Whether a process has ended, which is still to be waited for."""
+    return os.waitid(os.P_PID, pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None
 
 
 def end(pid: int) -> int:

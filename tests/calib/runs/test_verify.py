@@ -23,6 +23,8 @@ from calib.runs.ownership import owned
 from calib.sampling import FINGERPRINT
 from models.surrogate.surrogate import load_surrogate
 
+pytestmark = pytest.mark.usefixtures("all_undrawn")
+
 REQUIREMENT = Requirement(2.0, 0.5e-3, 3e-3, n_thickness=5, n_draw=50)
 RUN_FILES = ("run.json", "posterior.nc", "summary.json", "summary.csv", "recommendation.json", "report.html")
 CHECKPOINT_FILES = ("checkpoint/manifest.json", "checkpoint/ensemble-0-start.npz", "checkpoint/ensemble-3-00000.npz")

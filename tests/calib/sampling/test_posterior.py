@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import os
 import signal
-import subprocess
-import sys
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -13,6 +11,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from small_run import begin as begin_process
+from small_run import climbing_once, has_ended
+from small_run import end as end_process
 
 from calib.errors import InputError
 from calib.experiment.experiment_file import read_experiment
@@ -106,16 +107,17 @@ FAR = Gate(ess=1e9)
 def quick(
     problem: Problem, folder: Path, seed: int = 1, max_steps: int = 100, processes: int = 0, resume: bool = False
 ) -> Posterior:
-    return sample(
-        problem,
-        seed=seed,
-        checkpoint=folder,
-        n_walkers=64,
-        gate=FAR,
-        max_steps=max_steps,
-        processes=processes,
-        resume=resume,
-    )
+    with climbing_once():
+        return sample(
+            problem,
+            seed=seed,
+            checkpoint=folder,
+            n_walkers=64,
+            gate=FAR,
+            max_steps=max_steps,
+            processes=processes,
+            resume=resume,
+        )
 
 
 def begin(target: Target, seed: np.random.SeedSequence, n_walker: int = 64) -> Start:
@@ -125,7 +127,8 @@ def begin(target: Target, seed: np.random.SeedSequence, n_walker: int = 64) -> S
 
 def endless(problem: Problem, folder: Path, max_steps: int) -> Posterior:
     """Go on for as many steps, as no run can meet the gate: one that has ended cannot be killed."""
-    return sample(problem, seed=1, checkpoint=folder, max_steps=max_steps, processes=0, gate=Gate(ess=1e9), resume=True)
+    with climbing_once():
+        return sample(problem, seed=1, checkpoint=folder, max_steps=max_steps, processes=0, gate=Gate(ess=1e9), resume=True)
 
 
 @pytest.fixture(scope="module")
@@ -285,30 +288,17 @@ def test_ensembles_have_their_own_starts_and_streams(posterior: Posterior) -> No
     assert np.unique(first[:, 0]).size == first.shape[0]
 
 
-SCRIPT = """
-import importlib.util, sys
-from pathlib import Path
-spec = importlib.util.spec_from_file_location("case", sys.argv[1])
-sys.modules["case"] = case = importlib.util.module_from_spec(spec)
-spec.loader.exec_module(case)
-case.endless(case.small_problem(), Path(sys.argv[2]), max_steps=100_000)
-"""
-
-
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are forked here")
 def test_a_killed_and_resumed_run_gives_the_chain_of_an_uninterrupted_one(tmp_path: Path) -> None:
     problem = small_problem()
     folder = tmp_path / "killed"
-    root = Path(__file__).parents[3]
-    script = tmp_path / "run.py"
-    script.write_text(SCRIPT, encoding="utf-8")
-    environment = {**os.environ, "PYTHONPATH": str(root)}
-    run = subprocess.Popen([sys.executable, str(script), __file__, str(folder)], env=environment)
+    run = begin_process(lambda: endless(problem, folder, max_steps=100_000))
     try:
-        while run.poll() is None and len(list(folder.glob("ensemble-*-0*.npz"))) < 6:
+        while not has_ended(run) and len(list(folder.glob("ensemble-*-0*.npz"))) < 6:
             time.sleep(0.005)
     finally:
-        run.kill()
-    assert run.wait() == -signal.SIGKILL
+        os.kill(run, signal.SIGKILL)
+    assert end_process(run) == -signal.SIGKILL
     # As many steps as the killed one may have made, or more: a machine that is busy kills late.
     made = 1 + max(int(path.stem.split("-")[2]) for path in folder.glob("ensemble-*-0*.npz"))
     steps = 50 * max(made, 3)

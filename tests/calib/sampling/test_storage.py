@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 import xarray
 from matplotlib import pyplot as plt
+from small_run import climbing_once
 
 from calib.errors import InputError
 from calib.experiment.plan import Experiment, Specimen, SweepFiles
@@ -78,7 +79,10 @@ def sampled(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
     specimen = Specimen("a/b", (SweepFiles("", Path("f.csv"), None, 5e-3),), THICKNESSES)
     problem = build_problem(plan(specimen), [press("a/b")], FORWARD)
     folder = tmp_path_factory.mktemp("run")
-    found = sample(problem, seed=1, checkpoint=folder, max_steps=request.param, processes=0, n_walkers=64, gate=Gate(ess=1e9))
+    with climbing_once():
+        found = sample(
+            problem, seed=1, checkpoint=folder, max_steps=request.param, processes=0, n_walkers=64, gate=Gate(ess=1e9)
+        )
     assert (found.draws.shape[1] // found.n_walkers) % 2 == (request.param == 100)
     return found
 
