@@ -527,4 +527,5 @@ def diagnostics_from_json(text: str) -> Diagnostics:
     if first := data.get("first_answer"):
         estimates = {name: FirstEstimate(**estimate) for name, estimate in first["parameters"].items()}
         read["first_answer"] = FirstAnswer(estimates, first["effective_draws"], first["confirmed"])
-    return Diagnostics(**{**data, **tuples, **read})
+    told: dict[str, Any] = {**data, **tuples, **read}
+    return Diagnostics(**told)
