@@ -510,7 +510,9 @@ def diagnostics_from_json(text: str) -> Diagnostics:
         name: ParameterSummary(**{**summary, "interval_90": tuple(summary["interval_90"])})
         for name, summary in data["parameters"].items()
     }
-    tuples = {key: tuple(data[key]) for key in ("reasons", "warnings", "acceptance_fraction", "block_k_hat") if key in data}
+    tuples: dict[str, Any] = {
+        key: tuple(data[key]) for key in ("reasons", "warnings", "acceptance_fraction", "block_k_hat") if key in data
+    }
     checked = data.get("spot_check")
     spot_check = SpotCheck(**{**checked, "failures": tuple(checked["failures"])}) if checked else None
     weighed = data.get("reweighting")
@@ -527,5 +529,4 @@ def diagnostics_from_json(text: str) -> Diagnostics:
     if first := data.get("first_answer"):
         estimates = {name: FirstEstimate(**estimate) for name, estimate in first["parameters"].items()}
         read["first_answer"] = FirstAnswer(estimates, first["effective_draws"], first["confirmed"])
-    told: dict[str, Any] = {**data, **tuples, **read}
-    return Diagnostics(**told)
+    return Diagnostics(**{**data, **tuples, **read})
