@@ -90,7 +90,12 @@ class Crew(Executor):
         self._begun: tuple[AbstractContextManager[Executor], Executor] | None = None
 
     def submit(self, fn: Callable[_P, _T], /, *args: _P.args, **kwargs: _P.kwargs) -> Future[_T]:
-        """See `concurrent.futures.Executor.submit`."""
+        """Give the workers, who are begun now at the latest, a piece of work.
+
+        Parameters
+        ----------
+        fn, *args, **kwargs : see `concurrent.futures.Executor.submit`.
+        """
         if self._begun is None:
             context = workers(self.processes)
             self._begun = context, context.__enter__()
@@ -114,7 +119,12 @@ class Crew(Executor):
             context.__exit__(type(failure), failure, failure.__traceback__)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """See `concurrent.futures.Executor.shutdown`."""
+        """Let the workers end.
+
+        Parameters
+        ----------
+        wait, cancel_futures : see `concurrent.futures.Executor.shutdown`; their work is always waited for.
+        """
         if self._begun is not None:
             context, self._begun = self._begun[0], None
             context.__exit__(None, None, None)

@@ -510,7 +510,9 @@ def diagnostics_from_json(text: str) -> Diagnostics:
         name: ParameterSummary(**{**summary, "interval_90": tuple(summary["interval_90"])})
         for name, summary in data["parameters"].items()
     }
-    tuples = {key: tuple(data[key]) for key in ("reasons", "warnings", "acceptance_fraction", "block_k_hat") if key in data}
+    tuples: dict[str, Any] = {
+        key: tuple(data[key]) for key in ("reasons", "warnings", "acceptance_fraction", "block_k_hat") if key in data
+    }
     checked = data.get("spot_check")
     spot_check = SpotCheck(**{**checked, "failures": tuple(checked["failures"])}) if checked else None
     weighed = data.get("reweighting")
