@@ -68,10 +68,6 @@ def _brief(problem: Problem, **options: Any) -> Posterior:
         return sample(problem, **{**options, **brief})
 
 
-def _nothing(*_: object, **__: object) -> Any:
-    return None
-
-
 def _telling(solve: Callable[..., object]) -> Callable[..., object]:
     def told(*args: object, **kwargs: object) -> object:
         print("there", flush=True)
@@ -95,13 +91,13 @@ def run(stage: str, words: Sequence[str]) -> None:
     if stage == "reading":
         patch.setattr(preview, "read_sweeps", _stay)
     elif stage == "writing":
-        stages["sample"] = _nothing
+        stages["sample"] = _brief
         patch.setattr(calibration, "write_run", _stay)
     elif stage == "saving":
-        stages["sample"] = _nothing
+        stages["sample"] = _brief
         patch.setattr(run_folder, "save_posterior", _stay)
     elif stage == "spot check":
-        stages |= {"sample": _nothing, "spot_check": _stay}
+        stages |= {"sample": _brief, "spot_check": _stay}
     elif stage == "block likelihoods":
         patch.setattr(assess, "log_likelihood_blocks", _stay)
         stages["sample"] = _brief
