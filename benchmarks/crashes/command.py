@@ -280,10 +280,10 @@ def _run(
         signal.signal(signal.SIGINT, signal.default_int_handler)
         if before is not None:
             before()
-        from calib.cli import app
+        from calib.__main__ import main
 
         try:
-            app()
+            main()
             code = 0
         except SystemExit as end:
             code = end.code if isinstance(end.code, int) else 0 if end.code is None else 1

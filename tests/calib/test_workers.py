@@ -192,7 +192,7 @@ def test_a_crew_of_no_process_works_in_this_one() -> None:
 
 @pytest.mark.skipif(not hasattr(signal, "pthread_kill"), reason="signals of threads")
 def test_a_signal_while_a_worker_is_started_is_heard_when_it_has_been(monkeypatch: pytest.MonkeyPatch) -> None:
-    launch, whole, before = popen_spawn_posix.Popen._launch, [], signal.getsignal(signal.SIGINT)
+    launch, whole, before = vars(popen_spawn_posix.Popen)["_launch"], [], signal.getsignal(signal.SIGINT)
     release = threading.Event()
     other = threading.Thread(target=release.wait)
     other.start()

@@ -47,7 +47,8 @@ def space(simulated: tuple[Problem, dict[str, float]]) -> Coordinates:
 def x(simulated: tuple[Problem, dict[str, float]], space: Coordinates) -> FloatArray:
     """Its true place, (n,)."""
     problem, truth = simulated
-    return space.from_theta(coordinates_of(problem, np.array([[truth[name] for name in problem.names]])))[0]
+    theta = coordinates_of(problem, np.array([[truth[name] for name in problem.names]]))
+    return np.asarray(space.from_theta(theta)[0], dtype=float)
 
 
 def test_parts_sum_to_the_density_and_a_specimen_changes_its_own_alone(space: Coordinates, x: FloatArray) -> None:
@@ -125,12 +126,11 @@ def test_independent_draws_of_many_specimens_have_the_means_of_the_target() -> N
 
 def test_a_lot_converges_to_the_truth_and_a_stopped_run_goes_on_bit_for_bit(tmp_path: Path) -> None:
     target = specimens("few", 4, 0.1)
-    settings = {"seed": 7, "n_ensembles": 4, "n_walker": 96, "processes": 0}
 
     def run(name: str, max_steps: int, gate: Gate) -> tuple[bool, FloatArray]:
         (tmp_path / name).mkdir(exist_ok=True)
         folder = CheckpointFolder(tmp_path / name, "0" * 64)
-        chains = sample_target(target, folder, gate=gate, max_steps=max_steps, **settings)
+        chains = sample_target(target, folder, seed=7, n_ensembles=4, n_walker=96, gate=gate, max_steps=max_steps, processes=0)
         return not chains.state.doubts, np.stack([load_chain(folder, k, chains.n_block, 0, 1)[0] for k in range(4)])
 
     never = Gate(ess=1e9)
