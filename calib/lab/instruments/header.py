@@ -226,9 +226,10 @@ def _likely_header(text: LabText) -> tuple[int, list[str]] | None:
 
 # --- what stands above it -----------------------------------------------------------------------------------------------
 
-_UNIT_WORD = re.compile(
-    r"^(?:units?|einheit(?:en)?|unité[s]?|unidad(?:es)?|单位|単位)$|\b(?:unit|units|einheit|unité|unidad)\b|单位|単位", re.I
+_UNIT_NAMES = (
+    r"units?|einheit(?:en)?|unités?|unidad(?:es)?|unità|eenhe(?:id|den)|enhet(?:er)?|enhed(?:er)?|jednostk[ai]|yksik(?:kö|öt)"
 )
+_UNIT_WORD = re.compile(rf"\b(?:{_UNIT_NAMES})\b|单位|単位|단위", re.I)
 
 
 def declared_units(lines: Sequence[str]) -> Mapping[str, tuple[str, int]]:

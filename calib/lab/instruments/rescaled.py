@@ -22,6 +22,8 @@ _LEAST = 2.8
 _NEAR, _CALM, _CALM_ALL = 5, 0.3, 0.6
 # What a reading may miss the course of those above by once it is scaled back, in steps and as a share of it.
 _MISS, _MISS_SHARE = 1.0, 0.015
+# A force may drop so much where a press turns round: told by a large factor if its steps are scaled without doubt.
+_TURN = 0.2
 # That may be no larger than such a share of the reading, by the logarithm of the factor; of small ones
 # a smaller share.
 _SHARP, _SHARP_IF_SMALL, _SMALL = 0.17, 0.1, 7.0
@@ -29,6 +31,8 @@ _SHARP, _SHARP_IF_SMALL, _SMALL = 0.17, 0.1, 7.0
 _MOST_MISSED = 4.0
 # The step of another channel that is a jump, in its steps beside it, and as a share of its range.
 _JUMP, _JUMP_SHARE = 4.0, 0.02
+# The same share of a force or a capacitance, which drop where a press turns round.
+_LARGE = 0.25
 # What a channel that jumps, too, says of a jump; time says it where there is no other.
 _BESIDE: Mapping[str, tuple[str, ...]] = {
     "force": ("displacement", "capacitance", "capacitance_series"),
@@ -139,6 +143,7 @@ def _switch(
         return None
     usual, usual_after = float(np.median(np.abs(steps))), float(np.median(np.abs(steps_after)))
     best: tuple[float, float, str] | None = None
+    turn: tuple[float, float, str] | None = None
     for factor, words in _factors(quantity):
         gap = after[0] / factor - before[-1]
         course = (0.0, steps[-1], steps_after[0] / factor)
@@ -150,15 +155,21 @@ def _switch(
         sharp = slack <= share * abs(np.log(factor) * before[-1])
         if off <= slack and sharp and (best is None or off / slack < best[0]):
             best = off / slack, factor, words
-    if best is None:
+        miss = abs(gap) / abs(before[-1])
+        if quantity == "force" and max(factor, 1 / factor) > _SMALL and miss < _TURN and (not turn or miss < turn[0]):
+            turn = miss, factor, words
+    kept = best or turn
+    if kept is None:
         return None
-    _, factor, words = best
+    _, factor, words = kept
     wide = min(_MOST_MISSED, max(factor, 1 / factor) ** 0.5) * (1.0 if min(steps.size, steps_after.size) > 1 else 1.5)
     scaled = _alike(usual * factor, digit * factor, usual_after, digit_after, wide)
     same = _alike(usual, digit, usual_after, digit_after, wide)
     if not scaled:
         # No capacitance jumps by a power of ten, whatever its noise does.
         return (factor, words, False) if quantity in ("capacitance", "capacitance_series") else None
+    if best is None and same:
+        return None
     return factor, words, not same
 
 
@@ -193,7 +204,8 @@ def _unexplained(quantity: str, found: Mapping[str, list[_Switch]], values: Mapp
     beside = beside if [q for q in beside if q != "time"] or quantity != "force" or "time" not in values else ["time"]
     for switch in switches:
         shared = any(
-            _jumps_there(values[q], switch) and all(s.row != switch.row or not s.scaled for s in found.get(q, ()))
+            _jumps_there(values[q], switch, _JUMP_SHARE if q in ("displacement", "time") else _LARGE)
+            and all(s.row != switch.row or not s.scaled for s in found.get(q, ()))
             for q in beside
         )
         # A displacement may stand still on two levels, and time go on after a pause.
@@ -203,7 +215,7 @@ def _unexplained(quantity: str, found: Mapping[str, list[_Switch]], values: Mapp
     return kept
 
 
-def _jumps_there(values: FloatArray, switch: _Switch) -> bool:
+def _jumps_there(values: FloatArray, switch: _Switch, share: float) -> bool:
     """Whether a channel makes a step there that its steps beside it are small against."""
     low, high = max(switch.last - _NEAR, 0), min(switch.row + _NEAR, values.size - 1)
     near = values[low : high + 1]
@@ -215,7 +227,7 @@ def _jumps_there(values: FloatArray, switch: _Switch) -> bool:
     steps[switch.last - low : switch.row - low] = np.nan
     there = steps[np.isfinite(steps)]
     usual = float(np.max(there)) if there.size else 0.0
-    return step > _JUMP * usual and step > _JUMP_SHARE * float(np.nanmax(values) - np.nanmin(values))
+    return step > _JUMP * usual and step > share * float(np.nanmax(values) - np.nanmin(values))
 
 
 # --- words -------------------------------------------------------------------------------------------------------------------

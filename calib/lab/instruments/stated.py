@@ -138,5 +138,5 @@ def speaks_of_scale(text: str) -> bool:
         return True
     if _RANGE.search(text):
         return True
-    words = re.findall(r"(?<![\w.,\d])(?<!\d )[^\s()\[\],;:=\d]{1,6}(?![\w])", text)
-    return any(w not in _WORDS and len(w) > 1 and any(is_unit_of(w, q) for q in _QUANTITIES) for w in words)
+    words = re.findall(r"(?<![\w.,\d])(?<!\d )[^\s()\[\],;:=\d]{2,4}(?![\w])", text)
+    return any(w not in _WORDS and any(is_unit_of(w, q) for q in _QUANTITIES[:3]) for w in words)
