@@ -71,7 +71,6 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
                 "负荷 | 力 | 压力值 | 压缩力 | 力值",
                 "试验力 | 試験力 | 荷重 | 圧縮荷重 | 하중 | 힘 | 시험력 | 부하",
                 "voima | kuorma | puristusvoima | erő | nyomóerő | terhelés | baskı kuvveti | tryckkraft | belastning",
-                "trykkraft",
                 "forță | forta | sila tlaku | tlaková síla | zaťaženie | δύναμη | δυναμη | φορτίο | φορτιο | навантаження",
                 "força axial | normaalkracht | 力量 | 負荷 | 圧縮力 | 押込み荷重 | 압축하중 | 압축력",
                 "corrected force | corrected load",
