@@ -23,7 +23,7 @@ _NEAR, _CALM, _CALM_ALL = 5, 0.3, 0.6
 # What a reading may miss the course of those above by once it is scaled back, in steps and as a share of it.
 _MISS, _MISS_SHARE = 1.0, 0.015
 # A force may drop so much where a press turns round: told by a large factor if its steps are scaled without doubt.
-_TURN = 0.2
+_TURN, _MOVES, _ONE_WAY = 0.2, 0.01, 0.7
 # That may be no larger than such a share of the reading, by the logarithm of the factor; of small ones
 # a smaller share.
 _SHARP, _SHARP_IF_SMALL, _SMALL = 0.17, 0.1, 7.0
@@ -141,36 +141,67 @@ def _switch(
     rough = max(np.max(np.abs(steps)) / abs(before[-1]), np.max(np.abs(steps_after)) / abs(after[0]))
     if rough > _CALM_ALL:
         return None
-    usual, usual_after = float(np.median(np.abs(steps))), float(np.median(np.abs(steps_after)))
+    ended = quantity == "force" and _usual(steps_after) > digit_after and _one_way(steps) and not _one_way(steps_after)
+    found = _goes_on_scaled(quantity, before, after, digit, digit_after)
+    sure = found is not None
+    if found is None and quantity == "force":
+        found = _turns_scaled(quantity, before, after)
+    if found is None:
+        return None
+    factor, words = found
+    if ended and factor < 1 and digit == digit_after:
+        return None  # a ball that comes off, or a sample that breaks: what moved the force has ended
+    usual, usual_after = _usual(steps), _usual(steps_after)
+    wide = min(_MOST_MISSED, max(factor, 1 / factor) ** 0.5) * (1.0 if min(steps.size, steps_after.size) > 1 else 1.5)
+    scaled = _alike(usual * factor, digit * factor, usual_after, digit_after, wide)
+    same = _alike(usual, digit, usual_after, digit_after, wide)
+    if scaled and not same:
+        return factor, words, True
+    # No capacitance jumps by a power of ten, whatever its noise does, and no force rises so while the ball does not jump.
+    held = quantity == "force" and max(factor, 1 / factor) > _SMALL and (factor > 1 or digit != digit_after)
+    if sure and (scaled or held or quantity in ("capacitance", "capacitance_series")):
+        return factor, words, False
+    return None
+
+
+def _goes_on_scaled(
+    quantity: str, before: FloatArray, after: FloatArray, digit: float, digit_after: float
+) -> tuple[float, str] | None:
+    """The factor, and its words, by which readings go on as they went before once it is taken off."""
+    steps, steps_after = np.diff(before), np.diff(after)
     best: tuple[float, float, str] | None = None
-    turn: tuple[float, float, str] | None = None
     for factor, words in _factors(quantity):
         gap = after[0] / factor - before[-1]
         course = (0.0, steps[-1], steps_after[0] / factor)
-        size = max(usual, usual_after / factor)
         rounding = (digit + digit_after / factor) / 2
+        size = max(_usual(steps), _usual(steps_after) / factor)
         slack = _MISS * size + _MISS_SHARE * abs(before[-1]) + rounding
         off = max(min(course) - gap, gap - max(course), 0.0)
         share = _SHARP if max(factor, 1 / factor) > _SMALL else _SHARP_IF_SMALL
         sharp = slack <= share * abs(np.log(factor) * before[-1])
         if off <= slack and sharp and (best is None or off / slack < best[0]):
             best = off / slack, factor, words
-        miss = abs(gap) / abs(before[-1])
-        if quantity == "force" and max(factor, 1 / factor) > _SMALL and miss < _TURN and (not turn or miss < turn[0]):
-            turn = miss, factor, words
-    kept = best or turn
-    if kept is None:
+    return best[1:] if best is not None else None
+
+
+def _turns_scaled(quantity: str, before: FloatArray, after: FloatArray) -> tuple[float, str] | None:
+    """The large factor, and its words, by which a force goes on once it is taken off but for what it loses at a turn."""
+    steps, steps_after = np.diff(before), np.diff(after)
+    if _usual(steps_after) <= _MOVES * abs(after[0]) or not (_one_way(steps) and _one_way(steps_after)):
         return None
-    _, factor, words = kept
-    wide = min(_MOST_MISSED, max(factor, 1 / factor) ** 0.5) * (1.0 if min(steps.size, steps_after.size) > 1 else 1.5)
-    scaled = _alike(usual * factor, digit * factor, usual_after, digit_after, wide)
-    same = _alike(usual, digit, usual_after, digit_after, wide)
-    if not scaled:
-        # No capacitance jumps by a power of ten, whatever its noise does.
-        return (factor, words, False) if quantity in ("capacitance", "capacitance_series") else None
-    if best is None and same:
-        return None
-    return factor, words, not same
+    large = [(f, words) for f, words in _factors(quantity) if max(f, 1 / f) > _SMALL]
+    factor, words = min(large, key=lambda found: abs(after[0] / found[0] - before[-1]))
+    return (factor, words) if abs(after[0] / factor - before[-1]) < _TURN * abs(before[-1]) else None
+
+
+def _usual(steps: FloatArray) -> float:
+    """The size of most steps."""
+    return float(np.median(np.abs(steps)))
+
+
+def _one_way(steps: FloatArray) -> bool:
+    """Whether steps are those of a course, and not of noise."""
+    return abs(float(np.sum(steps))) >= _ONE_WAY * float(np.sum(np.abs(steps)))
 
 
 def _alike(step: float, digit: float, other: float, other_digit: float, wide: float) -> bool:
@@ -208,8 +239,8 @@ def _unexplained(quantity: str, found: Mapping[str, list[_Switch]], values: Mapp
             and all(s.row != switch.row or not s.scaled for s in found.get(q, ()))
             for q in beside
         )
-        # A displacement may stand still on two levels, and time go on after a pause.
-        enough = switch.scaled or quantity not in ("displacement", "time")
+        # A displacement may stand still on two levels, time go on after a pause, and a force be held if nothing tells of it.
+        enough = switch.scaled or quantity.startswith("capacitance") or (quantity == "force" and "displacement" in values)
         if enough and not shared:
             kept.append(switch)
     return kept

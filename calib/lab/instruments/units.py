@@ -190,11 +190,12 @@ def unit_ratios(quantity: str) -> tuple[tuple[float, str], ...]:
     [(101.9716, 'gf after N'), (0.102, 'kgf after N')]
     """
     si = SI_UNIT[quantity]
-    found = []
+    found: list[tuple[float, str]] = []
     for before in _SWITCHED.get(si, ()):
         for after in _SWITCHED[si]:
             ratio = unit_factor(before, si) / unit_factor(after, si)
-            if not math.isclose(math.log10(ratio), round(math.log10(ratio)), abs_tol=1e-9):
+            known = any(math.isclose(ratio, r, rel_tol=1e-9) for r, _ in found)
+            if not known and not math.isclose(math.log10(ratio), round(math.log10(ratio)), abs_tol=1e-9):
                 names = [_NAME_OF.get(unit, unit) for unit in (after, before)]
                 found.append((ratio, " after ".join(names)))
     return tuple(found)
