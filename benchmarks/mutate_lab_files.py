@@ -22,7 +22,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from mutants import of_columns, of_files, of_names, of_numbers, of_rows, of_signs, of_time
+from mutants import of_columns, of_files, of_names, of_numbers, of_rows, of_scale, of_signs, of_time
 from mutants.document import Document, written
 from mutants.kind import Kind
 from mutants.take_apart import take_apart, thinned
@@ -32,7 +32,7 @@ from calib.errors import InputError
 
 ROOT = Path(__file__).resolve().parents[1]
 KINDS: tuple[Kind, ...] = tuple(
-    k for m in (of_names, of_columns, of_numbers, of_rows, of_signs, of_time, of_files) for k in m.KINDS
+    k for m in (of_names, of_columns, of_numbers, of_rows, of_scale, of_signs, of_time, of_files) for k in m.KINDS
 )
 FIELDS = ("seed", "file", "rows", "kinds", "readable", "verdict", "counts_for", "seconds", "what")
 _SIZES = ({"step": 1, "most": 120}, {"step": 12, "most": 300}, {"step": 25, "most": 150}, {"step": 7, "most": 400})

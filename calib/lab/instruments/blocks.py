@@ -26,7 +26,9 @@ from calib.lab.instruments.lines import (
 )
 from calib.lab.instruments.numbers import is_numeric, parse_number
 from calib.lab.instruments.sheet import Sheet, no_such_specimen, which_specimen
-from calib.lab.instruments.vocabulary import unit_of_cell
+from calib.lab.instruments.stated import speaks_of_scale
+from calib.lab.instruments.text import LabText
+from calib.lab.instruments.vocabulary import understand, unit_of_cell
 
 
 def block_table(sheet: Sheet, start: int, keys: Sequence[int], reading: Reading, *, has_side_by_side: bool) -> Table:
@@ -150,6 +152,7 @@ def _blocks(
             apart, skip_units = [], sheet.units_line is not None
         elif kind == "text":
             if is_other_header(row) and _numbers_below(rows, i):
+                _check_other_units(sheet, row, start + i)
                 below = _another_table(sheet, rows, i, start)
                 end = max(k for k, r in enumerate(rows) if any(c.strip() for c in r))
                 unread = not_read(sheet, range(start + i, start + end + 1), "another table")
@@ -157,6 +160,8 @@ def _blocks(
             apart.append(i)
         else:
             remarks = [k for k in apart if is_comment(text.lines[start + k]) and not _SPECIMEN.search(text.lines[start + k])]
+            if blocks[-1].rows:
+                faults += [_of_scale(text, start + k) for k in remarks if speaks_of_scale(text.lines[start + k])]
             if remarks and blocks[-1].rows:
                 among_text += remarks
                 apart = [k for k in apart if k not in remarks]
@@ -180,6 +185,33 @@ def _blocks(
     among_text += apart
     lines = [start + i for i in sorted(among_text)]
     return blocks, [*left_out(sheet, lines), *below], [*not_read(sheet, lines, "text"), *unread]
+
+
+def _of_scale(text: LabText, at: int) -> Fault:
+    return Fault(
+        f'"{text.lines[at].strip()[:80]}" stands among the rows, and may say that those below are in another unit or range',
+        text.path,
+        at + 1,
+        1,
+        advice="If they are, write all rows in one unit, or save the rows of each unit in a file of their own; if it means "
+        "nothing, remove the line",
+    )
+
+
+def _check_other_units(sheet: Sheet, row: Sequence[str], at: int) -> None:
+    """Refuse a header below the rows that names the same quantities as that of the record: it goes on in other units."""
+    own = {h.quantity for i, name in enumerate(sheet.names) if (h := understand(name, sheet.unit_below(i))) is not None}
+    other = {h.quantity for c in row if (h := understand(c.strip())) is not None}
+    if len(own) > 1 and own <= other and len(row) == len(sheet.names):
+        shown = sheet.text.lines[at].strip()[:80]
+        raise InputError(
+            Fault(
+                f'"{shown}" stands among the rows, and names the columns otherwise than the header in line {sheet.header_line}',
+                sheet.text.path,
+                at + 1,
+                advice="Write all rows in the columns and units of one header, or save those below each in a file of their own",
+            )
+        )
 
 
 def _numbers_below(rows: list[list[str]], at: int) -> bool:

@@ -12,11 +12,12 @@ from calib.errors import Fault, InputError, capped
 from calib.lab.instruments.choice import choose_columns, missing_columns
 from calib.lab.instruments.circuit import impossible_loss, untold_circuit
 from calib.lab.instruments.family import InstrumentFamily
-from calib.lab.instruments.keys import several_records
+from calib.lab.instruments.keys import remarks_on_scale, several_records
 from calib.lab.instruments.labtable import LabTable, Reading, Unread
 from calib.lab.instruments.notation import Notation, decide_notation
 from calib.lab.instruments.numbers import is_missing
 from calib.lab.instruments.readings import DAMAGED, ReadColumn, readings_of
+from calib.lab.instruments.rescaled import rescaled
 from calib.lab.instruments.rivals import holds_clock
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.size import implausible
@@ -137,9 +138,13 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         more, unclear = untold_circuit(sheet, *choice.chosen["capacitance"], values.get("dissipation"))
         notes, faults = notes + more, faults + unclear
     faults += several_records(sheet, places, values)
+    faults += remarks_on_scale(sheet, places)
     faults = capped(sorted(faults, key=lambda f: (f.line or 0, f.column or 0)), "faults", 12) if len(faults) > 12 else faults
     if not faults:
         faults += implausible(sheet, values, places, reading)
+    if not faults:
+        told, faults = rescaled(sheet, columns, values, decimals, reading)
+        notes += told
     if faults:
         raise InputError(faults)
     if "status" in choice.chosen:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from calib.errors import Fault, InputError
@@ -23,9 +23,13 @@ from calib.lab.instruments.numbers import is_numeric, is_over_range
 from calib.lab.instruments.rows import with_rows
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.side_by_side import one_of_side_by_side
+from calib.lab.instruments.stated import stated_factors
 from calib.lab.instruments.text import LabText
 from calib.lab.instruments.titles import below_header
 from calib.lab.instruments.vocabulary import words
+
+# Lines above a header and below a table that may speak of it.
+_WORDS_BESIDE = 200
 
 
 def cut(text: LabText, reading: Reading) -> Sheet:
@@ -83,7 +87,19 @@ def cut(text: LabText, reading: Reading) -> Sheet:
         _check_nameless(whole_sheet, below.start, reading)
     whole = with_rows(sheet, below.start, reading, side_notes)
     _check_torn_decimals(whole)
-    return replace(whole, notes=(*above, *whole.notes), unread=(*unread, *below.unread, *whole.unread))
+    return replace(
+        whole,
+        notes=(*above, *whole.notes),
+        unread=(*unread, *below.unread, *whole.unread),
+        declared_factors=_factors_beside(text, header, int(whole.lines[-1])),
+    )
+
+
+def _factors_beside(text: LabText, header: int, last: int) -> Mapping[str, tuple[str, int]]:
+    """The factors that are stated above a header and below the last row."""
+    first = max(header - _WORDS_BESIDE, 0)
+    below = stated_factors(text.lines[last : last + _WORDS_BESIDE], last + 1)
+    return {**below, **stated_factors(text.lines[first:header], first + 1)}
 
 
 def _check_torn_decimals(sheet: Sheet) -> None:

@@ -12,8 +12,8 @@ from calib.lab.instruments.labtable import IntArray
 from calib.lab.instruments.numbers import SIGNS
 from models.sensor import BoolArray, FloatArray
 
-# Steps between neighbours, as powers of ten, which are looked at: four times as large or small.
-_JUMP = 4.0
+# Steps between neighbours, which are looked at: so many times as large or small.
+_JUMP = 2.8
 # Numbers with a mark and without beside each other: steps in powers of ten as written, and once the lost mark is put back.
 _APART, _TOGETHER = 0.9, 0.3
 # How near a number must come to its neighbours once its mark is moved, in steps between these, and how small these must be.
@@ -22,6 +22,10 @@ _NEAR, _SMALL_STEPS, _COARSE_STEPS = 2.0, 0.03, 0.5
 _NEAR_ALONE = 0.02
 # A single number that is off by one power of ten, or by more, may stand among steps as large as this share of its neighbours.
 _ONE_POWER, _MORE_POWERS = 0.2, 0.3
+# A number at an end of regular steps goes on from them if it misses them by such a share of a step.
+_REGULAR = 0.15
+# Single numbers in another unit: how far off these are at least, how calm the numbers beside them, how near they must come.
+_LEAST_UNIT, _CALM_BESIDE, _NEAR_UNIT = 2.8, 0.1, 0.008
 # Rounding of a number whose mark has moved to the left may add up to this share.
 _ROUNDED = 0.1
 # Larger shares of contradicted numbers are no single damage: the column is.
@@ -31,6 +35,14 @@ _SHARE_SURE = 0.5
 _RUN = 3
 # Numbers that a column, and the places beside a number, must have at least.
 _FEWEST, _FEWEST_BESIDE = 5, 4
+
+# Ratios of units that are no powers of ten, by what they are; in thousands, as of mN and N, too.
+_BETWEEN_UNITS = tuple(
+    (size * 10.0**power, words)
+    for names, ratio in (("N and kgf", 9.80665), ("N and lbf", 4.4482216), ("mm and in", 25.4))
+    for size, words in ((ratio, f"{ratio:.5g} ({names})"), (1 / ratio, f"1/{ratio:.5g} ({names})"))
+    for power in (0, 3, -3)
+)
 
 _PADDED = re.compile(rf"[ \t]*[{SIGNS}]?0\d+[ \t]*", re.ASCII)
 
@@ -125,7 +137,7 @@ def _jumping(cells: Sequence[str], values: FloatArray, decimal: str) -> Doubts:
         rest[list(population.rows)] = np.nan
         other = _jumping(cells, rest, decimal)
         return Doubts({**other.rows, **population.rows}, other.fault, other.row)
-    found = _off(cells, rows, at, level, decimal)
+    found = _off_by_units(cells, rows, at, decimal) | _off(cells, rows, at, level, decimal)
     # Where no number has a mark, those that are the fewer may be the right ones.
     unmarked = not any(decimal in c for c in cells)
     if len(found) > 1 and (unmarked or len(found) > _SHARE * rows.size):
@@ -208,11 +220,42 @@ def _off_at_ends(at: FloatArray, level: FloatArray) -> list[tuple[int, str]]:
     found = []
     for end, beside in ((0, at[1:4]), (-1, at[-2:-5:-1])):
         power = int(np.round(level[end] - np.log10(abs(beside[0]))))
-        step = float(np.max(np.abs(np.diff(beside))))
+        steps = np.diff(beside)
+        step = float(np.max(np.abs(steps)))
+        mended, middle = at[end] / 10.0**power, abs(float(beside[0]))
         alike = len(set(np.sign([at[end], *beside]))) == 1
-        near = abs(at[end] / 10.0**power - beside[0]) <= _NEAR * step
-        if power and alike and near and _is_small(step, abs(float(beside[0])), power):
+        near = abs(mended - beside[0]) <= max(_NEAR * step, _NEAR_ALONE * middle)
+        goes_on = steps.size > 1 and _goes_on(float(mended), float(beside[0] - steps[0]), float(np.ptp(steps)), step)
+        if power and alike and ((near and _is_small(step, middle, power)) or (goes_on and step < _COARSE_STEPS * middle)):
             found.append((end, _in_words(power)))
+    return found
+
+
+def _goes_on(mended: float, expected: float, bend: float, step: float) -> bool:
+    """Whether a number stands where numbers at regular steps let it be expected."""
+    return bend <= _REGULAR * step and abs(mended - expected) <= _REGULAR * step
+
+
+def _off_by_units(cells: Sequence[str], rows: IntArray, at: FloatArray, decimal: str) -> dict[int, str]:
+    """Single rows that stand between their calm neighbours once the ratio of two units is taken off -> that ratio in words."""
+    if rows.size < _FEWEST:
+        return {}
+    middle = (at[:-2] + at[2:]) / 2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = at[1:-1] / middle
+    wide = (ratio > _LEAST_UNIT) | ((ratio > 0) & (ratio < 1 / _LEAST_UNIT))
+    calm = np.abs(at[2:] - at[:-2]) <= 2 * _CALM_BESIDE * np.abs(middle)
+    found: dict[int, str] = {}
+    for j in np.flatnonzero(wide & calm).tolist():
+        before, after = at[max(j - 2, 0) : j + 1], at[j + 2 : j + 5]
+        step = max(float(np.max(np.abs(np.diff(beside)), initial=0.0)) for beside in (before, after))
+        if before.size + after.size < _FEWEST_BESIDE or step > 1.5 * _CALM_BESIDE * abs(middle[j]):
+            continue
+        digit = 0.5 * 10.0 ** -_decimals(cells[rows[j + 1]], decimal) / abs(at[j + 1])
+        for size, words in _BETWEEN_UNITS:
+            if abs(ratio[j] / size - 1) <= _NEAR_UNIT + digit:
+                found[int(rows[j + 1])] = words
+                break
     return found
 
 

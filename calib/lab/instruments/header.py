@@ -12,8 +12,9 @@ from calib.errors import Fault
 from calib.lab.instruments.clock_cells import is_clock
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.numbers import is_missing, is_numeric
+from calib.lab.instruments.stated import stated_units
 from calib.lab.instruments.text import LabText
-from calib.lab.instruments.units import is_unit_of
+from calib.lab.instruments.units import is_unit_of, looks_like_unit
 from calib.lab.instruments.vocabulary import EXAMPLE, understand, understood_names
 
 #: Delimiters tried, in the order in which a draw is decided; a blank stands for runs of blanks.
@@ -225,26 +226,39 @@ def _likely_header(text: LabText) -> tuple[int, list[str]] | None:
 
 # --- what stands above it -----------------------------------------------------------------------------------------------
 
-_UNIT_WORD = re.compile(
-    r"^(?:units?|einheit(?:en)?|unité[s]?|unidad(?:es)?|单位|単位)$|\b(?:unit|units|einheit|unité|unidad)\b|单位|単位", re.I
+_UNIT_NAMES = (
+    r"units?|einheit(?:en)?|unités?|unidad(?:es)?|unità|eenhe(?:id|den)|enhet(?:er)?|enhed(?:er)?|jednostk[ai]|yksik(?:kö|öt)"
 )
+_UNIT_WORD = re.compile(rf"\b(?:{_UNIT_NAMES})\b|单位|単位|단위", re.I)
 
 
 def declared_units(lines: Sequence[str]) -> Mapping[str, tuple[str, int]]:
-    """Units declared above the header: `Units : Force,kN`, `Unit Force;kN`, `Force unit: kN`."""
+    """Units declared above the header: `Units : Force,kN`, `Unit Force;kN`, `Force in kN`, `Units: s, mm, kN`."""
     declared: dict[str, tuple[str, int]] = {}
     for number, line in enumerate(lines[-200:], max(len(lines) - 200, 0) + 1):
         if not _UNIT_WORD.search(line) or len(line) > 200:
+            declared |= {quantity: (unit, number) for quantity, unit in stated_units(line)}
             continue
         parts = [p.strip().strip('"') for p in re.split(r"[\t;,:=]|\s{2,}", line) if p.strip().strip('"')]
         parts = [_UNIT_WORD.sub("", p).strip() for p in parts]
         parts = [p for p in parts if p]
+        if parts and all(map(looks_like_unit, parts)):
+            declared |= {quantity: (unit, number) for quantity, unit in _listed_units(parts)}
+            continue
         for name, written in pairwise(parts):
             unit = written[1:-1] if written[:1] + written[-1:] in ("()", "[]") else written
             heading = understand(name) or understand(name, unit)
             if heading is not None and is_unit_of(unit, heading.quantity):
                 declared[heading.quantity] = (unit, number)
     return MappingProxyType(declared)
+
+
+def _listed_units(units: Sequence[str]) -> Iterator[tuple[str, str]]:
+    """Quantity and unit of units that stand without names, of those that are of one quantity each."""
+    for quantity in ("time", "displacement", "force", "capacitance"):
+        own = {unit for unit in units if is_unit_of(unit, quantity)}
+        if len(own) == 1:
+            yield quantity, own.pop()
 
 
 # `MTS793|MPT|DEU|1|0|,|.|:|...`: the sixth field is the decimal mark.

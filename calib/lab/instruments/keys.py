@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -13,6 +14,8 @@ from calib.lab.instruments.labtable import IntArray
 from calib.lab.instruments.lexicon import KEYS, OF_TESTERS, PHASES
 from calib.lab.instruments.numbers import is_missing, is_numeric
 from calib.lab.instruments.sheet import Sheet
+from calib.lab.instruments.stated import speaks_of_scale
+from calib.lab.instruments.units import is_unit_of
 from calib.lab.instruments.where import asked_name, listed_values
 from models.sensor import FloatArray
 
@@ -61,6 +64,48 @@ def several_records(sheet: Sheet, used: Mapping[str, int], values: Mapping[str, 
         why = "names several" if named else "changes, and time or a reading jumps with it"
         faults.append(_fault(sheet, index, f'column "{sheet.names[index] or index + 1}" {why}'))
     return faults
+
+
+# A column of remarks is empty in most rows, and says few things.
+_SELDOM, _MOST_REMARKS = 0.2, 1000
+# Rows that show whether a column is one of units.
+_FEW_ROWS = 20
+
+
+def remarks_on_scale(sheet: Sheet, used: Mapping[str, int]) -> list[Fault]:
+    """List the remarks in columns that are not read by which the rows are in another unit or range from there on.
+
+    Parameters
+    ----------
+    sheet : the record.
+    used : quantity -> index of its column.
+    """
+    faults: list[Fault] = []
+    for index, column in enumerate(sheet.columns):
+        if index in used.values():
+            continue
+        seldom = column.count("") >= (1 - _SELDOM) * len(column)
+        rows = [r for r, c in enumerate(column if seldom else column[:_FEW_ROWS]) if c.strip()]
+        if seldom:
+            row = next((r for r in rows[:_MOST_REMARKS] if speaks_of_scale(column[r])), None)
+        else:
+            row = _first_other_unit(column) if rows and all(_is_unit(column[r]) for r in rows) else None
+        if row is not None:
+            name = sheet.names[index] or index + 1
+            message = f'"{column[row].strip()[:60]}" in column "{name}" may say that rows are in another unit or range'
+            advice = "If they are, write all rows in one unit, or save those of each unit in a file of their own; else empty it"
+            faults.append(Fault(message, sheet.text.path, int(sheet.lines[row]), index + 1, advice=advice))
+    return faults
+
+
+def _is_unit(cell: str) -> bool:
+    return not is_numeric(cell) and any(is_unit_of(cell.strip(), q) for q in ("force", "displacement", "capacitance"))
+
+
+def _first_other_unit(column: Sequence[str]) -> int | None:
+    """The first row of a column of units that has another than the row before."""
+    there = [(r, c.strip()) for r, c in enumerate(column) if c.strip()]
+    return next((r for (_, one), (r, other) in pairwise(there) if one != other), None)
 
 
 def _fault(sheet: Sheet, index: int, what: str) -> Fault:

@@ -24,7 +24,8 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
                 "datum uhrzeit | temps | temps écoulé | temps ecoule | temps d'essai | durée | duree | horodatage | heure",
                 "tiempo | tiempo transcurrido | tempo | tempo trascorso | tempo decorrido | tijd | verstreken tijd",
                 "meettijd | czas | czas próby | czas badania | godzina | čas | tid | süre",
-                "zaman | время | 时间 | 時間 | 试验时间",
+                "zaman | aika | idő | mérési idő | vreme | vrijeme | timp | laikas | χρόνος | χρονος | час | 测试时间",
+                "время | 时间 | 時間 | 试验时间",
                 "試験時間 | 経過時間 | 時刻 | 시간 | 경과시간 | 시험시간 | cycle elapsed time",
             ),
             "displacement": (
@@ -44,7 +45,16 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
                 "verplaatsing | indrukking | indringdiepte | positie | afstand | uitrekking | slag | traverseweg",
                 "przemieszczenie | przesunięcie | przesuniecie | droga | wydłużenie | wydluzenie | ugięcie | ugiecie",
                 "położenie | polozenie | pozycja | przemieszczenie trawersy | skok | posunutí | posuv | dráha",
-                "förskjutning | väg | перемещение | деформация | ход | глубина | 位移 | 横梁位移",
+                "förskjutning | väg | sträcka | deformation | hoptryckning | vej | vejlængde | forskydning | sammentrykning",
+                "vei",
+                "forskyvning | siirtymä | puristuma | matka | asema | painuma | elmozdulás | elmozdulas | út | benyomódás",
+                "összenyomódás | yer değiştirme | yerdeğiştirme | deplasman | uzama | sıkışma | yol | batma | poloha",
+                "deformace",
+                "stlačení | posunutie | pomik | pomak | deplasare | μετατόπιση | μετατοπιση | διαδρομή | διαδρομη | θέση",
+                "βύθιση",
+                "переміщення | indringing | percurso | deslocamento axial | 行程 | 壓縮量 | 押込み量 | 압입깊이",
+                "перемещение | деформация",
+                "ход | глубина | 位移 | 横梁位移",
                 "变形 | 压缩位移 | 压缩量 | 変位 | ストローク",
                 "変位量 | 伸び | 圧縮変位 | 변위 | 이동거리 | 거리 | 위치 | 신장 | 신율",
                 "스트로크 | 압축변위 | 압축량 | 크로스헤드 변위 | traversenweg absolut",
@@ -60,12 +70,16 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
                 "nacisk | síla | zatížení | kuvvet | yük | нагрузка | сила | усилие | 载荷 | 荷载",
                 "负荷 | 力 | 压力值 | 压缩力 | 力值",
                 "试验力 | 試験力 | 荷重 | 圧縮荷重 | 하중 | 힘 | 시험력 | 부하",
-                "압축하중 | 압축력 | corrected force | corrected load",
+                "voima | kuorma | puristusvoima | erő | nyomóerő | terhelés | baskı kuvveti | tryckkraft | belastning",
+                "forță | forta | sila tlaku | tlaková síla | zaťaženie | δύναμη | δυναμη | φορτίο | φορτιο | навантаження",
+                "força axial | normaalkracht | 力量 | 負荷 | 圧縮力 | 押込み荷重 | 압축하중 | 압축력",
+                "corrected force | corrected load",
             ),
             "capacitance": (
                 "cp | parallel capacitance | cpar | cap parallel | parallelkapazität | capacité parallèle | capacitance",
                 "cap | c | kapazität | kapazitaet | capacité | capacite | capacitancia | capacidad | capacità",
-                "capacitância | capacidade | capaciteit | pojemność | pojemnosc | kapacita | kapacitans | ёмкость | емкость",
+                "capacitância | capacidade | capaciteit | pojemność | pojemnosc | kapacita | kapacitans | kapasitanssi",
+                "kapasitans | kapacitás | sığa | capacitate | χωρητικότητα | ёмкость | емкость",
                 "电容 | 电容值 | 静電容量 | 電容 | 정전용량 | 커패시턴스 | 용량",
             ),
             "capacitance_series": (
@@ -96,8 +110,8 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
 #: Words beside a name that leave it what it is: `Primary load measurement`, `Tensile Force`.
 QUALIFIERS = _set(
     "primary main measured measurement meas measure tensile compressive compression tension applied actual act current "
-    "present reading readings value values val data signal sensor cell machine instron axial vertical live instantaneous "
-    "instant raw digital linear analog test sample specimen frame total device meter ist messwert istwert gemessene "
+    "present static reading readings value values val signal sensor cell machine instron axial vertical live instantaneous "
+    "data instant raw digital linear analog test sample specimen frame total device meter ist messwert istwert gemessene "
     "gemessener feedback lcr daq tester mesurée mesuré mesure misurata misurato medida medido zmierzona gemeten"
 )
 #: Words that say that a column was worked on after the measurement: read only where no other column is.

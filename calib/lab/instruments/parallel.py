@@ -7,11 +7,15 @@ from types import MappingProxyType
 
 import numpy as np
 
-from calib.errors import Fault, InputError
-from calib.lab.instruments.labtable import LabTable, Unread
+from calib.errors import Choice, Fault, InputError
+from calib.lab.instruments.labtable import LabTable, Reading, Unread
+from models.sensor import FloatArray
+
+# Share of Cs by which Cp may differ from what Cs and D make of it.
+_ALIKE = 0.2
 
 
-def as_parallel(table: LabTable, header_line: int) -> LabTable:
+def as_parallel(table: LabTable, header_line: int, reading: Reading) -> LabTable:
     """Give a table its capacitance as the parallel equivalent, which the model predicts, whatever the meter was set to.
 
     Cs = Cp (1 + D^2).
@@ -20,6 +24,7 @@ def as_parallel(table: LabTable, header_line: int) -> LabTable:
     ----------
     table : what was read, with "capacitance_series" among its columns if the file holds a series capacitance.
     header_line : 1-based line of the header, for faults; 0 without one.
+    reading : what the user says of the file.
 
     Returns
     -------
@@ -28,7 +33,7 @@ def as_parallel(table: LabTable, header_line: int) -> LabTable:
     Raises
     ------
     InputError
-        If there is Cs but no D.
+        If there is Cs but no D, or a Cp beside it that is of another capacitor.
     """
     columns = dict(table.columns)
     sources = dict(table.sources)
@@ -39,6 +44,8 @@ def as_parallel(table: LabTable, header_line: int) -> LabTable:
     if series is None:
         return table
     if "capacitance" in columns:
+        if "capacitance" not in reading.columns:
+            _check_alike(table, columns["capacitance"], series, header_line)
         notes.append(f'capacitance is taken from "{sources["capacitance"]}", not from "{source}"')
         unread = (*unread, Unread(f'column "{source}"', f'a series capacitance: "{sources["capacitance"]}" is preferred'))
     elif "dissipation" not in columns:
@@ -60,4 +67,26 @@ def as_parallel(table: LabTable, header_line: int) -> LabTable:
         notes.append(f'"{source}" converted to Cp by Cs = Cp (1 + D^2), which changes it by {share:.2g} at most')
     return replace(
         table, columns=MappingProxyType(columns), sources=MappingProxyType(sources), notes=tuple(notes), unread=unread
+    )
+
+
+def _check_alike(table: LabTable, parallel: FloatArray, series: FloatArray, header_line: int) -> None:
+    """Refuse a Cp beside a Cs that is not of the same capacitor."""
+    loss = table.columns.get("dissipation", np.zeros(series.size))
+    expected = series / (1 + np.where(np.isfinite(loss), loss, 0.0) ** 2)
+    off = np.abs(parallel - expected) / np.abs(expected)
+    there = off[np.isfinite(off)]
+    if not there.size or float(np.median(there)) <= _ALIKE:
+        return
+    percent = 100 * float(np.median(there))
+    names = table.sources["capacitance"], table.sources["capacitance_series"]
+    first, second = Choice("columns", (names[0],), "capacitance"), Choice("columns", (names[1],), "capacitance_series")
+    raise InputError(
+        Fault(
+            f'"{names[0]}" and "{names[1]}" are not of the same capacitor: they differ by {percent:.2g} %',
+            table.path,
+            header_line or None,
+            advice=f"Say which one is meant: {first} or {second}",
+            choice=first,
+        )
     )

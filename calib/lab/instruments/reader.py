@@ -74,7 +74,7 @@ def _read_text(text: LabText, reading: Reading, types: CellTypes | None = None) 
     for family in FAMILIES:
         reason = family.recognise(sheet)
         if reason:
-            table = as_parallel(read_columns(sheet, family, reason, reading), sheet.header_line)
+            table = as_parallel(read_columns(sheet, family, reason, reading), sheet.header_line, reading)
             return table if found is None else with_reasons(table, found)
     raise AssertionError("every sheet is a table")
 

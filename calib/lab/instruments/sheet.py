@@ -35,6 +35,7 @@ class Sheet:
     notes : what was left out while cutting.
     set_aside : column -> why it is not read although the file may name it, as of another specimen.
     reasons : row from 0 -> why its cells cannot be trusted.
+    declared_factors : quantity, "" for none in particular -> (words, 1-based line) that state a factor of its readings.
     unread : lines and blocks of the file that are not in `columns`, with the reason.
     """
 
@@ -54,6 +55,7 @@ class Sheet:
     set_aside: Mapping[int, str] = field(default_factory=dict)
     reasons: Mapping[int, str] = field(default_factory=dict)
     unread: tuple[Unread, ...] = ()
+    declared_factors: Mapping[str, tuple[str, int]] = field(default_factory=dict)
 
     @property
     def prelude(self) -> tuple[str, ...]:

@@ -46,6 +46,13 @@ def unit_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading)
     if heading.unit_doubt:
         how = "the unit with the factor that makes it right" if "factor" in heading.unit_doubt else "the right one"
         return fault(f'column "{name}": {heading.unit_doubt}', f"Correct the header, or say {how}: --units {shown}=...")
+    factor = _factor_beside(sheet, quantity)
+    if factor is not None:
+        line = factor[1]
+        return fault(
+            f'"{factor[0]}" states a factor: the readings of column "{name}" may have been multiplied by it, or have to be',
+            f"Say the unit with the factor that makes it right, or the unit alone if they are right: --units {shown}=...",
+        )
     said = [unit for unit in (inside, below, declared) if unit]
     if not said:
         return fault(f'column "{name}" has no unit', example) if quantity in (*NEEDS_UNIT, "frequency") else (None, 1.0)
@@ -61,6 +68,13 @@ def unit_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading)
             f"Correct one of the two, or say which is right: --units {shown}=...",
         )
     return None, factors[0]
+
+
+def _factor_beside(sheet: Sheet, quantity: str) -> tuple[str, int] | None:
+    """The factor that a line beside the table states of a quantity; one of no quantity is the amplifier's or the meter's."""
+    shown = IN_PLACE_OF.get(quantity, quantity)
+    of_any = sheet.declared_factors.get("") if shown in ("force", "capacitance") else None
+    return sheet.declared_factors.get(shown, of_any)
 
 
 def source_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading, *, clock: bool) -> str:

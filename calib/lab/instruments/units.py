@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import re
 import unicodedata
 from collections.abc import Mapping
 from decimal import Decimal
+from functools import cache
 from types import MappingProxyType
 
 from calib.quantity import unit_factor
@@ -36,7 +38,7 @@ _SPELLINGS: Mapping[str, Mapping[str, str]] = MappingProxyType(
     {
         "s": {
             "s": "s S sec secs Sec Secs SEC second seconds Seconds sek Sek Sekunden seconde secondes "
-            "segundo segundos secondi sekunda sekundy seg с сек 秒 초",
+            "segundo segundos secondi sekunda sekundy seg sn saniye mp másodperc sekuntia sekunder с сек 秒 초",
             "ms": "ms msec msecs millisecond milliseconds Millisekunden мс 毫秒 ミリ秒 밀리초",
             "us": "us µs microseconds",
             "min": "min mins minute minutes Min MIN Minutes Minuten minuto minutos minuti minuty мин 分 分钟 분",
@@ -54,16 +56,18 @@ _SPELLINGS: Mapping[str, Mapping[str, str]] = MappingProxyType(
             "thou": "mil mils thou",
         },
         "N": {
-            "N": "N newton newtons Newton Newtons niuton niutony Н 牛 牛顿 뉴턴",
+            "N": "N newton newtons Newton Newtons niuton niutony nyuton Н Ν 牛 牛顿 뉴턴",
             "mN": "mN millinewton millinewtons мН",
             "uN": "uN µN micronewton micronewtons",
             "nN": "nN nanonewton nanonewtons",
             "kN": "kN KN kilonewton kilonewtons кН 千牛 킬로뉴턴",
-            "gf": "gf gF gF. grf gram-force gramforce",
-            "kgf": "kgf kgF kp KGF kilogram-force",
+            "gf": "gf gF gF. grf gram-force gramforce pond гс",
+            "kgf": "kgf kgF kp KGF kilogram-force kilopond кгс",
             "lbf": "lbf lbF LBF lb-f pound-force",
             "ounce_force": "ozf ozF OZF",
             "cN": "cN",
+            "dN": "dN",
+            "daN": "daN DaN dekanewton decanewton décanewton",
         },
         "F": {
             "F": "F farad farads Farad 法拉",
@@ -168,6 +172,36 @@ def asked_factor(unit: str, quantity: str) -> float:
     if not number:
         raise ValueError(f'a unit of nothing, "{unit}"')
     return float(number * Decimal(repr(lab_factor(times["unit"] or "-", quantity))))
+
+
+# Units between which testers and meters are switched, one in each system that is not decimal; SI unit -> units.
+_SWITCHED = {
+    "N": ("N", "mN", "kN", "gf", "kgf", "lbf"),
+    "m": ("m", "mm", "um", "in"),
+    "s": ("s", "ms", "min", "hour"),
+}
+
+
+@cache
+def unit_ratios(quantity: str) -> tuple[tuple[float, str], ...]:
+    """By what readings jump where the unit is switched, other than powers of ten, with the units in words.
+
+    >>> [(round(ratio, 4), words) for ratio, words in unit_ratios("force")][:2]
+    [(101.9716, 'gf after N'), (0.102, 'kgf after N')]
+    """
+    si = SI_UNIT[quantity]
+    found: list[tuple[float, str]] = []
+    for before in _SWITCHED.get(si, ()):
+        for after in _SWITCHED[si]:
+            ratio = unit_factor(before, si) / unit_factor(after, si)
+            known = any(math.isclose(ratio, r, rel_tol=1e-9) for r, _ in found)
+            if not known and not math.isclose(math.log10(ratio), round(math.log10(ratio)), abs_tol=1e-9):
+                names = [_NAME_OF.get(unit, unit) for unit in (after, before)]
+                found.append((ratio, " after ".join(names)))
+    return tuple(found)
+
+
+_NAME_OF = {"hour": "h"}
 
 
 def _hint(unit: str, si: str) -> str:

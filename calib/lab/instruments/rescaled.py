@@ -1,0 +1,292 @@
+"""From the readings of a record to the rows from which on they are in another unit or range than those above."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from calib.errors import Fault
+from calib.lab.instruments.labtable import IntArray, Reading
+from calib.lab.instruments.readings import ReadColumn
+from calib.lab.instruments.sheet import Sheet
+from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of, lab_factor, unit_ratios
+from models.sensor import FloatArray
+
+# Readings beside each other that differ by such a factor may be in two units.
+_LEAST = 2.8
+# Readings on either side that are looked at, and how large their steps may be beside what is read: next to the jump, and all.
+_NEAR, _CALM, _CALM_ALL = 5, 0.3, 0.6
+# What a reading may miss the course of those above by once it is scaled back, in steps and as a share of it.
+_MISS, _MISS_SHARE = 1.0, 0.015
+# A force may drop so much where a press turns round: told by a large factor if its steps are scaled without doubt.
+_TURN, _MOVES, _ONE_WAY = 0.2, 0.01, 0.7
+# That may be no larger than such a share of the reading, by the logarithm of the factor; of small ones
+# a smaller share.
+_SHARP, _SHARP_IF_SMALL, _SMALL = 0.17, 0.1, 7.0
+# A step counts as scaled if it misses that by less than this factor, at most, or the root of the factor.
+_MOST_MISSED = 4.0
+# The step of another channel that is a jump, in its steps beside it, and as a share of its range.
+_JUMP, _JUMP_SHARE = 4.0, 0.02
+# The same share of a force or a capacitance, which drop where a press turns round.
+_LARGE = 0.25
+# What a channel that jumps, too, says of a jump; time says it where there is no other.
+_BESIDE: Mapping[str, tuple[str, ...]] = {
+    "force": ("displacement", "capacitance", "capacitance_series"),
+    "displacement": ("force", "capacitance", "capacitance_series", "time"),
+    "capacitance": (),
+    "capacitance_series": (),
+    "time": (),
+}
+
+
+@dataclass(frozen=True)
+class _Switch:
+    """A jump as of a change of units: its row and the last before it, the factor, whether it scales the steps, too."""
+
+    row: int
+    last: int
+    factor: float
+    words: str
+    scaled: bool
+
+
+def rescaled(
+    sheet: Sheet,
+    columns: Sequence[ReadColumn],
+    values: Mapping[str, FloatArray],
+    decimals: Mapping[str, str],
+    reading: Reading,
+) -> tuple[list[str], list[Fault]]:
+    """List the columns whose readings are, from a row on, in another unit or range than those above.
+
+    They jump by the ratio of two units or by a power of ten, go on behind the jump as they went before it once they are scaled
+    back, their steps are scaled with them, and no other channel jumps. So no snap-in, pull-off, slip or step to a hold is one.
+    A unit that stands in the file and that the user says once more is believed, and the jump noted.
+
+    Parameters
+    ----------
+    sheet : the record.
+    columns : those that are read.
+    values : quantity -> readings in SI, nan where there is none, (n_row,).
+    decimals : quantity -> decimal mark of its column.
+    reading : what the user says of the file.
+    """
+    found: dict[str, list[_Switch]] = {}
+    for column in columns:
+        if column.quantity in _BESIDE and column.quantity in values and not column.clock:
+            written = sheet.columns[column.index], decimals.get(column.quantity, ".")
+            found[column.quantity] = _switches(column.quantity, values[column.quantity], column.factor, *written)
+    notes: list[str] = []
+    faults: list[Fault] = []
+    for column in columns:
+        kept = _unexplained(column.quantity, found, values)
+        if not kept:
+            continue
+        message, advice = _in_words(sheet, column, kept)
+        if _is_confirmed(sheet, column, reading):
+            notes.append(f"{message}; read in one unit, as asked")
+            continue
+        line = int(sheet.lines[kept[0].row])
+        faults.append(Fault(message, sheet.text.path, line, column.index + 1, advice=advice))
+    return notes, faults
+
+
+# --- one channel -------------------------------------------------------------------------------------------------------------
+
+
+def _switches(quantity: str, values: FloatArray, unit: float, cells: Sequence[str], mark: str) -> list[_Switch]:
+    """The jumps of a channel that a change of units would make."""
+    rows = np.flatnonzero(np.isfinite(values) & (values != 0))
+    y = values[rows] / unit
+    jumps = _jumps(y)
+    found = []
+    for place, j in enumerate(jumps.tolist()):
+        first = int(jumps[place - 1]) + 1 if place else 0
+        last = int(jumps[place + 1]) if place + 1 < jumps.size else y.size - 1
+        before, after = y[max(first, j + 1 - _NEAR) : j + 1], y[j + 1 : min(last, j + _NEAR) + 1]
+        if min(before.size, after.size) < 2:
+            continue
+        digits = max(_last_digit(cells[r], mark) for r in rows[j - 1 : j + 1].tolist())
+        digits_after = max(_last_digit(cells[r], mark) for r in rows[j + 1 : j + 3].tolist())
+        switch = _switch(quantity, before, after, digits, digits_after)
+        if switch is not None:
+            found.append(_Switch(int(rows[j + 1]), int(rows[j]), *switch))
+    return found
+
+
+def _jumps(y: FloatArray) -> IntArray:
+    """Places of readings that are much larger or smaller than the next one, where those on either side are calm."""
+    if y.size < 4:
+        return np.zeros(0, dtype=np.int64)
+    size, steps = np.abs(y), np.abs(np.diff(y))
+    ratio = size[1:] / size[:-1]
+    wide = ((ratio > _LEAST) | (ratio < 1 / _LEAST)) & (np.sign(y[1:]) == np.sign(y[:-1]))
+    if not np.any(wide):
+        return np.zeros(0, dtype=np.int64)
+    calm_before, calm_after = np.zeros(wide.size, dtype=bool), np.zeros(wide.size, dtype=bool)
+    calm_before[1:] = steps[:-1] <= _CALM * size[1:-1]
+    calm_after[:-1] = steps[1:] <= _CALM * size[1:-1]
+    return np.flatnonzero(wide & calm_before & calm_after)
+
+
+def _switch(
+    quantity: str, before: FloatArray, after: FloatArray, digit: float, digit_after: float
+) -> tuple[float, str, bool] | None:
+    """Factor, its words, and whether the steps are scaled by it, or leave that open; None for another jump."""
+    steps, steps_after = np.diff(before), np.diff(after)
+    rough = max(np.max(np.abs(steps)) / abs(before[-1]), np.max(np.abs(steps_after)) / abs(after[0]))
+    if rough > _CALM_ALL:
+        return None
+    ended = quantity == "force" and _usual(steps_after) > digit_after and _one_way(steps) and not _one_way(steps_after)
+    found = _goes_on_scaled(quantity, before, after, digit, digit_after)
+    sure = found is not None
+    if found is None and quantity == "force":
+        found = _turns_scaled(quantity, before, after)
+    if found is None:
+        return None
+    factor, words = found
+    if ended and factor < 1 and digit == digit_after:
+        return None  # a ball that comes off, or a sample that breaks: what moved the force has ended
+    usual, usual_after = _usual(steps), _usual(steps_after)
+    wide = min(_MOST_MISSED, max(factor, 1 / factor) ** 0.5) * (1.0 if min(steps.size, steps_after.size) > 1 else 1.5)
+    scaled = _alike(usual * factor, digit * factor, usual_after, digit_after, wide)
+    same = _alike(usual, digit, usual_after, digit_after, wide)
+    if scaled and not same:
+        return factor, words, True
+    # No capacitance jumps by a power of ten, whatever its noise does, and no force rises so while the ball does not jump.
+    held = quantity == "force" and max(factor, 1 / factor) > _SMALL and (factor > 1 or digit != digit_after)
+    if sure and (scaled or held or quantity in ("capacitance", "capacitance_series")):
+        return factor, words, False
+    return None
+
+
+def _goes_on_scaled(
+    quantity: str, before: FloatArray, after: FloatArray, digit: float, digit_after: float
+) -> tuple[float, str] | None:
+    """The factor, and its words, by which readings go on as they went before once it is taken off."""
+    steps, steps_after = np.diff(before), np.diff(after)
+    best: tuple[float, float, str] | None = None
+    for factor, words in _factors(quantity):
+        gap = after[0] / factor - before[-1]
+        course = (0.0, steps[-1], steps_after[0] / factor)
+        rounding = (digit + digit_after / factor) / 2
+        size = max(_usual(steps), _usual(steps_after) / factor)
+        slack = _MISS * size + _MISS_SHARE * abs(before[-1]) + rounding
+        off = max(min(course) - gap, gap - max(course), 0.0)
+        share = _SHARP if max(factor, 1 / factor) > _SMALL else _SHARP_IF_SMALL
+        sharp = slack <= share * abs(np.log(factor) * before[-1])
+        if off <= slack and sharp and (best is None or off / slack < best[0]):
+            best = off / slack, factor, words
+    return best[1:] if best is not None else None
+
+
+def _turns_scaled(quantity: str, before: FloatArray, after: FloatArray) -> tuple[float, str] | None:
+    """The large factor, and its words, by which a force goes on once it is taken off but for what it loses at a turn."""
+    steps, steps_after = np.diff(before), np.diff(after)
+    if _usual(steps_after) <= _MOVES * abs(after[0]) or not (_one_way(steps) and _one_way(steps_after)):
+        return None
+    large = [(f, words) for f, words in _factors(quantity) if max(f, 1 / f) > _SMALL]
+    factor, words = min(large, key=lambda found: abs(after[0] / found[0] - before[-1]))
+    return (factor, words) if abs(after[0] / factor - before[-1]) < _TURN * abs(before[-1]) else None
+
+
+def _usual(steps: FloatArray) -> float:
+    """The size of most steps."""
+    return float(np.median(np.abs(steps)))
+
+
+def _one_way(steps: FloatArray) -> bool:
+    """Whether steps are those of a course, and not of noise."""
+    return abs(float(np.sum(steps))) >= _ONE_WAY * float(np.sum(np.abs(steps)))
+
+
+def _alike(step: float, digit: float, other: float, other_digit: float, wide: float) -> bool:
+    """Whether two steps, each known to a digit, may be the same but for a factor."""
+    return max(step - digit, 0.0) / wide <= other + other_digit and max(other - other_digit, 0.0) / wide <= step + digit
+
+
+@cache
+def _factors(quantity: str) -> tuple[tuple[float, str], ...]:
+    """The factors by which readings jump where a unit or a range is switched, and what they are."""
+    tens = [(10.0**k, f"{10**k:,}") for k in range(1, 13)] + [(10.0**-k, f"1/{10**k:,}") for k in range(1, 13)]
+    return (*((f, words) for f, words in tens), *unit_ratios(quantity))
+
+
+def _last_digit(cell: str, mark: str) -> float:
+    """What the last digit of a number counts."""
+    mantissa, _, exponent = cell.strip().lower().partition("e")
+    behind = len(re.sub(r"\D", "", mantissa.partition(mark)[2])) if mark else 0
+    power = int(exponent.replace("\u2212", "-")) if re.fullmatch(r"[-+\u2212]?\d{1,3}", exponent) else 0
+    return float(10.0 ** (power - behind))
+
+
+# --- beside the others -------------------------------------------------------------------------------------------------------
+
+
+def _unexplained(quantity: str, found: Mapping[str, list[_Switch]], values: Mapping[str, FloatArray]) -> list[_Switch]:
+    """Those jumps of a channel that no other channel shares: nothing happened but a change of units."""
+    kept = []
+    switches = found.get(quantity, [])
+    beside = [q for q in _BESIDE.get(quantity, ()) if q in values]
+    beside = beside if [q for q in beside if q != "time"] or quantity != "force" or "time" not in values else ["time"]
+    for switch in switches:
+        shared = any(
+            _jumps_there(values[q], switch, _JUMP_SHARE if q in ("displacement", "time") else _LARGE)
+            and all(s.row != switch.row or not s.scaled for s in found.get(q, ()))
+            for q in beside
+        )
+        # A displacement may stand still on two levels, time go on after a pause, and a force be held if nothing tells of it.
+        enough = switch.scaled or quantity.startswith("capacitance") or (quantity == "force" and "displacement" in values)
+        if enough and not shared:
+            kept.append(switch)
+    return kept
+
+
+def _jumps_there(values: FloatArray, switch: _Switch, share: float) -> bool:
+    """Whether a channel makes a step there that its steps beside it are small against."""
+    low, high = max(switch.last - _NEAR, 0), min(switch.row + _NEAR, values.size - 1)
+    near = values[low : high + 1]
+    own = values[[switch.last, switch.row]]
+    if not np.all(np.isfinite(own)):
+        return False
+    step = abs(float(own[1] - own[0]))
+    steps = np.abs(np.diff(near))
+    steps[switch.last - low : switch.row - low] = np.nan
+    there = steps[np.isfinite(steps)]
+    usual = float(np.max(there)) if there.size else 0.0
+    return step > _JUMP * usual and step > share * float(np.nanmax(values) - np.nanmin(values))
+
+
+# --- words -------------------------------------------------------------------------------------------------------------------
+
+
+def _in_words(sheet: Sheet, column: ReadColumn, kept: Sequence[_Switch]) -> tuple[str, str]:
+    cells = sheet.columns[column.index]
+    first = kept[0]
+    more = f" (and so in {len(kept) - 1} more places, such as line {int(sheet.lines[kept[1].row])})" if len(kept) > 1 else ""
+    ratio = first.factor if first.factor > 1 else 1 / first.factor
+    larger = "larger" if first.factor > 1 else "smaller"
+    message = (
+        f'column "{sheet.names[column.index]}": from this line on the readings are {ratio:.6g} times {larger} than those above '
+        f'go on ("{cells[first.last].strip()}", then "{cells[first.row].strip()}": {first.words}){more}'
+    )
+    quantity = IN_PLACE_OF.get(column.quantity, column.quantity)
+    advice = (
+        "If a unit or a range was switched there, write all rows in one unit, or save the rows of each unit in a file of their "
+        "own; if the jump is real, let the header name the one unit and say it once more: "
+        f"--units {quantity}=..."
+    )
+    return message, advice
+
+
+def _is_confirmed(sheet: Sheet, column: ReadColumn, reading: Reading) -> bool:
+    """Whether the user says the unit that the file names, too."""
+    asked = reading.units.get(column.quantity, reading.units.get(IN_PLACE_OF.get(column.quantity, column.quantity)))
+    written = column.heading.unit or sheet.unit_below(column.index)
+    written = written or sheet.declared_units.get(IN_PLACE_OF.get(column.quantity, column.quantity), ("", 0))[0]
+    stated = bool(written) and is_unit_of(written, column.quantity)
+    return asked is not None and stated and bool(np.isclose(lab_factor(written, column.quantity), column.factor, rtol=1e-12))

@@ -1,0 +1,142 @@
+"""From the words beside a table to the factors and units that they state of its numbers: "Load gain: 10", "force now in mN"."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from types import MappingProxyType
+
+from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of
+from calib.lab.instruments.vocabulary import understand
+
+_SCALE = (
+    r"gain|amplif\w*|amplification|attenuat\w*|multipl\w+|scal(?:e|ing)(?:[ _-]?factor)?|factor|faktor|facteur|fattore|fator|"
+    r"verst[äa]rk\w*|ganancia|guadagno|ganho|wzmocnienie|förstärkning|versterking|range|bereich|倍率|増幅率|增益|放大倍数|배율"
+)
+_NUMBER = r"\d+(?:[.,]\d+)?(?:e[+-]?\d+)?|10\^[+-]?\d+"
+# "Load gain: 10", "Amplifier factor 2", "Range x10", "Gain 20 dB"; a number with another unit is a sensitivity or a capacity.
+_FACTOR = re.compile(
+    rf"(?P<before>.*?)(?<![^\W_])(?P<word>{_SCALE})(?![^\W_])(?P<between>[^\d]*?)(?P<times>[x×*/]\s?|1\s?[:/]\s?)?"
+    rf"(?P<number>{_NUMBER})\s*(?P<tail>[^\s,;\t]*)[\s,;\t\"')\]]*",
+    re.IGNORECASE,
+)
+_TIMES = re.compile(
+    rf"(?P<before>[^\d]*?)[\s:=,;\t([]*(?:[x×*]\s?(?P<number>{_NUMBER})|(?P<first>10+)\s?[x×])[)\]\s,;\t\"]*", re.I
+)
+# Factors of something else than the readings.
+_OTHERS = re.compile(
+    r"gau?ge|safety|shape|form|quality|dissipation|loss|power|duty|crest|averag|decim|sampl|filter|zoom|lapse|magnif|pid|"
+    r"propor|integral|deriv|feedback|control|loop|tuning|\b[pid][ _-]?gain|servo|calibrat|kalibrier|poisson|\bk[ -]?fac|"
+    r"plot|graph|chart|axis|stress|strain|time|rate|speed|conversion|print|colou?r|grey|gray|image|video|camera|friction|"
+    r"verlust|gütefaktor|sicherheit|temperat|expan",
+    re.IGNORECASE,
+)
+_LONGEST = 120
+
+# "force now in mN", "Load: kN", "all values in gf", "switched to kN", "units: mN".
+_IN_UNIT = re.compile(
+    r"(?P<before>.*?)(?:\b(?:in|to|into|as|en|auf|nach|now)|[:=>→])\s*[(\[]?(?P<unit>[^\s()\[\],;.\d]{1,12})[)\]]?[\s.,;!\"]*",
+    re.I,
+)
+_UNITS = re.compile(
+    r"\b(?:units?|einheit(?:en)?|unité[s]?|unidad(?:es)?|unità|eenhe(?:id|den)|enhet(?:er)?|enhed(?:er)?|jednostk[ai])\b|单位|単位|단위",
+    re.I,
+)
+_RANGE = re.compile(
+    r"\b(?:range|gain|scale|scaling|factor|calib\w*|load ?cell|amplifier|messbereich|bereich|faktor|verstärkung|umgeschaltet)\b"
+    r"|量程|レンジ|倍率",
+    re.I,
+)
+# Words of units that are words of a language, too.
+_WORDS = ("in", "d", "s", "m", "h", "a", "x", "-", "min", "#", "1", "none", "cycles", "c")
+_ALL = re.compile(r"\b(?:all|values|readings|data|numbers|columns|everything|werte|daten|alle|valeurs|valores)\b", re.I)
+_QUANTITIES = ("force", "displacement", "capacitance", "time")
+
+
+def stated_factors(lines: Sequence[str], first: int = 1) -> Mapping[str, tuple[str, int]]:
+    """Find the factors that lines beside a table state: quantity, "" for none in particular -> the words and their line.
+
+    Parameters
+    ----------
+    lines : as written.
+    first : 1-based line of the first of them.
+
+    >>> dict(stated_factors(["Load gain: 10", "Gauge factor 2.1", "Load cell capacity: 500 N"]))
+    {'force': ('Load gain: 10', 1)}
+    """
+    found: dict[str, tuple[str, int]] = {}
+    for number, line in enumerate(lines, first):
+        if len(line) <= _LONGEST and any(c.isdigit() for c in line):
+            quantity = _factor_of(line.strip(" \t,;#%\"'"))
+            if quantity is not None:
+                found.setdefault(quantity, (line.strip()[:60], number))
+    return MappingProxyType(found)
+
+
+def _factor_of(line: str) -> str | None:
+    """Of which quantity a line states a factor, "" for any; None if it states none."""
+    match = _FACTOR.fullmatch(line)
+    if match is not None:
+        tail, word = match["tail"].lower().rstrip(")]"), match["word"].lower()
+        factor = tail in ("", "x", "×", "db", "times", "fold", "fach", "mal")
+        if word in ("range", "bereich") and not match["times"] and tail not in ("x", "×"):
+            factor = False
+        if not factor or _is_one(match["number"]) or _OTHERS.search(f"{match['before']} {match['word']} {match['between']}"):
+            return None
+        return next((q for part in (match["before"], match["between"]) if (q := _quantity(part))), "")
+    match = _TIMES.fullmatch(line)
+    if match is not None and not _is_one(match["number"] or match["first"]):
+        return _quantity(match["before"])
+    return None
+
+
+def _is_one(number: str) -> bool:
+    return re.fullmatch(r"1(?:[.,]0*)?|10\^[+-]?0", number) is not None
+
+
+def _quantity(text: str) -> str | None:
+    """The quantity that is named in a few words."""
+    parts = [w for w in re.split(r"[\s:=,;_()\[\]/]+", text) if w]
+    for size in range(min(len(parts), 3), 0, -1):
+        for start in range(len(parts) - size + 1):
+            words = " ".join(parts[start : start + size])
+            heading = understand(words) or understand(re.sub(r"s$", "", words))
+            if (
+                heading is not None
+                and len(heading.name) > 1
+                and IN_PLACE_OF.get(heading.quantity, heading.quantity) in _QUANTITIES
+            ):
+                return IN_PLACE_OF.get(heading.quantity, heading.quantity)
+    return None
+
+
+def stated_units(line: str) -> Iterator[tuple[str, str]]:
+    """The quantities and units of a line such as "Force in mN" or "All loads in gf".
+
+    >>> list(stated_units("Force in mN")), list(stated_units("pressed in air"))
+    ([('force', 'mN')], [])
+    """
+    match = _IN_UNIT.fullmatch(line.strip(" \t,;#%\"'")) if len(line) <= _LONGEST else None
+    if match is None:
+        return
+    unit, quantity = match["unit"], _quantity(match["before"])
+    if quantity is None and unit not in _WORDS and _ALL.search(match["before"]):
+        quantity = next((q for q in _QUANTITIES if is_unit_of(unit, q)), None)
+    if quantity is not None and is_unit_of(unit, quantity) and unit not in ("-", "#", "x"):
+        yield quantity, unit
+
+
+def speaks_of_scale(text: str) -> bool:
+    """Whether words among the rows say that these are in another unit or range from there on.
+
+    >>> speaks_of_scale("# force now in mN"), speaks_of_scale("units: mN"), speaks_of_scale("# range x10")
+    (True, True, True)
+    >>> speaks_of_scale("# hold for 10 s"), speaks_of_scale("# unloading begins")
+    (False, False)
+    """
+    if _UNITS.search(text) or stated_factors([text]) or next(stated_units(text), None):
+        return True
+    if _RANGE.search(text):
+        return True
+    words = re.findall(r"(?<![\w.,\d])(?<!\d )[^\s()\[\],;:=\d]{2,4}(?![\w])", text)
+    return any(w not in _WORDS and any(is_unit_of(w, q) for q in _QUANTITIES[:3]) for w in words)

@@ -1,0 +1,95 @@
+"""A unit or a range that is switched within a record, told from jumps that happened; words that state a factor."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hostile_press import lines_of, press, texts, times
+
+from calib.errors import InputError
+from calib.lab import LabTable, Reading, read_lab_file
+
+P = press(120, seed=61)
+HEADS = ("Time (s)", "Extension (mm)", "Load (N)")
+
+
+def _read(folder: Path, *columns: tuple[str, ...], heads: tuple[str, ...] = HEADS, reading: Reading | None = None) -> LabTable:
+    path = folder / "press.csv"
+    path.write_text("\n".join(lines_of(heads, columns)[0]) + "\n", encoding="utf-8")
+    return read_lab_file(path, reading or Reading())
+
+
+def _from_row(row: int, factor: str, decimals: int) -> tuple[str, ...]:
+    return (*P.f[:row], *times(P.f[row:], factor, decimals))
+
+
+def test_a_switched_unit_is_refused_with_its_line_the_ratio_and_both_readings(tmp_path: Path) -> None:
+    force = _from_row(50, "101.9716213", 1)
+    with pytest.raises(InputError) as caught:
+        _read(tmp_path, P.t, P.d, force)
+    (fault,) = caught.value.faults
+    assert (fault.line, fault.column) == (52, 3)
+    for word in ("101.972 times larger", f'"{P.f[49]}"', f'"{force[50]}"', "gf after N"):
+        assert word in fault.message
+
+
+def test_a_unit_that_the_file_names_and_the_user_says_once_more_is_believed_and_noted(tmp_path: Path) -> None:
+    force = _from_row(50, "10", 3)
+    with pytest.raises(InputError, match="say it once more: --units force="):
+        _read(tmp_path, P.t, P.d, force)
+    table = _read(tmp_path, P.t, P.d, force, reading=Reading(units={"force": "N"}))
+    assert table.columns["force"][50] == float(force[50])
+    assert any("10 times larger" in note and "as asked" in note for note in table.notes)
+
+
+@pytest.mark.parametrize("said", ["mN", "10 N"])
+def test_another_unit_than_that_of_the_file_does_not_settle_a_switch(tmp_path: Path, said: str) -> None:
+    with pytest.raises(InputError, match="from this line on"):
+        _read(tmp_path, P.t, P.d, _from_row(50, "10", 3), reading=Reading(units={"force": said}))
+
+
+def test_a_unit_that_only_the_user_says_does_not_settle_a_switch(tmp_path: Path) -> None:
+    heads = (*HEADS[:2], "Load")
+    with pytest.raises(InputError, match="from this line on"):
+        _read(tmp_path, P.t, P.d, _from_row(50, "10", 3), heads=heads, reading=Reading(units={"force": "N"}))
+
+
+def test_a_load_that_jumps_by_ten_as_the_ball_does_is_no_switch(tmp_path: Path) -> None:
+    ball = np.array(P.d, float)
+    ball[50:] += 0.6
+    table = _read(tmp_path, P.t, texts(ball, 4), _from_row(50, "10", 3))
+    assert not any(table.reasons)
+
+
+@pytest.mark.parametrize("start", [25, 40, 60])
+def test_a_ball_that_comes_off_a_load_cell_that_was_not_zeroed_is_no_switch(tmp_path: Path, start: int) -> None:
+    rng = np.random.default_rng(start)
+    n = 120
+    pull = -2.0 - 18.0 * np.clip(np.arange(n) / start, 0, 1)
+    force = np.where(np.arange(n) < start, pull, -2.0) + rng.normal(0, 0.01, n)
+    table = _read(tmp_path, P.t, texts(1.4 - 0.01 * np.arange(n), 4), texts(force, 4))
+    assert not any(table.reasons)
+
+
+def test_a_factor_of_no_quantity_is_asked_of_force_and_of_capacitance(tmp_path: Path) -> None:
+    path = tmp_path / "press.csv"
+    lines = ["Amplifier factor 2", *lines_of((*HEADS, "Cp (pF)"), (P.t, P.d, P.f, P.c))[0]]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        read_lab_file(path)
+    assert [f.column for f in caught.value.faults] == [3, 4]
+    table = read_lab_file(path, Reading(units={"force": "0.5 N", "capacitance": "pF"}))
+    np.testing.assert_allclose(table.columns["force"], 0.5 * np.array(P.f, float))
+
+
+def test_a_parallel_capacitance_of_another_capacitor_than_the_series_one_is_a_choice(tmp_path: Path) -> None:
+    heads, other = ("Time (s)", "Cp 2 (pF)", "Cs (pF)", "D"), texts(0.01 * np.sin(np.arange(120.0)), 4)
+    with pytest.raises(InputError, match="not of the same capacitor"):
+        _read(tmp_path, P.t, other, P.c, P.loss, heads=heads)
+    columns = {"capacitance_series": "Cs (pF)"}
+    table = _read(tmp_path, P.t, other, P.c, P.loss, heads=heads, reading=Reading(columns=columns))
+    np.testing.assert_allclose(table.columns["capacitance"], 1e-12 * np.array(P.c, float), rtol=1e-3)
+    table = _read(tmp_path, P.t, P.c, P.c, P.loss, heads=("Time (s)", "Cp (pF)", "Cs (pF)", "D"))
+    np.testing.assert_allclose(table.columns["capacitance"], 1e-12 * np.array(P.c, float))
