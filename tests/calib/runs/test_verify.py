@@ -23,6 +23,8 @@ from calib.runs.ownership import owned
 from calib.sampling import FINGERPRINT
 from models.surrogate.surrogate import load_surrogate
 
+pytestmark = pytest.mark.usefixtures("all_undrawn")
+
 REQUIREMENT = Requirement(2.0, 0.5e-3, 3e-3, n_thickness=5, n_draw=50)
 RUN_FILES = ("run.json", "posterior.nc", "summary.json", "summary.csv", "recommendation.json", "report.html")
 CHECKPOINT_FILES = ("checkpoint/manifest.json", "checkpoint/ensemble-0-start.npz", "checkpoint/ensemble-3-00000.npz")
@@ -135,7 +137,9 @@ def test_a_run_is_not_gone_on_with_as_another(run: Path) -> None:
     with pytest.raises(InputError, match="the run in this folder is another: seed was 4 and is 6 now"):
         quick(run.parent, resume=True, seed=6)
     (run.parent / "experiment.toml").write_text((run.parent / "experiment.toml").read_text().replace('"0.7 MPa"', '"0.8 MPa"'))
-    with pytest.raises(InputError, match=r'another: prior of young_modulus was ".*0\.7 MPa.*" and is ".*0\.8 MPa.*" now\. Put'):
+    with pytest.raises(
+        InputError, match=r"another: prior of young_modulus was .*0\.7 MPa.* and is .*0\.8 MPa.* now\. Put the inputs"
+    ):
         quick(run.parent, resume=True)
     assert {p: p.read_bytes() for p in run.rglob("*") if p.is_file()} == before
 
