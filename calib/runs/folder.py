@@ -266,7 +266,7 @@ def recommend_in(run: Run, requirement: Requirement, *, seed: int) -> Recommenda
         names = (RECOMMENDATION, REPORT, *_unlisted(run.folder, listing))
         with writing(run.folder, listing, names, "calib recommend"):
             write_text(run.folder / RECOMMENDATION, recommendation_to_json(found, listing.fingerprint))
-            failure = _write_page(run, partial(page_of, drawings=drawings))
+            failure = _write_page(run, partial(page_of, drawings=drawings) if drawings else page_of)
     if failure is not None:
         raise failure
     return found
