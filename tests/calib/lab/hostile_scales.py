@@ -83,7 +83,7 @@ def _switched() -> Iterator[Case]:
 # --- jumps that happened ---------------------------------------------------------------------------------------------------
 
 
-def _happened(name: str, columns: Sequence[Sequence[float]], *, decimals: Sequence[int] = (2, 4, 3, 3)) -> Case:
+def _happened(name: str, columns: Sequence[FloatArray], *, decimals: Sequence[int] = (2, 4, 3, 3)) -> Case:
     written = [texts(c, n) for c, n in zip(columns, decimals, strict=False)]
     lines, numbers = lines_of(HEADS[: len(written)], written)
     values = dict(zip(QUANTITIES, (si(c, by) for c, by in zip(written, SI, strict=False)), strict=False))
