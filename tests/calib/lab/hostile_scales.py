@@ -93,7 +93,7 @@ def _happened(name: str, columns: Sequence[FloatArray], *, decimals: Sequence[in
 def _real_jumps() -> Iterator[Case]:
     rng = np.random.default_rng(53)
     n = 120
-    t = 0.1 * np.arange(n)
+    t = np.linspace(0.0, 0.1 * (n - 1), n)
     noise = 0.002 * rng.normal(size=n)
     hold = np.repeat([0.1, 1.0, 0.01], 40)
     yield _happened(
