@@ -106,7 +106,7 @@ def _real_jumps() -> Iterator[Case]:
     force = np.where(np.arange(n) < 40, 0.0, 3.0 * (np.clip(np.arange(n) - 40, 0, None) / 80) ** 1.6)
     yield _happened("fast_approach_by_ten", (t, fast, force + noise))
     stairs = np.repeat([0.01, 0.1, 1.0, 0.1, 0.01, 0.1], 20)
-    yield _happened("stairs_by_ten", (t, stairs, 4.0 * stairs**1.5 + noise))
+    yield _happened("stairs_by_ten", (t, np.asarray(stairs, float), 4.0 * np.asarray(stairs**1.5, float) + noise))
     pause = np.where(np.arange(n) < 50, t, t + 44.6)
     yield _happened("pause_of_ten_times_the_time", (pause, np.array(P.d, float), np.array(P.f, float)))
     off = np.array(P.f, float)
