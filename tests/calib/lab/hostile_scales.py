@@ -114,7 +114,7 @@ def _real_jumps() -> Iterator[Case]:
     yield _happened("pull_off", (t, np.array(P.d, float), off))
     snap = np.where(np.arange(n) < 20, 0.004, 0.0) + np.where(np.arange(n) >= 20, -0.05, 0.0)
     snap = snap + np.clip(np.arange(n) - 25, 0, None) ** 1.5 * 3e-3
-    yield _happened("snap_in", (t, 0.01 * np.arange(n), snap + noise / 2), decimals=(2, 3, 4))
+    yield _happened("snap_in", (t, 0.1 * t, np.asarray(snap + noise / 2, float)), decimals=(2, 3, 4))
     slip = np.array(P.f, float)
     slip[60:72] *= 0.3
     yield _happened("slip_to_a_third", (t, np.array(P.d, float), slip))
