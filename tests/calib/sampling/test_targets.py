@@ -28,7 +28,6 @@ FAST = (
     "three modes",
     "flat up to a bound, normal scores",
     "skewed marginals",
-    "12 specimens, bent",
 )
 
 
