@@ -9,6 +9,12 @@ _KINDS = {
     "proposal": ("jumps to fresh draws of a density that was fitted to the posterior", 0.3, 0.15),
     "nearby": ("steps to places nearby that this density does not mind", 0.4, 0.2),
     "differential evolution": ("steps along the difference of two other walkers, which need no shape", 0.15, 0.05),
+    "specimens": ("each specimen by itself to a fresh draw of a density that was fitted to the posterior", 0.3, 0.15),
+    "specimens nearby": ("each specimen by itself to a place nearby that this density does not mind", 0.4, 0.2),
+    "shared": ("what all specimens share, afresh, the specimens going along", 0.05, 0.02),
+    "shared nearby": ("what all specimens share, to a place nearby, the specimens going along", 0.15, 0.05),
+    "shared differential evolution": ("the same along the difference of two other walkers", 0.15, 0.05),
+    "scales": ("noises and discrepancies along the difference of two other walkers, all else held", 0.15, 0.05),
     "jump": ("whole differences of two walkers, from mode to mode, which are rarely accepted", 0.0, 0.0),
 }
 
@@ -20,7 +26,7 @@ def moves_in_words(diagnostics: Diagnostics) -> tuple[str, ...]:
     """
     shares = diagnostics.acceptance_by_move
     said = [_in_words(kind, share) for kind, share in shares.items()]
-    if shares and "proposal" not in shares:
+    if shares and not {"proposal", "specimens"} & set(shares):
         said.append(
             "No density was found that fits the posterior, so that walkers moved by differences alone, which takes longer."
         )

@@ -168,10 +168,16 @@ def _judged(folder: Path, experiment: Path, stages: Stages) -> tuple[bool, bool,
     ],
 )
 def test_the_screen_judges_a_calibration_as_its_page_does(
-    tmp_path: Path, make_posterior: Callable[..., Posterior], options: dict[str, bool], level: Any, good: bool
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    make_posterior: Callable[..., Posterior],
+    options: dict[str, bool],
+    level: Any,
+    good: bool,
 ) -> None:
     from calib.lab import Verdict
 
+    monkeypatch.setattr("calib.runs.calibration.first_answer_of", lambda _: None)  # that of the lab would not be this one's
     made = make_posterior(n_specimen=1, **options)
     verdict = Verdict("signal", level, 0.9, "times", "the signal is 0.9 times the noise", "Look", "force", "f.csv")
     made = replace(made, sweeps=tuple(replace(sweep, verdicts=(verdict,)) for sweep in made.sweeps))

@@ -198,7 +198,7 @@ def test_a_page_that_fails_leaves_its_reason_the_results_and_the_way_to_write_it
 def test_a_failing_page_keeps_the_recommendation_and_takes_the_old_page_away(
     run: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def broken(run: Run, _: object) -> str:
+    def broken(run: Run, _: object, **__: object) -> str:
         raise ValueError("no font")
 
     monkeypatch.setattr(run_folder, "page_of", broken)
@@ -217,7 +217,7 @@ def test_a_failing_page_keeps_the_recommendation_and_takes_the_old_page_away(
 def test_a_command_killed_between_a_file_and_its_hash_is_told_and_led_out_of(
     run: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def killed(*_: object) -> str:
+    def killed(*_: object, **__: object) -> str:
         raise KeyboardInterrupt
 
     whole = run_folder.page_of

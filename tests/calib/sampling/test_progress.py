@@ -46,7 +46,9 @@ def test_progress_tells_how_much_of_each_stage_is_done_and_how_long_the_rest_may
         progress=told.append,
     )
     start = [p for p in told if p.stage == "start"]
-    assert [p.done for p in start] == list(range(8))
+    counts = [p.done for p in start]  # twice the same where an ensemble is a block ahead of another's start
+    assert counts == sorted(counts)
+    assert set(counts) == set(range(8))
     assert {p.wanted for p in start} == {8}
     sampled = told[len(start) :]
     assert {p.stage for p in sampled} == {"sampling"}
