@@ -14,7 +14,8 @@ _KINDS = {
     "shared": ("what all specimens share, afresh, the specimens going along", 0.05, 0.02),
     "shared nearby": ("what all specimens share, to a place nearby, the specimens going along", 0.15, 0.05),
     "shared differential evolution": ("the same along the difference of two other walkers", 0.15, 0.05),
-    "scales": ("noises and discrepancies along the difference of two other walkers, all else held", 0.15, 0.05),
+    "scales": ("a noise or discrepancy along the difference of two other walkers, the specimens going along", 0.15, 0.05),
+    "scales alone": ("a noise or discrepancy along the difference of two other walkers, all else held", 0.15, 0.05),
     "jump": ("whole differences of two walkers, from mode to mode, which are rarely accepted", 0.0, 0.0),
 }
 

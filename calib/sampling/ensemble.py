@@ -32,7 +32,7 @@ SHAPELESS = {"differential evolution": 0.9, "jump": 0.1}
 SHAPELY = {"proposal": 0.6, "nearby": 0.2, "differential evolution": 0.2}
 
 #: Shares of the kinds of moves of many groups that are independent of each other given what they share.
-GROUPWISE = dict(zip((*OF_GROUPS, *OF_SHARED), (0.2, 0.1, 0.1, 0.1, 0.25, 0.25), strict=True))
+GROUPWISE = dict(zip((*OF_GROUPS, *OF_SHARED), (0.2, 0.1, 0.05, 0.05, 0.2, 0.2, 0.2), strict=True))
 
 #: All kinds of moves.
 KINDS = ("proposal", "nearby", "differential evolution", "jump", *OF_GROUPS, *OF_SHARED)

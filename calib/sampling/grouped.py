@@ -4,7 +4,8 @@ Given what they share, the groups (specimens) are independent of each other. So 
 or not for each by itself, in one evaluation, and stays as good for fifty as for one. What they share is moved with the
 residuals t of the funnel held: groups go along, as their means and widths given the shared coordinates say. That is accepted
 or not for all together, so here the errors of the funnel add up over the groups, but not their widths. The scales (noises,
-discrepancies), which fifty specimens tell as well as fifty times the readings of one, are also moved with all else held.
+discrepancies), which fifty specimens tell as well as fifty times the readings of one, are also moved one by one, with the
+specimens going along or with all else held.
 """
 
 from __future__ import annotations
@@ -12,13 +13,13 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from calib.sampling.proposal import Funnel
+from calib.sampling.proposal import Funnel, Indices
 from calib.sampling.target import Target
 from models.sensor import BoolArray, FloatArray
 
 #: Kinds of moves of groups, and of what they share.
 OF_GROUPS = ("specimens", "specimens nearby")
-OF_SHARED = ("shared", "shared nearby", "shared differential evolution", "scales")
+OF_SHARED = ("shared", "shared nearby", "shared differential evolution", "scales", "scales alone")
 
 # Length of a step nearby; 1 would be independent of where it starts.
 _NEARBY = 0.5
@@ -41,8 +42,8 @@ class GroupedWalkers:
         group = np.empty(funnel.block.size, dtype=np.intp)
         group[funnel.order] = funnel.block
         self._group = group  # of each column of x, 0 for the shared ones
-        self._scales = funnel.order[: funnel.n_scale]  # columns of x
-        self._others = np.flatnonzero(funnel.block == 0)[funnel.n_scale :]  # lines of y
+        shared = np.flatnonzero(funnel.block == 0)
+        self._scales, self._others = shared[: funnel.n_scale], shared[funnel.n_scale :]  # lines of y
         self._seen: tuple[FloatArray, FloatArray] | None = None
 
     def step(
@@ -65,8 +66,11 @@ class GroupedWalkers:
         parts = self._seen[1]
         if kind in OF_GROUPS:
             x, parts, accepted = self._step_of_groups(kind, x, parts, random)
-        elif kind in ("shared differential evolution", "scales"):
-            x, parts, accepted = self._differential_evolution(kind == "scales", x, parts, random)
+        elif kind == "shared differential evolution":
+            x, parts, accepted = self._differential_evolution(self._others, False, x, parts, random)
+        elif kind in ("scales", "scales alone"):
+            one = self._scales[[random.randint(self._scales.size)]] if self._scales.size else self._scales
+            x, parts, accepted = self._differential_evolution(one, kind == "scales alone", x, parts, random)
         else:
             t = self._funnel.residuals(x)
             new = self._new(kind == "shared", t, random)
@@ -107,22 +111,27 @@ class GroupedWalkers:
         return self._accept(x, parts, y, log_ratio + funnel.log_volume(y) - funnel.log_volume(x), random)
 
     def _differential_evolution(
-        self, scales: bool, x: FloatArray, parts: FloatArray, random: np.random.RandomState
+        self, moving: Indices, alone: bool, x: FloatArray, parts: FloatArray, random: np.random.RandomState
     ) -> tuple[FloatArray, FloatArray, BoolArray]:
-        """Steps of each half of the walkers along differences of two of the other half: of scales, or of other residuals."""
+        """Steps of each half of the walkers along differences of two of the other half, in some lines of y; all else held.
+
+        Held are the residuals, so that the groups go along, or, for steps `alone`, the coordinates themselves.
+        """
         x, parts = x.copy(), parts.copy()
         accepted = np.zeros((x.shape[0], 1), dtype=bool)
+        if not moving.size:
+            return x, parts, accepted
         shuffled = random.permutation(x.shape[0])
         halves = shuffled[::2], shuffled[1::2]
-        moving = self._scales if scales else self._others
         length = 2.38 / np.sqrt(2 * moving.size) * random.choice(_LENGTHS)
+        columns = self._funnel.order[moving] if alone else moving
         for own, other in (halves, halves[::-1]):
             first = random.randint(other.size, size=own.size)
             second = (first + 1 + random.randint(other.size - 1, size=own.size)) % other.size
-            here, far = (x[rows] if scales else self._funnel.residuals(x[rows]) for rows in (own, other))
+            here, far = (x[rows] if alone else self._funnel.residuals(x[rows]) for rows in (own, other))
             new = here.copy()
-            new[:, moving] += length * (far[first] - far[second])[:, moving]
-            if scales:
+            new[:, columns] += length * (far[first] - far[second])[:, columns]
+            if alone:
                 made = self._accept(x[own], parts[own], new, np.zeros(own.size), random)
             else:
                 made = self._step_of_shared(x[own], parts[own], here, new, np.zeros(own.size), random)

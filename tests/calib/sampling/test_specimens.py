@@ -113,6 +113,17 @@ def test_each_kind_of_move_leaves_the_target_as_it_is_even_with_a_proposal_that_
     assert np.all(np.abs(np.mean(squares, axis=0)) <= 5 * np.std(squares, axis=0) / root + 1e-9)
 
 
+@pytest.mark.parametrize("kind", GROUPWISE)
+def test_moves_do_without_scales_or_without_anything_else_that_is_shared(kind: str) -> None:
+    few = specimens("few", 3, 0.0)
+    for target in (replace(few, scales=()), replace(few, scales=(0, 1, 2, 3))):
+        exact = target.exact(np.random.default_rng(5), 400)
+        funnel = fit_funnel(exact, target.scales, groups=target.groups)
+        state = EnsembleState.of(exact, target.log_density(exact), np.random.RandomState(3))
+        path = walk(target, state, Moves({kind: 1.0}, Proposal((funnel,), np.ones(1))), 2)
+        np.testing.assert_allclose(path.end.log_prob, target.log_density(path.end.coords), rtol=1e-9, atol=1e-9)
+
+
 def test_independent_draws_of_many_specimens_have_the_means_of_the_target() -> None:
     target = specimens("some", 8, 0.1)
     exact = target.exact(np.random.default_rng(2), 20_000)
