@@ -241,7 +241,11 @@ def cut_file(doc: Document, rng: random.Random) -> Document | None:
     i = rows[rng.randrange(10, len(rows))] if len(rows) > 20 else None
     if i is None or len(doc.row(i).cells) != len(doc.columns):
         return None
-    return _cut(replace(doc, body=doc.body[: i + 1], below=(), end=False), rng, i, True)
+    cut = replace(doc, body=doc.body[: i + 1], below=(), end=False)
+    second = [any(doc.row(k).absent for k in of.rows()) for of in (doc, cut)]
+    if doc.refuse and second == [True, False]:  # the second value of a key is gone, and with it the choice
+        return None
+    return _cut(cut, rng, i, True)
 
 
 def _cut(doc: Document, rng: random.Random, i: int, end: bool) -> Document | None:
