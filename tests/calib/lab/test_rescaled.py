@@ -93,3 +93,16 @@ def test_a_parallel_capacitance_of_another_capacitor_than_the_series_one_is_a_ch
     np.testing.assert_allclose(table.columns["capacitance"], 1e-12 * np.array(P.c, float), rtol=1e-3)
     table = _read(tmp_path, P.t, P.c, P.c, P.loss, heads=("Time (s)", "Cp (pF)", "Cs (pF)", "D"))
     np.testing.assert_allclose(table.columns["capacitance"], 1e-12 * np.array(P.c, float))
+
+
+@pytest.mark.parametrize("unit", ["C", "kPa"])
+def test_a_second_column_does_not_take_the_place_of_a_first_whose_unit_is_impossible(tmp_path: Path, unit: str) -> None:
+    heads = ("Time (s)", "Extension (mm)", "Load 2 (N)", f"Load ({unit})")
+    with pytest.raises(InputError) as caught:
+        _read(tmp_path, P.t, P.d, P.f, P.f, heads=heads)
+    (fault,) = caught.value.faults
+    assert '"Load 2 (N)" could be the force' in fault.message
+    assert f'"Load ({unit})", which bears the plain name' in fault.message
+    assert '--columns "force=Load 2 (N)"' in fault.advice
+    table = _read(tmp_path, P.t, P.d, P.f, P.f, heads=heads, reading=Reading(columns={"force": "Load 2 (N)"}))
+    np.testing.assert_allclose(table.columns["force"], [float(f) for f in P.f])
