@@ -6,8 +6,9 @@ that `import calib` takes no time. Rooms with more, such as `calib.lab`, are des
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from calib.lazy import on_demand
 
 if TYPE_CHECKING:
     from calib.catalogue import CHANNELS, UNKNOWNS, UnknownName
@@ -244,13 +245,7 @@ _ROOMS: dict[str, tuple[str, ...]] = {
         "recommend_in",
     ),
 }
-_ROOM_OF = {name: room for room, names in _ROOMS.items() for name in names}
-
-
-def __getattr__(name: str) -> object:
-    if name not in _ROOM_OF:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(_ROOM_OF[name]), name)
+__getattr__ = on_demand(__name__, _ROOMS)
 
 
 def __dir__() -> list[str]:

@@ -5,8 +5,9 @@ The names below are loaded when they are asked for: a page does not wait for the
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from calib.lazy import on_demand
 
 if TYPE_CHECKING:
     from calib.report.curve import check_in_words, curve_csv
@@ -54,29 +55,25 @@ __all__ = [
     "write_vtk",
 ]
 
-_MODULES = {
-    "curve": ("check_in_words", "curve_csv"),
-    "deformed.cross_section": ("cross_section_figure",),
-    "deformed.paraview": ("write_vtk",),
-    "deformed.revolved": ("revolved_figure", "revolved_picture"),
-    "figures.lab_file": ("file_figure",),
-    "figures.padding": ("padding_figure",),
-    "figures.posterior": ("corner_figure", "prior_figure", "trace_figure"),
-    "figures.predictive": ("change_figure", "channel_figure"),
-    "judgement": ("judge_run", "listed"),
-    "moves": ("moves_in_words",),
-    "page": ("begin_drawing", "kept_drawings", "write_report"),
-    "pictures": ("any_letters", "write_figure"),
-    "rows": ("FirstRow", "ParameterRow", "first_rows", "parameter_rows"),
-    "summary": ("summary_csv", "summary_json"),
-}
-_MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
-
-
-def __getattr__(name: str) -> object:
-    if name not in _MODULE_OF:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_MODULE_OF[name]}"), name)
+__getattr__ = on_demand(
+    __name__,
+    {
+        ".curve": ("check_in_words", "curve_csv"),
+        ".deformed.cross_section": ("cross_section_figure",),
+        ".deformed.paraview": ("write_vtk",),
+        ".deformed.revolved": ("revolved_figure", "revolved_picture"),
+        ".figures.lab_file": ("file_figure",),
+        ".figures.padding": ("padding_figure",),
+        ".figures.posterior": ("corner_figure", "prior_figure", "trace_figure"),
+        ".figures.predictive": ("change_figure", "channel_figure"),
+        ".judgement": ("judge_run", "listed"),
+        ".moves": ("moves_in_words",),
+        ".page": ("begin_drawing", "kept_drawings", "write_report"),
+        ".pictures": ("any_letters", "write_figure"),
+        ".rows": ("FirstRow", "ParameterRow", "first_rows", "parameter_rows"),
+        ".summary": ("summary_csv", "summary_json"),
+    },
+)
 
 
 def __dir__() -> list[str]:

@@ -5,8 +5,9 @@ The names below are loaded when they are asked for: a first answer does not wait
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from calib.lazy import on_demand
 
 if TYPE_CHECKING:
     from calib.runs.calibration import STAGES, Calibration, Stages, Watch, calibrate
@@ -35,40 +36,36 @@ __all__ = [
     "verify",
 ]
 
-_MODULES = {
-    "calibration": (
-        "STAGES",
-        "Calibration",
-        "Stages",
-        "Watch",
-        "calibrate",
-    ),
-    "folder": (
-        "PageError",
-        "Run",
-        "load_recommendation",
-        "load_run",
-        "recommend_in",
-        "report_in",
-    ),
-    "integrity": (
-        "Finding",
-        "verify",
-    ),
-    "preview": ("quick",),
-    "refinement": (
-        "Means",
-        "Refinement",
-        "refine",
-    ),
-}
-_MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
-
-
-def __getattr__(name: str) -> object:
-    if name not in _MODULE_OF:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_MODULE_OF[name]}"), name)
+__getattr__ = on_demand(
+    __name__,
+    {
+        ".calibration": (
+            "STAGES",
+            "Calibration",
+            "Stages",
+            "Watch",
+            "calibrate",
+        ),
+        ".folder": (
+            "PageError",
+            "Run",
+            "load_recommendation",
+            "load_run",
+            "recommend_in",
+            "report_in",
+        ),
+        ".integrity": (
+            "Finding",
+            "verify",
+        ),
+        ".preview": ("quick",),
+        ".refinement": (
+            "Means",
+            "Refinement",
+            "refine",
+        ),
+    },
+)
 
 
 def __dir__() -> list[str]:

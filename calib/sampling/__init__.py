@@ -5,8 +5,9 @@ The names below are loaded when they are asked for: a worker that makes steps wa
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from calib.lazy import on_demand
 
 if TYPE_CHECKING:
     from calib.sampling.archive import K_HAT, LeaveOut, smooth_weights
@@ -63,59 +64,55 @@ __all__ = [
     "whose_checkpoint",
 ]
 
-_MODULES = {
-    "archive": (
-        "K_HAT",
-        "LeaveOut",
-        "smooth_weights",
-    ),
-    "checkpoint": (
-        "is_begun",
-        "kept_identity",
-        "whose_checkpoint",
-    ),
-    "diagnostics": (
-        "PRIOR_CONFLICT",
-        "SHIFT_LIMIT",
-        "SPOT_CHECK_LIMIT",
-        "Diagnostics",
-        "FirstAnswer",
-        "FirstEstimate",
-        "Gate",
-        "Reweighting",
-        "Shift",
-        "SpotCheck",
-    ),
-    "groups": ("to_arviz",),
-    "identity": (
-        "FINGERPRINT",
-        "Identity",
-        "differences",
-        "identity_of",
-    ),
-    "laplace": ("first_answer",),
-    "posterior": (
-        "Posterior",
-        "leave_out",
-        "thin_draws",
-    ),
-    "sampler": (
-        "NothingSampled",
-        "Progress",
-        "sample",
-    ),
-    "storage": (
-        "load_posterior",
-        "save_posterior",
-    ),
-}
-_MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
-
-
-def __getattr__(name: str) -> object:
-    if name not in _MODULE_OF:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_MODULE_OF[name]}"), name)
+__getattr__ = on_demand(
+    __name__,
+    {
+        ".archive": (
+            "K_HAT",
+            "LeaveOut",
+            "smooth_weights",
+        ),
+        ".checkpoint": (
+            "is_begun",
+            "kept_identity",
+            "whose_checkpoint",
+        ),
+        ".diagnostics": (
+            "PRIOR_CONFLICT",
+            "SHIFT_LIMIT",
+            "SPOT_CHECK_LIMIT",
+            "Diagnostics",
+            "FirstAnswer",
+            "FirstEstimate",
+            "Gate",
+            "Reweighting",
+            "Shift",
+            "SpotCheck",
+        ),
+        ".groups": ("to_arviz",),
+        ".identity": (
+            "FINGERPRINT",
+            "Identity",
+            "differences",
+            "identity_of",
+        ),
+        ".laplace": ("first_answer",),
+        ".posterior": (
+            "Posterior",
+            "leave_out",
+            "thin_draws",
+        ),
+        ".sampler": (
+            "NothingSampled",
+            "Progress",
+            "sample",
+        ),
+        ".storage": (
+            "load_posterior",
+            "save_posterior",
+        ),
+    },
+)
 
 
 def __dir__() -> list[str]:

@@ -39,9 +39,7 @@ class GroupedWalkers:
 
     def __init__(self, target: Target, funnel: Funnel) -> None:
         self._target, self._funnel = target, funnel
-        group = np.empty(funnel.block.size, dtype=np.intp)
-        group[funnel.order] = funnel.block
-        self._group = group  # of each column of x, 0 for the shared ones
+        self._group = funnel.block_of_columns
         shared = np.flatnonzero(funnel.block == 0)
         self._scales, self._others = shared[: funnel.n_scale], shared[funnel.n_scale :]  # lines of y
         self._seen: tuple[FloatArray, FloatArray] | None = None

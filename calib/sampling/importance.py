@@ -107,10 +107,8 @@ def _weighted_groups(
         log_means = np.log(np.mean(inner, axis=0)) + top
         inner /= np.sum(inner, axis=0)
     log_mixture = logsumexp([f.log_shared(x) for f in funnels], axis=0)
-    column_block = np.empty(funnel.block.size, dtype=np.intp)
-    column_block[funnel.order] = funnel.block
     inner[:, :, 0] = 1 / _GROUP_DRAWS
-    mean = np.sum(np.nan_to_num(inner)[:, :, column_block] * np.stack(values), axis=0)
+    mean = np.sum(np.nan_to_num(inner)[:, :, funnel.block_of_columns] * np.stack(values), axis=0)
     total = np.sum(log_means, axis=1) - log_mixture
     return np.where(np.isfinite(total), total, -np.inf), mean
 

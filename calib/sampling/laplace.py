@@ -22,8 +22,8 @@ from calib.catalogue import SCALES
 from calib.problem import PredictedReadings, Problem, chi_square, columns_at, model_sweeps, values_at
 from calib.sampling.coordinates import Coordinates, coordinates
 from calib.sampling.diagnostics import FirstAnswer, FirstEstimate
-from calib.sampling.scoring import inverse_root, score, slopes_at
-from models.sensor import BoolArray, FloatArray, IntArray
+from calib.sampling.scoring import STEP, central_slope, inverse_root, score, slopes_at
+from models.sensor import FloatArray, IntArray
 
 # Seed of the draws, of which many are made so that the answer hardly depends on it.
 _SEED = 20190304
@@ -45,8 +45,6 @@ _MOST_UNKNOWNS = 100
 _TOO_FEW = 10.0
 # Numbers in the matrices of (1) that are held at a time: of many unknowns fewer draws are made at once.
 _HELD = 2e7
-# Step of the differences at the mode, as in `calib.sampling.scoring`.
-_STEP = 1e-4
 
 
 def first_answer(problem: Problem) -> FirstAnswer:
@@ -162,7 +160,7 @@ def _plausible(space: Coordinates, x: FloatArray) -> bool:
 def _linearised(space: Coordinates, x: FloatArray) -> _Linearised:
     """Differentiate prior and readings at a mode."""
     problem, n = space.problem, x.size
-    step = _STEP * np.eye(n)
+    step = STEP * np.eye(n)
     theta, log_jacobian = space.to_theta(x + np.concatenate([np.zeros((1, n)), step, -step]))
     there = np.isfinite(log_jacobian)
     values = values_at(problem, np.where(there[:, None], theta, 0.0))
@@ -171,24 +169,15 @@ def _linearised(space: Coordinates, x: FloatArray) -> _Linearised:
         there &= model.covered
     scales = np.flatnonzero([p.parameter in SCALES for p in problem.parameters])
     rest = np.setdiff1d(np.arange(n), scales)
-    across = _slope(theta, there)[rest]
+    across = central_slope(theta, there)[rest]
     misfits, slopes = [], []
     for model in models:
         rows = np.cumsum(model.covered) - 1  # of each draw among those that are covered
         for channel in model.channels.values():
             misfits.append(channel.observed - channel.mean[rows[0]])
-            slopes.append(_slope(channel.mean[rows], there)[rest].T)
-    gradient = _slope(log_jacobian - 0.5 * np.sum(theta**2, axis=1), there)[rest]
+            slopes.append(central_slope(channel.mean[rows], there)[rest].T)
+    gradient = central_slope(log_jacobian - 0.5 * np.sum(theta**2, axis=1), there)[rest]
     return _Linearised(space, x, scales, rest, gradient, across @ across.T, tuple(misfits), tuple(slopes))
-
-
-def _slope(values: FloatArray, there: BoolArray) -> FloatArray:
-    """Derivatives (n, ...) from values (2 n + 1, ...) at x, x + each step, x - each step, not all of which may be `there`."""
-    n = (len(values) - 1) // 2
-    shape = (n, *[1] * (values.ndim - 1))
-    up, down = there[1 : n + 1].reshape(shape), there[n + 1 :].reshape(shape)
-    above, below = np.where(up, values[1 : n + 1], values[0]), np.where(down, values[n + 1 :], values[0])
-    return np.asarray((above - below) / (_STEP * np.maximum(1.0 * up + down, 1.0)), dtype=float)
 
 
 def _spread_of_scales(space: Coordinates, x: FloatArray, scales: IntArray) -> FloatArray:

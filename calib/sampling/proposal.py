@@ -73,6 +73,13 @@ class Funnel:
     freedom: FloatArray
     scale: FloatArray
 
+    @property
+    def block_of_columns(self) -> Indices:
+        """Number of the group of each column of x, (n,); 0 for those in none."""
+        found = np.empty_like(self.block)
+        found[self.order] = self.block
+        return found
+
     def log_density(self, x: FloatArray) -> FloatArray:
         """Logarithm of the density at x (n_draw, n), (n_draw,)."""
         return np.asarray(np.sum(self.log_blocks(self.residuals(x)), axis=1) - self.log_volume(x), dtype=float)

@@ -143,50 +143,35 @@ def sample(
         raise ValueError(f"at least four independent ensembles are needed to judge convergence, got {n_ensembles}")
     if not problem.parameters:
         raise ValueError("every parameter is fixed: there is nothing to sample")
-    if checkpoint is None:
-        if resume:
-            raise ValueError("there is nothing to resume without a folder of checkpoints")
-        with TemporaryDirectory(prefix="calib-") as temporary:
-            return sample(
-                problem,
-                seed=seed,
-                checkpoint=Path(temporary),
-                n_ensembles=n_ensembles,
-                n_walkers=n_walkers,
-                gate=gate,
-                max_steps=max_steps,
-                max_seconds=max_seconds,
-                processes=processes,
-                crew=crew,
-                progress=progress,
-                attrs=attrs,
-            )
+    if checkpoint is None and resume:
+        raise ValueError("there is nothing to resume without a folder of checkpoints")
     gate = gate or Gate()
     n_walker = n_walkers or usual_walkers(problem)
     begin = datetime.now(UTC)
     clock = time.monotonic()
-    folder = open_checkpoint(checkpoint, identity_of(problem, seed, n_ensembles, n_walker), resume=resume)
-    chains = sample_target(
-        target_of(problem),
-        folder,
-        seed=seed,
-        n_ensembles=n_ensembles,
-        n_walker=n_walker,
-        gate=gate,
-        max_steps=max_steps,
-        deadline=clock + max_seconds,
-        processes=processes,
-        crew=crew,
-        progress=progress,
-    )
-    if progress is not None:
-        elapsed, n = time.monotonic() - clock, n_ensembles * n_walker
-        last = _progress(problem.names, chains.state, chains.n_block, n, elapsed, gate, max_steps)
-        progress(replace(last, stage="block likelihoods"))
-    times = {"started": begin.isoformat(timespec="seconds"), "ended": datetime.now(UTC).isoformat(timespec="seconds")}
-    kept = {FINGERPRINT: folder.fingerprint, **times}
-    with one_thread():
-        return finish(problem, chains.run, chains.n_block, chains.state, gate, seed, {**kept, **(attrs or {})}, crew)
+    with TemporaryDirectory(prefix="calib-") if checkpoint is None else nullcontext(str(checkpoint)) as path:
+        folder = open_checkpoint(Path(path), identity_of(problem, seed, n_ensembles, n_walker), resume=resume)
+        chains = sample_target(
+            target_of(problem),
+            folder,
+            seed=seed,
+            n_ensembles=n_ensembles,
+            n_walker=n_walker,
+            gate=gate,
+            max_steps=max_steps,
+            deadline=clock + max_seconds,
+            processes=processes,
+            crew=crew,
+            progress=progress,
+        )
+        if progress is not None:
+            elapsed, n = time.monotonic() - clock, n_ensembles * n_walker
+            last = _progress(problem.names, chains.state, chains.n_block, n, elapsed, gate, max_steps)
+            progress(replace(last, stage="block likelihoods"))
+        times = {"started": begin.isoformat(timespec="seconds"), "ended": datetime.now(UTC).isoformat(timespec="seconds")}
+        kept = {FINGERPRINT: folder.fingerprint, **times}
+        with one_thread():
+            return finish(problem, chains.run, chains.n_block, chains.state, gate, seed, {**kept, **(attrs or {})}, crew)
 
 
 @dataclass(frozen=True, eq=False)

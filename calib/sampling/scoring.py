@@ -39,8 +39,8 @@ _TRIED = 2
 # Where a step of many specimens gains less than this, those that have strayed are looked for: by letting each climb so many
 # steps from where so many others stand.
 _STRAYED, _SHIFTS, _STEPS_ALONE = 10.0, 4, 8
-# Step of the differences in x, which is about as wide as the prior: readings bend over more than 1e-3 of it.
-_WIDTH = 1e-4
+#: Step of the differences in x, which is about as wide as the prior: readings bend over more than 1e-3 of it.
+STEP = 1e-4
 
 
 def score(
@@ -241,11 +241,11 @@ def slopes_at(space: Coordinates, x: FloatArray, power: float) -> tuple[FloatArr
 
     for specimen, (columns, rows) in ways.of_specimens.items():
         own = theta[:, ways.own[specimen]]
-        across = _slope(own[rows], there[rows])
+        across = central_slope(own[rows], there[rows])
         information[np.ix_(columns, columns)] += across @ across.T
         exchanged = [k for k, e in enumerate(space.exchanges) if e.column in ways.own[specimen]]
         log_prior = np.sum(log_slopes[:, exchanged], axis=1) - 0.5 * np.sum(own**2, axis=1)
-        gradient[columns] += _slope(log_prior[rows], there[rows])
+        gradient[columns] += central_slope(log_prior[rows], there[rows])
     scales = np.flatnonzero([p.parameter in SCALES for p in space.problem.parameters])
     for sweep, model in zip(space.problem.sweeps, models, strict=True):
         columns, rows = ways.of_specimens[sweep.specimen if space.scopes.specimens else ""]
@@ -256,10 +256,10 @@ def slopes_at(space: Coordinates, x: FloatArray, power: float) -> tuple[FloatArr
         for channel in model.channels.values():
             covariance = _covariance(channel, found[chosen])
             whiten = np.linalg.inv(np.linalg.cholesky(covariance[0]))
-            gradient[columns] += power * _slope(log_normal(channel)[found], known)
-            mean_slope = _slope(channel.mean[found], known) @ whiten.T
+            gradient[columns] += power * central_slope(log_normal(channel)[found], known)
+            mean_slope = central_slope(channel.mean[found], known) @ whiten.T
             information[np.ix_(columns, columns)] += power * mean_slope @ mean_slope.T
-            spread_slope = whiten @ _slope(covariance, known[chosen]) @ whiten.T
+            spread_slope = whiten @ central_slope(covariance, known[chosen]) @ whiten.T
             flat = spread_slope.reshape(wide.size, channel.observed.size**2)
             information[np.ix_(columns[wide], columns[wide])] += 0.5 * power * flat @ flat.T
     return gradient, information
@@ -303,7 +303,7 @@ class _Differences:
         """(n_step, n)."""
         step = np.zeros((len(self.together), n))
         for k, columns in enumerate(self.together):
-            step[k, columns] = _WIDTH
+            step[k, columns] = STEP
         return step
 
 
@@ -316,11 +316,21 @@ def _covariance(channel: PredictedReadings, rows: IntArray) -> FloatArray:
     return np.asarray(covariance, dtype=float)
 
 
-def _slope(values: FloatArray, there: BoolArray) -> FloatArray:
-    """Derivatives (n, ...) from values (2 n + 1, ...) at x, x + each step, x - each step, not all of which may be `there`."""
+def central_slope(values: FloatArray, there: BoolArray) -> FloatArray:
+    """Differentiate what was computed at x, at a `STEP` up along each coordinate, and at one down.
+
+    Parameters
+    ----------
+    values : (2 n + 1, ...), at x, x + each step, x - each step.
+    there : (2 n + 1,), which of them are known; where one side is not, the difference is of the other alone.
+
+    Returns
+    -------
+    Derivatives (n, ...).
+    """
     n = (len(values) - 1) // 2
     shape = (n, *[1] * (values.ndim - 1))
     up, down = there[1 : n + 1].reshape(shape), there[n + 1 :].reshape(shape)
     above = np.where(up, values[1 : n + 1], values[0])
     below = np.where(down, values[n + 1 :], values[0])
-    return np.asarray((above - below) / (_WIDTH * np.maximum(1.0 * up + down, 1.0)))
+    return np.asarray((above - below) / (STEP * np.maximum(1.0 * up + down, 1.0)))
