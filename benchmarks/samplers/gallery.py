@@ -269,10 +269,11 @@ def prior_dominated(name: str, n: int) -> Known:
     return Known(name, exact, density, np.stack([np.ones(n), np.zeros(n)]))
 
 
-def specimens(name: str, n_group: int, bend: float) -> Known:
+def specimens(name: str, n_group: int, bend: float, apart: float = 0.0) -> Known:
     """Groups of three unknowns that are normal given four shared ones: means that follow those, and widths that one sets.
 
-    Means of each group are linear in the shared unknowns but for `bend` times a square.
+    Means of each group are linear in the shared unknowns but for `bend` times a square. The last of these has two modes `apart`
+    from each other, with 0.7 and 0.3 of the mass.
     """
     rng = np.random.default_rng(n_group)
     slopes = rng.standard_normal((n_group, 4, 3))
@@ -286,6 +287,7 @@ def specimens(name: str, n_group: int, bend: float) -> Known:
 
     def exact(rng: np.random.Generator, n_draw: int) -> FloatArray:
         shared = rng.standard_normal((n_draw, 4))
+        shared[:, 3] += apart * (rng.random(n_draw) < 0.3)
         mean, width = mean_and_width(shared)
         own = mean + width[:, None, None] * np.einsum("dgi,gij->dgj", rng.standard_normal((n_draw, n_group, 3)), axes)
         return np.concatenate([shared, own.reshape(n_draw, -1)], axis=1)
@@ -294,7 +296,9 @@ def specimens(name: str, n_group: int, bend: float) -> Known:
         mean, width = mean_and_width(x[:, :4])
         away = np.einsum("dgi,gij->dgj", x[:, 4:].reshape(-1, n_group, 3) - mean, back) / width[:, None, None]
         own = -0.5 * np.sum(away**2, axis=2) - 3 * np.log(width)[:, None]
-        return np.concatenate([-0.5 * np.sum(x[:, :4] ** 2, axis=1, keepdims=True), own], axis=1)
+        first, second = -0.5 * x[:, 3:4] ** 2 + np.log(0.7), -0.5 * (x[:, 3:4] - apart) ** 2 + np.log(0.3)
+        shared = np.logaddexp(first, second) - 0.5 * np.sum(x[:, :3] ** 2, axis=1, keepdims=True)
+        return np.concatenate([shared, own], axis=1)
 
     spread = np.std(exact(rng, 4000), axis=0)
     return Known(

@@ -100,6 +100,9 @@ class Known:
                 return mode
         return Mode(x, value, factor)
 
+    def sketch(self, mode: Mode, random: np.random.RandomState) -> None:
+        """See `Target`: there is none."""
+
     def _derivatives(self, x: FloatArray, value: float, width: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Gradient, and minus the second derivatives, by central differences; across a hard bound those of the prior."""
         n = self.n

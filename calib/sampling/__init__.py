@@ -24,9 +24,9 @@ if TYPE_CHECKING:
         Shift,
         SpotCheck,
     )
+    from calib.sampling.estimate import first_answer
     from calib.sampling.groups import to_arviz
     from calib.sampling.identity import FINGERPRINT, Identity, differences, identity_of
-    from calib.sampling.laplace import first_answer
     from calib.sampling.posterior import Posterior, leave_out, thin_draws
     from calib.sampling.sampler import NothingSampled, Progress, sample
     from calib.sampling.storage import load_posterior, save_posterior
@@ -89,6 +89,7 @@ __getattr__ = on_demand(
             "Shift",
             "SpotCheck",
         ),
+        ".estimate": ("first_answer",),
         ".groups": ("to_arviz",),
         ".identity": (
             "FINGERPRINT",
@@ -96,7 +97,6 @@ __getattr__ = on_demand(
             "differences",
             "identity_of",
         ),
-        ".laplace": ("first_answer",),
         ".posterior": (
             "Posterior",
             "leave_out",

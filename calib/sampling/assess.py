@@ -84,6 +84,12 @@ def _standing(chains: FloatArray) -> tuple[str, ...]:
 
 def _doubts(run: SamplingRun, modes: Sequence[Mode], values: FloatArray, state: Convergence) -> tuple[str, ...]:
     """What independent weighted draws say against chains that agree with each other."""
+    if run.target.groups and len(modes) > 1:
+        heights = ", ".join(f"{m.log_density - modes[0].log_density:+.1f}" for m in modes[1:])
+        return (
+            f"{len(modes)} modes were found (log densities beside that of the heaviest: {heights}), between which there are no "
+            "steps where specimens are many: which share of the posterior each has is not known",
+        )
     proposals = [load_proposal(run.folder, k) for k in range(len(run.seeds))]
     fitting = [proposal for proposal in proposals if proposal is not None]
     if not fitting:

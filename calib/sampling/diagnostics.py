@@ -270,7 +270,7 @@ class FirstAnswer:
     Attributes
     ----------
     parameters : name -> estimate, in the order of the unknowns.
-    effective_draws : how many independent draws it is worth, of `calib.sampling.laplace`.
+    effective_draws : how many independent draws it is worth, of `calib.sampling.estimate`.
     confirmed : whether its mode describes the readings as expected, or two climbs from different places ended there.
     """
 

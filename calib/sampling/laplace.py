@@ -1,109 +1,42 @@
-"""A calibration problem in, a first answer in tenths of a second out: means and standard deviations, from one mode.
+"""A mode of a posterior in, a density close to the posterior round it, that can be drawn from, out.
 
-At a mode of the posterior the readings m are taken as linear in all unknowns r but the scales u (noises and discrepancies),
+At a mode the readings m are taken as linear in all unknowns r but the scales u (noises and discrepancies),
 m(r) = m + M (r - r_mode). Given u the posterior of r is normal then, and so known together with how probable u is,
 
     A(u) = P + M^T S(u)^-1 M,   b(u) = g + M^T S(u)^-1 (y - m),                                                       (1)
     log p(u | y) = -(log det S + (y - m)^T S^-1 (y - m) - b^T A^-1 b + log det A + u^T u) / 2,
 
 with S the covariance of the readings, g and P the slope and the bend of the prior. The scales are what makes the posterior a
-funnel, so they are drawn, in rounds of importance sampling, and the rest is drawn given them. In the end each draw is weighted
-by its exact density, which mends what is not linear, priors' own shapes included.
+funnel, so they are drawn, from a Student density found in rounds of importance sampling, and the rest is drawn given them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import solve_triangular
 
 from calib.catalogue import SCALES
-from calib.problem import PredictedReadings, Problem, chi_square, columns_at, model_sweeps, values_at
-from calib.sampling.coordinates import Coordinates, coordinates
-from calib.sampling.diagnostics import FirstAnswer, FirstEstimate
-from calib.sampling.scoring import STEP, central_slope, inverse_root, score, slopes_at
+from calib.problem import PredictedReadings, model_sweeps, values_at
+from calib.sampling.coordinates import Coordinates
+from calib.sampling.scoring import STEP, central_slope, inverse_root, slopes_at
 from models.sensor import FloatArray, IntArray
 
-# Seed of the draws, of which many are made so that the answer hardly depends on it.
-_SEED = 20190304
-# Prior draws among which climbs begin, the most probable first, and most climbs until one meets the best mode so far: of those
-# that begin anywhere about one in eight ends at a false mode.
-_STARTS, _CLIMBS = 128, 8
-# A mode is plausible with a misfit no further above its expectation than this, in its standard deviations, and with scales no
-# higher in their priors than this.
-_BEYOND, _HIGH_SCALE = 5.0, 2.0
 # Draws of the scales in each round that finds out where they lie, and by how much the first of them is wider than at the mode.
 _ROUNDS, _WIDEN = (160, 160), 1.5
 # Degrees of freedom of the Student densities that they are drawn from, and by how much these are wider than the last draws.
 _FREEDOM, _MARGIN = 5.0, 1.1
-# Draws of all unknowns: so many at a time, until so many effective ones are there, or so many in all.
-_AT_ONCE, _EFFECTIVE, _MOST = 700, 400.0, 2800
-# Of more unknowns than this, those of many specimens, it would neither be fast nor have draws of any weight.
-_MOST_UNKNOWNS = 100
-# Of fewer effective draws than this nothing is said.
-_TOO_FEW = 10.0
-# Numbers in the matrices of (1) that are held at a time: of many unknowns fewer draws are made at once.
+# Numbers in the matrices of (1) that are held at a time.
 _HELD = 2e7
 
 
-def first_answer(problem: Problem) -> FirstAnswer:
-    """Estimate what a calibration will find, in tenths of a second: a first answer, not the result.
-
-    It rests on one mode: whether there are others, and whether the forward model is honest, only `sample` and the spot check
-    tell. Where the posterior is as this problem's usually are, means come out within a tenth of a standard deviation and
-    standard deviations within a tenth.
-
-    Parameters
-    ----------
-    problem : from `build_problem`.
-
-    Raises
-    ------
-    ValueError
-        If every unknown is fixed, there are more than a hundred, or the posterior is so far from what
-        was taken for it that there is no answer.
-    """
-    if not problem.parameters:
-        raise ValueError("every parameter is fixed: there is nothing to estimate")
-    if len(problem.parameters) > _MOST_UNKNOWNS:
-        raise ValueError(f"there is no first answer for {len(problem.parameters)} unknowns, only for {_MOST_UNKNOWNS} at most")
-    space = coordinates(problem)
-    n = len(problem.parameters)
-    rng = np.random.default_rng(_SEED)
-    mode, confirmed = _highest(space, rng)
-    given = _linearised(space, mode)
-    centre, spread = mode[given.scales], _WIDEN * _spread_of_scales(space, mode, given.scales)
-    for count in _ROUNDS:
-        u, log_student = _student(rng, count, centre, spread)
-        weight = _weights(_given_scales(given, u).log_density - log_student)
-        centre, spread = _fitted(u, weight)
-    x: FloatArray = np.empty((0, n))
-    log_ratio: FloatArray = np.empty(0)
-    effective = 0.0
-    while effective < _EFFECTIVE and len(x) < _MOST:
-        more, log_proposal = _draws(given, rng, centre, spread)
-        x = np.concatenate([x, more])
-        log_ratio = np.concatenate([log_ratio, space.log_density(more) - log_proposal])
-        weight = _weights(log_ratio)
-        effective = 1 / float(np.sum(weight**2))
-    if effective < _TOO_FEW:
-        raise ValueError("there is no first answer: the posterior is not nearly normal, whatever noises and discrepancies are")
-    theta, _ = space.to_theta(x)
-    there = np.isfinite(log_ratio)
-    values, weight = columns_at(problem, theta[there]), weight[there]
-    mean = weight @ values
-    sd = np.sqrt(weight @ (values - mean) ** 2)
-    found = {name: FirstEstimate(float(m), float(s)) for name, m, s in zip(problem.names, mean, sd, strict=True)}
-    return FirstAnswer(found, effective, confirmed)
-
-
 @dataclass(frozen=True, eq=False)
-class _Linearised:
-    """A posterior near its mode x (n,): of its coordinates `scales` are u and `rest` r of (1).
+class LaplaceDensity:
+    """A posterior near its mode x (n,): Student in its coordinates `scales`, u, and normal given them in the `rest`, r of (1).
 
     `gradient` and `bend` are g and P of (1); `misfits` and `slopes` are y - m (n_point,) and M (n_point, n_rest) of each
-    channel of each sweep.
+    channel of each sweep; `centre` (n_scale,) and `spread` (n_scale, n_scale), a triangular root, are those of u.
     """
 
     space: Coordinates
@@ -114,6 +47,41 @@ class _Linearised:
     bend: FloatArray
     misfits: tuple[FloatArray, ...]
     slopes: tuple[FloatArray, ...]
+    centre: FloatArray
+    spread: FloatArray
+
+    def draw(self, random: np.random.RandomState, n_draw: int) -> FloatArray:
+        """Independent draws (n_draw, n).
+
+        Parameters
+        ----------
+        random : the source of random numbers.
+        n_draw : how many.
+        """
+        return np.concatenate([self._drawn(random, rows.size) for rows in self._batches(n_draw)])
+
+    def log_density(self, x: FloatArray) -> FloatArray:
+        """Logarithm of the density at x (n_draw, n), up to a constant that depends on n alone, (n_draw,)."""
+        return np.concatenate([self._log_density(x[rows]) for rows in self._batches(len(x))])
+
+    def _batches(self, n_draw: int) -> list[IntArray]:
+        return np.array_split(np.arange(n_draw), max(1, int(np.ceil(n_draw * self.x.size**2 / _HELD))))
+
+    def _drawn(self, random: np.random.RandomState, n_draw: int) -> FloatArray:
+        u = self.centre + _student(random, n_draw, self.centre.size) @ self.spread.T
+        given = _given_scales(self, u)
+        normal = random.standard_normal(given.whitened.shape)
+        away = np.linalg.solve(np.swapaxes(given.factor, 1, 2), (given.whitened + normal)[..., None])[..., 0]
+        x = np.empty((n_draw, self.x.size))
+        x[:, self.scales], x[:, self.rest] = u, self.x[self.rest] + away
+        return x
+
+    def _log_density(self, x: FloatArray) -> FloatArray:
+        given = _given_scales(self, x[:, self.scales])
+        away = x[:, self.rest] - self.x[self.rest]
+        normal = (np.swapaxes(given.factor, 1, 2) @ away[..., None])[..., 0] - given.whitened
+        of_rest = _log_diagonal(given.factor) - 0.5 * np.sum(normal**2, axis=1)
+        return np.asarray(of_rest + _log_student(x[:, self.scales], self.centre, self.spread), dtype=float)
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,39 +93,45 @@ class _Given:
     whitened: FloatArray
 
 
-def _highest(space: Coordinates, rng: np.random.Generator) -> tuple[FloatArray, bool]:
-    """A mode (n,) at which nothing speaks against it, or the highest of a few climbs; and whether it can be relied on."""
-    n = len(space.problem.parameters)
-    best, top, _ = score(space, space.from_theta(np.zeros((1, n)))[0])
-    if _plausible(space, best):
-        return best, True
-    draws = space.from_theta(rng.standard_normal((_STARTS, n)))
-    density = space.log_density(draws)
-    likely = draws[np.argsort(-np.where(np.isfinite(density), density, -np.inf))][
-        : min(_CLIMBS - 1, np.sum(np.isfinite(density)))
-    ]
-    for x in likely:
-        mode, value, met = score(space, x, [(best, top)])
-        if met is not None:
-            return best, True
-        if value > top:
-            best, top = mode, value
-    return best, False
+def laplace_density(space: Coordinates, x: FloatArray, random: np.random.RandomState) -> LaplaceDensity:
+    """Find a density that is close to a posterior round one of its modes, where it is nearly normal but for its scales.
+
+    Parameters
+    ----------
+    space : coordinates of the problem.
+    x : (n,), the mode.
+    random : the source of random numbers, by which the scales are looked for.
+
+    Raises
+    ------
+    LinAlgError
+        If readings or priors do not hold everything that is unknown.
+    """
+    found = _linearised(space, x)
+    for count in _ROUNDS:
+        u = found.centre + _student(random, count, found.centre.size) @ found.spread.T
+        weight = importance_weights(_given_scales(found, u).log_density - _log_student(u, found.centre, found.spread))
+        centre = weight @ u
+        covariance = ((u - centre).T * weight) @ (u - centre)
+        spread = _MARGIN * np.linalg.cholesky(covariance + 1e-9 * np.eye(centre.size))
+        found = replace(found, centre=centre, spread=np.asarray(spread, dtype=float))
+    return found
 
 
-def _plausible(space: Coordinates, x: FloatArray) -> bool:
-    """Whether a mode describes the readings, without noises and discrepancies that nobody expected: a false one does not."""
-    problem = space.problem
-    theta, _ = space.to_theta(x[None])
-    models = model_sweeps(problem, problem.forward, problem.plans, values_at(problem, theta))
-    channels = [channel for model in models for channel in model.channels.values()]
-    misfit = sum(float(chi_square(channel)[0]) for channel in channels)
-    n_point = sum(channel.observed.size for channel in channels)
-    scales = [z for z, p in zip(theta[0], problem.parameters, strict=True) if p.parameter in SCALES]
-    return misfit < n_point + _BEYOND * np.sqrt(2 * n_point) and max(scales, default=0.0) < _HIGH_SCALE
+def importance_weights(log_ratio: FloatArray) -> FloatArray:
+    """Weights that sum to 1, none above the root of their number (Ionides, J. Comput. Graph. Stat. 17 (2008) 295).
+
+    Parameters
+    ----------
+    log_ratio : (n_draw,), logarithm of the density that is wanted over that which was drawn from; nan or -inf for no weight.
+    """
+    ratio = np.where(np.isfinite(log_ratio), log_ratio, -np.inf)
+    weight = np.exp(ratio - np.max(ratio))
+    weight = np.minimum(weight, np.mean(weight) * np.sqrt(weight.size))
+    return np.asarray(weight / np.sum(weight), dtype=float)
 
 
-def _linearised(space: Coordinates, x: FloatArray) -> _Linearised:
+def _linearised(space: Coordinates, x: FloatArray) -> LaplaceDensity:
     """Differentiate prior and readings at a mode."""
     problem, n = space.problem, x.size
     step = STEP * np.eye(n)
@@ -177,7 +151,9 @@ def _linearised(space: Coordinates, x: FloatArray) -> _Linearised:
             misfits.append(channel.observed - channel.mean[rows[0]])
             slopes.append(central_slope(channel.mean[rows], there)[rest].T)
     gradient = central_slope(log_jacobian - 0.5 * np.sum(theta**2, axis=1), there)[rest]
-    return _Linearised(space, x, scales, rest, gradient, across @ across.T, tuple(misfits), tuple(slopes))
+    spread = _WIDEN * _spread_of_scales(space, x, scales)
+    bend = across @ across.T
+    return LaplaceDensity(space, x, scales, rest, gradient, bend, tuple(misfits), tuple(slopes), x[scales], spread)
 
 
 def _spread_of_scales(space: Coordinates, x: FloatArray, scales: IntArray) -> FloatArray:
@@ -189,7 +165,7 @@ def _spread_of_scales(space: Coordinates, x: FloatArray, scales: IntArray) -> Fl
     return np.asarray(np.linalg.cholesky(factor @ factor.T), dtype=float)
 
 
-def _given_scales(given: _Linearised, u: FloatArray) -> _Given:
+def _given_scales(given: LaplaceDensity, u: FloatArray) -> _Given:
     """Equations (1) at draws u (n_draw, n_scale) of the scales."""
     problem = given.space.problem
     x = np.tile(given.x, (len(u), 1))
@@ -227,36 +203,14 @@ def _log_diagonal(factors: FloatArray) -> FloatArray:
     return np.asarray(np.sum(np.log(np.diagonal(factors, axis1=1, axis2=2)), axis=1), dtype=float)
 
 
-def _draws(
-    given: _Linearised, rng: np.random.Generator, centre: FloatArray, spread: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Draws x (n_draw, n) of the scales, and of the rest given them, and the log density they are drawn from (n_draw,)."""
-    u, log_student = _student(rng, int(np.clip(_HELD / given.x.size**2, 50, _AT_ONCE)), centre, spread)
-    of_rest = _given_scales(given, u)
-    normal = rng.standard_normal(of_rest.whitened.shape)
-    away = np.linalg.solve(np.swapaxes(of_rest.factor, 1, 2), (of_rest.whitened + normal)[..., None])[..., 0]
-    x = np.empty((len(u), given.x.size))
-    x[:, given.scales], x[:, given.rest] = u, given.x[given.rest] + away
-    return x, log_student - 0.5 * np.sum(normal**2, axis=1) + _log_diagonal(of_rest.factor)
+def _student(random: np.random.RandomState, n_draw: int, n: int) -> FloatArray:
+    """Draws (n_draw, n) of a Student density about 0."""
+    wide = np.sqrt(random.chisquare(_FREEDOM, n_draw) / _FREEDOM)
+    return np.asarray(random.standard_normal((n_draw, n)) / wide[:, None], dtype=float)
 
 
-def _student(rng: np.random.Generator, n_draw: int, centre: FloatArray, spread: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Draws (n_draw, n) of a Student density about a centre, and its logarithm there, up to a constant."""
-    n = centre.size
-    t = rng.standard_normal((n_draw, n)) / np.sqrt(rng.chisquare(_FREEDOM, n_draw) / _FREEDOM)[:, None]
-    return centre + t @ spread.T, -0.5 * (_FREEDOM + n) * np.log1p(np.sum(t**2, axis=1) / _FREEDOM)
-
-
-def _weights(log_ratio: Sequence[float] | FloatArray) -> FloatArray:
-    """Weights that sum to 1, none above the root of their number (Ionides, J. Comput. Graph. Stat. 17 (2008) 295)."""
-    ratio = np.where(np.isfinite(log_ratio), log_ratio, -np.inf)
-    weight = np.exp(ratio - np.max(ratio))
-    weight = np.minimum(weight, np.mean(weight) * np.sqrt(weight.size))
-    return np.asarray(weight / np.sum(weight), dtype=float)
-
-
-def _fitted(u: FloatArray, weight: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Centre and spread of weighted draws (n_draw, n), a little wider than these."""
-    centre = weight @ u
-    covariance = ((u - centre).T * weight) @ (u - centre)
-    return centre, np.asarray(_MARGIN * np.linalg.cholesky(covariance + 1e-9 * np.eye(centre.size)), dtype=float)
+def _log_student(u: FloatArray, centre: FloatArray, spread: FloatArray) -> FloatArray:
+    """Logarithm of a Student density with a triangular root of its covariance at u (n_draw, n), up to a constant, (n_draw,)."""
+    square = np.sum(solve_triangular(spread, (u - centre).T, lower=True) ** 2, axis=0)
+    height = -0.5 * (_FREEDOM + centre.size) * np.log1p(square / _FREEDOM)
+    return np.asarray(height - np.sum(np.log(np.diagonal(spread))), dtype=float)

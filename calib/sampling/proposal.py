@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 from scipy.linalg import solve_triangular
@@ -312,11 +313,29 @@ def normal_funnel(
     return Funnel(order, n_scale, centre, spread, np.zeros(n), linear, np.zeros((n, n_phi)), width, block, *tails)
 
 
-@dataclass(frozen=True, eq=False)
-class Proposal:
-    """A mixture of funnels, one for each mode of a posterior, with their shares (n_mode,)."""
+class Density(Protocol):
+    """A density of points x (n_draw, n) that can be drawn from."""
 
-    parts: tuple[Funnel, ...]
+    def log_density(self, x: FloatArray) -> FloatArray:
+        """Logarithm of the density at x (n_draw, n), (n_draw,)."""
+        ...
+
+    def draw(self, random: np.random.RandomState, n_draw: int) -> FloatArray:
+        """Independent draws (n_draw, n).
+
+        Parameters
+        ----------
+        random : the source of random numbers.
+        n_draw : how many.
+        """
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Mixture:
+    """A mixture of densities, one for each mode of a posterior, with their shares (n_mode,)."""
+
+    parts: tuple[Density, ...]
     shares: FloatArray
 
     def log_density(self, x: FloatArray) -> FloatArray:
@@ -337,10 +356,18 @@ class Proposal:
         n_draw : how many.
         """
         which = random.choice(len(self.parts), n_draw, p=self.shares)
-        x = np.empty((n_draw, self.parts[0].centre.size))
-        for k, part in enumerate(self.parts):
-            x[which == k] = part.draw(random, int(np.sum(which == k)))
+        drawn = {int(k): self.parts[k].draw(random, int(np.sum(which == k))) for k in np.unique(which)}
+        x = np.empty((n_draw, next(iter(drawn.values())).shape[1]))
+        for k, of_part in drawn.items():
+            x[which == k] = of_part
         return x
+
+
+@dataclass(frozen=True, eq=False)
+class Proposal(Mixture):
+    """A mixture of funnels, one for each mode of a posterior, from each point of which there are steps nearby."""
+
+    parts: tuple[Funnel, ...]
 
     def step(self, random: np.random.RandomState, x: FloatArray, length: float) -> FloatArray:
         """Step from x (n_draw, n) to points nearby, reversibly with respect to this density: preconditioned Crank-Nicolson.
@@ -364,7 +391,13 @@ class Proposal:
         return y
 
 
-def fit_proposal(x: FloatArray, scales: Sequence[int], before: Proposal, groups: Sequence[Indices] = ()) -> Proposal:
+def fit_proposal(
+    x: FloatArray,
+    scales: Sequence[int],
+    before: Proposal,
+    groups: Sequence[Indices] = (),
+    weight: FloatArray | None = None,
+) -> Proposal:
     """Fit each part of a mixture anew to the draws that belong to it.
 
     Parameters
@@ -373,12 +406,15 @@ def fit_proposal(x: FloatArray, scales: Sequence[int], before: Proposal, groups:
     scales : columns that set the widths of the others.
     before : the mixture that tells which draw belongs to which part; a part with too few draws for a fit stays as it was.
     groups : columns of each group.
+    weight : (n_draw,), of each draw; equal if None.
     """
+    share = np.full(x.shape[0], 1 / x.shape[0]) if weight is None else weight / np.sum(weight)
     which = np.argmax(before.log_parts(x), axis=0)
-    count = np.array([np.sum(which == k) for k in range(len(before.parts))])
     least = _LEAST_DRAWS * (x.shape[1] - sum(map(len, groups)) + max(map(len, groups), default=0))
-    parts = tuple(
-        fit_funnel(x[which == k], scales, groups=groups) if count[k] >= least else part for k, part in enumerate(before.parts)
-    )
-    shares = np.maximum(count / x.shape[0], LEAST_SHARE)
-    return Proposal(parts, shares / np.sum(shares))
+    parts = []
+    for k, part in enumerate(before.parts):
+        own = share[which == k]
+        effective = np.sum(own) ** 2 / np.sum(own**2) if np.any(own > 0) else 0.0
+        parts.append(fit_funnel(x[which == k], scales, own, groups) if effective >= least else part)
+    shares = np.maximum([np.sum(share[which == k]) for k in range(len(parts))], LEAST_SHARE)
+    return Proposal(tuple(parts), shares / np.sum(shares))

@@ -30,6 +30,9 @@ from models.sensor import BoolArray, FloatArray, IntArray
 _POWERS = ((1e-5, 10), (1e-4, 10), (1e-3, 10), (1e-2, 10), (1e-1, 10), (1.0, 100))
 # A climb goes on while a step gains this much in the tempered log density: at the powers below 1, and at the last.
 _GAIN, _LAST_GAIN = 1.0, 1e-2
+# A climb is given up, if at the pace of so many last steps it would end so far below a mode that is known: further for each
+# unknown than any width could make up for.
+_PACE, _HOPELESS = 8, 10.0
 # Steps are tried at these lengths, as they are; where none leads up, with the diagonal of the information enlarged by these
 # shares of itself (Levenberg & Marquardt).
 _LENGTHS = 0.5 ** np.arange(-1, 9)
@@ -57,12 +60,20 @@ def score(
     Returns
     -------
     The mode, (n_parameter,), its log posterior density in `space`, and the number of the known one that was met, or None. A
-    climb may end at a false mode: of eight draws from the prior about one does, so climb from several.
+    climb may end at a false mode: of eight draws from the prior about one does, so climb from several. One that creeps along
+    far below a known mode is given up on the way.
     """
     many = seeking = bool(space.scopes.specimens)
+    enough = max((top for _, top in known), default=-np.inf) - _HOPELESS * x.size
     for power, most in _POWERS:
         value = float(tempered(space, x[None], power)[0])
-        for _ in range(most):
+        climbed = []
+        for left in range(most, 0, -1):
+            climbed.append(value)
+            if power == 1 and len(climbed) > _PACE and not seeking:
+                pace = (value - climbed[-1 - _PACE]) / _PACE
+                if value + pace * left < enough:
+                    return x, value, None
             slopes = slopes_at(space, x, power)
             if slopes is None:
                 break
@@ -72,11 +83,11 @@ def score(
                     return x, value, met
             gain = 0.0
             for damping in _DAMPING:
-                tried, values = (_steps_of_each if many else _steps_of_all)(space, x, power, _directions(*slopes, damping))
-                best = int(np.argmax(values))
-                gain = float(values[best]) - value
+                tried, reached = (_steps_of_each if many else _steps_of_all)(space, x, power, _directions(*slopes, damping))
+                best = int(np.argmax(reached))
+                gain = float(reached[best]) - value
                 if gain > 0:
-                    x, value = tried[best], float(values[best])
+                    x, value = tried[best], float(reached[best])
                     break
             if seeking and power == 1 and not gain > _STRAYED:
                 x, moved = _regrouped(space, x)

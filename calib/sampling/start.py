@@ -12,12 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.sampling.ensemble import EnsembleState, moves_by, walk
-from calib.sampling.proposal import Proposal, fit_proposal, normal_funnel
+from calib.sampling.laplace import importance_weights
+from calib.sampling.proposal import Mixture, Proposal, fit_proposal, normal_funnel
 from calib.sampling.target import Mode, Target
 from models.sensor import FloatArray
 
 #: Version of how an ensemble begins: raise it with every change that gives another start for the same seed.
-START_VERSION = 3
+START_VERSION = 4
 
 #: Places among which an ensemble looks for its starts; how many of the best it climbs from, of all that are possible, and
 #: of those that the modes known by then explain least.
@@ -30,6 +31,9 @@ _LEAST_MASS = 1e-3
 _SIDES, _NARROWER = 64, 2.0 ** (-np.arange(40) / 4)
 # Degrees of freedom and width of the first proposal at a mode, and draws of it for each walker.
 _FREEDOM, _WIDEN, _TRIES = 5.0, 1.2, 6
+# Draws at the modes where a target knows more of them than how wide they are; what they are drawn from is near the target if
+# this share of draws is effective: then the proposal is fitted to them, and one round of steps tells whether it is good.
+_SKETCHED, _NEAR = 1400, 0.25
 # How often those that are beyond a bound are drawn anew.
 _REDRAWN = 8
 # Effective draws among them, as a share of the walkers, for which their weights are made milder.
@@ -151,9 +155,10 @@ def _no_valley(target: Target, a: Mode, b: Mode) -> bool:
 def start(target: Target, modes: Sequence[Mode], seed: np.random.SeedSequence, n_walker: int) -> Start:
     """Place the walkers of an ensemble as the target lies, and fit the proposal that they will move by.
 
-    Draws of Student densities round the modes are weighted to the target, mildly where the weights are few; walkers chosen
-    among them then move, and the proposal is fitted anew to where they were, in `ROUNDS`, until it is good
-    enough and they stay where they are. What is learned here is frozen: the chain that follows has the target as its limit.
+    Draws of what the target knows of its modes, or of Student densities round them, are weighted to the target, mildly where
+    the weights are few; walkers chosen among them then move. Where the draws were near the target, the proposal is fitted to
+    them; elsewhere anew to where the walkers were, in `ROUNDS`, until it is good enough and they stay where they are. What is
+    learned here is frozen: the chain that follows has the target as its limit.
 
     Parameters
     ----------
@@ -165,33 +170,47 @@ def start(target: Target, modes: Sequence[Mode], seed: np.random.SeedSequence, n
     random = np.random.RandomState(np.random.MT19937(seed))
     mass = np.exp([m.log_mass - modes[0].log_mass for m in modes])
     shares = np.maximum(mass / np.sum(mass), 0.5 / len(modes) if len(modes) > 1 else 1.0)
+    shares /= np.sum(shares)
     parts = tuple(normal_funnel(m.x, m.factor, target.scales, _FREEDOM, _WIDEN, target.groups) for m in modes)
-    proposal = Proposal(parts, shares / np.sum(shares))
-    x = proposal.draw(random, _TRIES * n_walker)
+    sketches = [target.sketch(m, random) for m in modes]
+    known = Mixture(tuple(s or part for s, part in zip(sketches, parts, strict=True)), shares)
+    x = known.draw(random, max(_TRIES * n_walker, _SKETCHED if any(sketches) else 0))
     x[: len(modes)] = [m.x for m in modes]  # so that one at least is possible, whatever the bounds
     log_density = target.log_density(x)
     for _ in range(_REDRAWN):
         beyond = np.flatnonzero(~np.isfinite(log_density))
-        x[beyond] = proposal.draw(random, beyond.size)
+        if not beyond.size:
+            break
+        x[beyond] = known.draw(random, beyond.size)
         log_density[beyond] = target.log_density(x[beyond])
+    proposal = Proposal(parts, shares)
+    near = False
     if target.groups:  # weights of all groups together would be those of chance; each of them soon finds its place
         chosen = np.flatnonzero(np.isfinite(log_density))[:n_walker]
         chosen = np.resize(chosen, n_walker)
     else:
-        weight = _mild_weights(log_density - proposal.log_density(x), _EFFECTIVE * n_walker)
-        chosen = random.choice(weight.size, n_walker, p=weight)
+        log_weight = log_density - known.log_density(x)
+        chosen = random.choice(log_weight.size, n_walker, p=_mild_weights(log_weight, _EFFECTIVE * n_walker))
+        weight = importance_weights(log_weight)
+        near = 1 / float(np.sum(weight**2)) >= _NEAR * weight.size
+        if near:
+            proposal = fit_proposal(x, target.scales, proposal, weight=weight)
     state = EnsembleState.of(x[chosen], log_density[chosen], random)
     before: FloatArray = np.empty((0, x.shape[1]))
     accepted = 0.0
-    level = np.inf
+    level = float(np.mean(state.log_prob)) if near else np.inf
     for k in range(_MOST_ROUNDS):
         path = walk(target, state, moves_by(target, proposal), ROUNDS[min(k, len(ROUNDS) - 1)])
         state = path.end
         accepted = path.accepted_of("proposal", "specimens", "shared")
+        level_before, level = level, float(np.mean(path.log_density))
+        drifts = abs(level - level_before) > _DRIFT * np.std(path.log_density)
+        if near and not drifts and accepted >= LEAST_ACCEPTED:
+            break  # fitted to draws that are independent, it can hardly become better
+        near = False
         visited = path.chain.reshape(-1, x.shape[1])
         proposal = fit_proposal(np.concatenate([before, visited]), target.scales, proposal, target.groups)
-        before, level_before, level = visited, level, float(np.mean(path.log_density))
-        drifts = abs(level - level_before) > _DRIFT * np.std(path.log_density)
+        before = visited
         if not drifts and (accepted >= ENOUGH_ACCEPTED or k + 1 >= len(ROUNDS)):
             break
     # Moves of groups include one that needs no shape, and those of all coordinates together would lead nowhere.

@@ -11,7 +11,8 @@ import numpy as np
 from calib.catalogue import SCALES
 from calib.problem import Problem, columns_at
 from calib.sampling.coordinates import Coordinates, coordinates
-from calib.sampling.proposal import Indices
+from calib.sampling.laplace import laplace_density
+from calib.sampling.proposal import Density, Indices
 from calib.sampling.scoring import inverse_root, score, slopes_at
 from models.sensor import FloatArray
 
@@ -76,6 +77,16 @@ class Target(Protocol):
         ----------
         x : (n,), where to begin; the density is not zero there.
         known : modes that were found before; if the way leads to one of them, it is that one.
+        """
+        ...
+
+    def sketch(self, mode: Mode, random: np.random.RandomState) -> Density | None:
+        """A density that is closer to the target round one of its modes than a normal one is; None if there is none.
+
+        Parameters
+        ----------
+        mode : of the target.
+        random : the source of random numbers.
         """
         ...
 
@@ -144,6 +155,20 @@ class ProblemTarget:
         slopes = slopes_at(self.space, x, 1.0)
         information = np.eye(x.size) if slopes is None else slopes[1]
         return Mode(x, value, inverse_root(information))
+
+    def sketch(self, mode: Mode, random: np.random.RandomState) -> Density | None:
+        """See `Target`: normal given the noises and discrepancies; None for many specimens, of which it would have no weight.
+
+        Parameters
+        ----------
+        mode, random : see `Target`.
+        """
+        if self.groups:
+            return None
+        try:
+            return laplace_density(self.space, mode.x, random)
+        except np.linalg.LinAlgError:
+            return None
 
     def to_theta(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """See `Target`."""

@@ -14,7 +14,7 @@ from calib.problem.likelihood import log_posterior
 from calib.problem.problem import Problem, problem_from
 from calib.problem.values import columns_at, coordinates_of
 from calib.sampling.diagnostics import FirstAnswer, FirstEstimate, ParameterSummary
-from calib.sampling.laplace import first_answer
+from calib.sampling.estimate import first_answer
 from models.sensor import FloatArray
 
 DATASET = Path(__file__).parents[3] / "datasets" / "padded_sensor" / "experiment.toml"
@@ -58,7 +58,7 @@ def _by_quadrature(problem: Problem, about: FirstAnswer, n: int) -> tuple[FloatA
     lines = []
     for k, (name, e) in enumerate(about.parameters.items()):
         one = replace(problem, parameters=problem.parameters[k : k + 1])
-        high = coordinates_of(one, np.array([[e.mean + 5 * e.sd]]))[0, 0]
+        high = coordinates_of(one, np.array([[e.mean + 15 * e.sd]]))[0, 0]  # a scale near zero has an exponential's tail
         low = coordinates_of(one, np.array([[max(e.mean - 5 * e.sd, 1e-9)]]))[0, 0] if "offset" not in name else -5.0
         lines.append(np.linspace(max(low, -5.0), min(high, 5.0), n))
     z = np.stack([axis.ravel() for axis in np.meshgrid(*lines, indexing="ij")], axis=1)
@@ -101,8 +101,7 @@ def test_few_unknowns_come_out_as_by_quadrature(one_specimen: Problem, names: tu
     mean, sd = _by_quadrature(problem, first, 71)
     found = np.array([(e.mean, e.sd) for e in first.parameters.values()])
     np.testing.assert_array_less(np.abs(found[:, 0] - mean), 0.15 * sd)
-    # The standard deviation of a scale near zero, which has an exponential's tail, hangs on few draws.
-    np.testing.assert_allclose(found[:, 1], sd, rtol=0.2 if "force_noise" in names else 0.12)
+    np.testing.assert_allclose(found[:, 1], sd, rtol=0.12)
 
 
 def test_a_problem_without_unknowns_is_refused(one_specimen: Problem) -> None:

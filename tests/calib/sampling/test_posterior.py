@@ -27,7 +27,8 @@ from calib.problem.values import specimen_design
 from calib.sampling import scoring
 from calib.sampling.coordinates import coordinates
 from calib.sampling.diagnostics import Gate
-from calib.sampling.ensemble import SHAPELESS, STORE_EVERY, EnsembleState, Moves, advance, walk
+from calib.sampling.ensemble import KINDS, SHAPELESS, STORE_EVERY, EnsembleState, Moves, advance, walk
+from calib.sampling.laplace import importance_weights, laplace_density
 from calib.sampling.posterior import Posterior, leave_out, thin_draws
 from calib.sampling.sampler import NothingSampled, Progress, sample
 from calib.sampling.scoring import score
@@ -274,6 +275,31 @@ def test_the_score_is_the_slope_of_the_tempered_density_and_the_information_near
     ahead, behind = (scoring.tempered(space, x + sign * step, power) for sign in (1, -1))
     np.testing.assert_allclose(slopes[0], (ahead - behind) / 2e-4, rtol=2e-3, atol=2e-3 * np.max(np.abs(slopes[0])))
     assert np.all(np.linalg.eigvalsh(slopes[1]) > 0)
+
+
+def test_what_is_known_round_a_mode_is_a_density_and_near_the_posterior() -> None:
+    target = target_of(small_problem())
+    random = np.random.RandomState(1)
+    known = laplace_density(target.space, find_modes(target, np.random.SeedSequence(1))[0].x, random)
+    x = known.draw(random, 4000)
+    # For draws x of a density q that is nowhere zero, q(x + d) / q(x) is 1 in the mean, whatever d is.
+    for step in 0.2 * np.linalg.cholesky(np.cov(x.T)).T:
+        ratio = np.exp(known.log_density(x + step) - known.log_density(x))
+        assert np.mean(ratio) == pytest.approx(1, abs=5 * np.std(ratio) / np.sqrt(ratio.size))
+    weight = importance_weights(target.log_density(x) - known.log_density(x))
+    assert 1 / np.sum(weight**2) > 0.4 * x.shape[0]
+
+
+def test_an_ensemble_starts_where_the_posterior_is_with_moves_that_fit_it() -> None:
+    target = target_of(small_problem())
+    started = begin(target, np.random.SeedSequence(4))
+    block = advance(target, started.state, started.proposal, 200)
+    later = block.log_prob[block.log_prob.shape[0] // 2 :]
+    at_first = target.log_density(started.state.coords) - target.to_theta(started.state.coords)[1]
+    error = np.std(later) / np.sqrt(at_first.size)
+    assert np.mean(at_first) == pytest.approx(np.mean(later), abs=5 * error)
+    tried, accepted = block.tried[KINDS.index("proposal")], block.accepted[KINDS.index("proposal")]
+    assert accepted > 0.3 * tried
 
 
 def test_draws_do_not_depend_on_the_number_of_processes(tmp_path: Path) -> None:

@@ -10,11 +10,12 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[3] / "benchmarks"))
 
-from samplers.gallery import banana, gallery, mixture
+from samplers.gallery import banana, gallery, mixture, specimens
 from samplers.known import Known, truth_of
 from samplers.traps import traps
 from samplers.trial import try_target
 
+from calib.sampling.diagnostics import Gate
 from calib.sampling.start import find_modes, join_modes, start
 
 GALLERY = gallery()
@@ -53,6 +54,12 @@ def test_every_mode_is_found_and_none_is_joined_to_another(name: str, seed: int)
     found = [m for own in np.random.SeedSequence(seed).spawn(4) for m in find_modes(target, own)]
     there = target.modes(np.stack([m.x for m in join_modes(target, found)]))
     assert set(there) == set(target.modes(target.exact(np.random.default_rng(1), 5000)))
+
+
+def test_two_modes_of_what_many_specimens_share_are_never_called_converged() -> None:
+    target = specimens("two modes of a shared unknown", 6, 0.0, apart=12.0)
+    trial = try_target(target, truth_of(target), seed=1, max_steps=100, gate=Gate(r_hat=1.5, ess=10, length=0.5))
+    assert any("2 modes were found" in reason for reason in trial.reasons)
 
 
 def test_walkers_start_where_the_mass_of_a_funnel_is_and_not_at_its_mode() -> None:
