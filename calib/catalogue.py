@@ -148,8 +148,16 @@ def _crosshead(s: Setting) -> bool:
     return bool(s.ties & {"displacement", "clock"})
 
 
+def _named(s: Setting) -> bool:
+    return s.given != ""
+
+
 def _named_and_electrical(s: Setting) -> bool:
     return s.given == "fixed" or (s.given == "prior" and _electrical(s))
+
+
+def _named_and_loaded(s: Setting) -> bool:
+    return s.given == "fixed" or (s.given == "prior" and (_pressed(s) or "force" in s.ties))
 
 
 _SILICONES = (
@@ -228,6 +236,50 @@ _ROWS: tuple[Unknown, ...] = (
         example='{ normal = ["0 pF", "2 pF"] }',
         exists=_electrical,
         when="there is capacitance",
+    ),
+    Unknown(
+        PARAMETERS["sensor_radius"],
+        "rig",
+        "positive",
+        default="",
+        reason="",
+        example='{ normal = ["10 mm", "0.05 mm"] }',
+        exists=_named,
+        when="the experiment names it among the priors",
+        derived="the radius in [sensor]",
+    ),
+    Unknown(
+        PARAMETERS["indenter_radius"],
+        "rig",
+        "positive",
+        default="",
+        reason="",
+        example='{ normal = ["5 mm", "0.02 mm"] }',
+        exists=_named,
+        when="the experiment names it among the priors (one ball for all presses)",
+        derived="the radius in [indenter]",
+    ),
+    Unknown(
+        Parameter("force_gain", "g_F", "", "", 1.0, "gain of the load cell (reading over true force)"),
+        "rig",
+        "positive",
+        default="",
+        reason="",
+        example="{ normal = [1, 0.0025] }",
+        exists=_named_and_loaded,
+        when="the experiment names it, as by the class of the load cell: an error of up to 0.5 % is { normal = [1, 0.0025] }",
+        derived="1",
+    ),
+    Unknown(
+        Parameter("capacitance_gain", "g_C", "", "", 1.0, "gain of the LCR meter (reading over true capacitance)"),
+        "rig",
+        "positive",
+        default="",
+        reason="",
+        example="{ normal = [1, 0.001] }",
+        exists=_named_and_electrical,
+        when="the experiment names it, as by the accuracy that the LCR meter's manual states at its range and frequency",
+        derived="1",
     ),
     Unknown(
         Parameter("machine_compliance", "c_m", "m/N", "µm/N", 1e6, "machine compliance"),

@@ -191,22 +191,22 @@ def _predict_sweep(
         dense = _over_load(posterior, forward, values, sweep, name, grid)
         fits[name] = ChannelFit(_bands(grid, dense.channels.get(name), rng), _check(x, at_data.channels[name]))
         if name == "capacitance":
-            zero, parasitic, c0 = _zeros(posterior, values, sweep)
-            true_grid = np.linspace(0.0, max(float(np.max(x - np.median(zero))), 1e-9), _N_GRID)
-            none = np.zeros_like(zero)
-            bare = {**values, **{str(UnknownName(p, sweep.specimen, sweep.name)): none for p in _ZEROS}}
+            c0, zero, parasitic, force_gain, gain = _instruments(posterior, values, sweep)
+            change_x = np.median((x - zero[:, None]) / force_gain[:, None], axis=0)
+            true_grid = np.linspace(0.0, max(float(np.max(change_x)), 1e-9), _N_GRID)
+            ideal = {p: np.full_like(c0, value) for p, value in _IDEAL.items()}
+            bare = {**values, **{str(UnknownName(p, sweep.specimen, sweep.name)): column for p, column in ideal.items()}}
             dense = _over_load(posterior, forward, bare, sweep, name, true_grid)
             change = _bands(true_grid, dense.channels.get(name), rng, rest=c0[dense.covered][:, None])
-            change_x = x - float(np.median(zero))
-            change_y = np.median((points.value - parasitic[:, None]) / c0[:, None] - 1, axis=0)
+            change_y = np.median((points.value - parasitic[:, None]) / (gain * c0)[:, None] - 1, axis=0)
     several = sum(other.specimen == sweep.specimen for other in posterior.sweeps) > 1
     title = f"{sweep.specimen}, {sweep.name}" if several else sweep.specimen
     n_draw = at_data.covered.size
     return Prediction(sweep.specimen, sweep.name, sweep.indenter_radius, fits, change, change_x, change_y, n_draw, title)
 
 
-# What is taken off where readings become force and capacitance of the sensor.
-_ZEROS = ("load_zero", "parasitic_capacitance")
+# Instruments without faults, as which readings are force and capacitance of the sensor.
+_IDEAL = {"load_zero": 0.0, "parasitic_capacitance": 0.0, "force_gain": 1.0, "capacitance_gain": 1.0}
 
 
 def _force_fit(
@@ -237,12 +237,11 @@ def _over_load(
     return model_sweep(posterior, forward, plan_sweep(along), values)
 
 
-def _zeros(posterior: Posterior, values: Mapping[str, FloatArray], sweep: Sweep) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Draws of load zero [N], parasitic capacitance [F] and C0 [F] of a sweep, each (n_draw,)."""
+def _instruments(posterior: Posterior, values: Mapping[str, FloatArray], sweep: Sweep) -> tuple[FloatArray, ...]:
+    """Draws of C0 [F] of a sweep, and of the faults of its instruments in the order of `_IDEAL`, each (n_draw,)."""
     c0 = np.atleast_1d(np.asarray(specimen_design(posterior, values, sweep.specimen, sweep.name).rest_capacitance, dtype=float))
-    load, parasitic = (lookup(values, p, sweep.specimen, sweep.name) for p in _ZEROS)
-    nothing = np.zeros_like(c0)
-    return nothing if load is None else load, nothing if parasitic is None else parasitic, c0
+    found = {p: lookup(values, p, sweep.specimen, sweep.name) for p in _IDEAL}
+    return c0, *(np.full_like(c0, _IDEAL[p]) if column is None else column for p, column in found.items())
 
 
 def _loads(forward: Forward, posterior: Posterior, values: Mapping[str, FloatArray], sweep: Sweep, channel: str) -> FloatArray:

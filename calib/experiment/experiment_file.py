@@ -31,6 +31,9 @@ KEYS: Mapping[str, tuple[str, ...]] = {
     "specimens": ("name", *SWEEP_KEYS, "sweeps", "priors"),
 }
 
+# How far the median of a radius' prior may lie from the radius that is given: what is further is a diameter, or a mistake.
+_RADIUS_SLACK = 0.1
+
 
 def read_experiment(path: Path) -> Experiment:
     """Read and check an experiment file; lab files are looked for relative to it, and must exist, but are not opened.
@@ -128,6 +131,7 @@ def _experiment(toml: Toml, name: str) -> Experiment:
             'Write law = "gent" in [sensor] or leave it out',
         )
     _check_model(toml, model, law, stick)
+    _check_radii(toml, priors, {"indenter_radius": indenter_radius, "sensor_radius": sensor_radius})
     known = _known_geometry(toml)
     for parameter in priors.keys() & known.keys():
         toml.fault(("priors", parameter), f"{parameter} is given twice, here and in [sensor]", "Keep one of the two")
@@ -138,6 +142,11 @@ def _experiment(toml: Toml, name: str) -> Experiment:
         got = f"{display('electrode_radius', _median(electrode))} on a disc of {display('sensor_radius', sensor_radius)}"
         toml.fault(place, f"electrode_radius must not exceed the disc radius, got {got}")
 
+    specimens = _specimens(toml, indenter_radius, known.get("dielectric_thickness"), quiet="specimens" in meant)
+    balls = {sweep.indenter_radius for specimen in specimens for sweep in specimen.sweeps}
+    if "indenter_radius" in priors and len(balls) > 1:
+        message = f"one prior of indenter_radius cannot hold for balls of {len(balls)} radii"
+        toml.fault(("priors", "indenter_radius"), message, "Leave it out, or calibrate the presses of one ball alone")
     title = text_at(toml, ("name",), default=name)
     if toml.data.get("name") is not None and (fault := name_fault(title)):
         toml.fault(("name",), f'name "{shortened(title)}" {fault}', "It is the heading of the report")
@@ -149,7 +158,7 @@ def _experiment(toml: Toml, name: str) -> Experiment:
         sensor_radius=sensor_radius,
         padding_material=cast(PaddingMaterial, material),
         priors=priors,
-        specimens=_specimens(toml, indenter_radius, known.get("dielectric_thickness"), quiet="specimens" in meant),
+        specimens=specimens,
         model=cast(Model, model),
         discrepancy=cast(
             Discrepancy, choice_at(toml, ("discrepancy",), toml.data.get("discrepancy", "on"), get_args(Discrepancy))
@@ -160,6 +169,18 @@ def _experiment(toml: Toml, name: str) -> Experiment:
     )
     raise_faults(toml)
     return experiment
+
+
+def _check_radii(toml: Toml, priors: Mapping[str, Prior], nominal: Mapping[str, float]) -> None:
+    """Note a fault if the prior of a radius is about another radius than the one given as its nominal value."""
+    for parameter, radius in nominal.items():
+        prior = priors.get(parameter)
+        if prior is not None and not abs(_median(prior) - radius) <= _RADIUS_SLACK * radius and math.isfinite(radius):
+            where = parameter.removesuffix("_radius")
+            got = f"{display(parameter, _median(prior))}, and radius in [{where}] {display(parameter, radius)}"
+            toml.fault(
+                ("priors", parameter), f"the median of {parameter} is {got}", "Give the same radius (not diameter) in both"
+            )
 
 
 def _sticks(toml: Toml) -> bool:

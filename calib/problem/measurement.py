@@ -2,19 +2,20 @@
 
 Measurement model of a sweep, readings i of the tester and j of the LCR meter:
 
-    d_i = reading_i - d_0 - c_m f_i                 true indentation; before contact F = 0 and C = C0              (1)
-    f_i = F(d_i) + F_0 + error                                                                                    (2)
-    C_j = C(d_j) + C_p + error                                                                                    (3)
+    d_i = reading_i - d_0 - c_m f_i / g_F           true indentation; before contact F = 0 and C = C0              (1)
+    f_i = g_F F(d_i) + F_0 + error                                                                                (2)
+    C_j = g_C C(d_j) + C_p + error                                                                                (3)
 
-with d_j from (1) at the tester's record at time t_j + clock offset; or from F^-1(f_j - F_0), where the LCR file has a force
-column; or from (1) at its own displacement column. The errors of a channel (n points) are normal with covariance
+with the gains g_F and g_C of the instruments, 1 unless they are unknown, and d_j from (1) at the tester's record at time
+t_j + clock offset; or from F^-1((f_j - F_0) / g_F), where the LCR file has a force column; or from (1) at its own displacement
+column. The errors of a channel (n points) are normal with covariance
 
     diag(s^2 / n_effective) + V V^T + delta^2 diag(g) K diag(g)                                                   (4)
 
 s is the noise of one reading, V the forward model's own error, the last term the model discrepancy: a Gaussian process along
-the sweep of sd delta g, g = F(d) or C(d) - C0, with a squared-exponential correlation K over the depth at the sweep's nominal
-points and a fixed length (`calib.problem.plan`). K is used as U U^T + diag(rest) with its few large eigenvectors, so that (4)
-is diagonal plus low rank.
+the sweep of sd delta g, g = g_F F(d) or g_C (C(d) - C0), with a squared-exponential correlation K over the depth at the
+sweep's nominal points and a fixed length (`calib.problem.plan`). K is used as U U^T + diag(rest) with its few large
+eigenvectors, so that (4) is diagonal plus low rank.
 """
 
 from __future__ import annotations
@@ -258,7 +259,7 @@ def reach(
         ends = forward.respond(_batch(design, inside, known.experiment.friction_coefficient), limit[inside][:, None])
         some = own.of(inside)
         reading[inside] = (limit[inside][:, None] + some["contact_offset"])[:, 0]
-        load[inside] = (ends.force + some["load_zero"])[:, 0]
+        load[inside] = (ends.force * some.gain("force") + some["load_zero"])[:, 0]
     return reading, load
 
 
@@ -278,10 +279,17 @@ class _SweepValues:
             column = np.zeros(next(iter(self._values.values())).shape)
         return (column if self._rows is None else column[self._rows])[:, None]
 
+    def gain(self, channel: str) -> FloatArray | float:
+        """Reading over true value of an instrument, (n_draw, 1); 1 where it is not unknown."""
+        column = lookup(self._values, f"{channel}_gain", self._sweep.specimen, self._sweep.name)
+        if column is None:
+            return 1.0
+        return np.asarray((column if self._rows is None else column[self._rows])[:, None], dtype=float)
+
 
 def _crosshead_depth(own: _SweepValues, reading: FloatArray, force: FloatArray) -> FloatArray:
     """True indentation [m] by (1), (n_draw, n_point)."""
-    return np.asarray(reading - own["contact_offset"] - own["machine_compliance"] * force, dtype=float)
+    return np.asarray(reading - own["contact_offset"] - own["machine_compliance"] * (force / own.gain("force")), dtype=float)
 
 
 def _direct_depth(own: _SweepValues, sweep: Sweep, channel: ChannelPlan) -> FloatArray:
@@ -294,7 +302,7 @@ def _direct_depth(own: _SweepValues, sweep: Sweep, channel: ChannelPlan) -> Floa
 def _look_up_tied(own: _SweepValues, channel: ChannelPlan, table: Response) -> Lookup:
     """Where on each draw's loading curve the points of a channel were read, known by force or by crosshead alone."""
     if channel.tie == "force":
-        return look_up_force(table, present(channel.points.force) - own["load_zero"])
+        return look_up_force(table, (present(channel.points.force) - own["load_zero"]) / own.gain("force"))
     # No load was read here: (1) with the model's own force, which grows with depth.
     crosshead = np.maximum.accumulate(table.depth + own["machine_compliance"] * table.force, axis=-1)
     return look_up(crosshead, present(channel.points.displacement) - own["contact_offset"])
@@ -302,19 +310,19 @@ def _look_up_tied(own: _SweepValues, channel: ChannelPlan, table: Response) -> L
 
 def _predict(own: _SweepValues, name: str, channel: ChannelPlan, at: Response, place: Lookup | None) -> PredictedReadings:
     """Equations (2) to (4) of one channel, directly at its points or interpolated in a table along the loading curve."""
-    model, points = CHANNEL_MODELS[name], channel.points
-    depth, ideal, error = at.depth, model.ideal(at), model.error(at)
+    model, points, gain = CHANNEL_MODELS[name], channel.points, own.gain(name)
+    depth, ideal, error = at.depth, model.ideal(at), np.asarray(gain)[..., None] * model.error(at)
     variance = own[f"{name}_noise"] ** 2 / points.n_effective
     if place is not None:
         if channel.tie == "force":
             # A force reading stands for depth here: its noise shows as its own slope over force times it.
-            slope = np.gradient(ideal, axis=-1) / np.maximum(np.gradient(at.force, axis=-1), 1e-12)
+            slope = gain * np.gradient(ideal, axis=-1) / np.maximum(np.gradient(at.force, axis=-1), 1e-12) / own.gain("force")
             variance = variance + (place.at(slope) * own["force_noise"]) ** 2 / points.n_effective
         depth, ideal, error = place.at(depth), place.at(ideal), place.at(error)
-    own_sd = own[f"{name}_discrepancy"] * model.signal(ideal, at)
+    own_sd = own[f"{name}_discrepancy"] * gain * model.signal(ideal, at)
     variance = variance + own_sd**2 * channel.correlation.rest
     discrepancy = Discrepancy(own_sd, channel.correlation)
-    return PredictedReadings(depth, ideal + own[model.zero], variance, error, points.value, discrepancy)
+    return PredictedReadings(depth, gain * ideal + own[model.zero], variance, error, points.value, discrepancy)
 
 
 def _require_finite(forward: Forward, response: Response, columns: Sequence[Column]) -> None:

@@ -20,7 +20,8 @@ class Rig:
 
     Attributes
     ----------
-    contact_offset, machine_compliance, load_zero, parasitic_capacitance, clock_offset : true values of these unknowns.
+    contact_offset, machine_compliance, load_zero, parasitic_capacitance, clock_offset, force_gain, capacitance_gain : true
+        values of these unknowns.
     force_noise, capacitance_noise : [N], [F], sd of one reading.
     n_effective : [1], independent readings behind each point.
     speed : [m/s], of the crosshead.
@@ -31,6 +32,8 @@ class Rig:
     load_zero: float = 0.0
     parasitic_capacitance: float = 0.0
     clock_offset: float = 0.0
+    force_gain: float = 1.0
+    capacitance_gain: float = 1.0
     force_noise: float = 5e-3
     capacitance_noise: float = 20e-15
     n_effective: float = 10.0
@@ -79,10 +82,10 @@ def synthetic_sweep(
         raise ValueError("a tie by clock needs the tester's file")
     path = np.linspace(-approach, depth, 1500)
     response = forward.respond(design, path)
-    force = response.force + rig.load_zero
-    reading = path + rig.contact_offset + rig.machine_compliance * force
+    force = rig.force_gain * response.force + rig.load_zero
+    reading = path + rig.contact_offset + rig.machine_compliance * force / rig.force_gain
     time = (reading - reading[0]) / rig.speed
-    capacitance = response.capacitance + rig.parasitic_capacitance
+    capacitance = rig.capacitance_gain * response.capacitance + rig.parasitic_capacitance
     at = np.linspace(-0.95 * approach, 0.99 * depth, n_points)
     n = np.full(n_points, rig.n_effective)
 

@@ -150,7 +150,7 @@ def design_columns(known: Calibrated, values: Mapping[str, FloatArray], sweep: S
     needed = ["young_modulus", "sensor_thickness", "padding_thickness"]
     needed += ["padding_young_modulus"] if experiment.padding_material == "own" else []
     needed += ["stiffening"] if experiment.law == "gent" else []
-    optional = ["relative_permittivity", "electrode_radius", "dielectric_thickness"]
+    optional = ["relative_permittivity", "electrode_radius", "dielectric_thickness", "sensor_radius", "indenter_radius"]
     found = {p: lookup(values, p, sweep.specimen, sweep.name) for p in needed + optional}
     for p in needed:
         if found[p] is None:
@@ -167,7 +167,7 @@ def design_values(known: Calibrated, values: Mapping[str, FloatArray], sweep: Sw
     ----------
     known : a `Problem` or a `Posterior`.
     values : name -> SI values (n_draw,), fixed ones included.
-    sweep : one that was pressed, which also has the radius of the ball.
+    sweep : one that was pressed, which also has the radius of the ball, where that is not unknown.
 
     Returns
     -------
@@ -181,6 +181,7 @@ def design_values(known: Calibrated, values: Mapping[str, FloatArray], sweep: Sw
     found = {p: v for p, v in design_columns(known, values, sweep).items() if v is not None}
     shape = np.broadcast_shapes(*(np.shape(v) for v in found.values()))
     constant = {"indenter_radius": sweep.indenter_radius, "sensor_radius": known.experiment.sensor_radius}
+    constant = {p: value for p, value in constant.items() if p not in found}
     if "relative_permittivity" not in found:
         prior = known.experiment.priors.get("relative_permittivity", default_prior("relative_permittivity"))
         constant["relative_permittivity"] = float(prior.ppf_normal(0.0))

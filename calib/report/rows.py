@@ -28,6 +28,7 @@ SENSOR_PARAMETERS = (
     "padding_thickness",
     "dielectric_thickness",
     "electrode_radius",
+    "sensor_radius",
 )
 
 

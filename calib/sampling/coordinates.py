@@ -4,12 +4,12 @@ Readings of capacitance pin C0 + C_p of a specimen to a few parts in 1e5, while 
 C0 = 2 eps_0 eps_r pi a_e^2 / t_d, are each known to some percent: in the priors' coordinates the posterior is a thin, curved
 sheet, along which straight steps leave it at once. So for each specimen one coordinate is exchanged for
 
-    c = (log(C0 + C_p) - log C_seen) / w,                                                                            (1)
+    c = (log(g_C C0 + C_p) - log C_seen) / w,                                                                        (1)
 
-C_seen and w constants: a reading, and the prior's sd of the logarithm, so that c is about as wide as theta. Which one: the
-thickness of the dielectric where it is unknown; where it follows from the sensor's, the permittivity (for the first specimen)
-or the sensor's thickness (for the others). All else stays as it is in theta. On 20 parameters of two specimens the exchange
-brings the autocorrelation time of the permittivity from 360 steps to 90.
+g_C the gain of the LCR meter, 1 unless it is unknown, C_seen and w constants: a reading, and the prior's sd of the logarithm,
+so that c is about as wide as theta. Which one: the thickness of the dielectric where it is unknown; where it follows from the
+sensor's, the permittivity (for the first specimen) or the sensor's thickness (for the others). All else stays as it is in
+theta. On 20 parameters of two specimens the exchange brings the autocorrelation time of the permittivity from 360 steps to 90.
 
 Of many specimens each has its own coordinate exchanged, the first one, too: so given what they share the specimens stay
 independent of each other, and are sampled as such (`Coordinates.scopes`).
@@ -31,7 +31,9 @@ _IN_CAPACITANCE = (
     "sensor_thickness",
     "electrode_radius",
     "relative_permittivity",
+    "sensor_radius",
     "parasitic_capacitance",
+    "capacitance_gain",
 )
 
 #: From so many specimens on they are sampled as independent of each other, given what they share.
@@ -158,16 +160,17 @@ class Coordinates:
         return np.where(np.isfinite(found), found, -np.inf)
 
     def _capacitances(self, theta: FloatArray, specimen: str) -> tuple[FloatArray, FloatArray]:
-        """C0 [F] of a specimen and the parasitic capacitance [F], (n_draw,)."""
+        """C0 [F] of a specimen as the LCR meter reads it, and the parasitic capacitance [F], (n_draw,)."""
         wanted = {str(name) for p in _IN_CAPACITANCE for name in UnknownName(p, specimen).wider}
         values = values_at(self.problem, theta, wanted)
-        thickness, half, radius, permittivity, parasitic = (lookup(values, p, specimen) for p in _IN_CAPACITANCE)
+        thickness, half, radius, permittivity, disc, parasitic, gain = (lookup(values, p, specimen) for p in _IN_CAPACITANCE)
         if thickness is None and half is not None:
             thickness = half / 2
         if thickness is None or permittivity is None:
             raise KeyError(f"specimen {specimen!r} has no thickness or permittivity")
-        a = self.problem.experiment.sensor_radius if radius is None else radius
-        c0 = 2 * VACUUM_PERMITTIVITY * permittivity * np.pi * a**2 / thickness
+        disc = np.full(theta.shape[0], self.problem.experiment.sensor_radius) if disc is None else disc
+        area = np.pi * (disc if radius is None else radius) ** 2
+        c0 = (1.0 if gain is None else gain) * 2 * VACUUM_PERMITTIVITY * permittivity * area / thickness
         return np.asarray(c0, dtype=float), np.zeros(theta.shape[0]) if parasitic is None else parasitic
 
 

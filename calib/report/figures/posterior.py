@@ -25,6 +25,10 @@ def corner_figure(posterior: Posterior) -> Figure:
         "stiffening",
         "relative_permittivity",
         "electrode_radius",
+        "sensor_radius",
+        "indenter_radius",
+        "force_gain",
+        "capacitance_gain",
         "machine_compliance",
     )
     first = posterior.experiment.specimens[0].name

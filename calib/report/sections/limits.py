@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from calib.catalogue import UNKNOWNS
 from calib.experiment import Experiment, MaterialLaw, unedited_in_words
 from calib.report.section import Results, Section
 from calib.sampling import Posterior
@@ -18,6 +19,20 @@ LIMITS_OF_LAWS: dict[MaterialLaw, tuple[str, str]] = {
         "Gent's law, nearly incompressible silicone",
         "A modulus and a stiffening at large strain describe a layer, the stiffening the same in sensor and padding; "
         "stiffening of another shape than Gent's is not modelled.",
+    ),
+}
+
+#: Instrument of each channel, what its gain error does, and a prior for it as one writes it.
+_GAINS = {
+    "force": (
+        "load cell",
+        "An error of its gain goes straight into the modulus: 0.5 % of the force are 0.5 % of the modulus.",
+        UNKNOWNS["force_gain"].example,
+    ),
+    "capacitance": (
+        "LCR meter",
+        "An error of its gain goes straight into the permittivity, or into the dielectric thickness.",
+        UNKNOWNS["capacitance_gain"].example,
     ),
 }
 
@@ -53,6 +68,7 @@ def limits(posterior: Posterior) -> list[tuple[str, str]]:
         LIMITS_OF_LAWS[e.law],
         _padding_material(e),
         *_derived(e, unknown),
+        *_instruments(posterior, unknown),
         *_model(e),
     ]
 
@@ -99,6 +115,17 @@ def _derived(e: Experiment, unknown: set[str]) -> list[tuple[str, str]]:
                 "capacitance change depends on it as much as on the modulus.",
             )
         )
+    return found
+
+
+def _instruments(posterior: Posterior, unknown: set[str]) -> list[tuple[str, str]]:
+    """Which instruments are taken as exact though they were used."""
+    found = []
+    for channel, (instrument, effect, example) in _GAINS.items():
+        used = any(channel in sweep.channels for sweep in posterior.sweeps)
+        if used and f"{channel}_gain" not in unknown:
+            advice = f"Give {channel}_gain = {example} in [priors], by its class or manual, to have that in the uncertainties."
+            found.append((f"The {instrument} is taken as exact", f"{effect} {advice}"))
     return found
 
 

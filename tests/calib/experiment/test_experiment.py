@@ -341,6 +341,27 @@ def test_a_fault_is_told_with_its_place_and_what_to_do(
         assert part in message
 
 
+@pytest.mark.parametrize(
+    ("prior", "parts"),
+    [
+        ('indenter_radius = { normal = ["10 mm", "0.05 mm"] }', ["10 mm, and radius in [indenter] 5 mm", "not diameter"]),
+        ('sensor_radius = { normal = ["20 mm", "0.05 mm"] }', ["20 mm, and radius in [sensor] 10 mm", "not diameter"]),
+        ("force_gain = { normal = [0, 1] }", ["force_gain"]),
+        ('capacitance_gain = { normal = ["1 pF", "1 pF"] }', ["capacitance_gain"]),
+    ],
+)
+def test_a_radius_or_gain_that_cannot_be_is_refused(folder: Path, prior: str, parts: list[str]) -> None:
+    message = only_fault(folder, GOOD.replace("machine_", f"{prior}\nmachine_"))
+    assert message.startswith("experiment.toml:11:1: ")
+    for part in parts:
+        assert part in message
+
+
+def test_one_prior_of_the_balls_radius_does_not_hold_for_two_balls(folder: Path) -> None:
+    text = SWEEPS.replace("[[specimens]]", '[priors]\nindenter_radius = { normal = ["5 mm", "0.01 mm"] }\n[[specimens]]', 1)
+    assert "balls of 2 radii" in only_fault(folder, text)
+
+
 def test_a_missing_file_is_named_with_the_csv_files_that_are_there(folder: Path) -> None:
     message = only_fault(folder, GOOD.replace("sensor1_lcr.csv", "sensor1_LCR.csv"))
     assert f"capacitance file not found: {folder / 'sensor1_LCR.csv'}" in message

@@ -171,6 +171,48 @@ def test_the_displacement_of_the_lcr_file_alone_tells_depth_with_the_models_own_
     np.testing.assert_allclose(model.channels["capacitance"].mean[0], model.channels["capacitance"].observed, atol=2e-15)
 
 
+GAINS: Mapping[str, Prior] = {"force_gain": LogNormal(1.0, 1.05), "capacitance_gain": LogNormal(1.0, 1.05)}
+
+
+@pytest.mark.parametrize(("tie", "with_force"), [("clock", True), ("force", True), ("force", False), ("displacement", True)])
+def test_readings_of_instruments_with_gains_are_those_of_the_truth(tie: Tie, with_force: bool) -> None:
+    rig = replace(RIG, force_noise=0.0, capacitance_noise=0.0, force_gain=1.03, capacitance_gain=0.98)
+    sweep = press(tie=tie, rig=rig, with_force=with_force)
+    problem = build_problem(experiment(GAINS), [sweep], EXACT)
+    model = predict_sweep(problem, values_at(problem, true_theta(problem, rig)), sweep)
+    for name, channel in model.channels.items():
+        np.testing.assert_allclose(channel.mean[0], sweep.channels[name].value, rtol=2e-5, err_msg=name)
+
+
+@pytest.mark.parametrize("tie", ["clock", "force", "displacement"])
+def test_a_gain_is_worth_as_much_modulus_or_permittivity(tie: Tie) -> None:
+    # Force is proportional to the modulus, capacitance to the permittivity: readings alone cannot tell a gain from these.
+    sweep = press(tie=tie, rig=replace(RIG, parasitic_capacitance=0.0))
+    problem = build_problem(experiment(GAINS), [sweep], EXACT)
+    values = values_at(problem, true_theta(problem))
+    gains = {"force_gain": 1.03, "capacitance_gain": 0.98}
+    with_gain = values | {name: np.array([gain]) for name, gain in gains.items()}
+    worth = values | {name: np.array([1.0]) for name in gains}
+    worth |= {k: values[k] * g for k, g in (("young_modulus", 1.03), ("relative_permittivity", 0.98))}
+    worth["machine_compliance"] = values["machine_compliance"] / 1.03
+    one, other = (predict_sweep(problem, v, sweep) for v in (with_gain, worth))
+    for name in ("force", "capacitance"):
+        a, b = one.channels[name], other.channels[name]
+        np.testing.assert_allclose(a.mean, b.mean, rtol=1e-12)
+        np.testing.assert_allclose(a.variance, b.variance, rtol=1e-9)
+        np.testing.assert_allclose(a.modes, b.modes, rtol=1e-9, atol=1e-12 * np.max(np.abs(b.modes)))
+
+
+def test_the_radii_of_ball_and_disc_are_used_where_they_are_unknown() -> None:
+    sweep = press(rig=replace(RIG, force_noise=0.0, capacitance_noise=0.0))
+    radii: Mapping[str, Prior] = {"indenter_radius": Normal(5e-3, 0.05e-3), "sensor_radius": Normal(10e-3, 0.1e-3)}
+    nominal = replace(experiment(radii), indenter_radius=4.9e-3, sensor_radius=9.8e-3)
+    problem = build_problem(nominal, [replace(sweep, indenter_radius=4.9e-3)], EXACT)
+    model = predict_sweep(problem, values_at(problem, true_theta(problem)), problem.sweeps[0])
+    for name, channel in model.channels.items():
+        np.testing.assert_allclose(channel.mean[0], sweep.channels[name].value, rtol=2e-5, err_msg=name)
+
+
 def test_log_likelihood_equals_a_dense_gaussian() -> None:
     problem = build_problem(experiment(), [press()], WithError())
     theta = 0.3 * np.random.default_rng(3).standard_normal((5, len(problem.parameters)))
