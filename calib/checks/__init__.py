@@ -1,6 +1,6 @@
 """A `Posterior` in, whether it may be believed out: predictive, spot check, re-weighting, comparison; changes no draw."""
 
-from calib.checks.comparison import compare_runs, comparison_in_words, doubts
+from calib.checks.comparison import Candidate, compare_runs, comparison_in_words, doubts
 from calib.checks.predictive import BAND_LEVELS, Bands, FitCheck, Prediction, band, predict
 from calib.checks.refine import error_rows, refinement_in_words, require_own_surrogate, shift_rows, stands, training_points
 from calib.checks.reweighting import ACCURACY, LEAST_DRAWS, reweight, with_reweighting
@@ -11,6 +11,7 @@ __all__ = [
     "BAND_LEVELS",
     "LEAST_DRAWS",
     "Bands",
+    "Candidate",
     "Comparison",
     "FitCheck",
     "Prediction",

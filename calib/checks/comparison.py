@@ -10,6 +10,7 @@ import numpy as np
 
 from calib.catalogue import QUANTITIES
 from calib.errors import Fault, InputError
+from calib.experiment import model_in_words
 from calib.sampling import K_HAT, LeaveOut, Posterior, leave_out
 
 #: A difference of elpd in units of its standard error, and by itself, above which one model is said to predict better: below 4
@@ -37,18 +38,30 @@ class Candidate:
 
     @property
     def model(self) -> str:
-        """Law, contact and forward model of the candidate in words."""
-        e = self.posterior.experiment
-        return f"{e.law}, {'sticking' if e.stick else 'frictionless'}, {self.posterior.forward_name}"
+        """Law, contact, padding and forward model of the candidate in words."""
+        return f"{model_in_words(self.posterior.experiment)}; {self.posterior.forward_name}"
 
     @property
-    def row(self) -> tuple[str, str, str, str, str, str]:
-        """Run, model, elpd behind the best, largest k-hat, Young's modulus, and stiffening where there is one."""
+    def young_modulus(self) -> float:
+        """Mean of Young's modulus [Pa], or the value that a prior fixes."""
+        found = self.posterior.diagnostics.parameters.get("young_modulus")
+        return self.posterior.fixed["young_modulus"] if found is None else found.mean
+
+    @property
+    def decided(self) -> bool:
+        """Whether the best candidate predicts clearly better than this one."""
+        return self.behind > max(LARGE, CLEAR * self.error)
+
+    @property
+    def row(self) -> tuple[str, ...]:
+        """Run, model, elpd behind the best, largest k-hat, and the values of Young's moduli and stiffening, where there are."""
         behind = "best" if self.behind == 0 else f"{self.behind:.1f} ± {self.error:.1f}"
         k_hat = f"{float(np.max(self.left_out.k_hat)):.2f}"
-        return self.name, self.model, behind, k_hat, self._value("young_modulus"), self._value("stiffening")
+        values = (self.value_of(name) for name in ("young_modulus", "padding_young_modulus", "stiffening"))
+        return (self.name, self.model, behind, k_hat, *values)
 
-    def _value(self, name: str) -> str:
+    def value_of(self, name: str) -> str:
+        """Mean and standard deviation of a shared unknown in the unit for people, "-" where it is none of this model."""
         found = self.posterior.diagnostics.parameters.get(name)
         if found is None:
             return "-"
@@ -105,12 +118,18 @@ def doubts(candidates: Sequence[Candidate]) -> list[str]:
 
 
 def comparison_in_words(candidates: Sequence[Candidate]) -> str:
-    """Say which model predicts the data better, or that the data do not decide between them."""
-    best, second = candidates[:2]
-    gap = f"{second.behind:.1f} ± {second.error:.1f} in elpd"
-    if second.behind > max(LARGE, CLEAR * second.error):
-        return f"{best.name} ({best.model}) predicts these data better than {second.name} ({second.model}): {gap}."
-    return (
-        f"These data cannot tell {best.name} ({best.model}) from {second.name} ({second.model}): {gap}. What the two say of a "
-        "parameter differs by what the choice of the model is worth."
+    """Say which models predict the data as well as the best, what the choice between them is worth, and which are worse."""
+    best, *others = candidates
+    alike = [c for c in others if not c.decided]
+    worse = [c for c in others if c.decided]
+    ruled_out = "; ".join(f"{c.name} ({c.model}), {c.behind:.1f} ± {c.error:.1f} in elpd behind" for c in worse)
+    if not alike:
+        return f"{best.name} ({best.model}) predicts these data better than {ruled_out}."
+    alike = [best, *alike]
+    open_ = ", ".join(f"{c.name} ({c.model})" for c in alike)
+    low, high = (choose(alike, key=lambda c: c.young_modulus) for choose in (min, max))
+    said = (
+        f"These data cannot tell apart {open_}. Young's modulus is {low.value_of('young_modulus')} by {low.name} and "
+        f"{high.value_of('young_modulus')} by {high.name}: what is not known of the model is part of what is not known of it."
     )
+    return f"{said} Worse: {ruled_out}." if worse else said

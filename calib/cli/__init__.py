@@ -9,7 +9,7 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
-from calib.cli import calibrate, example, lab, refine, runs, schema, simulate, surrogate, verify, version
+from calib.cli import calibrate, compare, example, lab, refine, runs, schema, simulate, surrogate, verify, version
 from calib.cli.stopping import stoppable
 from calib.cli.terminal import every_character
 from calib.visible import visible
@@ -81,7 +81,7 @@ app.command("schema", rich_help_panel=_FROM_LAB)(schema.schema)
 app.command("unknowns", rich_help_panel=_FROM_LAB)(lab.unknowns)
 app.command("calibrate", rich_help_panel=_CALIBRATION)(calibrate.calibrate)
 app.command("recommend", rich_help_panel=_CALIBRATION)(runs.recommend)
-app.command("compare", rich_help_panel=_CALIBRATION)(runs.compare)
+app.command("compare", rich_help_panel=_CALIBRATION)(compare.compare)
 app.command("report", rich_help_panel=_CALIBRATION)(runs.report)
 app.command("verify", rich_help_panel=_CALIBRATION)(verify.verify)
 app.command("simulate", rich_help_panel=_MODEL)(simulate.simulate)

@@ -1,13 +1,12 @@
-"""Commands on finished runs: `recommend` a padding, `compare` models of the same data, write the `report` anew."""
+"""Commands on finished runs: `recommend` a padding, write the `report` anew."""
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from calib.cli.common import NOT_USABLE, RunFolder, err, loaded, out, paging, quantity, refusing_bad_input, say
+from calib.cli.common import NOT_USABLE, RunFolder, loaded, paging, quantity, refusing_bad_input, say
 from calib.errors import Fault, InputError
 from calib.files import require_writable
 
@@ -61,39 +60,6 @@ def recommend(
             say(f"  holds for: {condition}")
         say(f"Written: {run / 'recommendation.json'}, {run / 'report.html'}")
     if not recommendation.usable:
-        raise typer.Exit(NOT_USABLE)
-
-
-def compare(runs: Annotated[list[Path], typer.Argument(help="Folders of two or more calibrations of the same data.")]) -> None:
-    """Say which model of the same data predicts them better: neo-Hookean or Gent, frictionless or sticking.
-
-    Leaves out one block of a sweep after the other and asks how well each model predicts it from the rest (PSIS-LOO). A
-    difference counts if it is above 4 and above twice its standard error.
-
-    Example: `calib compare run_neo run_gent run_stick`
-
-    Exit codes: 0 done; 2 no usable runs there, or of different data; 3 done, but a run has not converged, its surrogate is
-    off by more than it states, or a block cannot be left out (k-hat), and saying so.
-    """
-    with refusing_bad_input():
-        from rich.box import SIMPLE_HEAD
-        from rich.markup import escape
-        from rich.table import Table
-
-        from calib.checks import compare_runs, comparison_in_words, doubts
-
-        if len(runs) < 2:
-            raise InputError(Fault("give at least two runs to compare"))
-        candidates = compare_runs([(str(run), loaded(run).posterior) for run in runs])
-        table = Table("run", "model", "elpd behind", "largest k-hat", "Young's modulus", "stiffening", box=SIMPLE_HEAD)
-        for candidate in candidates:
-            table.add_row(*map(escape, candidate.row))
-        out().print(table)
-        say(comparison_in_words(candidates))
-        why = doubts(candidates)
-        for doubt in why:
-            err().print(f"Warning: {doubt}", style="yellow", markup=False, soft_wrap=True)
-    if why:
         raise typer.Exit(NOT_USABLE)
 
 

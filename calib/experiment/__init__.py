@@ -12,8 +12,10 @@ from calib.experiment.presses import Press, Pressed
 from calib.experiment.record import experiment_from_json, experiment_to_json
 from calib.experiment.schema import design_schema, experiment_schema
 from calib.experiment.sweeps import read_sweeps
+from calib.experiment.variants import AS_GIVEN, Variant, model_in_words, variants_of
 
 __all__ = [
+    "AS_GIVEN",
     "MARK",
     "Experiment",
     "Found",
@@ -24,6 +26,7 @@ __all__ = [
     "Specimen",
     "SweepFiles",
     "Unedited",
+    "Variant",
     "design_schema",
     "experiment_from",
     "experiment_from_json",
@@ -33,6 +36,7 @@ __all__ = [
     "forward_of_design",
     "forward_of_experiment",
     "look_through",
+    "model_in_words",
     "pair",
     "read_design",
     "read_experiment",
@@ -40,4 +44,5 @@ __all__ = [
     "require_use_of",
     "surrogate_from",
     "unedited_in_words",
+    "variants_of",
 ]

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from calib.runs.integrity import Finding, verify
     from calib.runs.preview import quick
     from calib.runs.refinement import Means, Refinement, refine
+    from calib.runs.rivals import Rivalry, calibrate_rivals
 
 __all__ = [
     "STAGES",
@@ -23,10 +24,12 @@ __all__ = [
     "Means",
     "PageError",
     "Refinement",
+    "Rivalry",
     "Run",
     "Stages",
     "Watch",
     "calibrate",
+    "calibrate_rivals",
     "load_recommendation",
     "load_run",
     "quick",
@@ -63,6 +66,10 @@ __getattr__ = on_demand(
             "Means",
             "Refinement",
             "refine",
+        ),
+        ".rivals": (
+            "Rivalry",
+            "calibrate_rivals",
         ),
     },
 )

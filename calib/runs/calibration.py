@@ -14,7 +14,7 @@ from pathlib import Path
 from calib.checks import LEAST_DRAWS, with_reweighting, with_spot_check
 from calib.decision import Recommendation
 from calib.errors import Fault, InputError, in_shell_path
-from calib.experiment import Experiment, read_experiment
+from calib.experiment import Experiment, Variant, read_experiment
 from calib.files import require_folder
 from calib.runs.folder import SURROGATE_FILE, PageError, Run, page_of, write_run
 from calib.runs.listing import CHECKPOINT, LISTING, Listing, inputs_of, read_listing, write_listing
@@ -115,6 +115,7 @@ def calibrate(
     command: str = "",
     watch: Watch = _SILENT,
     stages: Stages = _USUAL,
+    variant: Variant | None = None,
 ) -> Calibration:
     """Calibrate the sensor model on the lab files of an experiment and write all that comes of it into a folder.
 
@@ -135,6 +136,7 @@ def calibrate(
     command : the command line, kept with the posterior as a record of how it was made.
     watch : shows how far the calibration is.
     stages : what is done, one after the other.
+    variant : which choice of the experiment is made otherwise, see `calib.experiment.variants_of`; None for none.
 
     Returns
     -------
@@ -152,6 +154,7 @@ def calibrate(
     _check_folder(folder, resume)
     watch.stage("reading")
     plan = read_experiment(experiment)
+    plan = plan if variant is None else variant.of(plan)
     if reweight:
         _check_reweight(reweight, plan)
     crew = Crew(0 if processes == 0 else min(4, processes or os.cpu_count() or 1))

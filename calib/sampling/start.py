@@ -191,10 +191,10 @@ def start(target: Target, modes: Sequence[Mode], seed: np.random.SeedSequence, n
     else:
         log_weight = log_density - known.log_density(x)
         chosen = random.choice(log_weight.size, n_walker, p=_mild_weights(log_weight, _EFFECTIVE * n_walker))
-        weight = importance_weights(log_weight)
-        near = 1 / float(np.sum(weight**2)) >= _NEAR * weight.size
+        ratio = np.exp(log_weight - np.max(log_weight))
+        near = float(np.sum(ratio) ** 2 / np.sum(ratio**2)) >= _NEAR * ratio.size
         if near:
-            proposal = fit_proposal(x, target.scales, proposal, weight=weight)
+            proposal = fit_proposal(x, target.scales, proposal, weight=importance_weights(log_weight))
     state = EnsembleState.of(x[chosen], log_density[chosen], random)
     before: FloatArray = np.empty((0, x.shape[1]))
     accepted = 0.0

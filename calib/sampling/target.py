@@ -16,6 +16,9 @@ from calib.sampling.proposal import Density, Indices
 from calib.sampling.scoring import inverse_root, score, slopes_at
 from models.sensor import FloatArray
 
+# Unknowns that the means and the widths of all others depend on by more than a straight line.
+_LEADING = SCALES | {"stiffening"}
+
 
 @dataclass(frozen=True, eq=False)
 class Mode:
@@ -41,7 +44,7 @@ class Target(Protocol):
 
     @property
     def scales(self) -> tuple[int, ...]:
-        """Coordinates that set the widths of others: noises and discrepancies."""
+        """Coordinates that the means and widths of others follow in curves: noises and discrepancies, which set the widths."""
         ...
 
     @property
@@ -112,8 +115,8 @@ class ProblemTarget:
 
     @property
     def scales(self) -> tuple[int, ...]:
-        """See `Target`."""
-        return tuple(k for k, p in enumerate(self.space.problem.parameters) if p.parameter in SCALES)
+        """See `Target`; with the stiffening, from whose end at zero on all others depend on it more and more."""
+        return tuple(k for k, p in enumerate(self.space.problem.parameters) if p.parameter in _LEADING)
 
     @property
     def groups(self) -> tuple[Indices, ...]:

@@ -1,0 +1,129 @@
+"""The command `compare`: an experiment file, or runs of the same data, to which model predicts them better."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from calib.cli.common import NOT_USABLE, err, loaded, out, refusing_bad_input, say
+from calib.cli.progress import progress_line
+from calib.cli.stopping import when_stopped
+from calib.errors import Fault, InputError, in_shell_path
+from calib.regular import require_shown
+
+if TYPE_CHECKING:
+    from calib.checks import Candidate
+    from calib.experiment import Variant
+    from calib.runs import Watch
+
+_COLUMNS = ("run", "model", "elpd behind", "largest k-hat", "Young's modulus", "of the padding", "stiffening")
+
+
+def compare(
+    ctx: typer.Context,
+    paths: Annotated[
+        list[Path], typer.Argument(metavar="EXPERIMENT | RUN RUN...", help="Experiment file, or runs of the same data.")
+    ],
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="FOLDER", help="Folder for the runs, with an experiment file.")
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of all random numbers.")] = 1,
+    budget: Annotated[float, typer.Option(min=0.0, help="Minutes that each calibration samples at most.")] = 10.0,
+    processes: Annotated[
+        int | None, typer.Option(min=0, help="Worker processes; 0 for none [default: number of CPUs, at most 4].")
+    ] = None,
+) -> None:
+    """Say which model of the same data predicts them better: friction, law, and whether the padding has a modulus of its own.
+
+    With an experiment file it calibrates the experiment as it is and every model that differs from it in one of these choices,
+    each into a run of its own in FOLDER: what one of them says with certainty another may contradict. Runs that are finished
+    there already are taken as they are, those that were stopped go on. With runs it compares these.
+
+    Leaves out one block of a sweep after the other and asks how well each model predicts it from the rest (PSIS-LOO). A
+    difference counts if it is above 4 and above twice its standard error.
+
+    Examples: `calib compare experiment.toml -o models`, `calib compare run_neo run_gent run_stick`
+
+    Writes, with an experiment file: FOLDER/comparison.json, and for each model FOLDER/NAME as `calib calibrate` does.
+
+    Exit codes: 0 done; 2 no usable experiment or runs there, or of different data; 3 done, but a run has not converged, its
+    surrogate is off by more than it states, or a block cannot be left out (k-hat), and saying so; 130 stopped from the
+    keyboard, 143 by SIGTERM, what was computed is kept.
+    """
+    again = f"calib compare {' '.join(map(in_shell_path, paths))} -o {in_shell_path(output or Path('FOLDER'))}"
+    with refusing_bad_input(), when_stopped(lambda: f"Stopped. Continue with: {again}"):
+        if len(paths) == 1 and paths[0].suffix == ".toml":
+            doubts = _rivals(ctx, paths[0], output, seed, budget, processes)
+        else:
+            doubts = _runs(paths, output)
+        for doubt in doubts:
+            err().print(f"Warning: {doubt}", style="yellow", markup=False, soft_wrap=True)
+    if doubts:
+        raise typer.Exit(NOT_USABLE)
+
+
+def _runs(paths: Sequence[Path], output: Path | None) -> Sequence[str]:
+    """Compare runs that are there; the reasons why the comparison cannot be trusted."""
+    from calib.checks import compare_runs, comparison_in_words, doubts
+
+    if output is not None:
+        raise InputError(Fault("-o is for an experiment file: runs are compared where they are", advice="Leave it out"))
+    if len(paths) < 2:
+        raise InputError(Fault("give at least two runs to compare, or one experiment file (.toml)"))
+    candidates = compare_runs([(str(run), loaded(run).posterior) for run in paths])
+    _show(candidates)
+    say(comparison_in_words(candidates))
+    return doubts(candidates)
+
+
+def _rivals(
+    ctx: typer.Context, experiment: Path, output: Path | None, seed: int, budget: float, processes: int | None
+) -> Sequence[str]:
+    """Calibrate the models of an experiment and compare them; the reasons why the comparison cannot be trusted."""
+    from calib.runs import STAGES, Stages, Watch, calibrate_rivals
+    from calib.sampling import NothingSampled
+
+    if output is None:
+        raise InputError(Fault("the folder for the runs is missing", advice="Give it with -o"))
+    require_shown(output)
+
+    @contextmanager
+    def watched(variant: Variant, number: int, count: int) -> Iterator[Watch]:
+        err().print(f"{variant.name} ({number} of {count})", markup=False)
+        with progress_line(STAGES) as line:
+            yield Watch(line.sampling, stage=line.stage)
+
+    try:
+        rivalry = calibrate_rivals(
+            experiment,
+            output,
+            seed=seed,
+            seconds=60 * budget,
+            processes=processes,
+            command=shlex.join(["calib", *sys.argv[1:]]),
+            watch=watched,
+            stages=ctx.obj if ctx.obj is not None else Stages(),
+        )
+    except NothingSampled as nothing:
+        err().print(f"{nothing} Give it a larger --budget.", style="red", markup=False, soft_wrap=True)
+        raise typer.Exit(NOT_USABLE) from None
+    _show(rivalry.candidates)
+    say(rivalry.in_words)
+    return rivalry.doubts
+
+
+def _show(candidates: Sequence[Candidate]) -> None:
+    from rich.box import SIMPLE_HEAD
+    from rich.markup import escape
+    from rich.table import Table
+
+    table = Table(*_COLUMNS, box=SIMPLE_HEAD)
+    for candidate in candidates:
+        table.add_row(*map(escape, candidate.row))
+    out().print(table)

@@ -1,0 +1,66 @@
+"""An experiment in, the models that its data should be held against out: its own, and those that differ in one choice."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from calib.experiment.plan import Experiment
+
+# Choices that outweigh the noise, by the attribute of an `Experiment`: for each value a name, as folders take it, and words.
+_CHOICES: Mapping[str, Mapping[Any, tuple[str, str]]] = {
+    "law": {"neo-hookean": ("neo-hookean", "neo-Hookean"), "gent": ("gent", "Gent")},
+    "stick": {False: ("frictionless", "frictionless"), True: ("stick", "sticking")},
+    "padding_material": {
+        "sensor": ("one-silicone", "padding of the same silicone"),
+        "own": ("own-padding", "padding of its own modulus"),
+    },
+}
+#: Name of the variant that an experiment itself is.
+AS_GIVEN = "as-given"
+
+
+@dataclass(frozen=True)
+class Variant:
+    """A model of the same data: an experiment with one of its choices made otherwise.
+
+    Attributes
+    ----------
+    name : what is other, for lists and as the name of a folder; `AS_GIVEN` for the experiment itself.
+    changes : attribute of `Experiment` -> value; none for the experiment itself.
+    """
+
+    name: str
+    changes: Mapping[str, Any]
+
+    def of(self, experiment: Experiment) -> Experiment:
+        """The experiment with the choice made this way."""
+        return replace(experiment, **self.changes)
+
+
+def variants_of(experiment: Experiment) -> tuple[Variant, ...]:
+    """List the models that the data of an experiment should be held against, the experiment itself first.
+
+    Each of the others differs in one choice: the law, friction, and whether the padding has a modulus of its own. Those that
+    the experiment's forward model does not have are left out.
+    """
+    others = [
+        Variant(name, {choice: value})
+        for choice, names in _CHOICES.items()
+        for value, (name, _) in names.items()
+        if value != getattr(experiment, choice)
+    ]
+    return (Variant(AS_GIVEN, {}), *(v for v in others if _has_model(v.of(experiment))))
+
+
+def _has_model(experiment: Experiment) -> bool:
+    """Whether the forward model of an experiment has its law and its contact."""
+    if experiment.model == "closed form":
+        return experiment.law == "neo-hookean" and not experiment.stick
+    return experiment.model == "fem" or experiment.family is not None
+
+
+def model_in_words(experiment: Experiment) -> str:
+    """Name the choices of a model that outweigh the noise, as in "neo-Hookean, frictionless, padding of its own modulus"."""
+    return ", ".join(names[getattr(experiment, choice)][1] for choice, names in _CHOICES.items())

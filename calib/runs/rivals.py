@@ -1,0 +1,140 @@
+"""An experiment file in, a calibration of each model that its data should be held against and their comparison out."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+
+from calib.checks import Candidate, compare_runs, comparison_in_words, doubts
+from calib.errors import InputError
+from calib.experiment import Variant, read_experiment, variants_of
+from calib.files import require_folder, write_text
+from calib.records import record_to_text
+from calib.runs.calibration import DEFAULT_SECONDS, DEFAULT_SEED, Stages, Watch, calibrate
+from calib.runs.folder import Run, load_run
+from calib.runs.listing import CHECKPOINT, LISTING
+from calib.runs.preview import problem_of
+from calib.sampling import FINGERPRINT, NothingSampled, identity_of, is_begun
+
+#: Name of the file that holds a comparison.
+COMPARISON = "comparison.json"
+
+_USUAL = Stages()
+
+
+@dataclass(frozen=True, eq=False)
+class Rivalry:
+    """How models of the same data compare.
+
+    Attributes
+    ----------
+    candidates : the models that were calibrated, best first.
+    failed : name of a model that could not be -> why.
+    """
+
+    candidates: tuple[Candidate, ...]
+    failed: Mapping[str, str]
+
+    @property
+    def in_words(self) -> str:
+        """Which of the models predict the data best, in a sentence or two."""
+        return comparison_in_words(self.candidates)
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """Why the comparison cannot be trusted, in sentences; none if it can."""
+        return (*doubts(self.candidates), *(f"{name} was not calibrated: {why}" for name, why in self.failed.items()))
+
+
+def calibrate_rivals(
+    experiment: Path,
+    folder: Path,
+    *,
+    seed: int = DEFAULT_SEED,
+    seconds: float = DEFAULT_SECONDS,
+    processes: int | None = None,
+    command: str = "",
+    watch: Callable[[Variant, int, int], AbstractContextManager[Watch]] = lambda *_: nullcontext(Watch()),
+    stages: Stages = _USUAL,
+) -> Rivalry:
+    """Calibrate every model that the data of an experiment should be held against, and say which of them predict the data best.
+
+    Each has a run folder of its own, like any other, in `folder`. Those that have converged are not calibrated again, those
+    that were stopped go on.
+
+    Parameters
+    ----------
+    experiment : file, see `calib.experiment.read_experiment`.
+    folder : of the run folders, which may be there already.
+    seed : of each calibration.
+    seconds : that each may read and sample.
+    processes : worker processes; None for the number of processors, at most 4, and 0 for none.
+    command : the command line, kept with each posterior.
+    watch : gives the watch of the calibration of a variant, which is told its number and how many there are.
+    stages : what is done in each, one after the other.
+
+    Returns
+    -------
+    The comparison, also written to `comparison.json` in the folder.
+
+    Raises
+    ------
+    InputError
+        If an input cannot be used.
+    NothingSampled
+        If there is no draw of the experiment's own model when the time is over.
+    """
+    plan = read_experiment(experiment)
+    variants = variants_of(plan)
+    runs: dict[str, Run] = {}
+    failed: dict[str, str] = {}
+    for k, variant in enumerate(variants, 1):
+        own = folder / variant.name
+        run = _finished(experiment, own, variant, seed)
+        if run is None:
+            if not folder.exists():
+                require_folder(folder, "Create it first")
+                folder.mkdir()
+            resume = (own / LISTING).exists() or is_begun(own / CHECKPOINT)
+            try:
+                with watch(variant, k, len(variants)) as told:
+                    done = calibrate(
+                        experiment,
+                        own,
+                        seed=seed,
+                        resume=resume,
+                        deadline=time.monotonic() + seconds,
+                        processes=processes,
+                        command=command,
+                        watch=told,
+                        stages=stages,
+                        variant=variant,
+                    )
+            except (InputError, NothingSampled) as error:
+                if not variant.changes:
+                    raise
+                failed[variant.name] = error.faults[0].message if isinstance(error, InputError) else str(error)
+                continue
+            run = done.run
+        runs[variant.name] = run
+    rivalry = Rivalry(compare_runs([(name, run.posterior) for name, run in runs.items()]), failed)
+    rows = [{"name": c.name, "model": c.model, "behind": c.behind, "error": c.error} for c in rivalry.candidates]
+    content = {"said": rivalry.in_words, "doubts": list(rivalry.doubts), "candidates": rows}
+    write_text(folder / COMPARISON, record_to_text("comparison", 1, content))
+    return rivalry
+
+
+def _finished(experiment: Path, folder: Path, variant: Variant, seed: int) -> Run | None:
+    """The run of a variant, if it has converged and is still that of these inputs."""
+    if not (folder / LISTING).exists():
+        return None
+    try:
+        run = load_run(folder)
+    except InputError:
+        return None
+    mine = identity_of(problem_of(variant.of(read_experiment(experiment)), None), seed)
+    same = run.posterior.attrs.get(FINGERPRINT) == mine.fingerprint
+    return run if same and run.posterior.diagnostics.converged else None

@@ -1,0 +1,93 @@
+"""Models of the same data: which an experiment should be held against, each calibrated in a folder of its own, compared."""
+
+from __future__ import annotations
+
+import json
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from small_run import QUICK, make_lab
+
+from calib.cli import app
+from calib.errors import InputError
+from calib.experiment import AS_GIVEN, read_experiment, variants_of
+from calib.runs import calibrate_rivals
+from calib.sampling import load_posterior, sample
+
+STAGES = replace(QUICK, sample=sample)
+
+
+@pytest.fixture(scope="module")
+def compared(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+    """A folder with the models of a lab's experiment, and what `calib compare` said."""
+    lab = make_lab(tmp_path_factory.mktemp("lab"))
+    command = ["compare", str(lab / "experiment.toml"), "-o", str(lab / "models"), "--processes", "0"]
+    result = CliRunner().invoke(app, command, obj=STAGES, env={"COLUMNS": "300"})
+    assert result.exit_code in (0, 3), result.output
+    return lab, " ".join(result.output.split())
+
+
+def test_each_model_has_a_run_of_its_own_that_differs_in_one_choice(compared: tuple[Path, str]) -> None:
+    lab, said = compared
+    given, own = (load_posterior(lab / "models" / name / "posterior.nc") for name in (AS_GIVEN, "own-padding"))
+    assert "padding_young_modulus" not in given.diagnostics.parameters
+    assert own.diagnostics.parameters["padding_young_modulus"].sd > 0
+    assert replace(own.experiment, padding_material="sensor") == given.experiment
+    # One press cannot tell a soft padding from a soft sensor: freeing one modulus must not leave the other as sure as before.
+    assert own.diagnostics.parameters["young_modulus"].sd > 3 * given.diagnostics.parameters["young_modulus"].sd
+    assert "cannot tell apart" in said
+
+
+def test_what_was_said_is_kept(compared: tuple[Path, str]) -> None:
+    lab, said = compared
+    kept = json.loads((lab / "models" / "comparison.json").read_text(encoding="utf-8"))
+    assert kept["said"] in said
+    assert {row["name"] for row in kept["candidates"]} == {AS_GIVEN, "own-padding"}
+
+
+def test_runs_that_are_finished_are_not_made_again_and_changed_inputs_are(compared: tuple[Path, str]) -> None:
+    lab, _ = compared
+    files = [lab / "models" / name / "posterior.nc" for name in (AS_GIVEN, "own-padding")]
+    before = [file.stat().st_mtime_ns for file in files]
+    calibrate_rivals(lab / "experiment.toml", lab / "models", processes=0, stages=STAGES)
+    assert [file.stat().st_mtime_ns for file in files] == before
+    text = (lab / "experiment.toml").read_text(encoding="utf-8")
+    (lab / "experiment.toml").write_text(text.replace('"1.10 mm"', '"1.20 mm"'), encoding="utf-8")
+    with pytest.raises(InputError, match="the run in this folder is another: .*padding_thickness"):
+        calibrate_rivals(lab / "experiment.toml", lab / "models", processes=0, stages=STAGES)
+    (lab / "experiment.toml").write_text(text, encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["experiment.toml"], "the folder for the runs is missing"),
+        (["models/as-given", "models/own-padding", "-o", "x"], "-o is for an experiment file"),
+        (["models/as-given"], "at least two runs"),
+    ],
+)
+def test_what_cannot_be_compared_is_refused_with_advice(
+    compared: tuple[Path, str], monkeypatch: pytest.MonkeyPatch, arguments: list[str], said: str
+) -> None:
+    monkeypatch.chdir(compared[0])
+    result = CliRunner().invoke(app, ["compare", *arguments], env={"COLUMNS": "200"})
+    assert result.exit_code == 2
+    assert said in " ".join(result.output.split())
+
+
+def test_an_experiment_is_held_against_every_model_that_can_be_had(tmp_path: Path) -> None:
+    make_lab(tmp_path)
+    closed = read_experiment(tmp_path / "experiment.toml")
+    assert [v.name for v in variants_of(closed)] == [AS_GIVEN, "own-padding"]
+    plain = replace(closed, model="surrogate")
+    assert [v.name for v in variants_of(plain)] == [AS_GIVEN, "gent", "stick", "own-padding"]
+    for variant in variants_of(plain):
+        assert len(variant.changes) == (variant.name != AS_GIVEN)
+    gent = replace(plain, law="gent")
+    assert [v.name for v in variants_of(gent)] == [AS_GIVEN, "neo-hookean", "own-padding"]  # none that sticks and stiffens
