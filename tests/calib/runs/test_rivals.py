@@ -59,7 +59,7 @@ def test_runs_that_are_finished_are_not_made_again_and_changed_inputs_are(compar
     assert [file.stat().st_mtime_ns for file in files] == before
     text = (lab / "experiment.toml").read_text(encoding="utf-8")
     (lab / "experiment.toml").write_text(text.replace('"1.10 mm"', '"1.20 mm"'), encoding="utf-8")
-    with pytest.raises(InputError, match="the run in this folder is another: .*padding_thickness"):
+    with pytest.raises(InputError, match=r"the run in this folder is another: .*padding_thickness"):
         calibrate_rivals(lab / "experiment.toml", lab / "models", processes=0, stages=STAGES)
     (lab / "experiment.toml").write_text(text, encoding="utf-8")
 
