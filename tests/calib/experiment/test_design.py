@@ -60,6 +60,7 @@ def test_a_design_is_read(tmp_path: Path) -> None:
         "dielectric_thickness": 0.16e-3,
         "padding_thickness": 1.1e-3,
         "padding_young_modulus": 0.3e6,
+        "padding_poisson_ratio": 0.5,
         "stiffening": 0.0,
     }
 
