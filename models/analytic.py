@@ -153,8 +153,11 @@ class ClosedForm:
         if np.any(np.asarray(design.sensor.stiffening) > 0):
             return "the closed form knows neo-Hookean layers alone; stiffening must be 0"
         if np.any(design.padding_is_compressible):
-            worst_ratio = float(np.min(design.padding_poisson_ratio))
-            return f"the closed form knows incompressible layers alone; padding_poisson_ratio must be 0.5, got {worst_ratio:g}"
+            ratio = float(np.min(design.padding_poisson_ratio))
+            return (
+                f"the closed form knows incompressible layers alone; padding_poisson_ratio must be 0.5, got {ratio:.4g} "
+                '(the model "fem" takes any)'
+            )
         limit = self.max_depth(design)
         deepest = np.max(np.broadcast_to(depth, (limit.size, np.shape(depth)[-1])), axis=-1)
         worst = int(np.argmax(deepest - limit))

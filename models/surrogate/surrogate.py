@@ -170,7 +170,10 @@ class Surrogate:
         batch = design.draws()
         if np.any(batch.padding_is_compressible):
             ratio = float(np.min(batch.padding_poisson_ratio))
-            return f"the {self.name} is trained for incompressible padding; padding_poisson_ratio must be 0.5, got {ratio:.4g}"
+            return (
+                f"the {self.name} is trained for incompressible padding; padding_poisson_ratio must be 0.5, got {ratio:.4g} "
+                '(the model "fem" takes any)'
+            )
         groups = domain.groups_of(batch)
         bound = domain.violated(groups, self.family)
         if bound:
