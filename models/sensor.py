@@ -15,6 +15,8 @@ IntArray = npt.NDArray[np.int64]
 #: One number, or one number per draw with shape (n_draw,).
 Scalar = float | FloatArray
 
+#: Poisson's ratio of a material that keeps its volume: what silicone is taken for, and the largest there is.
+INCOMPRESSIBLE = 0.5
 #: Vacuum permittivity [F/m], CODATA 2018.
 VACUUM_PERMITTIVITY = 8.8541878128e-12
 
@@ -42,6 +44,7 @@ def _table(*rows: Parameter) -> Mapping[str, Parameter]:
 PARAMETERS: Mapping[str, Parameter] = _table(
     Parameter("young_modulus", "E", "Pa", "MPa", 1e-6, "Young's modulus of the sensor"),
     Parameter("padding_young_modulus", "E_p", "Pa", "MPa", 1e-6, "Young's modulus of the padding"),
+    Parameter("padding_poisson_ratio", "ν_p", "", "", 1.0, "Poisson's ratio of the padding"),
     Parameter("stiffening", "1/J_m", "", "", 1.0, "stiffening of sensor and padding (inverse of Gent's limit)"),
     Parameter("relative_permittivity", "ε_r", "", "", 1.0, "relative permittivity"),
     Parameter("sensor_thickness", "h_s", "m", "mm", 1e3, "sensor thickness"),
@@ -63,6 +66,25 @@ def _require_positive(name: str, value: Scalar, *, zero_allowed: bool = False) -
         worst = float(np.atleast_1d(values)[np.atleast_1d(bad)][0])
         rule = "must not be negative" if zero_allowed else "must be positive"
         raise ValueError(f"{name} {rule}, got {worst * scale:.6g} {unit}".rstrip())
+
+
+def require_poisson_ratio(name: str, value: Scalar) -> None:
+    """Refuse what is no Poisson's ratio of a foam or a rubber.
+
+    Parameters
+    ----------
+    name : of the quantity, for the message.
+    value : [1], one number or one per draw.
+
+    Raises
+    ------
+    ValueError
+        If a value is not between 0 and 0.5.
+    """
+    values = np.atleast_1d(np.asarray(value, dtype=float))
+    bad = ~((values >= 0) & (values <= INCOMPRESSIBLE))
+    if np.any(bad):
+        raise ValueError(f"{name} must lie between 0 and 0.5, got {values[bad][0]:.6g}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,20 +160,25 @@ class Padding:
     """Soft padding of `thickness` [m] (0 for none) and `young_modulus` [Pa] bonded to the rigid base below the sensor.
 
     `young_modulus` is None for the same silicone as the sensor; `Design.padding_young_modulus` says what that is.
+    `poisson_ratio` [1] from 0 to 0.5 is that of a foam, a compressible neo-Hookean solid; None, as 0.5, is as incompressible
+    as the sensor.
 
     Raises
     ------
     ValueError
-        If the thickness is negative or the modulus is not positive.
+        If the thickness is negative, the modulus is not positive, or Poisson's ratio is not between 0 and 0.5.
     """
 
     thickness: Scalar
     young_modulus: Scalar | None = None
+    poisson_ratio: Scalar | None = None
 
     def __post_init__(self) -> None:
         _require_positive("padding_thickness", self.thickness, zero_allowed=True)
         if self.young_modulus is not None:
             _require_positive("padding_young_modulus", self.young_modulus)
+        if self.poisson_ratio is not None:
+            require_poisson_ratio("padding_poisson_ratio", self.poisson_ratio)
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,11 +188,25 @@ class Design:
     Every quantity is one number or an array of shape (n_draw,): a design may stand for a batch of draws. What follows from
     other quantities (electrode radius, dielectric thickness, modulus of the padding) is worked out when it is asked for, so
     that it follows when `dataclasses.replace` changes them.
+
+    Raises
+    ------
+    ValueError
+        If a padding that is compressible stiffens: its law is neo-Hookean.
     """
 
     indenter: Indenter
     sensor: Sensor
     padding: Padding
+
+    def __post_init__(self) -> None:
+        both = self.padding_is_compressible & (np.asarray(self.sensor.stiffening) > 0)
+        if np.any(both):
+            ratio = np.broadcast_to(np.asarray(self.padding_poisson_ratio, dtype=float), both.shape)
+            raise ValueError(
+                f"a padding with padding_poisson_ratio below 0.5 is neo-Hookean and does not stiffen with the sensor, got "
+                f"{ratio[both][0]:.6g}; set stiffening to 0, or describe the stack layer by layer, each with its law"
+            )
 
     @property
     def electrode_radius(self) -> Scalar:
@@ -184,6 +225,20 @@ class Design:
         """Young's modulus of the padding [Pa]; the sensor's where none was given."""
         own = self.padding.young_modulus
         return self.sensor.young_modulus if own is None else own
+
+    @property
+    def padding_poisson_ratio(self) -> Scalar:
+        """Poisson's ratio of the padding [1]; 0.5, incompressible, where none was given."""
+        if self.padding.poisson_ratio is not None:
+            return self.padding.poisson_ratio
+        shape = np.shape(self.padding.thickness)
+        return np.full(shape, INCOMPRESSIBLE) if shape else INCOMPRESSIBLE
+
+    @property
+    def padding_is_compressible(self) -> BoolArray:
+        """Whether there is a padding that changes its volume, a Poisson's ratio below 0.5; shape () or (n_draw,)."""
+        below = np.asarray(self.padding_poisson_ratio) < INCOMPRESSIBLE
+        return np.asarray(below & (np.asarray(self.padding.thickness) > 0))
 
     @property
     def total_thickness(self) -> Scalar:
@@ -212,6 +267,7 @@ class Design:
             "dielectric_thickness": self.dielectric_thickness,
             "padding_thickness": self.padding.thickness,
             "padding_young_modulus": self.padding_young_modulus,
+            "padding_poisson_ratio": self.padding_poisson_ratio,
             "stiffening": self.sensor.stiffening,
         }
 
@@ -221,6 +277,7 @@ class Design:
             "electrode_radius": self.sensor.electrode_radius is None,
             "dielectric_thickness": self.sensor.dielectric_thickness is None,
             "padding_young_modulus": self.padding.young_modulus is None,
+            "padding_poisson_ratio": self.padding.poisson_ratio is None,
         }
         return {name: value for name, value in self.parameters().items() if not follows.get(name, False)}
 
@@ -258,7 +315,7 @@ def design_from(values: Mapping[str, Scalar], *, friction_coefficient: float = 0
     ----------
     values : parameter name (see `PARAMETERS`) -> value [SI], each a number or of shape (n_draw,). `electrode_radius`,
         `dielectric_thickness` and `padding_young_modulus` may be left out and then follow from the others (see `Design`);
-        `stiffening` is 0 by default.
+        `padding_poisson_ratio` is 0.5 and `stiffening` 0 by default.
     friction_coefficient : [1], of ball on sensor, inf for full stick.
 
     Returns
@@ -270,7 +327,7 @@ def design_from(values: Mapping[str, Scalar], *, friction_coefficient: float = 0
     KeyError
         If a required parameter is missing.
     ValueError
-        If a value breaks a rule of `Indenter`, `Sensor` or `Padding`.
+        If a value breaks a rule of `Indenter`, `Sensor`, `Padding` or `Design`.
     """
     return Design(
         Indenter(values["indenter_radius"], friction_coefficient),
@@ -283,5 +340,5 @@ def design_from(values: Mapping[str, Scalar], *, friction_coefficient: float = 0
             dielectric_thickness=values.get("dielectric_thickness"),
             stiffening=values.get("stiffening", 0.0),
         ),
-        Padding(values["padding_thickness"], values.get("padding_young_modulus")),
+        Padding(values["padding_thickness"], values.get("padding_young_modulus"), values.get("padding_poisson_ratio")),
     )

@@ -49,7 +49,9 @@ def gradients(surrogate: Surrogate, design: Design, depth: FloatArray) -> Gradie
     """
     if why := surrogate.outside(design, depth):
         raise OutOfRangeError(why)
-    values = {k: np.asarray(v, dtype=float) for k, v in design.draws().parameters().items()}
+    # All surrogates are of incompressible padding: they do not know what becomes of it elsewhere.
+    known = {k: v for k, v in design.draws().parameters().items() if k != "padding_poisson_ratio"}
+    values = {k: np.asarray(v, dtype=float) for k, v in known.items()}
     n_draw = values["indenter_radius"].size
     depths = np.broadcast_to(np.asarray(depth, dtype=float), (n_draw, np.shape(depth)[-1]))
     force: dict[str, FloatArray] = {}

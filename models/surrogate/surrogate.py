@@ -154,7 +154,7 @@ class Surrogate:
     def _inside(self, groups: FloatArray, design: Design) -> BoolArray:
         """Which of the batch `design` with its `groups` are of the family and in its range, (n_draw,)."""
         of_family = design.indenter.friction_coefficient == self.family.friction_coefficient
-        return domain.inside(groups, self.family) & of_family
+        return domain.inside(groups, self.family) & of_family & ~design.padding_is_compressible
 
     def max_depth(self, design: Design) -> FloatArray:
         """Largest depth [m] covered, shape (n_draw,); 0 where the design is outside the training range."""
@@ -168,6 +168,12 @@ class Surrogate:
             kind = "a ball that sticks" if self.family.stick else "frictionless contact"
             return f"the {self.name} is trained for {kind}; friction_coefficient must be {covered:g}, got {friction:g}"
         batch = design.draws()
+        if np.any(batch.padding_is_compressible):
+            ratio = float(np.min(batch.padding_poisson_ratio))
+            return (
+                f"the {self.name} is trained for incompressible padding; padding_poisson_ratio must be 0.5, got {ratio:.4g} "
+                '(the model "fem" takes any)'
+            )
         groups = domain.groups_of(batch)
         bound = domain.violated(groups, self.family)
         if bound:

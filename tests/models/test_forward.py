@@ -74,6 +74,10 @@ def test_forward_refuses_what_it_does_not_cover(forward: Forward) -> None:
     if not isinstance(forward, FiniteElements):
         with pytest.raises(OutOfRangeError, match="friction"):
             forward.respond(design_from(PAPER, friction_coefficient=0.2), np.array([1e-4]))
+        foam = design_from(PAPER | {"padding_poisson_ratio": np.array([0.5, 0.3])})
+        np.testing.assert_array_equal(forward.max_depth(foam), [limit[0], 0.0])
+        with pytest.raises(OutOfRangeError, match=r"padding_poisson_ratio must be 0\.5, got 0\.3"):
+            forward.respond(foam, np.array([1e-4]))
 
 
 def kinds() -> dict[str, Forward]:

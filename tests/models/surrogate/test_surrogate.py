@@ -160,6 +160,7 @@ def test_gradients_are_the_differences(shipped: Surrogate) -> None:
     )
     depth = np.array([0.0, 0.1e-3, 0.6e-3])
     found = gradients(shipped, design_from(values), depth)
+    assert values.pop("padding_poisson_ratio") == 0.5  # that of all padding that it covers
     assert set(found.force) == {*values, "indentation"}
     assert not np.any(found.force["stiffening"])
     del values["stiffening"]
