@@ -144,11 +144,14 @@ class ClosedForm:
         batch = design.draws()
         h = np.asarray(batch.total_thickness)
         limit = np.minimum(0.6 * h, CHI_MAX**2 * h**2 / np.asarray(batch.indenter.radius))
-        return np.where(batch.padding_is_compressible, 0.0, limit)
+        extra = (np.asarray(batch.indenter.friction_coefficient) > 0) | (np.asarray(batch.sensor.stiffening) > 0)
+        return np.where(extra | batch.padding_is_compressible | (batch.base != "bonded"), 0.0, limit)
 
     def outside(self, design: Design, depth: FloatArray) -> str:
         """See `Forward.outside`."""
-        if design.indenter.friction_coefficient:
+        if design.base != "bonded":
+            return f'the closed form knows layers on a bonded base alone; base must be "bonded", got "{design.base}"'
+        if np.any(np.asarray(design.indenter.friction_coefficient) > 0):
             return "the closed form is frictionless; friction_coefficient must be 0"
         if np.any(np.asarray(design.sensor.stiffening) > 0):
             return "the closed form knows neo-Hookean layers alone; stiffening must be 0"

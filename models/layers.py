@@ -6,15 +6,11 @@ A `Design` (sensor on padding under a sphere) is the simple case, and `layered` 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Literal
 
 import numpy as np
 
 from models.laws import Gent, Law, NeoHookean
-from models.sensor import INCOMPRESSIBLE, VACUUM_PERMITTIVITY, Design, require_poisson_ratio
-
-#: What the stack rests on: glued to a rigid base, or free to slide on it without friction (but not to lift off).
-Base = Literal["bonded", "slippery"]
+from models.sensor import INCOMPRESSIBLE, VACUUM_PERMITTIVITY, Base, Design, require_poisson_ratio
 
 
 @dataclass(frozen=True)
@@ -248,7 +244,7 @@ class LayeredDesign:
 
 
 def layered(design: Design) -> LayeredDesign:
-    """One (not batch) `Design` as layers: padding, if any, below the sensor, both of one law, on a bonded base."""
+    """One (not batch) `Design` as layers: padding, if any, below the sensor, both of one law."""
     p = {k: float(np.asarray(v)) for k, v in design.parameters().items()}
     law: Law = Gent(1 / p["stiffening"]) if p["stiffening"] > 0 else NeoHookean()
     sensor = Layer(p["sensor_thickness"], p["young_modulus"], law, "sensor")
@@ -262,7 +258,8 @@ def layered(design: Design) -> LayeredDesign:
         radius=p["sensor_radius"],
         electrode_radius=min(p["electrode_radius"], p["sensor_radius"]),
         dielectrics=(Dielectric(middle - t_d, middle, eps), Dielectric(middle, middle + t_d, eps)),
-        friction_coefficient=design.indenter.friction_coefficient,
+        friction_coefficient=p["friction_coefficient"],
+        base=design.base,
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +15,8 @@ BoolArray = npt.NDArray[np.bool_]
 IntArray = npt.NDArray[np.int64]
 #: One number, or one number per draw with shape (n_draw,).
 Scalar = float | FloatArray
+#: What the stack rests on: glued to a rigid base, or free to slide on it without friction (but not to lift off).
+Base = Literal["bonded", "slippery"]
 
 #: Poisson's ratio of a material that keeps its volume: what silicone is taken for, and the largest there is.
 INCOMPRESSIBLE = 0.5
@@ -53,6 +56,7 @@ PARAMETERS: Mapping[str, Parameter] = _table(
     Parameter("sensor_radius", "a", "m", "mm", 1e3, "disc radius"),
     Parameter("electrode_radius", "a_e", "m", "mm", 1e3, "electrode radius"),
     Parameter("indenter_radius", "R", "m", "mm", 1e3, "ball radius"),
+    Parameter("friction_coefficient", "f", "", "", 1.0, "friction between ball and sensor"),
 )
 
 
@@ -100,12 +104,13 @@ class Indenter:
     """
 
     radius: Scalar
-    friction_coefficient: float = 0.0
+    friction_coefficient: Scalar = 0.0
 
     def __post_init__(self) -> None:
         _require_positive("indenter_radius", self.radius)
-        if not self.friction_coefficient >= 0:
-            raise ValueError(f"friction_coefficient must not be negative, got {self.friction_coefficient:g}")
+        friction = np.atleast_1d(np.asarray(self.friction_coefficient, dtype=float))
+        if not np.all(friction >= 0):
+            raise ValueError(f"friction_coefficient must not be negative, got {friction[~(friction >= 0)][0]:g}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,7 +162,7 @@ class Sensor:
 
 @dataclass(frozen=True, eq=False)
 class Padding:
-    """Soft padding of `thickness` [m] (0 for none) and `young_modulus` [Pa] bonded to the rigid base below the sensor.
+    """Soft padding of `thickness` [m] (0 for none) and `young_modulus` [Pa] bonded to the sensor above it, on the base.
 
     `young_modulus` is None for the same silicone as the sensor; `Design.padding_young_modulus` says what that is.
     `poisson_ratio` [1] from 0 to 0.5 is that of a foam, a compressible neo-Hookean solid; None, as 0.5, is as incompressible
@@ -192,14 +197,17 @@ class Design:
     Raises
     ------
     ValueError
-        If a padding that is compressible stiffens: its law is neo-Hookean.
+        If a padding that is compressible stiffens: its law is neo-Hookean. If the base is none of `Base`.
     """
 
     indenter: Indenter
     sensor: Sensor
     padding: Padding
+    base: Base = "bonded"
 
     def __post_init__(self) -> None:
+        if self.base not in get_args(Base):
+            raise ValueError(f"base must be bonded or slippery, got {self.base!r}")
         both = self.padding_is_compressible & (np.asarray(self.sensor.stiffening) > 0)
         if np.any(both):
             ratio = np.broadcast_to(np.asarray(self.padding_poisson_ratio, dtype=float), both.shape)
@@ -269,6 +277,7 @@ class Design:
             "padding_young_modulus": self.padding_young_modulus,
             "padding_poisson_ratio": self.padding_poisson_ratio,
             "stiffening": self.sensor.stiffening,
+            "friction_coefficient": self.indenter.friction_coefficient,
         }
 
     def given(self) -> dict[str, Scalar]:
@@ -289,18 +298,18 @@ class Design:
             return self
         shape = np.broadcast_shapes((1,), *shapes)
         spread = {k: np.broadcast_to(np.asarray(v, dtype=float), shape) for k, v in values.items()}
-        return design_from(spread, friction_coefficient=self.indenter.friction_coefficient)
+        return design_from(spread, base=self.base)
 
     def draw(self, index: int) -> Design:
         """Draw number `index` as a design of plain numbers."""
         batch = self.draws().given()
         single = {k: float(np.asarray(v)[index]) for k, v in batch.items()}
-        return design_from(single, friction_coefficient=self.indenter.friction_coefficient)
+        return design_from(single, base=self.base)
 
     def only(self, rows: BoolArray) -> Design:
         """The batch of those draws that `rows` (n_draw,) marks."""
         chosen = {k: np.asarray(v)[rows] for k, v in self.draws().given().items()}
-        return design_from(chosen, friction_coefficient=self.indenter.friction_coefficient)
+        return design_from(chosen, base=self.base)
 
     @property
     def is_batch(self) -> bool:
@@ -308,7 +317,7 @@ class Design:
         return any(np.ndim(v) > 0 for v in self.parameters().values())
 
 
-def design_from(values: Mapping[str, Scalar], *, friction_coefficient: float = 0.0) -> Design:
+def design_from(values: Mapping[str, Scalar], *, friction_coefficient: Scalar = 0.0, base: Base = "bonded") -> Design:
     """Make a `Design` from a mapping of names to numbers.
 
     Parameters
@@ -316,7 +325,8 @@ def design_from(values: Mapping[str, Scalar], *, friction_coefficient: float = 0
     values : parameter name (see `PARAMETERS`) -> value [SI], each a number or of shape (n_draw,). `electrode_radius`,
         `dielectric_thickness` and `padding_young_modulus` may be left out and then follow from the others (see `Design`);
         `padding_poisson_ratio` is 0.5 and `stiffening` 0 by default.
-    friction_coefficient : [1], of ball on sensor, inf for full stick.
+    friction_coefficient : [1], of ball on sensor, inf for full stick, if `values` do not say it.
+    base : what the stack rests on.
 
     Returns
     -------
@@ -330,7 +340,7 @@ def design_from(values: Mapping[str, Scalar], *, friction_coefficient: float = 0
         If a value breaks a rule of `Indenter`, `Sensor`, `Padding` or `Design`.
     """
     return Design(
-        Indenter(values["indenter_radius"], friction_coefficient),
+        Indenter(values["indenter_radius"], values.get("friction_coefficient", friction_coefficient)),
         Sensor(
             thickness=values["sensor_thickness"],
             radius=values["sensor_radius"],
@@ -341,4 +351,5 @@ def design_from(values: Mapping[str, Scalar], *, friction_coefficient: float = 0
             stiffening=values.get("stiffening", 0.0),
         ),
         Padding(values["padding_thickness"], values.get("padding_young_modulus"), values.get("padding_poisson_ratio")),
+        base,
     )

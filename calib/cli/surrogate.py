@@ -33,10 +33,13 @@ class FamilyName(StrEnum):
     neo_hookean = "neo-hookean"
     gent = "gent"
     stick = "stick"
+    slippery = "slippery"
+    friction = "friction"
+    foam = "foam"
 
 
 SurrogateFile = Annotated[Path | None, typer.Option("--surrogate", help="Surrogate file [default: the shipped one].")]
-WhichFamily = Annotated[FamilyName, typer.Option("--family", help="Law of the layers, or contact, that it is for.")]
+WhichFamily = Annotated[FamilyName, typer.Option("--family", help="Base, law, friction or padding that it is for.")]
 
 
 def info(file: SurrogateFile = None, family: WhichFamily = FamilyName.neo_hookean) -> None:

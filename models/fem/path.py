@@ -11,8 +11,8 @@ import numpy as np
 from models.fem.equilibrium import Failure, Model, State, equilibrium, instability, rest
 from models.sensor import FloatArray
 
-#: With friction the result depends on the path: substeps of depth are at most this share of the largest, and those of its square
-#: root, in which the contact grows about evenly, as well.
+#: With friction the result depends on the path: substeps of depth, and those of its square root, in which the contact grows
+#: about evenly, are at most this share of the largest.
 FRICTION_STEP = 1 / 40
 
 
@@ -81,7 +81,9 @@ def _advance(
     return last, before
 
 
-def _reach(model: Model, last: State, before: State | None, target: float, least: float) -> tuple[State, State | None] | Failure:
+def _reach(
+    model: Model, last: State, before: State | None, target: float, least: float
+) -> tuple[State, State | None] | Failure:
     """From `last` to depth `target` in as many substeps as Newton needs, none below `least`; the last two states."""
     if target <= 0:
         return rest(model), None

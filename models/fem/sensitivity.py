@@ -76,7 +76,7 @@ def sensitivities(solution: Solution, design: Design) -> Sensitivities:
     units = values | {"padding_poisson_ratio": INCOMPRESSIBLE - values["padding_poisson_ratio"]}
 
     def family(name: str) -> DesignPath:
-        return lambda t: layered(design_from(values | {name: values[name] + units[name] * t}))
+        return lambda t: layered(design_from(values | {name: values[name] + units[name] * t}, base=design.base))
 
     relative = derivatives(solution, {name: family(name) for name, unit in units.items() if unit > 0})
     units["indentation"] = 1.0

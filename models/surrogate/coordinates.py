@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from models.analytic import layer_weight
-from models.surrogate.domain import DEPTH, DISC, GAP, PADDING, SENSOR, STIFFENING, STIFFNESS, WIDTH, Values
-from models.surrogate.families import Family
+from models.surrogate.domain import DEPTH, DISC, GAP, OWN, PADDING, SENSOR, STIFFNESS, WIDTH
+from models.surrogate.families import Family, Values
 
 #: Terms of the polynomials in s of the curves.
 N_DEPTH_TERMS = 12
@@ -33,7 +33,7 @@ N_MECHANICAL = 8
 
 
 def electric_features(groups: Values) -> Values:
-    """Coordinates (n, 13) of a design in which the capacitance is smooth, from groups (n, 7).
+    """Coordinates (n, 13) of a design in which the capacitance is smooth, from groups (n, n_group).
 
     Those of the mechanics, then of the electrode and of the gap.
     """
@@ -44,35 +44,37 @@ def electric_features(groups: Values) -> Values:
     return np.concatenate([mechanical_features(groups), np.stack(own, axis=1)], axis=1)
 
 
-def with_stiffening(features: Values, groups: Values, family: Family) -> Values:
-    """Features and, in a family that stiffens, 1/J_m beside them.
+def with_own(features: Values, groups: Values, family: Family) -> Values:
+    """Features and, in a family that has some, its own groups beside them.
 
     Parameters
     ----------
     features : (n, n_feature), of the mechanics or the capacitance.
-    groups : (n, >= 5), of the same designs.
+    groups : (n, >= 4 + n_own), of the same designs.
     family : whose networks are to see them.
 
     Returns
     -------
     Inputs of its networks.
     """
-    return np.concatenate([features, groups[:, STIFFENING, None]], axis=1) if family.stiffening else features
+    return np.concatenate([features, groups[:, OWN : OWN + len(family.own)]], axis=1) if family.own else features
 
 
 def share_of_family(groups: Values, family: Family) -> Values:
-    """How much of the difference between its family and the neo-Hookean, frictionless one a design has.
+    """How much of the difference between its family and the one that it adds to a design has: none where its own groups vanish.
 
     Parameters
     ----------
-    groups : (n, >= 5).
+    groups : (n, >= 4 + n_own).
     family : that the designs belong to.
 
     Returns
     -------
-    From 0 to 1, (n,).
+    From 0 to 1 for each group of its own, (n,); 1 in a family without.
     """
-    return groups[:, STIFFENING] / family.stiffening if family.stiffening else np.ones(len(groups))
+    if not family.own:
+        return np.ones(len(groups))
+    return np.asarray(sum(groups[:, column] / group.end for column, group in enumerate(family.own, OWN)))
 
 
 def depth_terms(s: Values, n: int = N_DEPTH_TERMS) -> Values:
@@ -137,7 +139,7 @@ def closed_change(groups: Values, depth: Values, force: Values) -> Values:
 
     Parameters
     ----------
-    groups : (n, 7).
+    groups : (n, n_group).
     depth : d/R, (n, n_depth).
     force : F/(mu R^2), (n, n_depth), see `closed_force`.
 

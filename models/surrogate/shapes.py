@@ -8,7 +8,7 @@ import numpy as np
 
 from models.sensor import BoolArray
 from models.surrogate.coordinates import closed_change, closed_force, depth_terms
-from models.surrogate.domain import Values
+from models.surrogate.families import Values
 
 #: Nearer to first touch than this depth over R a curve is taken as it is there.
 FIRST_TOUCH = 1e-12
@@ -38,7 +38,7 @@ class Shapes:
 
     Attributes
     ----------
-    groups : (n_draw, 7), inside the range.
+    groups : (n_draw, n_group), inside the range.
     limit, reach : largest depth covered and the scale of depth, over R, (n_draw,).
     coefficients : of the polynomials p_F, p_a and p_C, (n_draw, 3, N_DEPTH_TERMS).
     """

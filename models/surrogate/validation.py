@@ -11,10 +11,11 @@ import numpy as np
 from models.fem import FiniteElements
 from models.response import ConvergenceError, Forward, OutOfRangeError, Response
 from models.sensor import Design, FloatArray, design_from
-from models.surrogate.domain import DIELECTRIC, ELECTRODE, PATH
+from models.surrogate.domain import DIELECTRIC, ELECTRODE, OWN, PATH
 from models.surrogate.families import NEO_HOOKEAN, Family
 from models.surrogate.points import random_groups
 from models.surrogate.surrogate import Surrogate
+from models.surrogate.training import values_beyond
 
 #: Changes of capacitance below this share of C0 are compared to it instead of to themselves.
 CHANGE_FLOOR = 1e-4
@@ -78,7 +79,8 @@ def random_designs(n: int, seed: int, family: Family = NEO_HOOKEAN) -> list[Desi
     rng = np.random.default_rng(seed)
     radius, modulus = 5e-3, 0.6e6
     designs = []
-    for h_s, h_p, a, ratio, stiffening in random_groups(n, rng, family):
+    for groups in random_groups(n, rng, family):
+        h_s, h_p, a, ratio = groups[:OWN]
         designs.append(
             design_from(
                 {
@@ -91,9 +93,9 @@ def random_designs(n: int, seed: int, family: Family = NEO_HOOKEAN) -> list[Desi
                     "relative_permittivity": 2.8,
                     "dielectric_thickness": rng.uniform(*DIELECTRIC) * h_s * radius,
                     "electrode_radius": rng.uniform(*ELECTRODE) * a * radius,
-                    "stiffening": stiffening,
-                },
-                friction_coefficient=family.friction_coefficient,
+                }
+                | values_beyond(groups, family),
+                base=family.base,
             )
         )
     return designs

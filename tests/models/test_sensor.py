@@ -98,7 +98,7 @@ def test_what_follows_still_follows_in_a_batch_and_in_its_draws() -> None:
 def test_a_design_is_made_again_from_what_was_given() -> None:
     for given in (PAPER_SENSOR, PAPER_SENSOR | {"dielectric_thickness": 0.2e-3, "padding_young_modulus": 0.3e6}, FOAM):
         design = design_from(given)
-        assert design.given() == given | {"stiffening": 0.0}
+        assert design.given() == given | {"stiffening": 0.0, "friction_coefficient": 0.0}
         assert design_from(design.given()).parameters() == design.parameters()
 
 

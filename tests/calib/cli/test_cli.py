@@ -668,7 +668,7 @@ def test_surrogate_commands_refuse_a_missing_file_too_few_points_and_an_existing
 
 def _fill(path: Path, accuracy: float, n_point: int) -> None:
     """A store of runs, in which the path of one design is told of all, which is enough to be fitted."""
-    path_of_one = run_point(np.array([0.15, 0.2, 2.0, 1.0, 0.0]), accuracy)
+    path_of_one = run_point(np.array([0.15, 0.2, 2.0, 1.0]), accuracy)
     names = ("depth", "force", "contact_radius", "compression", "capacitance")
     with open_store(path, store_settings(accuracy)) as store:
         for point in design_points(n_point, seed=1):
