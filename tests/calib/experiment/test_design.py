@@ -62,6 +62,7 @@ def test_a_design_is_read(tmp_path: Path) -> None:
         "padding_young_modulus": 0.3e6,
         "padding_poisson_ratio": 0.5,
         "stiffening": 0.0,
+        "friction_coefficient": 0.3,
     }
 
 

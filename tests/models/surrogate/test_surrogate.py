@@ -29,7 +29,7 @@ from models.surrogate.fitting import fit_surrogate
 from models.surrogate.gradients import gradients
 from models.surrogate.points import design_points, worst_points
 from models.surrogate.training import DIELECTRIC_POINTS, ELECTRODE_POINTS, TrainingSet
-from models.surrogate.validation import random_designs, validate
+from models.surrogate.validation import Validation, random_designs, validate
 
 PAPER = PAPER_SENSOR | {"young_modulus": 0.62e6}
 
@@ -48,6 +48,9 @@ def test_shipped_surrogate_agrees_with_fresh_finite_elements(shipped: Surrogate)
     assert np.median(np.abs(result.change_error)) < 5e-3
     assert np.quantile(np.abs(result.change_error), 0.95) < 0.02
     assert [row[0] for row in result.table()] == ["force", "capacitance change"]
+    boxes = [row[0] for row in result.boxes()]
+    assert len(boxes) == 20
+    assert [sum(box.startswith(name) for box in boxes) for name in ("h_s/R", "E_p/E", "depth over the largest")] == [4, 4, 4]
 
 
 @pytest.mark.parametrize("family", [f for f in FAMILIES.values() if f.adds_to and is_shipped(f)], ids=lambda f: f.name)
@@ -58,6 +61,18 @@ def test_surrogates_of_the_other_families_agree_with_fresh_finite_elements(famil
     for error in (result.force_error, result.change_error):
         assert np.median(np.abs(error)) < 5e-3
         assert np.quantile(np.abs(error), 0.95) < 0.03
+
+
+def test_a_band_that_fails_in_one_part_of_the_range_is_seen_in_its_sub_box() -> None:
+    n = 400
+    score = np.tile(np.linspace(-1.6, 1.6, n)[:, None], 20)
+    soft = np.arange(n) < n // 4
+    score[soft] *= 3
+    coordinates = {"E_p/E": np.repeat(np.arange(n)[:, None] + 1.0, 20, axis=1)}
+    found = Validation(1e-3 * score, 2e-3 * score, score, score / 3, coordinates, ())
+    assert [row[3] for row in found.boxes()] == ["0.0%", "100.0%", "100.0%", "100.0%"]
+    assert [row[4] for row in found.boxes()] == ["100.0%"] * 4
+    assert found.boxes()[0][0] == "E_p/E 1 to 101"
 
 
 def test_gents_surrogate_is_the_neo_hookean_one_without_stiffening(shipped: Surrogate) -> None:
