@@ -36,6 +36,7 @@ class FamilyName(StrEnum):
     stick = "stick"
     slippery = "slippery"
     friction = "friction"
+    slippery_friction = "slippery-friction"
     foam = "foam"
 
 

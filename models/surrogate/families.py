@@ -140,7 +140,7 @@ class Family:
     base : that its designs rest on.
     own : groups that its designs have beyond geometry and the ratio of moduli; all others are `plain`.
     sticks : whether the sensor sticks to the ball: its friction is infinite, and nothing else.
-    adds_to : name of the family whose surrogate its own adds to; empty for the one that adds to none.
+    adds_to : name of the family, on the same base, whose surrogate its own adds to; empty for one that stands by itself.
     """
 
     name: str
@@ -219,9 +219,8 @@ FAMILIES = MappingProxyType(
             Family(
                 "slippery",
                 "neo-Hookean sensor on padding, slippery base, frictionless sphere",
-                Recipe(4096, _SMALL, 40_000),
+                Recipe(4096, _LARGE, 40_000),
                 base="slippery",
-                adds_to="neo-hookean",
             ),
             Family(
                 "friction",
@@ -229,6 +228,14 @@ FAMILIES = MappingProxyType(
                 Recipe(2048, _SMALL, 40_000, coarse_points=4096, coarse_accuracy=3e-3),
                 own=(FRICTION,),
                 adds_to="neo-hookean",
+            ),
+            Family(
+                "slippery-friction",
+                "neo-Hookean sensor on padding, slippery base, sphere with Coulomb friction from none to stick",
+                Recipe(2048, _SMALL, 40_000, coarse_points=4096, coarse_accuracy=3e-3),
+                base="slippery",
+                own=(FRICTION,),
+                adds_to="slippery",
             ),
             Family(
                 "foam",

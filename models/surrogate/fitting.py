@@ -136,7 +136,11 @@ def fit_surrogate(
     # Curves (n, n_curve, n_depth). The contact radius steps from node to node and counts less.
     share = share_of_family(data.groups, data.family)
     mechanical = np.stack(
-        [np.log(data.force / closed_force(data.groups, data.depth)), np.log(data.contact_radius / np.sqrt(data.depth))], axis=1
+        [
+            np.log(data.force / closed_force(data.groups, data.depth, data.family.base)),
+            np.log(data.contact_radius / np.sqrt(data.depth)),
+        ],
+        axis=1,
     )
     if base is not None:
         below = base.coefficients(groups, plain).reshape(-1, 3, N_DEPTH_TERMS)
@@ -237,7 +241,8 @@ def _electric_curves(data: TrainingSet) -> tuple[FloatArray, FloatArray, FloatAr
     change = np.moveaxis(data.capacitance.reshape(n_run, PATH.size, _N_ELECTRIC), 1, 2).reshape(-1, PATH.size)
     # No change of these designs is negative but by rounding.
     change = np.maximum(change, 1e-12)
-    closed = closed_change(groups, depth, closed_force(groups, depth))
+    support = data.family.base
+    closed = closed_change(groups, depth, closed_force(groups, depth, support), support)
     return groups, np.log(change / closed), change / (change + CHANGE_SCALE)
 
 

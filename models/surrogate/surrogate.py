@@ -72,7 +72,7 @@ class Surrogate:
     force_modes, capacitance_modes : (n_mode, N_MODE_TERMS), modes of the error's correlation along s.
     provenance : where it comes from: finite-element settings, training set and its hash, versions, date, own error.
     family : what it stands for.
-    base : the surrogate that it adds to, of the family that its own `adds_to`; None for the neo-Hookean, frictionless one.
+    base : the surrogate that it adds to, of the family that its own `adds_to`; None for one that stands by itself.
     """
 
     end: Network
@@ -89,7 +89,7 @@ class Surrogate:
     @property
     def name(self) -> str:
         """Short name for tables and reports."""
-        return "surrogate" if self.base is None else f"{self.family.name} surrogate"
+        return "surrogate" if self.family.name == NEO_HOOKEAN.name else f"{self.family.name} surrogate"
 
     @cached_property
     def identity(self) -> str:
@@ -231,7 +231,8 @@ class Surrogate:
         Curves, complex if the arguments are.
         """
         limit, reach = self.ends(groups, features)
-        return Shapes(groups, limit, reach, self.coefficients(groups, features).reshape(-1, 3, N_DEPTH_TERMS))
+        coefficients = self.coefficients(groups, features).reshape(-1, 3, N_DEPTH_TERMS)
+        return Shapes(groups, limit, reach, coefficients, self.family.base)
 
     def _error_terms(self, groups: FloatArray, features: FloatArray) -> FloatArray:
         """Terms of the logarithms of the sd of log F and of C/C0 - 1 over itself + delta, (n_draw, 2, N_ERROR_TERMS)."""

@@ -276,3 +276,21 @@ def test_a_ball_that_sticks_is_right_at_its_first_depth_too() -> None:
     assert isinstance(first, State)
     assert isinstance(fine, State)
     assert first.force == pytest.approx(fine.force, rel=4e-3)
+
+
+def test_a_simple_design_has_its_base_and_its_friction_in_every_draw() -> None:
+    friction = np.array([0.0, 0.3])
+    depth, exact = np.array([0.3e-3]), FiniteElements(3e-2)
+    batch = design_from(PAPER_SENSOR | {"friction_coefficient": friction}, base="slippery")
+    assert batch.is_batch
+    found = exact.respond(batch, depth).force[:, 0]
+    single = batch.draw(1)
+    assert (single.base, single.indenter.friction_coefficient) == ("slippery", 0.3)
+    assert layered(single).base == "slippery"
+    assert found[1] == exact.respond(layered(single), depth).force[0] > found[0]
+    assert found[0] < 0.8 * exact.respond(design_from(PAPER_SENSOR), depth).force[0]
+    rest = batch.only(friction > 0)
+    assert rest.base == "slippery"
+    np.testing.assert_array_equal(rest.indenter.friction_coefficient, [0.3])
+    with pytest.raises(ValueError, match="base must be bonded or slippery, got 'glued'"):
+        design_from(PAPER_SENSOR, base=NO_BASE)

@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ from models.fem import FiniteElements
 from models.fem.equilibrium import compression
 from models.response import OutOfRangeError
 from models.seal import sealed, unsealed
-from models.sensor import Design, FloatArray, design_from
+from models.sensor import Base, Design, FloatArray, design_from
 from models.surrogate import FAMILIES, NotShippedError, Surrogate, is_shipped, load_surrogate
 from models.surrogate.coordinates import closed_force, mechanical_features, share_of_family
 from models.surrogate.domain import PATH, groups_of
@@ -234,7 +234,7 @@ def synthetic_training(n: int, noise: float, seed: int = 0, family: Family = FAM
     s = PATH
     depth = np.minimum(0.5, 0.55 * h)[:, None] * s**2
     wave = np.cos(x @ [0.3, -0.2, 0.25])[:, None]
-    force = closed_force(groups, depth) * np.exp((0.3 * wave + noise * rng.normal(size=(n, 1))) * s)
+    force = closed_force(groups, depth, family.base) * np.exp((0.3 * wave + noise * rng.normal(size=(n, 1))) * s)
     width = (ELECTRODE_POINTS * groups[:, 2:3])[:, None, None, :]
     factor = (1.5 + 0.3 * wave)[:, :, None, None] * (1 + DIELECTRIC_POINTS[:, None])
     change = factor * (depth[:, :, None, None] / width) ** 2 * np.exp(noise * rng.normal(size=(n, 1, 1, 1)))
@@ -284,7 +284,7 @@ def added_to(base: Surrogate, name: str) -> Surrogate:
     return fit_small(synthetic_training(300, 0.0, family=FAMILIES[name]), steps=900, base=base)
 
 
-@pytest.fixture(params=["gent", "slippery", "friction", "foam"])
+@pytest.fixture(params=["gent", "stick", "friction", "foam"])
 def added(request: pytest.FixtureRequest, exact: Surrogate) -> Surrogate:
     return added_to(exact, request.param)
 
@@ -345,6 +345,25 @@ def test_a_ball_that_sticks_is_the_end_of_friction(exact: Surrogate) -> None:
     np.testing.assert_array_equal(found.force["friction_coefficient"], [0, 0])
     several = design_from(PAPER | {"friction_coefficient": np.array([0.0, 0.2, np.inf])})
     assert np.all(np.diff(fitted.respond(several, depth).force, axis=0) > 0)
+
+
+def test_a_slippery_base_has_closed_forms_of_its_own_and_friction_there_adds_to_its_surrogate(exact: Surrogate) -> None:
+    slippery = fit_small(synthetic_training(600, 0.0, family=FAMILIES["slippery"]))
+    rubbed = added_to(slippery, "slippery-friction")
+    assert (slippery.name, rubbed.base) == ("slippery surrogate", slippery)
+    design = of_family(slippery.family, 0.0)
+    depth = 0.55 * design.total_thickness * np.array([0.2, 0.5, 0.9])
+    groups = groups_of(design.draws(), slippery.family)
+    one, other = (closed_force(groups, depth[None] / 5e-3, base)[0] for base in get_args(Base))
+    found = slippery.respond(design, depth)
+    np.testing.assert_allclose(found.force, exact.respond(design_from(PAPER), depth).force * other / one, rtol=2e-2)
+    np.testing.assert_array_equal(rubbed.respond(design, depth).force, found.force)
+    stuck = rubbed.respond(of_family(rubbed.family, 1.0), depth).force
+    np.testing.assert_allclose(stuck, found.force * np.exp(0.4 * np.sqrt([0.2, 0.5, 0.9])), rtol=2e-2)
+    for refused, asked in ((exact, design), (slippery, design_from(PAPER)), (slippery, of_family(rubbed.family, 0.5))):
+        assert refused.max_depth(asked) == 0
+        with pytest.raises(OutOfRangeError, match=r"surrogate is trained for .*; \w+ must be .*, got "):
+            refused.respond(asked, depth)
 
 
 def test_a_surrogate_on_a_surrogate_on_a_surrogate_is_what_its_file_holds(added: Surrogate, tmp_path: Path) -> None:
