@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 import time
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -16,8 +17,8 @@ from models.examples import PAPER_SENSOR
 from models.fem import FiniteElements
 from models.sensor import design_from
 from models.surrogate import FAMILIES, is_shipped, load_surrogate
-from models.surrogate.families import FRICTION
 from models.surrogate.gradients import gradients
+from models.surrogate.groups import FRICTION
 
 #: 14 steps to 0.7 mm.
 STEPS = np.linspace(0, 0.7e-3, 15)[1:]
@@ -61,7 +62,7 @@ def main() -> None:
         contact = {"friction_coefficient": np.full(n_draw, family.plain(FRICTION))}
         of_family = design_from(PAPER_SENSOR | varied | contact | own, base=family.base)
         its = load_surrogate(family=family)
-        took = median_ms(lambda its=its, of_family=of_family: its.respond(of_family, depth), 20) / n_draw
+        took = median_ms(partial(its.respond, of_family, depth), 20) / n_draw
         print(f"surrogate of the family {family.name:<16} {took:10.4f} ms a curve   {1e3 / took:8.0f} curves a second")
 
 

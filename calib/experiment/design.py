@@ -27,8 +27,8 @@ from calib.experiment.toml_values import (
 )
 from calib.quantity import parse_quantity
 from models.laws import Gent, Law, MooneyRivlin, NeoHookean, Ogden, Yeoh
-from models.layers import Base, Dielectric, Layer, LayeredDesign, Profile, cone, flat_punch, layered, sphere
-from models.sensor import INCOMPRESSIBLE, Design, Indenter, Padding, Sensor
+from models.layers import Dielectric, Layer, LayeredDesign, Profile, cone, flat_punch, layered, sphere
+from models.sensor import INCOMPRESSIBLE, Base, Design, Indenter, Padding, Sensor
 
 #: Tables of a design with their keys, and the quantity that each is; keys that are none stand in `BESIDE`.
 TABLES: Mapping[str, Mapping[str, str]] = {

@@ -14,7 +14,7 @@ from calib.experiment.plan import Discrepancy, MaterialLaw, Model, PaddingMateri
 from calib.experiment.schema_values import Schema, choice, prior_of, quantity, quantity_of, table, tables, text
 from calib.experiment.signposts import SWEEP_KEYS
 from calib.lab import QUANTITIES, SIGNED, SIGNS, USE_KEYS
-from models.layers import Base
+from models.sensor import Base
 
 _DRAFT = "https://json-schema.org/draft/2020-12/schema"
 

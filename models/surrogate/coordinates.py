@@ -7,7 +7,8 @@ import numpy as np
 from models.analytic import layer_weight
 from models.sensor import Base
 from models.surrogate.domain import DEPTH, DISC, GAP, OWN, PADDING, SENSOR, STIFFNESS, WIDTH
-from models.surrogate.families import Family, Values
+from models.surrogate.families import Family
+from models.surrogate.groups import Values
 
 #: Terms of the polynomials in s of the curves.
 N_DEPTH_TERMS = 12

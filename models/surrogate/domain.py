@@ -18,7 +18,8 @@ import numpy as np
 import numpy.typing as npt
 
 from models.sensor import Design, FloatArray
-from models.surrogate.families import NEO_HOOKEAN, POISSON_RATIO, Family, Values
+from models.surrogate.families import NEO_HOOKEAN, Family
+from models.surrogate.groups import POISSON_RATIO, Values
 
 #: Lengths [mm] whose ratios make the range, and the ranges of the plain ratios.
 LENGTHS = MappingProxyType({"R": (1.0, 20.0), "h_s": (0.2, 3.0), "h_p": (0.0, 10.0), "a": (3.0, 25.0)})

@@ -11,7 +11,7 @@ from models.response import OutOfRangeError
 from models.sensor import VACUUM_PERMITTIVITY, Design, FloatArray
 from models.surrogate.coordinates import electric_features
 from models.surrogate.domain import groups_from
-from models.surrogate.families import GROUPS, Values
+from models.surrogate.groups import GROUPS, Values
 from models.surrogate.shapes import FIRST_TOUCH
 from models.surrogate.surrogate import Surrogate
 

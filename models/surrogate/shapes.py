@@ -8,7 +8,7 @@ import numpy as np
 
 from models.sensor import Base, BoolArray
 from models.surrogate.coordinates import closed_change, closed_force, depth_terms
-from models.surrogate.families import Values
+from models.surrogate.groups import Values
 
 #: Nearer to first touch than this depth over R a curve is taken as it is there.
 FIRST_TOUCH = 1e-12

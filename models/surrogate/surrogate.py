@@ -41,7 +41,8 @@ from models.surrogate.coordinates import (
     with_own,
 )
 from models.surrogate.domain import DEPTH, GAP, OWN, PADDING, PATH, SENSOR, WIDTH
-from models.surrogate.families import FAMILIES, NEO_HOOKEAN, Family, Values
+from models.surrogate.families import FAMILIES, NEO_HOOKEAN, Family
+from models.surrogate.groups import Values
 from models.surrogate.network import Network, network_from
 from models.surrogate.pressed import N_ERROR_TERMS, SurrogateCurves
 from models.surrogate.shapes import Shapes

@@ -6,6 +6,7 @@ import hashlib
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, as_completed
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +17,8 @@ from models.fem.solution import dimensionless
 from models.layers import LayeredDesign, layered
 from models.sensor import BoolArray, FloatArray, IntArray, design_from
 from models.surrogate.domain import COMPRESSION, DEPTH, DIELECTRIC, ELECTRODE, OWN, PATH, group_names
-from models.surrogate.families import FRICTION, NEO_HOOKEAN, Family
+from models.surrogate.families import NEO_HOOKEAN, Family
+from models.surrogate.groups import FRICTION
 from models.surrogate.store import RunStore
 
 
@@ -81,7 +83,9 @@ class TrainingSet:
 
     def joined(self, other: TrainingSet) -> TrainingSet:
         """These runs and, behind them, those of another set of the same family, whatever its accuracy."""
-        arrays = {name: np.concatenate([getattr(self, name), getattr(other, name)]) for name in ("groups", *_ARRAYS)}
+        arrays: dict[str, Any] = {
+            name: np.concatenate([getattr(self, name), getattr(other, name)]) for name in ("groups", *_ARRAYS)
+        }
         return replace(self, failures=self.failures + other.failures, **arrays)
 
 
@@ -253,7 +257,7 @@ def points_wanted(store: RunStore, sequence: FloatArray, n: int) -> FloatArray:
     The first of the sequence that bring the store to `n`, (n_new, n_group); none if it holds as many.
     """
     new = np.array([point not in store for point in sequence], dtype=bool)
-    return sequence[new][: max(0, n - len(store))]
+    return np.asarray(sequence[new][: max(0, n - len(store))])
 
 
 def training_set(store: RunStore, accuracy: float, family: Family = NEO_HOOKEAN) -> TrainingSet:

@@ -75,9 +75,9 @@ class Validation:
         for name, values in self.coordinates.items():
             for low, high in pairwise(np.quantile(values, _QUARTERS)):
                 inside = (values >= low) & (values <= high)
-                errors = (f"{np.quantile(np.abs(e[inside]), 0.95):.2%}" for e in (self.force_error, self.change_error))
-                bands = (f"{_covered(score[inside]):.1%}" for score in (self.force_score, self.change_score))
-                rows.append((f"{name} {low:.3g} to {high:.3g}", *errors, *bands))
+                force, change = (f"{np.quantile(np.abs(e[inside]), 0.95):.2%}" for e in (self.force_error, self.change_error))
+                of_force, of_change = (f"{_covered(score[inside]):.1%}" for score in (self.force_score, self.change_score))
+                rows.append((f"{name} {low:.3g} to {high:.3g}", force, change, of_force, of_change))
         return rows
 
 

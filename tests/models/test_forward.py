@@ -15,7 +15,7 @@ from models.fem import FiniteElements
 from models.response import ConvergenceError, Forward, OutOfRangeError
 from models.sensor import design_from
 from models.surrogate import FAMILIES, is_shipped, load_surrogate
-from models.surrogate.families import FRICTION, STIFFENING
+from models.surrogate.groups import FRICTION, STIFFENING
 from models.surrogate.validation import Toleranced, toleranced
 
 PAPER = PAPER_SENSOR | {"young_modulus": 0.62e6, "dielectric_thickness": 0.16e-3}

@@ -14,9 +14,9 @@ from models.fem.equilibrium import Failure, Model, State, make_model
 from models.fem.mesh import make_mesh
 from models.fem.path import FRICTION_STEP, walk
 from models.laws import Gent, Law, MooneyRivlin
-from models.layers import Base, Dielectric, Layer, LayeredDesign, Profile, cone, flat_punch, layered, path_end, sphere
+from models.layers import Dielectric, Layer, LayeredDesign, Profile, cone, flat_punch, layered, path_end, sphere
 from models.response import OutOfRangeError
-from models.sensor import FloatArray, design_from
+from models.sensor import Base, FloatArray, design_from
 
 MODULUS = 0.6e6
 NO_BASE: Any = "glued"

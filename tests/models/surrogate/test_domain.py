@@ -10,7 +10,7 @@ from models.sensor import FloatArray, design_from
 from models.surrogate import FAMILIES, Family, family_of, family_of_design
 from models.surrogate.coordinates import electric_features, mechanical_features
 from models.surrogate.domain import BOUNDS, GAP, LENGTHS, OWN, Bound, groups_of, inside, violated
-from models.surrogate.families import FRICTION, GROUPS, Group
+from models.surrogate.groups import FRICTION, GROUPS, Group
 from models.surrogate.training import values_beyond
 from models.surrogate.validation import random_designs
 

@@ -24,9 +24,10 @@ from models.sensor import Base, Design, FloatArray, design_from
 from models.surrogate import FAMILIES, NotShippedError, Surrogate, is_shipped, load_surrogate
 from models.surrogate.coordinates import closed_force, mechanical_features, share_of_family
 from models.surrogate.domain import PATH, groups_of
-from models.surrogate.families import FRICTION, GROUPS, Family
+from models.surrogate.families import Family
 from models.surrogate.fitting import fit_surrogate
 from models.surrogate.gradients import gradients
+from models.surrogate.groups import FRICTION, GROUPS
 from models.surrogate.points import design_points, worst_points
 from models.surrogate.training import DIELECTRIC_POINTS, ELECTRODE_POINTS, TrainingSet
 from models.surrogate.validation import Validation, random_designs, validate
