@@ -1,6 +1,6 @@
 """From random designs over the whole plausible range to the share of loading paths that end, and whether any answer is wrong.
 
-`python benchmarks/fem_robustness.py --designs 500 --seed 1 --processes 2`
+`python benchmarks/fem_robustness.py --designs 500 --seed 1 --processes 2`, with `--foam` for compressible paddings
 
 Every design is pressed to the smaller of 60 % local compression of a layer on the axis and d = R/2. A path is right if the
 work of the ball is the stored energy to 0.5 % and the penetration, along the deformed edges and not at their nodes alone, stays
@@ -46,8 +46,11 @@ class Outcome:
     indefinite: bool
 
 
-def random_designs(n: int, seed: int) -> list[Design]:
-    """Designs log-uniform in E_p/E 0.05-20, h_s 0.2-3, a 3-25, R 1-20 mm with a >= R, uniform in h_p 0-10 mm."""
+def random_designs(n: int, seed: int, *, foam: bool = False) -> list[Design]:
+    """Designs log-uniform in E_p/E 0.05-20, h_s 0.2-3, a 3-25, R 1-20 mm with a >= R, uniform in h_p 0-10 mm.
+
+    With `foam` uniform in the padding's Poisson's ratio 0-0.5, too.
+    """
     rng = np.random.default_rng(seed)
 
     def log_uniform(low: float, high: float) -> float:
@@ -65,6 +68,8 @@ def random_designs(n: int, seed: int) -> list[Design]:
             "padding_thickness": rng.uniform(0, 10e-3),
             "padding_young_modulus": 0.6e6 * log_uniform(0.05, 20),
         }
+        if foam:
+            values["padding_poisson_ratio"] = rng.uniform(0, 0.5)
         if disc >= radius:
             designs.append(design_from(values))
     return designs
@@ -104,10 +109,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--designs", type=int, default=500)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--foam", action="store_true", help="paddings of any Poisson's ratio from 0 to 0.5")
     parser.add_argument("--accuracy", type=float, default=1e-3)
     parser.add_argument("--processes", type=int, default=os.cpu_count())
     given = parser.parse_args()
-    designs = random_designs(given.designs, given.seed)
+    designs = random_designs(given.designs, given.seed, foam=given.foam)
     with ProcessPoolExecutor(given.processes) as executor:
         outcomes = list(executor.map(press, designs, [given.accuracy] * len(designs), chunksize=4))
     ended = [o for o in outcomes if not o.reason]
@@ -133,7 +139,7 @@ def main() -> None:
                 ("a", "sensor_radius"),
             )
         )
-        name += f" mm, E_p/E {p['padding_young_modulus'] / p['young_modulus']:.3g}"
+        name += f" mm, E_p/E {p['padding_young_modulus'] / p['young_modulus']:.3g}, nu_p {p['padding_poisson_ratio']:.3g}"
         if o.reason:
             print(f"ended at {o.reached:.0%}: {name}: {o.reason}")
         elif abs(o.energy_error) > 5e-3 or o.penetration > 1e-4:

@@ -41,7 +41,7 @@ def ours(steps: int) -> Fit:
 
     def fit(train: TrainingSet, test: TrainingSet) -> tuple[FloatArray, FloatArray]:
         surrogate = fit_surrogate(train, steps=steps)
-        h_s, h_p, a, modulus, _ = test.groups.T
+        h_s, h_p, a, modulus = test.groups.T
         design = design_from(
             {
                 "indenter_radius": np.ones(len(h_s)),

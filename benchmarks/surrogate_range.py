@@ -28,7 +28,7 @@ def draw() -> Figure:
     h_s, h_p = np.geomspace(4e-3, 6, 400), np.geomspace(2e-3, 20, 400)
     one, two = np.meshgrid(h_s, h_p, indexing="ij")
     for a, colour, width in ((4.0, BLUE, 3.5), (20.0, GREEN, 2.2), (1.0, VERMILION, 1.4)):
-        rest = [np.full(one.size, v) for v in (a, 1.0, 0.0, 0.3, 1.0)]
+        rest = [np.full(one.size, v) for v in (a, 1.0, 0.3, 1.0)]
         covered = inside(np.stack([one.ravel(), two.ravel(), *rest], axis=1)).reshape(one.shape).astype(float)
         left.contour(h_s, h_p, covered.T, levels=[0.5], colors=colour, linewidths=width)
         left.plot([], [], color=colour, linewidth=width, label=f"a/R = {a:g}")

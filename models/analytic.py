@@ -143,14 +143,24 @@ class ClosedForm:
         """Largest depth [m] covered, shape (n_draw,)."""
         batch = design.draws()
         h = np.asarray(batch.total_thickness)
-        return np.asarray(np.minimum(0.6 * h, CHI_MAX**2 * h**2 / np.asarray(batch.indenter.radius)), dtype=float)
+        limit = np.minimum(0.6 * h, CHI_MAX**2 * h**2 / np.asarray(batch.indenter.radius))
+        extra = (np.asarray(batch.indenter.friction_coefficient) > 0) | (np.asarray(batch.sensor.stiffening) > 0)
+        return np.where(extra | batch.padding_is_compressible | (batch.base != "bonded"), 0.0, limit)
 
     def outside(self, design: Design, depth: FloatArray) -> str:
         """See `Forward.outside`."""
-        if design.indenter.friction_coefficient:
+        if design.base != "bonded":
+            return f'the closed form knows layers on a bonded base alone; base must be "bonded", got "{design.base}"'
+        if np.any(np.asarray(design.indenter.friction_coefficient) > 0):
             return "the closed form is frictionless; friction_coefficient must be 0"
         if np.any(np.asarray(design.sensor.stiffening) > 0):
             return "the closed form knows neo-Hookean layers alone; stiffening must be 0"
+        if np.any(design.padding_is_compressible):
+            ratio = float(np.min(design.padding_poisson_ratio))
+            return (
+                f"the closed form knows incompressible layers alone; padding_poisson_ratio must be 0.5, got {ratio:.4g} "
+                '(the model "fem" takes any)'
+            )
         limit = self.max_depth(design)
         deepest = np.max(np.broadcast_to(depth, (limit.size, np.shape(depth)[-1])), axis=-1)
         worst = int(np.argmax(deepest - limit))

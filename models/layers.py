@@ -6,15 +6,11 @@ A `Design` (sensor on padding under a sphere) is the simple case, and `layered` 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Literal
 
 import numpy as np
 
 from models.laws import Gent, Law, NeoHookean
-from models.sensor import VACUUM_PERMITTIVITY, Design
-
-#: What the stack rests on: glued to a rigid base, or free to slide on it without friction (but not to lift off).
-Base = Literal["bonded", "slippery"]
+from models.sensor import INCOMPRESSIBLE, VACUUM_PERMITTIVITY, Base, Design, require_poisson_ratio
 
 
 @dataclass(frozen=True)
@@ -119,22 +115,32 @@ def cone(half_angle: float, tip_radius: float) -> Profile:
 class Layer:
     """One layer: `thickness` [m], small-strain `young_modulus` [Pa], hyperelastic `law`, and a `name` for pictures.
 
+    `poisson_ratio` [1] from 0 to 0.5 is that of a foam, a compressible neo-Hookean solid; 0.5 is incompressible, of any law.
+
     Raises
     ------
     ValueError
-        If thickness or modulus is not positive.
+        If thickness or modulus is not positive, Poisson's ratio is not between 0 and 0.5, or a compressible layer has another
+        law: at small strain the others would not have that ratio.
     """
 
     thickness: float
     young_modulus: float
     law: Law = field(default_factory=NeoHookean)
     name: str = ""
+    poisson_ratio: float = INCOMPRESSIBLE
 
     def __post_init__(self) -> None:
         if not 0 < self.thickness < np.inf:
             raise ValueError(f"the thickness of layer {self.name!r} must be positive, got {self.thickness * 1e3:g} mm")
         if not 0 < self.young_modulus < np.inf:
             raise ValueError(f"young_modulus of layer {self.name!r} must be positive, got {self.young_modulus * 1e-6:g} MPa")
+        require_poisson_ratio(f"poisson_ratio of layer {self.name!r}", self.poisson_ratio)
+        if self.poisson_ratio < INCOMPRESSIBLE and self.law != NeoHookean():
+            raise ValueError(
+                f"a layer with a poisson_ratio below 0.5 must be neo-hookean, but layer {self.name!r} is {self.law.name} with "
+                f"{self.poisson_ratio:g}"
+            )
 
 
 @dataclass(frozen=True)
@@ -238,12 +244,12 @@ class LayeredDesign:
 
 
 def layered(design: Design) -> LayeredDesign:
-    """One (not batch) `Design` as layers: padding, if any, below the sensor, both of one law, on a bonded base."""
+    """One (not batch) `Design` as layers: padding, if any, below the sensor, both of one law."""
     p = {k: float(np.asarray(v)) for k, v in design.parameters().items()}
     law: Law = Gent(1 / p["stiffening"]) if p["stiffening"] > 0 else NeoHookean()
     sensor = Layer(p["sensor_thickness"], p["young_modulus"], law, "sensor")
     padding = p["padding_thickness"]
-    below = (Layer(padding, p["padding_young_modulus"], law, "padding"),) if padding > 0 else ()
+    below = (Layer(padding, p["padding_young_modulus"], law, "padding", p["padding_poisson_ratio"]),) if padding > 0 else ()
     middle, t_d, eps = padding + p["sensor_thickness"] / 2, p["dielectric_thickness"], p["relative_permittivity"]
     t_d = min(t_d, p["sensor_thickness"] / 2)
     return LayeredDesign(
@@ -252,7 +258,8 @@ def layered(design: Design) -> LayeredDesign:
         radius=p["sensor_radius"],
         electrode_radius=min(p["electrode_radius"], p["sensor_radius"]),
         dielectrics=(Dielectric(middle - t_d, middle, eps), Dielectric(middle, middle + t_d, eps)),
-        friction_coefficient=design.indenter.friction_coefficient,
+        friction_coefficient=p["friction_coefficient"],
+        base=design.base,
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +15,11 @@ BoolArray = npt.NDArray[np.bool_]
 IntArray = npt.NDArray[np.int64]
 #: One number, or one number per draw with shape (n_draw,).
 Scalar = float | FloatArray
+#: What the stack rests on: glued to a rigid base, or free to slide on it without friction (but not to lift off).
+Base = Literal["bonded", "slippery"]
 
+#: Poisson's ratio of a material that keeps its volume: what silicone is taken for, and the largest there is.
+INCOMPRESSIBLE = 0.5
 #: Vacuum permittivity [F/m], CODATA 2018.
 VACUUM_PERMITTIVITY = 8.8541878128e-12
 
@@ -42,6 +47,7 @@ def _table(*rows: Parameter) -> Mapping[str, Parameter]:
 PARAMETERS: Mapping[str, Parameter] = _table(
     Parameter("young_modulus", "E", "Pa", "MPa", 1e-6, "Young's modulus of the sensor"),
     Parameter("padding_young_modulus", "E_p", "Pa", "MPa", 1e-6, "Young's modulus of the padding"),
+    Parameter("padding_poisson_ratio", "ν_p", "", "", 1.0, "Poisson's ratio of the padding"),
     Parameter("stiffening", "1/J_m", "", "", 1.0, "stiffening of sensor and padding (inverse of Gent's limit)"),
     Parameter("relative_permittivity", "ε_r", "", "", 1.0, "relative permittivity"),
     Parameter("sensor_thickness", "h_s", "m", "mm", 1e3, "sensor thickness"),
@@ -50,6 +56,7 @@ PARAMETERS: Mapping[str, Parameter] = _table(
     Parameter("sensor_radius", "a", "m", "mm", 1e3, "disc radius"),
     Parameter("electrode_radius", "a_e", "m", "mm", 1e3, "electrode radius"),
     Parameter("indenter_radius", "R", "m", "mm", 1e3, "ball radius"),
+    Parameter("friction_coefficient", "f", "", "", 1.0, "friction between ball and sensor"),
 )
 
 
@@ -65,6 +72,25 @@ def _require_positive(name: str, value: Scalar, *, zero_allowed: bool = False) -
         raise ValueError(f"{name} {rule}, got {worst * scale:.6g} {unit}".rstrip())
 
 
+def require_poisson_ratio(name: str, value: Scalar) -> None:
+    """Refuse what is no Poisson's ratio of a foam or a rubber.
+
+    Parameters
+    ----------
+    name : of the quantity, for the message.
+    value : [1], one number or one per draw.
+
+    Raises
+    ------
+    ValueError
+        If a value is not between 0 and 0.5.
+    """
+    values = np.atleast_1d(np.asarray(value, dtype=float))
+    bad = ~((values >= 0) & (values <= INCOMPRESSIBLE))
+    if np.any(bad):
+        raise ValueError(f"{name} must lie between 0 and 0.5, got {values[bad][0]:.6g}")
+
+
 @dataclass(frozen=True, eq=False)
 class Indenter:
     """A rigid ball of `radius` [m] that is pressed into the sensor.
@@ -78,12 +104,13 @@ class Indenter:
     """
 
     radius: Scalar
-    friction_coefficient: float = 0.0
+    friction_coefficient: Scalar = 0.0
 
     def __post_init__(self) -> None:
         _require_positive("indenter_radius", self.radius)
-        if not self.friction_coefficient >= 0:
-            raise ValueError(f"friction_coefficient must not be negative, got {self.friction_coefficient:g}")
+        friction = np.atleast_1d(np.asarray(self.friction_coefficient, dtype=float))
+        if not np.all(friction >= 0):
+            raise ValueError(f"friction_coefficient must not be negative, got {friction[~(friction >= 0)][0]:g}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,23 +162,28 @@ class Sensor:
 
 @dataclass(frozen=True, eq=False)
 class Padding:
-    """Soft padding of `thickness` [m] (0 for none) and `young_modulus` [Pa] bonded to the rigid base below the sensor.
+    """Soft padding of `thickness` [m] (0 for none) and `young_modulus` [Pa] bonded to the sensor above it, on the base.
 
     `young_modulus` is None for the same silicone as the sensor; `Design.padding_young_modulus` says what that is.
+    `poisson_ratio` [1] from 0 to 0.5 is that of a foam, a compressible neo-Hookean solid; None, as 0.5, is as incompressible
+    as the sensor.
 
     Raises
     ------
     ValueError
-        If the thickness is negative or the modulus is not positive.
+        If the thickness is negative, the modulus is not positive, or Poisson's ratio is not between 0 and 0.5.
     """
 
     thickness: Scalar
     young_modulus: Scalar | None = None
+    poisson_ratio: Scalar | None = None
 
     def __post_init__(self) -> None:
         _require_positive("padding_thickness", self.thickness, zero_allowed=True)
         if self.young_modulus is not None:
             _require_positive("padding_young_modulus", self.young_modulus)
+        if self.poisson_ratio is not None:
+            require_poisson_ratio("padding_poisson_ratio", self.poisson_ratio)
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,11 +193,28 @@ class Design:
     Every quantity is one number or an array of shape (n_draw,): a design may stand for a batch of draws. What follows from
     other quantities (electrode radius, dielectric thickness, modulus of the padding) is worked out when it is asked for, so
     that it follows when `dataclasses.replace` changes them.
+
+    Raises
+    ------
+    ValueError
+        If a padding that is compressible stiffens: its law is neo-Hookean. If the base is none of `Base`.
     """
 
     indenter: Indenter
     sensor: Sensor
     padding: Padding
+    base: Base = "bonded"
+
+    def __post_init__(self) -> None:
+        if self.base not in get_args(Base):
+            raise ValueError(f"base must be bonded or slippery, got {self.base!r}")
+        both = self.padding_is_compressible & (np.asarray(self.sensor.stiffening) > 0)
+        if np.any(both):
+            ratio = np.broadcast_to(np.asarray(self.padding_poisson_ratio, dtype=float), both.shape)
+            raise ValueError(
+                f"a padding with padding_poisson_ratio below 0.5 is neo-Hookean and does not stiffen with the sensor, got "
+                f"{ratio[both][0]:.6g}; set stiffening to 0, or describe the stack layer by layer, each with its law"
+            )
 
     @property
     def electrode_radius(self) -> Scalar:
@@ -184,6 +233,20 @@ class Design:
         """Young's modulus of the padding [Pa]; the sensor's where none was given."""
         own = self.padding.young_modulus
         return self.sensor.young_modulus if own is None else own
+
+    @property
+    def padding_poisson_ratio(self) -> Scalar:
+        """Poisson's ratio of the padding [1]; 0.5, incompressible, where none was given."""
+        if self.padding.poisson_ratio is not None:
+            return self.padding.poisson_ratio
+        shape = np.shape(self.padding.thickness)
+        return np.full(shape, INCOMPRESSIBLE) if shape else INCOMPRESSIBLE
+
+    @property
+    def padding_is_compressible(self) -> BoolArray:
+        """Whether there is a padding that changes its volume, a Poisson's ratio below 0.5; shape () or (n_draw,)."""
+        below = np.asarray(self.padding_poisson_ratio) < INCOMPRESSIBLE
+        return np.asarray(below & (np.asarray(self.padding.thickness) > 0))
 
     @property
     def total_thickness(self) -> Scalar:
@@ -212,7 +275,9 @@ class Design:
             "dielectric_thickness": self.dielectric_thickness,
             "padding_thickness": self.padding.thickness,
             "padding_young_modulus": self.padding_young_modulus,
+            "padding_poisson_ratio": self.padding_poisson_ratio,
             "stiffening": self.sensor.stiffening,
+            "friction_coefficient": self.indenter.friction_coefficient,
         }
 
     def given(self) -> dict[str, Scalar]:
@@ -221,6 +286,7 @@ class Design:
             "electrode_radius": self.sensor.electrode_radius is None,
             "dielectric_thickness": self.sensor.dielectric_thickness is None,
             "padding_young_modulus": self.padding.young_modulus is None,
+            "padding_poisson_ratio": self.padding.poisson_ratio is None,
         }
         return {name: value for name, value in self.parameters().items() if not follows.get(name, False)}
 
@@ -232,18 +298,18 @@ class Design:
             return self
         shape = np.broadcast_shapes((1,), *shapes)
         spread = {k: np.broadcast_to(np.asarray(v, dtype=float), shape) for k, v in values.items()}
-        return design_from(spread, friction_coefficient=self.indenter.friction_coefficient)
+        return design_from(spread, base=self.base)
 
     def draw(self, index: int) -> Design:
         """Draw number `index` as a design of plain numbers."""
         batch = self.draws().given()
         single = {k: float(np.asarray(v)[index]) for k, v in batch.items()}
-        return design_from(single, friction_coefficient=self.indenter.friction_coefficient)
+        return design_from(single, base=self.base)
 
     def only(self, rows: BoolArray) -> Design:
         """The batch of those draws that `rows` (n_draw,) marks."""
         chosen = {k: np.asarray(v)[rows] for k, v in self.draws().given().items()}
-        return design_from(chosen, friction_coefficient=self.indenter.friction_coefficient)
+        return design_from(chosen, base=self.base)
 
     @property
     def is_batch(self) -> bool:
@@ -251,15 +317,16 @@ class Design:
         return any(np.ndim(v) > 0 for v in self.parameters().values())
 
 
-def design_from(values: Mapping[str, Scalar], *, friction_coefficient: float = 0.0) -> Design:
+def design_from(values: Mapping[str, Scalar], *, friction_coefficient: Scalar = 0.0, base: Base = "bonded") -> Design:
     """Make a `Design` from a mapping of names to numbers.
 
     Parameters
     ----------
     values : parameter name (see `PARAMETERS`) -> value [SI], each a number or of shape (n_draw,). `electrode_radius`,
         `dielectric_thickness` and `padding_young_modulus` may be left out and then follow from the others (see `Design`);
-        `stiffening` is 0 by default.
-    friction_coefficient : [1], of ball on sensor, inf for full stick.
+        `padding_poisson_ratio` is 0.5 and `stiffening` 0 by default.
+    friction_coefficient : [1], of ball on sensor, inf for full stick, if `values` do not say it.
+    base : what the stack rests on.
 
     Returns
     -------
@@ -270,10 +337,10 @@ def design_from(values: Mapping[str, Scalar], *, friction_coefficient: float = 0
     KeyError
         If a required parameter is missing.
     ValueError
-        If a value breaks a rule of `Indenter`, `Sensor` or `Padding`.
+        If a value breaks a rule of `Indenter`, `Sensor`, `Padding` or `Design`.
     """
     return Design(
-        Indenter(values["indenter_radius"], friction_coefficient),
+        Indenter(values["indenter_radius"], values.get("friction_coefficient", friction_coefficient)),
         Sensor(
             thickness=values["sensor_thickness"],
             radius=values["sensor_radius"],
@@ -283,5 +350,6 @@ def design_from(values: Mapping[str, Scalar], *, friction_coefficient: float = 0
             dielectric_thickness=values.get("dielectric_thickness"),
             stiffening=values.get("stiffening", 0.0),
         ),
-        Padding(values["padding_thickness"], values.get("padding_young_modulus")),
+        Padding(values["padding_thickness"], values.get("padding_young_modulus"), values.get("padding_poisson_ratio")),
+        base,
     )

@@ -106,12 +106,12 @@ def _of(values: Mapping[str, _Array], parameter: str, sweep: Sweep) -> _Array:
 
 
 def _groups(problem: Problem, values: Mapping[str, _Array], sweep: Sweep) -> tuple[_Array, float]:
-    """The seven groups of `models.surrogate.domain` and the radius of the ball [m]."""
+    """The six groups of `models.surrogate.domain` and the radius of the ball [m]."""
     radius, disc = sweep.indenter_radius, problem.experiment.sensor_radius
     thickness = _of(values, "sensor_thickness", sweep)
     padding = _of(values, "padding_thickness", sweep)
     gap = _of(values, "dielectric_thickness", sweep) / thickness
-    return jnp.stack([thickness / radius, padding / radius, disc / radius, 1.0, 0.0, gap, 1.0]), radius
+    return jnp.stack([thickness / radius, padding / radius, disc / radius, 1.0, gap, 1.0]), radius
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,9 +129,9 @@ class _Curves:
 def _curves(forward: Surrogate, groups: _Array) -> _Curves:
     """See `models.surrogate.surrogate`."""
     slack = 1e-9
-    h_s, h_p, a, modulus, stiffening, gap, share = groups.T
+    h_s, h_p, a, modulus, gap, share = groups.T
     ratios = {"h_s/R": h_s, "h_p/R": h_p, "a/R": a, "h_p/h_s": h_p / h_s, "a/h_s": a / h_s, "h_p/a": h_p / a}
-    ratios |= {"E_p/E": modulus, "1/J_m": stiffening, "t_d/h_s": gap, "a_e/a": share}
+    ratios |= {"E_p/E": modulus, "t_d/h_s": gap, "a_e/a": share}
     bounded = [(ratios[bound.name], bound) for bound in bounds(forward.family)]
     inside = [(x >= b.low - slack * abs(b.low)) & (x <= b.high * (1 + slack)) for x, b in bounded]
     h, width = h_s + h_p, share * a

@@ -14,7 +14,8 @@ from calib.problem import coordinates_of, log_posterior, specimen_design
 from calib.sampling import Posterior, Reweighting
 from models.response import Forward
 from models.sensor import FloatArray
-from models.surrogate.domain import GROUPS, groups_of
+from models.surrogate.domain import group_names, groups_of
+from models.surrogate.families import Family
 from models.surrogate.surrogate import Surrogate
 
 #: Log densities of draws may be off by this much where the same surrogate computes them again.
@@ -57,20 +58,22 @@ def require_own_surrogate(posterior: Posterior, forward: Forward) -> Surrogate:
     return forward
 
 
-def training_points(posterior: Posterior, values: Mapping[str, FloatArray]) -> FloatArray:
+def training_points(posterior: Posterior, values: Mapping[str, FloatArray], family: Family) -> FloatArray:
     """Find where in its groups a surrogate has to be refined for a posterior: the points that draws stand for.
 
     Parameters
     ----------
     posterior : whose specimens and balls count.
     values : draws, parameter name -> SI values (n_draw,), fixed ones included.
+    family : that of the surrogate.
 
     Returns
     -------
-    (n, 5), in the coordinates of `models.surrogate.training`: every draw of every specimen under every ball, each once.
+    (n, n_group), in the coordinates of `models.surrogate.training`: every draw of every specimen under every ball, each once.
     """
     pressed = {(s.specimen, s.indenter_radius): s for s in posterior.sweeps}.values()
-    groups = [groups_of(specimen_design(posterior, values, s.specimen, s.name).draws())[:, : len(GROUPS)] for s in pressed]
+    designs = (specimen_design(posterior, values, s.specimen, s.name).draws() for s in pressed)
+    groups = [groups_of(design, family)[:, : len(group_names(family))] for design in designs]
     return np.unique(np.concatenate(groups), axis=0)
 
 

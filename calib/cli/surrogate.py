@@ -17,9 +17,10 @@ from calib.cli.common import Processes, counting, out, refusing_bad_input, say
 from calib.cli.stopping import when_stopped
 from calib.errors import Fault, InputError
 from calib.files import require_folder, require_writable, whole_file
-from models.surrogate import FAMILIES, NEO_HOOKEAN
+from models.surrogate import FAMILIES, Family
 
 if TYPE_CHECKING:
+    from models.sensor import FloatArray
     from models.surrogate.surrogate import Surrogate
     from models.surrogate.training import TrainingSet
 
@@ -33,10 +34,14 @@ class FamilyName(StrEnum):
     neo_hookean = "neo-hookean"
     gent = "gent"
     stick = "stick"
+    slippery = "slippery"
+    friction = "friction"
+    slippery_friction = "slippery-friction"
+    foam = "foam"
 
 
 SurrogateFile = Annotated[Path | None, typer.Option("--surrogate", help="Surrogate file [default: the shipped one].")]
-WhichFamily = Annotated[FamilyName, typer.Option("--family", help="Law of the layers, or contact, that it is for.")]
+WhichFamily = Annotated[FamilyName, typer.Option("--family", help="Base, law, friction or padding that it is for.")]
 
 
 def info(file: SurrogateFile = None, family: WhichFamily = FamilyName.neo_hookean) -> None:
@@ -67,8 +72,9 @@ def validate(
 ) -> None:
     """Compare the surrogate with finite elements on fresh random designs over its whole range.
 
-    Takes about half a second per design and process. Prints the error of force and of capacitance change, and how often the
-    truth lies inside the surrogate's own 90 % band.
+    Takes about half a second per design and process, with friction two. Prints the error of force and of capacitance change,
+    and how often the truth lies inside the surrogate's own 90 % band: over all, and in sub-boxes of the range, the quarters of
+    the points by each group that shapes the mechanics and by depth.
 
     Example: `calib surrogate validate --designs 50 --seed 2`
 
@@ -91,6 +97,10 @@ def validate(
         for row in found.table():
             shown.add_row(*row)
         out().print(shown)
+        boxed = Table("sub-box", "force, 95 %", "change, 95 %", "force inside own 90 % band", "change inside")
+        for box in found.boxes():
+            boxed.add_row(*box)
+        out().print(boxed)
         for failure in found.failures:
             say(f"no equilibrium: {failure}")
 
@@ -99,13 +109,22 @@ def train(
     output: Annotated[Path, typer.Option("-o", "--output", help="Surrogate file to write (npz).")],
     family: WhichFamily = FamilyName.neo_hookean,
     points: Annotated[
-        int, typer.Option(min=1, help="Finite-element loading curves to train on, with those that the store holds already.")
-    ] = 8192,
+        int | None,
+        typer.Option(
+            min=1, help="Finite-element loading curves to train on, with those in the store already [default: the family's]."
+        ),
+    ] = None,
+    coarse: Annotated[
+        int | None,
+        typer.Option(min=0, help="Coarse loading curves beside them, cheaper and farther off [default: the family's]."),
+    ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the choice of designs and of the training.")] = 1,
     accuracy: Annotated[
         float, typer.Option(min=1e-5, max=0.1, help="Relative accuracy the finite elements are meshed for.")
     ] = 1e-3,
-    steps: Annotated[int | None, typer.Option(min=1, help=f"Steps of the training of each network [default: {STEPS}].")] = None,
+    steps: Annotated[
+        int | None, typer.Option(min=1, help="Steps of the training of each network [default: the family's].")
+    ] = None,
     improve: Annotated[
         Path | None,
         typer.Option(help="Surrogate file: new curves are run where it states the largest errors, not all over the range."),
@@ -126,11 +145,11 @@ def train(
 ) -> None:
     """Train a surrogate on finite-element loading curves spread over the whole range of designs.
 
-    Takes about half a second per curve and process (with a ball that sticks two), then about half an hour for the networks. A
-    family other than neo-Hookean is learned as what it adds to the shipped neo-Hookean surrogate, and needs fewer curves.
-    Stop it with Ctrl-C whenever you like: the same command goes on with the curves it has, and one with more --points adds to
-    them. The file is used with `--surrogate FILE` in the other commands; check it first with `calib surrogate validate
-    --surrogate FILE`.
+    Takes about half a second per curve and process (with friction two), then up to half an hour for the networks. A family
+    other than neo-Hookean is learned as what it adds to the shipped neo-Hookean surrogate, and needs fewer curves, of which
+    many may be coarse ones. Stop it with Ctrl-C whenever you like: the same command goes on with the curves it has, and one
+    with more --points adds to them. The file is used with `--surrogate FILE` in the other commands; check it first with `calib
+    surrogate validate --surrogate FILE`.
 
     With --scheduler the curves are computed by the workers of a Dask cluster, the networks here. Client, scheduler and workers
     send each other Python objects (pickles): each of them can run code on all others. Give no address but of a cluster of your
@@ -139,7 +158,7 @@ def train(
 
     Example: `calib surrogate train -o mine.npz --points 4096 --processes 8`
 
-    Writes: mine.npz, and mine.sqlite with the curves.
+    Writes: mine.npz, and mine.sqlite with the curves (coarse ones in mine.coarse.sqlite).
 
     Exit codes: 0 done; 2 too few points, no place to write, or no cluster (or one that was lost: the curves so far are kept);
     130 stopped from the keyboard, 143 by SIGTERM, the curves so far kept.
@@ -148,36 +167,53 @@ def train(
         from calib.experiment import surrogate_from
         from models.surrogate.fitting import LEAST_PATHS, fit_surrogate
         from models.surrogate.points import design_points, worst_points
-        from models.surrogate.store import StoreError, open_store
-        from models.surrogate.training import points_wanted, run_training, store_settings, training_set
 
+        of = FAMILIES[family]
+        n_point = of.recipe.points if points is None else points
+        n_coarse = of.recipe.coarse_points if coarse is None else coarse
         # Better said before an hour of finite elements than after.
-        if points < LEAST_PATHS:
-            raise InputError(Fault(f"--points {points} are too few to train on", advice=f"Give at least {LEAST_PATHS}"))
+        if n_point < LEAST_PATHS:
+            raise InputError(Fault(f"--points {n_point} are too few to train on", advice=f"Give at least {LEAST_PATHS}"))
         require_new(output)
         kept = store if store is not None else output.with_suffix(".sqlite")
         require_folder(kept, "Create it first")
-        of = FAMILIES[family]
-        base = surrogate_from() if of is not NEO_HOOKEAN else None
-        sequence = design_points(points, seed, of) if improve is None else worst_points(_of(improve, family), points, seed)
+        base = surrogate_from(family=FAMILIES[of.adds_to]) if of.adds_to else None
+        sequence = design_points(n_point, seed, of) if improve is None else worst_points(_of(improve, family), n_point, seed)
+        with _executor(processes, scheduler) as executor:
+            data = _gathered(kept, executor, sequence, n_point, accuracy, of)
+            below = None
+            if n_coarse:
+                # At other points than the fine ones, so that together they say more.
+                others, least = design_points(n_coarse, seed + 1, of), of.recipe.coarse_accuracy
+                below = _gathered(kept.with_suffix(".coarse.sqlite"), executor, others, n_coarse, least, of)
+        fit = partial(fit_surrogate, coarse=below)
         try:
-            with _executor(processes, scheduler) as executor, open_store(kept, store_settings(accuracy, of)) as runs:
-                stopped = f"in {kept}. The same command goes on."
-                with when_stopped(lambda: f"Stopped with {len(runs)} curves {stopped}"), counting() as told:
-                    wanted, counted = points_wanted(runs, sequence, points), partial(told, "loading curves")
-                    run_training(wanted, executor, runs, accuracy=accuracy, family=of, progress=counted)
-                data = training_set(runs, accuracy, of)
-        except StoreError as error:
-            raise InputError(Fault(str(error), kept, advice="Choose another --store")) from None
-        try:
-            with when_stopped(lambda: f"Stopped while training, with the curves {stopped}"):
-                fitted = trained(fit_surrogate, data, base, steps, seed)
+            with when_stopped(lambda: f"Stopped while training, with the curves in {kept}. The same command goes on."):
+                fitted = trained(fit, data, base, of.recipe.steps if steps is None else steps, seed)
         except ValueError as error:
             raise InputError(Fault(f"--points: {error}")) from None
         with whole_file(output) as part:
             fitted.save(part)
         stuck = sum(map(bool, data.failures))
         say(f"Written: {output} ({len(data.failures)} curves, {stuck} of them without equilibrium to their end)")
+
+
+def _gathered(path: Path, executor: Executor, sequence: FloatArray, n: int, accuracy: float, family: Family) -> TrainingSet:
+    """Bring the store at `path` to `n` curves of an accuracy, at the first points of the sequence that it does not hold."""
+    from models.surrogate.store import StoreError, open_store
+    from models.surrogate.training import points_wanted, run_training, store_settings, training_set
+
+    try:
+        with open_store(path, store_settings(accuracy, family)) as runs:
+            with (
+                when_stopped(lambda: f"Stopped with {len(runs)} curves in {path}. The same command goes on."),
+                counting() as told,
+            ):
+                wanted, counted = points_wanted(runs, sequence, n), partial(told, "loading curves")
+                run_training(wanted, executor, runs, accuracy=accuracy, family=family, progress=counted)
+            return training_set(runs, accuracy, family)
+    except StoreError as error:
+        raise InputError(Fault(str(error), path, advice="Choose another --store")) from None
 
 
 def trained(

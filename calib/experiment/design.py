@@ -14,6 +14,7 @@ from calib.catalogue import display
 from calib.experiment.toml_file import Toml, read_toml
 from calib.experiment.toml_places import KeyPath
 from calib.experiment.toml_values import (
+    Signposts,
     check_keys,
     choice_at,
     get,
@@ -26,10 +27,10 @@ from calib.experiment.toml_values import (
 )
 from calib.quantity import parse_quantity
 from models.laws import Gent, Law, MooneyRivlin, NeoHookean, Ogden, Yeoh
-from models.layers import Base, Dielectric, Layer, LayeredDesign, Profile, cone, flat_punch, layered, sphere
-from models.sensor import Design, Indenter, Padding, Sensor
+from models.layers import Dielectric, Layer, LayeredDesign, Profile, cone, flat_punch, layered, sphere
+from models.sensor import INCOMPRESSIBLE, Base, Design, Indenter, Padding, Sensor
 
-#: Tables of a design with their keys, and the quantity that each is.
+#: Tables of a design with their keys, and the quantity that each is; keys that are none stand in `BESIDE`.
 TABLES: Mapping[str, Mapping[str, str]] = {
     "sensor": {
         "thickness": "sensor_thickness",
@@ -41,6 +42,8 @@ TABLES: Mapping[str, Mapping[str, str]] = {
     },
     "padding": {"thickness": "padding_thickness", "young_modulus": "padding_young_modulus"},
 }
+#: Their keys of another kind.
+BESIDE: Mapping[str, tuple[str, ...]] = {"sensor": ("law",), "padding": ("law", "poisson_ratio")}
 #: Those that a design must have, with an example.
 REQUIRED: Mapping[tuple[str, str], str] = {
     ("sensor", "thickness"): '"0.74 mm"',
@@ -51,7 +54,8 @@ REQUIRED: Mapping[tuple[str, str], str] = {
 }
 
 #: Keys of the disc and of each layer of a stack.
-DISC, LAYER = ("radius", "electrode_radius"), ("name", "thickness", "young_modulus", "law", "relative_permittivity")
+DISC = ("radius", "electrode_radius")
+LAYER = ("name", "thickness", "young_modulus", "poisson_ratio", "law", "relative_permittivity")
 
 #: Shapes of indenters, with the keys that give their size and an example of each.
 SHAPES: Mapping[str, Mapping[str, str]] = {
@@ -69,6 +73,9 @@ LAWS: Mapping[str, tuple[Callable[..., Law], tuple[str, ...]]] = {
     "gent": (Gent, ("locking",)),
     "ogden": (Ogden, ("shares", "exponents")),
 }
+_SOFT_SENSOR = Signposts(
+    {}, {("[sensor]", "poisson_ratio"): "The sensor keeps its volume; a foam may stand in [padding] or among [[layers]]"}
+)
 _LAW_EXAMPLE = 'Write for example law = "neo-hookean", { gent = { locking = 40 } } or { yeoh = { c2 = 0.02, c3 = 0.001 } }'
 
 
@@ -94,6 +101,7 @@ def read_design(path: Path) -> Design | LayeredDesign:
         [padding]
         thickness = "1.10 mm"
         young_modulus = "0.69 MPa"        # optional, default the sensor's
+        poisson_ratio = 0.3               # optional, for a foam, which is neo-Hookean; default 0.5, incompressible
         law = "neo-hookean"               # optional
 
     Other indenters have shape = "flat punch" with radius and edge_radius, or shape = "cone" with half_angle (between axis and
@@ -106,6 +114,7 @@ def read_design(path: Path) -> Design | LayeredDesign:
         name = "padding"                  # optional
         thickness = "1.10 mm"
         young_modulus = "0.69 MPa"
+        poisson_ratio = 0.3               # optional, as above
         law = "neo-hookean"               # optional
         [[layers]]
         name = "dielectric"
@@ -144,12 +153,15 @@ def read_design(path: Path) -> Design | LayeredDesign:
                 base,
             ),
         )
-    values, laws = _sensor_and_padding(toml, meant)
+    values, laws, poisson_ratio = _sensor_and_padding(toml, meant)
     raise_faults(toml)
     design = Design(
         Indenter(sizes[0], friction),
         Sensor(**{key: values["sensor", key] for key in TABLES["sensor"] if ("sensor", key) in values}),
-        Padding(**{key: values["padding", key] for key in TABLES["padding"] if ("padding", key) in values}),
+        Padding(
+            **{key: values["padding", key] for key in TABLES["padding"] if ("padding", key) in values},
+            poisson_ratio=poisson_ratio,
+        ),
     )
     stiffening = _one_stiffening(laws["sensor"], laws["padding"], bare=np.max(design.padding.thickness) == 0)
     if shape == "sphere" and base == "bonded" and stiffening is not None:
@@ -160,7 +172,7 @@ def read_design(path: Path) -> Design | LayeredDesign:
         toml,
         lambda: LayeredDesign(
             _PROFILES[shape](*sizes),
-            tuple(Layer(x.thickness, x.young_modulus, by_name[x.name], x.name) for x in plain.layers),
+            tuple(replace(x, law=by_name[x.name]) for x in plain.layers),
             plain.radius,
             plain.electrode_radius,
             plain.dielectrics,
@@ -188,11 +200,12 @@ def _checked(toml: Toml, make: Callable[[], LayeredDesign]) -> LayeredDesign:
     raise AssertionError("unreachable: the fault above is raised")
 
 
-def _sensor_and_padding(toml: Toml, meant_tables: set[str]) -> tuple[dict[tuple[str, str], float], dict[str, Law]]:
+def _sensor_and_padding(toml: Toml, meant_tables: set[str]) -> tuple[dict[tuple[str, str], float], dict[str, Law], float]:
+    """Quantities of both by table and key, their laws, and Poisson's ratio of the padding."""
     values: dict[tuple[str, str], float] = {}
     laws: dict[str, Law] = {}
     for name, keys in TABLES.items():
-        meant = check_keys(toml, (name,), (*keys, "law"))
+        meant = check_keys(toml, (name,), (*keys, *BESIDE[name]), _SOFT_SENSOR)
         laws[name] = _law(toml, (name, "law"))
         for key, parameter in keys.items():
             at = (name, key)
@@ -209,7 +222,7 @@ def _sensor_and_padding(toml: Toml, meant_tables: set[str]) -> tuple[dict[tuple[
         got = f"{display('dielectric_thickness', dielectric)} in a sensor of {display('sensor_thickness', thickness)}"
         message = f"dielectric_thickness (of each of the two) must not exceed half the sensor thickness, got {got}"
         toml.fault(("sensor", "dielectric_thickness"), message)
-    return values, laws
+    return values, laws, _poisson_ratio(toml, ("padding",), laws["padding"])
 
 
 def _stack(toml: Toml) -> tuple[float, float, tuple[Layer, ...], tuple[Dielectric, ...]]:
@@ -231,12 +244,13 @@ def _stack(toml: Toml) -> tuple[float, float, tuple[Layer, ...], tuple[Dielectri
         thickness = _positive(toml, (*at, "thickness"), "m", '"0.5 mm"', quiet="thickness" in meant)
         modulus = _positive(toml, (*at, "young_modulus"), "Pa", '"0.69 MPa"', quiet="young_modulus" in meant)
         law = _law(toml, (*at, "law"))
+        poisson_ratio = _poisson_ratio(toml, at, law)
         if "relative_permittivity" in table_at(toml, at):
             permittivity = quantity_at(toml, (*at, "relative_permittivity"), "relative_permittivity")
             if thickness > 0 and permittivity > 0:
                 dielectrics.append(Dielectric(height, height + thickness, permittivity))
         if thickness > 0 and modulus > 0:
-            layers.append(Layer(thickness, modulus, law, name))
+            layers.append(Layer(thickness, modulus, law, name, poisson_ratio))
             height += thickness
     if not dielectrics and not toml.faults:
         advice = "Give relative_permittivity = 2.8 in the [[layers]] that lie between two electrodes"
@@ -322,6 +336,22 @@ def _law(toml: Toml, at: KeyPath) -> Law:
     except ValueError as error:
         toml.fault(at, f"{spelled}: {error}")
     return NeoHookean()
+
+
+def _poisson_ratio(toml: Toml, at: KeyPath, law: Law) -> float:
+    """The optional Poisson's ratio of the padding or a layer of this law; 0.5, incompressible, by default or if wrong."""
+    value = get(toml, (*at, "poisson_ratio"))
+    if value is None:
+        return INCOMPRESSIBLE
+    advice = "Leave it out for rubber, which keeps its volume (0.5); an open foam has 0 to 0.3"
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 <= value <= INCOMPRESSIBLE:
+        toml.fault((*at, "poisson_ratio"), f"poisson_ratio must be a plain number from 0 to 0.5, got {quoted(value)}", advice)
+        return INCOMPRESSIBLE
+    if value < INCOMPRESSIBLE and law != NeoHookean():
+        message = f"a foam (poisson_ratio = {value:g}) is neo-hookean, got {law.name}"
+        toml.fault((*at, "law"), message, "Leave out its law, or its poisson_ratio")
+        return INCOMPRESSIBLE
+    return float(value)
 
 
 def _shape_parameter(key: str, value: Any) -> float | tuple[float, ...]:

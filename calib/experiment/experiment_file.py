@@ -20,7 +20,7 @@ from calib.experiment.toml_places import KeyPath
 from calib.experiment.toml_values import check_keys, choice_at, quantity_at, quoted, raise_faults, table_at, tables_at, text_at
 from calib.priors import Fixed, Prior, parse_prior
 from calib.visible import name_fault, shortened
-from models.surrogate import family_of
+from models.surrogate import family_of, shipped_in_words
 
 #: Keys that a table of an experiment file may have; those of priors are the unknowns.
 KEYS: Mapping[str, tuple[str, ...]] = {
@@ -199,9 +199,10 @@ def _check_model(toml: Toml, model: str, law: str, stick: bool) -> None:
     place = ("indenter", "friction_coefficient") if stick else ("sensor", "law")
     if model == "closed form" and (stick or law != "neo-hookean"):
         toml.fault(place, "the closed form knows neo-Hookean layers and a ball without friction", 'Write model = "surrogate"')
-    elif model == "surrogate" and family_of(stiffening=law == "gent", stick=stick) is None:
+    elif model == "surrogate" and family_of({"stiffening"} if law == "gent" else (), stick=stick) is None:
         message = f'there is no surrogate for the law "{law}" with a ball that sticks'
-        toml.fault(place, message, 'Leave one of the two out, or write model = "fem" and have patience')
+        there = f"There are surrogates of {shipped_in_words()}"
+        toml.fault(place, message, f'Leave one of the two out, or write model = "fem" and have patience. {there}')
 
 
 def _radius(toml: Toml, name: str, example: str, *, quiet: bool) -> float:

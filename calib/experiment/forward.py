@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 
 from calib.errors import Fault, InputError
@@ -11,8 +10,15 @@ from models.analytic import ClosedForm
 from models.fem import FiniteElements
 from models.response import Forward
 from models.sensor import Design
-from models.surrogate import NEO_HOOKEAN, Family, family_of
-from models.surrogate.surrogate import Surrogate, load_surrogate
+from models.surrogate import (
+    NEO_HOOKEAN,
+    Family,
+    NotShippedError,
+    Surrogate,
+    family_of_design,
+    load_surrogate,
+    shipped_in_words,
+)
 
 
 def forward_of_experiment(experiment: Experiment, surrogate: Path | None = None) -> Forward:
@@ -36,7 +42,7 @@ def forward_of_design(design: Design, model: str, surrogate: Path | None = None)
 
     Parameters
     ----------
-    design : its law and its contact say which surrogate.
+    design : its base, law, friction and padding say which surrogate.
     model : "surrogate", "fem" or "closed-form".
     surrogate : file of a surrogate to use instead of the shipped one, if the model is a surrogate.
 
@@ -45,8 +51,7 @@ def forward_of_design(design: Design, model: str, surrogate: Path | None = None)
     InputError
         If there is no such surrogate, it cannot be read, or the model is none.
     """
-    stick = math.isinf(design.indenter.friction_coefficient)
-    return _forward(model, surrogate, family_of(stiffening=bool(design.sensor.stiffening), stick=stick))
+    return _forward(model, surrogate, family_of_design(design))
 
 
 def surrogate_from(file: Path | None = None, family: Family | None = NEO_HOOKEAN) -> Surrogate:
@@ -66,9 +71,12 @@ def surrogate_from(file: Path | None = None, family: Family | None = NEO_HOOKEAN
         advice = "Leave --surrogate out to use the shipped one"
         raise InputError(Fault("there is no such surrogate file", file, advice=advice))
     if family is None:
-        raise InputError(Fault("there is no surrogate for Gent's law with a ball that sticks", advice="Use the model fem"))
+        message = "there is no surrogate for this combination of base, law, friction and padding"
+        raise InputError(Fault(message, advice=f"Use the model fem. There are surrogates of {shipped_in_words()}"))
     try:
         return load_surrogate(file, family)
+    except NotShippedError as error:
+        raise InputError(Fault(str(error))) from None
     except (OSError, ValueError, KeyError) as error:
         raise InputError(Fault(f"not a surrogate that can be read ({error})", file)) from None
 

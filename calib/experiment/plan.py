@@ -116,7 +116,7 @@ class Experiment:
     @property
     def family(self) -> Family | None:
         """The family of surrogates that has this law and this contact; None if there is none."""
-        return family_of(stiffening=self.law == "gent", stick=self.stick)
+        return family_of({"stiffening"} if self.law == "gent" else (), stick=self.stick)
 
     @property
     def friction_coefficient(self) -> float:

@@ -7,14 +7,14 @@ from collections.abc import Mapping
 from typing import get_args
 
 from calib.catalogue import UNKNOWNS, unknowns_of
-from calib.experiment.design import DISC, LAWS, LAYER, REQUIRED, SHAPES, TABLES
+from calib.experiment.design import BESIDE, DISC, LAWS, LAYER, REQUIRED, SHAPES, TABLES
 from calib.experiment.experiment_file import KEYS
 from calib.experiment.lab_entries import READING_KEYS
 from calib.experiment.plan import Discrepancy, MaterialLaw, Model, PaddingMaterial
 from calib.experiment.schema_values import Schema, choice, prior_of, quantity, quantity_of, table, tables, text
 from calib.experiment.signposts import SWEEP_KEYS
 from calib.lab import QUANTITIES, SIGNED, SIGNS, USE_KEYS
-from models.layers import Base
+from models.sensor import Base
 
 _DRAFT = "https://json-schema.org/draft/2020-12/schema"
 
@@ -55,6 +55,15 @@ _SENSOR: Mapping[str, Schema] = {
 }
 _PADDING: Mapping[str, Schema] = {
     "material": choice("Whether the padding is of the sensor's silicone.", get_args(PaddingMaterial), "sensor"),
+}
+
+
+_POISSON_RATIO: Schema = {
+    "description": "Poisson's ratio of a foam, which is neo-Hookean; 0.5 for what keeps its volume.",
+    "type": "number",
+    "minimum": 0,
+    "maximum": 0.5,
+    "default": 0.5,
 }
 
 
@@ -134,10 +143,11 @@ def _lab_file(what: str) -> Schema:
 
 def design_schema() -> Schema:
     """JSON Schema of a design file, for editors: what `read_design` takes, as far as a schema can say it."""
+    beside = {"law": _law(), "poisson_ratio": _POISSON_RATIO}
     sensor, padding = (
         table(
             f"The {name}.",
-            {key: quantity_of(parameter) for key, parameter in keys.items()} | {"law": _law()},
+            {key: quantity_of(parameter) for key, parameter in keys.items()} | {key: beside[key] for key in BESIDE[name]},
             [key for key in keys if (name, key) in REQUIRED],
         )
         for name, keys in TABLES.items()
@@ -147,7 +157,7 @@ def design_schema() -> Schema:
         "name": text("Name of the layer."),
         "thickness": quantity("Thickness of the layer.", "m", "0.5 mm"),
         "young_modulus": quantity("Young's modulus of the layer.", "Pa", "0.69 MPa"),
-        "law": _law(),
+        **beside,
         "relative_permittivity": quantity_of("relative_permittivity"),
     }
     top = {

@@ -78,7 +78,7 @@ def refine(
     values = thin_draws(posterior, n_draw, rng)
     before = len(store)
     curves, draws = (None if progress is None else partial(progress, what) for what in ("loading curves", "draws re-weighted"))
-    points = training_points(posterior, values)
+    points = training_points(posterior, values, fast.family)
     run_training(points, executor, store, accuracy=accuracy, family=fast.family, progress=curves)
     if added is not None:
         added(len(store) - before)

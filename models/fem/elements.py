@@ -18,10 +18,11 @@ from models.fem import material
 from models.fem.material import Material
 from models.fem.mesh import Mesh
 from models.layers import LayeredDesign
-from models.sensor import FloatArray, IntArray
+from models.sensor import INCOMPRESSIBLE, FloatArray, IntArray
 
-#: Bulk over shear modulus of every layer.
-BULK_RATIO = 1e4
+#: Range of Lame's lambda over mu. What is incompressible gives way as much as the upper end lets it; at the lower end, where
+#: p / lambda still is a number, a foam of Poisson's ratio 0 has no pressure that could be seen.
+LEAST_LAME_RATIO, LARGEST_LAME_RATIO = 1e-12, 1e4
 
 _GAUSS3, _WEIGHT3 = np.polynomial.legendre.leggauss(3)
 
@@ -83,8 +84,8 @@ class Elements:
     ----------
     scale : (5, n_element, n_quad) what turns derivatives on the reference square into those of the components of f.
     weight : (n_element, n_quad) quadrature weight times 2 pi r.
-    material : laws and shear moduli.
-    bulk_root : (n_element, 3, 3) lower Cholesky factor of the inverse of the integral of psi psi / K.
+    material : laws and moduli.
+    bulk_root : (n_element, 3, 3) lower Cholesky factor of the inverse of the integral of psi psi / lambda.
     border_dofs, inner_dofs : (n_element, 16), (n_element, 2) global displacement components, r of all nodes, then z.
     dofs : (n_element, 18) both.
     """
@@ -98,13 +99,19 @@ class Elements:
     dofs: IntArray
 
 
+def lame_ratio(poisson_ratio: float) -> float:
+    """Lame's lambda over mu, 2 nu / (1 - 2 nu), of a layer that has this Poisson's ratio at small strain, within its range."""
+    ratio = np.inf if poisson_ratio >= INCOMPRESSIBLE else 2 * poisson_ratio / (1 - 2 * poisson_ratio)
+    return float(np.clip(ratio, LEAST_LAME_RATIO, LARGEST_LAME_RATIO))
+
+
 def make_elements(mesh: Mesh, design: LayeredDesign) -> Elements:
     """Everything of the elements that does not change while loading: weights, scales and materials.
 
     Parameters
     ----------
     mesh : the grid.
-    design : whose layers they are made of; the shear modulus of a layer is a third of its Young's modulus.
+    design : whose layers they are made of.
 
     Returns
     -------
@@ -118,7 +125,8 @@ def make_elements(mesh: Mesh, design: LayeredDesign) -> Elements:
     one = np.ones(9)
     weight = 2 * np.pi * radius * _W * (hr * hz)
     layer = np.tile(mesh.layer, nr)
-    modulus = np.array([x.young_modulus / 3 for x in design.layers])[layer][:, None]
+    ratio = np.array([lame_ratio(x.poisson_ratio) for x in design.layers])[layer][:, None]
+    modulus = np.array([x.young_modulus / (2 * (1 + x.poisson_ratio)) for x in design.layers])[layer][:, None]
     laws = tuple(dict.fromkeys(x.law for x in design.layers))
     which = np.array([laws.index(x.law) for x in design.layers])[layer]
     where = tuple(np.flatnonzero(which == k) for k in range(len(laws)))
@@ -129,8 +137,8 @@ def make_elements(mesh: Mesh, design: LayeredDesign) -> Elements:
     return Elements(
         scale=np.stack([one / hr, one / hz, one / hr, one / hz, 1 / radius]),
         weight=weight,
-        material=Material(laws, where, modulus),
-        bulk_root=np.linalg.cholesky(np.linalg.inv(gram) * BULK_RATIO * modulus[:, :, None]),
+        material=Material(laws, where, modulus, ratio * modulus),
+        bulk_root=np.linalg.cholesky(np.linalg.inv(gram) * ratio[:, :, None] * modulus[:, :, None]),
         border_dofs=border,
         inner_dofs=inner,
         dofs=np.concatenate([border, inner], axis=1),
@@ -169,7 +177,7 @@ class Residual:
     ----------
     force : (n_element, 18), dofs as in `Elements.dofs`.
     coupling : (n_element, 18, 3), d(force)/d(pressure coefficient), times `Elements.bulk_root`.
-    volume : (n_element, 3), integral of psi (J - 1 - p / K), times the transpose of the same.
+    volume : (n_element, 3), integral of psi (J - 1 - p / lambda), times the transpose of the same.
     """
 
     force: FloatArray
@@ -191,7 +199,7 @@ def _residual(elements: Elements, point: material.Point, p: FloatArray) -> Resid
     to_r = (_terms([c[m] for m, _ in _R_PARTS]) @ _RP).reshape(n, 9, 3)
     to_z = (_terms([c[m] for m, _ in _Z_PARTS]) @ _ZP).reshape(n, 9, 3)
     coupling[:, :8], coupling[:, 16], coupling[:, 8:16], coupling[:, 17] = to_r[:, :8], to_r[:, 8], to_z[:, :8], to_z[:, 8]
-    volume = ((point.jacobian - 1 - p / (BULK_RATIO * elements.material.modulus)) * w) @ PRESSURE_SHAPE
+    volume = ((point.jacobian - 1 - p / elements.material.lame) * w) @ PRESSURE_SHAPE
     return Residual(force, coupling @ elements.bulk_root, (volume[:, None, :] @ elements.bulk_root)[:, 0])
 
 
@@ -218,7 +226,7 @@ class Condensed:
 def condense(elements: Elements, f: FloatArray, pressure: FloatArray) -> Condensed:
     """Force and tangent of the elements, their pressure and inner node eliminated.
 
-    The element pressure obeys integral psi (J - 1 - p/K) = 0; its linearisation is eliminated exactly, so Newton on the
+    The element pressure obeys integral psi (J - 1 - p/lambda) = 0; its linearisation is eliminated exactly, so Newton on the
     displacement is Newton on both.
 
     Parameters

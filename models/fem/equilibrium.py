@@ -317,7 +317,7 @@ def stored_energy(model: Model, state: State) -> float:
     """
     parts = model.elements
     f = elements.deformation(parts, state.u)
-    density = material.energy(parts.material, f, state.pressure @ elements.PRESSURE_SHAPE.T, elements.BULK_RATIO)
+    density = material.energy(parts.material, f, state.pressure @ elements.PRESSURE_SHAPE.T)
     return float(np.sum(density * parts.weight))
 
 

@@ -1,9 +1,11 @@
-"""From deformation gradient and pressure to stress and tangent of a nearly incompressible hyperelastic solid.
+"""From deformation gradient and pressure to stress and tangent of a hyperelastic solid, compressible or nearly not.
 
 The in-plane gradient A and the hoop stretch t are stacked as f = (F_rr, F_rz, F_zr, F_zz, F_tt), components first.
-Energy per reference volume: mu w(a, D, t) + p (J - 1) - p^2 / (2 K) with a `models.laws.Law` w of a = A : A, D = det A and t,
-and J = D t: a perturbed Lagrangian in the pressure p (Wriggers, "Nonlinear Finite Element Methods", 2008, section 10.2). With
-da = 2 A : dA and dD = c : dA, c = cof A, the chain rule gives
+Energy per reference volume: mu w(a, D, t) + p (J - 1) - p^2 / (2 lambda) with a `models.laws.Law` w of a = A : A, D = det A
+and t, and J = D t: a perturbed Lagrangian in the pressure p (Wriggers, "Nonlinear Finite Element Methods", 2008, section 10.2).
+At its stationary point, p = lambda (J - 1), it is mu w + lambda/2 (J - 1)^2: with w neo-Hookean the compressible neo-Hookean
+solid of Lame's constants mu and lambda, so that one form serves every Poisson's ratio. With da = 2 A : dA and dD = c : dA,
+c = cof A, the chain rule gives
 
     S   = 2 W_a A + (W_D + p t) c,      S_t = W_t + p D,                                                              (1)
     H   = 4 W_aa A A + 2 W_aD (A c + c A) + W_DD c c + 2 W_a 1 + (W_D + p t) d2D/dA2,                                 (2)
@@ -22,26 +24,29 @@ from models.sensor import BoolArray, FloatArray
 
 @dataclass(frozen=True, eq=False)
 class Material:
-    """Law of every element: `laws`, and for each the element numbers `where` it holds; `modulus` (n_element, 1) is mu."""
+    """Law of every element: `laws`, and for each the element numbers `where` it holds.
+
+    `modulus` and `lame` are mu and lambda, (n_element, 1).
+    """
 
     laws: tuple[Law, ...]
     where: tuple[np.ndarray[tuple[int], np.dtype[np.intp]], ...]
     modulus: FloatArray
+    lame: FloatArray
 
 
 def _arguments(f: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     return f[0] ** 2 + f[1] ** 2 + f[2] ** 2 + f[3] ** 2, f[0] * f[3] - f[1] * f[2], f[4]
 
 
-def energy(material: Material, f: FloatArray, p: FloatArray, bulk_ratio: float) -> FloatArray:
+def energy(material: Material, f: FloatArray, p: FloatArray) -> FloatArray:
     """Energy density of the module's formula.
 
     Parameters
     ----------
-    material : laws and shear moduli.
+    material : laws and moduli.
     f : (5, n_element, n_quad), deformation.
     p : (n_element, n_quad), pressure.
-    bulk_ratio : K / mu.
 
     Returns
     -------
@@ -52,7 +57,7 @@ def energy(material: Material, f: FloatArray, p: FloatArray, bulk_ratio: float) 
     for law, at in zip(material.laws, material.where, strict=True):
         w[at] = law.energy(a[at], det[at], hoop[at])
     mu = material.modulus
-    return np.asarray(mu * w + p * (det * hoop - 1) - p**2 / (2 * bulk_ratio * mu))
+    return np.asarray(mu * w + p * (det * hoop - 1) - p**2 / (2 * material.lame))
 
 
 def admissible(material: Material, f: FloatArray, least: float) -> BoolArray:
@@ -60,7 +65,7 @@ def admissible(material: Material, f: FloatArray, least: float) -> BoolArray:
 
     Parameters
     ----------
-    material : laws and shear moduli.
+    material : laws and moduli.
     f : (5, n_element, n_quad), deformation.
     least : J must be above.
 
@@ -106,7 +111,7 @@ def at_point(material: Material, f: FloatArray, p: FloatArray) -> Point:
 
     Parameters
     ----------
-    material : laws and shear moduli.
+    material : laws and moduli.
     f : (5, n_element, n_quad), deformation.
     p : (n_element, n_quad), pressure.
 

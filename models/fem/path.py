@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
 from models.fem.equilibrium import Failure, Model, State, equilibrium, instability, rest
 from models.sensor import FloatArray
 
-#: With friction the result depends on the path: substeps are at most this share of the largest depth.
+#: With friction the result depends on the path: substeps of depth, and those of its square root, in which the contact grows
+#: about evenly, are at most this share of the largest.
 FRICTION_STEP = 1 / 40
 
 
@@ -38,7 +40,7 @@ def walk(
     model : the discretised design.
     depths : in the model's units, shape (n_depth,). Zero or less is first touch again.
     smallest_step : smallest substep as a share of the largest depth; Newton's failure there is the path's.
-    friction_step : largest substep with friction, as a share of the largest depth.
+    friction_step : largest substep with friction, see `FRICTION_STEP`.
 
     Yields
     ------
@@ -46,9 +48,9 @@ def walk(
     """
     last, before = rest(model), None
     deepest = float(np.max(depths))
-    largest = np.inf if model.frictionless else friction_step * deepest
+    step = np.inf if model.frictionless else friction_step
     for target in depths:
-        result = _advance(model, last, before, float(target), smallest_step * deepest, largest)
+        result = _advance(model, last, before, _stops(last.depth, float(target), deepest, step), smallest_step * deepest)
         if isinstance(result, Failure):
             yield result
             return
@@ -56,14 +58,36 @@ def walk(
         yield last
 
 
+def _stops(start: float, target: float, deepest: float, step: float) -> FloatArray:
+    """Depths from `start` to `target` so near to each other that friction does not depend on them, see `FRICTION_STEP`."""
+    if target <= 0:
+        return np.array([target])
+    even = np.linspace(start, target, 1 + max(1, int(np.ceil(abs(target - start) / deepest / step - 1e-9))))
+    roots = np.sqrt(even / deepest)
+    n_root = [max(1, int(np.ceil(abs(b - a) / step - 1e-9))) for a, b in pairwise(roots)]
+    between = [np.linspace(a, b, n + 1)[1:-1] ** 2 * deepest for a, b, n in zip(roots[:-1], roots[1:], n_root, strict=True)]
+    return np.concatenate([np.append(more, stop) for more, stop in zip(between, even[1:], strict=True)])
+
+
 def _advance(
-    model: Model, last: State, before: State | None, target: float, least: float, largest: float = np.inf
+    model: Model, last: State, before: State | None, stops: FloatArray, least: float
+) -> tuple[State, State | None] | Failure:
+    """From `last` through all `stops`, in as many substeps as Newton needs, none below `least`; the last two states."""
+    for stop in stops:
+        result = _reach(model, last, before, float(stop), least)
+        if isinstance(result, Failure):
+            return result
+        last, before = result
+    return last, before
+
+
+def _reach(
+    model: Model, last: State, before: State | None, target: float, least: float
 ) -> tuple[State, State | None] | Failure:
     """From `last` to depth `target` in as many substeps as Newton needs, none below `least`; the last two states."""
     if target <= 0:
         return rest(model), None
-    way = target - last.depth
-    step = abs(way) / max(1.0, np.ceil(abs(way) / largest - 1e-9))
+    step = abs(target - last.depth)
     while last.depth != target:
         left = target - last.depth
         goal = target if abs(left) - step < 1e-9 * target else last.depth + float(np.copysign(step, left))
@@ -98,7 +122,7 @@ def walk_to_forces(model: Model, forces: FloatArray, deepest: float) -> Iterator
     """
     last, before = rest(model), None
     least = 1e-3 * deepest
-    largest = np.inf if model.frictionless else FRICTION_STEP * deepest
+    step = np.inf if model.frictionless else FRICTION_STEP
     for target in forces:
         for _ in range(40):
             if last.force <= 0:
@@ -113,7 +137,7 @@ def walk_to_forces(model: Model, forces: FloatArray, deepest: float) -> Iterator
             if goal > deepest:
                 yield Failure(deepest, f"the force is not reached above the largest depth covered, {deepest:.4g}")
                 return
-            result = _advance(model, last, before, goal, least, largest)
+            result = _advance(model, last, before, _stops(last.depth, goal, deepest, step), least)
             if isinstance(result, Failure):
                 yield result
                 return

@@ -32,7 +32,7 @@ from models.fem.equilibrium import Linearised, Model, State, linearise
 from models.fem.mesh import moved
 from models.fem.solution import Solution, capacitance_of
 from models.layers import LayeredDesign, layered
-from models.sensor import Design, FloatArray, design_from
+from models.sensor import INCOMPRESSIBLE, Design, FloatArray, design_from
 from models.threads import one_thread
 
 #: Relative step of the differences: their error is about its square.
@@ -47,7 +47,7 @@ class Sensitivities:
     """Derivatives along a path, each by parameter name of shape (n_state,), in SI: [N] and [F] per unit of the parameter.
 
     `indentation` is among the names. A parameter that is zero (no padding) has none, since another design would have
-    another number of layers.
+    another number of layers, and Poisson's ratio has none at 0.5, where the model lets a layer give way a little.
     """
 
     force: dict[str, FloatArray]
@@ -72,16 +72,17 @@ def sensitivities(solution: Solution, design: Design) -> Sensitivities:
         If the solution has friction: its states then depend on the whole path.
     """
     values = {k: float(np.asarray(v)) for k, v in design.draw(0).parameters().items()}
+    # Steps are shares of a parameter; of Poisson's ratio shares of what it lacks to 0.5, where lambda grows beyond bounds.
+    units = values | {"padding_poisson_ratio": INCOMPRESSIBLE - values["padding_poisson_ratio"]}
 
     def family(name: str) -> DesignPath:
-        return lambda t: layered(design_from(values | {name: values[name] * (1 + t)}))
+        return lambda t: layered(design_from(values | {name: values[name] + units[name] * t}, base=design.base))
 
-    families = {name: family(name) for name, value in values.items() if value > 0}
-    relative = derivatives(solution, families)
-    scale = {name: 1 / value for name, value in values.items() if value > 0} | {"indentation": 1.0}
+    relative = derivatives(solution, {name: family(name) for name, unit in units.items() if unit > 0})
+    units["indentation"] = 1.0
     return Sensitivities(
-        {name: d * scale[name] for name, d in relative.force.items()},
-        {name: d * scale[name] for name, d in relative.capacitance.items()},
+        {name: d / units[name] for name, d in relative.force.items()},
+        {name: d / units[name] for name, d in relative.capacitance.items()},
     )
 
 

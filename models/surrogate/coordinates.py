@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from models.analytic import layer_weight
-from models.surrogate.domain import DEPTH, DISC, GAP, PADDING, SENSOR, STIFFENING, STIFFNESS, WIDTH, Values
+from models.sensor import Base
+from models.surrogate.domain import DEPTH, DISC, GAP, OWN, PADDING, SENSOR, STIFFNESS, WIDTH
 from models.surrogate.families import Family
+from models.surrogate.groups import Values
 
 #: Terms of the polynomials in s of the curves.
 N_DEPTH_TERMS = 12
@@ -33,7 +35,7 @@ N_MECHANICAL = 8
 
 
 def electric_features(groups: Values) -> Values:
-    """Coordinates (n, 13) of a design in which the capacitance is smooth, from groups (n, 7).
+    """Coordinates (n, 13) of a design in which the capacitance is smooth, from groups (n, n_group).
 
     Those of the mechanics, then of the electrode and of the gap.
     """
@@ -44,35 +46,37 @@ def electric_features(groups: Values) -> Values:
     return np.concatenate([mechanical_features(groups), np.stack(own, axis=1)], axis=1)
 
 
-def with_stiffening(features: Values, groups: Values, family: Family) -> Values:
-    """Features and, in a family that stiffens, 1/J_m beside them.
+def with_own(features: Values, groups: Values, family: Family) -> Values:
+    """Features and, in a family that has some, its own groups beside them.
 
     Parameters
     ----------
     features : (n, n_feature), of the mechanics or the capacitance.
-    groups : (n, >= 5), of the same designs.
+    groups : (n, >= 4 + n_own), of the same designs.
     family : whose networks are to see them.
 
     Returns
     -------
     Inputs of its networks.
     """
-    return np.concatenate([features, groups[:, STIFFENING, None]], axis=1) if family.stiffening else features
+    return np.concatenate([features, groups[:, OWN : OWN + len(family.own)]], axis=1) if family.own else features
 
 
 def share_of_family(groups: Values, family: Family) -> Values:
-    """How much of the difference between its family and the neo-Hookean, frictionless one a design has.
+    """How much of the difference between its family and the one that it adds to a design has: none where its own groups vanish.
 
     Parameters
     ----------
-    groups : (n, >= 5).
+    groups : (n, >= 4 + n_own).
     family : that the designs belong to.
 
     Returns
     -------
-    From 0 to 1, (n,).
+    From 0 to 1 for each group of its own, (n,); 1 in a family without.
     """
-    return groups[:, STIFFENING] / family.stiffening if family.stiffening else np.ones(len(groups))
+    if not family.own:
+        return np.ones(len(groups))
+    return np.asarray(sum(groups[:, column] / group.end for column, group in enumerate(family.own, OWN)))
 
 
 def depth_terms(s: Values, n: int = N_DEPTH_TERMS) -> Values:
@@ -99,19 +103,26 @@ def depth_terms(s: Values, n: int = N_DEPTH_TERMS) -> Values:
     return np.transpose(terms, (*range(1, x.ndim), 0, x.ndim))
 
 
-def closed_force(groups: Values, depth: Values) -> Values:
+def closed_force(groups: Values, depth: Values, base: Base = "bonded") -> Values:
     """Closed-form force that the networks correct: near enough for a smooth correction, right where the indentation vanishes.
 
-    Hertz times the thin-layer series 1 + 1.133 chi + 1.497 chi^2 + 1.469 chi^3 (Garcia & Garcia, Biophys. J. 114 (2018) 2923,
-    without its quartic term, so that it keeps the chi^3 growth of a thin incompressible layer). Its first three terms carry a
-    modulus that weights sensor and padding by their share in the compliance of a half space (`layer_weight`), the last that of
-    a thin bonded film, where the lubrication flow under the sphere weights each height with the square of its depth below the
-    surface: shares (h_s/h)^3 and 1 - (h_s/h)^3.
+    Hertz times a series in chi = sqrt(R d)/h of an incompressible layer, whose first terms carry a modulus that weights sensor
+    and padding by their share in the compliance of a half space (`layer_weight`).
+
+    On a bonded base the thin-layer series 1 + 1.133 chi + 1.497 chi^2 + 1.469 chi^3 (Garcia & Garcia, Biophys. J. 114 (2018)
+    2923, without its quartic term, so that it keeps the chi^3 growth of a thin incompressible layer). Its last term carries the
+    modulus of a thin bonded film, where the lubrication flow under the sphere weights each height with the square of its depth
+    below the surface: shares (h_s/h)^3 and 1 - (h_s/h)^3.
+
+    On a slippery base 1 + 0.884 chi + 0.75 chi^2/(1 + 0.4 chi), the last two constants by eye (finite elements of one modulus
+    are within some 20 %): a thin film is squeezed out from under the sphere as a whole, so that the factor on Hertz grows with
+    chi alone. Its last term carries the mean of the moduli over the height, as both layers are stretched alike.
 
     Parameters
     ----------
     groups : (n, >= 4).
     depth : d/R, (n, n_depth).
+    base : that the layers rest on.
 
     Returns
     -------
@@ -121,25 +132,41 @@ def closed_force(groups: Values, depth: Values) -> Values:
     contact = np.sqrt(depth)
     sensor = layer_weight(h_s / contact)
     both = layer_weight((h_s + h_p) / contact)
-    deep, thin = 1 - sensor / both, 1 - (h_s / (h_s + h_p)) ** 3
-    young_deep, young_thin = (3 / (1 - share + share / modulus) for share in (deep, thin))
+    deep = 1 - sensor / both
+    young_deep = 3 / (1 - deep + deep / modulus)
     chi = contact / (h_s + h_p)
-    series = young_deep * (1 + chi * (1.133 + chi * 1.497)) + young_thin * 1.469 * chi * chi * chi
+    if base == "bonded":
+        thin = 1 - (h_s / (h_s + h_p)) ** 3
+        young_thin = 3 / (1 - thin + thin / modulus)
+        series = young_deep * (1 + chi * (1.133 + chi * 1.497)) + young_thin * 1.469 * chi * chi * chi
+    else:
+        series = young_deep * (1 + 0.884 * chi) + _mean_young(groups) * 0.75 * chi * chi / (1 + 0.4 * chi)
     return np.asarray(16 / 9 * depth * contact * series)
 
 
-def closed_change(groups: Values, depth: Values, force: Values) -> Values:
+def _mean_young(groups: Values) -> Values:
+    """Mean of sensor's and padding's modulus over the height, over the sensor's shear modulus, (n, 1)."""
+    h_s, h_p, modulus = (groups[:, k, None] for k in (SENSOR, PADDING, STIFFNESS))
+    return np.asarray(3 * (h_s + h_p * modulus) / (h_s + h_p))
+
+
+def closed_change(groups: Values, depth: Values, force: Values, base: Base = "bonded") -> Values:
     """Rough change of capacitance that the networks correct.
 
-    Two parts over the electrode's area: d^2 for the quadratic effect of the strain under the sphere, and, in proportion to the
-    force, the net outflow of material through the electrode's rim, which falls off within a few thicknesses of the stack and is
-    the larger the softer the padding. Constants by eye, within a factor of about three.
+    On a bonded base two parts over the electrode's area: d^2 for the quadratic effect of the strain under the sphere, and, in
+    proportion to the force, the net outflow of material through the electrode's rim, which falls off within a few thicknesses
+    of the stack and is the larger the softer the padding. Constants by eye, within a factor of about three.
+
+    On a slippery base the layers give way over the whole electrode: the mean pressure F/(pi a_e^2) over their mean modulus is
+    the strain across them, and C changes by twice that, as area grows and thickness shrinks. Beside it some of d^2. Within a
+    factor of two for nine in ten.
 
     Parameters
     ----------
-    groups : (n, 7).
+    groups : (n, n_group).
     depth : d/R, (n, n_depth).
     force : F/(mu R^2), (n, n_depth), see `closed_force`.
+    base : that the layers rest on.
 
     Returns
     -------
@@ -147,9 +174,14 @@ def closed_change(groups: Values, depth: Values, force: Values) -> Values:
     """
     h_s, h_p, modulus, width = (groups[:, k, None] for k in (SENSOR, PADDING, STIFFNESS, WIDTH))
     electrode, h = width * groups[:, DISC, None], h_s + h_p
-    reach = electrode / (2.5 * h)
-    outflow = 0.15 * force * modulus ** (-0.55 * h_p / h) / (1 + reach * reach * reach)
-    return np.asarray((depth * depth + outflow) / (electrode * electrode))
+    if base == "bonded":
+        reach = electrode / (2.5 * h)
+        rest = depth * depth
+        outflow = 0.15 * force * modulus ** (-0.55 * h_p / h) / (1 + reach * reach * reach)
+    else:
+        rest = 0.3 * depth * depth
+        outflow = 2 / np.pi * force / _mean_young(groups)
+    return np.asarray((rest + outflow) / (electrode * electrode))
 
 
 def smooth_end(thinned: Values) -> Values:

@@ -98,7 +98,7 @@ def train_curves(
     curves: Curves,
     fitted: BoolArray,
     share: FloatArray,
-    usual: FloatArray | None,
+    emphasis: FloatArray | None,
     hidden: tuple[int, ...],
     steps: int,
     rng: np.random.Generator,
@@ -106,8 +106,8 @@ def train_curves(
 ) -> Network:
     """Train a network that says, for a design, the coefficients of polynomials which follow its curves.
 
-    All curves weigh the same at first, then, in a second half, as `usual` has it. The network learns what is left of the mean
-    curve, as coefficients of the turned terms; its last layer is then turned to those of the terms themselves.
+    All curves weigh the same at first, then, in a second half, as `emphasis` has it. The network learns what is left of the
+    mean curve, as coefficients of the turned terms; its last layer is then turned to those of the terms themselves.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ def train_curves(
     curves : of the designs.
     fitted : (n,), which take part.
     share : (n,), by which what the network says is multiplied.
-    usual : (n,), weights of the second half; None for no second half.
+    emphasis : (n,), weights of the second half; None for no second half.
     hidden : sizes of the hidden layers.
     steps : of each half.
     rng : of the network's start and the order of the points.
@@ -142,21 +142,21 @@ def train_curves(
     mean = np.linalg.solve(normal + 1e-9 * np.trace(normal, axis1=1, axis2=2)[:, None, None] * np.eye(N_DEPTH_TERMS), right)
     mean = mean[..., 0].astype(np.float32)
 
-    def slope(out: npt.NDArray[Any], points: IntArray, emphasis: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    def slope(out: npt.NDArray[Any], points: IntArray, weights: npt.NDArray[Any]) -> npt.NDArray[Any]:
         rows = rows_fitted[points]
         terms, values, weight = parts(rows)
         coefficients = scale[rows] * (out.reshape(-1, n_curve, N_DEPTH_TERMS) + mean)
-        missed = emphasis[rows] * weight * weight * (coefficients @ terms - values)
+        missed = weights[rows] * weight * weight * (coefficients @ terms - values)
         slopes = scale[rows] * (missed @ np.swapaxes(terms, 1, 2))
         return np.asarray(slopes.reshape(len(rows), -1) * np.float32(2 / len(rows) / n_point))
 
     sizes = (*hidden, n_curve * N_DEPTH_TERMS)
     network: Network | None = None
-    halves = [np.ones(len(curves.values))] if usual is None else [np.ones(len(curves.values)), usual]
-    for half, emphasis in enumerate(halves):
+    halves = [np.ones(len(curves.values)), *([] if emphasis is None else [emphasis])]
+    for half, weights in enumerate(halves):
         network = train_network(
             features[rows_fitted],
-            partial(slope, emphasis=emphasis.astype(np.float32)[:, None, None]),
+            partial(slope, weights=weights.astype(np.float32)[:, None, None]),
             sizes,
             steps=steps,
             rng=rng,

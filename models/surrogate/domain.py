@@ -13,16 +13,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from models.sensor import Design, FloatArray
 from models.surrogate.families import NEO_HOOKEAN, Family
-
-#: Real, or complex where a derivative is taken by a complex step.
-Values = npt.NDArray[Any]
+from models.surrogate.groups import POISSON_RATIO, Values
 
 #: Lengths [mm] whose ratios make the range, and the ranges of the plain ratios.
 LENGTHS = MappingProxyType({"R": (1.0, 20.0), "h_s": (0.2, 3.0), "h_p": (0.0, 10.0), "a": (3.0, 25.0)})
@@ -36,15 +33,18 @@ DEPTH = 0.5  # over R
 #: Depths of a path: d = end * s^2 at equal steps of s (contact radius grows about linearly in s), as far as it goes.
 PATH = np.linspace(0.1, 1.0, 20)
 
-#: The groups that shape the mechanics, in the order of the columns of an array of groups; t_d/h_s and a_e/a follow them.
-GROUPS = ("h_s/R", "h_p/R", "a/R", "E_p/E", "1/J_m")
-#: Columns of an array of groups (n, 7).
-SENSOR, PADDING, DISC, STIFFNESS, STIFFENING, GAP, WIDTH = range(7)
+#: The groups that shape the mechanics of any family, in the order of the first columns of an array of groups. Those that a
+#: family has of its own follow them, then, where the capacitance is meant, t_d/h_s and a_e/a.
+GEOMETRY = ("h_s/R", "h_p/R", "a/R", "E_p/E")
+SENSOR, PADDING, DISC, STIFFNESS = range(len(GEOMETRY))
+OWN = len(GEOMETRY)  # the first of a family's own
+GAP, WIDTH = -2, -1
 
 
-# Columns of the ratios that bounds name: of lengths over R, of which others are made, and plain ones.
-_LENGTH = {"h_s": SENSOR, "h_p": PADDING, "a": DISC}
-_PLAIN = {"E_p/E": STIFFNESS, "1/J_m": STIFFENING, "t_d/h_s": GAP, "a_e/a": WIDTH}
+def group_names(family: Family) -> tuple[str, ...]:
+    """Names of the groups that shape the mechanics of a family, in the order of their columns."""
+    return (*GEOMETRY, *(group.name for group in family.own))
+
 
 # Relative rounding that a bound forgives.
 _SLACK = 1e-9
@@ -52,18 +52,17 @@ _SLACK = 1e-9
 
 @dataclass(frozen=True)
 class Bound:
-    """A ratio of two quantities of the design that must lie between `low` and `high`."""
+    """A column of the groups, or the ratio of two, that must lie between `low` and `high`."""
 
     name: str
     low: float
     high: float
+    over: int
+    under: int | None = None
 
     def of(self, groups: FloatArray) -> FloatArray:
-        """Compute the ratio (n,) for groups (n, 7)."""
-        if self.name in _PLAIN:
-            return groups[:, _PLAIN[self.name]]
-        over, under = self.name.split("/")
-        return groups[:, _LENGTH[over]] if under == "R" else np.asarray(groups[:, _LENGTH[over]] / groups[:, _LENGTH[under]])
+        """Compute what is bounded (n,) for groups (n, n_group), those of the capacitance included."""
+        return groups[:, self.over] if self.under is None else np.asarray(groups[:, self.over] / groups[:, self.under])
 
     def holds(self, groups: FloatArray) -> npt.NDArray[np.bool_]:
         """Whether each of the designs keeps the bound, (n,)."""
@@ -73,7 +72,10 @@ class Bound:
 
 def _ratio(over: str, under: str, low: float = 0.0) -> Bound:
     (over_low, over_high), (under_low, under_high) = LENGTHS[over], LENGTHS[under]
-    return Bound(f"{over}/{under}", max(low, over_low / under_high), over_high / under_low)
+    column = {"R": None, "h_s": SENSOR, "h_p": PADDING, "a": DISC}
+    above = column[over]
+    assert above is not None
+    return Bound(f"{over}/{under}", max(low, over_low / under_high), over_high / under_low, above, column[under])
 
 
 #: What a design of any family must keep; the depth it may go to is up to each surrogate.
@@ -81,33 +83,48 @@ BOUNDS = (
     _ratio("h_s", "R"),
     _ratio("h_p", "R"),
     _ratio("a", "R", low=1.0),
-    Bound("E_p/E", *MODULUS),
+    Bound("E_p/E", *MODULUS, STIFFNESS),
     _ratio("h_p", "h_s"),
     _ratio("a", "h_s"),
     _ratio("h_p", "a"),
-    Bound("t_d/h_s", *DIELECTRIC),
-    Bound("a_e/a", *ELECTRODE),
+    Bound("t_d/h_s", *DIELECTRIC, GAP),
+    Bound("a_e/a", *ELECTRODE, WIDTH),
 )
 
 
 def bounds(family: Family) -> tuple[Bound, ...]:
-    """List the bounds that a design must keep to be covered by surrogates of a family."""
-    return (*BOUNDS, Bound("1/J_m", 0.0, family.stiffening))
+    """List the bounds that a design of a family must keep to be covered by its surrogates."""
+    own = (Bound(group.name, 0.0, group.end, column) for column, group in enumerate(family.own, OWN))
+    return (*BOUNDS, *own)
 
 
-def groups_from(values: Mapping[str, Values]) -> Values:
-    """The seven groups (n_draw, 7) from the values (n_draw,) of a design by the names of `models.sensor.PARAMETERS`."""
+def groups_from(values: Mapping[str, Values], family: Family) -> Values:
+    """Compute the dimensionless groups of designs.
+
+    Parameters
+    ----------
+    values : (n_draw,), of the designs by the names of `models.sensor.PARAMETERS`.
+    family : whose groups are wanted.
+
+    Returns
+    -------
+    Geometry and ratio of moduli, the family's own, t_d/h_s and a_e/a, (n_draw, n_group).
+    """
     radius, thickness = values["indenter_radius"], values["sensor_thickness"]
     padding = values["padding_thickness"]
-    # Without padding its modulus means nothing.
+    # Without padding its modulus and its Poisson's ratio mean nothing.
     modulus = np.where(np.real(padding) > 0, values["padding_young_modulus"] / values["young_modulus"], 1.0)
+    own = [group.coordinate(values[group.parameter]) for group in family.own]
+    if POISSON_RATIO in family.own:
+        at = family.own.index(POISSON_RATIO)
+        own[at] = np.where(np.real(padding) > 0, own[at], 0.0)
     return np.stack(
         [
             thickness / radius,
             padding / radius,
             values["sensor_radius"] / radius,
             modulus,
-            values["stiffening"],
+            *own,
             values["dielectric_thickness"] / thickness,
             values["electrode_radius"] / values["sensor_radius"],
         ],
@@ -115,9 +132,20 @@ def groups_from(values: Mapping[str, Values]) -> Values:
     )
 
 
-def groups_of(batch: Design) -> FloatArray:
-    """The seven groups (n_draw, 7) of a batch of designs."""
-    return np.asarray(groups_from({k: np.asarray(v, dtype=float) for k, v in batch.parameters().items()}), dtype=float)
+def groups_of(batch: Design, family: Family = NEO_HOOKEAN) -> FloatArray:
+    """Compute the dimensionless groups of a batch of designs, as `groups_from`.
+
+    Parameters
+    ----------
+    batch : every quantity of shape (n_draw,).
+    family : whose groups are wanted; what a design has beyond them is not looked at, see `Family.refusal`.
+
+    Returns
+    -------
+    Shape (n_draw, n_group).
+    """
+    values = {k: np.asarray(v, dtype=float) for k, v in batch.parameters().items()}
+    return np.asarray(groups_from(values, family), dtype=float)
 
 
 def inside(groups: FloatArray, family: Family = NEO_HOOKEAN) -> npt.NDArray[np.bool_]:
@@ -125,7 +153,7 @@ def inside(groups: FloatArray, family: Family = NEO_HOOKEAN) -> npt.NDArray[np.b
 
     Parameters
     ----------
-    groups : (n, 7).
+    groups : (n, n_group), see `groups_from`.
     family : whose bounds they must keep.
 
     Returns
@@ -140,7 +168,7 @@ def violated(groups: FloatArray, family: Family = NEO_HOOKEAN) -> str:
 
     Parameters
     ----------
-    groups : (n, 7).
+    groups : (n, n_group), see `groups_from`.
     family : whose bounds they must keep.
 
     Returns

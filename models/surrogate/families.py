@@ -1,57 +1,178 @@
-"""Which physics a surrogate stands for: the families, by name, and the one that a law and a kind of contact belong to."""
+"""Which physics a surrogate stands for: the families by name, what each has beyond the first, and how it is trained."""
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from types import MappingProxyType
+
+import numpy as np
+
+from models.sensor import Base, BoolArray, Design
+from models.surrogate.groups import FRICTION, GROUPS, POISSON_RATIO, STIFFENING, Group, Values
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """How the surrogate of a family is trained if nothing else is asked for.
+
+    Attributes
+    ----------
+    points : finite-element paths.
+    coarse_points : paths of `coarse_accuracy` beside them: several for the price of one, and several times as far off.
+    hidden : layers of the networks of mechanics and of capacitance.
+    steps : of their training.
+    """
+
+    points: int
+    hidden: tuple[tuple[int, ...], tuple[int, ...]]
+    steps: int
+    coarse_points: int = 0
+    coarse_accuracy: float = 1e-2
 
 
 @dataclass(frozen=True)
 class Family:
-    """Designs of one material law and one kind of contact, which one surrogate serves.
+    """Designs of one base, one kind of contact and one kind of layers, which one surrogate serves.
 
     Attributes
     ----------
-    stiffening : largest 1/J_m of Gent's law in sensor and padding; 0 for neo-Hookean layers alone.
-    stick : whether the sensor sticks to the ball, or slides on it without friction.
+    name : on the command line and in files.
+    words : what its designs are.
+    recipe : how it is trained.
+    base : that its designs rest on.
+    own : groups that its designs have beyond geometry and the ratio of moduli; all others are `plain`.
+    sticks : whether the sensor sticks to the ball: its friction is infinite, and nothing else.
+    adds_to : name of the family, on the same base, whose surrogate its own adds to; empty for one that stands by itself.
     """
 
     name: str
     words: str
-    stiffening: float = 0.0
-    stick: bool = False
+    recipe: Recipe
+    base: Base = "bonded"
+    own: tuple[Group, ...] = ()
+    sticks: bool = False
+    adds_to: str = ""
 
     @property
-    def friction_coefficient(self) -> float:
-        """Friction [1] between ball and sensor, infinite where they stick, as in `models.sensor.Indenter`."""
-        return float("inf") if self.stick else 0.0
+    def signature(self) -> str:
+        """What makes its surrogates compute otherwise than the same networks of another family would."""
+        ends = {group.parameter: group.end for group in self.own}
+        first = f"{ends.pop(STIFFENING.parameter, 0.0)!r} {self.sticks!r} "
+        others = [*([self.base] if self.base != "bonded" else []), *(f"{name} {end!r}" for name, end in ends.items())]
+        return first + "".join(f"{word} " for word in others)
+
+    def plain(self, group: Group) -> float:
+        """Value of the parameter of a group that is not the family's own, in all its designs."""
+        return float("inf") if self.sticks and group is FRICTION else group.plain
+
+    def serves(self, design: Design) -> BoolArray:
+        """Which draws of a batch have nothing that the family has not, (n_draw,); see `refusal`."""
+        known = np.full(np.shape(design.sensor.thickness), design.base == self.base)
+        for group in GROUPS:
+            if group not in self.own:
+                known = known & (_values(design, group) == self.plain(group))
+        return known
+
+    def refusal(self, design: Design) -> str:
+        """Say what a batch of designs has that the family has not; empty if there is nothing."""
+        if design.base != self.base:
+            return f'is trained for layers on a {self.base} base; base must be "{self.base}", got "{design.base}"'
+        for group in GROUPS:
+            values, plain = _values(design, group), self.plain(group)
+            if group not in self.own and np.any(values != plain):
+                words = "a ball that sticks" if plain == np.inf else group.plain_words
+                other = float(np.atleast_1d(values)[np.atleast_1d(values != plain)][0])
+                return f"is trained for {words}; {group.parameter} must be {plain:g}, got {other:.4g}"
+        return ""
 
 
-NEO_HOOKEAN = Family("neo-hookean", "neo-Hookean sensor on padding, bonded base, frictionless sphere")
-#: Families with surrogates of their own, by name. Silicones have a J_m of 10 and more.
+def _values(design: Design, group: Group) -> Values:
+    """Values of the group's parameter; where there is no padding, its Poisson's ratio means nothing."""
+    values = np.asarray(design.parameters()[group.parameter], dtype=float)
+    return np.where(design.padding_is_compressible, values, group.plain) if group is POISSON_RATIO else values
+
+
+_LARGE = ((128, 128, 128), (160, 160, 160))
+_SMALL = ((64, 64, 64), (64, 64, 64))
+
+NEO_HOOKEAN = Family(
+    "neo-hookean", "neo-Hookean sensor on padding, bonded base, frictionless sphere", Recipe(8192, _LARGE, 120_000)
+)
+#: Families with surrogates of their own, by name.
 FAMILIES = MappingProxyType(
     {
         family.name: family
         for family in (
             NEO_HOOKEAN,
-            Family("gent", "Gent sensor on padding of the same J_m, bonded base, frictionless sphere", stiffening=0.1),
-            Family("stick", "neo-Hookean sensor on padding, bonded base, sphere that sticks", stick=True),
+            Family(
+                "gent",
+                "Gent sensor on padding of the same J_m, bonded base, frictionless sphere",
+                Recipe(5600, _SMALL, 120_000),
+                own=(STIFFENING,),
+                adds_to="neo-hookean",
+            ),
+            Family(
+                "stick",
+                "neo-Hookean sensor on padding, bonded base, sphere that sticks",
+                Recipe(2150, _SMALL, 40_000),
+                sticks=True,
+                adds_to="neo-hookean",
+            ),
+            Family(
+                "slippery",
+                "neo-Hookean sensor on padding, slippery base, frictionless sphere",
+                Recipe(4096, _LARGE, 40_000),
+                base="slippery",
+            ),
+            Family(
+                "friction",
+                "neo-Hookean sensor on padding, bonded base, sphere with Coulomb friction from none to stick",
+                Recipe(2048, _SMALL, 40_000, coarse_points=4096, coarse_accuracy=3e-3),
+                own=(FRICTION,),
+                adds_to="neo-hookean",
+            ),
+            Family(
+                "slippery-friction",
+                "neo-Hookean sensor on padding, slippery base, sphere with Coulomb friction from none to stick",
+                Recipe(2048, _SMALL, 40_000, coarse_points=4096, coarse_accuracy=3e-3),
+                base="slippery",
+                own=(FRICTION,),
+                adds_to="slippery",
+            ),
+            Family(
+                "foam",
+                "neo-Hookean sensor on compressible neo-Hookean padding, bonded base, frictionless sphere",
+                Recipe(4096, _SMALL, 40_000),
+                own=(POISSON_RATIO,),
+                adds_to="neo-hookean",
+            ),
         )
     }
 )
 
 
-def family_of(*, stiffening: bool, stick: bool) -> Family | None:
-    """The family that a law and a kind of contact belong to.
+def family_of(unknowns: Collection[str] = (), *, base: Base = "bonded", stick: bool = False) -> Family | None:
+    """The family that serves designs on a base, with or without a ball that sticks, in which some parameters are not plain.
 
     Parameters
     ----------
-    stiffening : whether the layers stiffen as Gent's law has it.
-    stick : whether the ball sticks to the sensor.
+    unknowns : names of the parameters of `GROUPS` that may be other than plain: "stiffening", "friction_coefficient", ...
+    base : that they rest on.
+    stick : whether the ball sticks to the sensor; friction that is an unknown has this as its end.
 
     Returns
     -------
-    The family; None if no surrogate serves such designs.
+    The family; None if there is none for this combination.
     """
-    found = [f for f in FAMILIES.values() if (f.stiffening > 0) == stiffening and f.stick == stick]
-    return found[0] if found else None
+    for family in FAMILIES.values():
+        if {group.parameter for group in family.own} == set(unknowns) and (family.base, family.sticks) == (base, stick):
+            return family
+    return None
+
+
+def family_of_design(design: Design) -> Family | None:
+    """The family that serves a design; None if there is none."""
+    stick = bool(np.all(design.indenter.friction_coefficient == np.inf))
+    unknowns = {group.parameter for group in GROUPS if np.any(_values(design, group) != group.plain)}
+    return family_of(unknowns - {FRICTION.parameter} if stick else unknowns, base=design.base, stick=stick)

@@ -26,7 +26,7 @@ from models.surrogate.coordinates import (
     electric_features,
     share_of_family,
     smooth_end,
-    with_stiffening,
+    with_own,
 )
 from models.surrogate.curve_fit import curve, curves_along, train_curves
 from models.surrogate.domain import COMPRESSION, DEPTH, PADDING, PATH, SENSOR, inside
@@ -37,11 +37,11 @@ from models.surrogate.surrogate import Surrogate
 from models.surrogate.training import DIELECTRIC_POINTS, ELECTRODE_POINTS, TrainingSet
 from models.threads import one_thread
 
-#: Hidden layers of the networks of mechanics and of capacitance, of those that add to them for another family, and steps of
-#: their training.
-HIDDEN = ((128, 128, 128), (160, 160, 160))
-HIDDEN_OF_FAMILY = ((64, 64, 64), (64, 64, 64))
+#: Steps of a training.
 STEPS = 120_000
+
+# Weight of a coarse path beside a fine one in the second half of the training.
+_COARSE_WEIGHT = 0.1
 
 #: Where most sensors of grippers lie, as h_s/R, h_p/R, a/R and E_p/E, and the widths of that region in logarithms. In a
 #: second half of the training a path there has up to `_USUAL_WEIGHT` times more weight: posteriors of such sensors are narrower
@@ -66,6 +66,7 @@ def fit_surrogate(
     data: TrainingSet,
     *,
     base: Surrogate | None = None,
+    coarse: TrainingSet | None = None,
     hidden: tuple[tuple[int, ...], tuple[int, ...]] | None = None,
     steps: int = STEPS,
     seed: int = 0,
@@ -76,11 +77,11 @@ def fit_surrogate(
     Parameters
     ----------
     data : the paths.
-    base : surrogate of neo-Hookean layers without friction, which that of another family adds to.
-    hidden : layers of the networks of mechanics and of capacitance; the others are small. Default `HIDDEN`, above a base
-        `HIDDEN_OF_FAMILY`.
-    steps : of their training, first with equal weight of all paths, then, of `_MANY_PATHS` and more, as many again with more
-        weight near usual grippers.
+    base : what the surrogate is to add to, of the family that its own `adds_to`; None to stand by itself.
+    coarse : paths of a lower accuracy, of the same family: all of them are fitted, and none says how large the error is.
+    hidden : layers of the networks of mechanics and of capacitance; the others are small. By default the family's.
+    steps : of their training, first with equal weight of all paths, then as many again with less weight of coarse ones and, of
+        `_MANY_PATHS` and more, with more weight near usual grippers; one without either has no second half.
     seed : of the paths kept out and of the networks' start.
     progress : called with the name of the network, the steps done and their number.
 
@@ -93,15 +94,18 @@ def fit_surrogate(
     ValueError
         If fewer than `LEAST_PATHS` paths are of use.
     """
-    hidden = hidden if hidden is not None else HIDDEN if base is None else HIDDEN_OF_FAMILY
+    hidden = hidden if hidden is not None else data.family.recipe.hidden
     data = data.only(data.n_step >= _LEAST_STEPS)
+    n_fine = len(data.groups)
+    if n_fine < LEAST_PATHS:
+        raise ValueError(f"{n_fine} training paths are too few; give at least {LEAST_PATHS}")
+    if coarse is not None:
+        data = data.joined(coarse.only(coarse.n_step >= _LEAST_STEPS))
     n_run = len(data.groups)
-    if n_run < LEAST_PATHS:
-        raise ValueError(f"{n_run} training paths are too few; give at least {LEAST_PATHS}")
     # The points' order is that of the groups: some of a random order are spread over all of them.
     rng = np.random.default_rng(seed)
     fitted = np.ones(n_run, dtype=bool)
-    fitted[rng.permutation(n_run)[:: 8 if n_run >= _MANY_PATHS else 4]] = False
+    fitted[rng.permutation(n_fine)[:: 8 if n_fine >= _MANY_PATHS else 4]] = False
 
     def counting(name: str) -> Callable[[int, int], None] | None:
         return None if progress is None else lambda done, total: progress(name, done, total)
@@ -109,8 +113,8 @@ def fit_surrogate(
     # Runs first, then every electrode of every run.
     groups, log_change, share_of_change = _electric_curves(data)
     plain = electric_features(groups)
-    electric = with_stiffening(plain, groups, data.family)
-    features = with_stiffening(plain[::_N_ELECTRIC, :N_MECHANICAL], data.groups, data.family)
+    electric = with_own(plain, groups, data.family)
+    features = with_own(plain[::_N_ELECTRIC, :N_MECHANICAL], data.groups, data.family)
     rows_of = np.arange(len(groups)) // _N_ELECTRIC
     log_end, certain = _ends(data)
     end = train_network(
@@ -132,7 +136,11 @@ def fit_surrogate(
     # Curves (n, n_curve, n_depth). The contact radius steps from node to node and counts less.
     share = share_of_family(data.groups, data.family)
     mechanical = np.stack(
-        [np.log(data.force / closed_force(data.groups, data.depth)), np.log(data.contact_radius / np.sqrt(data.depth))], axis=1
+        [
+            np.log(data.force / closed_force(data.groups, data.depth, data.family.base)),
+            np.log(data.contact_radius / np.sqrt(data.depth)),
+        ],
+        axis=1,
     )
     if base is not None:
         below = base.coefficients(groups, plain).reshape(-1, 3, N_DEPTH_TERMS)
@@ -140,7 +148,9 @@ def fit_surrogate(
         log_change = log_change - curve(below[:, 2], s[rows_of], 0)
     weight = np.broadcast_to(np.array([[1.0], [0.3]]), mechanical.shape)
     # Few paths would be fitted too closely by a second half: 2,048 of Gent's law were, to 0.50 instead of 0.42 % at 95 %.
-    usual = _emphasis(data.groups) if n_run >= _MANY_PATHS else None
+    second_half = _emphasis(data.groups) if n_fine >= _MANY_PATHS else None
+    if coarse is not None:
+        second_half = np.where(np.arange(n_run) < n_fine, 1.0, _COARSE_WEIGHT) * (1.0 if second_half is None else second_half)
     first, second = rng.spawn(2)
     jobs = (
         (
@@ -148,7 +158,7 @@ def fit_surrogate(
             curves_along(s, mechanical, weight, 1),
             fitted,
             share,
-            usual,
+            second_half,
             hidden[0],
             steps,
             first,
@@ -159,7 +169,7 @@ def fit_surrogate(
             curves_along(s, log_change[:, None], share_of_change[:, None], 0),
             fitted[rows_of],
             share[rows_of],
-            None if usual is None else usual[rows_of],
+            None if second_half is None else second_half[rows_of],
             hidden[1],
             steps,
             second,
@@ -180,7 +190,9 @@ def fit_surrogate(
     missed_change = share_of_change[rows] * (log_change[rows] - curve(change, s_rows, 0))
     force_sd, force_modes = learn_error(features[out], s_out, missed_force, out.size, max(steps // 8, 1), rng)
     capacitance_sd, capacitance_modes = learn_error(electric[rows], s_rows, missed_change, out.size, max(steps // 8, 1), rng)
-    again = "" if usual is None else " and as many with more weight near usual grippers"
+    emphasis = ["more weight near usual grippers"] * (n_fine >= _MANY_PATHS) + ["less of coarse paths"] * (coarse is not None)
+    again = f" and as many with {' and '.join(emphasis)}" if emphasis else ""
+    beside = "" if coarse is None else f", and {n_run - n_fine} of accuracy {coarse.accuracy:g}"
     sizes = ", ".join(" x ".join(map(str, layers)) for layers in hidden)
     return Surrogate(
         end,
@@ -193,7 +205,7 @@ def fit_surrogate(
         {
             "model": data.family.words,
             "finite elements": f"Q2/P1, accuracy {data.accuracy:g}, K/mu 1e4",
-            "training paths": f"{n_run}, {sum(map(bool, data.failures))} of them without equilibrium to their end",
+            "training paths": f"{n_fine}{beside}, {sum(map(bool, data.failures))} of them without equilibrium to their end",
             "training hash (SHA-256)": data.digest,
             "networks": f"{sizes}, {N_DEPTH_TERMS} terms in depth, {steps} steps of SOAP{again}, seed {seed}",
             "error of force": f"{_in_words(missed_force)} ({out.size} paths kept out of the fit)",
@@ -229,7 +241,8 @@ def _electric_curves(data: TrainingSet) -> tuple[FloatArray, FloatArray, FloatAr
     change = np.moveaxis(data.capacitance.reshape(n_run, PATH.size, _N_ELECTRIC), 1, 2).reshape(-1, PATH.size)
     # No change of these designs is negative but by rounding.
     change = np.maximum(change, 1e-12)
-    closed = closed_change(groups, depth, closed_force(groups, depth))
+    support = data.family.base
+    closed = closed_change(groups, depth, closed_force(groups, depth, support), support)
     return groups, np.log(change / closed), change / (change + CHANGE_SCALE)
 
 

@@ -10,7 +10,8 @@ import numpy as np
 from models.response import OutOfRangeError
 from models.sensor import VACUUM_PERMITTIVITY, Design, FloatArray
 from models.surrogate.coordinates import electric_features
-from models.surrogate.domain import Values, groups_from
+from models.surrogate.domain import groups_from
+from models.surrogate.groups import GROUPS, Values
 from models.surrogate.shapes import FIRST_TOUCH
 from models.surrogate.surrogate import Surrogate
 
@@ -19,8 +20,8 @@ from models.surrogate.surrogate import Surrogate
 class Gradients:
     """Derivatives by parameter name, in SI: [N] and [F] per unit of the parameter, of the shape of the response's arrays.
 
-    `indentation` is among the names. A parameter that is zero (no padding) has the derivative zero here, and so has the
-    stiffening in a family without.
+    `indentation` is among the names. A parameter that is zero (no padding) has the derivative zero here. What all designs of
+    the family have alike (no friction) is not among them: the surrogate does not know what becomes of it elsewhere.
     """
 
     force: dict[str, FloatArray]
@@ -49,13 +50,15 @@ def gradients(surrogate: Surrogate, design: Design, depth: FloatArray) -> Gradie
     """
     if why := surrogate.outside(design, depth):
         raise OutOfRangeError(why)
-    values = {k: np.asarray(v, dtype=float) for k, v in design.draws().parameters().items()}
+    own = {group.parameter: group.step for group in surrogate.family.own}
+    elsewhere = {group.parameter for group in GROUPS} - {*own}
+    values = {k: np.asarray(v, dtype=float) for k, v in design.draws().parameters().items() if k not in elsewhere}
     n_draw = values["indenter_radius"].size
     depths = np.broadcast_to(np.asarray(depth, dtype=float), (n_draw, np.shape(depth)[-1]))
     force: dict[str, FloatArray] = {}
     capacitance: dict[str, FloatArray] = {}
     # Each step in units of what it changes: a padding of nothing has no modulus to change.
-    sizes = values | {"stiffening": np.full(n_draw, surrogate.family.stiffening)}
+    sizes = values | {name: np.full(n_draw, step) for name, step in own.items()}
     for name in (*values, "indentation"):
         size = depths if name == "indentation" else np.broadcast_to(sizes[name][:, None], depths.shape)
         moved = values if name == "indentation" else values | {name: values[name] + 1e-30j * sizes[name]}
@@ -70,7 +73,7 @@ def gradients(surrogate: Surrogate, design: Design, depth: FloatArray) -> Gradie
 def _dimensional(surrogate: Surrogate, values: Mapping[str, Values], depth: Values) -> tuple[Values, Values]:
     """Force [N] and capacitance [F] (n_draw, n_depth) in complex arithmetic."""
     radius = values["indenter_radius"][:, None]
-    groups = groups_from(values).astype(complex)
+    groups = groups_from(values, surrogate.family).astype(complex)
     touching = np.real(depth) > 0
     features = electric_features(groups)
     over_radius = np.where(touching, depth / radius, FIRST_TOUCH)

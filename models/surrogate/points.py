@@ -20,8 +20,8 @@ _PADDING_OFFSET = 0.15
 def design_points(n: int, seed: int, family: Family = NEO_HOOKEAN) -> FloatArray:
     """Space-filling points for training paths, a little beyond the range of `domain`: a scrambled Sobol sequence.
 
-    Even in the logarithms of R, h_s, a and E_p/E, in the padding's own coordinate and in 1/J_m, but half of the weight follows
-    the Chebyshev density, which is denser towards the borders.
+    Even in the logarithms of R, h_s, a and E_p/E, in the padding's own coordinate and in the groups that the family has of its
+    own, but half of the weight follows the Chebyshev density, which is denser towards the borders.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def design_points(n: int, seed: int, family: Family = NEO_HOOKEAN) -> FloatArray
 
     Returns
     -------
-    Groups (n, 5), in the order of `domain.GROUPS`.
+    Groups (n, 4 + n_own), in the order of `domain.group_names`.
     """
     with np.errstate(all="ignore"):
         sobol = qmc.Sobol(_n_coordinate(family), rng=np.random.default_rng(seed))
@@ -50,17 +50,17 @@ def random_groups(n: int, rng: np.random.Generator, family: Family = NEO_HOOKEAN
 
     Returns
     -------
-    Groups (n, 5), in the order of `domain.GROUPS`.
+    Groups (n, 4 + n_own), in the order of `domain.group_names`.
     """
     return _points_at(rng.uniform(size=(n, _n_coordinate(family))), 1.0, family)
 
 
 def _n_coordinate(family: Family) -> int:
-    return 6 if family.stiffening else 5
+    return 5 + len(family.own)
 
 
 def _points_at(u: FloatArray, margin: float, family: Family) -> FloatArray:
-    """Groups (n, 5) at u in [0, 1]: R, h_s, h_p, a, E_p/E and 1/J_m over their ranges, widened by the factor `margin`."""
+    """Groups (n, 4 + n_own) at u in [0, 1]: R, h_s, h_p, a, E_p/E and own ones over their ranges, `margin` times wider."""
     low, high = np.array(list(LENGTHS.values())).T
     low, high = low / margin, high * margin
     radius, h_s = (low[k] * (high[k] / low[k]) ** u[:, k] for k in (0, 1))
@@ -68,8 +68,9 @@ def _points_at(u: FloatArray, margin: float, family: Family) -> FloatArray:
     narrow = np.maximum(low[3], radius / margin**0.3)
     a = narrow * (high[3] / narrow) ** u[:, 3]
     modulus = MODULUS[0] / margin * (MODULUS[1] / MODULUS[0] * margin**2) ** u[:, 4]
-    stiffening = margin * family.stiffening * u[:, 5] if family.stiffening else np.zeros(len(u))
-    return np.stack([h_s / radius, h_p / radius, a / radius, modulus, stiffening], axis=1)
+    # Not beyond what there is: a ball does no more than stick.
+    own = [np.minimum(margin * group.end * u[:, k], group.most) for k, group in enumerate(family.own, 5)]
+    return np.stack([h_s / radius, h_p / radius, a / radius, modulus, *own], axis=1)
 
 
 def worst_points(surrogate: Surrogate, n: int, seed: int) -> FloatArray:
@@ -86,7 +87,7 @@ def worst_points(surrogate: Surrogate, n: int, seed: int) -> FloatArray:
 
     Returns
     -------
-    Groups (n, 5), in the order of `domain.GROUPS`.
+    Groups (n, 4 + n_own), in the order of `domain.group_names`.
     """
     rng = np.random.default_rng(seed)
     points = design_points(8 * n, seed, surrogate.family)

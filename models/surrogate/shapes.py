@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.sensor import BoolArray
+from models.sensor import Base, BoolArray
 from models.surrogate.coordinates import closed_change, closed_force, depth_terms
-from models.surrogate.domain import Values
+from models.surrogate.groups import Values
 
 #: Nearer to first touch than this depth over R a curve is taken as it is there.
 FIRST_TOUCH = 1e-12
@@ -38,24 +38,26 @@ class Shapes:
 
     Attributes
     ----------
-    groups : (n_draw, 7), inside the range.
+    groups : (n_draw, n_group), inside the range.
     limit, reach : largest depth covered and the scale of depth, over R, (n_draw,).
     coefficients : of the polynomials p_F, p_a and p_C, (n_draw, 3, N_DEPTH_TERMS).
+    base : that the layers rest on, which says what closed forms the polynomials correct.
     """
 
     groups: Values
     limit: Values
     reach: Values
     coefficients: Values
+    base: Base = "bonded"
 
     def only(self, rows: slice | BoolArray) -> Shapes:
         """The curves of some of the designs."""
-        return Shapes(self.groups[rows], self.limit[rows], self.reach[rows], self.coefficients[rows])
+        return Shapes(self.groups[rows], self.limit[rows], self.reach[rows], self.coefficients[rows], self.base)
 
     def places(self, depth: Values) -> Places:
         """Work out what all columns need at depths over R, positive, (n_draw, n_depth)."""
         s = np.sqrt(depth / self.reach[:, None])
-        return Places(depth, s, depth_terms(s), closed_force(self.groups, depth))
+        return Places(depth, s, depth_terms(s), closed_force(self.groups, depth, self.base))
 
     def force(self, at: Places) -> Values:
         """F/(mu R^2), (n_draw, n_depth)."""
@@ -67,7 +69,8 @@ class Shapes:
 
     def change(self, at: Places) -> Values:
         """C/C0 - 1, (n_draw, n_depth)."""
-        return np.asarray(closed_change(self.groups, at.depth, at.closed) * np.exp(self._polynomial(2, at)))
+        closed = closed_change(self.groups, at.depth, at.closed, self.base)
+        return np.asarray(closed * np.exp(self._polynomial(2, at)))
 
     def _polynomial(self, which: int, at: Places) -> Values:
         return np.asarray((self.coefficients[:, which : which + 1] @ at.terms)[:, 0])

@@ -21,6 +21,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
 from importlib.resources import as_file, files
+from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
 
@@ -37,10 +38,11 @@ from models.surrogate.coordinates import (
     electric_features,
     share_of_family,
     smooth_end,
-    with_stiffening,
+    with_own,
 )
-from models.surrogate.domain import DEPTH, PADDING, PATH, SENSOR, Values
+from models.surrogate.domain import DEPTH, GAP, OWN, PADDING, PATH, SENSOR, WIDTH
 from models.surrogate.families import FAMILIES, NEO_HOOKEAN, Family
+from models.surrogate.groups import Values
 from models.surrogate.network import Network, network_from
 from models.surrogate.pressed import N_ERROR_TERMS, SurrogateCurves
 from models.surrogate.shapes import Shapes
@@ -58,8 +60,9 @@ class Surrogate:
 
     Refuses what lies outside its training range.
 
-    The surrogate of a family has networks of its own that add to the coefficients of the neo-Hookean, frictionless one, its
-    `base`, on the same scale of depth: of Gent's in proportion to 1/J_m, so that it goes over into the base where that is 0.
+    The surrogate of a family has networks of its own that add to the coefficients of another's, its `base`, on the same scale
+    of depth: in proportion to the groups that the family has of its own (1/J_m of Gent's law, friction), so that it goes over
+    into the base where they vanish.
 
     Attributes
     ----------
@@ -70,7 +73,7 @@ class Surrogate:
     force_modes, capacitance_modes : (n_mode, N_MODE_TERMS), modes of the error's correlation along s.
     provenance : where it comes from: finite-element settings, training set and its hash, versions, date, own error.
     family : what it stands for.
-    base : the surrogate that it adds to, None for the neo-Hookean, frictionless one.
+    base : the surrogate that it adds to, of the family that its own `adds_to`; None for one that stands by itself.
     """
 
     end: Network
@@ -87,12 +90,12 @@ class Surrogate:
     @property
     def name(self) -> str:
         """Short name for tables and reports."""
-        return "surrogate" if self.base is None else f"{self.family.name} surrogate"
+        return "surrogate" if self.family.name == NEO_HOOKEAN.name else f"{self.family.name} surrogate"
 
     @cached_property
     def identity(self) -> str:
         """Hash of all its numbers, base included, whatever its file and provenance: see `models.response.Forward.identity`."""
-        content = sha256(f"{self.family.stiffening!r} {self.family.stick!r} ".encode())
+        content = sha256(self.family.signature.encode())
         for name, array in sorted(self._arrays().items()):
             if name.endswith("provenance"):
                 continue
@@ -112,18 +115,18 @@ class Surrogate:
 
         Parameters
         ----------
-        groups : (n, 7), inside the range.
+        groups : (n, n_group), inside the range.
         features : of these, (n, >= N_MECHANICAL), see `electric_features`.
 
         Returns
         -------
         Largest depth covered and the scale of depth, both over R, each (n,).
         """
-        own = with_stiffening(features[:, :N_MECHANICAL], groups, self.family)
+        own = with_own(features[:, :N_MECHANICAL], groups, self.family)
         thinned = (groups[:, SENSOR] + groups[:, PADDING]) * np.exp(self.end(own)[:, 0])
         if self.base is None:
             return np.minimum(DEPTH, thinned), smooth_end(thinned)
-        limit, reach = self.base.ends(groups, features)
+        limit, reach = self.base.ends(self._of_base(groups), features)
         return np.minimum(limit, thinned), reach
 
     def coefficients(self, groups: Values, features: Values) -> Values:
@@ -131,44 +134,48 @@ class Surrogate:
 
         Parameters
         ----------
-        groups : (n, 7), inside the range.
+        groups : (n, n_group), inside the range.
         features : of these, (n, 13), see `electric_features`.
 
         Returns
         -------
         Of p_F, p_a and p_C side by side, (n, 3 * N_DEPTH_TERMS).
         """
-        mechanics = self.mechanics(with_stiffening(features[:, :N_MECHANICAL], groups, self.family))
-        capacitance = self.capacitance(with_stiffening(features, groups, self.family))
+        mechanics = self.mechanics(with_own(features[:, :N_MECHANICAL], groups, self.family))
+        capacitance = self.capacitance(with_own(features, groups, self.family))
         own = np.concatenate([mechanics, capacitance], axis=1)
         if self.base is None:
             return own
-        return np.asarray(self.base.coefficients(groups, features) + share_of_family(groups, self.family)[:, None] * own)
+        below = self.base.coefficients(self._of_base(groups), features)
+        return np.asarray(below + share_of_family(groups, self.family)[:, None] * own)
+
+    def _of_base(self, groups: Values) -> Values:
+        """Groups as the family of the base has them, of the same designs without what this one has more."""
+        assert self.base is not None
+        kept = [OWN + k for k, group in enumerate(self.family.own) if group in self.base.family.own]
+        return groups if len(kept) == len(self.family.own) else groups[:, [*range(OWN), *kept, GAP, WIDTH]]
 
     def _limit(self, groups: FloatArray, design: Design) -> FloatArray:
-        """Largest depth [m] (n_draw,) of the batch `design` with its `groups` (n_draw, 7); 0 outside the training range."""
+        """Largest depth [m] (n_draw,) of the batch `design` with its `groups` (n_draw, n_group); 0 outside the range."""
         inside = self._inside(groups, design)
         safe = _safe(groups, inside)
         return np.where(inside, self.ends(safe, electric_features(safe))[0] * np.asarray(design.indenter.radius), 0.0)
 
     def _inside(self, groups: FloatArray, design: Design) -> BoolArray:
         """Which of the batch `design` with its `groups` are of the family and in its range, (n_draw,)."""
-        of_family = design.indenter.friction_coefficient == self.family.friction_coefficient
-        return domain.inside(groups, self.family) & of_family
+        return domain.inside(groups, self.family) & self.family.serves(design)
 
     def max_depth(self, design: Design) -> FloatArray:
         """Largest depth [m] covered, shape (n_draw,); 0 where the design is outside the training range."""
         batch = design.draws()
-        return self._limit(domain.groups_of(batch), batch)
+        return self._limit(domain.groups_of(batch, self.family), batch)
 
     def outside(self, design: Design, depth: FloatArray) -> str:
         """See `Forward.outside`; the sentence also says how the bound comes about."""
-        friction, covered = design.indenter.friction_coefficient, self.family.friction_coefficient
-        if friction != covered:
-            kind = "a ball that sticks" if self.family.stick else "frictionless contact"
-            return f"the {self.name} is trained for {kind}; friction_coefficient must be {covered:g}, got {friction:g}"
         batch = design.draws()
-        groups = domain.groups_of(batch)
+        if why := self.family.refusal(batch):
+            return f"the {self.name} {why}"
+        groups = domain.groups_of(batch, self.family)
         bound = domain.violated(groups, self.family)
         if bound:
             return f"the {self.name} covers {bound}"
@@ -186,7 +193,7 @@ class Surrogate:
     def curves(self, design: Design) -> SurrogateCurves:
         """See `models.response.WithCurves`: the networks are asked here, once for all depths."""
         batch = design.draws()
-        groups = domain.groups_of(batch)
+        groups = domain.groups_of(batch, self.family)
         inside = self._inside(groups, batch)
         groups = _safe(groups, inside)
         features = electric_features(groups)
@@ -217,7 +224,7 @@ class Surrogate:
 
         Parameters
         ----------
-        groups : (n, 7), inside the range.
+        groups : (n, n_group), inside the range.
         features : of these, (n, 13), see `electric_features`.
 
         Returns
@@ -225,15 +232,16 @@ class Surrogate:
         Curves, complex if the arguments are.
         """
         limit, reach = self.ends(groups, features)
-        return Shapes(groups, limit, reach, self.coefficients(groups, features).reshape(-1, 3, N_DEPTH_TERMS))
+        coefficients = self.coefficients(groups, features).reshape(-1, 3, N_DEPTH_TERMS)
+        return Shapes(groups, limit, reach, coefficients, self.family.base)
 
     def _error_terms(self, groups: FloatArray, features: FloatArray) -> FloatArray:
         """Terms of the logarithms of the sd of log F and of C/C0 - 1 over itself + delta, (n_draw, 2, N_ERROR_TERMS)."""
-        force = self.force_sd(with_stiffening(features[:, :N_MECHANICAL], groups, self.family))
-        return np.stack([force, self.capacitance_sd(with_stiffening(features, groups, self.family))], axis=1)
+        force = self.force_sd(with_own(features[:, :N_MECHANICAL], groups, self.family))
+        return np.stack([force, self.capacitance_sd(with_own(features, groups, self.family))], axis=1)
 
     def own_error(self, groups: FloatArray) -> FloatArray:
-        """How wrong the surrogate thinks it is, of designs with groups (n, 7): one number for force and one for capacitance.
+        """How wrong the surrogate thinks it is, of designs with groups (n, n_group): a number for force, one for capacitance.
 
         Returns the rms along the path of the errors' sd, of log F and of C/C0 - 1 over itself + delta, (n, 2).
         """
@@ -258,7 +266,7 @@ class Surrogate:
         for name in _NETWORKS:
             arrays |= getattr(self, name).arrays(name)
         below = {} if self.base is None else self.base._arrays(_BASE)
-        return {prefix + name: array for name, array in arrays.items()} | below
+        return {prefix + name: array for name, array in (arrays | below).items()}
 
 
 _BASE = "base_"
@@ -267,6 +275,31 @@ _BASE = "base_"
 def _safe(groups: FloatArray, inside: BoolArray) -> FloatArray:
     """Groups with harmless ones where a design is not `inside`: there they may be anything, also nothing features exist for."""
     return np.where(inside[:, None], groups, 1.0)
+
+
+class NotShippedError(LookupError):
+    """There is a family, but no surrogate of it in the package; the message says how to get one."""
+
+    def __init__(self, family: Family) -> None:
+        super().__init__(
+            f"no surrogate of the family {family.name} ({family.words}) comes with the package. Train one with "
+            f"`calib surrogate train --family {family.name} -o {family.name}.npz` and give it with "
+            f"--surrogate {family.name}.npz, or use the model fem. There are surrogates of {shipped_in_words()}"
+        )
+
+
+def shipped_in_words() -> str:
+    """List the families of which a surrogate comes with the package, with what their designs are."""
+    return "; ".join(f"{family.name} ({family.words})" for family in FAMILIES.values() if is_shipped(family))
+
+
+def is_shipped(family: Family) -> bool:
+    """Whether a surrogate of the family comes with the package."""
+    return _shipped(family).is_file()
+
+
+def _shipped(family: Family) -> Traversable:
+    return files("models.surrogate") / "data" / f"{family.name}.npz"
 
 
 _NETWORKS = ("end", "mechanics", "capacitance", "force_sd", "capacitance_sd")
@@ -288,31 +321,35 @@ def load_surrogate(path: Path | None = None, family: Family = NEO_HOOKEAN) -> Su
     ------
     ValueError
         If the file is not a surrogate of this format, to the last byte as it was written and with finite numbers alone.
+    NotShippedError
+        If no surrogate of the family comes with the package.
     """
     if path is None:
-        with as_file(files("models.surrogate") / "data" / f"{family.name}.npz") as shipped:
+        if not is_shipped(family):
+            raise NotShippedError(family)
+        with as_file(_shipped(family)) as shipped:
             return load_surrogate(shipped)
     try:
         with np.load(io.BytesIO(unsealed(path.read_bytes())), allow_pickle=False) as file:
             data = {name: file[name] for name in file.files}
         written = int(data["format"])
         if written == _FORMAT:
-            below = {name.removeprefix(_BASE): array for name, array in data.items() if name.startswith(_BASE)}
-            return _from_arrays(data, _from_arrays(below, None) if below else None)
+            return _from_arrays(data)
     except (KeyError, OSError, EOFError, TypeError, ValueError) as error:
         raise ValueError(f"{path} is not a surrogate file ({error}); give one that `calib surrogate train` wrote") from None
     raise ValueError(f"{path} has surrogate format {written}, this version reads {_FORMAT}; train it anew")
 
 
-def _from_arrays(data: Mapping[str, Any], base: Surrogate | None) -> Surrogate:
+def _from_arrays(data: Mapping[str, Any]) -> Surrogate:
     for name, array in data.items():
         if array.dtype.kind == "f" and not np.all(np.isfinite(array)):
             raise ValueError(f"{name} has numbers that are not finite")
+    below = {name.removeprefix(_BASE): array for name, array in data.items() if name.startswith(_BASE)}
     return Surrogate(
         **{name: network_from(data, name) for name in _NETWORKS},
         force_modes=data["force_modes"],
         capacitance_modes=data["capacitance_modes"],
         provenance=json.loads(str(data["provenance"])),
         family=FAMILIES[str(data["family"])],
-        base=base,
+        base=_from_arrays(below) if below else None,
     )

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, as_completed
 from dataclasses import dataclass, replace
-from itertools import islice
+from typing import Any
 
 import numpy as np
 
@@ -16,8 +16,9 @@ from models.fem.path import walk
 from models.fem.solution import dimensionless
 from models.layers import LayeredDesign, layered
 from models.sensor import BoolArray, FloatArray, IntArray, design_from
-from models.surrogate.domain import COMPRESSION, DEPTH, DIELECTRIC, ELECTRODE, GROUPS, PATH
+from models.surrogate.domain import COMPRESSION, DEPTH, DIELECTRIC, ELECTRODE, OWN, PATH, group_names
 from models.surrogate.families import NEO_HOOKEAN, Family
+from models.surrogate.groups import FRICTION
 from models.surrogate.store import RunStore
 
 
@@ -43,7 +44,7 @@ class TrainingSet:
 
     Attributes
     ----------
-    groups : (n_run, 5) in the order of `models.surrogate.domain.GROUPS`.
+    groups : (n_run, 4 + n_own) in the order of `models.surrogate.domain.group_names`.
     depth, force, contact_radius : (n_run, n_depth), d/R, F/(mu R^2) and over R.
     compression : (n_run, n_depth), largest thinning of a layer on the axis as a share of its thickness.
     capacitance : (n_run, n_depth, n_dielectric, n_electrode), C / C0 - 1 at `DIELECTRIC_POINTS` and `ELECTRODE_POINTS`.
@@ -80,6 +81,13 @@ class TrainingSet:
         arrays = {name: getattr(self, name)[chosen] for name in ("groups", *_ARRAYS)}
         return replace(self, failures=tuple(np.array(self.failures)[chosen].tolist()), **arrays)
 
+    def joined(self, other: TrainingSet) -> TrainingSet:
+        """These runs and, behind them, those of another set of the same family, whatever its accuracy."""
+        arrays: dict[str, Any] = {
+            name: np.concatenate([getattr(self, name), getattr(other, name)]) for name in ("groups", *_ARRAYS)
+        }
+        return replace(self, failures=self.failures + other.failures, **arrays)
+
 
 @dataclass(frozen=True, eq=False)
 class TrainingRun:
@@ -98,28 +106,40 @@ def design_of(groups: FloatArray, family: Family = NEO_HOOKEAN) -> LayeredDesign
 
     Parameters
     ----------
-    groups : (5,), in the order of `GROUPS`.
-    family : whose law and contact it has.
+    groups : (4 + n_own,), in the order of `group_names`.
+    family : whose base, contact and layers it has.
 
     Returns
     -------
     In the units of the finite elements: R = 1 and shear modulus 1 in the sensor.
     """
-    h_s, h_p, a, modulus, stiffening = (float(g) for g in groups)
-    design = design_from(
-        {
-            "indenter_radius": 1.0,
-            "sensor_thickness": h_s,
-            "sensor_radius": a,
-            "young_modulus": 3.0,
-            "relative_permittivity": 1.0,
-            "padding_thickness": h_p,
-            "padding_young_modulus": 3.0 * modulus,
-            "stiffening": stiffening,
-        },
-        friction_coefficient=family.friction_coefficient,
-    )
-    return dimensionless(layered(design))[0]
+    h_s, h_p, a, modulus = (float(g) for g in groups[:OWN])
+    values = {
+        "indenter_radius": 1.0,
+        "sensor_thickness": h_s,
+        "sensor_radius": a,
+        "young_modulus": 3.0,
+        "relative_permittivity": 1.0,
+        "padding_thickness": h_p,
+        "padding_young_modulus": 3.0 * modulus,
+    }
+    return dimensionless(layered(design_from(values | values_beyond(groups, family), base=family.base)))[0]
+
+
+def values_beyond(groups: FloatArray, family: Family) -> dict[str, float]:
+    """What designs of a family have beyond geometry and the ratio of moduli.
+
+    Parameters
+    ----------
+    groups : (4 + n_own,), in the order of `group_names`.
+    family : that the design belongs to.
+
+    Returns
+    -------
+    Parameter name -> value, of friction and of the family's own groups.
+    """
+    own = {g.parameter: float(g.value(np.asarray(x))) for g, x in zip(family.own, groups[OWN:], strict=True)}
+    return {FRICTION.parameter: family.plain(FRICTION)} | own
 
 
 def run_point(groups: FloatArray, accuracy: float, family: Family = NEO_HOOKEAN, path: Path = walk) -> TrainingRun:
@@ -127,9 +147,9 @@ def run_point(groups: FloatArray, accuracy: float, family: Family = NEO_HOOKEAN,
 
     Parameters
     ----------
-    groups : (5,), the design, in the order of `GROUPS`.
+    groups : (4 + n_own,), the design, in the order of `group_names`.
     accuracy : of the finite elements.
-    family : whose law and contact it has.
+    family : whose base, contact and layers it has.
     path : how depths are gone through.
 
     Returns
@@ -146,7 +166,7 @@ def run_point(groups: FloatArray, accuracy: float, family: Family = NEO_HOOKEAN,
     rows, capacitance, failure = [], [], ""
     for state in path(model, end * PATH**2):
         if isinstance(state, Failure):
-            names = ", ".join(f"{k} = {g:.4g}" for k, g in zip(GROUPS, groups, strict=True))
+            names = ", ".join(f"{k} = {g:.4g}" for k, g in zip(group_names(family), groups, strict=True))
             failure = f"{names}: {state.reason} at d/R = {state.depth:.4g} of {end:.4g}"
             break
         thinned = float(np.max(compression(model, state)))
@@ -173,7 +193,7 @@ def store_settings(accuracy: float, family: Family = NEO_HOOKEAN) -> dict[str, o
     """
     return {
         "family": family.name,
-        "groups": list(GROUPS),
+        "groups": list(group_names(family)),
         "accuracy": accuracy,
         "path": PATH.tolist(),
         "ends": [DEPTH, COMPRESSION],
@@ -198,7 +218,7 @@ def run_training(
 
     Parameters
     ----------
-    points : (n, 5), in the order of `GROUPS`.
+    points : (n, 4 + n_own), in the order of `group_names`.
     executor : any of `concurrent.futures`: processes, or a Dask cluster's `Client.get_executor()`.
     store : where results are kept.
     accuracy : of the finite elements.
@@ -223,21 +243,21 @@ def run_training(
         raise
 
 
-def points_wanted(store: RunStore, sequence: Iterable[FloatArray], n: int) -> FloatArray:
+def points_wanted(store: RunStore, sequence: FloatArray, n: int) -> FloatArray:
     """Choose which points to run next.
 
     Parameters
     ----------
     store : the runs there are.
-    sequence : points (5,) in the order in which they are wanted; those in the store are passed over.
+    sequence : points (n_point, n_group) in the order in which they are wanted; those in the store are passed over.
     n : number of runs that the store is to hold.
 
     Returns
     -------
-    The first of the sequence that bring the store to `n`, (n_new, 5); none if it holds as many.
+    The first of the sequence that bring the store to `n`, (n_new, n_group); none if it holds as many.
     """
-    new = (point for point in sequence if point not in store)
-    return np.array(list(islice(new, max(0, n - len(store))))).reshape(-1, len(GROUPS))
+    new = np.array([point not in store for point in sequence], dtype=bool)
+    return np.asarray(sequence[new][: max(0, n - len(store))])
 
 
 def training_set(store: RunStore, accuracy: float, family: Family = NEO_HOOKEAN) -> TrainingSet:

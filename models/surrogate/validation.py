@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import Executor, as_completed
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
 from models.fem import FiniteElements
 from models.response import ConvergenceError, Forward, OutOfRangeError, Response
 from models.sensor import Design, FloatArray, design_from
-from models.surrogate.domain import DIELECTRIC, ELECTRODE, PATH
+from models.surrogate.domain import DIELECTRIC, ELECTRODE, OWN, PATH, group_names, groups_of
 from models.surrogate.families import NEO_HOOKEAN, Family
 from models.surrogate.points import random_groups
 from models.surrogate.surrogate import Surrogate
+from models.surrogate.training import values_beyond
 
 #: Changes of capacitance below this share of C0 are compared to it instead of to themselves.
 CHANGE_FLOOR = 1e-4
@@ -31,6 +33,8 @@ class Validation:
     ----------
     force_error, change_error : (n_design, n_depth), relative; the change of capacitance above `CHANGE_FLOOR`.
     force_score, change_score : (n_design, n_depth), errors in units of the surrogate's own standard deviation.
+    coordinates : by name, what tells the points from each other: the groups that shape the mechanics of their designs, and how
+        deep they lie, (n_design, n_depth) each.
     failures : sentences on designs for which the finite elements found no equilibrium.
     """
 
@@ -38,6 +42,7 @@ class Validation:
     change_error: FloatArray
     force_score: FloatArray
     change_score: FloatArray
+    coordinates: Mapping[str, FloatArray]
     failures: tuple[str, ...]
 
     def table(self) -> list[tuple[str, str, str, str, str, str, str]]:
@@ -56,10 +61,32 @@ class Validation:
                     f"{np.quantile(size, 0.95):.2%}",
                     f"{np.max(size):.2%}",
                     f"{np.mean(size <= WITHIN):.1%} within {WITHIN:.1%}",
-                    f"{np.mean(np.abs(score) <= 1.645):.1%}",
+                    f"{_covered(score):.1%}",
                 )
             )
         return rows
+
+    def boxes(self) -> list[tuple[str, str, str, str, str]]:
+        """The same in sub-boxes of the range, where a band that holds over all may not: quarters of points by each coordinate.
+
+        Rows: coordinate with its quarter, 95 % of the absolute error of force and of the change, and their coverage of 90 %.
+        """
+        rows = []
+        for name, values in self.coordinates.items():
+            for low, high in pairwise(np.quantile(values, _QUARTERS)):
+                inside = (values >= low) & (values <= high)
+                force, change = (f"{np.quantile(np.abs(e[inside]), 0.95):.2%}" for e in (self.force_error, self.change_error))
+                of_force, of_change = (f"{_covered(score[inside]):.1%}" for score in (self.force_score, self.change_score))
+                rows.append((f"{name} {low:.3g} to {high:.3g}", force, change, of_force, of_change))
+        return rows
+
+
+_QUARTERS = np.linspace(0, 1, 5)
+
+
+def _covered(score: FloatArray) -> float:
+    """Share of scores inside a normal 90 % interval."""
+    return float(np.mean(np.abs(score) <= 1.645))
 
 
 def random_designs(n: int, seed: int, family: Family = NEO_HOOKEAN) -> list[Design]:
@@ -78,7 +105,8 @@ def random_designs(n: int, seed: int, family: Family = NEO_HOOKEAN) -> list[Desi
     rng = np.random.default_rng(seed)
     radius, modulus = 5e-3, 0.6e6
     designs = []
-    for h_s, h_p, a, ratio, stiffening in random_groups(n, rng, family):
+    for groups in random_groups(n, rng, family):
+        h_s, h_p, a, ratio = groups[:OWN]
         designs.append(
             design_from(
                 {
@@ -91,9 +119,9 @@ def random_designs(n: int, seed: int, family: Family = NEO_HOOKEAN) -> list[Desi
                     "relative_permittivity": 2.8,
                     "dielectric_thickness": rng.uniform(*DIELECTRIC) * h_s * radius,
                     "electrode_radius": rng.uniform(*ELECTRODE) * a * radius,
-                    "stiffening": stiffening,
-                },
-                friction_coefficient=family.friction_coefficient,
+                }
+                | values_beyond(groups, family),
+                base=family.base,
             )
         )
     return designs
@@ -221,12 +249,18 @@ def validate(
         results[futures[future]] = future.result()
         if progress is not None:
             progress(len(results), len(designs))
-    compared, failures = [], []
+    seen, compared, failures = [], [], []
     for i, design in enumerate(designs):
         truth = results[i]
         if isinstance(truth, str):
             failures.append(truth)
             continue
+        seen.append(i)
         compared.append(compare(surrogate.respond(design, depths[i]), truth))
     force, change, force_score, change_score = (np.array([c[k] for c in compared]) for k in range(4))
-    return Validation(force, change, force_score, change_score, tuple(failures))
+    groups = np.array([groups_of(designs[i].draws(), surrogate.family)[0] for i in seen])
+    coordinates = {
+        name: np.repeat(groups[:, k, None], PATH.size, axis=1) for k, name in enumerate(group_names(surrogate.family))
+    }
+    coordinates["depth over the largest"] = np.repeat(PATH[None] ** 2, len(seen), axis=0)
+    return Validation(force, change, force_score, change_score, coordinates, tuple(failures))

@@ -8,6 +8,8 @@ import pytest
 from models.examples import PAPER_SENSOR
 from models.sensor import Design, FloatArray, Indenter, Padding, Sensor, design_from
 
+FOAM = PAPER_SENSOR | {"padding_poisson_ratio": 0.3}
+
 
 def test_defaults_are_full_disc_electrodes_half_the_sensor_and_one_silicone() -> None:
     design = design_from(PAPER_SENSOR)
@@ -31,6 +33,10 @@ def test_rest_capacitance_is_two_parallel_plates() -> None:
         ({"young_modulus": 0.0}, "young_modulus must be positive, got 0 MPa"),
         ({"young_modulus": np.array([1e6, np.nan])}, "young_modulus must be positive, got nan MPa"),
         ({"electrode_radius": 11e-3}, "electrode_radius must not exceed the disc radius"),
+        ({"padding_poisson_ratio": -0.1}, "padding_poisson_ratio must lie between 0 and 0.5, got -0.1"),
+        ({"padding_poisson_ratio": np.array([0.5, 0.51])}, "padding_poisson_ratio must lie between 0 and 0.5, got 0.51"),
+        ({"padding_poisson_ratio": np.nan}, "padding_poisson_ratio must lie between 0 and 0.5, got nan"),
+        ({"padding_poisson_ratio": 0.3, "stiffening": 0.05}, "is neo-Hookean and does not stiffen with the sensor, got 0.3"),
         ({"dielectric_thickness": 0.4e-3}, "must not exceed half the sensor thickness, got 0.4 mm in a sensor of 0.74 mm"),
     ],
 )
@@ -90,10 +96,23 @@ def test_what_follows_still_follows_in_a_batch_and_in_its_draws() -> None:
 
 
 def test_a_design_is_made_again_from_what_was_given() -> None:
-    for given in (PAPER_SENSOR, PAPER_SENSOR | {"dielectric_thickness": 0.2e-3, "padding_young_modulus": 0.3e6}):
+    for given in (PAPER_SENSOR, PAPER_SENSOR | {"dielectric_thickness": 0.2e-3, "padding_young_modulus": 0.3e6}, FOAM):
         design = design_from(given)
-        assert design.given() == given | {"stiffening": 0.0}
+        assert design.given() == given | {"stiffening": 0.0, "friction_coefficient": 0.0}
         assert design_from(design.given()).parameters() == design.parameters()
+
+
+def test_padding_is_as_incompressible_as_the_sensor_unless_it_is_said_to_be_a_foam() -> None:
+    silicone, foam = design_from(PAPER_SENSOR), design_from(FOAM)
+    assert (silicone.padding.poisson_ratio, silicone.padding_poisson_ratio, foam.padding_poisson_ratio) == (None, 0.5, 0.3)
+    assert not silicone.padding_is_compressible
+    assert not design_from(PAPER_SENSOR | {"padding_poisson_ratio": 0.5}).padding_is_compressible
+    assert foam.padding_is_compressible
+    np.testing.assert_array_equal(silicone.draws().padding_poisson_ratio, [0.5])
+    # Where there is none, its Poisson's ratio means nothing.
+    some = design_from(FOAM | {"padding_thickness": np.array([1e-3, 0.0]), "padding_poisson_ratio": 0.3})
+    np.testing.assert_array_equal(some.padding_is_compressible, [True, False])
+    assert design_from(FOAM | {"padding_thickness": 0.0, "stiffening": 0.05}).sensor.stiffening == 0.05
 
 
 def test_a_missing_number_is_no_number() -> None:

@@ -16,8 +16,8 @@ from calib.report.deformed.outline import LINES, MM, caption, material_lines, me
 from calib.report.style import GREY, INK, styled_figure
 from models.fem import Solution
 from models.fem.fields import Fields, fields_of, sheet
-from models.layers import Base, LayeredDesign, Profile
-from models.sensor import FloatArray
+from models.layers import LayeredDesign, Profile
+from models.sensor import Base, FloatArray
 
 _METAL = "#c9ced6"
 

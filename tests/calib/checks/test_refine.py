@@ -196,11 +196,11 @@ def test_a_surrogate_is_trained_on_what_the_store_holds(run: Path, tmp_path: Pat
         seen.append((data, options))
         return FAST
 
-    one = run_point(np.array([0.15, 0.2, 2.0, 1.0, 0.0]), ACCURACY)
+    one = run_point(np.array([0.15, 0.2, 2.0, 1.0]), ACCURACY)
     arrays = {name: getattr(one, name) for name in ("depth", "force", "contact_radius", "compression", "capacitance")}
     with open_store(tmp_path / "mine.sqlite", store_settings(ACCURACY)) as store:
         for i in range(LEAST_PATHS):
-            store.add(np.array([0.15, 0.2, 2.0, 1.0 + i, 0.0]), arrays)
+            store.add(np.array([0.15, 0.2, 2.0, 1.0 + i]), arrays)
     words = ("--store", tmp_path / "mine.sqlite", "-o", tmp_path / "new.npz", "--steps", 7)
     result = _refine(run, *words, means=replace(RIGHT, fit=fitted))
     assert result.exit_code == 0, result.output
@@ -261,10 +261,10 @@ def test_another_surrogate_than_the_run_was_made_with_is_refused(posterior: Post
 def test_points_are_those_of_every_specimen_once(make_posterior: MakePosterior) -> None:
     p = make_posterior()
     values = thin_draws(p, 3, np.random.default_rng(1))
-    points = training_points(p, values)
-    assert points.shape == (6, 5)
+    points = training_points(p, values, FAST.family)
+    assert points.shape == (6, 4)
     twice = replace(p, sweeps=(*p.sweeps, replace(p.sweeps[0], name="again")))
-    np.testing.assert_array_equal(training_points(twice, values), points)
+    np.testing.assert_array_equal(training_points(twice, values, FAST.family), points)
     np.testing.assert_allclose(np.unique(np.round(points[:, 2], 9)), [2.0])
     assert np.any(np.isclose(points[:, 0], values["sensor_thickness[sensor 1]"][0] / 5e-3))
 

@@ -34,7 +34,7 @@ from calib.sampling.sampler import sample
 from models.analytic import ClosedForm
 from models.response import ConvergenceError
 from models.sensor import design_from
-from models.surrogate import FAMILIES, fitting
+from models.surrogate import FAMILIES, fitting, surrogate
 from models.surrogate.points import design_points
 from models.surrogate.store import open_store
 from models.surrogate.surrogate import load_surrogate
@@ -668,7 +668,7 @@ def test_surrogate_commands_refuse_a_missing_file_too_few_points_and_an_existing
 
 def _fill(path: Path, accuracy: float, n_point: int) -> None:
     """A store of runs, in which the path of one design is told of all, which is enough to be fitted."""
-    path_of_one = run_point(np.array([0.15, 0.2, 2.0, 1.0, 0.0]), accuracy)
+    path_of_one = run_point(np.array([0.15, 0.2, 2.0, 1.0]), accuracy)
     names = ("depth", "force", "contact_radius", "compression", "capacitance")
     with open_store(path, store_settings(accuracy)) as store:
         for point in design_points(n_point, seed=1):
@@ -717,6 +717,31 @@ def test_a_design_of_another_family_gets_its_surrogate(lab: Path) -> None:
     result = _run("simulate", lab / "gent.toml", "--displacement", "0.5 mm", "--model", "closed-form")
     assert result.exit_code == 2
     assert "stiffening must be 0" in _said(result)
+
+
+def test_a_family_without_a_surrogate_in_the_package_is_refused_with_what_to_do(
+    lab: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = (lab / "design.toml").read_text()
+    (lab / "rubs.toml").write_text(text.replace("[indenter]\n", "[indenter]\nfriction_coefficient = 0.3\n"))
+    shipped = surrogate._shipped
+    monkeypatch.setattr(surrogate, "_shipped", lambda f: lab / "none" if f.name == "friction" else shipped(f))
+    for words in (
+        ("surrogate", "info", "--family", "friction"),
+        ("simulate", lab / "rubs.toml", "--displacement", "0.1 mm"),
+    ):
+        result = _run(*words)
+        assert result.exit_code == 2
+        assert "no surrogate of the family friction" in _said(result)
+        assert "calib surrogate train --family friction -o friction.npz" in _said(result)
+        assert "There are surrogates of neo-hookean (" in _said(result)
+    law = "law = { gent = { locking = 20 } }\n"
+    both = (lab / "rubs.toml").read_text().replace("[sensor]\n", f"[sensor]\n{law}").replace("[padding]\n", f"[padding]\n{law}")
+    (lab / "both.toml").write_text(both)
+    result = _run("simulate", lab / "both.toml", "--displacement", "0.1 mm")
+    assert result.exit_code == 2
+    assert "there is no surrogate for this combination of base, law, friction and padding. Use the model fem" in _said(result)
+    assert "There are surrogates of neo-hookean (" in _said(result)
 
 
 def test_what_help_texts_say_of_the_training_is_what_it_does() -> None:

@@ -60,7 +60,9 @@ def test_a_design_is_read(tmp_path: Path) -> None:
         "dielectric_thickness": 0.16e-3,
         "padding_thickness": 1.1e-3,
         "padding_young_modulus": 0.3e6,
+        "padding_poisson_ratio": 0.5,
         "stiffening": 0.0,
+        "friction_coefficient": 0.3,
     }
 
 
@@ -102,6 +104,26 @@ def test_a_design_without_padding_is_zero_thick(tmp_path: Path) -> None:
             "4:1",
             ["relative_permittivity is missing. Give relative_permittivity = 2.8 in [sensor]"],
         ),
+        (
+            '"0.3 MPa"\n',
+            '"0.3 MPa"\npoisson_ratio = 0.6\n',
+            "14:1",
+            ["poisson_ratio must be a plain number from 0 to 0.5, got 0.6. Leave it out for rubber"],
+        ),
+        ('"0.3 MPa"\n', '"0.3 MPa"\npoisson_ratio = "0.3"\n', "14:1", ["must be a plain number from 0 to 0.5"]),
+        ('"0.3 MPa"\n', '"0.3 MPa"\npoisson_ratio = nan\n', "14:1", ["must be a plain number from 0 to 0.5, got nan"]),
+        (
+            '"0.3 MPa"\n',
+            '"0.3 MPa"\npoisson_ratio = 0.3\nlaw = { gent = { locking = 40 } }\n',
+            "15:1",
+            ["a foam (poisson_ratio = 0.3) is neo-hookean, got gent. Leave out its law, or its poisson_ratio"],
+        ),
+        (
+            "relative_permittivity = 2.8\n",
+            "relative_permittivity = 2.8\npoisson_ratio = 0.49\n",
+            "9:1",
+            ['unknown key "poisson_ratio" in [sensor]', "a foam may stand in [padding]"],
+        ),
         ("[padding]", "[pading]", "11:1", ['unknown key "pading" at the top of the file', '"padding"']),
         (
             '[padding]\nthickness = "1.10 mm"\nyoung_modulus = "0.3 MPa"\n',
@@ -119,6 +141,18 @@ def test_a_fault_of_a_design_is_told_with_its_place(tmp_path: Path, old: str, ne
     assert f"{fault.line}:{fault.column}" == place
     for part in parts:
         assert part in str(fault)
+
+
+def test_a_padding_with_a_poisson_ratio_is_a_foam(tmp_path: Path) -> None:
+    foam = DESIGN.replace("[padding]\n", "[padding]\npoisson_ratio = 0\n", 1)
+    design = read_design(write(tmp_path, foam))
+    assert isinstance(design, Design)
+    assert design.padding_poisson_ratio == 0
+    foam_layer = layered_design(tmp_path, LAYERS + "poisson_ratio = 0.25\n")
+    assert [x.poisson_ratio for x in foam_layer.layers] == [0.5, 0.5, 0.25]
+    # Below a sensor that stiffens it is a layer of its own.
+    gent = layered_design(tmp_path, foam.replace("[sensor]\n", "[sensor]\nlaw = { gent = { locking = 40 } }\n", 1))
+    assert [(x.law, x.poisson_ratio) for x in gent.layers] == [(NeoHookean(), 0.0), (Gent(40.0), 0.5)]
 
 
 def test_all_faults_of_a_design_are_reported_at_once(tmp_path: Path) -> None:
@@ -207,6 +241,7 @@ def test_any_stack_of_layers_is_read_from_the_base_up(tmp_path: Path) -> None:
     assert [x.name for x in design.layers] == ["padding", "layer 2", "cover"]
     assert [x.thickness for x in design.layers] == [1.1e-3, 0.2e-3, 50e-6]
     assert design.layers[1].law == Yeoh(0.02)
+    assert [x.poisson_ratio for x in design.layers] == [0.5, 0.5, 0.5]
     (dielectric,) = design.dielectrics
     assert (dielectric.lower, dielectric.upper, dielectric.relative_permittivity) == pytest.approx((1.1e-3, 1.3e-3, 2.8))
     assert design.electrode_radius == 10e-3
@@ -221,6 +256,8 @@ def test_any_stack_of_layers_is_read_from_the_base_up(tmp_path: Path) -> None:
             ["no layer is a dielectric", "relative_permittivity = 2.8"],
         ),
         (LAYERS.replace('"0.2 mm"', '"-0.2 mm"'), "10:1", ["thickness must be positive, got -0.2 mm"]),
+        (LAYERS + "poisson_ratio = -0.1\n", "18:1", ["poisson_ratio must be a plain number from 0 to 0.5, got -0.1"]),
+        (LAYERS.replace("c2 = 0.02 } }", "c2 = 0.02 } }\npoisson_ratio = 0.3"), "13:1", ["is neo-hookean, got yeoh"]),
         (LAYERS.replace('"0.2 mm"', "0.2"), "10:1", ["thickness must be a quantity in quotes, got 0.2"]),
         (LAYERS.replace('"1.2 MPa"', '"1.2 mm"'), "17:1", ['young_modulus: unit "mm" cannot be converted to Pa']),
         (LAYERS.replace('thickness = "50 um"\n', ""), "14:1", ["thickness is missing. Give thickness ="]),

@@ -320,6 +320,9 @@ def test_designs_are_accepted_and_refused_as_by_the_reader(tmp_path: Path, old: 
     [
         (STACK, True),
         (STACK + 'name = "cover"\nlaw = "neo-hookean"\n', True),
+        (STACK + "poisson_ratio = 0.3\n", True),
+        (STACK + "poisson_ratio = 0.51\n", False),
+        (STACK + 'poisson_ratio = "0.3"\n', False),
         (STACK.replace('"0.2 mm"', "0.2"), False),
         (STACK.replace('[disc]\nradius = "10 mm"\n', ""), False),
         (STACK + '[padding]\nthickness = "1 mm"\n', False),

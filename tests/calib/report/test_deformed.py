@@ -23,8 +23,8 @@ from calib.report.deformed.revolved import revolved_picture
 from calib.report.pictures import write_figure
 from models.fem import FiniteElements, Solution
 from models.fem.fields import fields_of
-from models.layers import Base, Dielectric, Layer, LayeredDesign, Profile, cone, flat_punch, sphere
-from models.sensor import FloatArray
+from models.layers import Dielectric, Layer, LayeredDesign, Profile, cone, flat_punch, sphere
+from models.sensor import Base, FloatArray
 
 NO_FIELD: Any = "stress"
 DEPTHS = (0.2e-3, 0.4e-3)

@@ -10,7 +10,8 @@ from models.fem.elements import shape_1d
 from models.fem.equilibrium import State, make_model
 from models.fem.fields import fields_of, sheet
 from models.fem.path import walk
-from models.layers import Base, Dielectric, Layer, LayeredDesign, Profile, flat_punch, sphere
+from models.layers import Dielectric, Layer, LayeredDesign, Profile, flat_punch, sphere
+from models.sensor import Base
 
 MODULUS = 0.6e6
 

@@ -43,7 +43,7 @@ def electric(groups: FloatArray) -> FloatArray:
 
 def test_points_fill_the_range_and_a_little_more() -> None:
     points = design_points(512, seed=1)
-    assert points.shape == (512, 5)
+    assert points.shape == (512, 4)
     share = np.mean(inside(electric(points)))
     assert 0.6 < share < 0.99
     assert np.all(inside(electric(random_groups(500, np.random.default_rng(0)))))
@@ -51,10 +51,10 @@ def test_points_fill_the_range_and_a_little_more() -> None:
 
 
 def test_a_path_ends_at_half_the_radius_or_at_60_percent_compression() -> None:
-    deep = run_point(np.array([0.5, 2.0, 3.0, 1.0, 0.0]), COARSE)
+    deep = run_point(np.array([0.5, 2.0, 3.0, 1.0]), COARSE)
     np.testing.assert_allclose(deep.depth, DEPTH * PATH**2)
     assert np.all(deep.compression < COMPRESSION)
-    thin = run_point(np.array([0.05, 0.1, 3.0, 0.1, 0.0]), COARSE)
+    thin = run_point(np.array([0.05, 0.1, 3.0, 0.1]), COARSE)
     assert thin.compression[-1] >= COMPRESSION > thin.compression[-2]
     for run in (deep, thin):
         assert not run.failure
@@ -63,7 +63,7 @@ def test_a_path_ends_at_half_the_radius_or_at_60_percent_compression() -> None:
 
 
 def test_paths_of_the_other_families_are_stiffer() -> None:
-    point = np.array([0.15, 0.2, 2.0, 1.0, 0.0])
+    point = np.array([0.15, 0.2, 2.0, 1.0])
     plain, stick = (run_point(point, COARSE, FAMILIES[name]) for name in ("neo-hookean", "stick"))
     gent = run_point(np.array([0.15, 0.2, 2.0, 1.0, 0.1]), COARSE, FAMILIES["gent"])
     n = min(plain.force.size, stick.force.size, gent.force.size) - 1
@@ -80,14 +80,14 @@ def test_a_path_without_an_end_is_kept_as_far_as_it_came_and_says_why() -> None:
         yield from walk(model, depths[:5])
         yield Failure(0.07, "an element would be inverted (J <= 0)")
 
-    run = run_point(np.array([0.15, 0.2, 2.0, 1.0, 0.0]), COARSE, path=stuck)
+    run = run_point(np.array([0.15, 0.2, 2.0, 1.0]), COARSE, path=stuck)
     assert run.depth.size == 5
     assert run.failure == (
-        "h_s/R = 0.15, h_p/R = 0.2, a/R = 2, E_p/E = 1, 1/J_m = 0: an element would be inverted (J <= 0) at d/R = 0.07 of 0.21"
+        "h_s/R = 0.15, h_p/R = 0.2, a/R = 2, E_p/E = 1: an element would be inverted (J <= 0) at d/R = 0.07 of 0.21"
     )
 
 
-POINTS = np.array([[0.15, 0.2, 2.0, 1.0, 0.0], [0.2, 0.0, 1.5, 1.0, 0.0], [0.1, 0.3, 1.8, 2.0, 0.0]])
+POINTS = np.array([[0.15, 0.2, 2.0, 1.0], [0.2, 0.0, 1.5, 1.0], [0.1, 0.3, 1.8, 2.0]])
 
 
 def test_a_campaign_that_was_stopped_goes_on_where_it_was(tmp_path: Path) -> None:
@@ -128,7 +128,7 @@ def test_failed_runs_are_kept_and_not_made_again(tmp_path: Path) -> None:
     with ThreadPoolExecutor(1) as executor, open_store(tmp_path / "s.sqlite", store_settings(COARSE)) as store:
         run_training(POINTS[:1], executor, store, accuracy=COARSE, run=stuck)
         assert "stuck" in _found(store, POINTS[0])[1]
-        assert points_wanted(store, POINTS, 1).shape == (0, 5)
+        assert points_wanted(store, POINTS, 1).shape == (0, 4)
         data = training_set(store, COARSE)
     assert "stuck" in data.failures[0]
     np.testing.assert_array_equal(data.n_step, [0])
