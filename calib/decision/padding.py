@@ -181,7 +181,7 @@ def _sensors_like_those_measured(
         np.nan_to_num(carried["force_discrepancy"]),
         np.nan_to_num(carried["capacitance_discrepancy"]),
     )
-    return design_from(picked, friction_coefficient=posterior.experiment.friction_coefficient), own
+    return design_from(picked, base=posterior.experiment.base), own
 
 
 def _with_padding(design: Design, thickness: FloatArray | float) -> Design:

@@ -18,13 +18,15 @@ from calib.experiment.signposts import SIGNPOSTS, SWEEP_KEYS
 from calib.experiment.toml_file import Toml, read_toml
 from calib.experiment.toml_places import KeyPath
 from calib.experiment.toml_values import check_keys, choice_at, quantity_at, quoted, raise_faults, table_at, tables_at, text_at
+from calib.experiment.variants import model_in_words
 from calib.priors import Fixed, Prior, parse_prior
 from calib.visible import name_fault, shortened
-from models.surrogate import family_of, shipped_in_words
+from models.sensor import Base
+from models.surrogate import shipped_in_words
 
 #: Keys that a table of an experiment file may have; those of priors are the unknowns.
 KEYS: Mapping[str, tuple[str, ...]] = {
-    "": ("name", "model", "discrepancy", "indenter", "sensor", "padding", "priors", "specimens"),
+    "": ("name", "model", "discrepancy", "base", "indenter", "sensor", "padding", "priors", "specimens"),
     "indenter": ("radius", "friction_coefficient"),
     "sensor": ("radius", "law", "electrode_radius", "dielectric_thickness"),
     "padding": ("material",),
@@ -45,16 +47,19 @@ def read_experiment(path: Path) -> Experiment:
         name = "Padded sensor"
         model = "surrogate"              # optional: surrogate, fem, closed form
         discrepancy = "on"               # optional: on, off
+        base = "bonded"                  # optional: what the padding rests on: glued (bonded) or free to slide (slippery)
         [indenter]
         radius = "5 mm"
-        friction_coefficient = 0         # optional: 0, or "stick" for a ball that the sensor sticks to
+        friction_coefficient = 0         # optional: Coulomb's, or "stick" for a ball that the sensor sticks to; where it is
+                                         # unknown give it a prior in [priors] instead
         [sensor]
         radius = "10 mm"
         law = "neo-hookean"              # optional: neo-hookean, or gent with the unknown stiffening; of the padding, too
         electrode_radius = "9 mm"        # optional, known; or a prior in [priors]; default the disc radius
         dielectric_thickness = "0.16 mm" # optional, known for all specimens; or a prior in [specimens.priors]
         [padding]
-        material = "sensor"              # optional: "sensor" (same silicone) or "own"
+        material = "sensor"              # optional: "sensor" (same silicone), "own" (another modulus), or "foam" (another
+                                         # modulus and Poisson's ratio)
         [priors]
         young_modulus = { lognormal = ["0.7 MPa", 1.6] }
         [[specimens]]
@@ -121,16 +126,30 @@ def _experiment(toml: Toml, name: str) -> Experiment:
     if material == "sensor" and "padding_young_modulus" in priors:
         message = 'padding_young_modulus has no meaning for padding of the material "sensor"'
         toml.fault(("priors", "padding_young_modulus"), message, 'Write material = "own" in [padding] or leave the prior out')
+    if material != "foam" and "padding_poisson_ratio" in priors:
+        message = f'padding_poisson_ratio has no meaning for padding of the material "{material}", which keeps its volume'
+        toml.fault(("priors", "padding_poisson_ratio"), message, 'Write material = "foam" in [padding] or leave the prior out')
+    if material == "foam" and "padding_young_modulus" not in priors:
+        message = "foams differ by a factor of a hundred: padding_young_modulus needs a prior of its own"
+        advice = (
+            'Give padding_young_modulus = { lognormal = ["0.1 MPa", 2] } in [priors], as its maker or a compression test says'
+        )
+        toml.fault(("padding", "material"), message, advice)
     model = choice_at(toml, ("model",), toml.data.get("model", "surrogate"), get_args(Model))
     law = choice_at(toml, ("sensor", "law"), table_at(toml, ("sensor",)).get("law", "neo-hookean"), get_args(MaterialLaw))
-    stick = _sticks(toml)
+    stick, friction = _contact(toml)
+    if (stick or friction is not None) and "friction_coefficient" in priors:
+        message = "friction_coefficient is given twice, here and in [indenter]"
+        toml.fault(("priors", "friction_coefficient"), message, "Keep one of the two")
+    elif friction is not None:
+        priors["friction_coefficient"] = friction
+    base = choice_at(toml, ("base",), toml.data.get("base", "bonded"), get_args(Base))
     if "stiffening" in priors and law != "gent":
         toml.fault(
             ("priors", "stiffening"),
             f"stiffening has no meaning for the law {law}",
             'Write law = "gent" in [sensor] or leave it out',
         )
-    _check_model(toml, model, law, stick)
     _check_radii(toml, priors, {"indenter_radius": indenter_radius, "sensor_radius": sensor_radius})
     known = _known_geometry(toml)
     for parameter in priors.keys() & known.keys():
@@ -165,8 +184,10 @@ def _experiment(toml: Toml, name: str) -> Experiment:
         ),
         law=cast(MaterialLaw, law),
         stick=stick,
+        base=cast(Base, base),
         unedited=unedited_lines(toml.text, toml.data, toml.places),
     )
+    _check_model(toml, experiment)
     raise_faults(toml)
     return experiment
 
@@ -183,26 +204,35 @@ def _check_radii(toml: Toml, priors: Mapping[str, Prior], nominal: Mapping[str, 
             )
 
 
-def _sticks(toml: Toml) -> bool:
-    """Read whether the sensor sticks to the ball (True) or slides on it without friction (False)."""
+def _contact(toml: Toml) -> tuple[bool, Fixed | None]:
+    """Read whether the sensor sticks to the ball, and the friction of one that slides, None where that is 0 or not given."""
     at = ("indenter", "friction_coefficient")
     value = table_at(toml, at[:1]).get(at[1], 0)
-    if value == "stick" or (not isinstance(value, bool) and value == 0):
-        return bool(value == "stick")
-    advice = "Calibrate with both and compare them: the truth lies between (`calib compare`)"
-    toml.fault(at, f'friction_coefficient of a calibration must be 0 or "stick", got {quoted(value)}', advice)
-    return False
+    if value == "stick":
+        return True, None
+    if isinstance(value, int | float) and not isinstance(value, bool) and 0 <= value < math.inf:
+        return False, Fixed(float(value)) if value else None
+    advice = "Where it is unknown, leave it out here and give it a prior in [priors]"
+    toml.fault(at, f'friction_coefficient must be a plain number of zero or more, or "stick", got {quoted(value)}', advice)
+    return False, None
 
 
-def _check_model(toml: Toml, model: str, law: str, stick: bool) -> None:
-    """Note a fault for a law or a contact that the chosen forward model does not have."""
-    place = ("indenter", "friction_coefficient") if stick else ("sensor", "law")
-    if model == "closed form" and (stick or law != "neo-hookean"):
-        toml.fault(place, "the closed form knows neo-Hookean layers and a ball without friction", 'Write model = "surrogate"')
-    elif model == "surrogate" and family_of({"stiffening"} if law == "gent" else (), stick=stick) is None:
-        message = f'there is no surrogate for the law "{law}" with a ball that sticks'
-        there = f"There are surrogates of {shipped_in_words()}"
-        toml.fault(place, message, f'Leave one of the two out, or write model = "fem" and have patience. {there}')
+def _check_model(toml: Toml, e: Experiment) -> None:
+    """Note a fault for a combination of base, law, friction and padding that the chosen forward model does not have."""
+    others = {
+        ("base",): e.base != "bonded",
+        ("indenter", "friction_coefficient") if e.stick else ("priors", "friction_coefficient"): e.stick or e.rubs,
+        ("padding", "material"): e.padding_material == "foam",
+        ("sensor", "law"): e.law != "neo-hookean",
+    }
+    place = next((at for at, other in others.items() if other), ("model",))
+    if e.model == "closed form" and place != ("model",):
+        message = "the closed form knows neo-Hookean layers that keep their volume, a bonded base and a ball without friction"
+        toml.fault(place, message, 'Write model = "surrogate"')
+    elif e.model == "surrogate" and e.family is None and not (e.stick and e.rubs):
+        advice = 'Leave one of these choices out, or write model = "fem" and have patience. '
+        message = f"there is no surrogate for all of this together: {model_in_words(e)}"
+        toml.fault(place, message, f"{advice}There are surrogates of {shipped_in_words()}")
 
 
 def _radius(toml: Toml, name: str, example: str, *, quiet: bool) -> float:

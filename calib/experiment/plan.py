@@ -11,11 +11,12 @@ from typing import Literal
 from calib.experiment.edits import Unedited
 from calib.lab import AS_FOUND, FIRST_LOADING, Reading, Use, same_part
 from calib.priors import Prior
+from models.sensor import Base
 from models.surrogate import Family, family_of
 
 Model = Literal["surrogate", "fem", "closed form"]
 Discrepancy = Literal["off", "on"]
-PaddingMaterial = Literal["sensor", "own"]
+PaddingMaterial = Literal["sensor", "own", "foam"]
 MaterialLaw = Literal["neo-hookean", "gent"]
 
 
@@ -84,13 +85,15 @@ class Experiment:
     path : absolute path of the file, None for one built in Python.
     sha256 : hash of its content.
     indenter_radius, sensor_radius : [m], of the ball and of the sensor's disc.
-    padding_material : "sensor" for the sensor's silicone (one modulus), "own" for a modulus of its own.
+    padding_material : "sensor" for the sensor's silicone (one modulus), "own" for a modulus of its own, "foam" for a modulus
+        and a Poisson's ratio of its own.
     priors : shared by all specimens, by the name of the unknown.
     specimens : the sensors measured, each with its sweeps and the priors that hold for it alone.
     model : the forward model to calibrate with.
     discrepancy : whether the residuals of a sweep are modelled as correlated.
     law : of sensor and padding; Gent's has an unknown of its own, `stiffening`.
-    stick : whether the sensor sticks to the ball, or slides on it without friction.
+    stick : whether the sensor sticks to the ball, or slides on it: without friction, or with one that is an unknown.
+    base : what the padding rests on, glued or free to slide.
     unedited : lines of the file that still hold a guess of its draft, see `calib.experiment.edits`.
     """
 
@@ -106,6 +109,7 @@ class Experiment:
     discrepancy: Discrepancy = "on"
     law: MaterialLaw = "neo-hookean"
     stick: bool = False
+    base: Base = "bonded"
     unedited: tuple[Unedited, ...] = ()
 
     @property
@@ -115,10 +119,20 @@ class Experiment:
 
     @property
     def family(self) -> Family | None:
-        """The family of surrogates that has this law and this contact; None if there is none."""
-        return family_of({"stiffening"} if self.law == "gent" else (), stick=self.stick)
+        """The family of surrogates that has this base, law, friction and padding; None if there is none."""
+        has = {
+            "stiffening": self.law == "gent",
+            "friction_coefficient": self.rubs,
+            "padding_poisson_ratio": self.padding_material == "foam",
+        }
+        return family_of({name for name, there in has.items() if there}, base=self.base, stick=self.stick)
+
+    @property
+    def rubs(self) -> bool:
+        """Whether the ball slides on the sensor with a friction that is given, or an unknown."""
+        return "friction_coefficient" in self.priors
 
     @property
     def friction_coefficient(self) -> float:
-        """Friction [1] between ball and sensor, infinite where they stick, as in `models.sensor.Indenter`."""
+        """Friction [1] between ball and sensor where it is no unknown: infinite where they stick, else 0."""
         return math.inf if self.stick else 0.0

@@ -12,7 +12,7 @@ from calib.lab import Reading, Use
 from calib.priors import Prior, prior_from_json
 from calib.records import record_from_text, record_to_text
 
-_FORMAT = 6
+_FORMAT = 7
 
 
 def experiment_to_json(experiment: Experiment) -> str:
@@ -58,6 +58,7 @@ def experiment_to_json(experiment: Experiment) -> str:
         "discrepancy": experiment.discrepancy,
         "law": experiment.law,
         "stick": experiment.stick,
+        "base": experiment.base,
         "unedited": [[u.line, u.what, u.of] for u in experiment.unedited],
         "priors": priors(experiment.priors),
         "specimens": specimens,
@@ -113,5 +114,6 @@ def experiment_from_json(text: str) -> Experiment:
         discrepancy=document["discrepancy"],
         law=document["law"],
         stick=document["stick"],
+        base=document["base"],
         unedited=tuple(Unedited(*u) for u in document["unedited"]),
     )

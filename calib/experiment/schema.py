@@ -30,6 +30,7 @@ def experiment_schema() -> Schema:
             "Forward model: the fast surrogate, the finite elements, or a rough closed form.", get_args(Model), "surrogate"
         ),
         "discrepancy": choice("Whether the model may be a little wrong along a sweep.", get_args(Discrepancy), "on"),
+        "base": choice("What the padding rests on: glued, or free to slide.", get_args(Base), "bonded"),
         "indenter": _only("The ball.", KEYS["indenter"], _INDENTER, ["radius"]),
         "sensor": _only("The sensor's disc.", KEYS["sensor"], _SENSOR, ["radius"]),
         "padding": _only("What the sensor lies on.", KEYS["padding"], _PADDING),
@@ -43,9 +44,14 @@ def experiment_schema() -> Schema:
     return {"$schema": _DRAFT, "title": "Experiment"} | found
 
 
+_FRICTION: Schema = {
+    "description": 'Coulomb\'s coefficient of friction, or "stick" for no slip at all.',
+    "anyOf": [{"type": "number", "minimum": 0}, {"const": "stick"}],
+    "default": 0,
+}
 _INDENTER: Mapping[str, Schema] = {
     "radius": quantity_of("indenter_radius"),
-    "friction_coefficient": choice('0 for a ball that slides, "stick" for one that the sensor sticks to.', (0, "stick"), 0),
+    "friction_coefficient": _FRICTION,
 }
 _SENSOR: Mapping[str, Schema] = {
     "radius": quantity_of("sensor_radius"),
@@ -54,7 +60,9 @@ _SENSOR: Mapping[str, Schema] = {
     "dielectric_thickness": quantity_of("dielectric_thickness"),
 }
 _PADDING: Mapping[str, Schema] = {
-    "material": choice("Whether the padding is of the sensor's silicone.", get_args(PaddingMaterial), "sensor"),
+    "material": choice(
+        "Whether the padding is of the sensor's silicone, of another, or a foam.", get_args(PaddingMaterial), "sensor"
+    ),
 }
 
 
@@ -180,11 +188,6 @@ def design_schema() -> Schema:
 
 def _indenter() -> Schema:
     common = ("shape", "friction_coefficient")
-    friction: Schema = {
-        "description": 'Coulomb\'s coefficient of friction, or "stick" for no slip at all.',
-        "anyOf": [{"type": "number", "minimum": 0}, {"const": "stick"}],
-        "default": 0,
-    }
     sizes = {
         key: quantity(
             f"{key.replace('_', ' ').capitalize()} of the indenter.", "rad" if key == "half_angle" else "m", example.strip('"')
@@ -197,7 +200,7 @@ def _indenter() -> Schema:
     for name, keys in SHAPES.items():
         is_it: Schema = {"properties": {"shape": {"const": name}}} | ({} if name == "sphere" else {"required": ["shape"]})
         rules.append({"if": is_it, "then": {"required": list(keys), "propertyNames": {"enum": [*common, *keys]}}})
-    return table("What presses.", {"shape": shape, "friction_coefficient": friction, **sizes}) | {"allOf": rules}
+    return table("What presses.", {"shape": shape, "friction_coefficient": _FRICTION, **sizes}) | {"allOf": rules}
 
 
 def _law() -> Schema:

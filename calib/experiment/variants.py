@@ -7,14 +7,17 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from calib.experiment.plan import Experiment
+from models.surrogate import is_shipped
 
 # Choices that outweigh the noise, by the attribute of an `Experiment`: for each value a name, as folders take it, and words.
 _CHOICES: Mapping[str, Mapping[Any, tuple[str, str]]] = {
     "law": {"neo-hookean": ("neo-hookean", "neo-Hookean"), "gent": ("gent", "Gent")},
     "stick": {False: ("frictionless", "frictionless"), True: ("stick", "sticking")},
+    "base": {"bonded": ("bonded", "bonded base"), "slippery": ("slippery", "slippery base")},
     "padding_material": {
         "sensor": ("one-silicone", "padding of the same silicone"),
         "own": ("own-padding", "padding of its own modulus"),
+        "foam": ("foam", "foam as padding"),
     },
 }
 #: Name of the variant that an experiment itself is.
@@ -42,25 +45,31 @@ class Variant:
 def variants_of(experiment: Experiment) -> tuple[Variant, ...]:
     """List the models that the data of an experiment should be held against, the experiment itself first.
 
-    Each of the others differs in one choice: the law, friction, and whether the padding has a modulus of its own. Those that
-    the experiment's forward model does not have are left out.
+    Each of the others differs in one choice: the law, whether the ball sticks, the base, and whether the padding has a modulus
+    of its own. Those that the experiment's forward model does not have, or no surrogate is shipped for, are left out; so are
+    foams, which one sees.
     """
     others = [
         Variant(name, {choice: value})
         for choice, names in _CHOICES.items()
         for value, (name, _) in names.items()
-        if value != getattr(experiment, choice)
+        if value not in (getattr(experiment, choice), "foam")
     ]
     return (Variant(AS_GIVEN, {}), *(v for v in others if _has_model(v.of(experiment))))
 
 
 def _has_model(experiment: Experiment) -> bool:
-    """Whether the forward model of an experiment has its law and its contact."""
+    """Whether the forward model of an experiment has its base, its law, its friction and its padding."""
+    if experiment.stick and experiment.rubs:  # by a prior that the experiment names
+        return False
     if experiment.model == "closed form":
-        return experiment.law == "neo-hookean" and not experiment.stick
-    return experiment.model == "fem" or experiment.family is not None
+        return experiment.law == "neo-hookean" and experiment.base == "bonded" and not experiment.stick
+    return experiment.model == "fem" or (experiment.family is not None and is_shipped(experiment.family))
 
 
 def model_in_words(experiment: Experiment) -> str:
-    """Name the choices of a model that outweigh the noise, as in "neo-Hookean, frictionless, padding of its own modulus"."""
-    return ", ".join(names[getattr(experiment, choice)][1] for choice, names in _CHOICES.items())
+    """Name the choices of a model that outweigh the noise: "neo-Hookean, frictionless, bonded base, foam as padding"."""
+    words = {choice: names[getattr(experiment, choice)][1] for choice, names in _CHOICES.items()}
+    if experiment.rubs:
+        words["stick"] = "with friction"
+    return ", ".join(words.values())

@@ -26,6 +26,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.catalogue import bounds_of
+from calib.experiment import Experiment
 from calib.lab import Sweep
 from calib.problem.channels import CHANNEL_MODELS
 from calib.problem.plan import ChannelPlan, SweepPlan, at_time, present
@@ -33,7 +34,7 @@ from calib.problem.readings import Discrepancy, PredictedReadings, SweepModel
 from calib.problem.values import Calibrated, design_columns, design_values, lookup
 from models.curves import Lookup, curves_of, look_up, look_up_force, table_depths
 from models.response import Asked, Column, Curves, Forward, Response
-from models.sensor import BoolArray, Design, FloatArray, design_from
+from models.sensor import INCOMPRESSIBLE, BoolArray, Design, FloatArray, Scalar, design_from
 
 
 def model_sweep(
@@ -153,7 +154,7 @@ def ways_down(
     limit = np.zeros(valid.size)
     curves = None
     if np.any(valid):
-        curves = curves_of(forward, _batch(whole, valid, known.experiment.friction_coefficient))
+        curves = curves_of(forward, _batch(whole, valid, known.experiment))
         limit[valid] = curves.limit
     of_design = np.arange(valid.size).reshape(len(designs), n_draw)
     starts = np.concatenate([[0], np.cumsum(valid)])
@@ -221,7 +222,7 @@ def why_outside(known: Calibrated, forward: Forward, plan: SweepPlan, values: Ma
     sweep = plan.sweep
     try:
         given = design_values(known, values, sweep)
-        design = design_from(given, friction_coefficient=known.experiment.friction_coefficient)
+        design = _designed(given, known.experiment)
     except ValueError as error:
         return str(error)
     own = _SweepValues(values, sweep)
@@ -253,10 +254,10 @@ def reach(
     if not np.any(valid):
         return reading, load
     limit = np.zeros(valid.size)
-    limit[valid] = forward.max_depth(_batch(design, valid, known.experiment.friction_coefficient))
+    limit[valid] = forward.max_depth(_batch(design, valid, known.experiment))
     inside = limit > 0
     if np.any(inside):
-        ends = forward.respond(_batch(design, inside, known.experiment.friction_coefficient), limit[inside][:, None])
+        ends = forward.respond(_batch(design, inside, known.experiment), limit[inside][:, None])
         some = own.of(inside)
         reading[inside] = (limit[inside][:, None] + some["contact_offset"])[:, 0]
         load[inside] = (ends.force * some.gain("force") + some["load_zero"])[:, 0]
@@ -350,6 +351,8 @@ def _valid(design: Mapping[str, FloatArray]) -> BoolArray:
     for name, value in design.items():
         good &= np.isfinite(value) & ((value >= 0) if bounds_of(name) == "not negative" else (value > 0))
     slack = 1 + 1e-9
+    if "padding_poisson_ratio" in design:
+        good &= design["padding_poisson_ratio"] <= INCOMPRESSIBLE
     if "dielectric_thickness" in design:
         good &= design["dielectric_thickness"] <= design["sensor_thickness"] / 2 * slack
     if "electrode_radius" in design:
@@ -357,5 +360,9 @@ def _valid(design: Mapping[str, FloatArray]) -> BoolArray:
     return good
 
 
-def _batch(design: Mapping[str, FloatArray], rows: BoolArray, friction: float) -> Design:
-    return design_from({name: value[rows] for name, value in design.items()}, friction_coefficient=friction)
+def _batch(design: Mapping[str, FloatArray], rows: BoolArray, experiment: Experiment) -> Design:
+    return _designed({name: value[rows] for name, value in design.items()}, experiment)
+
+
+def _designed(values: Mapping[str, Scalar], experiment: Experiment) -> Design:
+    return design_from(values, friction_coefficient=experiment.friction_coefficient, base=experiment.base)

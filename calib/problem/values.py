@@ -148,9 +148,11 @@ def design_columns(known: Calibrated, values: Mapping[str, FloatArray], sweep: S
     """
     experiment = known.experiment
     needed = ["young_modulus", "sensor_thickness", "padding_thickness"]
-    needed += ["padding_young_modulus"] if experiment.padding_material == "own" else []
+    needed += ["padding_young_modulus"] if experiment.padding_material != "sensor" else []
+    needed += ["padding_poisson_ratio"] if experiment.padding_material == "foam" else []
     needed += ["stiffening"] if experiment.law == "gent" else []
-    optional = ["relative_permittivity", "electrode_radius", "dielectric_thickness", "sensor_radius", "indenter_radius"]
+    optional = ["relative_permittivity", "electrode_radius", "dielectric_thickness"]
+    optional += ["sensor_radius", "indenter_radius", "friction_coefficient"]
     found = {p: lookup(values, p, sweep.specimen, sweep.name) for p in needed + optional}
     for p in needed:
         if found[p] is None:
@@ -213,4 +215,4 @@ def specimen_design(known: Calibrated, values: Mapping[str, FloatArray], specime
     if not own:
         raise KeyError(f"there is no sweep {sweep!r} of a specimen {specimen!r}")
     design: Mapping[str, Scalar] = design_values(known, values, own[0])
-    return design_from(design, friction_coefficient=known.experiment.friction_coefficient)
+    return design_from(design, friction_coefficient=known.experiment.friction_coefficient, base=known.experiment.base)

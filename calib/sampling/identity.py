@@ -22,9 +22,6 @@ ENSEMBLES = 4
 #: Key of the fingerprint among the texts that are kept with a posterior.
 FINGERPRINT = "fingerprint"
 
-# What the padding lies on. Only one kind of base is modelled so far; another must not continue a chain of this one.
-_BASE = "bonded"
-
 # How parts are named.
 _PRIOR, _FIXED, _MOVES = "prior of ", "fixed value of ", "moves of the sampler"
 
@@ -75,8 +72,8 @@ def identity_of(problem: Problem, seed: int, n_ensemble: int = ENSEMBLES, n_walk
             "version of the likelihood": str(LIKELIHOOD_VERSION),
             "forward model": f"{forward.name}, {forward.identity}",
             "law": e.law,
-            "contact": "stick" if e.stick else "frictionless",
-            "base": _BASE,
+            "contact": "stick" if e.stick else "friction" if e.rubs else "frictionless",
+            "base": e.base,
             "radius of the sensor": f"{e.sensor_radius!r} m",
             "material of the padding": e.padding_material,
             "discrepancy": e.discrepancy,

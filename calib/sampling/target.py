@@ -17,7 +17,7 @@ from calib.sampling.scoring import inverse_root, score, slopes_at
 from models.sensor import FloatArray
 
 # Unknowns that the means and the widths of all others depend on by more than a straight line.
-_LEADING = SCALES | {"stiffening"}
+_LEADING = SCALES | {"stiffening", "friction_coefficient", "padding_poisson_ratio"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +115,7 @@ class ProblemTarget:
 
     @property
     def scales(self) -> tuple[int, ...]:
-        """See `Target`; with the stiffening, from whose end at zero on all others depend on it more and more."""
+        """See `Target`; with those from whose end at zero on all others depend on them more and more."""
         return tuple(k for k, p in enumerate(self.space.problem.parameters) if p.parameter in _LEADING)
 
     @property

@@ -6,6 +6,7 @@ from calib.catalogue import UNKNOWNS
 from calib.experiment import Experiment, MaterialLaw, unedited_in_words
 from calib.report.section import Results, Section
 from calib.sampling import Posterior
+from models.sensor import Base
 
 ORDER = 70
 
@@ -19,6 +20,20 @@ LIMITS_OF_LAWS: dict[MaterialLaw, tuple[str, str]] = {
         "Gent's law, nearly incompressible silicone",
         "A modulus and a stiffening at large strain describe a layer, the stiffening the same in sensor and padding; "
         "stiffening of another shape than Gent's is not modelled.",
+    ),
+}
+
+# What each base takes for granted, as heading and text.
+_LIMITS_OF_BASES: dict[Base, tuple[str, str]] = {
+    "bonded": (
+        "The base is taken as bonded",
+        "Sensor and padding are modelled as stuck to each other and to the rigid finger. This choice outweighs all noise: "
+        "on a slippery base the same curve would mean about 1.9 times the Young's modulus.",
+    ),
+    "slippery": (
+        "The base is taken as slippery",
+        "Sensor and padding stick to each other and slide on the rigid finger without friction. This choice outweighs all "
+        "noise: on a bonded base the same curve would mean about half the Young's modulus.",
     ),
 }
 
@@ -50,11 +65,7 @@ def limits(posterior: Posterior) -> list[tuple[str, str]]:
     unknown = {p.parameter for p in posterior.parameters} | {n.split("[")[0] for n in posterior.fixed}
     return [
         *_guesses(e),
-        (
-            "The base is taken as bonded",
-            "Sensor and padding are modelled as stuck to each other and to the rigid finger. This choice outweighs all noise: "
-            "on a slippery base the same curve would mean about 1.9 times the Young's modulus.",
-        ),
+        _LIMITS_OF_BASES[e.base],
         _contact(e),
         (
             "Only the loading branch is used",
@@ -87,12 +98,23 @@ def _contact(e: Experiment) -> tuple[str, str]:
             "The ball is taken as sticking",
             "The sensor does not slip on the ball at all; less friction would make it softer.",
         )
+    if e.rubs:
+        return "One friction for all presses", "The ball rubs by Coulomb's law, by the same coefficient whatever the pressure."
     return "Friction is left out", "The ball slides freely on the sensor; friction would make it a little stiffer."
 
 
 def _padding_material(e: Experiment) -> tuple[str, str]:
     if e.padding_material == "sensor":
-        return "One silicone for sensor and padding", "Both have the same Young's modulus, as the experiment file says."
+        return (
+            "One silicone for sensor and padding",
+            "Both have the same Young's modulus, as the experiment file says. Where they may differ, the modulus is known much "
+            "worse: calib compare holds both against the data.",
+        )
+    if e.padding_material == "foam":
+        return (
+            "The padding is a foam",
+            "Its modulus and Poisson's ratio are parameters of their own, neo-Hookean: cells that buckle are not modelled.",
+        )
     return "Padding of its own material", "Its modulus is a parameter of its own; it trades off against the sensor's."
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from calib.experiment import model_in_words
 from calib.report.section import Results, Section
 from calib.sampling import Posterior
 
@@ -31,8 +32,7 @@ def run_facts(posterior: Posterior, posterior_sha256: str = "") -> list[tuple[st
     d = posterior.diagnostics
     facts = [
         ("forward model", posterior.forward_name),
-        ("sensor and padding", f"law: {posterior.experiment.law}"),
-        ("ball", "sticking" if posterior.experiment.stick else "without friction"),
+        ("model", model_in_words(posterior.experiment)),
         ("sampling", f"{n_ensemble} independent ensembles of {posterior.n_walkers} walkers, {n_ensemble * n_draw} draws kept"),
         (
             "chains",

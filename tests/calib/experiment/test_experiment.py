@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 import os
+import re
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
@@ -130,11 +131,34 @@ def test_stiffening_is_an_unknown_of_gents_law(folder: Path) -> None:
 
 def test_gents_law_with_a_ball_that_sticks_takes_finite_elements(folder: Path) -> None:
     text = GOOD.replace("[sensor]", 'friction_coefficient = "stick"\n[sensor]\nlaw = "gent"', 1)
-    assert 'no surrogate for the law "gent" with a ball that sticks' in only_fault(folder, text)
+    assert "no surrogate for all of this together: Gent, sticking, bonded base" in only_fault(folder, text)
     assert read(folder, 'model = "fem"\n' + text).family is None
     for old, new in (("[sensor]", 'friction_coefficient = "stick"\n[sensor]'), ("[sensor]", '[sensor]\nlaw = "gent"')):
         text = 'model = "closed form"\n' + GOOD.replace(old, new, 1)
         assert "the closed form knows neo-Hookean layers" in only_fault(folder, text)
+
+
+def test_base_friction_and_padding_say_which_surrogate_is_meant(folder: Path) -> None:
+    foam = 'material = "foam"\n[priors]\npadding_young_modulus = { lognormal = ["0.1 MPa", 2] }'
+    rubbing = GOOD.replace("machine_", "friction_coefficient = { uniform = [0, 0.6] }\nmachine_")
+    known = GOOD.replace("[sensor]", "friction_coefficient = 0.3\n[sensor]")
+    for text, family in (
+        (GOOD, "neo-hookean"),
+        ('base = "slippery"\n' + GOOD, "slippery"),
+        (rubbing, "friction"),
+        (known, "friction"),
+        ('base = "slippery"\n' + rubbing, "slippery-friction"),
+        (re.sub(r'material = "sensor".*\n\[priors\].*', foam, GOOD), "foam"),
+    ):
+        experiment = read(folder, text)
+        assert experiment.family is not None
+        assert experiment.family.name == family
+        assert experiment_from_json(experiment_to_json(experiment)) == experiment
+    assert read(folder, known).priors["friction_coefficient"] == Fixed(0.3)
+    for twice in ("0.3", '"stick"'):
+        assert "given twice" in only_fault(folder, rubbing.replace("[sensor]", f"friction_coefficient = {twice}\n[sensor]"))
+    both = 'base = "slippery"\n' + GOOD.replace("[sensor]", '[sensor]\nlaw = "gent"', 1)
+    assert "no surrogate for all of this together: Gent, frictionless, slippery base" in only_fault(folder, both)
 
 
 def test_the_documented_form_is_read(folder: Path) -> None:
@@ -273,7 +297,10 @@ def test_all_faults_are_reported_at_once_in_the_order_of_the_file(folder: Path) 
             ['mean "padding_thickness"? It belongs in [specimens.priors]'],
         ),
         ("[padding]", '[padding]\nmodel = "fem"', "7:1", ['"model" in [padding]', "at the top of the file, before the first"]),
-        ("[sensor]", "friction_coefficient = 0.2\n[sensor]", "4:1", ['must be 0 or "stick", got 0.2', "calib compare"]),
+        ("[sensor]", "friction_coefficient = -0.2\n[sensor]", "4:1", ['zero or more, or "stick", got -0.2', "in [priors]"]),
+        ("name = ", 'base = "glued"\nname = ', None, ['base must be "bonded" or "slippery"']),
+        ("machine_", "padding_poisson_ratio = { fixed = 0.3 }\nmachine_", "11:1", ['material = "foam"']),
+        ('material = "sensor"', 'material = "foam"', "7:1", ["padding_young_modulus needs a prior of its own"]),
         ("[sensor]", '[sensor]\nlaw = "yeoh"', "5:1", ['"yeoh"', "neo-hookean", "gent"]),
         ("[sensor]", 'law = "gent"\n[sensor]', "4:1", ["in [sensor]"]),
         (
@@ -282,7 +309,12 @@ def test_all_faults_are_reported_at_once_in_the_order_of_the_file(folder: Path) 
             "10:1",
             ["no meaning", 'law = "gent"'],
         ),
-        ('material = "sensor"', 'material = "senzor"', "7:1", ['must be "sensor" or "own", got "senzor"', 'mean "sensor"']),
+        (
+            'material = "sensor"',
+            'material = "senzor"',
+            "7:1",
+            ['"own" or "foam", got "senzor"', 'mean "sensor"'],
+        ),
         ("name = ", "discrepancy = true\nname = ", None, ['discrepancy must be "off" or "on", got true']),
         ("name = ", 'model = "FEM"\nname = ', None, ["model must be", 'Did you mean "fem"?']),
         ("machine_", "load_zero = { fixed = '0 N' }\nmachine_", "11:1", ['"load_zero" in [priors]', "in [specimens.priors]"]),

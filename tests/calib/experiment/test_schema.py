@@ -247,7 +247,8 @@ def test_a_number_without_its_unit_is_refused(name: str, kind: str) -> None:
     [
         (("sensor",), "radius", 10),
         (("indenter",), "radius", "5"),
-        (("indenter",), "friction_coefficient", 0.3),
+        (("indenter",), "friction_coefficient", -0.3),
+        ((), "base", "glued"),
         ((), "model", "surogate"),
         ((), "specimens", {"name": "sensor 1"}),
         ((), "specimens", []),

@@ -267,14 +267,15 @@ def test_draws_are_independent_of_each_other_in_a_batch() -> None:
 
 
 def test_law_and_contact_of_the_experiment_reach_the_forward_model() -> None:
-    seen: list[tuple[float, FloatArray]] = []
+    seen: list[Design] = []
 
     class Stripped(WithError):
-        """The closed form whatever the law and contact, which it takes down."""
+        """The closed form whatever the base, law, contact and padding, which it takes down."""
 
         def _plain(self, design: Design) -> Design:
-            seen.append((design.indenter.friction_coefficient, np.asarray(design.sensor.stiffening)))
-            return design_from(dict(design.parameters()) | {"stiffening": 0.0})
+            seen.append(design)
+            plain = {"stiffening": 0.0, "friction_coefficient": 0.0, "padding_poisson_ratio": 0.5}
+            return design_from(dict(design.parameters()) | plain)
 
         def max_depth(self, design: Design) -> FloatArray:
             return EXACT.max_depth(self._plain(design))
@@ -292,10 +293,22 @@ def test_law_and_contact_of_the_experiment_reach_the_forward_model() -> None:
     theta[:, problem.names.index("stiffening")] = [-1.0, 0.0, 1.0]
     log_likelihood(problem, theta)
     assert seen
-    for friction, stiffening in seen:
-        assert friction == np.inf
-        assert np.all(np.isin(np.round(stiffening, 6), np.round(0.1 * norm.cdf([-1.0, 0.0, 1.0]), 6)))
+    for design in seen:
+        assert np.all(design.indenter.friction_coefficient == np.inf)
+        assert np.all(np.isin(np.round(design.sensor.stiffening, 6), np.round(0.1 * norm.cdf([-1.0, 0.0, 1.0]), 6)))
     assert problem.names[:2] == ("young_modulus", "stiffening")
+
+    foam: Mapping[str, Prior] = {"friction_coefficient": Uniform(0.0, 0.6), "padding_poisson_ratio": Uniform(0.0, 0.4)}
+    plan = replace(experiment(foam), base="slippery", padding_material="foam")
+    problem = build_problem(plan, (press(),), Stripped())
+    seen.clear()
+    theta = np.zeros((1, len(problem.parameters)))
+    log_likelihood(problem, theta)
+    for design in seen:
+        assert design.base == "slippery"
+        assert np.all(np.isclose(design.indenter.friction_coefficient, 0.3))
+        assert np.all(np.isclose(design.padding_poisson_ratio, 0.2))
+    assert "padding_young_modulus" in problem.names
 
 
 def test_log_prior_is_standard_normal_and_values_follow_the_priors() -> None:
