@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from calib.experiment.plan import Experiment
+from calib.priors import parse_prior
 from models.surrogate import is_shipped
 
 # Choices that outweigh the noise, by the attribute of an `Experiment`: for each value a name, as folders take it, and words.
@@ -20,6 +21,8 @@ _CHOICES: Mapping[str, Mapping[Any, tuple[str, str]]] = {
         "foam": ("foam", "foam as padding"),
     },
 }
+# Of steel on silicone, dry or oiled, as the prior of a variant that rubs.
+_FRICTION, _ANY_FRICTION = "friction_coefficient", {"uniform": [0, 0.6]}
 #: Name of the variant that an experiment itself is.
 AS_GIVEN = "as-given"
 
@@ -45,9 +48,9 @@ class Variant:
 def variants_of(experiment: Experiment) -> tuple[Variant, ...]:
     """List the models that the data of an experiment should be held against, the experiment itself first.
 
-    Each of the others differs in one choice: the law, whether the ball sticks, the base, and whether the padding has a modulus
-    of its own. Those that the experiment's forward model does not have, or no surrogate is shipped for, are left out; so are
-    foams, which one sees.
+    Each of the others differs in one choice: the law, friction, the base, and whether the padding has a modulus of its own.
+    Those that the experiment's forward model does not have, or no surrogate is shipped for, are left out; so are foams, which
+    one sees.
     """
     others = [
         Variant(name, {choice: value})
@@ -55,6 +58,11 @@ def variants_of(experiment: Experiment) -> tuple[Variant, ...]:
         for value, (name, _) in names.items()
         if value not in (getattr(experiment, choice), "foam")
     ]
+    without = {name: prior for name, prior in experiment.priors.items() if name != _FRICTION}
+    if experiment.rubs:
+        others.append(Variant("frictionless", {"priors": without}))
+    else:
+        others.append(Variant("friction", {"priors": {**without, _FRICTION: parse_prior(_FRICTION, _ANY_FRICTION)}}))
     return (Variant(AS_GIVEN, {}), *(v for v in others if _has_model(v.of(experiment))))
 
 
@@ -63,7 +71,7 @@ def _has_model(experiment: Experiment) -> bool:
     if experiment.stick and experiment.rubs:  # by a prior that the experiment names
         return False
     if experiment.model == "closed form":
-        return experiment.law == "neo-hookean" and experiment.base == "bonded" and not experiment.stick
+        return experiment.law == "neo-hookean" and experiment.base == "bonded" and not (experiment.stick or experiment.rubs)
     return experiment.model == "fem" or (experiment.family is not None and is_shipped(experiment.family))
 
 

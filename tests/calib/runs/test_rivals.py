@@ -17,8 +17,10 @@ from small_run import QUICK, make_lab
 from calib.cli import app
 from calib.errors import InputError
 from calib.experiment import AS_GIVEN, read_experiment, variants_of
+from calib.priors import Fixed
 from calib.runs import calibrate_rivals
 from calib.sampling import load_posterior, sample
+from models.surrogate import FAMILIES, is_shipped
 
 STAGES = replace(QUICK, sample=sample)
 
@@ -86,8 +88,12 @@ def test_an_experiment_is_held_against_every_model_that_can_be_had(tmp_path: Pat
     closed = read_experiment(tmp_path / "experiment.toml")
     assert [v.name for v in variants_of(closed)] == [AS_GIVEN, "own-padding"]
     plain = replace(closed, model="surrogate")
-    assert [v.name for v in variants_of(plain)] == [AS_GIVEN, "gent", "stick", "own-padding"]
+    new = [name for name in ("slippery", "friction") if is_shipped(FAMILIES[name])]
+    assert {v.name for v in variants_of(plain)} == {AS_GIVEN, "gent", "stick", "own-padding", *new}
     for variant in variants_of(plain):
         assert len(variant.changes) == (variant.name != AS_GIVEN)
+    rubbing = replace(plain, model="fem", priors={**plain.priors, "friction_coefficient": Fixed(0.3)})
+    assert "frictionless" in {v.name for v in variants_of(rubbing)}
+    assert "friction" in {v.name for v in variants_of(replace(plain, model="fem"))}
     gent = replace(plain, law="gent")
     assert [v.name for v in variants_of(gent)] == [AS_GIVEN, "neo-hookean", "own-padding"]  # none that sticks and stiffens
