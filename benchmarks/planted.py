@@ -1,0 +1,223 @@
+"""Plant what outweighs the noise, and see whether calibrations cover it: `python benchmarks/planted.py KIND... --labs 60 -o F`.
+
+A lab is one specimen as the shipped experiment has them, its unknowns drawn from their priors, its curves by the finite
+elements, with the noise and the faults of its instruments. What is planted is a kind: padding that is softer or harder than the
+sensor, a ball that rubs, a slippery base. It is calibrated with the model that knows of it, or (`as one silicone`) with one that
+does not. Printed for each kind: how often truth lies in the 90 % interval of Young's modulus and of the signal at 10 N on the
+padding that is recommended, how far the modulus is off, and how many calibrations converged. With -o labs are kept, a line of
+JSON each, and those that are there are not repeated.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass, field, replace
+from itertools import product
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from calib.decision import Requirement, recommend
+from calib.experiment import Experiment, forward_of_experiment, read_experiment
+from calib.priors import parse_prior
+from calib.problem import build_problem
+from calib.problem.synthetic import Rig, synthetic_sweep
+from calib.sampling import sample
+from models.fem import FiniteElements
+from models.response import ConvergenceError, OutOfRangeError, Response
+from models.sensor import Design, FloatArray, design_from
+from models.threads import one_thread
+
+EXPERIMENT = Path(__file__).parents[1] / "datasets" / "padded_sensor" / "experiment.toml"
+#: How deep the ball is pressed [m], points of each channel, steps of the finite elements on the way and their accuracy.
+DEPTH, POINTS, STEPS, ACCURACY = 0.55e-3, 25, 48, 5e-4
+#: Force [N] at which the signal counts, and the paddings [m] to choose from.
+FORCE, PADDINGS = 10.0, (0.5e-3, 6e-3)
+_FARTHEST = 2.5
+_ANY_FRICTION = {"uniform": [0, 0.6]}
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What is planted in a lab, and what its calibration is told.
+
+    Attributes
+    ----------
+    ratio : of the padding's modulus to the sensor's.
+    friction, slippery : of the ball and the base.
+    told : attributes of the experiment that are changed, and priors that are added, under "priors".
+    """
+
+    ratio: float = 1.0
+    friction: float = 0.0
+    slippery: bool = False
+    told: Mapping[str, Any] = field(default_factory=dict)
+
+
+_OWN: Mapping[str, Any] = {"padding_material": "own", "priors": {"padding_young_modulus": {"lognormal": ["0.7 MPa", 1.6]}}}
+_RUBS: Mapping[str, Any] = {"priors": {"friction_coefficient": _ANY_FRICTION}}
+#: What can be planted, by name.
+KINDS: Mapping[str, Kind] = {
+    "nothing": Kind(),
+    "padding 0.7": Kind(ratio=0.7, told=_OWN),
+    "padding 1.3": Kind(ratio=1.3, told=_OWN),
+    "padding 0.8, as one silicone": Kind(ratio=0.8),
+    "slippery": Kind(slippery=True, told={"base": "slippery"}),
+    "slippery, as bonded": Kind(slippery=True),
+    "friction 0.3, as none": Kind(friction=0.3),
+    **{f"friction {f:g}": Kind(friction=f, told=_RUBS) for f in (0.0, 0.15, 0.3, 0.6)},
+}
+
+
+@dataclass(frozen=True)
+class Curve:
+    """The loading curve of one design as a `Forward` for this design alone: finite elements at some depths, and between them."""
+
+    force: CubicSpline
+    capacitance: CubicSpline
+    name: str = "finite elements, interpolated"
+
+    @property
+    def identity(self) -> str:
+        """See `models.response.Forward`."""
+        return self.name
+
+    def max_depth(self, design: Design) -> FloatArray:
+        """See `models.response.Forward`."""
+        return np.full(np.shape(design.draws().sensor.thickness), float(self.force.x[-1] ** 2))
+
+    def outside(self, design: Design, depth: FloatArray) -> str:
+        """See `models.response.Forward`."""
+        return "" if np.all(np.max(depth) <= self.max_depth(design)) else "deeper than the curve"
+
+    def respond(self, design: Design, depth: FloatArray) -> Response:
+        """See `models.response.Forward`."""
+        s = np.sqrt(np.maximum(depth, 0.0))
+        none = np.empty((*np.shape(depth), 0))
+        c0 = np.asarray(design.rest_capacitance)
+        return Response(np.asarray(depth, float), self.force(s), 0 * s, self.capacitance(s), c0, none, none)
+
+
+def curve_of(design: Design, end: float) -> Curve:
+    """Press a design with the finite elements, to an end [m]."""
+    s = np.linspace(0.0, math.sqrt(end), STEPS + 1)
+    r = FiniteElements(ACCURACY).respond(design, s[1:] ** 2)
+    force = np.concatenate([[0.0], r.force])
+    return Curve(
+        CubicSpline(s, force), CubicSpline(s, np.concatenate([[float(np.asarray(design.rest_capacitance))], r.capacitance]))
+    )
+
+
+def told(experiment: Experiment, kind: Kind) -> Experiment:
+    """The experiment of one specimen that a lab of this kind calibrates."""
+    changes = dict(kind.told)
+    more = {name: parse_prior(name, value) for name, value in changes.pop("priors", {}).items()}
+    whole = replace(experiment, specimens=experiment.specimens[:1], **changes)
+    return replace(whole, priors={**whole.priors, **more})
+
+
+def calibrate(name: str, seed: int) -> dict[str, Any]:
+    """Simulate and calibrate one lab; where truth lies."""
+    with one_thread():
+        return _calibrate(name, seed)
+
+
+def _calibrate(name: str, seed: int) -> dict[str, Any]:
+    kind, began = KINDS[name], time.process_time()
+    experiment = told(read_experiment(EXPERIMENT), kind)
+    rng = np.random.default_rng([seed, 20190304])
+
+    def z() -> float:
+        return float(np.clip(rng.standard_normal(), -_FARTHEST, _FARTHEST))
+
+    truth = {
+        "young_modulus": 0.7e6 * 1.6 ** z(),
+        "relative_permittivity": 2.8 + 0.15 * z(),
+        "sensor_thickness": 0.74e-3 + 0.02e-3 * z(),
+        "padding_thickness": 1.1e-3 + 0.03e-3 * z(),
+        "dielectric_thickness": 0.16e-3 + 0.006e-3 * z(),
+        "indenter_radius": experiment.indenter_radius,
+        "sensor_radius": experiment.sensor_radius,
+    }
+    truth["padding_young_modulus"] = kind.ratio * truth["young_modulus"]
+    rig = Rig(0.2e-3 + 0.03e-3 * z(), abs(5e-6 * z()), 0.3 * z(), 1e-12 * z(), 2 * z(), capacitance_noise=1e-14)
+    design = design_from(truth, friction_coefficient=kind.friction, base="slippery" if kind.slippery else "bonded")
+    specimen = experiment.specimens[0].name
+    sweep = synthetic_sweep(curve_of(design, 1.01 * DEPTH), design, DEPTH, rig, rng, specimen=specimen, n_points=POINTS)
+    forward = forward_of_experiment(experiment)
+    problem = build_problem(experiment, [sweep], forward)
+    posterior = sample(problem, seed=seed, processes=0, max_steps=3000)
+    found = posterior.draws.reshape(-1, len(problem.names))
+    modulus = found[:, problem.names.index("young_modulus")]
+    best = recommend(posterior, forward, Requirement(FORCE, *PADDINGS, n_thickness=23), seed=seed)
+    built = replace(design, padding=replace(design.padding, thickness=best.best))
+    try:
+        signal = float(FiniteElements(ACCURACY).respond_to_force(built, np.array([FORCE])).capacitance[0])
+        change = signal / float(np.asarray(built.rest_capacitance)) - 1
+    except (OutOfRangeError, ConvergenceError):
+        change = math.nan
+    low, high = float(best.change_at_best[0]), float(best.change_at_best[-1])
+    return {
+        "kind": name,
+        "seed": seed,
+        "converged": posterior.diagnostics.converged,
+        "steps": posterior.diagnostics.steps,
+        "truth": truth["young_modulus"],
+        "mean": float(np.mean(modulus)),
+        "sd": float(np.std(modulus)),
+        "rank": float(np.mean(modulus < truth["young_modulus"])),
+        "padding": best.best,
+        "signal": change,
+        "band": [low, high],
+        "signal inside": None if math.isnan(change) else low <= change <= high,
+        "processor": round(time.process_time() - began, 1),
+    }
+
+
+def table(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    """Lines of a table in Markdown, one for each kind."""
+    yield "| planted | labs | converged | modulus in 90 % | off, rms | off in sd, rms | signal in 90 % |"
+    yield "|---|---|---|---|---|---|---|"
+    for name in dict.fromkeys(row["kind"] for row in rows):
+        own = [row for row in rows if row["kind"] == name]
+        inside = np.mean([0.05 < row["rank"] < 0.95 for row in own])
+        off = np.array([row["mean"] / row["truth"] - 1 for row in own])
+        sds = np.array([(row["mean"] - row["truth"]) / row["sd"] for row in own])
+        signals = [row["signal inside"] for row in own if row["signal inside"] is not None]
+        converged = sum(row["converged"] for row in own)
+        rms = [f"{np.sqrt(np.mean(off**2)):.1%}", f"{np.sqrt(np.mean(sds**2)):.1f}"]
+        yield f"| {name} | {len(own)} | {converged} | {inside:.0%} | {rms[0]} | {rms[1]} | {np.mean(signals):.0%} of {len(signals)} |"
+
+
+def main(words: Sequence[str] | None = None) -> None:
+    """Calibrate the labs that are asked for and print the table of all."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("kinds", nargs="+", choices=[*KINDS], metavar="KIND", help=f"one of: {'; '.join(KINDS)}")
+    parser.add_argument("--labs", type=int, default=60, help="of each kind")
+    parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("-o", "--output", type=Path, help="file for the labs, a line of JSON each")
+    given = parser.parse_args(words)
+    rows = []
+    if given.output and given.output.exists():
+        rows = [json.loads(line) for line in given.output.read_text(encoding="utf-8").splitlines()]
+    known = {(row["kind"], row["seed"]) for row in rows}
+    wanted = [(name, seed) for seed, name in product(range(given.labs), given.kinds) if (name, seed) not in known]
+    with ProcessPoolExecutor(given.processes, mp_context=get_context("spawn")) as workers:
+        for done in as_completed([workers.submit(calibrate, name, seed) for name, seed in wanted]):
+            rows.append(done.result())
+            if given.output:
+                with given.output.open("a", encoding="utf-8") as file:
+                    file.write(json.dumps(rows[-1]) + "\n")
+    print("\n".join(table(sorted(rows, key=lambda row: (list(KINDS).index(row["kind"]), row["seed"])))))
+
+
+if __name__ == "__main__":
+    main()
