@@ -1,11 +1,11 @@
 """Plant what outweighs the noise, and see whether calibrations cover it: `python benchmarks/planted.py KIND... --labs 60 -o F`.
 
 A lab is one specimen as the shipped experiment has them, its unknowns drawn from their priors, its curves by the finite
-elements, with the noise and the faults of its instruments. What is planted is a kind: padding that is softer or harder than the
-sensor, a ball that rubs, a slippery base. It is calibrated with the model that knows of it, or (`as one silicone`) with one that
-does not. Printed for each kind: how often truth lies in the 90 % interval of Young's modulus and of the signal at 10 N on the
-padding that is recommended, how far the modulus is off, and how many calibrations converged. With -o labs are kept, a line of
-JSON each, and those that are there are not repeated.
+elements, with the noise and the faults of its instruments. What is planted is a kind: padding that is softer or harder than
+the sensor, a ball that rubs, a slippery base. It is calibrated with the model that knows of it, or (`as one silicone`) with
+one that does not. Printed for each kind: how often truth lies in the 90 % interval of Young's modulus and of the signal at
+10 N on the padding that is recommended, how far the modulus is off, and how many calibrations converged. With -o labs are kept,
+a line of JSON each, and those that are there are not repeated.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ KINDS: Mapping[str, Kind] = {
 
 @dataclass(frozen=True)
 class Curve:
-    """The loading curve of one design as a `Forward` for this design alone: finite elements at some depths, and between them."""
+    """The loading curve of one design as a `Forward` for it alone: finite elements at some depths, and between them."""
 
     force: CubicSpline
     capacitance: CubicSpline
@@ -110,10 +110,9 @@ def curve_of(design: Design, end: float) -> Curve:
     """Press a design with the finite elements, to an end [m]."""
     s = np.linspace(0.0, math.sqrt(end), STEPS + 1)
     r = FiniteElements(ACCURACY).respond(design, s[1:] ** 2)
-    force = np.concatenate([[0.0], r.force])
-    return Curve(
-        CubicSpline(s, force), CubicSpline(s, np.concatenate([[float(np.asarray(design.rest_capacitance))], r.capacitance]))
-    )
+    at_rest = float(np.asarray(design.rest_capacitance))
+    force, capacitance = (np.concatenate([[first], rest]) for first, rest in ((0.0, r.force), (at_rest, r.capacitance)))
+    return Curve(CubicSpline(s, force), CubicSpline(s, capacitance))
 
 
 def told(experiment: Experiment, kind: Kind) -> Experiment:
@@ -124,13 +123,13 @@ def told(experiment: Experiment, kind: Kind) -> Experiment:
     return replace(whole, priors={**whole.priors, **more})
 
 
-def calibrate(name: str, seed: int) -> dict[str, Any]:
+def calibrate(name: str, seed: int, max_steps: int) -> dict[str, Any]:
     """Simulate and calibrate one lab; where truth lies."""
     with one_thread():
-        return _calibrate(name, seed)
+        return _calibrate(name, seed, max_steps)
 
 
-def _calibrate(name: str, seed: int) -> dict[str, Any]:
+def _calibrate(name: str, seed: int, max_steps: int) -> dict[str, Any]:
     kind, began = KINDS[name], time.process_time()
     experiment = told(read_experiment(EXPERIMENT), kind)
     rng = np.random.default_rng([seed, 20190304])
@@ -154,7 +153,7 @@ def _calibrate(name: str, seed: int) -> dict[str, Any]:
     sweep = synthetic_sweep(curve_of(design, 1.01 * DEPTH), design, DEPTH, rig, rng, specimen=specimen, n_points=POINTS)
     forward = forward_of_experiment(experiment)
     problem = build_problem(experiment, [sweep], forward)
-    posterior = sample(problem, seed=seed, processes=0, max_steps=3000)
+    posterior = sample(problem, seed=seed, processes=0, max_steps=max_steps)
     found = posterior.draws.reshape(-1, len(problem.names))
     modulus = found[:, problem.names.index("young_modulus")]
     best = recommend(posterior, forward, Requirement(FORCE, *PADDINGS, n_thickness=23), seed=seed)
@@ -194,7 +193,8 @@ def table(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
         signals = [row["signal inside"] for row in own if row["signal inside"] is not None]
         converged = sum(row["converged"] for row in own)
         rms = [f"{np.sqrt(np.mean(off**2)):.1%}", f"{np.sqrt(np.mean(sds**2)):.1f}"]
-        yield f"| {name} | {len(own)} | {converged} | {inside:.0%} | {rms[0]} | {rms[1]} | {np.mean(signals):.0%} of {len(signals)} |"
+        signal = f"{np.mean(signals):.0%} of {len(signals)}" if signals else "-"
+        yield f"| {name} | {len(own)} | {converged} | {inside:.0%} | {rms[0]} | {rms[1]} | {signal} |"
 
 
 def main(words: Sequence[str] | None = None) -> None:
@@ -202,7 +202,8 @@ def main(words: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("kinds", nargs="+", choices=[*KINDS], metavar="KIND", help=f"one of: {'; '.join(KINDS)}")
     parser.add_argument("--labs", type=int, default=60, help="of each kind")
-    parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--steps", type=int, default=3000, help="of each walker, at most")
+    parser.add_argument("--processes", type=int, default=2, help="0 for none beside this one")
     parser.add_argument("-o", "--output", type=Path, help="file for the labs, a line of JSON each")
     given = parser.parse_args(words)
     rows = []
@@ -210,12 +211,16 @@ def main(words: Sequence[str] | None = None) -> None:
         rows = [json.loads(line) for line in given.output.read_text(encoding="utf-8").splitlines()]
     known = {(row["kind"], row["seed"]) for row in rows}
     wanted = [(name, seed) for seed, name in product(range(given.labs), given.kinds) if (name, seed) not in known]
-    with ProcessPoolExecutor(given.processes, mp_context=get_context("spawn")) as workers:
-        for done in as_completed([workers.submit(calibrate, name, seed) for name, seed in wanted]):
-            rows.append(done.result())
+    with ProcessPoolExecutor(max(given.processes, 1), mp_context=get_context("spawn")) as workers:
+        pending = [workers.submit(calibrate, *lab, given.steps) for lab in wanted] if given.processes else []
+        found = (
+            (done.result() for done in as_completed(pending)) if pending else (calibrate(*lab, given.steps) for lab in wanted)
+        )
+        for row in found:
+            rows.append(row)
             if given.output:
                 with given.output.open("a", encoding="utf-8") as file:
-                    file.write(json.dumps(rows[-1]) + "\n")
+                    file.write(json.dumps(row) + "\n")
     print("\n".join(table(sorted(rows, key=lambda row: (list(KINDS).index(row["kind"]), row["seed"])))))
 
 

@@ -49,6 +49,7 @@ QUICK: dict[str, tuple[list[str], str]] = {
     "likelihood.py": (["--draws", "40", "--specimens", "2", "--sweeps", "3", "--repeats", "1"], "sweeps of one specimen"),
     # What fails is told by its exit code: a seed of which all mutants are read as they may be.
     "mutate_lab_files.py": (["-n", "30", "--folder", "FOLDER", "-o", "FOLDER/mutants.csv"], "0 of 30 failed"),
+    "planted.py": (["nothing", "--labs", "1", "--steps", "50", "--processes", "0"], "| nothing | 1 | 0 |"),
     "posterior_against_fem.py": (
         ["--cases", "force", "--designs", "8", "--accuracy", "3e-2", "--steps", "50", "--draws", "30", "--processes", "0"],
         "force: 8 unknowns, NOT converged; 30 draws re-weighted",
