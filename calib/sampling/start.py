@@ -7,11 +7,11 @@ be sure of what another contradicts.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from calib.sampling.ensemble import EnsembleState, moves_by, walk
+from calib.sampling.ensemble import SHAPELESS, EnsembleState, Moves, moves_by, walk
 from calib.sampling.laplace import importance_weights
 from calib.sampling.proposal import Mixture, Proposal, fit_proposal, normal_funnel
 from calib.sampling.target import Mode, Target
@@ -27,6 +27,14 @@ N_BEST, N_ANY, N_UNEXPLAINED = 1, 1, 2
 
 #: A mode whose mass, were it normal, is below this share of the greatest one's is left out.
 _LEAST_MASS = 1e-3
+# A climb has ended on a slope if so far along its width, in its sds, the log density is higher by more than this. It goes on by
+# the best of so many steps at random, from so short ones on, most so many times, while one gains.
+_ASIDE, _SLOPE = 0.3, 0.5
+_SCRAMBLE, _SHORTEST, _MOST_SCRAMBLES, _PACE = 64, 1e-4, 150, 15
+# Where its end is no further below the highest mode than this for each unknown, walkers are let loose there: so many for each
+# unknown, at least so many of them within the bounds, from so near, in sds; steps of a round, and most rounds while they rise.
+_FAR_BELOW = 10.0
+_LOOSE, _LEAST_LOOSE, _NEAR_END, _LOOSE_STEPS, _LOOSE_ROUNDS = 12, 3, 0.01, 60, 20
 # Sides from which it is seen how wide a mode is, and the shares of its width that are tried.
 _SIDES, _NARROWER = 64, 2.0 ** (-np.arange(40) / 4)
 # Degrees of freedom and width of the first proposal at a mode, and draws of it for each walker.
@@ -89,8 +97,14 @@ def find_modes(target: Target, seed: np.random.SeedSequence) -> tuple[Mode, ...]
 
     def climb(i: int) -> None:
         mode = target.climb(x[i], found)
-        if mode not in found:
-            found.append(mode)
+        if mode in found:
+            return
+        if not target.groups and _on_a_slope(target, mode):  # of many specimens it would take minutes
+            enough = max((m.log_density for m in found), default=-np.inf) - _FAR_BELOW * mode.x.size
+            mode = _scrambled(target, mode, enough, rng)
+            if mode.log_density > enough:
+                mode = _let_loose(target, mode, rng)
+        found.append(mode)
 
     for i in [*best[:N_BEST], *others]:
         climb(i)
@@ -100,6 +114,56 @@ def find_modes(target: Target, seed: np.random.SeedSequence) -> tuple[Mode, ...]
         climb(i)
         left = left[left != i]
     return tuple(sorted(found, key=lambda m: -m.log_density))
+
+
+def _on_a_slope(target: Target, mode: Mode) -> bool:
+    """Whether a climb has ended below what is a part of its width away: at a bound that its steps would cross."""
+    aside = _ASIDE * np.concatenate([mode.factor.T, -mode.factor.T])
+    return bool(np.max(target.log_density(mode.x + aside)) > mode.log_density + _SLOPE)
+
+
+def _scrambled(target: Target, mode: Mode, enough: float, rng: np.random.Generator) -> Mode:
+    """Go on from the end of a climb by steps at random, of all lengths up to its width: they find a way along a bound.
+
+    It is given up where it would not come to a log density that is `enough`, at its pace so far.
+    """
+    x, value = mode.x, mode.log_density
+    for k in range(_MOST_SCRAMBLES):
+        length = np.exp(rng.uniform(np.log(_SHORTEST), 0.0, (_SCRAMBLE, 1)))
+        tried = x + length * rng.standard_normal((_SCRAMBLE, x.size)) @ mode.factor.T
+        density = target.log_density(tried)
+        best = int(np.argmax(density))
+        if density[best] > value:
+            x, value = tried[best], float(density[best])
+        if k >= _PACE and value + (value - mode.log_density) / (k + 1) * (_MOST_SCRAMBLES - k) < enough:
+            break
+    return replace(mode, x=x, log_density=value)
+
+
+def _let_loose(target: Target, mode: Mode, rng: np.random.Generator) -> Mode:
+    """Where walkers go that begin at the end of a climb, and how wide they come to lie there.
+
+    No slope is asked for, so that bounds do not hold them up. They begin so near that they find a way within the bounds.
+    """
+    n = mode.x.size
+    begin = mode.x + _NEAR_END * rng.standard_normal((_LOOSE * n, n)) @ mode.factor.T
+    density = target.log_density(begin)
+    there = np.isfinite(density)
+    begin, density = np.concatenate([mode.x[None], begin[there]]), np.append(mode.log_density, density[there])
+    if len(begin) < _LEAST_LOOSE * n:
+        return mode
+    random = np.random.RandomState(np.random.MT19937(int(rng.integers(2**32))))
+    state = EnsembleState.of(begin, density, random)
+    for _ in range(_LOOSE_ROUNDS):
+        path = walk(target, state, Moves(SHAPELESS), _LOOSE_STEPS)
+        rises = float(np.mean(path.log_density[-1])) > float(np.mean(state.log_prob)) + _SLOPE
+        state = path.end
+        if not rises:
+            break
+    late = path.chain[path.chain.shape[0] // 2 :].reshape(-1, n)
+    top = int(np.argmax(state.log_prob))
+    factor = np.linalg.cholesky(np.cov(late.T).reshape(n, n) + 1e-12 * np.diag(np.var(late, axis=0) + 1e-300))
+    return Mode(state.coords[top], float(state.log_prob[top]), np.asarray(factor, dtype=float))
 
 
 def _unexplained(x: FloatArray, log_density: FloatArray, modes: Sequence[Mode]) -> FloatArray:

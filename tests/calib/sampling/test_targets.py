@@ -109,6 +109,14 @@ def test_a_mode_that_was_found_is_not_left_out_for_a_flat_top_that_seems_to_hold
     assert set(target.modes(np.stack([m.x for m in join_modes(target, found)]))) == {0, 1}
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_a_mode_in_a_corner_is_found_though_every_climb_to_it_ends_on_a_slope(seed: int) -> None:
+    target = traps()["mode in a corner of bounds"]
+    assert target.modes is not None
+    found = [m for own in np.random.SeedSequence(seed).spawn(4) for m in find_modes(target, own)]
+    assert set(target.modes(np.stack([m.x for m in join_modes(target, found)]))) == {0, 1}
+
+
 def test_a_mode_at_the_edge_of_uniform_priors_has_the_weight_that_is_its_own() -> None:
     target = traps()["mode at the edge of uniform priors"]
     trial = try_target(target, truth_of(target), seed=1, max_steps=600)
