@@ -404,7 +404,8 @@ def fit_proposal(
     ----------
     x : (n_draw, n), draws of the posterior.
     scales : columns that set the widths of the others.
-    before : the mixture that tells which draw belongs to which part; a part with too few draws for a fit stays as it was.
+    before : the mixture that tells which draw belongs to which part; a part with too few draws for a fit, or all
+        in one place, stays as it was.
     groups : columns of each group.
     weight : (n_draw,), of each draw; equal if None.
     """
@@ -415,6 +416,7 @@ def fit_proposal(
     for k, part in enumerate(before.parts):
         own = share[which == k]
         effective = np.sum(own) ** 2 / np.sum(own**2) if np.any(own > 0) else 0.0
-        parts.append(fit_funnel(x[which == k], scales, own, groups) if effective >= least else part)
+        enough = effective >= least and bool(np.all(np.ptp(x[which == k], axis=0) > 0))
+        parts.append(fit_funnel(x[which == k], scales, own, groups) if enough else part)
     shares = np.maximum([np.sum(share[which == k]) for k in range(len(parts))], LEAST_SHARE)
     return Proposal(tuple(parts), shares / np.sum(shares))

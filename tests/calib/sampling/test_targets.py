@@ -16,6 +16,7 @@ from samplers.traps import traps
 from samplers.trial import try_target
 
 from calib.sampling.diagnostics import Gate
+from calib.sampling.proposal import Proposal, fit_proposal, normal_funnel
 from calib.sampling.start import find_modes, join_modes, start
 
 GALLERY = gallery()
@@ -60,6 +61,11 @@ def test_two_modes_of_what_many_specimens_share_are_never_called_converged() -> 
     target = specimens("two modes of a shared unknown", 6, 0.0, apart=12.0)
     trial = try_target(target, truth_of(target), seed=1, max_steps=100, gate=Gate(r_hat=1.5, ess=10, length=0.5))
     assert any("2 modes were found" in reason for reason in trial.reasons)
+
+
+def test_draws_that_all_lie_in_one_place_tell_no_shape() -> None:
+    known = Proposal((normal_funnel(np.zeros(3), np.eye(3), (), 5.0, 1.2),), np.ones(1))
+    assert fit_proposal(np.ones((500, 3)), (), known).parts == known.parts
 
 
 def test_walkers_start_where_the_mass_of_a_funnel_is_and_not_at_its_mode() -> None:
