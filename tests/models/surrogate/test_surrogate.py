@@ -468,6 +468,14 @@ def test_a_file_of_another_kind_or_version_is_no_surrogate(tmp_path: Path, noisy
         load_surrogate(path)
 
 
+def test_paths_along_which_the_capacitance_falls_are_refused() -> None:
+    data = synthetic_training(100, 0.0)
+    capacitance = data.capacitance.copy()
+    capacitance[3, -1] = -1e-4
+    with pytest.raises(ValueError, match="the capacitance falls along 1 of 100 training paths"):
+        fit_small(replace(data, capacitance=capacitance))
+
+
 def test_too_few_paths_are_refused() -> None:
     with pytest.raises(ValueError, match="50 training paths are too few; give at least 64"):
         fit_small(synthetic_training(50, 0.0))
