@@ -282,7 +282,7 @@ def test_a_fit_recovers_smooth_functions_and_knows_its_error(exact: Surrogate, n
 @cache
 def added_to(base: Surrogate, name: str) -> Surrogate:
     """A surrogate of another family that adds to `base`."""
-    return fit_small(synthetic_training(300, 0.0, family=FAMILIES[name]), steps=900, base=base)
+    return fit_small(synthetic_training(256, 0.0, family=FAMILIES[name]), steps=500, base=base)
 
 
 @pytest.fixture(params=["gent", "stick", "friction", "foam"])
@@ -349,7 +349,7 @@ def test_a_ball_that_sticks_is_the_end_of_friction(exact: Surrogate) -> None:
 
 
 def test_a_slippery_base_has_closed_forms_of_its_own_and_friction_there_adds_to_its_surrogate(exact: Surrogate) -> None:
-    slippery = fit_small(synthetic_training(600, 0.0, family=FAMILIES["slippery"]))
+    slippery = fit_small(synthetic_training(300, 0.0, family=FAMILIES["slippery"]), steps=900)
     rubbed = added_to(slippery, "slippery-friction")
     assert (slippery.name, rubbed.base) == ("slippery surrogate", slippery)
     design = of_family(slippery.family, 0.0)
@@ -387,9 +387,9 @@ def test_a_family_whose_surrogate_does_not_come_with_the_package_is_refused_with
 
 
 def test_coarse_paths_beside_few_fine_ones_are_better_than_these_alone(exact: Surrogate) -> None:
-    fine, coarse = synthetic_training(64, 0.0, seed=1), synthetic_training(512, 2e-3, seed=2)
-    alone, both = (fit_surrogate(fine, coarse=more, hidden=((24, 24), (24, 24)), steps=700) for more in (None, coarse))
-    assert ", and 512 of accuracy 1" in both.info()["training paths"]
+    fine, coarse = synthetic_training(64, 0.0, seed=1), synthetic_training(300, 2e-3, seed=2)
+    alone, both = (fit_surrogate(fine, coarse=more, hidden=((24, 24), (24, 24)), steps=400) for more in (None, coarse))
+    assert ", and 300 of accuracy 1" in both.info()["training paths"]
     assert "less of coarse paths" in both.info()["networks"]
     designs = [d for d in random_designs(60, 4) if exact.max_depth(d) > 0]
     missed = {}
