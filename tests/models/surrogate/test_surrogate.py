@@ -21,7 +21,7 @@ from models.fem.equilibrium import compression
 from models.response import OutOfRangeError
 from models.seal import sealed, unsealed
 from models.sensor import Base, Design, FloatArray, design_from
-from models.surrogate import FAMILIES, NotShippedError, Surrogate, is_shipped, load_surrogate
+from models.surrogate import FAMILIES, NEO_HOOKEAN, NotShippedError, Surrogate, is_shipped, load_surrogate
 from models.surrogate.coordinates import closed_force, mechanical_features, share_of_family
 from models.surrogate.domain import PATH, groups_of
 from models.surrogate.families import Family
@@ -54,7 +54,10 @@ def test_shipped_surrogate_agrees_with_fresh_finite_elements(shipped: Surrogate)
     assert [sum(box.startswith(name) for box in boxes) for name in ("h_s/R", "E_p/E", "depth over the largest")] == [4, 4, 4]
 
 
-@pytest.mark.parametrize("family", [f for f in FAMILIES.values() if f.adds_to and is_shipped(f)], ids=lambda f: f.name)
+OTHERS = [f for f in FAMILIES.values() if f is not NEO_HOOKEAN and is_shipped(f)]
+
+
+@pytest.mark.parametrize("family", OTHERS, ids=lambda f: f.name)
 def test_surrogates_of_the_other_families_agree_with_fresh_finite_elements(family: Family) -> None:
     with ThreadPoolExecutor(2) as executor:
         result = validate(load_surrogate(family=family), random_designs(8, 20261121, family), executor)
