@@ -59,6 +59,9 @@ _LEAST_STEPS = 8
 # has a second half.
 _MANY_PATHS = 4096
 
+# A change below zero by no more than this share of `CHANGE_SCALE` is rounding.
+_ROUNDING = 0.1
+
 _N_ELECTRIC = DIELECTRIC_POINTS.size * ELECTRODE_POINTS.size
 
 
@@ -92,7 +95,7 @@ def fit_surrogate(
     Raises
     ------
     ValueError
-        If fewer than `LEAST_PATHS` paths are of use.
+        If fewer than `LEAST_PATHS` paths are of use, or the capacitance falls along some.
     """
     hidden = hidden if hidden is not None else data.family.recipe.hidden
     data = data.only(data.n_step >= _LEAST_STEPS)
@@ -239,7 +242,9 @@ def _electric_curves(data: TrainingSet) -> tuple[FloatArray, FloatArray, FloatAr
     groups = np.concatenate([np.repeat(data.groups, _N_ELECTRIC, axis=0), own], axis=1)
     depth = np.repeat(data.depth, _N_ELECTRIC, axis=0)
     change = np.moveaxis(data.capacitance.reshape(n_run, PATH.size, _N_ELECTRIC), 1, 2).reshape(-1, PATH.size)
-    # No change of these designs is negative but by rounding.
+    falling = int(np.sum(np.any(data.capacitance < -_ROUNDING * CHANGE_SCALE, axis=(1, 2, 3))))
+    if falling:
+        raise ValueError(f"the capacitance falls along {falling} of {n_run} training paths; only one that rises can be fitted")
     change = np.maximum(change, 1e-12)
     support = data.family.base
     closed = closed_change(groups, depth, closed_force(groups, depth, support), support)

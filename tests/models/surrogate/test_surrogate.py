@@ -21,7 +21,7 @@ from models.fem.equilibrium import compression
 from models.response import OutOfRangeError
 from models.seal import sealed, unsealed
 from models.sensor import Base, Design, FloatArray, design_from
-from models.surrogate import FAMILIES, NotShippedError, Surrogate, is_shipped, load_surrogate
+from models.surrogate import FAMILIES, NEO_HOOKEAN, NotShippedError, Surrogate, is_shipped, load_surrogate
 from models.surrogate.coordinates import closed_force, mechanical_features, share_of_family
 from models.surrogate.domain import PATH, groups_of
 from models.surrogate.families import Family
@@ -54,7 +54,10 @@ def test_shipped_surrogate_agrees_with_fresh_finite_elements(shipped: Surrogate)
     assert [sum(box.startswith(name) for box in boxes) for name in ("h_s/R", "E_p/E", "depth over the largest")] == [4, 4, 4]
 
 
-@pytest.mark.parametrize("family", [f for f in FAMILIES.values() if f.adds_to and is_shipped(f)], ids=lambda f: f.name)
+OTHERS = [f for f in FAMILIES.values() if f is not NEO_HOOKEAN and is_shipped(f)]
+
+
+@pytest.mark.parametrize("family", OTHERS, ids=lambda f: f.name)
 def test_surrogates_of_the_other_families_agree_with_fresh_finite_elements(family: Family) -> None:
     with ThreadPoolExecutor(2) as executor:
         result = validate(load_surrogate(family=family), random_designs(8, 20261121, family), executor)
@@ -282,7 +285,7 @@ def test_a_fit_recovers_smooth_functions_and_knows_its_error(exact: Surrogate, n
 @cache
 def added_to(base: Surrogate, name: str) -> Surrogate:
     """A surrogate of another family that adds to `base`."""
-    return fit_small(synthetic_training(300, 0.0, family=FAMILIES[name]), steps=900, base=base)
+    return fit_small(synthetic_training(256, 0.0, family=FAMILIES[name]), steps=500, base=base)
 
 
 @pytest.fixture(params=["gent", "stick", "friction", "foam"])
@@ -349,7 +352,7 @@ def test_a_ball_that_sticks_is_the_end_of_friction(exact: Surrogate) -> None:
 
 
 def test_a_slippery_base_has_closed_forms_of_its_own_and_friction_there_adds_to_its_surrogate(exact: Surrogate) -> None:
-    slippery = fit_small(synthetic_training(600, 0.0, family=FAMILIES["slippery"]))
+    slippery = fit_small(synthetic_training(300, 0.0, family=FAMILIES["slippery"]), steps=900)
     rubbed = added_to(slippery, "slippery-friction")
     assert (slippery.name, rubbed.base) == ("slippery surrogate", slippery)
     design = of_family(slippery.family, 0.0)
@@ -387,9 +390,9 @@ def test_a_family_whose_surrogate_does_not_come_with_the_package_is_refused_with
 
 
 def test_coarse_paths_beside_few_fine_ones_are_better_than_these_alone(exact: Surrogate) -> None:
-    fine, coarse = synthetic_training(64, 0.0, seed=1), synthetic_training(512, 2e-3, seed=2)
-    alone, both = (fit_surrogate(fine, coarse=more, hidden=((24, 24), (24, 24)), steps=700) for more in (None, coarse))
-    assert ", and 512 of accuracy 1" in both.info()["training paths"]
+    fine, coarse = synthetic_training(64, 0.0, seed=1), synthetic_training(300, 2e-3, seed=2)
+    alone, both = (fit_surrogate(fine, coarse=more, hidden=((24, 24), (24, 24)), steps=400) for more in (None, coarse))
+    assert ", and 300 of accuracy 1" in both.info()["training paths"]
     assert "less of coarse paths" in both.info()["networks"]
     designs = [d for d in random_designs(60, 4) if exact.max_depth(d) > 0]
     missed = {}
@@ -466,6 +469,14 @@ def test_a_file_of_another_kind_or_version_is_no_surrogate(tmp_path: Path, noisy
     path.write_bytes(sealed(b"\x89HDF\r\n\x1a\n and so on"))
     with pytest.raises(ValueError, match="is not a surrogate file"):
         load_surrogate(path)
+
+
+def test_paths_along_which_the_capacitance_falls_are_refused() -> None:
+    data = synthetic_training(100, 0.0)
+    capacitance = data.capacitance.copy()
+    capacitance[3, -1] = -1e-4
+    with pytest.raises(ValueError, match="the capacitance falls along 1 of 100 training paths"):
+        fit_small(replace(data, capacitance=capacitance))
 
 
 def test_too_few_paths_are_refused() -> None:
