@@ -1,12 +1,13 @@
 """From compressible paddings to how far the finite elements are off exact layers and another finite-element code.
 
-`python benchmarks/fem_foam.py [--parts hayes uniaxial softening felupe] [--accuracy 1e-3] [--order 3] [--cases 5] [--steps 5]`
+`python benchmarks/fem_foam.py --parts hayes uniaxial mesh softening felupe`
 
 `hayes`: a ball on a bonded layer at small strain against the integral equation of Hayes et al. (J. Biomech. 5 (1972) 541).
-`uniaxial`: a disc between slippery plates, in closed form. `softening`: force on silicone over that on a foam of the same
-modulus, of the paper's stack and of thin ones. `felupe`: sensor on foam at finite strain by FElupe (`pip install felupe
-tensortrax`), whose material is the energy itself, differentiated automatically, in displacement elements of high order under a
-penalty; the sensor's Poisson's ratio is 0.49 in both, as displacement elements do not go much nearer to 0.5.
+`uniaxial`: a disc between slippery plates, in closed form. `mesh`: the error against a finer mesh. `softening`: force on
+silicone over that on a foam of the same modulus, of the paper's stack and of thin ones. `felupe`: sensor on foam at finite
+strain by FElupe (`pip install felupe tensortrax`), whose material is the energy itself, differentiated automatically, in
+displacement elements of high order under a penalty; the sensor's Poisson's ratio is 0.49 in both, as displacement elements do
+not go much nearer to 0.5.
 """
 
 from __future__ import annotations
@@ -14,18 +15,21 @@ from __future__ import annotations
 import argparse
 import importlib.util
 import os
+import time
 from dataclasses import replace
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
+from forward_models import STEPS
 from peers.felupe_layers import SENSOR_POISSON_RATIO, Stack, press
 from scipy.optimize import brentq
 
 from models.analytic import ball_on_bonded_layer
 from models.examples import PAPER_SENSOR
 from models.fem import FiniteElements
+from models.fem.check import energy_error
 from models.layers import Base, Dielectric, Layer, LayeredDesign, Profile, flat_punch, layered, sphere
 from models.sensor import design_from
 
@@ -86,6 +90,24 @@ def _force_on_layer(depth: float, near: float, nu: float) -> float:
     """Force of a ball of radius 1e4 at a small depth in a layer of thickness 1, with a contact of about `near`."""
     a = brentq(lambda x: ball_on_bonded_layer(x, 1e4, nu)[0] / depth - 1, 0.3 * near, 2 * near)
     return ball_on_bonded_layer(float(a), 1e4, nu)[1]
+
+
+def mesh() -> None:
+    """Error of force and capacitance change of the paper's sensor on foams, against a mesh for 0.005 %."""
+    print("accuracy asked for: rms (worst step) of force and capacitance change, energy balance, seconds, Newton steps")
+    for nu in (0.5, 0.49, 0.45, 0.3, 0.0):
+        design = design_from(PAPER_SENSOR | {"padding_poisson_ratio": nu})
+        exact = FiniteElements(5e-5).respond(design, STEPS)
+        for accuracy in (4e-3, 1e-3, 2.5e-4):
+            start = time.process_time()
+            found = FiniteElements(accuracy).solve(design, STEPS)
+            seconds = time.process_time() - start
+            force = found.response.force / exact.force - 1
+            change = found.response.capacitance_change / exact.capacitance_change - 1
+            rms = [f"{np.sqrt(np.mean(e**2)):7.3%} ({np.max(np.abs(e)):6.3%})" for e in (force, change)]
+            newton = sum(len(x.newton) for x in found.states)
+            print(f"{nu:<6g} {accuracy:8.3%}  {rms[0]}  {rms[1]}  {energy_error(found):+.1e}  {seconds:.2f}  {newton}")
+    print()
 
 
 def softening() -> None:
@@ -167,7 +189,7 @@ def against_felupe(accuracy: float, order: int, n_case: int, n_step: int) -> Non
 def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parts = {"hayes": hayes, "uniaxial": uniaxial, "softening": softening}
+    parts = {"hayes": hayes, "uniaxial": uniaxial, "mesh": mesh, "softening": softening}
     parser.add_argument("--parts", nargs="*", choices=(*parts, "felupe"), default=(*parts, "felupe"))
     parser.add_argument("--accuracy", type=float, default=1e-3, help="of the finite elements beside FElupe")
     parser.add_argument("--order", type=int, default=3, help="of FElupe's elements")

@@ -116,11 +116,14 @@ def fit(truth: FloatArray, table: FloatArray, *, stiffens: bool, with_share: boo
         found = curves(x)
         return np.stack([x[0] * found[0] / truth[0] - 1, found[1] / truth[1] - 1])[:, seen]
 
+    def residual(x: FloatArray) -> FloatArray:
+        return misfit(x).ravel()
+
     low, high = [0.3], [3.0]
     for there, axis in ((stiffens, STIFFENING), (with_share, SHARES)):
         low, high = ([*low, axis[0]], [*high, axis[-1]]) if there else (low, high)
     start = [1.0, *([0.03] if stiffens else []), *([0.05] if with_share else [])]
-    x = least_squares(lambda x: misfit(x).ravel(), start, bounds=(low, high), xtol=1e-12, ftol=1e-12).x
+    x = least_squares(residual, start, bounds=(low, high), xtol=1e-12, ftol=1e-12).x
     worst = np.max(np.abs(misfit(x)), axis=1)
     return Fit(
         x[0],
