@@ -24,6 +24,16 @@ from models.sensor import FloatArray, design_from
 RATIOS = (0.0, 0.15, 0.3, 0.45, 0.49)
 
 
+# Golden numbers: FElupe 11.3 (displacement elements of order 3, the energy differentiated automatically, penalty contact taken
+# to infinity, two meshes within 0.06 %; benchmarks/peers/felupe_layers.py) of sensors of modulus 0.69 MPa and Poisson's ratio
+# 0.49 on foam: h_s, h_p, disc, ball [mm], E_p/E, nu_p; depths [mm], forces [N], capacitance changes.
+GOLDEN = (
+    ((0.74, 1.10, 10, 5, 1.0, 0.3), (0.28, 0.56, 0.7), (0.86440, 3.28983, 5.13960), (0.001491, 0.007137, 0.012087)),
+    ((0.74, 1.10, 10, 5, 0.2, 0.0), (0.28, 0.56, 0.7), (0.24753, 0.84678, 1.31912), (0.000969, 0.004393, 0.007299)),
+    ((0.5, 0.5, 8, 4, 1.0, 0.45), (0.12, 0.24, 0.3), (0.27249, 1.15376, 1.86505), (0.000470, 0.002571, 0.004590)),
+)
+
+
 def stack(profile: Profile, poisson_ratio: float, h: float, a: float, base: Base = "bonded") -> LayeredDesign:
     """One compressible layer of modulus 1 MPa."""
     layer = Layer(h, 1e6, poisson_ratio=poisson_ratio)
@@ -91,6 +101,21 @@ def test_force_on_a_compressible_layer_is_that_of_the_exact_integral_equation(a:
         found = FiniteElements(1e-3).respond(design, np.array([depth * 1e-3]))
         assert found.force[0] == pytest.approx(force, rel=2e-3)
         assert found.contact_radius[0] == pytest.approx(a * 1e-3, rel=1e-2)
+
+
+@pytest.mark.parametrize(("values", "depth", "force", "change"), GOLDEN, ids=["0.3", "0", "0.45"])
+def test_a_sensor_on_foam_agrees_with_an_independent_code(
+    values: tuple[float, ...], depth: tuple[float, ...], force: tuple[float, ...], change: tuple[float, ...]
+) -> None:
+    h_s, h_p, disc, ball, ratio, nu = values
+    own = {"sensor_thickness": h_s, "padding_thickness": h_p, "sensor_radius": disc, "indenter_radius": ball}
+    own = {name: length * 1e-3 for name, length in own.items()}
+    own |= {"young_modulus": 0.69e6, "padding_young_modulus": ratio * 0.69e6, "padding_poisson_ratio": nu}
+    design = layered(design_from(PAPER_SENSOR | own))
+    sensor = replace(design.layers[1], poisson_ratio=0.49)
+    found = FiniteElements().respond(replace(design, layers=(design.layers[0], sensor)), np.array(depth) * 1e-3)
+    np.testing.assert_allclose(found.force, force, rtol=1.5e-3)
+    np.testing.assert_allclose(found.capacitance_change, change, rtol=2e-3)
 
 
 def test_a_poisson_ratio_of_a_half_is_no_poisson_ratio_bit_for_bit() -> None:
