@@ -137,13 +137,13 @@ def softening() -> None:
     print()
 
 
-#: Sensor [mm] and padding: h_s, h_p, radius of disc and ball, E_p/E, nu_p, largest depth.
+#: h_s, h_p, radius of disc and ball [mm], E_p/E, nu_p, largest depth and size of FElupe's elements [mm].
 CASES = (
-    (0.74, 1.10, 10.0, 5.0, 1.0, 0.3, 0.7),
-    (0.74, 1.10, 10.0, 5.0, 0.2, 0.0, 0.7),
-    (0.5, 0.5, 8.0, 4.0, 1.0, 0.45, 0.3),
-    (1.0, 3.0, 10.0, 5.0, 0.5, 0.4, 1.2),
-    (0.4, 2.0, 6.0, 3.0, 2.0, 0.15, 0.8),
+    (0.74, 1.10, 10.0, 5.0, 1.0, 0.3, 0.7, 0.11),
+    (0.74, 1.10, 10.0, 5.0, 0.2, 0.0, 0.7, 0.11),
+    (0.5, 0.5, 8.0, 4.0, 1.0, 0.45, 0.3, 0.11),
+    (1.0, 3.0, 10.0, 5.0, 0.5, 0.4, 1.2, 0.16),
+    (0.4, 2.0, 6.0, 3.0, 2.0, 0.15, 0.5, 0.13),
 )
 
 
@@ -154,7 +154,7 @@ def against_felupe(accuracy: float, order: int, n_case: int, n_step: int) -> Non
         return
     print("sensor on foam against FElupe; its two meshes apart; force [N] and change of both")
     worst = np.zeros(2)
-    for h_s, h_p, a, ball, ratio, nu, deepest in CASES[:n_case]:
+    for h_s, h_p, a, ball, ratio, nu, deepest, size in CASES[:n_case]:
         depth = deepest * np.arange(1, n_step + 1) / n_step
         design = design_from(
             PAPER_SENSOR
@@ -171,8 +171,8 @@ def against_felupe(accuracy: float, order: int, n_case: int, n_step: int) -> Non
         sensor = replace(plain.layers[-1], poisson_ratio=SENSOR_POISSON_RATIO)
         ours = FiniteElements(accuracy).respond(replace(plain, layers=(plain.layers[0], sensor)), depth * 1e-3)
         coarse, fine = (
-            press(Stack(h_s, h_p, a, ball, MODULUS * 1e-6, ratio * MODULUS * 1e-6, nu), depth, order, size)
-            for size in (0.16, 0.11)
+            press(Stack(h_s, h_p, a, ball, MODULUS * 1e-6, ratio * MODULUS * 1e-6, nu), depth, order, larger * size)
+            for larger in (1.45, 1.0)
         )
         print(f"R {ball:g}, h_s {h_s:g}, h_p {h_p:g}, a {a:g} mm, E_p/E {ratio:g}, nu_p {nu:g}")
         for k, d in enumerate(depth):

@@ -169,7 +169,8 @@ def _loading(grid: _Grid, stack: Stack, depth: FloatArray, order: int, factor: f
             k = k + csr_array((tangent.ravel(), (index[0].ravel(), index[1].ravel())), shape=k.shape)
             step = np.zeros(u.size)
             step[free] = -splu(k[free][:, free].tocsc()).solve(r[free])
-            u = u + step.reshape(-1, 2)
+            # A long first step would turn elements inside out.
+            u = u + min(1.0, 0.05 * stack.sensor / np.max(np.abs(step))) * step.reshape(-1, 2)
             if np.max(np.abs(step)) < 1e-8 * stack.ball:
                 break
         else:
