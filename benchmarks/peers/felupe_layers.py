@@ -15,8 +15,8 @@ from models.sensor import FloatArray, IntArray
 
 #: Poisson's ratio of the sensor: displacement elements lock, and their Newton's method fails, where it is much nearer to 0.5.
 SENSOR_POISSON_RATIO = 0.49
-#: Steps between two depths.
-SUBSTEPS = 4
+#: Largest step of the depth, over the thickness of the stack.
+LARGEST_STEP = 0.015
 #: Contact pressure over overlap, in Young's moduli of the sensor per thickness of the stack; results are taken to infinity.
 PENALTIES = (500.0, 1000.0)
 
@@ -158,9 +158,13 @@ def _loading(grid: _Grid, stack: Stack, depth: FloatArray, order: int, factor: f
     weight = 2 * np.pi * rest_r * w * np.diff(grid.ends)[:, None]
     dofs = (2 * top[:, :, None] + np.arange(2)).reshape(top.shape[0], -1)
     u, before, rows = np.zeros_like(grid.points), np.zeros_like(grid.points), []
-    path = np.interp(np.arange(SUBSTEPS * depth.size + 1) / SUBSTEPS, np.arange(depth.size + 1), np.append(0.0, depth))
-    for number, d in enumerate(path[1:], start=1):
-        u, before = (2 * u - before if number > 1 else u), u
+    ways = np.diff(np.append(0.0, depth))
+    cuts = np.ceil(ways / (LARGEST_STEP * (stack.sensor + stack.padding)) - 1e-9).astype(int)
+    steps, wanted = np.repeat(ways / cuts, cuts), np.cumsum(cuts)
+    last = np.inf
+    for number, (d, way) in enumerate(zip(np.cumsum(steps), steps, strict=True), start=1):
+        u, before = u + way / last * (u - before), u
+        last = way
         for _ in range(60):
             r, k = _inner(bodies, u)
             force, push, tangent = _contact(grid, stack, u, d, top, value, weight * stiffness)
@@ -175,7 +179,7 @@ def _loading(grid: _Grid, stack: Stack, depth: FloatArray, order: int, factor: f
                 break
         else:
             raise RuntimeError(f"FElupe did not converge at {d:g} mm")
-        if number % SUBSTEPS == 0:
+        if number in wanted:
             rows.append((force, _change(grid, stack, u, order)))
     return np.array(rows)
 
