@@ -66,6 +66,47 @@ def bonded_layer_factor(chi: FloatArray) -> FloatArray:
     return np.asarray(np.polynomial.polynomial.polyval(chi, _BONDED), dtype=float)
 
 
+def _bonded_kernel(x: FloatArray, nu: float) -> FloatArray:
+    """M(x) of [HK]: under a pressure J0(k r) the surface of the layer sinks by 2 (1 - nu^2)/E M(k h)/k J0(k r)."""
+    # [(3 - 4 nu) sinh 2x - 2x] / [(3 - 4 nu) cosh 2x + 2 x^2 + 5 - 12 nu + 8 nu^2], written without overflow.
+    kappa, e = 3 - 4 * nu, np.exp(-2 * x)
+    below = kappa * (1 + e**2) + (4 * x**2 + 2 * (5 - 12 * nu + 8 * nu**2)) * e
+    return np.asarray((kappa * (1 - e**2) - 4 * x * e) / below)
+
+
+def ball_on_bonded_layer(contact: float, radius: float, poisson_ratio: float) -> tuple[float, float]:
+    """Small-strain depth and force of a frictionless ball on a compressible layer that is bonded to a rigid base ([HK]).
+
+    In the form of Lebedev and Ufliand, for a sphere rather than a paraboloid, with K(u) = int_0^inf (1 - M(x)) cos(u x) dx:
+    phi(t) - (1/pi) int_0^a [K(t - s) + K(t + s)] phi(s) ds = (2/pi) [d - (t/2) ln((R + t)/(R - t))], phi(a) = 0,
+    F = pi E/(1 - nu^2) int_0^a phi.
+
+    Parameters
+    ----------
+    contact : radius a of the contact, up to about 4, and
+    radius : R of the ball, both over the thickness of the layer.
+    poisson_ratio : nu of the layer.
+
+    Returns
+    -------
+    Depth over the thickness h, and force over E h^2.
+    """
+    a, n = contact, 80
+    x, wx = np.polynomial.legendre.leggauss(800)
+    x, wx = 25 * (x + 1), 25 * wx
+    weight = wx * (1 - _bonded_kernel(x, poisson_ratio))
+    t, w = np.polynomial.legendre.leggauss(n)
+    t, w = a * (t + 1) / 2, a * w / 2
+    edge = np.append(t, a)
+    # cos(x (t - s)) + cos(x (t + s)) = 2 cos(x t) cos(x s)
+    waves = np.cos(np.multiply.outer(edge, x))
+    kernel = 2 / np.pi * (waves * weight) @ waves[:n].T * w
+    given = 2 / np.pi * np.stack([np.ones(n + 1), -edge / 2 * np.log((radius + edge) / (radius - edge))], axis=1)
+    flat, curved = np.linalg.solve(np.eye(n) - kernel[:n], given[:n]).T
+    depth = -(given[n, 1] + kernel[n] @ curved) / (given[n, 0] + kernel[n] @ flat)
+    return float(depth), float(np.pi / (1 - poisson_ratio**2) * w @ (depth * flat + curved))
+
+
 def layer_weight(ratio: FloatArray) -> FloatArray:
     """Share of the top layer in the compliance under a contact, ratio = layer thickness / contact radius ([G], nu = 0.5).
 

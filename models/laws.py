@@ -6,9 +6,10 @@ gradient and t the hoop stretch, an isotropic energy is a function of three scal
     a = A : A,   D = det A,   t,        I1 = a + t^2,   I2 = D^2 + a t^2,   J = D t,                                   (1)
 
 and a law gives W(a, D, t) with its first and second derivatives; `models.fem.material` turns those into stress and tangent.
-Every energy is for small-strain shear modulus 1 and carries a term -k ln J that makes the undeformed state free of stress; as
-the model holds J within 1e-4 of 1, that term is a choice of what part of the stress the pressure takes, not of material.
-The small-strain Young's modulus of a layer, E = 3 mu, multiplies the law; what is left are numbers without dimension.
+Every energy is for small-strain shear modulus 1 and carries a term -k ln J that makes the undeformed state free of stress. In
+an incompressible layer, whose J the model holds within 1e-4 of 1, that term is a choice of what part of the stress the pressure
+takes, not of material; in a foam, which is neo-Hookean, it is part of the material (`models.fem.material`). The small-strain
+shear modulus of a layer, E / (2 (1 + nu)), multiplies the law; what is left are numbers without dimension.
 """
 
 from __future__ import annotations

@@ -36,11 +36,17 @@ QUICK: dict[str, tuple[list[str], str]] = {
     "fem_accuracy.py": (["--finest", "1.6e-3"], "force against Hertz with a bonded layer"),
     # One case of each of two parts; all cases of all parts are run by hand, see docs/reliability.md.
     "crash.py": (["--parts", "kills", "damages", "-n", "1", "--folder", "FOLDER/crash"], "0 of 2 not right"),
+    # FElupe is not there: its part says so and is skipped.
+    "fem_foam.py": (["--parts", "uniaxial", "felupe"], "uniaxial compression to 30, 60 %"),
     # CalculiX is a program and scikit-fem a package, both of their own: what is not there is skipped, and ours runs alone.
     "fem_peers.py": (["--until", "0.1", "--size", "0.4"], "2 steps to 0.1 mm, one core"),
     "fem_robustness.py": (["--designs", "2", "--processes", "1", "--accuracy", "2e-2"], "2 of 2 paths reach the end"),
     "forward_models.py": (["--draws", "32"], "closed form, 32 designs"),
     "fuzz_readers.py": (["-n", "40", "--saved", "FOLDER/failures"], "0 failed"),
+    "gent_family.py": (
+        ["--accuracy", "1e-1", "--steps", "2", "--laws", "neo-hookean"],
+        "neo-hookean                       0.00%",
+    ),
     # Gaussian process and polynomial chaos need scikit-learn and chaospy, the extra `benchmark`: too large for every change.
     "learning_curve.py": (
         ["FOLDER/runs.sqlite", "--accuracy", str(ACCURACY), "--fits", "ours", "--runs", "64", "--kept", "8", "--steps", "20"],

@@ -22,7 +22,7 @@ from models.sensor import INCOMPRESSIBLE, FloatArray, IntArray
 
 #: Range of Lame's lambda over mu. What is incompressible gives way as much as the upper end lets it; at the lower end, where
 #: p / lambda still is a number, a foam of Poisson's ratio 0 has no pressure that could be seen.
-LEAST_LAME_RATIO, LARGEST_LAME_RATIO = 1e-12, 1e4
+LEAST_LAME_RATIO, LARGEST_LAME_RATIO = 1e-24, 1e4
 
 _GAUSS3, _WEIGHT3 = np.polynomial.legendre.leggauss(3)
 

@@ -22,7 +22,7 @@ _NUMERICS = 2
 
 @dataclass(frozen=True)
 class FiniteElements:
-    """Axisymmetric finite elements as a `Forward`: nearly incompressible hyperelastic layers under a hard indenter.
+    """Axisymmetric finite elements as a `Forward`: hyperelastic layers, incompressible or foams, under a hard indenter.
 
     For a trustworthy answer where a second or so for a curve does not matter; the surrogate is learnt from it.
 

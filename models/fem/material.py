@@ -153,6 +153,7 @@ def least_acoustic(point: Point, directions: int = 36) -> FloatArray:
 
     Q_ik = H_iJkL n_J n_L with m . (cof A n) = 0, n and m in the plane; strong ellipticity of an incompressible solid asks for a
     positive value (Knowles & Sternberg, J. Elasticity 8 (1978) 329; Zee & Sternberg, Arch. Ration. Mech. Anal. 83 (1983) 53).
+    A compressible neo-Hookean one is polyconvex and never loses it: all m are stable there, these among them.
 
     Parameters
     ----------

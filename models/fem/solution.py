@@ -16,7 +16,7 @@ from models.sensor import VACUUM_PERMITTIVITY, FloatArray
 
 @dataclass(frozen=True)
 class Units:
-    """What the finite elements count in: `length` [m], the indenter's size, and shear `modulus` [Pa], the top layer's."""
+    """What the finite elements count in: `length` [m], the indenter's size, and `modulus` [Pa], a third of the top layer's."""
 
     length: float
     modulus: float
@@ -28,9 +28,9 @@ class Units:
 
 
 def dimensionless(design: LayeredDesign) -> tuple[LayeredDesign, Units]:
-    """Put a design into the units of the finite elements, in which a ball has radius 1 and the top layer shear modulus 1.
+    """Put a design into the units of the finite elements, in which a ball has radius 1 and the top layer Young's modulus 3.
 
-    Returns the design so scaled, its shear moduli a third of its Young's moduli, and the units.
+    The shear modulus of an incompressible top layer is 1 then. Returns the design so scaled, and the units.
     """
     units = Units(design.profile.length, design.layers[-1].young_modulus / 3)
     return design.scaled(units.length, units.modulus), units

@@ -3,7 +3,14 @@
 import numpy as np
 import pytest
 
-from models.analytic import CHI_MAX, bonded_layer_factor, hertz_force, layer_weight, plate_capacitance_change
+from models.analytic import (
+    CHI_MAX,
+    ball_on_bonded_layer,
+    bonded_layer_factor,
+    hertz_force,
+    layer_weight,
+    plate_capacitance_change,
+)
 from models.response import OutOfRangeError
 from models.sensor import FloatArray
 
@@ -50,6 +57,24 @@ def test_bonded_layer_factor_solves_the_integral_equation() -> None:
     # The table of the same equation by an independent script: 1.1235, 1.6355, 3.3711, 5.5632, 8.4680.
     np.testing.assert_allclose(exact[:5], [1.1235, 1.6355, 3.3711, 5.5632, 8.4680], rtol=2e-3)
     np.testing.assert_allclose(bonded_layer_factor(chi), exact, rtol=4e-3)
+
+
+def test_a_ball_on_a_bonded_layer_is_between_hertz_and_confined_compression() -> None:
+    for nu in (0.0, 0.3, 0.45):
+        # A layer much thicker than the contact: Hertz, stiffened by the base in proportion to the contact.
+        for a, tolerance in ((0.02, 0.04), (0.005, 0.01)):
+            depth, force = ball_on_bonded_layer(a, 10.0, nu)
+            assert force == pytest.approx(4 / 3 / (1 - nu**2) * np.sqrt(10) * depth**1.5, rel=tolerance)
+        # Much thinner: every column is pressed on its own, F = pi R M d^2 with the modulus M of confined compression.
+        confined = (1 - nu) / ((1 + nu) * (1 - 2 * nu))
+        wide = [ball_on_bonded_layer(a, 1e4, nu) for a in (2.0, 4.0)]
+        ratio = [force / (np.pi * 1e4 * confined * depth**2) for depth, force in wide]
+        assert abs(ratio[1] - 1) < abs(ratio[0] - 1) < 0.6
+    # An incompressible one, by the fit to the equation of a paraboloid above.
+    for a in (0.3, 1.0, 2.0):
+        depth, force = ball_on_bonded_layer(a, 1e3, 0.5)
+        factor = force / (16 / 9 * np.sqrt(1e3) * depth**1.5)
+        assert factor == pytest.approx(bonded_layer_factor(np.array([np.sqrt(1e3 * depth)]))[0], rel=4e-3)
 
 
 def test_bonded_layer_factor_is_one_for_a_half_space_and_refuses_beyond_its_fit() -> None:
