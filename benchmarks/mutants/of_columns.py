@@ -111,7 +111,8 @@ def _series(doc: Document, at: int, rng: random.Random, style: str) -> list[floa
         return [round(rng.uniform(0.5, 20.0), 3)] * len(own)
     if style == "noise":
         return [rng.gauss(0.0, 0.01) for _ in own]
-    factor = rng.choice((0.5, 1.1, 1.3, -1.0))
+    # The same but for zero and sign is one reading, where its name says that it is another than the first.
+    factor = rng.choice((0.5, 1.1, 1.3, -1.0 if style == "like" else -0.7))
     return [0.1 + factor * v for v in own]
 
 
@@ -134,7 +135,7 @@ def twin(doc: Document, rng: random.Random) -> Document | None:
     if at is None or len({doc.row(i).cells[at] for i in doc.rows() if at < len(doc.row(i).cells)}) < 2:
         return None
     column = replace(doc.columns[at], factors=())
-    return _beside(with_column(doc, at, column), rng, at, _series(doc, at, rng, rng.choice(("like", "noise"))))
+    return _beside(with_column(doc, at, column), rng, at, _series(doc, at, rng, rng.choice(("other", "noise"))))
 
 
 def still_twin(doc: Document, rng: random.Random) -> Document | None:
