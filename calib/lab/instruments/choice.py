@@ -52,6 +52,7 @@ def choose_columns(sheet: Sheet, family: InstrumentFamily, reading: Reading) -> 
     family : what it was recognised as.
     reading : what the user says of the file.
     """
+    sheet = sheet.trusted()
     headings, unread, notes, faults = _in_circuit(sheet, reading)
     unread.update({i: why for i, why in sheet.set_aside.items() if i < len(sheet.names)})
     headings = _without_stray_letters(sheet, headings, family, unread)

@@ -233,11 +233,11 @@ _UNIT_WORD = re.compile(rf"\b(?:{_UNIT_NAMES})\b|单位|単位|단위", re.I)
 
 # Between the names and units that a line above the header declares, and words between one and its unit.
 _APART = re.compile(r"[\t;,|:=]|\s{2,}")
-_FILLERS = frozenset("in is are as of en".split())
+_FILLERS = frozenset(["in", "is", "are", "as", "of", "en"])
 
 
 def declared_units(lines: Sequence[str]) -> Mapping[str, tuple[str, int]]:
-    """Units declared above the header: `Units : Force,kN`, `Units Time s Load kN`, `Load;kN`, `Force in kN`, `Units: s, mm, kN`.
+    """Units declared above: `Units : Force,kN`, `Units Time s Load kN`, `Load;kN`, `Force in kN`, `Units: s, mm, kN`.
 
     Of lines that contradict each other all units are given, as "kN or N", which is none.
 

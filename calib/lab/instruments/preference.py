@@ -106,7 +106,7 @@ def best_of(
 
 
 def _less_than(sheet: Sheet, quantity: str, best: Candidate, unread: Mapping[int, str], asked_index: str) -> list[Fault]:
-    """The choice of a column that only a number or a letter names, or that stands still, where one of the plain name is not read.
+    """The choice of a column that a number or a letter names, or that stands still, where one of the plain name is not read.
 
     That is so by a statistic or a factor in its brackets, or by a unit of another kind: which may be the mistake.
     """
@@ -127,14 +127,14 @@ def _less_than(sheet: Sheet, quantity: str, best: Candidate, unread: Mapping[int
         either = [best.index, *([index] if _fits(sheet, Candidate(index, plain)) else [])]
         choice = Choice("columns", tuple(sheet.name_for_asking(i) for i in either), quantity)
         named = f'"{name}", which bears the plain name, cannot be read ({why.removesuffix(": not used")})'
-        wrong = "Say which one is meant" if len(either) > 1 else "Correct the unit in the file, or say that the other one is meant"
+        correct = "Correct the unit in the file, or say that the other one is meant"
         return [
             Fault(
                 f'"{sheet.names[best.index]}" could be the {in_words(quantity)}, but {named}',
                 sheet.text.path,
                 sheet.header_line or None,
                 index + 1,
-                advice=f"{wrong}: {choice}",
+                advice=f"{correct if len(either) == 1 else 'Say which one is meant'}: {choice}",
                 choice=choice,
             )
         ]
@@ -214,7 +214,7 @@ def _is_another_clock(day: Candidate, plain: Candidate) -> bool:
 
 
 def _may_differ_by_zero(quantity: str, best: Heading, other: Heading) -> bool:
-    """Whether two columns of other names may be one reading with two zeros: no capacitance, two clocks, two channels of a name."""
+    """Whether two columns may be one reading with two zeros: no capacitance, two clocks, or two channels of one name."""
     if quantity.startswith("capacitance"):
         return False
     plain = quantity != "time" or (best.rank < PLAIN and other.rank < PLAIN)

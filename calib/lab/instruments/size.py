@@ -61,7 +61,7 @@ def implausible(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[
 
 
 def _negative(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[str, int]) -> list[Fault]:
-    """The fault of a capacitance that is below zero in most rows: a difference from another one, or a meter without a sensor."""
+    """The fault of a capacitance that is below zero in most rows: a difference from another one, or no sensor at the meter."""
     for quantity in ("capacitance", "capacitance_series"):
         below = values[quantity] < 0 if quantity in values else np.zeros(0, dtype=bool)
         if 2 * np.count_nonzero(below) > np.count_nonzero(np.isfinite(values.get(quantity, below))):
@@ -69,8 +69,8 @@ def _negative(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[st
             index = places[quantity]
             return [
                 Fault(
-                    f'column "{sheet.names[index]}": "{sheet.columns[index][row].strip()}" is negative, as are most of its readings, '
-                    "which no capacitance is",
+                    f'column "{sheet.names[index]}": "{sheet.columns[index][row].strip()}" is negative, as are most of its '
+                    "readings, which no capacitance is",
                     sheet.text.path,
                     int(sheet.lines[row]),
                     index + 1,
