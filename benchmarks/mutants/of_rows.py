@@ -220,8 +220,8 @@ def other_header_again(doc: Document, rng: random.Random) -> Document | None:
         return replace(row, values=put(put(row.values, at, row.values[other]), other, row.values[at]), doubtful=True)
 
     # The numbers below these names are others now, and so is which way they go.
-    moved = {columns[at].quantity, columns[other].quantity}
-    new = replace(new, turned={q: way for q, way in new.turned.items() if q not in moved})
+    moved = {columns[at].quantity, columns[other].quantity} & new.turned.keys()
+    new = replace(new, turned={} if moved else new.turned)
     return with_rows(new, swapped, below)
 
 

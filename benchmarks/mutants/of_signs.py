@@ -53,7 +53,7 @@ def still_pressed(doc: Document, plain: Document) -> bool:
     """
     left = {doc.row(i).origin for i in doc.rows()}
     body = tuple(v for v in plain.body if isinstance(v, Row) and v.origin in left)
-    return any(pressed(replace(plain, body=way)) for way in (body, body[::-1]))
+    return pressed(plain) and any(pressed(replace(plain, body=way)) for way in (body, body[::-1]))
 
 
 def _path(doc: Document, at: int) -> tuple[float, float]:

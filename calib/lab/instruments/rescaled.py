@@ -32,6 +32,8 @@ _TURN, _MOVES, _ONE_WAY = 0.2, 0.01, 0.7
 _SHARP, _SHARP_IF_SMALL, _SMALL = 0.17, 0.1, 7.0
 # A force that falls misses the ratio of two units by more than this share if it was not switched.
 _EXACT = 0.01
+# Readings are too coarse to tell a level by from this share of them on that their last digit counts.
+_COARSE = 0.05
 # A step counts as scaled if it misses that by less than this factor, at most, or the root of the factor.
 _MOST_MISSED = 4.0
 # The step of another channel that is a jump, in its steps beside it, and as a share of its range.
@@ -187,7 +189,8 @@ def _switch(
     # No capacitance jumps by a power of ten, whatever its noise does; no force rises so while the ball does not jump, is written
     # with other decimals from there on, or falls exactly so and goes on.
     large = max(factor, 1 / factor) > _SMALL
-    held = quantity == "force" and ((large and factor > 1) or digit != digit_after or missed <= _EXACT)
+    told = _is_fine(before, after, digit, digit_after) and (digit != digit_after or missed <= _EXACT)
+    held = quantity == "force" and ((large and (factor > 1 or digit != digit_after)) or told)
     if sure and (scaled or held or quantity in ("capacitance", "capacitance_series")):
         return factor, words, False
     return None
@@ -202,7 +205,8 @@ def _goes_on_scaled(
     """
     steps, steps_after = np.diff(before), np.diff(after)
     best: tuple[float, float, str, float] | None = None
-    scatters = [v.size >= _FEWEST - 1 and not _one_way(np.diff(v)) for v in (before, after)]
+    fine = _is_fine(before, after, digit, digit_after)
+    scatters = [fine and v.size >= _FEWEST - 1 and not _one_way(np.diff(v)) for v in (before, after)]
     levels = [float(np.median(v)) if s else float(v[k]) for v, s, k in zip((before, after), scatters, (-1, 0), strict=True)]
     for factor, words in _factors(quantity):
         large = max(factor, 1 / factor) > _SMALL
@@ -225,9 +229,17 @@ def _turns_scaled(quantity: str, before: FloatArray, after: FloatArray) -> tuple
     steps, steps_after = np.diff(before), np.diff(after)
     if _usual(steps_after) <= _MOVES * abs(after[0]) or not (_one_way(steps) and _one_way(steps_after)):
         return None
-    factor, words = min(_factors(quantity), key=lambda found: abs(after[0] / found[0] - before[-1]))
+    # By a small factor a force also grows at the touch: there it must turn.
+    turns = float(np.sum(steps)) * float(np.sum(steps_after)) < 0
+    factors = [(f, words) for f, words in _factors(quantity) if turns or max(f, 1 / f) > _SMALL]
+    factor, words = min(factors, key=lambda found: abs(after[0] / found[0] - before[-1]))
     missed = abs(float(after[0]) / factor / float(before[-1]) - 1)
     return (factor, words, missed) if missed < _TURN else None
+
+
+def _is_fine(before: FloatArray, after: FloatArray, digit: float, digit_after: float) -> bool:
+    """Whether readings on both sides of a jump are of many counts of their last digit."""
+    return digit <= _COARSE * abs(before[-1]) and digit_after <= _COARSE * abs(after[0])
 
 
 def _usual(steps: FloatArray) -> float:
