@@ -186,8 +186,8 @@ def _switch(
         same |= _alike(next_to[0], digit, next_to[1], digit_after, wide)
     if scaled and not same:
         return factor, words, True
-    # No capacitance jumps by a power of ten, whatever its noise does; no force rises so while the ball does not jump, is written
-    # with other decimals from there on, or falls exactly so and goes on.
+    # No capacitance jumps by a power of ten, whatever its noise does; no force rises so while the ball does not jump, is
+    # written with other decimals from there on, or falls exactly so and goes on.
     large = max(factor, 1 / factor) > _SMALL
     told = _is_fine(before, after, digit, digit_after) and (digit != digit_after or missed <= _EXACT)
     held = quantity == "force" and ((large and (factor > 1 or digit != digit_after)) or told)
