@@ -264,9 +264,9 @@ def _declare(declared: dict[str, tuple[str, int]], found: Iterable[tuple[str, st
     """Add what a line declares; another unit of the same quantity than before leaves both."""
     for named, unit in found:
         quantity = IN_PLACE_OF.get(named, named)
-        before, _ = declared.get(quantity, (unit, line))
-        same = is_unit_of(before, quantity) and lab_factor(before, quantity) == lab_factor(unit, quantity)
-        declared[quantity] = (unit if same else f"{before} or {unit}", line)
+        before = declared[quantity][0].split(" or ") if quantity in declared else []
+        others = [u for u in before if lab_factor(u, quantity) != lab_factor(unit, quantity)]
+        declared[quantity] = " or ".join([*others, unit]), line
 
 
 def _named_units(parts: Sequence[str]) -> Iterator[tuple[str, str]]:

@@ -64,7 +64,10 @@ class _Shown:
     def _are_few(self, text: str) -> bool:
         """Whether so few cells have fewer than three digits after the mark that these may be cells that were cut."""
         n_cut = sum(1 for _ in islice(self.cut.finditer(text), _MANY))
-        return n_cut < _MANY and n_cut <= _FEW * sum(1 for _ in self.unsure.finditer(text))
+        if n_cut >= _MANY:
+            return False
+        n_three = sum(1 for _ in self.unsure.finditer(text))
+        return n_cut <= _FEW * n_three or (n_cut == 1 and n_three >= _FEWEST)
 
 
 _OTHER = {".": ",", ",": "."}
@@ -92,8 +95,8 @@ def _shown(mark: str) -> _Shown:
 
 
 # Cells with fewer than three digits after the mark are no cells that were cut if they are so many, or such a share of those
-# with three.
-_MANY, _FEW = 200, 0.02
+# with three; a single one may be of so few of these.
+_MANY, _FEW, _FEWEST = 200, 0.02, 10
 _SHOWN = {mark: _shown(mark) for mark in ".,"}
 # After a line end: a whole number without any mark, other than the nines that stand for no reading; of a hundred or more.
 _PLAIN_WHOLE = re.compile(rf"\n[ \t]*[{SIGNS}]?(?!9{{6}}\b)\d+[ \t]*$", re.MULTILINE | re.ASCII)
