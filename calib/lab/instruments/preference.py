@@ -111,8 +111,10 @@ def _less_than(sheet: Sheet, quantity: str, best: Candidate, unread: Mapping[int
     That is so by a statistic or a factor in its brackets, or by a unit of another kind: which may be the mistake.
     """
     numbered = bool(best.heading.index) and best.heading.index != asked_index
-    cells = [c.strip() for c in sheet.columns[best.index]]
-    still = len(cells) > 2 and cells[0] == cells[-1] and stands_still(_readings_alone(sheet, best.index))
+    cells = sheet.columns[best.index]
+    # Of most columns the ends alone show that they move.
+    still = len(cells) > 2 and (not cells[-1].strip() or cells[0].strip() == cells[-1].strip())
+    still = still and stands_still(_readings_alone(sheet, best.index))
     if quantity not in _DECISIVE or not (numbered or best.heading.letter or still):
         return []
     for index, name in enumerate(sheet.names):

@@ -11,12 +11,12 @@ from calib.lab.instruments.clock_cells import is_clock
 from calib.lab.instruments.lines import Table, n_named
 from calib.lab.instruments.numbers import parse_number
 from calib.lab.instruments.sheet import Sheet
-from models.sensor import BoolArray
 
+_EMPTY = ("", " ")
 # A number speaks for a column if it is so many times nearer to what stands beside it there.
 _NEARER = 3.0
-# Of many rows with an empty end so many runs are looked at first.
-_SEEN = 400
+# Of many rows with an empty end so many runs are looked at first, among the first rows.
+_SEEN, _FIRST = 400, 10_000
 
 
 def shifted_rows(sheet: Sheet, table: Table) -> dict[int, str]:
@@ -45,13 +45,15 @@ def shifted_rows(sheet: Sheet, table: Table) -> dict[int, str]:
     columns = table.columns[:n]
     found: dict[int, str] = {}
     for end, step, side in ((n - 1, 1, "left"), (0, -1, "right")):
-        if "" not in columns[end] and not any(c.isspace() for c in set(columns[end])):
+        if not any(empty in columns[end] for empty in _EMPTY):
             continue
-        filled, other = (np.array([bool(c.strip()) for c in columns[c]]) for c in (end, n - 1 - end))
-        runs = _runs(~filled)
-        if not any(_is_run_shifted(columns, run, filled & other, step) for run in runs[:: max(1, len(runs) // _SEEN)]):
-            continue
-        rows = [r for run in runs if _is_run_shifted(columns, run, filled & other, step) for r in range(*run)]
+        first = _runs(columns[end][:_FIRST])
+        if not any(_is_run_shifted(columns, run, step) for run in first[:: max(1, len(first) // _SEEN)]) and (
+            2 * sum(map(columns[end].count, _EMPTY)) > n_row
+        ):
+            continue  # a column that is filled more rarely
+        runs = _runs(columns[end])
+        rows = [r for run in runs if _is_run_shifted(columns, run, step) for r in range(*run)]
         if 2 * len(rows) >= n_row:
             raise InputError(
                 Fault(
@@ -66,15 +68,18 @@ def shifted_rows(sheet: Sheet, table: Table) -> dict[int, str]:
     return found
 
 
-def _runs(open_: BoolArray) -> list[tuple[int, int]]:
-    """Where rows in succession are open: the first of them, and the first behind them."""
-    turns = np.flatnonzero(np.diff(np.concatenate(([False], open_, [False])).astype(np.int8)))
-    return list(zip(turns[::2].tolist(), turns[1::2].tolist(), strict=True))
+def _runs(column: Sequence[str]) -> list[tuple[int, int]]:
+    """Where cells in succession are empty: the first row of them, and the first behind them."""
+    rows = np.array([row for row, cell in enumerate(column) if cell in _EMPTY], dtype=np.int64)
+    cuts = np.flatnonzero(np.diff(rows) > 1)
+    firsts, lasts = np.concatenate((rows[:1], rows[cuts + 1])), np.concatenate((rows[cuts], rows[-1:]))
+    return list(zip(firsts.tolist(), (lasts + 1).tolist(), strict=True))
 
 
-def _is_run_shifted(columns: Sequence[Sequence[str]], run: tuple[int, int], full: BoolArray, step: int) -> bool:
+def _is_run_shifted(columns: Sequence[Sequence[str]], run: tuple[int, int], step: int) -> bool:
     """Whether the rows of a run are shifted, as its first and its last row show beside the full rows next to them."""
-    beside = [(row, near) for row, near in ((run[0], run[0] - 1), (run[1] - 1, run[1])) if 0 <= near < full.size and full[near]]
+    beside = [(row, near) for row, near in ((run[0], run[0] - 1), (run[1] - 1, run[1])) if 0 <= near < len(columns[0])]
+    beside = [(row, near) for row, near in beside if columns[0][near].strip() and columns[-1][near].strip()]
     return bool(beside) and all(_is_shifted(columns, row, near, step) for row, near in beside)
 
 

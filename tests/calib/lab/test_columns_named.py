@@ -493,7 +493,7 @@ def test_status_words_of_a_tester_make_no_reading_of_a_meter_unusable(tmp_path: 
     assert bad.reasons[-1] == "LCR status 2"
 
 
-# --------------------------------------------------------------- a preference by words alone, which the readings do not bear out
+# ------------ a preference by words alone, which the readings do not bear out
 
 
 @pytest.mark.parametrize(
