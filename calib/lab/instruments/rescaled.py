@@ -25,6 +25,8 @@ _FEWEST, _BACK = 4, 0.2
 # What a reading may miss the course of those above by once it is scaled back: in steps, where they only scatter about a level
 # in so many (half of them if the factor is small), and as a share of it.
 _MISS, _MISS_SCATTER, _MISS_SHARE = 1.0, 4.0, 0.015
+# What they may scatter at most, in that measure, as a share of the level.
+_LEVEL = 0.4
 # A force may drop so much where a press turns round: told by a large factor if its steps are scaled without doubt.
 _TURN, _MOVES, _ONE_WAY = 0.2, 0.01, 0.7
 # That may be no larger than such a share of the reading, by the logarithm of the factor; of small ones
@@ -219,6 +221,8 @@ def _goes_on_scaled(
             off = max(low - gap, gap - high, 0.0)
             slack = miss * size + _MISS_SHARE * abs(before[-1]) + rounding
             sharp = slack <= (_SHARP if large else _SHARP_IF_SMALL) * abs(np.log(factor) * before[-1])
+            if miss != _MISS:  # readings that scatter about zero have no level
+                sharp &= slack <= _LEVEL * min(abs(levels[0]), abs(levels[1] / factor))
             if off <= slack and sharp and (best is None or off / slack < best[0]):
                 best = off / slack, factor, words, off / abs(before[-1]) if miss == _MISS else 1.0
     return best[1:] if best is not None else None
