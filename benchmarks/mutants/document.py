@@ -253,6 +253,23 @@ def number(text: str, column: Column) -> float:
         return NAN
 
 
+def number_instead(doc: Document, row: Row, at: int, written: float) -> float:
+    """The number that may be read of a cell once another one is written there: what was converted stays so.
+
+    Parameters
+    ----------
+    doc : the document.
+    row, at : where the cell is.
+    written : the number that stands in it now.
+
+    Returns
+    -------
+    That number, times what the old one was multiplied by, as of a series capacitance; nan where it is none.
+    """
+    old, meant = number(row.cells[at], doc.columns[at]), row.values[at]
+    return written * (meant / old) if old == old and old != 0.0 and meant == meant else written
+
+
 def digits_after(text: str, mark: str) -> int:
     """Digits after the decimal mark of a number without exponent."""
     return len(text) - text.rindex(mark) - 1 if mark in text else 0

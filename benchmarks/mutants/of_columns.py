@@ -111,7 +111,8 @@ def _series(doc: Document, at: int, rng: random.Random, style: str) -> list[floa
         return [round(rng.uniform(0.5, 20.0), 3)] * len(own)
     if style == "noise":
         return [rng.gauss(0.0, 0.01) for _ in own]
-    factor = rng.choice((0.5, 1.1, 1.3, -1.0))
+    # The same but for zero and sign is one reading, where its name says that it is another than the first.
+    factor = rng.choice((0.5, 1.1, 1.3, -1.0 if style == "like" else -0.7))
     return [0.1 + factor * v for v in own]
 
 
@@ -131,10 +132,10 @@ def rival(doc: Document, rng: random.Random) -> Document | None:
 def twin(doc: Document, rng: random.Random) -> Document | None:
     """A column with the same header and other numbers that move, beside one that moves."""
     at = column_read(doc, rng)
-    if at is None or len({doc.row(i).cells[at] for i in doc.rows()}) < 2:
+    if at is None or len({doc.row(i).cells[at] for i in doc.rows() if at < len(doc.row(i).cells)}) < 2:
         return None
     column = replace(doc.columns[at], factors=())
-    return _beside(with_column(doc, at, column), rng, at, _series(doc, at, rng, rng.choice(("like", "noise"))))
+    return _beside(with_column(doc, at, column), rng, at, _series(doc, at, rng, rng.choice(("other", "noise"))))
 
 
 def still_twin(doc: Document, rng: random.Random) -> Document | None:

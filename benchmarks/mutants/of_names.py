@@ -42,10 +42,12 @@ def _with_unit(doc: Document, rng: random.Random) -> int | None:
 
 def _exchanged(doc: Document, first: Column, second: Column, places: tuple[int, int]) -> Document:
     doc = with_column(with_column(doc, places[0], first), places[1], second)
-    # The numbers under these names are others now, and so is which way they go.
-    turned = {q: way for q, way in doc.turned.items() if q not in (first.quantity, second.quantity)}
+    # The numbers under these names are others now, and so is which way they go; that of force and displacement hangs together.
+    moved = {first.quantity, second.quantity} & doc.turned.keys()
     return replace(
-        doc, turned=turned, doubt_all=doc.doubt_all or any("status" in (c.name or "").lower() for c in (first, second))
+        doc,
+        turned={} if moved else doc.turned,
+        doubt_all=doc.doubt_all or any("status" in (c.name or "").lower() for c in (first, second)),
     )
 
 

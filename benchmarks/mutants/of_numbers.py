@@ -14,6 +14,7 @@ from mutants.document import (
     all_numbers,
     digits_after,
     number,
+    number_instead,
     put,
     shown,
     with_cells,
@@ -128,7 +129,7 @@ def _stripped(doc: Document, at: int, chosen: Sequence[int]) -> Document:
     for i in chosen:
         row = doc.row(i)
         text = row.cells[at].replace(column.mark, "")
-        value = number(text, replace(column, mark="."))
+        value = number_instead(doc, row, at, number(text, replace(column, mark=".")))
         wrong = value != row.values[at] and _implausible(value, _near(doc, at, i))
         values = put(row.values, at, NAN if wrong else value)
         new = changed_row(new, i, replace(row, cells=put(row.cells, at, text), values=values, doubtful=True))
@@ -251,8 +252,9 @@ def _one_cell(
 def times_ten(doc: Document, rng: random.Random, at: int, i: int) -> tuple[str, float] | None:
     """The cell times a power of ten."""
     row, column = doc.row(i), doc.columns[at]
-    text = shown(row.values[at] * rng.choice((10.0, 100.0, 1000.0, 0.1)), digits_after(row.cells[at], column.mark), column)
-    value = number(text, column)
+    written = number(row.cells[at], column)
+    text = shown(written * rng.choice((10.0, 100.0, 1000.0, 0.1)), digits_after(row.cells[at], column.mark), column)
+    value = number_instead(doc, row, at, number(text, column))
     return None if value == row.values[at] else (text, NAN if contradicted(value, _near(doc, at, i)) else value)
 
 
@@ -261,7 +263,7 @@ def other_digit(doc: Document, rng: random.Random, at: int, i: int) -> tuple[str
     text = doc.row(i).cells[at]
     k = rng.choice([k for k, c in enumerate(text) if c.isdigit()])
     text = text[:k] + rng.choice([c for c in "0123456789" if c != text[k]]) + text[k + 1 :]
-    return text, number(text, doc.columns[at])
+    return text, number_instead(doc, doc.row(i), at, number(text, doc.columns[at]))
 
 
 def no_reading(doc: Document, rng: random.Random, at: int, i: int) -> tuple[str, float]:

@@ -6,7 +6,7 @@ import random
 from collections.abc import Sequence
 from dataclasses import replace
 
-from mutants.document import NAN, UNITS, Document, Line, Row, number, put, with_column, with_rows
+from mutants.document import NAN, UNITS, Document, Line, Row, number, number_instead, put, with_column, with_rows
 from mutants.kind import Kind
 
 _READ = ("time", "displacement", "force", "capacitance")
@@ -219,6 +219,9 @@ def other_header_again(doc: Document, rng: random.Random) -> Document | None:
     def swapped(row: Row) -> Row:
         return replace(row, values=put(put(row.values, at, row.values[other]), other, row.values[at]), doubtful=True)
 
+    # The numbers below these names are others now, and so is which way they go.
+    moved = {columns[at].quantity, columns[other].quantity} & new.turned.keys()
+    new = replace(new, turned={} if moved else new.turned)
     return with_rows(new, swapped, below)
 
 
@@ -256,7 +259,7 @@ def _cut(doc: Document, rng: random.Random, i: int, end: bool) -> Document | Non
         return None
     part = row.cells[j][:keep]
     new = replace(_kept(row, (*row.cells[:j], part)), open_end=True)
-    value = number(part, doc.columns[j])
+    value = number_instead(doc, row, j, number(part, doc.columns[j]))
     # A last cell that lost digits shows nothing within the file: it is a number like another.
     whole = not end and j == len(row.cells) - 1 and doc.quote == "none"
     if value == row.values[j] or whole:

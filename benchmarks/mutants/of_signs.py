@@ -39,6 +39,32 @@ def pressed(doc: Document) -> bool:
     return bool(values.max() - values[0] > max(15.0 * float(np.median(np.abs(np.diff(values)))), 0.5 * float(np.ptp(values))))
 
 
+def still_pressed(doc: Document, plain: Document) -> bool:
+    """Whether the rows that a mutant has left of its file still hold a press, be it without its beginning.
+
+    Parameters
+    ----------
+    doc : the mutant.
+    plain : the document before it was changed.
+
+    Returns
+    -------
+    False where it was cut before the force left its noise: nothing shows then which way compression is.
+    """
+    left = {doc.row(i).origin for i in doc.rows()}
+    body = tuple(v for v in plain.body if isinstance(v, Row) and v.origin in left)
+    return pressed(plain) and any(pressed(replace(plain, body=way)) for way in (body, body[::-1]))
+
+
+def _path(doc: Document, at: int) -> tuple[float, float]:
+    """How far apart the last place is from the first, and the range of all, without a jump where the zero was set anew."""
+    values = np.array([doc.row(i).values[at] for i in doc.rows()])
+    steps = np.diff(values)
+    steps[np.abs(steps) > max(20.0 * float(np.median(np.abs(steps))), 0.5 * float(np.ptp(values)))] = 0.0
+    path = np.cumsum([0.0, *steps])
+    return float(path[-1]), float(np.ptp(path))
+
+
 def _range(doc: Document, at: int) -> float:
     values = [doc.row(i).values[at] for i in doc.rows()]
     return max(values) - min(values)
@@ -84,13 +110,15 @@ def pull_off(doc: Document, rng: random.Random) -> Document | None:
     if ":" in last.cells[clock] or last.values[clock] != last.values[clock]:
         return None
     step = (last.values[clock] - first.values[clock]) / (len(rows) - 1)
-    travel, press = doc.turned["displacement"] * _range(doc, at[0]), doc.turned["force"] * _range(doc, at[1])
+    way, travel = _path(doc, at[0])
+    end = last.values[at[0]] - way - 0.4 * doc.turned["displacement"] * travel
+    press = doc.turned["force"] * _range(doc, at[1])
     pull, zero = rng.uniform(1.2, 2.5), first.values[at[1]]
     added = []
     for k in range(1, n + 1):
         part = k / n
         new = _rewritten(last, clock, last.values[clock] + k * step, doc)
-        new = _rewritten(new, at[0], last.values[at[0]] + (first.values[at[0]] - 0.4 * travel - last.values[at[0]]) * part, doc)
+        new = _rewritten(new, at[0], last.values[at[0]] + (end - last.values[at[0]]) * part, doc)
         force = float(np.interp(part, (0.0, 0.35, 0.85, 0.9), (last.values[at[1]], zero, zero - pull * press, zero)))
         added.append(replace(_rewritten(new, at[1], force, doc), origin=-1, doubtful=True))
     after = doc.rows()[-1] + 1

@@ -19,7 +19,7 @@ from calib.errors import InputError
 from calib.lab import LabTable, Observations, observe, read_lab_file
 from mutants.document import Document, Row, Written, written
 from mutants.mentions import SilentError, columns_named, is_named, lines_named, lines_told, said_of
-from mutants.of_signs import pressed
+from mutants.of_signs import still_pressed
 
 #: Verdicts that fail the run, and those that do not, the worse first.
 FAILURES = ("SILENT", "CRASH", "NO ADVICE")
@@ -102,7 +102,7 @@ def _judge(doc: Document, plain: Document, folder: Path) -> Verdict:
     left_out, more, changed = _rows(doc, plain, out, table, seen, said)
     named = columns_named(doc, table, said)
     named |= lines_named(doc, out, table, said)
-    if doc.signs and pressed(plain):
+    if doc.signs and still_pressed(doc, plain):
         _directions(doc, seen)
         if doc.flipped:
             _signs(doc, folder, seen)

@@ -28,6 +28,8 @@ _FIRST = 0.4
 _DEEP, _DEEP_COUNTS = 10e-3, 1.5
 # What last readings count that turn against all before, and how many times as large as usual their steps then are.
 _END_COUNTS, _END_STEPS = 1.5, 3.0
+# What it counts that the displacement is zero at one of its ends, and how near to zero that is, as a share of its range.
+_ZERO_COUNTS, _AT_ZERO = 2.5, 0.03
 _COMPRESSION = re.compile(r"compress|indent|penetrat|\bdepth|druck|stauch|eindring|écras|压|圧", re.IGNORECASE)
 _TENSION = re.compile(r"\btensile|\btension|\bpull|zug|elongat|dehn|traction|拉|引", re.IGNORECASE)
 
@@ -96,6 +98,22 @@ def of_end(name: str, x: FloatArray, y: FloatArray, first: float) -> list[Eviden
     if n == 0 or 2 * n > steps.size or float(np.mean(-steps[-n:])) <= _END_STEPS * float(np.quantile(np.abs(steps[:-n]), 0.9)):
         return []
     return [Evidence(-float(np.sign(first)) * _END_COUNTS, f"{name} turns {up(-first)} in the last {n} reading(s), steeply")]
+
+
+def of_zero(x: FloatArray, same: float) -> list[Evidence]:
+    """Where the displacement is counted from: its zero is a start or a touch, and the press goes away from it.
+
+    Parameters
+    ----------
+    x : displacement, (n_row,), of which a single odd reading at either end counts nothing.
+    same : whether the channel that the evidence is of rises with it, as 1 or -1.
+    """
+    low, high = (float(np.partition(x, k)[k]) for k in (1, x.size - 2))
+    near, far = sorted((low, high), key=abs)
+    if abs(near) > _AT_ZERO * (high - low):
+        return []
+    sense = float(np.sign(far))
+    return [Evidence(sense * same * _ZERO_COUNTS, f"displacement is zero at one end and goes {up(sense)} from there")]
 
 
 def start_counts(begin: float, end: float, *, waits: bool) -> float:

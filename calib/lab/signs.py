@@ -19,6 +19,7 @@ from calib.lab.evidence import (
     of_names,
     of_shape,
     of_start,
+    of_zero,
     start_counts,
     turned,
     up,
@@ -106,8 +107,12 @@ def decide_signs(table: LabTable, displacement: FloatArray | None, good: BoolArr
         if not set(SIGNED) <= set(said) and _ends_otherwise(x, y, press.slope):
             raise InputError(_unrelated(table, None, [q for q in SIGNED if q not in said]))
         same = float(np.sign(press.slope))
-        beside = [*of_end("force", x, y, press.first), *of_capacitance(sensed["displacement"], "displacement", same)]
-        return {**_together(table, press, steady(load), beside, said), **_missing(found, said)}
+        beside = [
+            *of_end("force", x, y, press.first),
+            *of_capacitance(sensed["displacement"], "displacement", same),
+        ]
+        zero = of_zero(x, same)
+        return {**_together(table, press, steady(load), zero, beside, said), **_missing(found, said)}
     if press is not None and (open_ := [q for q in SIGNED if q not in said]):
         raise InputError(_unrelated(table, press, open_))
     decided: dict[str, SignDecision] = {}
@@ -164,11 +169,17 @@ def _still(quantity: str, said: Mapping[str, float]) -> SignDecision:
 
 
 def _together(
-    table: LabTable, press: Shape, load: FloatArray, beside: Sequence[Evidence], said: Mapping[str, float]
+    table: LabTable,
+    press: Shape,
+    load: FloatArray,
+    zero: Sequence[Evidence],
+    beside: Sequence[Evidence],
+    said: Mapping[str, float],
 ) -> dict[str, SignDecision]:
     """Decide both signs of a record whose force (`load`, without spikes) goes with the displacement: one decides the other.
 
-    `beside` is evidence on the sign of the force from beyond its shape, start and names.
+    `zero` and `beside` are evidence on the sign of the force from the zero of the displacement, and from beyond its shape,
+    start and names.
     """
     same = float(np.sign(press.slope))
     evidence = [
@@ -204,7 +215,11 @@ def _together(
     # one stretch alone no strong evidence against it.
     odd = press.first * factor < 0 or float(np.max(factor * load)) < _COMPRESSED * float(np.max(np.abs(load)))
     doubt = odd and press.once and opposed > _CONTRADICTED * (abs(total) + opposed)
-    if doubt or abs(total) < (_CLEAR if odd else _DOUBTFUL) or not words_for(evidence, factor):
+    # So does a place that is zero where the ball is deepest, unless force is seen to be flat, out of contact, at the other end.
+    against = [e for e in zero if e.weight * factor < 0 < _CLEAR - evidence[0].weight * factor]
+    evidence += against
+    least = _CLEAR + abs(against[0].weight) if against else _CLEAR if odd else _DOUBTFUL
+    if doubt or abs(total) < least or not words_for(evidence, factor):
         raise InputError(_doubtful(table, "force", evidence, press.rise, press.first_travel))
     strength: Strength = "clear" if abs(total) >= _CLEAR else "likely"
     begun = " (the record starts pressed)" if press.first * factor < 0 else ""

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.errors import Choice, Fault
-from calib.lab.instruments.brackets import tidy, without_brackets
 from calib.lab.instruments.circuit import said_circuit
 from calib.lab.instruments.family import InstrumentFamily
 from calib.lab.instruments.labtable import Reading
@@ -18,7 +17,7 @@ from calib.lab.instruments.preference import Candidate, best_of, first_cell, oth
 from calib.lab.instruments.rivals import readings, stands_still
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of
-from calib.lab.instruments.vocabulary import EXAMPLE, NEEDS_UNIT, Heading, understand, understood_names, why_unread
+from calib.lab.instruments.vocabulary import EXAMPLE, NEEDS_UNIT, Heading, understood_names, why_unread
 
 
 @dataclass(frozen=True)
@@ -53,6 +52,7 @@ def choose_columns(sheet: Sheet, family: InstrumentFamily, reading: Reading) -> 
     family : what it was recognised as.
     reading : what the user says of the file.
     """
+    sheet = sheet.trusted()
     headings, unread, notes, faults = _in_circuit(sheet, reading)
     unread.update({i: why for i, why in sheet.set_aside.items() if i < len(sheet.names)})
     headings = _without_stray_letters(sheet, headings, family, unread)
@@ -73,7 +73,6 @@ def choose_columns(sheet: Sheet, family: InstrumentFamily, reading: Reading) -> 
         faults += more.faults
         if best is not None:
             chosen[quantity] = best.index, best.heading
-    faults += _unreadable_rivals(sheet, headings, chosen)
     _drop_what_has_no_use(sheet, chosen, unread, faults)
     notes += _rest(sheet, chosen, unread, faults)
     return ColumnChoice(chosen, unread, tuple(notes), tuple(faults))
@@ -140,33 +139,6 @@ def _without_stray_letters(
 
 
 # --- what is left --------------------------------------------------------------------------------------------------------
-
-
-def _unreadable_rivals(sheet: Sheet, headings: Mapping[int, Heading], chosen: Mapping[str, tuple[int, Heading]]) -> list[Fault]:
-    """Refuse the second of several (Load 2) in place of the first, which bears the plain name and an impossible unit."""
-    faults = []
-    for quantity, (index, heading) in chosen.items():
-        if not heading.index or index in sheet.assigned:
-            continue
-        for other, name in enumerate(sheet.names):
-            cut = without_brackets(tidy(name)) if other not in headings and other not in sheet.assigned else None
-            plain = understand(cut[0], "") if cut is not None and cut[0] else None
-            if plain is None or plain.quantity != quantity or plain.index:
-                continue
-            choice = Choice("columns", (sheet.name_for_asking(index),), quantity)
-            why = (why_unread(name, sheet.unit_below(other)) or "its unit is of another kind").removesuffix(": not used")
-            named = f'"{_shown(sheet, other)}", which bears the plain name, cannot be read ({why})'
-            faults.append(
-                Fault(
-                    f'"{_shown(sheet, index)}" could be the {quantity}, but {named}',
-                    sheet.text.path,
-                    sheet.header_line or None,
-                    other + 1,
-                    advice=f"Correct the unit in the file, or say that the other one is meant: {choice}",
-                    choice=choice,
-                )
-            )
-    return faults
 
 
 def _drop_what_has_no_use(

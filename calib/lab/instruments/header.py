@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from itertools import pairwise
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from types import MappingProxyType
 
 from calib.errors import Fault
@@ -14,8 +13,8 @@ from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.numbers import is_missing, is_numeric
 from calib.lab.instruments.stated import stated_units
 from calib.lab.instruments.text import LabText
-from calib.lab.instruments.units import is_unit_of, looks_like_unit
-from calib.lab.instruments.vocabulary import EXAMPLE, understand, understood_names
+from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of, lab_factor, looks_like_unit
+from calib.lab.instruments.vocabulary import EXAMPLE, Heading, understand, understood_names
 
 #: Delimiters tried, in the order in which a draw is decided; a blank stands for runs of blanks.
 DELIMITERS = ("\t", ";", ",", "|", " ")
@@ -232,25 +231,64 @@ _UNIT_NAMES = (
 _UNIT_WORD = re.compile(rf"\b(?:{_UNIT_NAMES})\b|单位|単位|단위", re.I)
 
 
+# Between the names and units that a line above the header declares, and words between one and its unit.
+_APART = re.compile(r"[\t;,|:=]|\s{2,}")
+_FILLERS = frozenset(["in", "is", "are", "as", "of", "en"])
+
+
 def declared_units(lines: Sequence[str]) -> Mapping[str, tuple[str, int]]:
-    """Units declared above the header: `Units : Force,kN`, `Unit Force;kN`, `Force in kN`, `Units: s, mm, kN`."""
+    """Units declared above: `Units : Force,kN`, `Units Time s Load kN`, `Load;kN`, `Force in kN`, `Units: s, mm, kN`.
+
+    Of lines that contradict each other all units are given, as "kN or N", which is none.
+
+    >>> dict(declared_units(["Units : Time ms", "Load|kN"]))
+    {'time': ('ms', 1), 'force': ('kN', 2)}
+    """
     declared: dict[str, tuple[str, int]] = {}
     for number, line in enumerate(lines[-200:], max(len(lines) - 200, 0) + 1):
+        parts = [p for part in _APART.split(line) if (p := part.strip().strip('"').strip())]
         if not _UNIT_WORD.search(line) or len(line) > 200:
-            declared |= {quantity: (unit, number) for quantity, unit in stated_units(line)}
+            own = list(stated_units(line)) or (list(_named_units(parts)) if len(parts) == 2 and _is_plain(parts[0]) else [])
+            _declare(declared, own, number)
             continue
-        parts = [p.strip().strip('"') for p in re.split(r"[\t;,:=]|\s{2,}", line) if p.strip().strip('"')]
-        parts = [_UNIT_WORD.sub("", p).strip() for p in parts]
-        parts = [p for p in parts if p]
+        parts = [p for part in parts if (p := _UNIT_WORD.sub("", part).strip())]
         if parts and all(map(looks_like_unit, parts)):
-            declared |= {quantity: (unit, number) for quantity, unit in _listed_units(parts)}
+            _declare(declared, _listed_units(parts), number)
             continue
-        for name, written in pairwise(parts):
-            unit = written[1:-1] if written[:1] + written[-1:] in ("()", "[]") else written
-            heading = understand(name) or understand(name, unit)
-            if heading is not None and is_unit_of(unit, heading.quantity):
-                declared[heading.quantity] = (unit, number)
+        found = [*_named_units(parts), *_named_units(" ".join(parts).split())]
+        _declare(declared, found, number)
     return MappingProxyType(declared)
+
+
+def _declare(declared: dict[str, tuple[str, int]], found: Iterable[tuple[str, str]], line: int) -> None:
+    """Add what a line declares; another unit of the same quantity than before leaves both."""
+    for named, unit in found:
+        quantity = IN_PLACE_OF.get(named, named)
+        before = declared[quantity][0].split(" or ") if quantity in declared else []
+        others = [u for u in before if lab_factor(u, quantity) != lab_factor(unit, quantity)]
+        declared[quantity] = " or ".join([*others, unit]), line
+
+
+def _named_units(parts: Sequence[str]) -> Iterator[tuple[str, str]]:
+    """Quantity and unit of names with a unit of theirs behind each; a name may be several parts long."""
+    name: list[str] = []
+    for part in parts:
+        unit = part[1:-1] if part[:1] + part[-1:] in ("()", "[]") else part
+        heading = next((h for n in range(len(name)) if (h := _named(" ".join(name[n:]), unit)) is not None), None)
+        if heading is not None and is_unit_of(unit, heading.quantity):
+            yield heading.quantity, unit
+            name = []
+        elif part.lower() not in _FILLERS:
+            name.append(part)
+
+
+def _is_plain(name: str) -> bool:
+    heading = understand(name)
+    return heading is not None and not heading.index and heading.unit is None
+
+
+def _named(name: str, unit: str) -> Heading | None:
+    return understand(name) or understand(name, unit)
 
 
 def _listed_units(units: Sequence[str]) -> Iterator[tuple[str, str]]:

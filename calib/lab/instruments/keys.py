@@ -45,6 +45,7 @@ def several_records(sheet: Sheet, used: Mapping[str, int], values: Mapping[str, 
     used : quantity -> index of its column.
     values : quantity -> its readings in SI, nan where there is none.
     """
+    sheet = sheet.trusted()
     faults: list[Fault] = []
     meter = "capacitance" in values or "capacitance_series" in values
     if "frequency" in values and _has_several(values["frequency"]):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 
@@ -37,21 +38,36 @@ class _Shown:
     """Where a cell of a column, each after a line end, shows which mark is the decimal one.
 
     certain : by any form that does.
+    cut : by fewer than three digits after it alone, as they are left of thousands, too, where a row is cut.
+    whole : by any other form.
     twice : by the other mark, standing twice.
     unsure : cells whose one mark may as well set thousands apart.
     """
 
     mark: str
     certain: re.Pattern[str]
+    cut: re.Pattern[str]
+    whole: re.Pattern[str]
     twice: re.Pattern[str]
     unsure: re.Pattern[str]
 
     def search(self, text: str) -> re.Match[str] | None:
         """The first cell that shows it."""
         # Without the mark itself only one form is left, and looked for several times as fast.
-        if self.mark in text:
-            return self.certain.search(text)
-        return self.twice.search(text) if _OTHER[self.mark] in text else None
+        if self.mark not in text:
+            return self.twice.search(text) if _OTHER[self.mark] in text else None
+        found = self.certain.search(text)
+        if found is None or not self.cut.fullmatch(found[0]) or not self._are_few(text):
+            return found
+        return self.whole.search(text)
+
+    def _are_few(self, text: str) -> bool:
+        """Whether so few cells have fewer than three digits after the mark that these may be cells that were cut."""
+        n_cut = sum(1 for _ in islice(self.cut.finditer(text), _MANY))
+        if n_cut >= _MANY:
+            return False
+        n_three = sum(1 for _ in self.unsure.finditer(text))
+        return n_cut <= _FEW * n_three or (n_cut == 1 and n_three >= _FEWEST)
 
 
 _OTHER = {".": ",", ",": "."}
@@ -62,20 +78,25 @@ def _shown(mark: str) -> _Shown:
     sign = rf"\n[ \t]*[{SIGNS}]?"
     end = rf"(?:{EXPONENT})?[ \t]*$"
     twice = rf"[1-9]\d{{0,2}}(?:{apart}\d{{3}}){{2,}}{end}"  # the other mark twice: it sets thousands apart
-    strong = "|".join(
+    cut = rf"[1-9]\d{{0,2}}{point}\d{{0,2}}[ \t]*$"
+    whole = "|".join(
         (
             rf"[1-9]\d{{0,2}}(?:[{apart}{SPACES}]\d{{3}})+{point}\d*{end}",  # both marks: the last is the decimal one
             twice,
-            rf"\d*{point}(?:\d{{0,2}}|\d{{4,}}){end}",  # not three digits after it
-            rf"(?:0\d*|\d{{4,}}|){point}\d{{3}}{end}",  # nothing, a leading zero or four digits before it
-            rf"\d+{point}\d{{3}}{EXPONENT}[ \t]*$",  # an exponent
+            rf"\d*{point}\d{{4,}}{end}",  # more than three digits after it
+            rf"(?:0\d*|\d{{4,}}|){point}\d{{0,3}}{end}",  # nothing, a leading zero or four digits before it
+            rf"\d+{point}\d{{0,3}}{EXPONENT}[ \t]*$",  # an exponent
         )
     )
     unsure = rf"[1-9]\d{{0,2}}{point}\d{{3}}[ \t]*$"
-    patterns = (re.compile(rf"{sign}(?:{form})", re.MULTILINE | re.ASCII) for form in (strong, twice, unsure))
+    forms = (f"{cut}|{whole}", cut, whole, twice, unsure)
+    patterns = (re.compile(rf"{sign}(?:{form})", re.MULTILINE | re.ASCII) for form in forms)
     return _Shown(mark, *patterns)
 
 
+# Cells with fewer than three digits after the mark are no cells that were cut if they are so many, or such a share of those
+# with three; a single one may be of so few of these.
+_MANY, _FEW, _FEWEST = 200, 0.02, 10
 _SHOWN = {mark: _shown(mark) for mark in ".,"}
 # After a line end: a whole number without any mark, other than the nines that stand for no reading; of a hundred or more.
 _PLAIN_WHOLE = re.compile(rf"\n[ \t]*[{SIGNS}]?(?!9{{6}}\b)\d+[ \t]*$", re.MULTILINE | re.ASCII)
@@ -95,7 +116,8 @@ def decide_notation(
     """Tell from the number cells whether the decimal mark of each column is a point or a comma.
 
     A cell with both marks shows its decimal mark by the last one; a single mark not followed by exactly three digits, after a
-    leading zero, or before an exponent is decimal. One mark followed by three digits ("1,250") shows nothing by itself: a
+    leading zero, or before an exponent is decimal; a few cells with fewer digits among many with three may have been cut, and
+    show nothing. One mark followed by three digits ("1,250") shows nothing by itself: a
     column of such cells has the decimal mark that the others show, if that is this one; whole numbers beside such cells
     ("999", "1.000") tell by going on from one to the next. What then is open is the user's to say, or refused. Cells of a
     column that contradict each other are refused; so is a column whose values below one have other than three decimals while

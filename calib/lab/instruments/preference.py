@@ -10,7 +10,7 @@ import numpy as np
 from calib.errors import Choice, Fault
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.meanings import PLAIN
-from calib.lab.instruments.rivals import difference, goes_back, holds_clock, readings, stands_still
+from calib.lab.instruments.rivals import but_for_zero, difference, goes_back, holds_clock, readings, stands_still
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.unit_choice import unit_of_column
 from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of
@@ -23,6 +23,8 @@ _DECISIVE = ("time", "displacement", "force", "capacitance", "capacitance_series
 _NOISE = 0.05
 # A time of day that drifts by this share of the span of a time in seconds is that of another clock; of so many rows at least.
 _OTHER_CLOCK, _FEWEST = 0.05, 5
+# Largest difference, as a share of the span, that filtering leaves between a raw column and one of the plain name.
+_SMOOTHED = 0.02
 # Largest difference, as a share of the span, of columns that hold the same numbers, maybe in other units.
 _EXACT = 1e-5
 _RAW = "the load as the cell read it is preferred, its zero is a parameter of the model"
@@ -73,7 +75,7 @@ def best_of(
         candidates = _that_move(sheet, quantity, candidates, unread)
     else:
         letter = candidates[0].heading.letter and quantity == "displacement"
-        if letter and filled and stands_still(readings([sheet.columns[candidates[0].index]], [1.0], sheet.declared_decimal)[0]):
+        if letter and filled and stands_still(_readings_alone(sheet, candidates[0].index)):
             unread[candidates[0].index] = "stands still: a dimension of the sample, no record"
             return None, Told(unread)
     plain = [c for c in candidates if not c.heading.name_doubt and not c.heading.unit_doubt and _fits(sheet, c)]
@@ -104,9 +106,16 @@ def best_of(
 
 
 def _less_than(sheet: Sheet, quantity: str, best: Candidate, unread: Mapping[int, str], asked_index: str) -> list[Fault]:
-    """The choice of a column that only a number or a letter names, where one of the plain name is put aside by its brackets."""
+    """The choice of a column that a number or a letter names, or that stands still, where one of the plain name is not read.
+
+    That is so by a statistic or a factor in its brackets, or by a unit of another kind: which may be the mistake.
+    """
     numbered = bool(best.heading.index) and best.heading.index != asked_index
-    if quantity not in ("displacement", "force", "capacitance", "capacitance_series") or not (numbered or best.heading.letter):
+    cells = sheet.columns[best.index]
+    # Of most columns the ends alone show that they move.
+    still = len(cells) > 2 and (not cells[-1].strip() or cells[0].strip() == cells[-1].strip())
+    still = still and stands_still(_readings_alone(sheet, best.index))
+    if quantity not in _DECISIVE or not (numbered or best.heading.letter or still):
         return []
     for index, name in enumerate(sheet.names):
         plain = as_a_record(name, sheet.unit_below(index))
@@ -114,13 +123,28 @@ def _less_than(sheet: Sheet, quantity: str, best: Candidate, unread: Mapping[int
             continue
         if (why := unread.get(index, "") or why_unread(name, sheet.unit_below(index))) == "empty":
             continue
-        if why.startswith("stands still") and not numbered:
+        if (why.startswith("stands still") and not numbered) or (still and stands_still(_readings_alone(sheet, index))):
             continue  # a column that was not in use
-        choice = Choice("columns", tuple(sheet.name_for_asking(i) for i in (best.index, index)), quantity)
-        message = f'"{sheet.names[best.index]}" may be another {in_words(quantity)} than "{name}", which is not read: {why}'
-        advice = f"Say which one is meant: {choice}"
-        return [Fault(message, sheet.text.path, sheet.header_line or None, best.index + 1, advice=advice, choice=choice)]
+        # One that only its brackets put aside may be meant as it stands.
+        either = [best.index, *([index] if _fits(sheet, Candidate(index, plain)) else [])]
+        choice = Choice("columns", tuple(sheet.name_for_asking(i) for i in either), quantity)
+        named = f'"{name}", which bears the plain name, cannot be read ({why.removesuffix(": not used")})'
+        correct = "Correct the unit in the file, or say that the other one is meant"
+        return [
+            Fault(
+                f'"{sheet.names[best.index]}" could be the {in_words(quantity)}, but {named}',
+                sheet.text.path,
+                sheet.header_line or None,
+                index + 1,
+                advice=f"{correct if len(either) == 1 else 'Say which one is meant'}: {choice}",
+                choice=choice,
+            )
+        ]
     return []
+
+
+def _readings_alone(sheet: Sheet, index: int) -> FloatArray:
+    return readings([sheet.columns[index]], [1.0], sheet.declared_decimal)[0]
 
 
 def in_words(quantity: str) -> str:
@@ -192,7 +216,9 @@ def _is_another_clock(day: Candidate, plain: Candidate) -> bool:
 
 
 def _may_differ_by_zero(quantity: str, best: Heading, other: Heading) -> bool:
-    """Whether two columns of other names may be one reading with two zeros: not two clocks, nor two channels of one name."""
+    """Whether two columns may be one reading with two zeros: no capacitance, two clocks, or two channels of one name."""
+    if quantity.startswith("capacitance"):
+        return False
     plain = quantity != "time" or (best.rank < PLAIN and other.rank < PLAIN)
     return plain and best.index == other.index and best.name != other.name
 
@@ -203,6 +229,13 @@ def _hardly_moves(one: Candidate, other: Candidate) -> bool:
         return False
     spans = [float(np.nanmax(v) - np.nanmin(v)) for v in (one.values, other.values)]
     return spans[0] < _NOISE * spans[1]
+
+
+def _is_worked_on(raw: Candidate, other: Candidate) -> bool:
+    """Whether a column may be the raw one with another zero and without its noise, and is not called a second one."""
+    if raw.values is None or other.values is None or other.heading.index or other.heading.name == raw.heading.name:
+        return False
+    return but_for_zero(raw.values, other.values) <= _SMOOTHED
 
 
 def _begins_anew(candidate: Candidate) -> bool:
@@ -225,12 +258,8 @@ def _beside(sheet: Sheet, quantity: str, best: Candidate, others: Sequence[Candi
         if alike and share > 0.0:
             word = "different"  # two columns of one name and unit are the same or not
         shares[index] = share
-        less = heading.processed > best.heading.processed or (
-            quantity == "force"
-            and best.heading.name.startswith("raw")
-            and not heading.index
-            and heading.name != best.heading.name
-        )
+        less = heading.processed > best.heading.processed and not _hardly_moves(best, other)
+        less |= quantity == "force" and best.heading.name.startswith("raw") and _is_worked_on(best, other)
         numbered = bool(heading.index) and heading.index != best.heading.index and (not best.heading.index or asked_index)
         numbered = numbered and not _hardly_moves(best, other)
         # Of two columns of one name no difference is a matter of rounding.

@@ -83,6 +83,7 @@ def readings_of(sheet: Sheet, column: ReadColumn, cells: Sequence[str], decimal:
     else:
         number, empty, over, bad = _numbers(cells, column, decimal)
         number[list(sheet.reasons)] = np.nan
+        bad[list(sheet.reasons)] = False
         whole = bool(reading.decimal) or column.quantity not in _MEASURED
         doubts = doubtful(cells, number, decimal, whole=whole)
         if doubts.fault:

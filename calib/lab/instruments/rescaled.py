@@ -20,13 +20,22 @@ from models.sensor import FloatArray
 _LEAST = 2.8
 # Readings on either side that are looked at, and how large their steps may be beside what is read: next to the jump, and all.
 _NEAR, _CALM, _CALM_ALL = 5, 0.3, 0.6
-# What a reading may miss the course of those above by once it is scaled back, in steps and as a share of it.
-_MISS, _MISS_SHARE = 1.0, 0.015
+# Readings that must stand before a block of a few readings, and how near to the last of them those behind the block come.
+_FEWEST, _BACK = 4, 0.2
+# What a reading may miss the course of those above by once it is scaled back: in steps, where they only scatter about a level
+# in so many (half of them if the factor is small), and as a share of it.
+_MISS, _MISS_SCATTER, _MISS_SHARE = 1.0, 4.0, 0.015
+# What they may scatter at most, in that measure, as a share of the level.
+_LEVEL = 0.4
 # A force may drop so much where a press turns round: told by a large factor if its steps are scaled without doubt.
 _TURN, _MOVES, _ONE_WAY = 0.2, 0.01, 0.7
 # That may be no larger than such a share of the reading, by the logarithm of the factor; of small ones
 # a smaller share.
 _SHARP, _SHARP_IF_SMALL, _SMALL = 0.17, 0.1, 7.0
+# A force that falls misses the ratio of two units by more than this share if it was not switched.
+_EXACT = 0.01
+# Readings are too coarse to tell a level by from this share of them on that their last digit counts.
+_COARSE = 0.05
 # A step counts as scaled if it misses that by less than this factor, at most, or the root of the factor.
 _MOST_MISSED = 4.0
 # The step of another channel that is a jump, in its steps beside it, and as a share of its range.
@@ -108,6 +117,9 @@ def _switches(quantity: str, values: FloatArray, unit: float, cells: Sequence[st
         first = int(jumps[place - 1]) + 1 if place else 0
         last = int(jumps[place + 1]) if place + 1 < jumps.size else y.size - 1
         before, after = y[max(first, j + 1 - _NEAR) : j + 1], y[j + 1 : min(last, j + _NEAR) + 1]
+        before = before[::-1][: _end_of_calm(before[::-1])][::-1]
+        after = after[: _end_of_block(before, after)]
+        after = after[: _end_of_calm(after)]
         if min(before.size, after.size) < 2:
             continue
         digits = max(_last_digit(cells[r], mark) for r in rows[j - 1 : j + 1].tolist())
@@ -133,6 +145,20 @@ def _jumps(y: FloatArray) -> IntArray:
     return np.flatnonzero(wide & calm_before & calm_after)
 
 
+def _end_of_calm(readings: FloatArray) -> int:
+    """How many readings next to a jump are calm, where the next are not, as of a touch: enough of them, or all."""
+    wild = np.abs(np.diff(readings)) > _CALM_ALL * abs(readings[0])
+    end = int(np.argmax(wild)) + 1 if np.any(wild) else readings.size
+    return end if end >= _FEWEST - 1 else readings.size
+
+
+def _end_of_block(before: FloatArray, after: FloatArray) -> int:
+    """How many readings behind a jump belong together, where the next is on the level before the jump again."""
+    back = np.abs(after / before[-1] - 1) < _BACK
+    end = int(np.argmax(back)) if before.size >= _FEWEST and np.any(back) else after.size
+    return end if end > 1 else after.size
+
+
 def _switch(
     quantity: str, before: FloatArray, after: FloatArray, digit: float, digit_after: float
 ) -> tuple[float, str, bool] | None:
@@ -148,17 +174,25 @@ def _switch(
         found = _turns_scaled(quantity, before, after)
     if found is None:
         return None
-    factor, words = found
+    factor, words, missed = found
     if ended and factor < 1 and digit == digit_after:
         return None  # a ball that comes off, or a sample that breaks: what moved the force has ended
     usual, usual_after = _usual(steps), _usual(steps_after)
     wide = min(_MOST_MISSED, max(factor, 1 / factor) ** 0.5) * (1.0 if min(steps.size, steps_after.size) > 1 else 1.5)
     scaled = _alike(usual * factor, digit * factor, usual_after, digit_after, wide)
     same = _alike(usual, digit, usual_after, digit_after, wide)
+    if not scaled and _one_way(steps) and _one_way(steps_after):
+        # Of a course that bends only the steps next to the jump are alike.
+        next_to = abs(float(steps[-1])), abs(float(steps_after[0]))
+        scaled = _alike(next_to[0] * factor, digit * factor, next_to[1], digit_after, wide)
+        same |= _alike(next_to[0], digit, next_to[1], digit_after, wide)
     if scaled and not same:
         return factor, words, True
-    # No capacitance jumps by a power of ten, whatever its noise does, and no force rises so while the ball does not jump.
-    held = quantity == "force" and max(factor, 1 / factor) > _SMALL and (factor > 1 or digit != digit_after)
+    # No capacitance jumps by a power of ten, whatever its noise does; no force rises so while the ball does not jump, is
+    # written with other decimals from there on, or falls exactly so and goes on.
+    large = max(factor, 1 / factor) > _SMALL
+    told = _is_fine(before, after, digit, digit_after) and (digit != digit_after or missed <= _EXACT)
+    held = quantity == "force" and ((large and (factor > 1 or digit != digit_after)) or told)
     if sure and (scaled or held or quantity in ("capacitance", "capacitance_series")):
         return factor, words, False
     return None
@@ -166,32 +200,50 @@ def _switch(
 
 def _goes_on_scaled(
     quantity: str, before: FloatArray, after: FloatArray, digit: float, digit_after: float
-) -> tuple[float, str] | None:
-    """The factor, and its words, by which readings go on as they went before once it is taken off."""
+) -> tuple[float, str, float] | None:
+    """The factor, its words, and by which share readings then miss the course on which they were before, once it is taken off.
+
+    Readings that scatter about a level more than they go anywhere may also meet at their levels.
+    """
     steps, steps_after = np.diff(before), np.diff(after)
-    best: tuple[float, float, str] | None = None
+    best: tuple[float, float, str, float] | None = None
+    fine = _is_fine(before, after, digit, digit_after)
+    scatters = [fine and v.size >= _FEWEST - 1 and not _one_way(np.diff(v)) for v in (before, after)]
+    levels = [float(np.median(v)) if s else float(v[k]) for v, s, k in zip((before, after), scatters, (-1, 0), strict=True)]
     for factor, words in _factors(quantity):
-        gap = after[0] / factor - before[-1]
-        course = (0.0, steps[-1], steps_after[0] / factor)
-        rounding = (digit + digit_after / factor) / 2
+        large = max(factor, 1 / factor) > _SMALL
         size = max(_usual(steps), _usual(steps_after) / factor)
-        slack = _MISS * size + _MISS_SHARE * abs(before[-1]) + rounding
-        off = max(min(course) - gap, gap - max(course), 0.0)
-        share = _SHARP if max(factor, 1 / factor) > _SMALL else _SHARP_IF_SMALL
-        sharp = slack <= share * abs(np.log(factor) * before[-1])
-        if off <= slack and sharp and (best is None or off / slack < best[0]):
-            best = off / slack, factor, words
+        rounding = (digit + digit_after / factor) / 2
+        course = (0.0, float(steps[-1]), float(steps_after[0]) / factor)
+        onwards = float(after[0]) / factor - float(before[-1]), min(course), max(course), _MISS
+        level = levels[1] / factor - levels[0], 0.0, 0.0, _MISS_SCATTER if large else _MISS_SCATTER / 2
+        for gap, low, high, miss in (onwards, level) if any(scatters) else (onwards,):
+            off = max(low - gap, gap - high, 0.0)
+            slack = miss * size + _MISS_SHARE * abs(before[-1]) + rounding
+            sharp = slack <= (_SHARP if large else _SHARP_IF_SMALL) * abs(np.log(factor) * before[-1])
+            if miss != _MISS:  # readings that scatter about zero have no level
+                sharp &= slack <= _LEVEL * min(abs(levels[0]), abs(levels[1] / factor))
+            if off <= slack and sharp and (best is None or off / slack < best[0]):
+                best = off / slack, factor, words, off / abs(before[-1]) if miss == _MISS else 1.0
     return best[1:] if best is not None else None
 
 
-def _turns_scaled(quantity: str, before: FloatArray, after: FloatArray) -> tuple[float, str] | None:
-    """The large factor, and its words, by which a force goes on once it is taken off but for what it loses at a turn."""
+def _turns_scaled(quantity: str, before: FloatArray, after: FloatArray) -> tuple[float, str, float] | None:
+    """The factor, as of `_goes_on_scaled`, by which a force goes on once it is taken off but for what it loses at a turn."""
     steps, steps_after = np.diff(before), np.diff(after)
     if _usual(steps_after) <= _MOVES * abs(after[0]) or not (_one_way(steps) and _one_way(steps_after)):
         return None
-    large = [(f, words) for f, words in _factors(quantity) if max(f, 1 / f) > _SMALL]
-    factor, words = min(large, key=lambda found: abs(after[0] / found[0] - before[-1]))
-    return (factor, words) if abs(after[0] / factor - before[-1]) < _TURN * abs(before[-1]) else None
+    # By a small factor a force also grows at the touch: there it must turn.
+    turns = float(np.sum(steps)) * float(np.sum(steps_after)) < 0
+    factors = [(f, words) for f, words in _factors(quantity) if turns or max(f, 1 / f) > _SMALL]
+    factor, words = min(factors, key=lambda found: abs(after[0] / found[0] - before[-1]))
+    missed = abs(float(after[0]) / factor / float(before[-1]) - 1)
+    return (factor, words, missed) if missed < _TURN else None
+
+
+def _is_fine(before: FloatArray, after: FloatArray, digit: float, digit_after: float) -> bool:
+    """Whether readings on both sides of a jump are of many counts of their last digit."""
+    return digit <= _COARSE * abs(before[-1]) and digit_after <= _COARSE * abs(after[0])
 
 
 def _usual(steps: FloatArray) -> float:

@@ -84,6 +84,26 @@ def difference(one: FloatArray, other: FloatArray) -> tuple[str, float]:
     return "different", plain
 
 
+def but_for_zero(one: FloatArray, other: FloatArray) -> float:
+    """Tell how far two columns of the same rows are apart once their zeros are made one, as a share of the larger span.
+
+    Parameters
+    ----------
+    one, other : readings in SI, (n_row,).
+
+    Returns
+    -------
+    The largest such difference; infinite where fewer than two rows have both.
+    """
+    both = np.isfinite(one) & np.isfinite(other)
+    if np.count_nonzero(both) < 2:
+        return np.inf
+    a, b = one[both], other[both]
+    apart = a - b - np.median(a - b)
+    span = max(float(np.ptp(a)), float(np.ptp(b)))
+    return float(np.max(np.abs(apart))) / span if span > 0 else 0.0
+
+
 def holds_clock(cells: Sequence[str]) -> bool:
     """Whether a column holds times of day, by its first fifty cells."""
     return any(map(is_clock, (c for c in cells[:50] if c.strip())))

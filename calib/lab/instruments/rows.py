@@ -19,6 +19,7 @@ from calib.lab.instruments.lexicon import RESULTS
 from calib.lab.instruments.lines import Table, is_other_header, kind_of_line, left_out, n_named, n_needed, not_read, short_rows
 from calib.lab.instruments.numbers import is_missing, is_numeric, is_over_range, not_numbers
 from calib.lab.instruments.sheet import Sheet, no_such_specimen
+from calib.lab.instruments.shifted import shifted_rows
 
 # Lines of text below a table that may belong to it.
 _FOOTER = 50
@@ -64,7 +65,7 @@ def with_rows(sheet: Sheet, start: int, reading: Reading, notes: tuple[str, ...]
     n_row = next((n for n in range(n_line, 0, -1) if any(table.columns[k][n - 1].strip() for k in keys)), 0)
     if n_row == 0:
         raise InputError(Fault("all rows are empty", sheet.text.path, sheet.header_line, advice="Export the raw data too"))
-    wide = _beyond_the_names(sheet, table) | _without_an_end(sheet, table) | _of_results(table)
+    wide = shifted_rows(sheet, table) | _beyond_the_names(sheet, table) | _without_an_end(sheet, table) | _of_results(table)
     n_short = len(table.reasons)
     first = int(table.lines[min(table.reasons)]) if n_short else 0
     short = [f"{n_short} row(s) with fewer cells than most are left out, the first in line {first}"] if n_short else []

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -61,6 +61,18 @@ class Sheet:
     def prelude(self) -> tuple[str, ...]:
         """The lines above the header."""
         return self.text.lines[: max(self.header_line - 1, 0)]
+
+    def trusted(self) -> Sheet:
+        """The same with empty cells in the rows that cannot be trusted, to see what a column is."""
+        if not self.reasons:
+            return self
+        columns = []
+        for column in self.columns:
+            cells = list(column)
+            for row in self.reasons:
+                cells[row] = ""
+            columns.append(cells)
+        return replace(self, columns=tuple(columns))
 
     def unit_below(self, column: int) -> str:
         """Unit of a column in the units row, "" if there is none."""

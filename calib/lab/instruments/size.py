@@ -1,4 +1,4 @@
-"""From readings in SI to the faults of columns whose size no test of a small sample gives: their unit is wrong."""
+"""From readings in SI to the faults of columns whose size or sign no test of a small sample gives."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ MICRO: Mapping[str, tuple[float, float]] = MappingProxyType({**PLAUSIBLE, "displ
 
 
 def implausible(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[str, int], reading: Reading) -> list[Fault]:
-    """List the columns whose largest reading is too small or too large for the tests of small soft samples.
+    """List the columns whose largest reading is too small or too large for a small soft sample, and negative capacitances.
 
     Parameters
     ----------
@@ -57,4 +57,25 @@ def implausible(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[
                 advice=advice,
             )
         )
-    return faults
+    return faults or _negative(sheet, values, places)
+
+
+def _negative(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[str, int]) -> list[Fault]:
+    """The fault of a capacitance that is below zero in most rows: a difference from another one, or no sensor at the meter."""
+    for quantity in ("capacitance", "capacitance_series"):
+        below = values[quantity] < 0 if quantity in values else np.zeros(0, dtype=bool)
+        if 2 * np.count_nonzero(below) > np.count_nonzero(np.isfinite(values.get(quantity, below))):
+            row = int(np.argmax(below))
+            index = places[quantity]
+            return [
+                Fault(
+                    f'column "{sheet.names[index]}": "{sheet.columns[index][row].strip()}" is negative, as are most of its '
+                    "readings, which no capacitance is",
+                    sheet.text.path,
+                    int(sheet.lines[row]),
+                    index + 1,
+                    advice="Export what the meter read, without a reference or an offset taken off; or name another column of "
+                    "the capacitance, or leave it out: --columns capacitance=none",
+                )
+            ]
+    return []

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from types import MappingProxyType
 
@@ -147,7 +147,7 @@ def why_unread(cell: str, unit_below: str = "") -> str:
 
 
 def as_a_record(cell: str, unit_below: str = "") -> Heading | None:
-    """Read a header cell as if it did not say that the column is no record, or by which factor it is to be multiplied.
+    """Read a header cell as if it did not say that the column is no record, by which factor to multiply it, or in which unit.
 
     Parameters
     ----------
@@ -155,17 +155,26 @@ def as_a_record(cell: str, unit_below: str = "") -> Heading | None:
 
     Returns
     -------
-    The heading of the name alone; None if it is not understood.
+    The heading of the name alone, with the unit that stands there, be it none of the quantity; None if it is not understood, or
+    if name and unit together are the usual ones of something else: a compression in per cent is a strain.
 
     >>> as_a_record("Load setpoint (N)").quantity, as_a_record("Extension (max) [x10] (mm)").quantity
     ('force', 'displacement')
+    >>> as_a_record("Load (kPa)").quantity, as_a_record("Compression (%)")
+    ('force', None)
     """
     cut = without_brackets(tidy(cell))
     if cut is None:
         return None
     units = [b for b in cut[1] if looks_like_unit(b)]
     name = " ".join(part for part in re.split(r"[\s_]+", cut[0]) if not no_record(part))
-    return understand(f"{name} ({units[-1]})" if units and not unit_below else name, unit_below)
+    found = understand(f"{name} ({units[-1]})" if units and not unit_below else name, unit_below)
+    if found is not None:
+        return found
+    unit, alone = unit_below or (units[-1] if units else ""), understand(name)
+    of_share = alone is not None and alone.quantity == "displacement" and _STRAIN.fullmatch(unit)
+    of_charge = alone is not None and kind_of_unit(unit, charge=True) == "an electric charge" and "charge" in alone.name
+    return replace(alone, unit=unit) if alone is not None and unit and not of_share and not of_charge else None
 
 
 def heading_as(quantity: str, cell: str, unit_below: str = "") -> Heading:

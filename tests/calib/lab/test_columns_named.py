@@ -491,3 +491,103 @@ def test_status_words_of_a_tester_make_no_reading_of_a_meter_unusable(tmp_path: 
     assert "the status of a tester" in reasons(table)['column 3 "Status"']
     bad = read(tmp_path, [*METER, ("Status", ["0"] * (N - 1) + ["2"])])
     assert bad.reasons[-1] == "LCR status 2"
+
+
+# ------------ a preference by words alone, which the readings do not bear out
+
+
+@pytest.mark.parametrize(
+    ("raw", "other"),
+    [
+        (0.01 * np.sin(37.0 * np.arange(N)), FORCE),  # one of them was not plugged in
+        (1.1 * FORCE, FORCE),
+        (FORCE, 0.5 * FORCE + 0.1),
+    ],
+)
+def test_a_raw_force_is_no_preference_over_one_that_is_no_other_form_of_it(
+    tmp_path: Path, raw: npt.NDArray[np.floating[Any]], other: npt.NDArray[np.floating[Any]]
+) -> None:
+    table = (("Time (s)", T), ("Extension (mm)", D), ("Raw_Force(N)", cells(raw)), ("Kraft (N)", cells(other)))
+    error = refused(tmp_path, table)
+    assert '"Raw_Force(N)", "Kraft (N)"' in error.faults[0].message
+    assert '--columns "force=Kraft (N)"' in error.faults[0].advice
+    np.testing.assert_allclose(read(tmp_path, table, columns={"force": "Kraft (N)"}).columns["force"], other, atol=1e-4)
+
+
+def test_a_raw_force_is_preferred_to_one_with_another_zero_and_less_noise(tmp_path: Path) -> None:
+    noisy = FORCE + 0.01 * np.sin(23.0 * np.arange(N))
+    table = read(tmp_path, (*TESTER[:2], ("Kraft (N)", cells(FORCE - 0.4)), ("Raw Force (N)", cells(noisy))))
+    np.testing.assert_allclose(table.columns["force"], noisy, atol=1e-4)
+    assert any('"Raw Force (N)", not from "Kraft (N)"' in note for note in table.notes)
+
+
+def test_two_capacitances_that_differ_by_their_level_are_a_choice(tmp_path: Path) -> None:
+    error = refused(tmp_path, (("Time (s)", T), ("Cp (pF)", C), ("Kapazität (pF)", cells(CAP - 12.0))))
+    assert "2 columns may be the capacitance" in error.faults[0].message
+
+
+def test_a_capacitance_below_zero_is_none(tmp_path: Path) -> None:
+    error = refused(tmp_path, (("Time (s)", T), ("Cp (pF)", cells(0.1 - CAP))))
+    assert "is negative" in error.faults[0].message
+    assert error.faults[0].line == 2
+
+
+@pytest.mark.parametrize(
+    ("still", "moving"),
+    [("Load (N)", "Load (max) (N)"), ("Load (N)", "Load (kPa)"), ("Load 2 (N)", "Load (°C)"), ("F (N)", "Force (mm)")],
+)
+def test_a_column_that_bears_the_name_is_a_rival_whatever_its_unit(tmp_path: Path, still: str, moving: str) -> None:
+    first = ["6.4100"] * N if still == "Load (N)" else F
+    error = refused(tmp_path, (*TESTER[:2], (still, first), (moving, F)))
+    assert (
+        f'"{still}" could be the force, but "{moving}", which bears the plain name, cannot be read' in error.faults[0].message
+    )
+    assert f'--columns "force={still}"' in error.faults[0].advice
+    table = read(tmp_path, (*TESTER[:2], (still, first), (moving, F)), columns={"force": still})
+    np.testing.assert_allclose(table.columns["force"], force_of(first))
+
+
+@pytest.mark.parametrize(
+    ("column", "beside"), [("d (mm)", "Compression (%)"), ("F (N)", "Charge (pC)"), ("Load (N)", "Force (V)")]
+)
+def test_a_strain_a_charge_or_a_voltage_is_no_rival(tmp_path: Path, column: str, beside: str) -> None:
+    table = tuple((column if n[0] == {"d": "E"}.get(column[0], "L") else n, c) for n, c in TESTER)
+    found = read(tmp_path, (*table, (beside, F)))
+    assert {"time", "displacement", "force"} <= set(found.columns)
+    assert any(beside in what for what in reasons(found))
+
+
+# ---------------------------------------------------------------------------------------- units that a line above contradicts
+
+
+@pytest.mark.parametrize("sep", [",", ";", "\t", "|", " "])
+@pytest.mark.parametrize(
+    "line", ["Units : Load{sep}kN", "Units : Load kN", "Load{sep}kN", "Unit of Load: kN", "Units Time s Load kN", "Load in kN"]
+)
+def test_a_unit_contradicted_above_is_refused_whatever_parts_the_cells(tmp_path: Path, sep: str, line: str) -> None:
+    if sep == " " and line == "Load{sep}kN":
+        return  # two words between blanks are a title
+    names = ("Time_(s)", "Extension_(mm)", "Load_(N)") if sep == " " else tuple(n for n, _ in TESTER)
+    table = tuple((name, c) for name, (_, c) in zip(names, TESTER, strict=True))
+    error = refused(tmp_path, table, above=(line.format(sep=sep),), sep=sep)
+    assert any('"kN" is declared in line 1' in fault.message for fault in error.faults)
+    assert "--units force=" in error.faults[0].advice
+    said = read(tmp_path, table, above=(line.format(sep=sep),), sep=sep, units={"force": "N"})
+    np.testing.assert_allclose(said.columns["force"], force_of(F))
+
+
+def test_two_lines_above_that_contradict_each_other_are_refused(tmp_path: Path) -> None:
+    table = (*TESTER[:2], ("Load", F))
+    error = refused(tmp_path, table, above=("Load;kN", "Units : Load,N"))
+    assert 'unknown unit "kN or N"' in error.faults[0].message
+    np.testing.assert_allclose(read(tmp_path, table, above=("Load;kN",)).columns["force"], force_of(F, 1e3))
+
+
+def test_a_series_capacitance_has_its_unit_contradicted_above_too(tmp_path: Path) -> None:
+    error = refused(tmp_path, (("Time (s)", T), ("Cs (pF)", C), ("D", ["0.002"] * N)), above=("Units : Cs,nF",))
+    assert '"nF" is declared in line 1' in error.faults[0].message
+
+
+@pytest.mark.parametrize("line", ["Grip distance;50;mm", "Speed;1;mm/min", "Load cell 5;kN", "Unit system: SI", "Comment;N"])
+def test_a_line_above_that_declares_no_unit_of_a_reading_is_none(tmp_path: Path, line: str) -> None:
+    np.testing.assert_allclose(read(tmp_path, TESTER, above=(line,)).columns["force"], force_of(F))

@@ -124,3 +124,47 @@ def test_units_of_an_lvm_file_need_not_be_known(tmp_path: Path, unit: str) -> No
         read_lab_file(path)
     table = read_lab_file(path, Reading(columns={"force": "Voltage_0"}, units={"force": "N"}))
     np.testing.assert_allclose(table.columns["force"], FORCE, atol=1e-4)
+
+
+# ------------------------------------------------------------------------------- rows whose cells stand one column too far
+
+
+SHIFTED = {
+    "every second row to the left": (range(20, N_ROW, 2), lambda row: [*row[1:], ""]),
+    "a block to the left": (range(30, 38), lambda row: [*row[1:], ""]),
+    "one row to the right": (range(25, 26), lambda row: ["", *row[:-1]]),
+    "every third row to the right": (range(9, N_ROW, 3), lambda row: ["", *row[:-1]]),
+}
+
+
+@pytest.mark.parametrize("first", ["Zeitpunkt des Tages", "No"])
+@pytest.mark.parametrize("which", SHIFTED)
+def test_rows_that_go_on_only_once_they_are_moved_are_left_out(tmp_path: Path, first: str, which: str) -> None:
+    chosen, shift = SHIFTED[which]
+    begin = [f"09:30:{k:02d}" for k in range(N_ROW)] if first != "No" else [str(k + 1) for k in range(N_ROW)]
+    rows = [[begin[k], *row[1:], "0.5"] for k, row in enumerate(_rows())]
+    rows = [shift(row) if k in chosen else row for k, row in enumerate(rows)]
+    table = _read(tmp_path, rows, f"{first},Extension (mm),Load (N),Aux")
+    assert [k for k, why in enumerate(table.reasons) if why] == list(chosen)
+    kept = [k for k in range(N_ROW) if k not in chosen]
+    np.testing.assert_allclose(table.columns["displacement"][kept], np.round(DEPTH[kept], 4) * 1e-3)
+    assert np.all(np.isnan(table.columns["displacement"][list(chosen)]))
+
+
+def test_rows_of_which_most_are_shifted_are_refused(tmp_path: Path) -> None:
+    rows = [[f"09:30:{k:02d}", *row[1:], "0.5"] for k, row in enumerate(_rows())]
+    rows = [[*row[1:], ""] if k % 3 else row for k, row in enumerate(rows)]
+    assert "one column further to the left" in _refusal(tmp_path, rows, "Zeitpunkt des Tages,Extension (mm),Load (N),Aux")
+
+
+@pytest.mark.parametrize("every", [2, 5])
+def test_a_slower_last_column_shifts_no_row(tmp_path: Path, every: int) -> None:
+    rows = [[*row, "21.5" if k % every == 0 else ""] for k, row in enumerate(_rows())]
+    table = _read(tmp_path, rows, "Time (s),Extension (mm),Load (N),T (°C)")
+    assert not any("too far" in why for why in table.reasons)
+
+
+def test_a_key_column_is_seen_beside_rows_that_are_short(tmp_path: Path) -> None:
+    rows = [["s1" if k % 2 else "s2", *row] for k, row in enumerate(_rows())]
+    rows = [row[1:] if k > 40 and k % 2 else row for k, row in enumerate(rows)]
+    assert "may belong to several records" in _refusal(tmp_path, rows, "Sample ID,Time (s),Extension (mm),Load (N)")

@@ -146,3 +146,36 @@ def test_numbers_without_trailing_zeros_are_not_doubted(tmp_path: Path, form: st
     time = [f"{i * 0.5:g}" for i in range(300)]
     table = read_lab_file(written(tmp_path, "Time (s);Extension (mm);Load (N)", time, depth, force))
     assert not any(table.reasons)
+
+
+# 7401 and more, with points between the thousands; or 7.401 and more.
+MICRONS = [f"{7.401 + 0.01 * i:.3f}" for i in range(N)]
+
+
+@pytest.mark.parametrize(("row", "cell"), [(33, "7.7"), (12, "7.52"), (39, "7.")])
+def test_a_cell_that_was_cut_shows_no_decimal_point_where_the_other_columns_have_commas(
+    tmp_path: Path, row: int, cell: str
+) -> None:
+    cut = [*MICRONS[:row], cell, *MICRONS[row + 1 :]]
+    path = written(tmp_path, "Zeit (s);Weg (µm);Kraft (N)", comma(TIME), cut, comma(DEPTH))
+    assert "other columns have a decimal comma" in refusal(path)
+    table = read_lab_file(path, Reading(decimal="."))
+    np.testing.assert_allclose(table.columns["displacement"], [1e-6 * float(c) for c in cut])
+    assert f'"{cell}" in column "Weg (µm)" is not a number' in refusal(path, Reading(decimal=","))
+    whole = written(tmp_path, "Zeit (s);Weg (µm);Kraft (N)", comma(TIME), [*cut[:row], "", *cut[row + 1 :]], comma(DEPTH))
+    assert read_lab_file(whole, Reading(decimal=",")).columns["displacement"][0] == pytest.approx(7.401e-3)
+
+
+def test_a_cut_row_leaves_no_cell_that_is_not_a_number(tmp_path: Path) -> None:
+    path = written(tmp_path, "Zeit (s);Weg (µm);Kraft (N)", comma(TIME), MICRONS, comma(DEPTH))
+    lines = path.read_text(encoding="utf-8").splitlines()
+    lines[20] = lines[20].rsplit(";", 1)[0][:-2]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    table = read_lab_file(path, Reading(decimal=","))
+    assert [bool(why) for why in table.reasons] == [i == 19 for i in range(N)]
+
+
+def test_zeros_at_the_end_that_a_program_leaves_away_show_a_decimal_point(tmp_path: Path) -> None:
+    trimmed = [f"{7.41 + 0.013 * i:.3f}".rstrip("0") for i in range(N)]
+    path = written(tmp_path, "Zeit (s);Weg (mm);Kraft (N)", comma(TIME), trimmed, comma(DEPTH))
+    np.testing.assert_allclose(read_lab_file(path).columns["displacement"], [1e-3 * float(c) for c in trimmed])

@@ -106,3 +106,66 @@ def test_a_second_column_does_not_take_the_place_of_a_first_whose_unit_is_imposs
     assert '--columns "force=Load 2 (N)"' in fault.advice
     table = _read(tmp_path, P.t, P.d, P.f, P.f, heads=heads, reading=Reading(columns={"force": "Load 2 (N)"}))
     np.testing.assert_allclose(table.columns["force"], [float(f) for f in P.f])
+
+
+# ------------------------------------------------------ switches among scattering readings, at a turn, and just before a touch
+
+
+def _noise(n: int, seed: int, level: float = 0.186, size: float = 0.006) -> list[float]:
+    return (level + size * np.random.default_rng(seed).normal(size=n)).tolist()
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize(
+    ("factor", "decimals"), [(0.001, 6), (101.9716213, 3), (0.1019716213, 4), (10.0, 3), (0.2248089431, 4)]
+)
+def test_a_switch_among_readings_that_scatter_about_a_load_is_told(
+    tmp_path: Path, factor: float, decimals: int, seed: int
+) -> None:
+    force = _noise(120, seed)
+    written = (*texts(force[:80], 3), *texts([factor * f for f in force[80:]], decimals))
+    with pytest.raises(InputError, match="from this line on") as caught:
+        _read(tmp_path, P.t, P.d, written)
+    assert abs((caught.value.faults[0].line or 0) - 82) <= 1
+
+
+@pytest.mark.parametrize("n", [3, 8])
+def test_a_block_in_another_unit_just_before_the_touch_is_told(tmp_path: Path, n: int) -> None:
+    start = 40
+    force = np.array(_noise(120, 3))
+    force[start + n :] -= 0.4 * np.arange(1, 121 - start - n)
+    written = tuple(
+        f"{10 * f:.2f}" if start <= k < start + n else t
+        for k, (f, t) in enumerate(zip(force.tolist(), texts(force, 3), strict=True))
+    )
+    with pytest.raises(InputError, match="10 times larger"):
+        _read(tmp_path, P.t, P.d, written)
+
+
+@pytest.mark.parametrize("loss", [0.0, 0.06, 0.12, 0.15])
+@pytest.mark.parametrize("decimals", [3, 4])
+def test_newtons_switched_to_pounds_where_the_press_turns_are_told(tmp_path: Path, loss: float, decimals: int) -> None:
+    n, top = 120, 60
+    ball = 1.2 * (1 - np.abs(np.arange(n) - top) / top)
+    force = 8.0 * ball**1.5
+    force[top + 1 :] *= 1 - loss
+    written = (*texts(force[: top + 1], 3), *texts(force[top + 1 :] / 4.4482216, decimals))
+    with pytest.raises(InputError, match="lbf after N"):
+        _read(tmp_path, P.t, texts(ball, 4), written)
+
+
+@pytest.mark.parametrize("left", [0.5, 0.3])
+def test_a_sample_that_breaks_to_another_share_and_goes_on_is_no_switch(tmp_path: Path, left: float) -> None:
+    ball = 1.2 * np.arange(120) / 119
+    force = 8.0 * ball**1.5
+    force[70:] *= left
+    assert not any(_read(tmp_path, P.t, texts(ball, 4), texts(force, 3)).reasons)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_coarse_or_wild_readings_about_zero_are_no_switches(tmp_path: Path, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    coarse = np.concatenate([0.0003 + 0.0001 * rng.integers(0, 3, 60), 0.0012 + 0.0001 * rng.integers(0, 3, 60)])
+    assert _read(tmp_path, P.t, P.d, texts(coarse, 4), heads=(*HEADS[:2], "Load (kN)")).columns["force"].size == 120
+    wild = [_read(tmp_path, P.t, P.d, texts(0.01 * rng.normal(size=120), n)) for n in (4, 5) for _ in range(3)]
+    assert all(table.columns["force"].size == 120 for table in wild)

@@ -173,6 +173,20 @@ def test_one_stretch_that_softens_from_a_load_on_is_in_doubt(force: int, displac
     assert observe(table(columns, {"force": "compression positive"})).signs["force"].factor == 1
 
 
+@pytest.mark.parametrize("zero", [6.0, -14.0])
+@pytest.mark.parametrize(("force", "displacement"), SIGNS)
+def test_a_record_that_starts_deep_and_only_bends_is_in_doubt_if_its_displacement_is_zero_at_the_other_end(
+    zero: float, force: int, displacement: int
+) -> None:
+    x = np.abs(np.mod(np.arange(300) * 0.3 + 40.0, 80.0) - 40.0) * 1e-3
+    columns = {"displacement": x, "force": zero + 8.0 * (x / 40e-3) ** 0.8}
+    with pytest.raises(InputError, match="cannot be told which way compression is in force") as caught:
+        seen(columns, force, displacement)
+    assert "--sign" in caught.value.faults[0].advice
+    said = observe(table({"displacement": x, "force": columns["force"]}, {"force": "compression positive"}))
+    assert said.signs["displacement"].factor == 1
+
+
 @pytest.mark.parametrize("n_press", [1, 2, 4])
 @pytest.mark.parametrize("force", [1, -1])
 @pytest.mark.parametrize("displacement", [1, -1])
