@@ -216,9 +216,9 @@ def _together(
     odd = press.first * factor < 0 or float(np.max(factor * load)) < _COMPRESSED * float(np.max(np.abs(load)))
     doubt = odd and press.once and opposed > _CONTRADICTED * (abs(total) + opposed)
     # So does a place that is zero where the ball is deepest, unless force is seen to be flat, out of contact, at the other end.
-    against = [e for e in zero if e.weight * factor < 0 < _CLEAR - evidence[0].weight * factor]
-    evidence += against
-    least = _CLEAR + abs(against[0].weight) if against else _CLEAR if odd else _DOUBTFUL
+    opposing = [e for e in zero if e.weight * factor < 0 < _CLEAR - evidence[0].weight * factor]
+    evidence += opposing
+    least = _CLEAR + abs(opposing[0].weight) if opposing else _CLEAR if odd else _DOUBTFUL
     if doubt or abs(total) < least or not words_for(evidence, factor):
         raise InputError(_doubtful(table, "force", evidence, press.rise, press.first_travel))
     strength: Strength = "clear" if abs(total) >= _CLEAR else "likely"

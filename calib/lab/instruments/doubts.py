@@ -18,8 +18,8 @@ _JUMP = 2.8
 _APART, _TOGETHER = 0.9, 0.3
 # How near a number must come to its neighbours once its mark is moved, in steps between these, and how small these must be.
 _NEAR, _SMALL_STEPS, _COARSE_STEPS = 2.0, 0.03, 0.5
-# A single number may miss its neighbours by this share of them once its mark is moved.
-_NEAR_ALONE = 0.02
+# A single number may miss its neighbours by this share of them once its mark is moved, by one place or by more.
+_NEAR_ALONE, _NEAR_BY_MORE = 0.02, 0.1
 # A single number that is off by one power of ten, or by more, may stand among steps as large as this share of its neighbours.
 _ONE_POWER, _MORE_POWERS = 0.2, 0.3
 # A number at an end of regular steps goes on from them if it misses them by such a share of a step.
@@ -201,7 +201,7 @@ def _off(cells: Sequence[str], rows: IntArray, at: FloatArray, level: FloatArray
         middle = abs(low + high) / 2
         digits = max(_decimals(cells[i], decimal) for i in rows[start : end + 1].tolist())
         last = min(0.5 * 10.0 ** (-digits - power[j]), _ROUNDED * middle) if power[j] < 0 else 0.0
-        slack = max(_NEAR * step, _NEAR_ALONE * middle if end == start else 0.0) + last
+        slack = max(_NEAR * step, _alone(int(power[j])) * middle if end == start else 0.0) + last
         if np.any(mended < low - slack) or np.any(mended > high + slack):
             continue
         smooth = 0 < step < _SMALL_STEPS * middle
@@ -262,6 +262,10 @@ def _off_by_units(cells: Sequence[str], rows: IntArray, at: FloatArray, decimal:
 def _is_small(step: float, middle: float, power: int) -> bool:
     """Whether the steps beside a number are small enough for a single one that is off by this power of ten to be told."""
     return step < (_ONE_POWER if abs(power) == 1 else _MORE_POWERS) * middle
+
+
+def _alone(power: int) -> float:
+    return _NEAR_ALONE if abs(power) == 1 else _NEAR_BY_MORE
 
 
 def _in_words(power: int) -> str:

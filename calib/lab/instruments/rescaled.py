@@ -243,7 +243,7 @@ def _turns_scaled(quantity: str, before: FloatArray, after: FloatArray) -> tuple
 
 def _is_fine(before: FloatArray, after: FloatArray, digit: float, digit_after: float) -> bool:
     """Whether readings on both sides of a jump are of many counts of their last digit."""
-    return digit <= _COARSE * abs(before[-1]) and digit_after <= _COARSE * abs(after[0])
+    return bool(digit <= _COARSE * abs(before[-1]) and digit_after <= _COARSE * abs(after[0]))
 
 
 def _usual(steps: FloatArray) -> float:

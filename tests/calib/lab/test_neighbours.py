@@ -168,3 +168,11 @@ def test_a_key_column_is_seen_beside_rows_that_are_short(tmp_path: Path) -> None
     rows = [["s1" if k % 2 else "s2", *row] for k, row in enumerate(_rows())]
     rows = [row[1:] if k > 40 and k % 2 else row for k, row in enumerate(rows)]
     assert "may belong to several records" in _refusal(tmp_path, rows, "Sample ID,Time (s),Extension (mm),Load (N)")
+
+
+@pytest.mark.parametrize("power", [100, 1000])
+def test_a_reading_off_by_more_than_one_place_may_scatter(tmp_path: Path, power: int) -> None:
+    force = 0.19 + 0.002 * np.sin(5.0 * np.arange(N_ROW))
+    texts = {k: f"{f:.3f}" for k, f in enumerate(force)} | {30: f"{0.175 * power:.3f}"}
+    table = _read(tmp_path, _rows(force=texts))
+    assert [k for k, why in enumerate(table.reasons) if why] == [30]
