@@ -30,8 +30,8 @@ from models.analytic import ball_on_bonded_layer
 from models.examples import PAPER_SENSOR
 from models.fem import FiniteElements
 from models.fem.check import energy_error
-from models.layers import Base, Dielectric, Layer, LayeredDesign, Profile, flat_punch, layered, sphere
-from models.sensor import design_from
+from models.layers import Dielectric, Layer, LayeredDesign, Profile, flat_punch, layered, sphere
+from models.sensor import Base, design_from
 
 MODULUS = 0.69e6
 #: What the finite elements take 0.5 for: lambda = 1e4 mu.

@@ -226,7 +226,9 @@ def _check_model(toml: Toml, e: Experiment) -> None:
         ("sensor", "law"): e.law != "neo-hookean",
     }
     place = next((at for at, other in others.items() if other), ("model",))
-    if e.model == "closed form" and place != ("model",):
+    if e.padding_material == "foam" and e.law == "gent":
+        toml.fault(("sensor", "law"), "a foam is neo-Hookean and does not stiffen with the sensor", "Leave one of the two out")
+    elif e.model == "closed form" and place != ("model",):
         message = "the closed form knows neo-Hookean layers that keep their volume, a bonded base and a ball without friction"
         toml.fault(place, message, 'Write model = "surrogate"')
     elif e.model == "surrogate" and e.family is None and not (e.stick and e.rubs):

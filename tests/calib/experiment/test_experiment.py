@@ -159,6 +159,9 @@ def test_base_friction_and_padding_say_which_surrogate_is_meant(folder: Path) ->
         assert "given twice" in only_fault(folder, rubbing.replace("[sensor]", f"friction_coefficient = {twice}\n[sensor]"))
     both = 'base = "slippery"\n' + GOOD.replace("[sensor]", '[sensor]\nlaw = "gent"', 1)
     assert "no surrogate for all of this together: Gent, frictionless, slippery base" in only_fault(folder, both)
+    stiffens = re.sub(r'material = "sensor".*\n\[priors\].*', foam, GOOD).replace("[sensor]", '[sensor]\nlaw = "gent"', 1)
+    for model in ("surrogate", "fem"):
+        assert "a foam is neo-Hookean" in only_fault(folder, f'model = "{model}"\n' + stiffens)
 
 
 def test_the_documented_form_is_read(folder: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -129,7 +130,7 @@ def test_units_of_an_lvm_file_need_not_be_known(tmp_path: Path, unit: str) -> No
 # ------------------------------------------------------------------------------- rows whose cells stand one column too far
 
 
-SHIFTED = {
+SHIFTED: dict[str, tuple[range, Callable[[list[str]], list[str]]]] = {
     "every second row to the left": (range(20, N_ROW, 2), lambda row: [*row[1:], ""]),
     "a block to the left": (range(30, 38), lambda row: [*row[1:], ""]),
     "one row to the right": (range(25, 26), lambda row: ["", *row[:-1]]),

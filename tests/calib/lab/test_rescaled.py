@@ -112,7 +112,7 @@ def test_a_second_column_does_not_take_the_place_of_a_first_whose_unit_is_imposs
 
 
 def _noise(n: int, seed: int, level: float = 0.186, size: float = 0.006) -> list[float]:
-    return (level + size * np.random.default_rng(seed).normal(size=n)).tolist()
+    return [level + size * float(z) for z in np.random.default_rng(seed).normal(size=n)]
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -18,8 +18,8 @@ from models.fem.path import walk
 from models.fem.sensitivity import sensitivities
 from models.fem.solution import Solution
 from models.laws import Gent
-from models.layers import Base, Dielectric, Layer, LayeredDesign, Profile, flat_punch, layered, sphere
-from models.sensor import FloatArray, design_from
+from models.layers import Dielectric, Layer, LayeredDesign, Profile, flat_punch, layered, sphere
+from models.sensor import Base, FloatArray, design_from
 
 RATIOS = (0.0, 0.15, 0.3, 0.45, 0.49)
 
