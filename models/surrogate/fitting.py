@@ -81,7 +81,8 @@ def fit_surrogate(
     ----------
     data : the paths.
     base : what the surrogate is to add to, of the family that its own `adds_to`; None to stand by itself.
-    coarse : paths of a lower accuracy, of the same family: all of them are fitted, and none says how large the error is.
+    coarse : paths of a lower accuracy, of the same family: all are fitted but those along which the capacitance falls, which is
+        a wrong equilibrium, and none says how large the error is.
     hidden : layers of the networks of mechanics and of capacitance; the others are small. By default the family's.
     steps : of their training, first with equal weight of all paths, then as many again with less weight of coarse ones and, of
         `_MANY_PATHS` and more, with more weight near usual grippers; one without either has no second half.
@@ -102,8 +103,10 @@ def fit_surrogate(
     n_fine = len(data.groups)
     if n_fine < LEAST_PATHS:
         raise ValueError(f"{n_fine} training paths are too few; give at least {LEAST_PATHS}")
+    if falling := int(np.sum(_falls(data))):
+        raise ValueError(f"the capacitance falls along {falling} of {n_fine} training paths; only one that rises can be fitted")
     if coarse is not None:
-        data = data.joined(coarse.only(coarse.n_step >= _LEAST_STEPS))
+        data = data.joined(coarse.only((coarse.n_step >= _LEAST_STEPS) & ~_falls(coarse)))
     n_run = len(data.groups)
     # The points' order is that of the groups: some of a random order are spread over all of them.
     rng = np.random.default_rng(seed)
@@ -195,7 +198,11 @@ def fit_surrogate(
     capacitance_sd, capacitance_modes = learn_error(electric[rows], s_rows, missed_change, out.size, max(steps // 8, 1), rng)
     emphasis = ["more weight near usual grippers"] * (n_fine >= _MANY_PATHS) + ["less of coarse paths"] * (coarse is not None)
     again = f" and as many with {' and '.join(emphasis)}" if emphasis else ""
-    beside = "" if coarse is None else f", and {n_run - n_fine} of accuracy {coarse.accuracy:g}"
+    beside = ""
+    if coarse is not None:
+        beside = f", and {n_run - n_fine} of accuracy {coarse.accuracy:g}"
+        if falling := int(np.sum(_falls(coarse))):
+            beside += f" (without {falling} along which the capacitance falls)"
     sizes = ", ".join(" x ".join(map(str, layers)) for layers in hidden)
     return Surrogate(
         end,
@@ -222,6 +229,11 @@ def fit_surrogate(
     )
 
 
+def _falls(data: TrainingSet) -> BoolArray:
+    """Along which paths (n_run,) the capacitance falls below that at rest, by more than rounding."""
+    return np.asarray(np.any(data.capacitance < -_ROUNDING * CHANGE_SCALE, axis=(1, 2, 3)))
+
+
 def _emphasis(groups: FloatArray) -> FloatArray:
     """Weight of a path (n,) in the second half of the training: one far from `_USUAL`."""
     plain, middle = groups[:, : _USUAL.size].copy(), _USUAL.copy()
@@ -242,9 +254,6 @@ def _electric_curves(data: TrainingSet) -> tuple[FloatArray, FloatArray, FloatAr
     groups = np.concatenate([np.repeat(data.groups, _N_ELECTRIC, axis=0), own], axis=1)
     depth = np.repeat(data.depth, _N_ELECTRIC, axis=0)
     change = np.moveaxis(data.capacitance.reshape(n_run, PATH.size, _N_ELECTRIC), 1, 2).reshape(-1, PATH.size)
-    falling = int(np.sum(np.any(data.capacitance < -_ROUNDING * CHANGE_SCALE, axis=(1, 2, 3))))
-    if falling:
-        raise ValueError(f"the capacitance falls along {falling} of {n_run} training paths; only one that rises can be fitted")
     change = np.maximum(change, 1e-12)
     support = data.family.base
     closed = closed_change(groups, depth, closed_force(groups, depth, support), support)

@@ -477,6 +477,10 @@ def test_paths_along_which_the_capacitance_falls_are_refused() -> None:
     capacitance[3, -1] = -1e-4
     with pytest.raises(ValueError, match="the capacitance falls along 1 of 100 training paths"):
         fit_small(replace(data, capacitance=capacitance))
+    beside = fit_surrogate(data, coarse=replace(data, capacitance=capacitance), hidden=((8,), (8,)), steps=20)
+    assert (
+        "100, and 99 of accuracy 1 (without 1 along which the capacitance falls), 0 of them" in beside.info()["training paths"]
+    )
 
 
 def test_too_few_paths_are_refused() -> None:
