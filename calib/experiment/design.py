@@ -124,7 +124,7 @@ def read_design(path: Path) -> Design | LayeredDesign:
 
     Returns
     -------
-    A `Design` if that says it all (a sphere on sensor and padding, both neo-Hookean, on a bonded base), else a `LayeredDesign`.
+    A `Design` if that says it all (a sphere on sensor and padding of one law, neo-Hookean or Gent's), else a `LayeredDesign`.
 
     Raises
     ------
@@ -164,8 +164,8 @@ def read_design(path: Path) -> Design | LayeredDesign:
         ),
     )
     stiffening = _one_stiffening(laws["sensor"], laws["padding"], bare=np.max(design.padding.thickness) == 0)
-    if shape == "sphere" and base == "bonded" and stiffening is not None:
-        return replace(design, sensor=replace(design.sensor, stiffening=stiffening))
+    if shape == "sphere" and stiffening is not None:
+        return replace(design, sensor=replace(design.sensor, stiffening=stiffening), base=base)
     plain = layered(design)
     by_name = {"sensor": laws["sensor"], "padding": laws["padding"]}
     return _checked(

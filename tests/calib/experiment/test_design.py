@@ -192,7 +192,6 @@ def test_stick_alone_stays_a_simple_design(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("written", "law"),
     [
-        ('"neo-hookean"', NeoHookean()),
         ("{ mooney-rivlin = { c01_share = 0.2 } }", MooneyRivlin(0.2)),
         ("{ yeoh = { c2 = 0.02 } }", Yeoh(0.02)),
         ("{ yeoh = { c2 = 0.02, c3 = 0.001 } }", Yeoh(0.02, 0.001)),
@@ -202,6 +201,12 @@ def test_stick_alone_stays_a_simple_design(tmp_path: Path) -> None:
 def test_every_law_can_be_written(tmp_path: Path, written: str, law: object) -> None:
     design = layered_design(tmp_path, 'base = "slippery"\n' + DESIGN + f"law = {written}\n")
     assert design.layers[0].law == law
+
+
+def test_a_base_alone_asks_for_no_stack_of_layers(tmp_path: Path) -> None:
+    design = read_design(write(tmp_path, 'base = "slippery"\n' + DESIGN + 'law = "neo-hookean"\n'))
+    assert isinstance(design, Design)
+    assert (design.base, design.indenter.friction_coefficient) == ("slippery", 0.3)
 
 
 @pytest.mark.parametrize(
