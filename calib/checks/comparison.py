@@ -38,7 +38,7 @@ class Candidate:
 
     @property
     def model(self) -> str:
-        """Law, contact, padding and forward model of the candidate in words."""
+        """Law, contact, base, padding and forward model of the candidate in words."""
         return f"{model_in_words(self.posterior.experiment)}; {self.posterior.forward_name}"
 
     @property

@@ -31,10 +31,10 @@ from calib.lab import Sweep
 from calib.problem.channels import CHANNEL_MODELS
 from calib.problem.plan import ChannelPlan, SweepPlan, at_time, present
 from calib.problem.readings import Discrepancy, PredictedReadings, SweepModel
-from calib.problem.values import Calibrated, design_columns, design_values, lookup
+from calib.problem.values import Calibrated, design_columns, design_values, designed, lookup
 from models.curves import Lookup, curves_of, look_up, look_up_force, table_depths
 from models.response import Asked, Column, Curves, Forward, Response
-from models.sensor import INCOMPRESSIBLE, BoolArray, Design, FloatArray, Scalar, design_from
+from models.sensor import INCOMPRESSIBLE, BoolArray, Design, FloatArray
 
 
 def model_sweep(
@@ -222,7 +222,7 @@ def why_outside(known: Calibrated, forward: Forward, plan: SweepPlan, values: Ma
     sweep = plan.sweep
     try:
         given = design_values(known, values, sweep)
-        design = _designed(given, known.experiment)
+        design = designed(given, known.experiment)
     except ValueError as error:
         return str(error)
     own = _SweepValues(values, sweep)
@@ -361,8 +361,4 @@ def _valid(design: Mapping[str, FloatArray]) -> BoolArray:
 
 
 def _batch(design: Mapping[str, FloatArray], rows: BoolArray, experiment: Experiment) -> Design:
-    return _designed({name: value[rows] for name, value in design.items()}, experiment)
-
-
-def _designed(values: Mapping[str, Scalar], experiment: Experiment) -> Design:
-    return design_from(values, friction_coefficient=experiment.friction_coefficient, base=experiment.base)
+    return designed({name: value[rows] for name, value in design.items()}, experiment)

@@ -214,5 +214,24 @@ def specimen_design(known: Calibrated, values: Mapping[str, FloatArray], specime
     own = [s for s in known.sweeps if s.specimen == specimen and sweep in ("", s.name)]
     if not own:
         raise KeyError(f"there is no sweep {sweep!r} of a specimen {specimen!r}")
-    design: Mapping[str, Scalar] = design_values(known, values, own[0])
-    return design_from(design, friction_coefficient=known.experiment.friction_coefficient, base=known.experiment.base)
+    return designed(design_values(known, values, own[0]), known.experiment)
+
+
+def designed(values: Mapping[str, Scalar], experiment: Experiment) -> Design:
+    """Make a design with the base and the contact of an experiment.
+
+    Parameters
+    ----------
+    values : quantity -> SI value, as `design_values` gives them.
+    experiment : what is calibrated.
+
+    Returns
+    -------
+    One, or a batch of draws.
+
+    Raises
+    ------
+    ValueError
+        If a value breaks a rule of a design (see `models.sensor`).
+    """
+    return design_from(values, friction_coefficient=experiment.friction_coefficient, base=experiment.base)

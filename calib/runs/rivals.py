@@ -10,7 +10,7 @@ from pathlib import Path
 
 from calib.checks import Candidate, compare_runs, comparison_in_words, doubts
 from calib.errors import InputError
-from calib.experiment import Variant, read_experiment, variants_of
+from calib.experiment import Experiment, Variant, read_experiment, variants_of
 from calib.files import require_folder, write_text
 from calib.records import record_to_text
 from calib.runs.calibration import DEFAULT_SECONDS, DEFAULT_SEED, Stages, Watch, calibrate
@@ -93,7 +93,7 @@ def calibrate_rivals(
     failed: dict[str, str] = {}
     for k, variant in enumerate(variants, 1):
         own = folder / variant.name
-        run = _finished(experiment, own, variant, seed)
+        run = _finished(variant.of(plan), own, seed)
         if run is None:
             if not folder.exists():
                 require_folder(folder, "Create it first")
@@ -127,14 +127,14 @@ def calibrate_rivals(
     return rivalry
 
 
-def _finished(experiment: Path, folder: Path, variant: Variant, seed: int) -> Run | None:
-    """The run of a variant, if it has converged and is still that of these inputs."""
+def _finished(plan: Experiment, folder: Path, seed: int) -> Run | None:
+    """The run of a variant in its folder, if it has converged and is still that of these inputs."""
     if not (folder / LISTING).exists():
         return None
     try:
         run = load_run(folder)
     except InputError:
         return None
-    mine = identity_of(problem_of(variant.of(read_experiment(experiment)), None), seed)
+    mine = identity_of(problem_of(plan, None), seed)
     same = run.posterior.attrs.get(FINGERPRINT) == mine.fingerprint
     return run if same and run.posterior.diagnostics.converged else None

@@ -30,9 +30,10 @@ from models.sensor import BoolArray, FloatArray, IntArray
 _POWERS = ((1e-5, 10), (1e-4, 10), (1e-3, 10), (1e-2, 10), (1e-1, 10), (1.0, 100))
 # A climb goes on while a step gains this much in the tempered log density: at the powers below 1, and at the last.
 _GAIN, _LAST_GAIN = 1.0, 1e-2
-# A climb is given up, if at the pace of so many last steps it would end so far below a mode that is known: further for each
-# unknown than any width could make up for.
-_PACE, _HOPELESS = 8, 10.0
+#: What lies further below a mode than this for each unknown does not matter: no width could make up for it.
+FAR_BELOW = 10.0
+# A climb is given up, if at the pace of so many last steps it would end that far below a mode that is known.
+_PACE = 8
 # Steps are tried at these lengths, as they are; where none leads up, with the diagonal of the information enlarged by these
 # shares of itself (Levenberg & Marquardt).
 _LENGTHS = 0.5 ** np.arange(-1, 9)
@@ -64,7 +65,7 @@ def score(
     far below a known mode is given up on the way.
     """
     many = seeking = bool(space.scopes.specimens)
-    enough = max((top for _, top in known), default=-np.inf) - _HOPELESS * x.size
+    enough = max((top for _, top in known), default=-np.inf) - FAR_BELOW * x.size
     for power, most in _POWERS:
         value = float(tempered(space, x[None], power)[0])
         climbed = []

@@ -14,6 +14,7 @@ import numpy as np
 from calib.sampling.ensemble import SHAPELESS, EnsembleState, Moves, moves_by, walk
 from calib.sampling.laplace import importance_weights
 from calib.sampling.proposal import Mixture, Proposal, fit_proposal, normal_funnel
+from calib.sampling.scoring import FAR_BELOW
 from calib.sampling.target import Mode, Target
 from models.sensor import FloatArray
 
@@ -31,9 +32,8 @@ _LEAST_MASS = 1e-3
 # the best of so many steps at random, from so short ones on, most so many times, while one gains.
 _ASIDE, _SLOPE = 0.3, 0.5
 _SCRAMBLE, _SHORTEST, _MOST_SCRAMBLES, _PACE = 64, 1e-4, 150, 15
-# Where its end is no further below the highest mode than this for each unknown, walkers are let loose there: so many for each
-# unknown, at least so many of them within the bounds, from so near, in sds; steps of a round, and most rounds while they rise.
-_FAR_BELOW = 10.0
+# Where its end is not `FAR_BELOW` the highest mode, walkers are let loose there: so many for each unknown, at least so many of
+# them within the bounds, from so near, in sds; steps of a round, and most rounds while they rise.
 _LOOSE, _LEAST_LOOSE, _NEAR_END, _LOOSE_STEPS, _LOOSE_ROUNDS = 12, 3, 0.01, 60, 20
 # Sides from which it is seen how wide a mode is, and the shares of its width that are tried.
 _SIDES, _NARROWER = 64, 2.0 ** (-np.arange(40) / 4)
@@ -100,7 +100,7 @@ def find_modes(target: Target, seed: np.random.SeedSequence) -> tuple[Mode, ...]
         if mode in found:
             return
         if not target.groups and _on_a_slope(target, mode):  # of many specimens it would take minutes
-            enough = max((m.log_density for m in found), default=-np.inf) - _FAR_BELOW * mode.x.size
+            enough = max((m.log_density for m in found), default=-np.inf) - FAR_BELOW * mode.x.size
             mode = _scrambled(target, mode, enough, rng)
             if mode.log_density > enough:
                 mode = _let_loose(target, mode, rng)
