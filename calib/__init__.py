@@ -25,7 +25,7 @@ if TYPE_CHECKING:
         read_experiment,
         read_sweeps,
     )
-    from calib.lab import Observations, Points, Reading, Sweep, Verdict, judge, make_sweep, observe, read_lab_file
+    from calib.lab import Grade, Observations, Points, Reading, Sweep, judge, make_sweep, observe, read_lab_file
     from calib.priors import Fixed, HalfNormal, LogNormal, Normal, Prior, TruncatedNormal, Uniform, default_prior, parse_prior
     from calib.problem import (
         Problem,
@@ -75,6 +75,7 @@ __all__ = [
     "FirstAnswer",
     "Fixed",
     "Gate",
+    "Grade",
     "HalfNormal",
     "InputError",
     "LogNormal",
@@ -96,7 +97,6 @@ __all__ = [
     "TruncatedNormal",
     "Uniform",
     "UnknownName",
-    "Verdict",
     "build_problem",
     "calibrate",
     "change_figure",
@@ -160,7 +160,7 @@ _ROOMS: dict[str, tuple[str, ...]] = {
         "Points",
         "Reading",
         "Sweep",
-        "Verdict",
+        "Grade",
         "judge",
         "make_sweep",
         "observe",

@@ -5,6 +5,7 @@ from calib.checks.predictive import BAND_LEVELS, Bands, FitCheck, Prediction, ba
 from calib.checks.refine import error_rows, refinement_in_words, require_own_surrogate, shift_rows, stands, training_points
 from calib.checks.reweighting import ACCURACY, LEAST_DRAWS, reweight, with_reweighting
 from calib.checks.spotcheck import Comparison, compare_draws, with_spot_check
+from calib.checks.verdict import Colour, Level, Reason, Verdict, verdict_of
 
 __all__ = [
     "ACCURACY",
@@ -12,9 +13,13 @@ __all__ = [
     "LEAST_DRAWS",
     "Bands",
     "Candidate",
+    "Colour",
     "Comparison",
     "FitCheck",
+    "Level",
     "Prediction",
+    "Reason",
+    "Verdict",
     "band",
     "compare_draws",
     "compare_runs",
@@ -28,6 +33,7 @@ __all__ = [
     "shift_rows",
     "stands",
     "training_points",
+    "verdict_of",
     "with_reweighting",
     "with_spot_check",
 ]

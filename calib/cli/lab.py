@@ -80,7 +80,7 @@ def read(
 
     Prints what the file was recognised as and why, encoding, delimiter and decimal mark, columns with their units and ranges,
     signs and what they rest on, branches and cycles, which rows are used and why the others are not, what of the file is not
-    read, noise and resolution of each channel, and verdicts on the quality of the data. Compression is positive; nothing is
+    read, noise and resolution of each channel, and grades on the quality of the data. Compression is positive; nothing is
     re-zeroed.
 
     What is said here of a file and of the part that is used is said with the same words in an experiment file:
@@ -334,7 +334,7 @@ def _show(o: Observations) -> None:
     from rich.table import Table
 
     from calib.catalogue import CHANNELS
-    from calib.lab import judge, readings_of, use_in_words, verdict_rows, why_left_out
+    from calib.lab import grade_rows, judge, readings_of, use_in_words, why_left_out
 
     table, console = o.table, out()
     say(f"{table.path.name}: {table.recognised_as} ({table.reason})")
@@ -380,7 +380,7 @@ def _show(o: Observations) -> None:
     for note in (*(decision.note for decision in o.signs.values()), *o.use_notes, *table.notes):
         if note:
             say(f"note: {note}")
-    judged = verdict_rows(judge(o))
+    judged = grade_rows(judge(o))
     objections = [row for row in judged if row[0] != "good"]
     if objections:
         quality = Table("quality", "check", "number", "finding", "advice")

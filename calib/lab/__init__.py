@@ -5,7 +5,7 @@ from calib.lab.instruments import AS_FOUND, QUANTITIES, LabTable, Reading, Sever
 from calib.lab.observations import Observations, observe, why_left_out
 from calib.lab.onset import hertz_onset, level_before_contact
 from calib.lab.pressing import make_sweep, readings_of
-from calib.lab.quality import Verdict, check_name, judge, number_text, quality_in_words, verdict_rows
+from calib.lab.quality import Grade, check_name, grade_rows, judge, number_text, quality_in_words
 from calib.lab.signs import SIGNS, SignDecision
 from calib.lab.sweep import Points, Sweep, Track, sweeps_from_json, sweeps_to_json
 from calib.lab.use import FIRST_LOADING, USE_KEYS, Use, same_part, use_in_words, use_value
@@ -17,6 +17,7 @@ __all__ = [
     "SIGNED",
     "SIGNS",
     "USE_KEYS",
+    "Grade",
     "LabTable",
     "Observations",
     "Points",
@@ -27,8 +28,8 @@ __all__ = [
     "Track",
     "Unread",
     "Use",
-    "Verdict",
     "check_name",
+    "grade_rows",
     "hertz_onset",
     "judge",
     "level_before_contact",
@@ -43,6 +44,5 @@ __all__ = [
     "sweeps_to_json",
     "use_in_words",
     "use_value",
-    "verdict_rows",
     "why_left_out",
 ]

@@ -5,7 +5,7 @@ Callers need the onset for different purposes, so that there are several estimat
 - `coarse_onset`, for the bins of a sweep: any abscissa, any number of readings, no error. A bin edge may be off by a reading.
 - `fine_onset`, for the clocks: posterior mean and sd, the exponent of the rise integrated over; takes readings in order.
   `departure` is the same on another abscissa, such as an offset of clocks that moves the readings along the crosshead.
-- `flat_part`, for verdicts and their load zero: the rows before the coarse onset, if they are flat; it may say that there are
+- `flat_part`, for grades and their load zero: the rows before the coarse onset, if they are flat; it may say that there are
   none, which an estimate of the onset cannot.
 - `hertz_onset` and `level_before_contact`, for the centres of priors: from the few dozen points of a sweep, when the readings
   are gone. Too coarse for anything else, as a sensor on a padding does not follow Hertz.
@@ -14,7 +14,7 @@ How far they differ: on 300 simulated presses (force as a power of 1.5 to 2.1 of
 range, 20 to 100 readings/s, 0.6 to 45 mm/min) the error of the onset [um], its median and 95 % of its size, is 3 and 11
 (coarse), 0 and 10 (fine, stated sd 4, within two sd in 92 of 100), 1 and 14 (end of the flat part), 40 and 76 (Hertz). On the
 two sensors of the project's data set, whose force is of finite elements and begins more slowly, the errors are -41 and -38
-(coarse, flat part), -2 and -1 (fine, sd 4), 61 and 61 (Hertz): bins and verdicts stand that, a tie of clocks would not.
+(coarse, flat part), -2 and -1 (fine, sd 4), 61 and 61 (Hertz): bins and grades stand that, a tie of clocks would not.
 """
 
 from __future__ import annotations

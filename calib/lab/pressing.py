@@ -57,11 +57,11 @@ def make_sweep(
     force_reading, capacitance_reading : what the user says of the files, see `Reading`.
     use : which part of the press is used, in both files; in a log tied by the clock it is the tester's.
     clock_range : [s], range in which the offset of the clocks is known to lie; it can decide between alternatives.
-    machine_compliance : [m/N], for the verdicts alone, see `calib.lab.quality.judge`.
+    machine_compliance : [m/N], for the grades alone, see `calib.lab.quality.judge`.
 
     Returns
     -------
-    The sweep, with the verdicts on its files.
+    The sweep, with the grades on its files.
 
     Raises
     ------
@@ -96,7 +96,7 @@ def make_sweep(
     notes = [note for obs in sources for note in _file_notes(obs)]
     if lcr is not None and lcr.use not in (use, FIRST_LOADING):
         notes.append(f"{lcr.table.path.name}: its limit is that at which the tester's record is cut off")
-    verdicts = tuple(v for obs in sources for v in judge(obs, machine_compliance))
+    grades = tuple(v for obs in sources for v in judge(obs, machine_compliance))
     channels: dict[str, Points] = {}
     readings: dict[str, NoiseEstimate] = {}
     offset = offset_sd = float("nan")
@@ -153,7 +153,7 @@ def make_sweep(
         clock_offset_sd=offset_sd,
         files=tuple(seen.items()),
         notes=tuple(notes),
-        verdicts=verdicts,
+        grades=grades,
         clock=clock,
         readings=readings,
         contact=_contact(tester, lcr),

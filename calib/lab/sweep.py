@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from calib.lab.clocks import ClockOffset
-from calib.lab.quality import Verdict
+from calib.lab.quality import Grade
 from calib.lab.reduction import NoiseEstimate
 from calib.records import record_from_text, record_to_text
 from models.sensor import FloatArray
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 # Layout of sweeps as JSON.
-_FORMAT = 3
+_FORMAT = 4
 
 #: Largest number of nodes of a `Track`.
 TRACK_NODES = 2000
@@ -91,7 +91,7 @@ class Sweep:
         measured.
     files : (file name, sha256) of each file.
     notes : what the report must say: rows left out with counts and reasons, signs turned, resolution.
-    verdicts : on the quality of each file, made before anything was reduced.
+    grades : on the quality of each file, made before anything was reduced.
     contact : [m], crosshead reading where contact begins as estimated, which a depth that limits the use counts from; nan
         without a displacement. Nothing is calibrated against it.
     """
@@ -108,7 +108,7 @@ class Sweep:
     notes: tuple[str, ...]
     clock: ClockOffset | None = None
     readings: Mapping[str, NoiseEstimate] = field(default_factory=dict)
-    verdicts: tuple[Verdict, ...] = ()
+    grades: tuple[Grade, ...] = ()
     contact: float = float("nan")
 
     @property
@@ -197,7 +197,7 @@ def _sweep(plain: Mapping[str, Any]) -> Sweep:
         "track": None if track is None else Track(**_arrays(track)),
         "files": tuple((file, sha256) for file, sha256 in plain["files"]),
         "notes": tuple(plain["notes"]),
-        "verdicts": tuple(Verdict(**v) for v in plain["verdicts"]),
+        "grades": tuple(Grade(**v) for v in plain["grades"]),
         "clock": _clock(plain["clock"]),
         "readings": {name: NoiseEstimate(**found) for name, found in plain["readings"].items()},
     }

@@ -36,8 +36,8 @@ def judge_run(posterior: Posterior, predictions: Sequence[Prediction]) -> Judgem
     posterior : the result.
     predictions : of its sweeps.
     """
-    verdicts = [v for s in posterior.sweeps for v in s.verdicts]
-    bad_data = quality_in_words(verdicts) if any(v.level == "bad" for v in verdicts) else ""
+    grades = [v for s in posterior.sweeps for v in s.grades]
+    bad_data = quality_in_words(grades) if any(v.level == "bad" for v in grades) else ""
     misfits = tuple(
         f"the {kind} of {p.title}" for p in predictions for kind, channel in p.channels.items() if not channel.check.passed
     )

@@ -39,7 +39,7 @@ def summary_json(posterior: Posterior) -> str:
         "seed": posterior.seed,
         "versions": {k.removeprefix(_VERSION_OF): v for k, v in posterior.attrs.items() if k.startswith(_VERSION_OF)},
         "inputs": [{"file": name, "sha256": digest} for name, digest in inputs.items()],
-        "data_quality": [{"specimen": s.specimen, "sweep": s.name, **asdict(v)} for s in posterior.sweeps for v in s.verdicts],
+        "data_quality": [{"specimen": s.specimen, "sweep": s.name, **asdict(v)} for s in posterior.sweeps for v in s.grades],
         "parameters": {name: asdict(s) for name, s in d.parameters.items()},
     }
     return record_to_text("summary", _FORMAT, record)

@@ -1,4 +1,4 @@
-"""From one channel to verdicts on what it shows before contact: whether there is such a part, its drift, its load zero."""
+"""From one channel to grades on what it shows before contact: whether there is such a part, its drift, its load zero."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from calib.lab.linear import slope_and_error
 from calib.lab.observations import Observations
 from calib.lab.onset import FEW_BEFORE, FLAT_RISE, LIGHT_TOUCH, TOO_FEW_BEFORE
 from calib.lab.part import HOLD
+from calib.lab.quality.grade import Grade, Level, level_beyond
 from calib.lab.quality.loading import LoadingBranch, channel_values
-from calib.lab.quality.verdict import Level, Verdict, level_beyond
 from calib.lab.quality.words import percent
 
 #: Drift before contact, scaled to the duration of loading, as a share of the range. The load zero is one constant: a drift goes
@@ -24,7 +24,7 @@ SHORT_START = 0.02
 LOAD_ZERO_REACH = 5.0
 
 
-def check_start(c: LoadingBranch) -> Verdict:
+def check_start(c: LoadingBranch) -> Grade:
     """Does the record start well before contact, so that load zero and contact point can be seen in it?"""
     n = int(np.sum(c.flat))
     travel = max(c.touch - float(c.x[0]), 0.0)
@@ -36,14 +36,14 @@ def check_start(c: LoadingBranch) -> Verdict:
         light = c.name == "force" and first <= LIGHT_TOUCH
         if light:
             finding += f"; a light touch, {percent(first)} of the range, if the cell was balanced"
-        return c.verdict("start before contact", "warning" if light else "bad", travel, c.x_unit, finding, advice)
+        return c.grade("start before contact", "warning" if light else "bad", travel, c.x_unit, finding, advice)
     level: Level = "warning" if share < SHORT_START or n < FEW_BEFORE else "good"
     shown = f"{travel * 1e3:.3g} mm" if c.x_unit == "m" else f"{travel:.3g} {c.x_unit}"
     finding = f"{c.name} is flat over the first {shown} ({n} readings, {percent(share)} of the branch)"
-    return c.verdict("start before contact", level, travel, c.x_unit, finding, advice)
+    return c.grade("start before contact", level, travel, c.x_unit, finding, advice)
 
 
-def check_drift(obs: Observations, c: LoadingBranch) -> Verdict | None:
+def check_drift(obs: Observations, c: LoadingBranch) -> Grade | None:
     """Does the channel move before contact, while nothing touches the sensor?
 
     Parameters
@@ -85,10 +85,10 @@ def check_drift(obs: Observations, c: LoadingBranch) -> Verdict | None:
         if c.name == "force"
         else "Warm the meter up, keep hands and cables away from the leads, and repeat the open correction."
     )
-    return c.verdict("drift before contact", level, share, "1", finding, advice)
+    return c.grade("drift before contact", level, share, "1", finding, advice)
 
 
-def check_load_zero(c: LoadingBranch) -> Verdict:
+def check_load_zero(c: LoadingBranch) -> Grade:
     """Was the load cell balanced before the test?"""
     zero = c.sign * c.zero
     level: Level = "warning" if abs(zero) > min(c.span, LOAD_ZERO_REACH) else "good"
@@ -96,4 +96,4 @@ def check_load_zero(c: LoadingBranch) -> Verdict:
     share = percent(abs(zero) / c.span)
     finding = f"{where} is {zero:.3g} N, {share} of the range of {c.text(c.span)}; it is a parameter, not taken off"
     advice = f"Balance the load cell before the test; beyond {LOAD_ZERO_REACH:g} N give load_zero a prior of its own."
-    return c.verdict("load zero", level, zero, "N", finding, advice)
+    return c.grade("load zero", level, zero, "N", finding, advice)

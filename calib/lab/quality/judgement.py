@@ -1,9 +1,10 @@
-"""From the observations of one lab file to all verdicts on them: which checks are made, and in which order."""
+"""From the observations of one lab file to all grades on them: which checks are made, and in which order."""
 
 from __future__ import annotations
 
 from calib.lab.observations import Observations
 from calib.lab.quality.contact import check_drift, check_load_zero, check_start
+from calib.lab.quality.grade import Grade
 from calib.lab.quality.loading import loading_branch
 from calib.lab.quality.material import check_compliance, check_hysteresis, check_relaxation
 from calib.lab.quality.readings import (
@@ -14,32 +15,31 @@ from calib.lab.quality.readings import (
     check_signal,
     check_time_steps,
 )
-from calib.lab.quality.verdict import Verdict
 from calib.lab.signal import NO_SIGNAL
 
 
-def judge(obs: Observations, machine_compliance: float | None = None) -> tuple[Verdict, ...]:
+def judge(obs: Observations, machine_compliance: float | None = None) -> tuple[Grade, ...]:
     """Say what may spoil a calibration from this lab file, how much, and what to do: channel by channel, check by check.
 
     Parameters
     ----------
     obs : one lab file with force, capacitance or both, over displacement or time.
     machine_compliance : [m/N], measured, or the upper end of its prior; None if nothing is known. Then a light table-top rig
-        (`TYPICAL_COMPLIANCE`) is taken, and the verdict is a warning at most.
+        (`TYPICAL_COMPLIANCE`) is taken, and the grade is a warning at most.
 
     Returns
     -------
-    One verdict for each check that applies; none at all for a file with fewer than five readings of a channel on the loading
+    One grade for each check that applies; none at all for a file with fewer than five readings of a channel on the loading
     branch, which the reduction refuses.
     """
-    verdicts: list[Verdict | None] = []
+    grades: list[Grade | None] = []
     for c in (loading_branch(obs, name) for name in obs.channels):
         if c is None:
             continue
-        verdicts += [check_readings(c), check_signal(c), check_gap(obs, c), check_time_steps(obs, c)]
+        grades += [check_readings(c), check_signal(c), check_gap(obs, c), check_time_steps(obs, c)]
         if c.span <= NO_SIGNAL * c.noise:
             continue  # all other numbers would be shares of noise
-        verdicts += [check_resolution(c), check_clipping(obs, c), check_start(c), check_drift(obs, c), check_relaxation(obs, c)]
+        grades += [check_resolution(c), check_clipping(obs, c), check_start(c), check_drift(obs, c), check_relaxation(obs, c)]
         if c.name == "force":
-            verdicts += [check_load_zero(c), check_hysteresis(obs, c), check_compliance(c, machine_compliance)]
-    return tuple(v for v in verdicts if v is not None)
+            grades += [check_load_zero(c), check_hysteresis(obs, c), check_compliance(c, machine_compliance)]
+    return tuple(v for v in grades if v is not None)

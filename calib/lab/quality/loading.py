@@ -10,7 +10,7 @@ from calib.catalogue import CHANNELS
 from calib.lab.instruments import IntArray
 from calib.lab.observations import Observations
 from calib.lab.onset import flat_part
-from calib.lab.quality.verdict import Level, Verdict
+from calib.lab.quality.grade import Grade, Level
 from calib.lab.signal import excursion, first_crest, reading_noise, resolution
 from models.sensor import BoolArray, FloatArray
 
@@ -54,15 +54,15 @@ class LoadingBranch:
         """Level before contact, or the first reading if there is no flat part. In `unit`, of `y`."""
         return float(np.median(self.y[self.flat]) if np.any(self.flat) else self.y[0])
 
-    def verdict(self, check: str, level: Level, number: float, unit: str, finding: str, advice: str) -> Verdict:
+    def grade(self, check: str, level: Level, number: float, unit: str, finding: str, advice: str) -> Grade:
         """Say what a check found in this channel.
 
         Parameters
         ----------
-        check, level, number, unit, finding : as in `Verdict`.
-        advice : left out of a verdict that is good.
+        check, level, number, unit, finding : as in `Grade`.
+        advice : left out of a grade that is good.
         """
-        return Verdict(check, level, float(number), unit, finding, "" if level == "good" else advice, self.name, self.file)
+        return Grade(check, level, float(number), unit, finding, "" if level == "good" else advice, self.name, self.file)
 
     def text(self, value: float) -> str:
         """Write a value of the channel for people, in N or pF."""

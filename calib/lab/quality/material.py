@@ -1,4 +1,4 @@
-"""From one channel to verdicts on what the model leaves out: relaxation and hysteresis of the material, give of the machine."""
+"""From one channel to grades on what the model leaves out: relaxation and hysteresis of the material, give of the machine."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from scipy.integrate import trapezoid
 
 from calib.lab.observations import Observations
 from calib.lab.part import HOLD
+from calib.lab.quality.grade import Grade, level_beyond
 from calib.lab.quality.loading import LoadingBranch, channel_values, longest_run
-from calib.lab.quality.verdict import Verdict, level_beyond
 from calib.lab.quality.words import percent
 from models.sensor import FloatArray
 
@@ -34,7 +34,7 @@ COMPLIANCE_SHARE, LARGE_COMPLIANCE_SHARE = 0.10, 0.50
 TYPICAL_COMPLIANCE = 1 / 57e3
 
 
-def check_relaxation(obs: Observations, c: LoadingBranch) -> Verdict | None:
+def check_relaxation(obs: Observations, c: LoadingBranch) -> Grade | None:
     """How much does the channel go on changing while the crosshead stands under load?
 
     Parameters
@@ -61,10 +61,10 @@ def check_relaxation(obs: Observations, c: LoadingBranch) -> Verdict | None:
     length = f"{obs.time[end - 1] - obs.time[begin]:.3g} s" if obs.time is not None else f"{n} readings"
     finding = f"{c.name} changes by {percent(share)} of its range while the crosshead stands for {length} under load"
     advice = "The material relaxes, and the modulus is that of this speed: press at the speed of the use, or much slower."
-    return c.verdict("change in the hold", level, share, "1", finding, advice)
+    return c.grade("change in the hold", level, share, "1", finding, advice)
 
 
-def check_hysteresis(obs: Observations, c: LoadingBranch) -> Verdict | None:
+def check_hysteresis(obs: Observations, c: LoadingBranch) -> Grade | None:
     """What share of the work of loading does unloading not give back?
 
     Parameters
@@ -103,10 +103,10 @@ def check_hysteresis(obs: Observations, c: LoadingBranch) -> Verdict | None:
         if odd
         else "Condition the specimen with a few cycles before the test, or press slower; the modulus is that of loading."
     )
-    return c.verdict("hysteresis", level, ratio, "1", finding, advice)
+    return c.grade("hysteresis", level, ratio, "1", finding, advice)
 
 
-def check_compliance(c: LoadingBranch, machine_compliance: float | None) -> Verdict | None:
+def check_compliance(c: LoadingBranch, machine_compliance: float | None) -> Grade | None:
     """What share of the travel is taken by the machine and not by the sensor?
 
     Parameters
@@ -133,7 +133,7 @@ def check_compliance(c: LoadingBranch, machine_compliance: float | None) -> Verd
         f"{c.text(force)}; it would be {limits} µm/N"
     )
     advice = "Press the ball onto bare steel and give the slope as prior of machine_compliance."
-    return c.verdict("machine compliance", level, share, "1", finding, advice)
+    return c.grade("machine compliance", level, share, "1", finding, advice)
 
 
 def _area(x: FloatArray, y: FloatArray, zero: float, low: float, high: float) -> float:

@@ -1,4 +1,4 @@
-"""From one channel to verdicts on how it was read: enough readings, in fine and even steps, without gap and flat top."""
+"""From one channel to grades on how it was read: enough readings, in fine and even steps, without gap and flat top."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import numpy as np
 
 from calib.lab.linear import slope_and_error
 from calib.lab.observations import Observations
+from calib.lab.quality.grade import Grade, level_beyond
 from calib.lab.quality.loading import LoadingBranch, channel_values, longest_run
-from calib.lab.quality.verdict import Verdict, level_beyond
 from calib.lab.quality.words import percent
 from calib.lab.signal import NO_SIGNAL
 
@@ -23,7 +23,7 @@ WEAK_SIGNAL = 30.0
 #: coarsest of a calibrated testing machine), ISO 7500-1:2018, table 2. Taken over for the change of capacitance.
 FEW_STEPS, TOO_FEW_STEPS = 1 / 0.005, 1 / 0.015
 #: Readings in a row at exactly the largest value before a channel is suspected, and the share of its range that must be lost
-#: on this flat top for the verdict bad. The load cell or the meter's range ends there, and the curve with it.
+#: on this flat top for the grade bad. The load cell or the meter's range ends there, and the curve with it.
 FLAT_TOP, FLAT_TOP_LOSS = 5, 0.02
 #: A gap is longer than so many usual time steps, and takes so much of the duration of loading: one of the forty points, and one
 #: fifth of the curve.
@@ -33,16 +33,16 @@ GAP_STEPS, GAP, LARGE_GAP = 5.0, 1 / 40, 0.2
 UNEVEN_STEPS = 10.0
 
 
-def check_readings(c: LoadingBranch) -> Verdict:
+def check_readings(c: LoadingBranch) -> Grade:
     """Are there enough readings in contact to know the noise from them?"""
     n = int(np.sum(~c.flat))
     level = level_beyond(-n, -FEW_READINGS, -TOO_FEW_READINGS)
     finding = f"{n} readings of {c.name} in contact on the loading branch; from {FEW_READINGS} on the noise is known well"
     advice = "Log faster or press slower; a sweep lives on a hundred readings and more."
-    return c.verdict("readings in contact", level, n, "readings", finding, advice)
+    return c.grade("readings in contact", level, n, "readings", finding, advice)
 
 
-def check_signal(c: LoadingBranch) -> Verdict | None:
+def check_signal(c: LoadingBranch) -> Grade | None:
     """Does the channel change by enough, against the noise of one reading? None for fewer than twenty readings."""
     if c.y.size < 20:
         return None  # second differences of so few readings are the curve's bend, not noise
@@ -50,20 +50,20 @@ def check_signal(c: LoadingBranch) -> Verdict | None:
     level = level_beyond(-ratio, -WEAK_SIGNAL, -NO_SIGNAL)
     finding = f"{c.name} changes by {c.text(c.span)}, {ratio:.0f} times the noise of one reading ({c.text(c.noise)})"
     advice = "Press harder, average longer (slower meter speed), shield the leads."
-    return c.verdict("signal", level, ratio, "times", finding, advice)
+    return c.grade("signal", level, ratio, "times", finding, advice)
 
 
-def check_resolution(c: LoadingBranch) -> Verdict:
+def check_resolution(c: LoadingBranch) -> Grade:
     """Is the channel written in steps that are small against its range?"""
     steps = c.span / c.step
     level = level_beyond(-steps, -FEW_STEPS, -TOO_FEW_STEPS)
     asked = f"class 1 of ISO 7500-1 asks for {FEW_STEPS:.0f}" if c.name == "force" else f"{FEW_STEPS:.0f} are enough"
     finding = f"{c.name} is written in steps of {c.text(c.step)}, {steps:.0f} in the range of {c.text(c.span)}; {asked}"
     advice = "in N rather than kN, or use a smaller load cell" if c.name == "force" else "or choose a finer range of the meter"
-    return c.verdict("resolution", level, steps, "steps", finding, f"Export with more decimals, {advice}.")
+    return c.grade("resolution", level, steps, "steps", finding, f"Export with more decimals, {advice}.")
 
 
-def check_clipping(obs: Observations, c: LoadingBranch) -> Verdict | None:
+def check_clipping(obs: Observations, c: LoadingBranch) -> Grade | None:
     """Did the load cell or the meter reach the end of its range, so that the curve has a flat top?
 
     Parameters
@@ -91,12 +91,12 @@ def check_clipping(obs: Observations, c: LoadingBranch) -> Verdict | None:
     if n >= FLAT_TOP and lost > 3 * (c.step + c.noise):
         finding = f"{n} readings in a row at exactly {c.text(c.sign * top)}, where {c.name} was to rise by {c.text(lost)} more"
         advice = "The channel has reached the end of its range: choose a larger one, or press less."
-        return c.verdict("clipping", "bad" if lost > FLAT_TOP_LOSS * c.span else "warning", n, "readings", finding, advice)
+        return c.grade("clipping", "bad" if lost > FLAT_TOP_LOSS * c.span else "warning", n, "readings", finding, advice)
     finding = f"{n} reading{'s' if n != 1 else ''} in a row at the largest value, {c.text(c.sign * top)}: no flat top"
-    return c.verdict("clipping", "good", n, "readings", finding, "")
+    return c.grade("clipping", "good", n, "readings", finding, "")
 
 
-def check_gap(obs: Observations, c: LoadingBranch) -> Verdict | None:
+def check_gap(obs: Observations, c: LoadingBranch) -> Grade | None:
     """Are readings missing while loading?
 
     Parameters
@@ -122,10 +122,10 @@ def check_gap(obs: Observations, c: LoadingBranch) -> Verdict | None:
     level = level_beyond(share, GAP, LARGE_GAP) if longest > GAP_STEPS * usual else "good"
     size = f"{longest:.3g} s, {longest / usual:.3g} times the usual step and {percent(share)} of the branch"
     advice = "Readings are missing: look for a stop of the logger, or for rows deleted by hand."
-    return c.verdict("gap in time", level, longest, "s", f"longest time without a reading while loading: {size}", advice)
+    return c.grade("gap in time", level, longest, "s", f"longest time without a reading while loading: {size}", advice)
 
 
-def check_time_steps(obs: Observations, c: LoadingBranch) -> Verdict | None:
+def check_time_steps(obs: Observations, c: LoadingBranch) -> Grade | None:
     """Do the readings follow each other in even steps of time, as the estimate of their noise takes for granted?
 
     Parameters
@@ -147,4 +147,4 @@ def check_time_steps(obs: Observations, c: LoadingBranch) -> Verdict | None:
     ratio = high / max(low, 1e-3 * float(np.median(steps)))
     finding = f"nine of ten time steps lie between {low:.3g} and {high:.3g} s"
     advice = "Log in equal steps of time: the noise is judged as if readings followed each other evenly."
-    return c.verdict("even time steps", level_beyond(ratio, UNEVEN_STEPS, math.inf), ratio, "times", finding, advice)
+    return c.grade("even time steps", level_beyond(ratio, UNEVEN_STEPS, math.inf), ratio, "times", finding, advice)

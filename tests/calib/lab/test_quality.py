@@ -1,4 +1,4 @@
-"""Verdicts on lab files: each check objects at a known number, stays quiet on a clean test, and is right on real files."""
+"""Grades on lab files: each check objects at a known number, stays quiet on a clean test, and is right on real files."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ import pytest
 from calib.lab.instruments.reader import read_lab_file
 from calib.lab.observations import Observations, observe
 from calib.lab.pressing import make_sweep
+from calib.lab.quality.grade import Grade, worst_first
 from calib.lab.quality.judgement import judge
 from calib.lab.quality.material import TYPICAL_COMPLIANCE
-from calib.lab.quality.verdict import Verdict, worst_first
-from calib.lab.quality.words import number_text, quality_in_words, verdict_rows
+from calib.lab.quality.words import grade_rows, number_text, quality_in_words
 from calib.lab.sweep import sweeps_from_json, sweeps_to_json
 from models.sensor import BoolArray, FloatArray
 
@@ -75,9 +75,9 @@ class Test:
         return observe(read_lab_file(self.file(folder, keep)))
 
 
-def verdict(obs: Observations, check: str, channel: str = "force", compliance: float | None = None) -> Verdict:
+def grade(obs: Observations, check: str, channel: str = "force", compliance: float | None = None) -> Grade:
     found = [v for v in judge(obs, compliance) if v.check == check and v.channel == channel]
-    assert len(found) == 1, f"{check} of {channel}: {len(found)} verdicts"
+    assert len(found) == 1, f"{check} of {channel}: {len(found)} grades"
     return found[0]
 
 
@@ -89,8 +89,8 @@ def checks(obs: Observations) -> set[str]:
 
 
 def test_every_check_gives_a_good_verdict_with_its_number_on_a_clean_test(tmp_path: Path) -> None:
-    verdicts = judge(Test(hold=5.0).observe(tmp_path), machine_compliance=2e-6)
-    assert {v.check for v in verdicts} == {
+    grades = judge(Test(hold=5.0).observe(tmp_path), machine_compliance=2e-6)
+    assert {v.check for v in grades} == {
         "readings in contact",
         "signal",
         "gap in time",
@@ -104,10 +104,10 @@ def test_every_check_gives_a_good_verdict_with_its_number_on_a_clean_test(tmp_pa
         "hysteresis",
         "machine compliance",
     }
-    assert [v for v in verdicts if v.level != "good"] == []
-    assert all(math.isfinite(v.number) and v.finding and not v.advice for v in verdicts)
-    assert {v.file for v in verdicts} == {"tester.csv"}
-    assert quality_in_words(verdicts) == "12 checks: all good."
+    assert [v for v in grades if v.level != "good"] == []
+    assert all(math.isfinite(v.number) and v.finding and not v.advice for v in grades)
+    assert {v.file for v in grades} == {"tester.csv"}
+    assert quality_in_words(grades) == "12 checks: all good."
 
 
 def test_verdicts_do_not_change_the_observations(tmp_path: Path) -> None:
@@ -120,19 +120,19 @@ def test_verdicts_do_not_change_the_observations(tmp_path: Path) -> None:
 
 
 def test_objections_come_first_and_with_advice(tmp_path: Path) -> None:
-    verdicts = judge(Test(interval=4.0, decimals=1, unloading=False).observe(tmp_path))
-    levels = [row[0] for row in verdict_rows(verdicts)]
+    grades = judge(Test(interval=4.0, decimals=1, unloading=False).observe(tmp_path))
+    levels = [row[0] for row in grade_rows(grades)]
     assert levels == sorted(levels, key=["bad", "warning", "good"].index)
     assert levels[0] == "bad"
-    assert all(bool(row[4]) == (row[0] != "good") for row in verdict_rows(verdicts))
-    words = quality_in_words(verdicts)
-    assert words.startswith(f"{len(verdicts)} checks: ")
+    assert all(bool(row[4]) == (row[0] != "good") for row in grade_rows(grades))
+    words = quality_in_words(grades)
+    assert words.startswith(f"{len(grades)} checks: ")
     assert "resolution, force, of tester.csv" in words
 
 
 def test_worst_first_keeps_the_order_within_a_level() -> None:
     levels: dict[str, Literal["good", "bad"]] = {"a": "good", "b": "bad", "c": "good", "d": "bad"}
-    made = [Verdict(check, level, 1.0, "N", "", "", "force", "f") for check, level in levels.items()]
+    made = [Grade(check, level, 1.0, "N", "", "", "force", "f") for check, level in levels.items()]
     assert [v.check for v in worst_first(made)] == ["b", "d", "a", "c"]
 
 
@@ -141,7 +141,7 @@ def test_worst_first_keeps_the_order_within_a_level() -> None:
     [(0.123, "1", "12 %"), (1.7, "1", "170 %"), (2e-4, "m", "0.2 mm"), (1.0, "readings", "1 reading"), (-0.46, "N", "-0.46 N")],
 )
 def test_numbers_are_shown_in_the_units_of_people(number: float, unit: str, text: str) -> None:
-    assert number_text(Verdict("x", "good", number, unit, "", "", "force", "f")) == text
+    assert number_text(Grade("x", "good", number, unit, "", "", "force", "f")) == text
 
 
 def test_a_file_without_a_loading_branch_gets_no_verdict(tmp_path: Path) -> None:
@@ -154,7 +154,7 @@ def test_a_file_without_a_loading_branch_gets_no_verdict(tmp_path: Path) -> None
 
 @pytest.mark.parametrize(("interval", "level"), [(0.1, "good"), (4.0, "warning"), (8.0, "bad")])
 def test_few_readings_in_contact_are_counted(tmp_path: Path, interval: float, level: str) -> None:
-    found = verdict(Test(interval=interval).observe(tmp_path), "readings in contact")
+    found = grade(Test(interval=interval).observe(tmp_path), "readings in contact")
     assert found.level == level
     assert found.number == pytest.approx(80 / interval, rel=0.15, abs=2)
     assert found.unit == "readings"
@@ -163,7 +163,7 @@ def test_few_readings_in_contact_are_counted(tmp_path: Path, interval: float, le
 @pytest.mark.parametrize(("noise", "level"), [(2e-3, "good"), (0.25, "warning"), (1.0, "bad")])
 def test_a_signal_in_the_noise_is_told_by_their_ratio(tmp_path: Path, noise: float, level: str) -> None:
     obs = Test(noise=noise).observe(tmp_path)
-    found = verdict(obs, "signal")
+    found = grade(obs, "signal")
     assert found.level == level
     assert found.number == pytest.approx(5 / noise, rel=0.5)
     # Where nothing but noise is, no other share of the range is claimed.
@@ -172,7 +172,7 @@ def test_a_signal_in_the_noise_is_told_by_their_ratio(tmp_path: Path, noise: flo
 
 @pytest.mark.parametrize(("decimals", "steps", "level"), [(3, 5000, "good"), (1, 50, "bad")])
 def test_coarse_steps_of_the_load_are_told_by_their_number(tmp_path: Path, decimals: int, steps: float, level: str) -> None:
-    found = verdict(Test(decimals=decimals).observe(tmp_path), "resolution")
+    found = grade(Test(decimals=decimals).observe(tmp_path), "resolution")
     assert (found.level, found.unit) == (level, "steps")
     assert found.number == pytest.approx(steps, rel=0.03)
 
@@ -182,14 +182,14 @@ def test_steps_of_a_converter_are_seen_behind_many_digits(tmp_path: Path) -> Non
     count = 0.04883712345678
     lines = [f"{a:.4f},{b:.5f},{count * round(c / count):.15f}\n" for a, b, c in zip(t, x, f, strict=True)]
     (tmp_path / "t.csv").write_text("Time (s),Extension (mm),Load (N)\n" + "".join(lines))
-    found = verdict(observe(read_lab_file(tmp_path / "t.csv")), "resolution")
+    found = grade(observe(read_lab_file(tmp_path / "t.csv")), "resolution")
     assert found.level == "warning"
     assert found.number == pytest.approx(5 / count, rel=0.02)
 
 
 @pytest.mark.parametrize(("limit", "level"), [(math.inf, "good"), (5.12, "warning"), (4.0, "bad")])
 def test_a_flat_top_while_the_crosshead_goes_on_is_clipping(tmp_path: Path, limit: float, level: str) -> None:
-    found = verdict(Test(limit=limit).observe(tmp_path), "clipping")
+    found = grade(Test(limit=limit).observe(tmp_path), "clipping")
     assert found.level == level
     if level == "bad":
         # F = 3.8 N is reached at (3.8 / 5)^(1 / 1.6) of the depth, and the rest of the loading branch is lost.
@@ -198,19 +198,19 @@ def test_a_flat_top_while_the_crosshead_goes_on_is_clipping(tmp_path: Path, limi
 
 
 def test_coarse_steps_alone_are_no_clipping(tmp_path: Path) -> None:
-    assert verdict(Test(decimals=1, noise=0.0).observe(tmp_path), "clipping").level == "good"
+    assert grade(Test(decimals=1, noise=0.0).observe(tmp_path), "clipping").level == "good"
 
 
 def test_a_record_that_starts_in_contact_is_bad(tmp_path: Path) -> None:
     obs = Test().observe(tmp_path, keep=lambda t: t > 30)
-    found = verdict(obs, "start before contact")
+    found = grade(obs, "start before contact")
     assert (found.level, found.number, found.unit) == ("bad", 0.0, "m")
     assert "drift before contact" not in checks(obs)
-    assert "in contact or not" in verdict(obs, "load zero").finding
+    assert "in contact or not" in grade(obs, "load zero").finding
 
 
 def test_a_balanced_cell_that_starts_at_first_touch_is_a_warning(tmp_path: Path) -> None:
-    found = verdict(
+    found = grade(
         Test(load_zero=0.0, approach=0.0, noise=1e-3).observe(tmp_path, keep=lambda t: t > 0.7), "start before contact"
     )
     assert found.level == "warning"
@@ -219,7 +219,7 @@ def test_a_balanced_cell_that_starts_at_first_touch_is_a_warning(tmp_path: Path)
 
 @pytest.mark.parametrize(("approach", "level"), [(0.2, "good"), (0.012, "warning")])
 def test_the_travel_before_contact_is_measured(tmp_path: Path, approach: float, level: str) -> None:
-    found = verdict(Test(approach=approach, noise=5e-4).observe(tmp_path), "start before contact")
+    found = grade(Test(approach=approach, noise=5e-4).observe(tmp_path), "start before contact")
     assert found.level == level
     assert found.number == pytest.approx(approach * 1e-3, abs=0.01e-3)
 
@@ -229,12 +229,12 @@ def test_a_curve_that_stiffens_has_no_flat_part(tmp_path: Path) -> None:
     f = 40 * x / (22 - x) + 0.02 * np.random.default_rng(2).normal(size=x.size) + 4
     lines = "".join(f"{0.1 * i:.1f},{a:.4f},{b:.3f}\n" for i, (a, b) in enumerate(zip(x, f, strict=True)))
     (tmp_path / "t.csv").write_text("Time (s),Extension (mm),Load (N)\n" + lines)
-    assert verdict(observe(read_lab_file(tmp_path / "t.csv")), "start before contact").level == "bad"
+    assert grade(observe(read_lab_file(tmp_path / "t.csv")), "start before contact").level == "bad"
 
 
 @pytest.mark.parametrize(("share", "level"), [(0.0, "good"), (0.03, "warning"), (-0.03, "warning"), (0.08, "bad")])
 def test_drift_before_contact_is_scaled_to_the_loading(tmp_path: Path, share: float, level: str) -> None:
-    found = verdict(Test(drift=share * 5 / 100, approach=0.4, depth=0.6).observe(tmp_path), "drift before contact")
+    found = grade(Test(drift=share * 5 / 100, approach=0.4, depth=0.6).observe(tmp_path), "drift before contact")
     assert found.level == level
     assert found.number == pytest.approx(share, abs=0.1 * abs(share) + 1e-3)
 
@@ -247,7 +247,7 @@ def test_drift_is_seen_while_the_crosshead_waits(tmp_path: Path) -> None:
     f = np.concatenate([0.2 + 2e-3 * rng.normal(size=wait.size), f]) + 2e-3 * t
     lines = "".join(f"{a:.3f},{b:.5f},{c:.4f}\n" for a, b, c in zip(t, x, f, strict=True))
     (tmp_path / "t.csv").write_text("Time (s),Extension (mm),Load (N)\n" + lines)
-    found = verdict(observe(read_lab_file(tmp_path / "t.csv")), "drift before contact")
+    found = grade(observe(read_lab_file(tmp_path / "t.csv")), "drift before contact")
     assert found.level == "warning"
     assert found.number == pytest.approx(2e-3 * 85 / 5.17, rel=0.03)
     assert "from 63" in found.finding  # 600 readings of the wait and four fifths of the approach
@@ -255,7 +255,7 @@ def test_drift_is_seen_while_the_crosshead_waits(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("relaxation", "level"), [(0.02, "good"), (0.1, "warning"), (0.4, "bad")])
 def test_relaxation_in_a_hold_is_told_as_a_share(tmp_path: Path, relaxation: float, level: str) -> None:
-    found = verdict(Test(hold=20.0, relaxation=relaxation).observe(tmp_path), "change in the hold")
+    found = grade(Test(hold=20.0, relaxation=relaxation).observe(tmp_path), "change in the hold")
     assert found.level == level
     # The ends of the hold are means over a fifth of it each.
     assert found.number == pytest.approx(-0.8 * relaxation, rel=0.1)
@@ -263,7 +263,7 @@ def test_relaxation_in_a_hold_is_told_as_a_share(tmp_path: Path, relaxation: flo
 
 @pytest.mark.parametrize(("hysteresis", "level"), [(0.05, "good"), (0.2, "warning"), (0.4, "bad"), (-0.1, "warning")])
 def test_hysteresis_is_the_share_of_work_not_given_back(tmp_path: Path, hysteresis: float, level: str) -> None:
-    found = verdict(Test(hysteresis=hysteresis).observe(tmp_path), "hysteresis")
+    found = grade(Test(hysteresis=hysteresis).observe(tmp_path), "hysteresis")
     assert found.level == level
     assert found.number == pytest.approx(hysteresis, abs=0.005)
 
@@ -278,24 +278,24 @@ def test_of_several_cycles_the_first_gives_the_hysteresis(tmp_path: Path) -> Non
     x, f = np.concatenate([x, x[1:]]), np.concatenate([f, later[1:]])
     lines = "".join(f"{0.1 * i:.3f},{b:.5f},{c:.4f}\n" for i, (b, c) in enumerate(zip(x, f, strict=True)))
     (tmp_path / "t.csv").write_text("Time (s),Extension (mm),Load (N)\n" + lines)
-    assert verdict(observe(read_lab_file(tmp_path / "t.csv")), "hysteresis").number == pytest.approx(0.2, abs=0.005)
+    assert grade(observe(read_lab_file(tmp_path / "t.csv")), "hysteresis").number == pytest.approx(0.2, abs=0.005)
 
 
 @pytest.mark.parametrize(("compliance", "level"), [(2e-6, "good"), (30e-6, "warning"), (100e-6, "bad"), (None, "warning")])
 def test_the_machine_takes_its_share_of_the_travel(tmp_path: Path, compliance: float | None, level: str) -> None:
-    found = verdict(Test().observe(tmp_path), "machine compliance", compliance=compliance)
+    found = grade(Test().observe(tmp_path), "machine compliance", compliance=compliance)
     assert found.level == level
     assert found.number == pytest.approx((compliance or TYPICAL_COMPLIANCE) * 5 / 0.8e-3, rel=0.02)
     assert re.search(r"10 % at 1[56][0-9.]* and 50 % at (79|80)[0-9.]* µm/N", found.finding)
 
 
 def test_an_unknown_compliance_never_says_bad(tmp_path: Path) -> None:
-    assert verdict(Test(depth=0.1).observe(tmp_path), "machine compliance").level == "warning"
+    assert grade(Test(depth=0.1).observe(tmp_path), "machine compliance").level == "warning"
 
 
 @pytest.mark.parametrize(("gap", "level"), [(0.1, "good"), (1.8, "good"), (5.0, "warning"), (30.0, "bad")])
 def test_a_gap_while_loading_is_measured(tmp_path: Path, gap: float, level: str) -> None:
-    found = verdict(Test().observe(tmp_path, keep=lambda t: (t <= 50.0001) | (t >= 49.9999 + gap)), "gap in time")
+    found = grade(Test().observe(tmp_path, keep=lambda t: (t <= 50.0001) | (t >= 49.9999 + gap)), "gap in time")
     assert found.level == level
     assert found.number == pytest.approx(gap, abs=1e-6)
 
@@ -308,20 +308,20 @@ def test_a_hold_within_the_loading_is_no_gap(tmp_path: Path) -> None:
     (tmp_path / "t.csv").write_text("Time (s),Extension (mm),Load (N)\n" + lines)
     obs = observe(read_lab_file(tmp_path / "t.csv"))
     assert any(b == "hold" for b in obs.branch)
-    assert verdict(obs, "gap in time").number == pytest.approx(0.1)
+    assert grade(obs, "gap in time").number == pytest.approx(0.1)
 
 
 def test_uneven_time_steps_are_told_by_their_ratio(tmp_path: Path) -> None:
-    assert verdict(Test().observe(tmp_path), "even time steps").number == pytest.approx(1, abs=0.01)
+    assert grade(Test().observe(tmp_path), "even time steps").number == pytest.approx(1, abs=0.01)
     uneven = Test(interval=0.01).observe(tmp_path, keep=lambda t: (t < 20) | (np.round(t * 100) % 50 == 0))
-    found = verdict(uneven, "even time steps")
+    found = grade(uneven, "even time steps")
     assert found.level == "warning"
     assert found.number == pytest.approx(50, rel=0.01)
 
 
 @pytest.mark.parametrize(("zero", "level"), [(-4.3, "good"), (-5.2, "warning"), (6.0, "warning")])
 def test_an_unzeroed_load_is_a_note_unless_it_exceeds_range_or_prior(tmp_path: Path, zero: float, level: str) -> None:
-    found = verdict(Test(load_zero=zero).observe(tmp_path), "load zero")
+    found = grade(Test(load_zero=zero).observe(tmp_path), "load zero")
     assert found.level == level
     assert found.number == pytest.approx(zero, abs=2e-3)
 
@@ -343,16 +343,16 @@ def _meter(folder: Path, limit: float = math.inf, noise: float = 2e-3, fall: boo
 def test_a_meter_log_without_displacement_is_judged_up_to_its_crest(tmp_path: Path, fall: bool) -> None:
     obs = _meter(tmp_path, fall=fall)
     assert {v.level for v in judge(obs)} == {"good"}
-    assert verdict(obs, "readings in contact", "capacitance").number == pytest.approx(790, abs=25)
-    start = verdict(obs, "start before contact", "capacitance")
+    assert grade(obs, "readings in contact", "capacitance").number == pytest.approx(790, abs=25)
+    start = grade(obs, "start before contact", "capacitance")
     assert start.unit == "s"
     assert start.number == pytest.approx(20, abs=2)
-    assert verdict(obs, "resolution", "capacitance").number == pytest.approx(2000, rel=0.02)
+    assert grade(obs, "resolution", "capacitance").number == pytest.approx(2000, rel=0.02)
 
 
 def test_a_meter_that_clips_is_told_by_readings_without_noise(tmp_path: Path) -> None:
-    assert verdict(_meter(tmp_path), "clipping", "capacitance").level == "good"
-    found = verdict(_meter(tmp_path, limit=98.5), "clipping", "capacitance")
+    assert grade(_meter(tmp_path), "clipping", "capacitance").level == "good"
+    found = grade(_meter(tmp_path, limit=98.5), "clipping", "capacitance")
     assert found.level == "bad"
     assert "98.5 pF" in found.finding
 
@@ -383,15 +383,15 @@ def test_a_quiet_meter_says_nothing_on_clipping(tmp_path: Path) -> None:
     ],
 )
 def test_real_files_get_the_objections_they_deserve(name: str, objections: dict[str, str]) -> None:
-    verdicts = judge(observe(read_lab_file(SHARED / name)))
-    assert {v.check: v.level for v in verdicts if v.level != "good"} == objections
+    grades = judge(observe(read_lab_file(SHARED / name)))
+    assert {v.check: v.level for v in grades if v.level != "good"} == objections
 
 
 @needs_labdata
 def test_a_public_indentation_needs_its_compliance() -> None:
     """The authors' 64.27 N/mm takes a third of the travel in contact; their modulus doubles with it."""
     obs = observe(read_lab_file(SHARED / "p3_asmi_sphere_indentation" / "well_E5_20251030_122001.csv"))
-    found = verdict(obs, "machine compliance", compliance=1 / 64.27e3)
+    found = grade(obs, "machine compliance", compliance=1 / 64.27e3)
     assert found.level == "warning"
     assert found.number == pytest.approx(10.0 / 64.27 / 0.545, rel=0.05)
 
@@ -399,15 +399,15 @@ def test_a_public_indentation_needs_its_compliance() -> None:
 @needs_labdata
 def test_a_load_in_kilonewtons_with_four_decimals_has_steps_of_a_tenth_of_a_newton() -> None:
     obs = observe(read_lab_file(SHARED / "instron" / "i09_bhu_exports_quoted_kN_blankfirstcol.csv"))
-    assert verdict(obs, "resolution").number == pytest.approx(73)
-    assert "steps of 0.1 N" in verdict(obs, "resolution").finding
-    assert verdict(obs, "hysteresis").number == pytest.approx(0.066, abs=0.002)
+    assert grade(obs, "resolution").number == pytest.approx(73)
+    assert "steps of 0.1 N" in grade(obs, "resolution").finding
+    assert grade(obs, "hysteresis").number == pytest.approx(0.066, abs=0.002)
 
 
 @pytest.mark.parametrize("name", ["sensor1_instron.csv", "sensor2_instron.csv", "sensor1_lcr.csv", "sensor2_lcr.csv"])
 def test_the_data_set_of_the_project_gets_no_objection_with_its_prior(name: str) -> None:
-    verdicts = judge(observe(read_lab_file(DATASETS / name)), machine_compliance=5e-6)
-    assert [v for v in verdicts if v.level != "good"] == []
+    grades = judge(observe(read_lab_file(DATASETS / name)), machine_compliance=5e-6)
+    assert [v for v in grades if v.level != "good"] == []
 
 
 # ------------------------------------------------------------------------------------------------------------- the sweep
@@ -416,11 +416,11 @@ def test_the_data_set_of_the_project_gets_no_objection_with_its_prior(name: str)
 def test_a_sweep_keeps_the_verdicts_on_both_files_and_they_survive_json() -> None:
     files = DATASETS / "sensor1_instron.csv", DATASETS / "sensor1_lcr.csv"
     sweep = make_sweep("sensor 1", "", 5e-3, *files)
-    assert {v.file for v in sweep.verdicts} == {f.name for f in files}
-    assert {v.channel for v in sweep.verdicts} == {"force", "capacitance"}
+    assert {v.file for v in sweep.grades} == {f.name for f in files}
+    assert {v.channel for v in sweep.grades} == {"force", "capacitance"}
     text = sweeps_to_json([sweep])
-    assert json.loads(text)["sweeps"][0]["verdicts"][0]["check"] == "readings in contact"
-    assert sweeps_from_json(text)[0].verdicts == sweep.verdicts
+    assert json.loads(text)["sweeps"][0]["grades"][0]["check"] == "readings in contact"
+    assert sweeps_from_json(text)[0].grades == sweep.grades
 
 
 def test_a_file_of_both_channels_is_judged_once(tmp_path: Path) -> None:
@@ -429,14 +429,14 @@ def test_a_file_of_both_channels_is_judged_once(tmp_path: Path) -> None:
     lines = "".join(f"{a:.3f},{b:.5f},{d:.3f},{e:.4f}\n" for a, b, d, e in zip(t, x, f, c, strict=True))
     path = tmp_path / "both.csv"
     path.write_text("Time (s),Displacement (mm),Force (N),Capacitance (pF)\n" + lines)
-    verdicts = make_sweep("s", "", 5e-3, path, path).verdicts
-    assert len({(v.check, v.channel) for v in verdicts}) == len(verdicts)
+    grades = make_sweep("s", "", 5e-3, path, path).grades
+    assert len({(v.check, v.channel) for v in grades}) == len(grades)
 
 
 def test_a_known_compliance_of_the_machine_reaches_the_verdict(tmp_path: Path) -> None:
     path = Test().file(tmp_path)
     levels = [
-        {v.check: v.level for v in make_sweep("s", "", 5e-3, path, None, machine_compliance=c).verdicts}["machine compliance"]
+        {v.check: v.level for v in make_sweep("s", "", 5e-3, path, None, machine_compliance=c).grades}["machine compliance"]
         for c in (None, 2e-6)
     ]
     assert levels == ["warning", "good"]

@@ -20,7 +20,7 @@ from calib.decision.padding import recommend
 from calib.decision.requirement import Requirement
 from calib.lab.instruments import read_lab_file
 from calib.lab.observations import observe
-from calib.lab.quality.verdict import Verdict
+from calib.lab.quality.grade import Grade
 from calib.report import file_figure, summary_csv, summary_json, write_figure, write_report
 from calib.report.figures.posterior import trace_figure
 from calib.report.figures.predictive import change_figure
@@ -64,7 +64,7 @@ def _renamed(posterior: Posterior, new: dict[str, str], experiment: str) -> Post
                 s,
                 specimen=new[s.specimen],
                 files=tuple((f"{new[s.specimen]}.csv", digest) for _, digest in s.files),
-                verdicts=(Verdict("signal", "warning", 3.0, "times", f"{experiment} found", "Do", "force", new[s.specimen]),),
+                grades=(Grade("signal", "warning", 3.0, "times", f"{experiment} found", "Do", "force", new[s.specimen]),),
             )
             for s in posterior.sweeps
         ),

@@ -23,7 +23,7 @@ from calib.decision.padding import recommend
 from calib.decision.recommendation import Recommendation
 from calib.decision.requirement import Requirement
 from calib.experiment.plan import MaterialLaw
-from calib.lab.quality.verdict import Verdict
+from calib.lab.quality.grade import Grade
 from calib.report import sections
 from calib.report.digits import interval_text, with_uncertainty
 from calib.report.figures.predictive import channel_figure
@@ -246,18 +246,18 @@ def test_a_model_that_does_not_describe_the_data_is_no_success(
     assert "can be used" not in text
 
 
-VERDICTS = (
-    Verdict("readings in contact", "good", 240.0, "readings", "240 readings", "", "force", "sensor 1_force.csv"),
-    Verdict(
+GRADES = (
+    Grade("readings in contact", "good", 240.0, "readings", "240 readings", "", "force", "sensor 1_force.csv"),
+    Grade(
         "load zero", "warning", -6.1, "N", "the force before contact is -6.1 N", "Balance it.", "force", "sensor 1_force.csv"
     ),
-    Verdict("hysteresis", "bad", 0.41, "1", "gives back 59 % <of it>", "Condition it.", "force", "sensor 1_force.csv"),
+    Grade("hysteresis", "bad", 0.41, "1", "gives back 59 % <of it>", "Condition it.", "force", "sensor 1_force.csv"),
 )
 
 
 def _judged(posterior: Posterior) -> Posterior:
     first, *others = posterior.sweeps
-    return replace(posterior, sweeps=(replace(first, verdicts=VERDICTS), *others))
+    return replace(posterior, sweeps=(replace(first, grades=GRADES), *others))
 
 
 @pytest.mark.usefixtures("undrawn")

@@ -1,4 +1,4 @@
-"""What one check says of one channel of a lab file: `Verdict`, its level, and which come first."""
+"""What one check says of one channel of a lab file: `Grade`, its level, and which come first."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ LEVELS: tuple[Level, ...] = ("bad", "warning", "good")
 
 
 @dataclass(frozen=True)
-class Verdict:
+class Grade:
     """What one check found in one channel of one lab file.
 
     Attributes
@@ -38,9 +38,9 @@ class Verdict:
     file: str
 
 
-def worst_first(verdicts: Iterable[Verdict]) -> list[Verdict]:
-    """Verdicts in the order in which people should read them: bad ones, warnings, good ones; as given within a level."""
-    return sorted(verdicts, key=lambda v: LEVELS.index(v.level))
+def worst_first(grades: Iterable[Grade]) -> list[Grade]:
+    """Grades in the order in which people should read them: bad ones, warnings, good ones; as given within a level."""
+    return sorted(grades, key=lambda v: LEVELS.index(v.level))
 
 
 def level_beyond(value: float, warning: float, bad: float) -> Level:

@@ -1,0 +1,63 @@
+"""Reasons against using the numbers of a result in, one verdict on them out: green, amber or red, and what to do."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+Colour = Literal["green", "amber", "red"]
+Level = Literal["amber", "red"]
+
+
+@dataclass(frozen=True)
+class Reason:
+    """One thing that speaks against using the numbers of a result.
+
+    Attributes
+    ----------
+    gate : what was looked at, in a word or two, such as "extrapolation".
+    level : "amber" if the numbers may be used for what this leaves, "red" if they must not be used.
+    finding : what was found, with its numbers, in a sentence without a full stop.
+    action : the one thing to do about it, likewise.
+    """
+
+    gate: str
+    level: Level
+    finding: str
+    action: str
+
+    @property
+    def in_words(self) -> str:
+        """Finding and action in two sentences."""
+        return f"{_sentence(self.finding)} {_sentence(self.action)}"
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Whether the numbers of a result may be used: the same on the screen, in the exit code, in files and in the report.
+
+    Attributes
+    ----------
+    reasons : what speaks against it, the worst first.
+    """
+
+    reasons: tuple[Reason, ...] = ()
+
+    @property
+    def colour(self) -> Colour:
+        """Red if a reason is, else amber if there are any: the numbers may be used for what the reasons leave; else green."""
+        return min((r.level for r in self.reasons), key=("red", "amber").index) if self.reasons else "green"
+
+    def to_plain(self) -> dict[str, Any]:
+        """What files hold of it: the colour, and the reasons with gate, level, finding and action."""
+        return {"colour": self.colour, "reasons": [asdict(r) for r in self.reasons]}
+
+
+def verdict_of(reasons: Iterable[Reason]) -> Verdict:
+    """Sum reasons up, the red ones first, each level in the order given."""
+    return Verdict(tuple(sorted(reasons, key=lambda r: r.level != "red")))
+
+
+def _sentence(text: str) -> str:
+    return f"{text[:1].upper()}{text[1:]}."
