@@ -1,20 +1,24 @@
 """A `Posterior` in, whether it may be believed out: predictive, spot check, re-weighting, comparison; changes no draw."""
 
 from calib.checks.comparison import Candidate, compare_runs, comparison_in_words, doubts
+from calib.checks.departures import Elsewhere, look_elsewhere, with_departures, with_elsewhere
 from calib.checks.predictive import BAND_LEVELS, Bands, FitCheck, Prediction, band, predict
+from calib.checks.reasons import RULED_OUT, conflict_limit, departure_in_words, judge_posterior, passed_gates
 from calib.checks.refine import error_rows, refinement_in_words, require_own_surrogate, shift_rows, stands, training_points
 from calib.checks.reweighting import ACCURACY, LEAST_DRAWS, reweight, with_reweighting
 from calib.checks.spotcheck import Comparison, compare_draws, with_spot_check
-from calib.checks.verdict import Colour, Level, Reason, Verdict, verdict_of
+from calib.checks.verdict import Colour, Level, Reason, Verdict, verdict_from_plain, verdict_of
 
 __all__ = [
     "ACCURACY",
     "BAND_LEVELS",
     "LEAST_DRAWS",
+    "RULED_OUT",
     "Bands",
     "Candidate",
     "Colour",
     "Comparison",
+    "Elsewhere",
     "FitCheck",
     "Level",
     "Prediction",
@@ -24,8 +28,13 @@ __all__ = [
     "compare_draws",
     "compare_runs",
     "comparison_in_words",
+    "conflict_limit",
+    "departure_in_words",
     "doubts",
     "error_rows",
+    "judge_posterior",
+    "look_elsewhere",
+    "passed_gates",
     "predict",
     "refinement_in_words",
     "require_own_surrogate",
@@ -33,7 +42,10 @@ __all__ = [
     "shift_rows",
     "stands",
     "training_points",
+    "verdict_from_plain",
     "verdict_of",
+    "with_departures",
+    "with_elsewhere",
     "with_reweighting",
     "with_spot_check",
 ]

@@ -6,12 +6,16 @@ density, which mends what is not linear in it, priors' own shapes included.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
+
 import numpy as np
+from scipy.special import logsumexp
 
 from calib.catalogue import SCALES
 from calib.problem import Problem, chi_square, columns_at, model_sweeps, values_at
 from calib.sampling.coordinates import Coordinates, coordinates
-from calib.sampling.diagnostics import FirstAnswer, FirstEstimate
+from calib.sampling.findings import FirstAnswer, FirstEstimate
 from calib.sampling.laplace import importance_weights, laplace_density
 from calib.sampling.scoring import score
 from models.sensor import FloatArray
@@ -32,7 +36,7 @@ _MOST_UNKNOWNS = 100
 _TOO_FEW = 10.0
 
 
-def first_answer(problem: Problem) -> FirstAnswer:
+def first_answer(problem: Problem, near: Mapping[str, float] | None = None) -> FirstAnswer:
     """Estimate what a calibration will find, in tenths of a second: a first answer, not the result.
 
     It rests on one mode: whether there are others, and whether the forward model is honest, only `sample` and the spot check
@@ -42,6 +46,9 @@ def first_answer(problem: Problem) -> FirstAnswer:
     Parameters
     ----------
     problem : from `build_problem`.
+    near : values [SI] by name at which another model describes the same readings: climbed from first, and then no mode is
+        looked for that describes the readings better, as there need be none, and a quarter of the draws do. What it does not
+        name begins at its prior's median.
 
     Raises
     ------
@@ -56,13 +63,14 @@ def first_answer(problem: Problem) -> FirstAnswer:
     space = coordinates(problem)
     n = len(problem.parameters)
     random = np.random.RandomState(_SEED)
-    mode, confirmed = _highest(space, random)
+    mode, confirmed = _highest(space, random) if near is None else _higher_of_two(space, near)
     density = laplace_density(space, mode, random)
     x: FloatArray = np.empty((0, n))
     log_ratio: FloatArray = np.empty(0)
     effective = 0.0
-    while effective < _EFFECTIVE and len(x) < _MOST:
-        more = density.draw(random, _AT_ONCE)
+    at_once, enough = (_AT_ONCE, _EFFECTIVE) if near is None else (_AT_ONCE // 2, _EFFECTIVE / 4)
+    while effective < enough and len(x) < _MOST:
+        more = density.draw(random, at_once)
         x = np.concatenate([x, more])
         log_ratio = np.concatenate([log_ratio, space.log_density(more) - density.log_density(more)])
         weight = importance_weights(log_ratio)
@@ -75,7 +83,8 @@ def first_answer(problem: Problem) -> FirstAnswer:
     mean = weight @ values
     sd = np.sqrt(weight @ (values - mean) ** 2)
     found = {name: FirstEstimate(float(m), float(s)) for name, m, s in zip(problem.names, mean, sd, strict=True)}
-    return FirstAnswer(found, effective, confirmed)
+    log_evidence = logsumexp(log_ratio[there]) - np.log(len(x)) + density.log_mass - 0.5 * n * np.log(2 * np.pi)
+    return FirstAnswer(found, effective, confirmed, float(log_evidence))
 
 
 def _highest(space: Coordinates, random: np.random.RandomState) -> tuple[FloatArray, bool]:
@@ -96,6 +105,20 @@ def _highest(space: Coordinates, random: np.random.RandomState) -> tuple[FloatAr
         if value > top:
             best, top = mode, value
     return best, False
+
+
+def _higher_of_two(space: Coordinates, near: Mapping[str, float]) -> tuple[FloatArray, bool]:
+    """The mode (n,) that a climb from given values ends at, or one from the priors' medians; and whether both do."""
+    theta = np.zeros((1, len(space.problem.parameters)))
+    for k, p in enumerate(space.problem.parameters):
+        z = float(p.prior.to_normal(np.array([near.get(p.name, math.nan)]))[0])
+        theta[0, k] = z if math.isfinite(z) else 0.0
+    begin = space.from_theta(theta)
+    known: list[tuple[FloatArray, float]] = []
+    if np.isfinite(space.log_density(begin)[0]):
+        known.append(score(space, begin[0])[:2])
+    mode, top, met = score(space, space.from_theta(np.zeros_like(theta))[0], known)
+    return max([*known, (mode, top)], key=lambda found: found[1])[0], met is not None
 
 
 def _plausible(space: Coordinates, x: FloatArray) -> bool:
