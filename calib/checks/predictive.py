@@ -71,6 +71,22 @@ class FitCheck:
         return self.p_value >= 0.01
 
     @property
+    def off(self) -> tuple[float, ...]:
+        """How much of their range the data lie above the model in each third of the points, on the average."""
+        span = float(np.ptp(self.mean))
+        return tuple(float(np.mean(part)) / span if span > 0 else 0.0 for part in np.array_split(self.y - self.mean, 3))
+
+    @property
+    def pattern(self) -> str:
+        """The same in a part of a sentence, without thirds in which it is less than a thousandth."""
+        told = [
+            f"{abs(share):.1%} too {'high' if share > 0 else 'low'} in the {name} third"
+            for name, share in zip(("first", "middle", "last"), self.off, strict=True)
+            if abs(share) >= 1e-3
+        ]
+        return ", ".join(told)
+
+    @property
     def in_words(self) -> str:
         """Say in a sentence whether the model describes the data, with the numbers."""
         share = f"{self.inside_90 * 100:.0f} % of the {self.y.size} points lie inside their 90 % band"

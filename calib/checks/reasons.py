@@ -45,9 +45,9 @@ def judge_posterior(posterior: Posterior, predictions: Sequence[Prediction] = ()
     predictions : of its sweeps; without them it is not looked at whether the model describes the data.
     more : what speaks against it besides.
     """
-    gates = (_convergence, _surrogate, _conflict, _discrepancy, _departures, _apart, _quality, _prior_driven, _range, _edits)
+    gates = (_convergence, _surrogate, _conflict, _departures, _apart, _quality, _prior_driven, _range, _edits)
     found = [reason for gate in gates for reason in gate(posterior)]
-    return verdict_of([*found, *_predictive(predictions), *more])
+    return verdict_of([*found, *_discrepancy(posterior, predictions), *_predictive(predictions), *more])
 
 
 def passed_gates(posterior: Posterior, verdict: Verdict) -> tuple[str, ...]:
@@ -111,14 +111,14 @@ def _conflict_in_words(name: str, s: ParameterSummary) -> str:
     return f"{unknown.label} would be {value}, {abs(s.prior_shift):.1f} standard deviations of its prior away"
 
 
-def _discrepancy(posterior: Posterior) -> Iterator[Reason]:
+def _discrepancy(posterior: Posterior, predictions: Sequence[Prediction]) -> Iterator[Reason]:
     for name, s in posterior.diagnostics.parameters.items():
         unknown = UnknownName.parse(name)
         level = _level(s.prior_shift, DISCREPANCY_LIMITS) if unknown.parameter.endswith("_discrepancy") else None
         if level is not None:
-            finding = (
-                f"{unknown.label} is {display(unknown.parameter, float(f'{s.mean:.2g}'))}, more than was believed possible"
-            )
+            size = display(unknown.parameter, float(f"{s.mean:.2g}"))
+            pattern = _patterns(predictions, unknown.parameter.removesuffix("_discrepancy"))
+            finding = f"{unknown.label} is {size}, more than was believed possible{pattern}"
             action = "Look at the residuals; hold other models against the data with `calib compare`, and check files and radii"
             yield Reason("discrepancy", level, finding, action)
 
@@ -185,10 +185,23 @@ def _quality(posterior: Posterior) -> Iterator[Reason]:
 
 
 def _predictive(predictions: Sequence[Prediction]) -> Iterator[Reason]:
-    misfits = [f"the {kind} of {p.title}" for p in predictions for kind, c in p.channels.items() if not c.check.passed]
-    if misfits:
-        finding = f"the model does not describe {_first(misfits, ', ')} within what it claims"
+    found = [(kind, p) for p in predictions for kind, c in p.channels.items() if not c.check.passed]
+    if found:
+        finding = (
+            f"the model does not describe {_first([f'the {k} of {p.title}' for k, p in found], ', ')} within what it claims"
+        )
+        finding += _patterns([found[0][1]], found[0][0])
         yield Reason("fit", "red", finding, "Look at the residuals before using any number")
+
+
+def _patterns(predictions: Sequence[Prediction], kind: str) -> str:
+    """Where along the press a channel lies beside the model, as the end of a sentence: of the sweep that is furthest off."""
+    checks = {p.title: p.channels[kind].check for p in predictions if kind in p.channels}
+    told = {title: check for title, check in checks.items() if check.pattern}
+    if not told:
+        return ""
+    title = max(told, key=lambda t: max(map(abs, told[t].off)))
+    return f"; of its range the {kind} of {title} lies {told[title].pattern}"
 
 
 def _prior_driven(posterior: Posterior) -> Iterator[Reason]:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from calib.checks.predictive import predict
 from calib.checks.reasons import conflict_limit, judge_posterior, passed_gates
 from calib.checks.verdict import Reason, Verdict, verdict_from_plain, verdict_of
 from calib.decision.padding import recommend
@@ -98,6 +99,23 @@ def test_a_specimen_of_another_modulus_is_named(make_posterior: MakePosterior, r
     assert [r.level for r in found] == ([level] if level else [])
     side = "stiffer" if ratio > 1 else "softer"
     assert all(f"sensor 2 is {abs(ratio - 1):.1%} ± 2.5% {side} than sensor 1" in r.finding for r in found)
+
+
+def test_a_misfit_says_where_along_the_press_it_lies(make_posterior: MakePosterior) -> None:
+    posterior = make_posterior()
+    predictions = list(predict(posterior, ClosedForm(), np.random.default_rng(1), n_draw=50))
+    fit = predictions[0].channels["force"]
+    span = np.ptp(fit.check.mean)
+    thirds = np.concatenate([np.full(n, off) for n, off in ((14, 0.0), (13, -0.02), (13, 0.05))])
+    y = fit.check.mean + span * thirds
+    wrong = replace(fit, check=replace(fit.check, y=y, p_value=1e-4))
+    predictions[0] = replace(predictions[0], channels={**predictions[0].channels, "force": wrong})
+    assert wrong.check.pattern == "2.0% too low in the middle third, 5.0% too high in the last third"
+    (reason,) = judge_posterior(posterior, predictions).reasons
+    assert reason.finding.endswith(f"of its range the force of sensor 1 lies {wrong.check.pattern}")
+    large = judge_posterior(_moved(posterior, "force_discrepancy", prior_shift=3.0, mean=0.05), predictions).reasons
+    (grown,) = [r for r in large if r.gate == "discrepancy"]
+    assert grown.finding.endswith(f"of its range the force of sensor 1 lies {wrong.check.pattern}")
 
 
 def test_bad_lab_data_guesses_of_the_draft_and_an_unlearned_modulus_are_amber_but_noise_is_red(

@@ -243,7 +243,7 @@ def test_a_model_that_does_not_describe_the_data_is_no_success(
     wrong = replace(first, channels={**first.channels, "force": doubtful})
     text = _text(write_report(make_posterior(), (wrong, *predictions[1:])))
     assert "Red: do not use the numbers." in text
-    assert "fit the model does not describe the force of sensor 1 within what it claims." in text
+    assert "fit the model does not describe the force of sensor 1 within what it claims" in text
     assert "can be used" not in text
 
 
