@@ -3,7 +3,7 @@
 from calib.checks.comparison import Candidate, compare_runs, comparison_in_words, doubts
 from calib.checks.departures import Elsewhere, look_elsewhere, with_departures, with_elsewhere
 from calib.checks.predictive import BAND_LEVELS, Bands, FitCheck, Prediction, band, predict
-from calib.checks.reasons import RULED_OUT, conflict_limit, departure_in_words, judge_posterior, passed_gates
+from calib.checks.reasons import BAYES_LIMITS, RULED_OUT, conflict_limit, departure_in_words, judge_posterior, passed_gates
 from calib.checks.refine import error_rows, refinement_in_words, require_own_surrogate, shift_rows, stands, training_points
 from calib.checks.reweighting import ACCURACY, LEAST_DRAWS, reweight, with_reweighting
 from calib.checks.spotcheck import Comparison, compare_draws, with_spot_check
@@ -12,6 +12,7 @@ from calib.checks.verdict import Colour, Level, Reason, Verdict, verdict_from_pl
 __all__ = [
     "ACCURACY",
     "BAND_LEVELS",
+    "BAYES_LIMITS",
     "LEAST_DRAWS",
     "RULED_OUT",
     "Bands",

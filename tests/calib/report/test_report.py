@@ -35,6 +35,7 @@ from calib.report.sections.convergence import criteria
 from calib.report.sections.limits import LIMITS_OF_LAWS, limits
 from calib.report.summary import summary_csv, summary_json
 from calib.sampling.diagnostics import Gate
+from calib.sampling.findings import Apart, Departure, FirstEstimate
 from calib.sampling.posterior import Posterior
 from models.analytic import ClosedForm
 
@@ -245,6 +246,30 @@ def test_a_model_that_does_not_describe_the_data_is_no_success(
     assert "Red: do not use the numbers." in text
     assert "fit the model does not describe the force of sensor 1 within what it claims" in text
     assert "can be used" not in text
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_other_models_stand_in_a_table_with_the_modulus_that_each_would_give(
+    make_posterior: MakePosterior, predictions: tuple[Prediction, ...]
+) -> None:
+    posterior = make_posterior()
+    assert "Other models of these data" not in write_report(posterior, predictions)
+    found = (
+        Departure("slippery", "slippery base", -130.0, FirstEstimate(1.2e6, 0.02e6)),
+        Departure("stick", "sticking", float("nan"), None),
+        Departure("own-padding", "padding of its own modulus", -1.2, FirstEstimate(0.63e6, 0.022e6)),
+        Departure("gent", "Gent", 2.0, FirstEstimate(0.61e6, 0.01e6)),
+    )
+    apart = (Apart("sensor 2", "sensor 1", FirstEstimate(1.03, 0.012)),)
+    told = replace(posterior, diagnostics=replace(posterior.diagnostics, departures=found, apart=apart))
+    text = _text(write_report(told, predictions)).partition("Other models of these data")[2]
+    assert (
+        text.index("Gent 7.4 ask for it 0.610 ± 0.010")
+        < text.index("padding of its own modulus 0.3 do not rule it out 0.630 ± 0.022")
+        < text.index("slippery base 3.5e-57 rule it out 1.200 ± 0.020")
+        < text.index("sticking not known")
+    )
+    assert "sensor 2 has 1.030 ± 0.012 times that of sensor 1 (2.5 standard deviations from 1)" in text
 
 
 GRADES = (
