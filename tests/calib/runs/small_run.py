@@ -88,12 +88,13 @@ def in_small_steps() -> Iterator[None]:
     """Sample in this process without what takes longest of a calibration of a few steps.
 
     Its blocks are short. There is one mode for each problem, climbed to from one place; where an ensemble begins is found once
-    for each problem and seed, on which alone it depends (both have tests of their own). A process that is forked knows those of
-    this one.
+    for each problem and seed, on which alone it depends, in two rounds. All that has tests of its own. A process that is forked
+    knows those of this one.
     """
     with in_short_blocks(), pytest.MonkeyPatch.context() as patch:
         patch.setattr(sampler, "find_modes", _climbed)
         patch.setattr(sampler, "start", _begun)
+        patch.setattr("calib.sampling.start._MOST_ROUNDS", 2)
         yield
 
 
