@@ -127,7 +127,7 @@ def _run_here(script: str, words: tuple[str, ...]) -> NoReturn:
 
 def _sample_little() -> None:
     """Have this process sample in short blocks, after one climb and one round of steps: how well is not looked at here."""
-    vars(start).update(N_ANY=0, N_UNEXPLAINED=0, _MOST_ROUNDS=1)
+    vars(start).update(N_ANY=0, N_UNEXPLAINED=0, _SLOPE=float("inf"), _MOST_ROUNDS=1)
     for module in (assess, sampler):
         vars(module).update(BLOCK_STEPS=STEPS)
 
