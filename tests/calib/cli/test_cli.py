@@ -223,7 +223,8 @@ def test_lines_still_marked_edit_are_told_before_sampling_and_kept(lab: Path, ma
     def sampled(problem: Problem, **_: object) -> Posterior:
         return replace(make_posterior(n_specimen=1), experiment=problem.experiment)
 
-    result = _run("calibrate", path, "-o", lab / "run", stages=Stages(sample=sampled))
+    stages = Stages(sampled, spot_check=lambda posterior, _: posterior)
+    result = _run("calibrate", path, "-o", lab / "run", stages=stages)
     assert result.exit_code == 0, result.output
     words = "1 line marked EDIT is unchanged: line 5 indenter radius"
     assert result.stdout.startswith(f"Warning: {words}\n")
@@ -234,7 +235,7 @@ def test_lines_still_marked_edit_are_told_before_sampling_and_kept(lab: Path, ma
     path.write_text(EXPERIMENT, encoding="utf-8")  # a run knows what it was made from
     assert _run("report", lab / "run").exit_code == 0
     assert words in (lab / "run" / "report.html").read_text(encoding="utf-8")
-    result = _run("calibrate", path, "-o", lab / "run2", stages=Stages(sample=sampled))
+    result = _run("calibrate", path, "-o", lab / "run2", stages=stages)
     assert "EDIT" not in result.stdout
     assert not any("EDIT" in w for w in json.loads((lab / "run2" / "summary.json").read_text())["warnings"])
 
