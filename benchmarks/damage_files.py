@@ -69,7 +69,8 @@ def make_files(folder: Path) -> None:
     """Write one file of each kind into a folder."""
     experiment = folder / "experiment.toml"
     experiment.write_text(EXPERIMENT, encoding="utf-8")
-    run = calibrate(experiment, folder / "run", processes=0, stages=Stages(_shortly, lambda posterior, _: posterior)).run
+    stages = Stages(_shortly, lambda posterior, _: posterior, page=lambda *_: "a page")
+    run = calibrate(experiment, folder / "run", processes=0, stages=stages).run
     recommend_in(run, Requirement(force=5.0, lower=0.0, upper=2e-3, n_thickness=5, n_draw=50), seed=1)
     load_surrogate().save(folder / "surrogate.npz")
     rng = np.random.default_rng(1)

@@ -60,6 +60,13 @@ def _spelled(unit: str) -> str:
     return _SPELLINGS.get(unit, unit)
 
 
+@cache
+def _factor(name: str, si_unit: str) -> float:
+    """What pint says, which takes as long as the rest of reading a column of a small file."""
+    quantity = _registry().Quantity(1.0, name if name else "dimensionless")
+    return float(quantity.to(si_unit if si_unit else "dimensionless").magnitude)
+
+
 def unit_factor(unit: str, si_unit: str) -> float:
     """Find the number by which values in one unit are multiplied to have them in SI: 1000 from "kN" to "N".
 
@@ -84,11 +91,8 @@ def unit_factor(unit: str, si_unit: str) -> float:
     """
     if len(unit) > _LONGEST or _LARGE_POWER.search(unit):
         raise ValueError(f'unknown unit "{shortened(unit)}"')
-    registry = _registry()
-    name = "/".join(_spelled(part) for part in unit.strip().split("/"))
     try:
-        quantity = registry.Quantity(1.0, name if name else "dimensionless")
-        factor = float(quantity.to(si_unit if si_unit else "dimensionless").magnitude)
+        factor = _factor("/".join(_spelled(part) for part in unit.strip().split("/")), si_unit)
     except pint.DimensionalityError:
         wanted = si_unit or "a plain number"
         raise ValueError(f'unit "{unit}" cannot be converted to {wanted}{_case_hint(unit, si_unit)}') from None

@@ -16,6 +16,7 @@ from typing import Any, NoReturn
 import numpy as np
 import pytest
 
+from calib.sampling import assess, sampler, start
 from models.surrogate.points import design_points
 from models.surrogate.store import open_store
 from models.surrogate.training import run_point, store_settings
@@ -27,8 +28,11 @@ pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are f
 BENCHMARKS = sorted(path.name for path in (ROOT / "benchmarks").glob("*.py"))
 ACCURACY = 2e-2
 
+#: Steps of a block of all that is sampled.
+STEPS = 10
+
 #: Benchmarks that start workers, each of which loads the script.
-STARTING_PROCESSES = ("damage_files.py", "fem_robustness.py", "posterior_against_fem.py")
+STARTING_PROCESSES = ("damage_files.py", "fem_robustness.py")
 
 #: Benchmark -> what makes it small, and a piece of what it prints in the end. FOLDER is one of the test's own.
 QUICK: dict[str, tuple[list[str], str]] = {
@@ -56,15 +60,18 @@ QUICK: dict[str, tuple[list[str], str]] = {
     "likelihood.py": (["--draws", "40", "--specimens", "2", "--sweeps", "3", "--repeats", "1"], "sweeps of one specimen"),
     # What fails is told by its exit code: a seed of which all mutants are read as they may be.
     "mutate_lab_files.py": (["-n", "30", "--folder", "FOLDER", "-o", "FOLDER/mutants.csv"], "0 of 30 failed"),
-    "planted.py": (["nothing", "--labs", "1", "--steps", "50", "--processes", "0"], "| nothing | 1 | 0 |"),
+    "planted.py": (["nothing", "--labs", "1", "--steps", str(STEPS), "--processes", "0"], "| nothing | 1 | 0 |"),
     "posterior_against_fem.py": (
-        ["--cases", "force", "--designs", "8", "--accuracy", "3e-2", "--steps", "50", "--draws", "30", "--processes", "0"],
+        [
+            *("--cases", "force", "--designs", "8", "--accuracy", "3e-2", "--steps", str(STEPS)),
+            *("--draws", "30", "--processes", "0"),
+        ],
         "force: 8 unknowns, NOT converged; 30 draws re-weighted",
     ),
     "read_large_file.py": (["-n", "3000", "--files", "ragged", "two rates"], "two rates: 0 MB, 3000 rows"),
     # Moves and peers on the shipped experiment take minutes; one target shows that the table is made.
     "sampling.py": (["targets", "three modes", "--seeds", "1"], "0 converged and wrong; 0 of 1 runs"),
-    "specimens.py": (["-n", "1", "--steps", "50", "--processes", "0"], "shared unknowns within the 90 % interval"),
+    "specimens.py": (["-n", "1", "--steps", str(STEPS), "--processes", "0"], "shared unknowns within the 90 % interval"),
     "surrogate_range.py": (["FOLDER/range.png"], ""),
 }
 
@@ -103,6 +110,8 @@ def _run_here(script: str, words: tuple[str, ...]) -> NoReturn:
     code: object = 1
     try:
         warnings.resetwarnings()  # those of a script are no errors
+        if script != "sampling.py":  # which tells how well it is sampled
+            _sample_little()
         sys.argv = [script, *words]
         sys.path.insert(0, os.getcwd())
         runpy.run_path(str(ROOT / "benchmarks" / script), run_name="__main__")
@@ -115,6 +124,13 @@ def _run_here(script: str, words: tuple[str, ...]) -> NoReturn:
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(code if isinstance(code, int) else 1)
+
+
+def _sample_little() -> None:
+    """Have this process sample in short blocks, after one climb and one round of steps: how well is not looked at here."""
+    vars(start).update(N_ANY=0, N_UNEXPLAINED=0, _SLOPE=float("inf"), _MOST_ROUNDS=1)
+    for module in (assess, sampler):
+        vars(module).update(BLOCK_STEPS=STEPS)
 
 
 @pytest.fixture(scope="module")

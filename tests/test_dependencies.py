@@ -66,23 +66,28 @@ def imports_of(path: Path) -> Iterator[Import]:
             yield Import(OF_THE_SAME_PROJECT.get(first, first), place, lazy)
 
 
-IMPORTS = [found for package in sorted(OWN) for path in sorted((ROOT / package).rglob("*.py")) for found in imports_of(path)]
 REQUIRED = {module_of(line) for line in PROJECT["dependencies"]}
 OPTIONAL = {module_of(line) for name, extra in PROJECT["optional-dependencies"].items() if name != "test" for line in extra}
 
 
-def test_what_is_imported_is_required() -> None:
-    missing = [f"{found.place} imports {found.module}" for found in IMPORTS if found.module not in REQUIRED | OPTIONAL]
+@pytest.fixture(scope="module")
+def imports() -> list[Import]:
+    """All that the packages import."""
+    return [found for package in sorted(OWN) for path in sorted((ROOT / package).rglob("*.py")) for found in imports_of(path)]
+
+
+def test_what_is_imported_is_required(imports: list[Import]) -> None:
+    missing = [f"{found.place} imports {found.module}" for found in imports if found.module not in REQUIRED | OPTIONAL]
     assert not missing, "add to `dependencies` of pyproject.toml, with a lower bound, and to constraints.txt"
 
 
-def test_what_is_required_is_imported() -> None:
-    unused = REQUIRED - {found.module for found in IMPORTS}
+def test_what_is_required_is_imported(imports: list[Import]) -> None:
+    unused = REQUIRED - {found.module for found in imports}
     assert not unused, "take out of `dependencies` of pyproject.toml"
 
 
-def test_an_extra_is_imported_only_when_it_is_asked_for() -> None:
-    early = [f"{found.place} imports {found.module}" for found in IMPORTS if found.module in OPTIONAL and not found.lazy]
+def test_an_extra_is_imported_only_when_it_is_asked_for(imports: list[Import]) -> None:
+    early = [f"{found.place} imports {found.module}" for found in imports if found.module in OPTIONAL and not found.lazy]
     assert not early, "import it inside the function that needs it, and say there which extra installs it"
     assert not REQUIRED & OPTIONAL
 

@@ -31,7 +31,7 @@ def slope_and_error(x: FloatArray, y: FloatArray) -> tuple[float, float]:
     return slope, math.sqrt(float(residual @ residual) / freedom / power * integrated_time(residual, 2))
 
 
-def log_evidence(y: FloatArray, basis: FloatArray, prior: FloatArray, noise: float) -> float:
+def log_evidence(y: FloatArray, basis: FloatArray, prior: FloatArray, noise: float) -> FloatArray:
     """How probable readings are if they are a sum of given functions with unknown coefficients, to compare such models.
 
     Log density, but for a constant, of y = basis a + error, with a_k normal of sd `prior` and integrated over, errors normal,
@@ -40,15 +40,20 @@ def log_evidence(y: FloatArray, basis: FloatArray, prior: FloatArray, noise: flo
     Parameters
     ----------
     y : readings, shape (n,).
-    basis : functions at the readings, shape (n, k).
+    basis : functions at the readings, of any number of models, shape (..., n, k).
     prior : sd of each coefficient, shape (k,).
     noise : sd of one reading, in the unit of y.
+
+    Returns
+    -------
+    One for each model, shape (...).
     """
     scaled = basis * (prior / noise)
-    matrix = np.eye(prior.size) + scaled.T @ scaled
-    factor = np.linalg.cholesky(matrix)
-    half = np.linalg.solve(factor, scaled.T @ (y / noise))
-    return float(0.5 * half @ half - np.sum(np.log(np.diag(factor))))
+    turned = np.swapaxes(scaled, -1, -2)
+    factor = np.linalg.cholesky(np.eye(prior.size) + turned @ scaled)
+    half = np.linalg.solve(factor, (turned @ (y / noise))[..., None])[..., 0]
+    roots = np.log(np.diagonal(factor, axis1=-2, axis2=-1))
+    return np.asarray(0.5 * np.sum(half**2, axis=-1) - np.sum(roots, axis=-1), dtype=float)
 
 
 def fitted(y: FloatArray, basis: FloatArray, prior: FloatArray, noise: float) -> FloatArray:

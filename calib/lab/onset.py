@@ -151,9 +151,7 @@ def departure(
         grid = np.linspace(least, most, 41)
         scores = np.empty((len(_EXPONENTS), grid.size))
         for i, g in enumerate(grid):
-            w = np.maximum(depth(float(g)), 0.0)
-            for j, p in enumerate(_EXPONENTS):
-                scores[j, i] = log_evidence(y, _powers(w, p), prior, noise)
+            scores[:, i] = log_evidence(y, _powers(np.maximum(depth(float(g)), 0.0)), prior, noise)
         density = np.sum(np.exp(scores - np.max(scores)), axis=0)
         density /= np.sum(density)
         mean = float(density @ grid)
@@ -179,9 +177,10 @@ def departure(
     return mean, sd
 
 
-def _powers(w: FloatArray, p: float) -> FloatArray:
-    power = w**p
-    return np.stack([np.ones_like(w), power, power * w, power * w**2], axis=1)
+def _powers(w: FloatArray) -> FloatArray:
+    """The functions of `departure` for each exponent, (n_exponent, n, 4)."""
+    power = w ** np.array(_EXPONENTS)[:, None]
+    return np.stack([np.ones_like(power), power, power * w, power * w**2], axis=-1)
 
 
 def fine_onset(x: FloatArray, y: FloatArray) -> tuple[float, float] | None:

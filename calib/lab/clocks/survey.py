@@ -83,11 +83,12 @@ def _misfit(meter: MeterRecord, tester: CrossheadRecord) -> Callable[[float, boo
     t, c = (np.array([v[g].mean() for g in groups]) for v in (meter.time, meter.capacitance))
     root = np.sqrt(np.array([g.size for g in groups], dtype=float))
     y: FloatArray = (c - np.average(c, weights=root**2)) / meter.change
+    low, high = (float(q) for q in np.quantile(y, [0.05, 0.95]))
 
     def misfit(offset: float, rising: bool) -> tuple[float, float]:
         at = t + offset
         inside = (at >= tester.time[0]) & (at <= tester.time[-1])
-        rest = float(np.quantile(y, 0.05 if rising else 0.95))
+        rest = low if rising else high
         outside = float(np.sum((root * (y - rest))[~inside] ** 2))
         target = (root * y)[inside]
         x = np.interp(at[inside], tester.time, tester.displacement)

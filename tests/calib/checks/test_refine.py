@@ -70,10 +70,18 @@ def posterior(make_posterior: MakePosterior) -> Posterior:
     return _of_surrogate(make_posterior(n_specimen=1))
 
 
+@pytest.fixture(scope="module")
+def saved(posterior: Posterior, tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """What the file of that posterior holds."""
+    path = tmp_path_factory.mktemp("saved") / "posterior.nc"
+    save_posterior(posterior, path)
+    return path.read_bytes()
+
+
 @pytest.fixture
-def run(posterior: Posterior, tmp_path: Path) -> Path:
+def run(saved: bytes, tmp_path: Path) -> Path:
     (tmp_path / "run").mkdir()
-    save_posterior(posterior, tmp_path / "run" / "posterior.nc")
+    (tmp_path / "run" / "posterior.nc").write_bytes(saved)
     return tmp_path / "run"
 
 

@@ -16,7 +16,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import typer
-from small_run import climbing_once
+from small_run import BLOCK, in_small_steps
 from typer.testing import CliRunner, Result
 
 from calib.catalogue import UNKNOWNS
@@ -113,7 +113,7 @@ def _brief(steps: int) -> Stages:
     """Stages of a calibration that is not allowed more steps, however long they take."""
 
     def sampled(problem: Problem, **options: Any) -> Posterior:
-        with climbing_once():
+        with in_small_steps():
             return sample(problem, **{**options, "max_steps": steps, "max_seconds": math.inf, "gate": Gate(ess=1e9)})
 
     return Stages(sample=sampled)
@@ -123,7 +123,7 @@ def _brief(steps: int) -> Stages:
 def finished(made: Path) -> tuple[Path, Result]:
     """A calibration that had no time to converge."""
     run = made / "run"
-    return run, _run("calibrate", made / "experiment.toml", "-o", run, "--processes", 0, "--seed", 4, stages=_brief(50))
+    return run, _run("calibrate", made / "experiment.toml", "-o", run, "--processes", 0, "--seed", 4, stages=_brief(BLOCK))
 
 
 # --- calibrate, report, recommend ---------------------------------------------------------------------------------------
@@ -168,7 +168,7 @@ def test_resumed_run_goes_on_with_its_seed(finished: tuple[Path, Result]) -> Non
     run, _ = finished
     steps = len(list((run / "checkpoint").iterdir()))
     experiment = run.parent / "experiment.toml"
-    result = _run("calibrate", experiment, "-o", run, "--resume", "--processes", 0, stages=_brief(100))
+    result = _run("calibrate", experiment, "-o", run, "--resume", "--processes", 0, stages=_brief(2 * BLOCK))
     assert result.exit_code == 3, result.output
     assert len(list((run / "checkpoint").iterdir())) >= steps
     assert json.loads((run / "summary.json").read_text())["seed"] == 4
@@ -224,7 +224,8 @@ def test_lines_still_marked_edit_are_told_before_sampling_and_kept(lab: Path, ma
     def sampled(problem: Problem, **_: object) -> Posterior:
         return replace(make_posterior(n_specimen=1), experiment=problem.experiment)
 
-    result = _run("calibrate", path, "-o", lab / "run", stages=Stages(sample=sampled))
+    stages = Stages(sampled, spot_check=lambda posterior, _: posterior)
+    result = _run("calibrate", path, "-o", lab / "run", stages=stages)
     assert result.exit_code == 0, result.output
     words = "1 line marked EDIT is unchanged: line 5 indenter radius"
     assert result.stdout.startswith(f"Warning: {words}\n")
@@ -237,7 +238,7 @@ def test_lines_still_marked_edit_are_told_before_sampling_and_kept(lab: Path, ma
     path.write_text(EXPERIMENT, encoding="utf-8")  # a run knows what it was made from
     assert _run("report", lab / "run").exit_code == 0
     assert words in (lab / "run" / "report.html").read_text(encoding="utf-8")
-    result = _run("calibrate", path, "-o", lab / "run2", stages=Stages(sample=sampled))
+    result = _run("calibrate", path, "-o", lab / "run2", stages=stages)
     assert "EDIT" not in result.stdout
     assert "EDIT" not in (lab / "run2" / "summary.json").read_text()
 
@@ -420,7 +421,7 @@ def test_resuming_with_another_surrogate_is_refused_with_a_sentence(lab: Path) -
     replace(shipped, force_modes=1.01 * shipped.force_modes).save(lab / "other.npz")
     begin = ("calibrate", lab / "experiment.toml", "-o", lab / "run", "--budget", 0, "--processes", 0)
     # Stopped as soon as the checkpoint is there.
-    assert _run(*begin, stages=replace(_brief(50), spot_check=_stopped)).exit_code == 130
+    assert _run(*begin, stages=replace(_brief(BLOCK), spot_check=_stopped)).exit_code == 130
     before = {p: p.read_bytes() for p in (lab / "run").rglob("*") if p.is_file()}
     result = _run(*begin, "--resume", "--surrogate", lab / "other.npz")
     assert result.exit_code == 2

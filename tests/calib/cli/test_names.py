@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from small_run import climbing_once
+from small_run import BLOCK, in_small_steps
 from typer.testing import CliRunner, Result
 
 from calib.cli import app
@@ -36,7 +36,7 @@ pytestmark = pytest.mark.usefixtures("all_undrawn")
 
 def _brief(steps: int) -> Stages:
     def sampled(problem: Problem, **options: Any) -> Posterior:
-        with climbing_once():
+        with in_small_steps():
             return sample(problem, **{**options, "max_steps": steps, "max_seconds": math.inf, "processes": 0})
 
     return Stages(sample=sampled, spot_check=lambda posterior, _: posterior)
@@ -86,10 +86,10 @@ def test_no_name_is_lost_from_the_first_command_to_the_last(tmp_path: Path) -> N
     folder = tmp_path / FOLDER
     folder.mkdir()
     experiment, run, other = _lab(folder, SPECIMENS, FILES, EXPERIMENT), folder / "run $(1)", folder / "run 2"
-    begun = _run("calibrate", experiment, "-o", run, stages=_brief(50))
+    begun = _run("calibrate", experiment, "-o", run, stages=_brief(BLOCK))
     assert begun.exit_code in (0, 3), begun.output
     assert all(name in "".join(begun.stdout.split()) for name in ("$x^$", "'{{7}}'", "😀"))
-    assert _run("calibrate", experiment, "-o", run, "--resume", stages=_brief(100)).exit_code in (0, 3)
+    assert _run("calibrate", experiment, "-o", run, "--resume", stages=_brief(2 * BLOCK)).exit_code in (0, 3)
     shutil.copytree(run, other)
     words = ("--force", "2 N", "--padding", "0.5 mm:3 mm", "--steps", 4, "--draws", 50)
     recommended = _run("recommend", run, *words)
@@ -198,7 +198,7 @@ def test_noise_is_never_good_however_well_its_chains_agree(tmp_path: Path, noise
     experiment.write_text("".join(line for line in experiment.read_text().splitlines(True) if 'fixed = "0.0' not in line))
 
     def sampled(problem: Problem, **options: Any) -> Posterior:
-        posterior = _brief(50).sample(problem, **options)
+        posterior = _brief(BLOCK).sample(problem, **options)
         return replace(posterior, diagnostics=replace(posterior.diagnostics, converged=True, reasons=()))
 
     stages = Stages(sampled, lambda posterior, _: posterior)

@@ -6,7 +6,7 @@ import math
 import os
 import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -18,11 +18,10 @@ import pytest
 from calib.errors import InputError
 from calib.problem import Problem
 from calib.runs.calibration import Calibration, Stages, calibrate
-from calib.sampling import Gate, identity_of, sampler
-from calib.sampling.assess import BLOCK_STEPS
+from calib.sampling import Gate, assess, identity_of, sampler
 from calib.sampling.posterior import Posterior
 from calib.sampling.sampler import sample
-from calib.sampling.start import find_modes
+from calib.sampling.start import Start, start
 from calib.sampling.target import Mode, ProblemTarget
 from models.analytic import ClosedForm
 from models.sensor import design_from
@@ -51,33 +50,59 @@ padding_thickness = { fixed = "1.10 mm" }
 """
 
 
-_CLIMBED: dict[tuple[str, tuple[int, ...]], tuple[Mode, ...]] = {}
+#: Steps of a block of what is sampled `in_short_blocks`.
+BLOCK = 10
+
+_PLACES = 512
+_CLIMBED: dict[str, tuple[Mode, ...]] = {}
+_BEGUN: dict[tuple[str, int, tuple[int, ...], int], Start] = {}
 
 
 def _climbed(target: ProblemTarget, seed: np.random.SeedSequence) -> tuple[Mode, ...]:
-    assert isinstance(seed.entropy, int)
-    key = (identity_of(target.space.problem, seed.entropy).fingerprint, seed.spawn_key)
+    key = identity_of(target.space.problem, 0).fingerprint
     if key not in _CLIMBED:
-        _CLIMBED[key] = find_modes(target, seed)
+        places = target.places(np.random.default_rng(0), _PLACES)
+        _CLIMBED[key] = (target.climb(places[np.argmax(target.log_density(places))], []),)
     return _CLIMBED[key]
 
 
-@contextmanager
-def climbing_once() -> Iterator[None]:
-    """Sample in this process with modes that are looked for once for each problem and seed, on which alone they depend.
+def _begun(target: ProblemTarget, modes: Sequence[Mode], seed: np.random.SeedSequence, n_walker: int) -> Start:
+    assert isinstance(seed.entropy, int)
+    key = (identity_of(target.space.problem, 0).fingerprint, seed.entropy, seed.spawn_key, n_walker)
+    if key not in _BEGUN:
+        _BEGUN[key] = start(target, modes, seed, n_walker)
+    return _BEGUN[key]
 
-    They are what takes longest of a calibration of a few steps. A process that is forked knows those of this one.
-    """
+
+@contextmanager
+def in_short_blocks() -> Iterator[None]:
+    """Sample in blocks of `BLOCK` steps."""
     with pytest.MonkeyPatch.context() as patch:
+        for module in (sampler, assess):
+            patch.setattr(module, "BLOCK_STEPS", BLOCK)
+        yield
+
+
+@contextmanager
+def in_small_steps() -> Iterator[None]:
+    """Sample in this process without what takes longest of a calibration of a few steps.
+
+    Its blocks are short. There is one mode for each problem, climbed to from one place; where an ensemble begins is found once
+    for each problem and seed, on which alone it depends, in two rounds. All that has tests of its own. A process that is forked
+    knows those of this one.
+    """
+    with in_short_blocks(), pytest.MonkeyPatch.context() as patch:
         patch.setattr(sampler, "find_modes", _climbed)
+        patch.setattr(sampler, "start", _begun)
+        patch.setattr("calib.sampling.start._MOST_ROUNDS", 2)
         yield
 
 
 def one_block_more(problem: Problem, *, checkpoint: Path, **options: Any) -> Posterior:
     """Sample one block of every ensemble more than the first one has, however long that takes."""
     n_block = len(list(checkpoint.glob("ensemble-0-0*.npz"))) + 1
-    limits = {"max_steps": BLOCK_STEPS * n_block, "max_seconds": math.inf, "gate": Gate(ess=1e9)}
-    with climbing_once():
+    limits = {"max_steps": BLOCK * n_block, "max_seconds": math.inf, "gate": Gate(ess=1e9)}
+    with in_small_steps():
         return sample(problem, checkpoint=checkpoint, **{**options, **limits})
 
 

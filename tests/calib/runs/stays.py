@@ -16,7 +16,7 @@ from contextlib import suppress
 from typing import Any, NoReturn
 
 import pytest
-from small_run import climbing_once
+from small_run import BLOCK, in_small_steps
 
 from calib.cli import app
 from calib.problem import Problem
@@ -63,8 +63,8 @@ def _wait_for_work(_: object, __: object, ___: int, executor: Executor, **____: 
 
 
 def _brief(problem: Problem, **options: Any) -> Posterior:
-    brief = {"max_steps": 50, "max_seconds": math.inf, "processes": 0, "gate": Gate(ess=1e9)}
-    with climbing_once():
+    brief = {"max_steps": BLOCK, "max_seconds": math.inf, "processes": 0, "gate": Gate(ess=1e9)}
+    with in_small_steps():
         return sample(problem, **{**options, **brief})
 
 

@@ -6,23 +6,31 @@ import json
 import sys
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from typer.testing import CliRunner
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from small_run import QUICK, make_lab
+from small_run import BLOCK, QUICK, in_small_steps, make_lab
 
 from calib.cli import app
 from calib.errors import InputError
 from calib.experiment import AS_GIVEN, read_experiment, variants_of
 from calib.priors import Fixed
+from calib.problem import Problem
 from calib.runs import calibrate_rivals
-from calib.sampling import load_posterior, sample
+from calib.sampling import Posterior, load_posterior, sample
 from models.surrogate import FAMILIES, is_shipped
 
-STAGES = replace(QUICK, sample=sample)
+
+def _sampled(problem: Problem, **options: Any) -> Posterior:
+    with in_small_steps():
+        return sample(problem, **{**options, "max_steps": 10 * BLOCK})
+
+
+STAGES = replace(QUICK, sample=_sampled)
 
 
 @pytest.fixture(scope="module")

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from small_run import BLOCK, has_ended, in_short_blocks, in_small_steps
 from small_run import begin as begin_process
-from small_run import climbing_once, has_ended
 from small_run import end as end_process
 
 from calib.errors import InputError
@@ -106,9 +106,9 @@ FAR = Gate(ess=1e9)
 
 
 def quick(
-    problem: Problem, folder: Path, seed: int = 1, max_steps: int = 100, processes: int = 0, resume: bool = False
+    problem: Problem, folder: Path, seed: int = 1, max_steps: int = BLOCK, processes: int = 0, resume: bool = False
 ) -> Posterior:
-    with climbing_once():
+    with in_small_steps():
         return sample(
             problem,
             seed=seed,
@@ -128,14 +128,21 @@ def begin(target: Target, seed: np.random.SeedSequence, n_walker: int = 64) -> S
 
 def endless(problem: Problem, folder: Path, max_steps: int) -> Posterior:
     """Go on for as many steps, as no run can meet the gate: one that has ended cannot be killed."""
-    with climbing_once():
+    with in_small_steps():
         return sample(problem, seed=1, checkpoint=folder, max_steps=max_steps, processes=0, gate=Gate(ess=1e9), resume=True)
+
+
+@pytest.fixture(scope="module")
+def started() -> tuple[Target, Start]:
+    """A target, and where an ensemble of it begins."""
+    target = target_of(small_problem())
+    return target, begin(target, np.random.SeedSequence(4))
 
 
 @pytest.fixture(scope="module")
 def posterior(tmp_path_factory: pytest.TempPathFactory) -> Posterior:
     """A short run."""
-    return quick(small_problem("a/b"), tmp_path_factory.mktemp("run"), max_steps=50)
+    return quick(small_problem("a/b"), tmp_path_factory.mktemp("run"), max_steps=2 * BLOCK)
 
 
 def test_the_truth_is_recovered_from_force_and_capacitance(tmp_path: Path) -> None:
@@ -194,7 +201,7 @@ def test_ranks_of_the_truth_are_uniform_over_repeated_experiments(tmp_path: Path
         rig = replace(RIG, contact_offset=true["contact_offset"], load_zero=true["load_zero"], force_noise=5e-3)
         design = design_from({**TRUTH, "young_modulus": true["young_modulus"]})
         sweep = synthetic_sweep(QUICK, design, 0.3e-3, rig, rng, specimen="s", n_points=8, tie="none")
-        found = quick(build_problem(experiment, [sweep], QUICK), tmp_path / str(k), seed=k, max_steps=100)
+        found = quick(build_problem(experiment, [sweep], QUICK), tmp_path / str(k), seed=k, max_steps=4 * BLOCK)
         ranks += [float(np.mean(found.draws[..., i] < true[p.parameter])) for i, p in enumerate(found.parameters)]
     assert np.mean(ranks) == pytest.approx(0.5, abs=0.2)
     assert np.std(ranks) == pytest.approx(12**-0.5, abs=0.12)
@@ -204,14 +211,14 @@ def test_moves_leave_the_posterior_as_it_is() -> None:
     # With useless data the posterior is the prior: standard normal in theta.
     problem = small_problem(shared={**KNOWN, "force_noise": Fixed(1e5)}, forward=Quick(reach=1e-2))
     target, n = target_of(problem), len(problem.parameters)
-    coords = np.random.default_rng(0).standard_normal((64, n))
+    coords = np.random.default_rng(0).standard_normal((256, n))
     started = begin(target, np.random.SeedSequence(4))
     assert started.proposal is not None
     state = replace(started.state, coords=coords, log_prob=log_posterior(problem, coords))
     for kind in ("proposal", "nearby", "differential evolution", "jump"):
         # The first three alone; whole differences seldom find a place, so they go along with short ones.
         shares = SHAPELESS if kind == "jump" else {kind: 1.0}
-        path = walk(target, state, Moves(shares, started.proposal), 800)
+        path = walk(target, state, Moves(shares, started.proposal), 200)
         assert path.accepted[kind] > 0
         theta = path.chain.reshape(-1, n)
         np.testing.assert_allclose(theta.mean(axis=0), 0.0, atol=0.1)
@@ -227,32 +234,41 @@ def test_every_ensemble_starts_at_the_mode_however_bad_the_prior_draws_are() -> 
     ]
     problem = build_problem(experiment, sweeps, load_surrogate())
     target = target_of(problem)
-    seeds = np.random.SeedSequence(3).spawn(4)
-    level = [find_modes(target, seed.spawn(1)[0])[0].log_density for seed in seeds[1:3]]
-    assert abs(level[0] - level[1]) < 0.1
+    places = target.places(np.random.default_rng(0), 512)
+    highest = target.climb(places[np.argmax(target.log_density(places))], [])
+    seed = np.random.SeedSequence(3).spawn(4)[1]
+    assert abs(find_modes(target, seed.spawn(1)[0])[0].log_density - highest.log_density) < 0.1
 
 
-def test_a_chain_does_not_depend_on_how_it_is_split_into_blocks() -> None:
-    target = target_of(small_problem())
-    started = begin(target, np.random.SeedSequence(4))
-    whole = advance(target, started.state, started.proposal, 30)
-    first = advance(target, started.state, started.proposal, 10)
-    second = advance(target, first.end, started.proposal, 20)
+def test_modes_and_where_an_ensemble_begins_depend_on_its_seed_alone() -> None:
+    target, seed = target_of(small_problem()), np.random.SeedSequence(4)
+    modes, again = (find_modes(target, seed) for _ in range(2))
+    for mode, other in zip(modes, again, strict=True):
+        np.testing.assert_array_equal(mode.x, other.x)
+    begun, anew = (start(target, modes, seed, 64).state for _ in range(2))
+    np.testing.assert_array_equal(begun.coords, anew.coords)
+    np.testing.assert_array_equal(begun.random_keys, anew.random_keys)
+
+
+def test_a_chain_does_not_depend_on_how_it_is_split_into_blocks(started: tuple[Target, Start]) -> None:
+    target, begun = started
+    whole = advance(target, begun.state, begun.proposal, 30)
+    first = advance(target, begun.state, begun.proposal, 10)
+    second = advance(target, first.end, begun.proposal, 20)
     np.testing.assert_array_equal(whole.chain, np.concatenate([first.chain, second.chain]))
     np.testing.assert_array_equal(whole.log_prob, np.concatenate([first.log_prob, second.log_prob]))
     np.testing.assert_array_equal(whole.end.random_keys, second.end.random_keys)
 
 
-def test_the_share_of_accepted_steps_is_that_of_all_steps(posterior: Posterior) -> None:
-    target = target_of(small_problem())
-    started = begin(target, np.random.SeedSequence(4))
-    block = advance(target, started.state, started.proposal, 400)
-    assert np.sum(block.tried) == 400 * 64
+def test_the_share_of_accepted_steps_is_that_of_all_steps(posterior: Posterior, started: tuple[Target, Start]) -> None:
+    target, begun = started
+    block = advance(target, begun.state, begun.proposal, 100)
+    assert np.sum(block.tried) == 100 * 64
     # Step by step: of two states a few steps apart, a walker that stands where it stood was refused each time.
     state, moved = block.end, []
-    for _ in range(60):
+    for _ in range(30):
         coords = state.coords
-        state = advance(target, state, started.proposal, STORE_EVERY).end
+        state = advance(target, state, begun.proposal, STORE_EVERY).end
         moved.append(np.mean(np.any(state.coords != coords, axis=1)))
     # Within STORE_EVERY steps of acceptance a each, 1 - (1 - a)^STORE_EVERY of the walkers move.
     share = 1 - (1 - float(np.mean(moved))) ** (1 / STORE_EVERY)
@@ -290,12 +306,11 @@ def test_what_is_known_round_a_mode_is_a_density_and_near_the_posterior() -> Non
     assert 1 / np.sum(weight**2) > 0.4 * x.shape[0]
 
 
-def test_an_ensemble_starts_where_the_posterior_is_with_moves_that_fit_it() -> None:
-    target = target_of(small_problem())
-    started = begin(target, np.random.SeedSequence(4))
-    block = advance(target, started.state, started.proposal, 200)
+def test_an_ensemble_starts_where_the_posterior_is_with_moves_that_fit_it(started: tuple[Target, Start]) -> None:
+    target, begun = started
+    block = advance(target, begun.state, begun.proposal, 200)
     later = block.log_prob[block.log_prob.shape[0] // 2 :]
-    at_first = target.log_density(started.state.coords) - target.to_theta(started.state.coords)[1]
+    at_first = target.log_density(begun.state.coords) - target.to_theta(begun.state.coords)[1]
     error = np.std(later) / np.sqrt(at_first.size)
     assert np.mean(at_first) == pytest.approx(np.mean(later), abs=5 * error)
     tried, accepted = block.tried[KINDS.index("proposal")], block.accepted[KINDS.index("proposal")]
@@ -305,7 +320,13 @@ def test_an_ensemble_starts_where_the_posterior_is_with_moves_that_fit_it() -> N
 def test_draws_do_not_depend_on_the_number_of_processes(tmp_path: Path) -> None:
     problem = small_problem(forward=EXACT)
     here = quick(problem, tmp_path / "here", processes=0)
-    there = quick(problem, tmp_path / "there", processes=2)
+    (tmp_path / "there").mkdir()
+    for known in (tmp_path / "here" / "manifest.json", *(tmp_path / "here").glob("*-modes.npz")):
+        (tmp_path / "there" / known.name).write_bytes(known.read_bytes())
+    with in_short_blocks():
+        there = sample(
+            problem, seed=1, checkpoint=tmp_path / "there", n_walkers=64, gate=FAR, max_steps=BLOCK, processes=2, resume=True
+        )
     np.testing.assert_array_equal(here.draws, there.draws)
 
 
@@ -327,7 +348,7 @@ def test_a_killed_and_resumed_run_gives_the_chain_of_an_uninterrupted_one(tmp_pa
     assert end_process(run) == -signal.SIGKILL
     # As many steps as the killed one may have made, or more: a machine that is busy kills late.
     made = 1 + max(int(path.stem.split("-")[2]) for path in folder.glob("ensemble-*-0*.npz"))
-    steps = 50 * max(made, 3)
+    steps = BLOCK * max(made, 3)
     (folder / ".ensemble-0-00009.npz.1.part").write_bytes(b"half a file")
     resumed = endless(problem, folder, steps)
     whole = endless(problem, tmp_path / "whole", steps)
@@ -339,10 +360,10 @@ def test_a_killed_and_resumed_run_gives_the_chain_of_an_uninterrupted_one(tmp_pa
 
 def test_a_damaged_checkpoint_is_computed_anew(tmp_path: Path) -> None:
     problem = small_problem()
-    whole = quick(problem, tmp_path, max_steps=150)
+    whole = quick(problem, tmp_path, max_steps=3 * BLOCK)
     block = tmp_path / "ensemble-2-00001.npz"
     block.write_bytes(block.read_bytes()[:1000])
-    np.testing.assert_array_equal(quick(problem, tmp_path, max_steps=150, resume=True).draws, whole.draws)
+    np.testing.assert_array_equal(quick(problem, tmp_path, max_steps=3 * BLOCK, resume=True).draws, whole.draws)
 
 
 def test_resuming_with_other_inputs_is_refused(tmp_path: Path) -> None:
@@ -362,15 +383,16 @@ def test_a_new_run_does_not_take_over_old_checkpoints(tmp_path: Path) -> None:
 
 def test_a_spent_budget_is_not_convergence_and_says_so(posterior: Posterior) -> None:
     assert not posterior.diagnostics.converged
-    assert posterior.diagnostics.steps == 50
+    assert posterior.diagnostics.steps == 2 * BLOCK
     assert any("effective sample size" in reason for reason in posterior.diagnostics.reasons)
 
 
 def test_seconds_end_a_run_too_and_what_was_done_is_kept(tmp_path: Path) -> None:
     done = quick(small_problem(), tmp_path)
-    found = sample(
-        small_problem(), seed=1, checkpoint=tmp_path, n_walkers=64, processes=0, max_seconds=0.0, gate=FAR, resume=True
-    )
+    with in_short_blocks():
+        found = sample(
+            small_problem(), seed=1, checkpoint=tmp_path, n_walkers=64, processes=0, max_seconds=0.0, gate=FAR, resume=True
+        )
     assert found.diagnostics.steps == done.diagnostics.steps
     assert not found.diagnostics.converged
     np.testing.assert_array_equal(found.draws, done.draws)

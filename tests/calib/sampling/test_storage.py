@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 import xarray
 from matplotlib import pyplot as plt
-from small_run import climbing_once
+from small_run import BLOCK, in_small_steps
 
 from calib.errors import InputError
 from calib.experiment.plan import Experiment, Specimen, SweepFiles
@@ -73,17 +73,17 @@ def press(specimen: str, name: str = "", with_capacitance: bool = False, seed: i
     return synthetic_sweep(FORWARD, design, 0.4e-3, RIG, rng, specimen=specimen, name=name, n_points=12, tie=tie)
 
 
-@pytest.fixture(scope="module", params=[150, 100], ids=["even", "odd"])
+@pytest.fixture(scope="module", params=[3 * BLOCK, 2 * BLOCK], ids=["even", "odd"])
 def sampled(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Posterior:
     """A short run with an even and with an odd number of kept steps."""
     specimen = Specimen("a/b", (SweepFiles("", Path("f.csv"), None, 5e-3),), THICKNESSES)
     problem = build_problem(plan(specimen), [press("a/b")], FORWARD)
     folder = tmp_path_factory.mktemp("run")
-    with climbing_once():
+    with in_small_steps():
         found = sample(
             problem, seed=1, checkpoint=folder, max_steps=request.param, processes=0, n_walkers=64, gate=Gate(ess=1e9)
         )
-    assert (found.draws.shape[1] // found.n_walkers) % 2 == (request.param == 100)
+    assert (found.draws.shape[1] // found.n_walkers) % 2 == (request.param == 2 * BLOCK)
     return found
 
 

@@ -60,7 +60,7 @@ OTHERS = [f for f in FAMILIES.values() if f is not NEO_HOOKEAN and is_shipped(f)
 @pytest.mark.parametrize("family", OTHERS, ids=lambda f: f.name)
 def test_surrogates_of_the_other_families_agree_with_fresh_finite_elements(family: Family) -> None:
     with ThreadPoolExecutor(2) as executor:
-        result = validate(load_surrogate(family=family), random_designs(8, 20261121, family), executor)
+        result = validate(load_surrogate(family=family), random_designs(8, 20261121, family), executor, accuracy=4e-3)
     assert not result.failures
     for error in (result.force_error, result.change_error):
         assert np.median(np.abs(error)) < 5e-3
