@@ -31,6 +31,8 @@ _WORDS = {
     "force": ("Kraft", "Standardkraft", "Last", "Force", "Fuerza", "载荷", "力", "荷重", "Siła"),
     "capacitance": ("Kapazität", "Capacité", "Capacidad", "电容", "静電容量", "Cap", "Pojemność"),
 }
+#: Names that say of a capacitance that it is that of the series circuit.
+_SERIES = ("Cs", "CS", "Series capacitance")
 _STATISTICS = ("max", "min", "mean", "peak hold", "setpoint", "command", "target", "average", "std")
 _OTHER_UNITS = ("degC", "V", "%", "kPa", "rpm", "foo", "Ohm")
 
@@ -215,7 +217,7 @@ def series(doc: Document, rng: random.Random) -> Document | None:
     def parallel(row: Row) -> Row:
         return replace(row, values=put(row.values, at, row.values[at] / (1.0 + (factor * row.values[loss]) ** 2)))
 
-    name = rng.choice(("Cs", "CS", "Series capacitance"))
+    name = rng.choice(_SERIES)
     return with_column(with_rows(doc, parallel), at, _renamed(doc.columns[at], name))
 
 
@@ -263,7 +265,8 @@ def flip(doc: Document, rng: random.Random) -> Document | None:
 def language(doc: Document, rng: random.Random) -> Document | None:
     """A name of another language."""
     at = column_read(doc, rng)
-    if at is None:
+    # A series capacitance under a name that does not say so is another one.
+    if at is None or (doc.columns[at].name or "").startswith(_SERIES):
         return None
     column = doc.columns[at]
     return with_column(doc, at, _renamed(column, rng.choice(_WORDS[column.quantity])))

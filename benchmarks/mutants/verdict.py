@@ -254,13 +254,14 @@ def _directions(doc: Document, seen: Observations) -> None:
 
 
 def _signs(doc: Document, folder: Path, seen: Observations) -> None:
-    """Hold what was understood of a mutant with flipped signs against the same mutant without."""
+    """Hold what was understood of a mutant with flipped signs against the same without, but for rows that both leave out."""
     try:
         _, _, plain = _read(replace(doc, flipped=frozenset()), folder)
     except InputError:
         return
+    either = [not (a and b) for a, b in zip(plain.table.reasons, seen.table.reasons, strict=True)]
     for name in ("force", "displacement"):
-        one, other = getattr(plain, name), getattr(seen, name)
+        one, other = (None if v is None else v[either] for v in (getattr(plain, name), getattr(seen, name)))
         if one is not None and other is not None and not np.allclose(one, other, rtol=1e-9, atol=1e-15, equal_nan=True):
             turned = np.allclose(one, -other, rtol=1e-9, atol=1e-15, equal_nan=True)
             raise SilentError(f"{name} after `observe` {'has the other sign' if turned else 'differs'} ({seen.sign_note})")

@@ -1,0 +1,89 @@
+"""What the judge of mutants holds to be right: three kinds of changes that it once took for more than they are."""
+
+from __future__ import annotations
+
+import random
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[3] / "benchmarks"))
+from mutants import of_names, of_rows
+from mutants.document import Column, Document, Row
+from mutants.kind import Kind
+from mutants.verdict import judge
+
+N = 40
+PRESS = (
+    Column("Time", " ", "()", "s", "time", (1.0,)),
+    Column("Extension", " ", "()", "mm", "displacement", (1e-3,)),
+    Column("Load", " ", "()", "N", "force", (1.0,)),
+)
+METER = (
+    Column("Time", " ", "()", "s", "time", (1.0,)),
+    Column("Cp", " ", "()", "pF", "capacitance", (1e-12,)),
+    Column("D", quantity="dissipation", factors=(1.0,)),
+)
+
+
+def document(columns: Sequence[Column], lines: Sequence[Sequence[float]], delimiter: str = ",") -> Document:
+    cells = [tuple(f"{v:.4f}" for v in line) for line in lines]
+    rows = tuple(Row(c, tuple(map(float, c)), i) for i, c in enumerate(cells))
+    units = delimiter == " "
+    columns = tuple(replace(c, gap="") if units else c for c in columns)
+    return Document(Path("a.csv"), (), columns, rows, (), units, delimiter, "\n", turned={"displacement": 1.0, "force": 1.0})
+
+
+def press(delimiter: str = ",", sign: float = 1.0) -> Document:
+    return document(
+        PRESS, [(i, sign * 0.02 * i, sign * (0.3 + 6.0 * max(i / N - 0.3, 0.0) ** 1.6)) for i in range(N)], delimiter
+    )
+
+
+def meter() -> Document:
+    return document(METER, [(0.1 * i, 97.5 + 0.01 * i, 0.01) for i in range(N)])
+
+
+def kind(module: object, name: str) -> Kind:
+    return next(k for k in vars(module)["KINDS"] if k.name == name)
+
+
+@pytest.fixture
+def verdict(tmp_path: Path) -> Callable[[Document, Document], str]:
+    """Function that gives the verdict on a mutant and what it was made of."""
+    return lambda made, plain: f"{(v := judge(made, plain, tmp_path)).verdict}: {v.what}"
+
+
+@pytest.mark.parametrize("name", ["row shifted right", "row shifted left", "cell added", "cell missing", "row cut"])
+@pytest.mark.parametrize("delimiter", [" ", ","])
+def test_blanks_hold_no_empty_cell_between_them(
+    name: str, delimiter: str, verdict: Callable[[Document, Document], str]
+) -> None:
+    plain = press(delimiter)
+    for seed in range(8):
+        made = kind(of_rows, name).change(plain, random.Random(seed))
+        assert made is not None
+        assert not verdict(made, plain).startswith(("SILENT", "CRASH")), seed
+
+
+def test_a_series_capacitance_keeps_a_name_that_says_so() -> None:
+    made = kind(of_names, "series capacitance").change(meter(), random.Random(1))
+    assert made is not None
+    other = kind(of_names, "name of another language")
+    named = [other.change(made, random.Random(seed)) for seed in range(20)]
+    assert {doc.columns[1].name for doc in named if doc is not None} == {made.columns[1].name}
+    assert len({doc.columns[1].name for s in range(20) if (doc := other.change(meter(), random.Random(s)))}) > 1
+
+
+def test_rows_that_are_left_out_with_either_sign_need_not_hold_the_same(verdict: Callable[[Document, Document], str]) -> None:
+    plain = replace(press(sign=-1.0), turned={"displacement": -1.0, "force": -1.0})
+    row = plain.row(14)
+    shifted = replace(row, cells=("", *row.cells[:2]), values=(float("nan"),) * 3, doubtful=True)
+    flipped = replace(plain, flipped=frozenset({"force"}), signs=True, body=(*plain.body[:14], shifted, *plain.body[15:]))
+    assert verdict(flipped, plain).startswith("excluded: line 16: empty cell")
+    # The direction of a row that is read is held to that of the file, as before.
+    wrong = replace(flipped, turned={"displacement": -1.0, "force": 1.0})
+    assert verdict(wrong, plain).startswith("SILENT: force after `observe` is negative")
