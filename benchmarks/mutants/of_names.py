@@ -53,10 +53,15 @@ def _exchanged(doc: Document, first: Column, second: Column, places: tuple[int, 
     )
 
 
+def _takes_the_key(doc: Document, places: tuple[int, int]) -> bool:
+    """Whether one of two columns is the key by which rows are of two records: under another name it tells so no more."""
+    return doc.refuse and any(doc.columns[j].added for j in places)
+
+
 def swap_headers(doc: Document, rng: random.Random) -> Document | None:
     """Names and units of two columns change places; what is read follows the header."""
     places = two_columns(doc, rng)
-    if places is None:
+    if places is None or _takes_the_key(doc, places):
         return None
     first, second = doc.columns[places[0]], doc.columns[places[1]]
     return _exchanged(doc, replace(second, mark=first.mark), replace(first, mark=second.mark), places)
@@ -75,7 +80,7 @@ def swap_names(doc: Document, rng: random.Random) -> Document | None:
         return replace(name, gap=unit.gap or name.gap, bracket=unit.bracket, unit=unit.unit, factors=factors, mark=unit.mark)
 
     first, second = (doc.columns[j] for j in places)
-    if first.unit == second.unit:
+    if first.unit == second.unit or _takes_the_key(doc, places):
         return None
     return _exchanged(doc, under(second, first), under(first, second), places)
 

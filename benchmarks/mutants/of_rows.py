@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from mutants.document import NAN, UNITS, Document, Line, Row, number, number_instead, put, with_column, with_rows
 from mutants.kind import Kind
+from mutants.presses import pressed
 
 _READ = ("time", "displacement", "force", "capacitance")
 
@@ -253,6 +254,8 @@ def cut_file(doc: Document, rng: random.Random) -> Document | None:
     second = [any(doc.row(k).absent for k in of.rows()) for of in (doc, cut)]
     if doc.refuse and second == [True, False]:  # the second value of a key is gone, and with it the choice
         return None
+    if pressed(doc) and not pressed(cut):  # such as the rows in which a force rises more than it drifts
+        cut = replace(cut, turned={})
     return _cut(cut, rng, i, True)
 
 

@@ -19,7 +19,7 @@ from calib.errors import InputError
 from calib.lab import LabTable, Observations, observe, read_lab_file
 from mutants.document import Document, Row, Written, written
 from mutants.mentions import SilentError, columns_named, is_named, lines_named, lines_told, said_of
-from mutants.of_signs import still_pressed
+from mutants.presses import still_pressed
 
 #: Verdicts that fail the run, and those that do not, the worse first.
 FAILURES = ("SILENT", "CRASH", "NO ADVICE")

@@ -1,4 +1,4 @@
-"""What the judge of mutants holds to be right: three kinds of changes that it once took for more than they are."""
+"""What the judge of mutants holds to be right: changes that it once took for more than they are."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ from pathlib import Path
 import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[3] / "benchmarks"))
-from mutants import of_names, of_rows
+from mutants import of_columns, of_names, of_rows, of_signs
 from mutants.document import Column, Document, Row
 from mutants.kind import Kind
+from mutants.presses import pressed
 from mutants.verdict import judge
 
 N = 40
@@ -63,7 +64,7 @@ def test_blanks_hold_no_empty_cell_between_them(
     name: str, delimiter: str, verdict: Callable[[Document, Document], str]
 ) -> None:
     plain = press(delimiter)
-    for seed in range(8):
+    for seed in range(5):
         made = kind(of_rows, name).change(plain, random.Random(seed))
         assert made is not None
         assert not verdict(made, plain).startswith(("SILENT", "CRASH")), seed
@@ -87,3 +88,23 @@ def test_rows_that_are_left_out_with_either_sign_need_not_hold_the_same(verdict:
     # The direction of a row that is read is held to that of the file, as before.
     wrong = replace(flipped, turned={"displacement": -1.0, "force": 1.0})
     assert verdict(wrong, plain).startswith("SILENT: force after `observe` is negative")
+
+
+@pytest.mark.parametrize("name", ["swap two headers", "swap two names, units stay"])
+def test_the_key_of_two_records_keeps_its_name(name: str) -> None:
+    made = kind(of_columns, "key column of two values").change(press(), random.Random(1))
+    assert made is not None
+    key = next(j for j, column in enumerate(made.columns) if column.added)
+    swapped = [doc for s in range(20) if (doc := kind(of_names, name).change(made, random.Random(s))) is not None]
+    assert swapped
+    assert {doc.columns[key].name for doc in swapped} == {made.columns[key].name}
+
+
+def test_a_force_of_which_only_its_drift_is_left_shows_no_direction(verdict: Callable[[Document, Document], str]) -> None:
+    plain = press()
+    drifted = kind(of_signs, "force: drift").change(plain, random.Random(1))
+    assert drifted is not None
+    cut = [doc for s in range(30) if (doc := kind(of_rows, "file cut within a row").change(drifted, random.Random(s)))]
+    assert {bool(doc.turned) for doc in cut} == {True, False}
+    assert all(bool(doc.turned) == pressed(doc) for doc in cut)
+    assert not [said for doc in cut if (said := verdict(doc, plain)).startswith("SILENT")]
