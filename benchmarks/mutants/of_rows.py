@@ -254,9 +254,9 @@ def cut_file(doc: Document, rng: random.Random) -> Document | None:
     second = [any(doc.row(k).absent for k in of.rows()) for of in (doc, cut)]
     if doc.refuse and second == [True, False]:  # the second value of a key is gone, and with it the choice
         return None
-    if pressed(doc) and not pressed(cut):  # such as the rows in which a force rises more than it drifts
-        cut = replace(cut, turned={})
-    return _cut(cut, rng, i, True)
+    new = _cut(cut, rng, i, True)
+    # With the press is gone what showed its direction, such as the rows in which a force rises faster than it drifts.
+    return new if new is None or not pressed(doc) or pressed(new) else replace(new, turned={})
 
 
 def _cut(doc: Document, rng: random.Random, i: int, end: bool) -> Document | None:
