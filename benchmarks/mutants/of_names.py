@@ -152,7 +152,7 @@ def no_time_unit(doc: Document, rng: random.Random) -> Document | None:
 def _has_unit_in_name(column: Column) -> bool:
     """Whether a change before has put a unit into the name, which is left if that behind it is deleted."""
     units = [u for u in UNITS.get(column.quantity, {}) if u]
-    return any(f"({u})" in (column.name or "") for u in units)
+    return any(f"({u})" in (column.name or "") or f"[{u}]" in (column.name or "") for u in units)
 
 
 def unit_above(doc: Document, rng: random.Random) -> Document | None:

@@ -90,6 +90,16 @@ def test_rows_that_are_left_out_with_either_sign_need_not_hold_the_same(verdict:
     assert verdict(wrong, plain).startswith("SILENT: force after `observe` is negative")
 
 
+@pytest.mark.parametrize("name", ["Time (min)", "Time [min]"])
+@pytest.mark.parametrize("change", ["time unit deleted", "unit deleted"])
+def test_a_unit_that_is_said_twice_is_not_said_to_be_deleted(name: str, change: str) -> None:
+    plain = press()
+    named = replace(plain, columns=(replace(plain.columns[0], name=name, factors=()), *plain.columns[1:]))
+    made = [kind(of_names, change).change(named, random.Random(seed)) for seed in range(10)]
+    assert not [doc for doc in made if doc is not None and not doc.columns[0].unit]
+    assert kind(of_names, "time unit deleted").change(plain, random.Random(1)) is not None
+
+
 @pytest.mark.parametrize("name", ["swap two headers", "swap two names, units stay"])
 def test_the_key_of_two_records_keeps_its_name(name: str) -> None:
     made = kind(of_columns, "key column of two values").change(press(), random.Random(1))
