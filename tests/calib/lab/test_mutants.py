@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[3] / "benchmarks"))
-from mutants import of_columns, of_names, of_rows, of_signs
+from mutants import of_columns, of_names, of_numbers, of_rows, of_signs
 from mutants.document import Column, Document, Row
 from mutants.kind import Kind
 from mutants.presses import pressed
@@ -108,6 +108,17 @@ def test_the_key_of_two_records_keeps_its_name(name: str) -> None:
     swapped = [doc for s in range(20) if (doc := kind(of_names, name).change(made, random.Random(s))) is not None]
     assert swapped
     assert {doc.columns[key].name for doc in swapped} == {made.columns[key].name}
+
+
+def test_numbers_that_lost_their_marks_can_be_read_under_no_name() -> None:
+    rows = press()
+    lost = kind(of_numbers, "decimal marks lost in a column")
+    made = next(doc for s in range(20) if (doc := lost.change(rows, random.Random(s))) is not None)
+    at = next(j for j in range(3) if made.row(0).cells[j] != rows.row(0).cells[j])
+    swapped = [kind(of_names, "swap two headers").change(made, random.Random(s)) for s in range(10)]
+    for doc in (made, *(doc for doc in swapped if doc is not None)):
+        assert all(doc.row(i).values[at] != doc.row(i).values[at] for i in doc.rows())
+        assert all(column.factors for column in doc.columns)
 
 
 def test_a_force_of_which_only_its_drift_is_left_shows_no_direction(verdict: Callable[[Document, Document], str]) -> None:
