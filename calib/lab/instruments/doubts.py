@@ -85,9 +85,11 @@ def doubtful(cells: Sequence[str], values: FloatArray, decimal: str, *, whole: b
     marked = np.ones(0, dtype=bool)
     if padded.size:
         marked = np.array([decimal in c for c in cells])
-        n_there = int(np.count_nonzero(np.isfinite(values)))
+        there = np.isfinite(values)
         if np.any(marked):
-            if padded.size > _SHARE_SURE * n_there:
+            # A mark in a few cells, such as those of a shifted row, is not that of the column.
+            without = padded.size if whole else int(np.count_nonzero(there & ~marked))
+            if without > _SHARE_SURE * int(np.count_nonzero(there)):
                 return _lost(cells, int(padded[0]), marked)
             rows = {int(i): f'"{cells[i].strip()}" has lost its decimal mark' for i in padded}
             rest = values.copy()

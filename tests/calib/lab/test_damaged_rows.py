@@ -41,6 +41,14 @@ def test_whole_numbers_that_begin_with_a_zero_have_lost_their_marks(tmp_path: Pa
         read(tmp_path, lines)
 
 
+@pytest.mark.parametrize("stray", ["-0.52542", "3.1"])
+def test_a_mark_in_a_single_cell_is_not_that_of_a_column_that_lost_its_own(tmp_path: Path, stray: str) -> None:
+    lines = [f"{round(1e5 * 0.14 * i):06d},{x:.5f},{f:.4f}" for i, (x, f) in enumerate(zip(X, F, strict=True))]
+    lines[50] = f"{stray}," + lines[50].split(",", 1)[1]
+    with pytest.raises(InputError, match="lost their decimal mark"):
+        read(tmp_path, lines)
+
+
 def test_a_row_without_its_last_cell_or_with_one_too_many_is_left_out(tmp_path: Path) -> None:
     lines = [f"{line},23.5" for line in rows()]
     lines[0] = ",".join(lines[0].split(",")[1:]) + ","
