@@ -193,6 +193,13 @@ def test_no_light_is_a_colour_alone(colour: str, sign: str) -> None:
     assert status["content"] == f'"{sign} "'
 
 
+def test_no_word_of_the_page_is_judged_by_a_colour_alone(page: str) -> None:
+    words = re.findall(r'class="(yes|no|warns)">([^<]*)', page)
+    assert {kind for kind, _ in words} >= {"yes", "warns"}
+    assert not [(kind, word) for kind, word in words if word[:1] not in {"yes": "✓", "no": "!✗", "warns": "!"}[kind]]
+    assert next(rule.says["content"] for rule in RULES if rule.selector == "td.no::after") == '" ✗"'
+
+
 @pytest.mark.parametrize(("one", "other"), [("good", "bad"), ("good", "amber"), ("amber", "bad")])
 def test_the_lights_keep_apart_without_red_and_green_sight(one: str, other: str) -> None:
     root = next(rule.says for rule in RULES if rule.selector == ":root")
