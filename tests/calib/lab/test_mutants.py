@@ -125,7 +125,7 @@ def test_a_force_of_which_only_its_drift_is_left_shows_no_direction(verdict: Cal
     plain = press()
     drifted = kind(of_signs, "force: drift").change(plain, random.Random(1))
     assert drifted is not None
-    cut = [doc for s in range(30) if (doc := kind(of_rows, "file cut within a row").change(drifted, random.Random(s)))]
+    cut = [doc for s in range(16) if (doc := kind(of_rows, "file cut within a row").change(drifted, random.Random(s)))]
     assert {bool(doc.turned) for doc in cut} == {True, False}
     assert all(bool(doc.turned) == pressed(doc) for doc in cut)
     assert not [said for doc in cut if (said := verdict(doc, plain)).startswith("SILENT")]
