@@ -31,6 +31,8 @@ _WORDS = {
     "force": ("Kraft", "Standardkraft", "Last", "Force", "Fuerza", "载荷", "力", "荷重", "Siła"),
     "capacitance": ("Kapazität", "Capacité", "Capacidad", "电容", "静電容量", "Cap", "Pojemność"),
 }
+#: Names that say of a capacitance that it is that of the series circuit.
+_SERIES = ("Cs", "CS", "Series capacitance")
 _STATISTICS = ("max", "min", "mean", "peak hold", "setpoint", "command", "target", "average", "std")
 _OTHER_UNITS = ("degC", "V", "%", "kPa", "rpm", "foo", "Ohm")
 
@@ -51,10 +53,15 @@ def _exchanged(doc: Document, first: Column, second: Column, places: tuple[int, 
     )
 
 
+def _takes_the_key(doc: Document, places: tuple[int, int]) -> bool:
+    """Whether one of two columns is the key by which rows are of two records: under another name it tells so no more."""
+    return doc.refuse and any(doc.columns[j].added for j in places)
+
+
 def swap_headers(doc: Document, rng: random.Random) -> Document | None:
     """Names and units of two columns change places; what is read follows the header."""
     places = two_columns(doc, rng)
-    if places is None:
+    if places is None or _takes_the_key(doc, places):
         return None
     first, second = doc.columns[places[0]], doc.columns[places[1]]
     return _exchanged(doc, replace(second, mark=first.mark), replace(first, mark=second.mark), places)
@@ -73,7 +80,7 @@ def swap_names(doc: Document, rng: random.Random) -> Document | None:
         return replace(name, gap=unit.gap or name.gap, bracket=unit.bracket, unit=unit.unit, factors=factors, mark=unit.mark)
 
     first, second = (doc.columns[j] for j in places)
-    if first.unit == second.unit:
+    if first.unit == second.unit or _takes_the_key(doc, places):
         return None
     return _exchanged(doc, under(second, first), under(first, second), places)
 
@@ -145,7 +152,7 @@ def no_time_unit(doc: Document, rng: random.Random) -> Document | None:
 def _has_unit_in_name(column: Column) -> bool:
     """Whether a change before has put a unit into the name, which is left if that behind it is deleted."""
     units = [u for u in UNITS.get(column.quantity, {}) if u]
-    return any(f"({u})" in (column.name or "") for u in units)
+    return any(f"({u})" in (column.name or "") or f"[{u}]" in (column.name or "") for u in units)
 
 
 def unit_above(doc: Document, rng: random.Random) -> Document | None:
@@ -215,7 +222,7 @@ def series(doc: Document, rng: random.Random) -> Document | None:
     def parallel(row: Row) -> Row:
         return replace(row, values=put(row.values, at, row.values[at] / (1.0 + (factor * row.values[loss]) ** 2)))
 
-    name = rng.choice(("Cs", "CS", "Series capacitance"))
+    name = rng.choice(_SERIES)
     return with_column(with_rows(doc, parallel), at, _renamed(doc.columns[at], name))
 
 
@@ -263,7 +270,8 @@ def flip(doc: Document, rng: random.Random) -> Document | None:
 def language(doc: Document, rng: random.Random) -> Document | None:
     """A name of another language."""
     at = column_read(doc, rng)
-    if at is None:
+    # A series capacitance under a name that does not say so is another one.
+    if at is None or (doc.columns[at].name or "").startswith(_SERIES):
         return None
     column = doc.columns[at]
     return with_column(doc, at, _renamed(column, rng.choice(_WORDS[column.quantity])))

@@ -162,8 +162,8 @@ def strip_column(doc: Document, rng: random.Random) -> Document | None:
     telling = [t for t in texts if t.lstrip("-").startswith("0.") and t.strip("-0.")]
     if len(telling) < 2 or len(telling) < 0.02 * len(texts):
         return None
-    doc = with_cells(doc, at, lambda text, value: (text.replace(".", ""), value))
-    return with_column(doc, at, replace(doc.columns[at], factors=()))
+    # It is the numbers that cannot be read, under whatever name they stand.
+    return with_cells(doc, at, lambda text, value: (text.replace(".", ""), NAN))
 
 
 def _finer(doc: Document, at: int) -> Document | None:

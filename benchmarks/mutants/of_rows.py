@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from mutants.document import NAN, UNITS, Document, Line, Row, number, number_instead, put, with_column, with_rows
 from mutants.kind import Kind
+from mutants.presses import pressed
 
 _READ = ("time", "displacement", "force", "capacitance")
 
@@ -49,8 +50,13 @@ def changed_row(doc: Document, at: int, row: Row) -> Document:
     return replace(doc, body=put(doc.body, at, row))
 
 
-def _kept(row: Row, cells: Sequence[str]) -> Row:
-    """The row with other cells: only where the text is as it was may it be read."""
+def _kept(doc: Document, row: Row, cells: Sequence[str]) -> Row:
+    """The row with other cells: only where the text is as it was may it be read.
+
+    Blanks side by side, or at the ends of a line, hold no cell between them: a row of them has no empty ones.
+    """
+    if doc.delimiter == " " and doc.quote == "none":
+        cells = [cell for cell in cells if cell]
     same = [
         value if j < min(len(cells), len(row.cells)) and cells[j] == row.cells[j] else NAN for j, value in enumerate(row.values)
     ]
@@ -64,7 +70,7 @@ def drop_cell(doc: Document, rng: random.Random) -> Document | None:
     if len(places) < 20:
         return None
     chosen = rng.sample(places, rng.choice((1, 1, 1, 4, 8)))
-    return with_rows(doc, lambda row: _kept(row, (*row.cells[:j], *row.cells[j + 1 :])), chosen)
+    return with_rows(doc, lambda row: _kept(doc, row, (*row.cells[:j], *row.cells[j + 1 :])), chosen)
 
 
 def add_cell(doc: Document, rng: random.Random) -> Document | None:
@@ -74,7 +80,7 @@ def add_cell(doc: Document, rng: random.Random) -> Document | None:
         return None
     row, j = doc.row(i), rng.randrange(len(doc.columns) + 1)
     new = rng.choice(("", "0", rng.choice(row.cells), f"{rng.uniform(-5, 5):.3f}", "x"))
-    return changed_row(doc, i, _kept(row, (*row.cells[:j], new, *row.cells[j:])))
+    return changed_row(doc, i, _kept(doc, row, (*row.cells[:j], new, *row.cells[j:])))
 
 
 def shift_left(doc: Document, rng: random.Random) -> Document | None:
@@ -83,7 +89,7 @@ def shift_left(doc: Document, rng: random.Random) -> Document | None:
     if i is None:
         return None
     end = rng.choice(((), ("",)))
-    return changed_row(doc, i, _kept(doc.row(i), (*doc.row(i).cells[1:], *end)))
+    return changed_row(doc, i, _kept(doc, doc.row(i), (*doc.row(i).cells[1:], *end)))
 
 
 def shift_right(doc: Document, rng: random.Random) -> Document | None:
@@ -91,7 +97,7 @@ def shift_right(doc: Document, rng: random.Random) -> Document | None:
     i = whole_row(doc, rng)
     if i is None:
         return None
-    return changed_row(doc, i, _kept(doc.row(i), ("", *doc.row(i).cells[: rng.choice((None, -1))])))
+    return changed_row(doc, i, _kept(doc, doc.row(i), ("", *doc.row(i).cells[: rng.choice((None, -1))])))
 
 
 def shift_many(doc: Document, rng: random.Random) -> Document | None:
@@ -102,7 +108,7 @@ def shift_many(doc: Document, rng: random.Random) -> Document | None:
     start = rng.randrange(2, len(places) // 2)
     chosen = places[start : start + rng.choice((3, 10))] if rng.random() < 0.5 else places[start :: rng.choice((2, 7))]
     end = rng.choice(((), ("",)))
-    return with_rows(doc, lambda row: _kept(row, (*row.cells[1:], *end)), chosen)
+    return with_rows(doc, lambda row: _kept(doc, row, (*row.cells[1:], *end)), chosen)
 
 
 def duplicate(doc: Document, rng: random.Random) -> Document | None:
@@ -248,7 +254,9 @@ def cut_file(doc: Document, rng: random.Random) -> Document | None:
     second = [any(doc.row(k).absent for k in of.rows()) for of in (doc, cut)]
     if doc.refuse and second == [True, False]:  # the second value of a key is gone, and with it the choice
         return None
-    return _cut(cut, rng, i, True)
+    new = _cut(cut, rng, i, True)
+    # With the press is gone what showed its direction, such as the rows in which a force rises faster than it drifts.
+    return new if new is None or not pressed(doc) or pressed(new) else replace(new, turned={})
 
 
 def _cut(doc: Document, rng: random.Random, i: int, end: bool) -> Document | None:
@@ -258,7 +266,7 @@ def _cut(doc: Document, rng: random.Random, i: int, end: bool) -> Document | Non
     if not keep and not j:
         return None
     part = row.cells[j][:keep]
-    new = replace(_kept(row, (*row.cells[:j], part)), open_end=True)
+    new = replace(_kept(doc, row, (*row.cells[:j], part)), open_end=True)
     value = number_instead(doc, row, j, number(part, doc.columns[j]))
     # A last cell that lost digits shows nothing within the file: it is a number like another.
     whole = not end and j == len(row.cells) - 1 and doc.quote == "none"

@@ -19,7 +19,7 @@ from calib.errors import InputError
 from calib.lab import LabTable, Observations, observe, read_lab_file
 from mutants.document import Document, Row, Written, written
 from mutants.mentions import SilentError, columns_named, is_named, lines_named, lines_told, said_of
-from mutants.of_signs import still_pressed
+from mutants.presses import still_pressed
 
 #: Verdicts that fail the run, and those that do not, the worse first.
 FAILURES = ("SILENT", "CRASH", "NO ADVICE")
@@ -254,13 +254,14 @@ def _directions(doc: Document, seen: Observations) -> None:
 
 
 def _signs(doc: Document, folder: Path, seen: Observations) -> None:
-    """Hold what was understood of a mutant with flipped signs against the same mutant without."""
+    """Hold what was understood of a mutant with flipped signs against the same without, but for rows that both leave out."""
     try:
         _, _, plain = _read(replace(doc, flipped=frozenset()), folder)
     except InputError:
         return
+    either = [not (a and b) for a, b in zip(plain.table.reasons, seen.table.reasons, strict=True)]
     for name in ("force", "displacement"):
-        one, other = getattr(plain, name), getattr(seen, name)
+        one, other = (None if v is None else v[either] for v in (getattr(plain, name), getattr(seen, name)))
         if one is not None and other is not None and not np.allclose(one, other, rtol=1e-9, atol=1e-15, equal_nan=True):
             turned = np.allclose(one, -other, rtol=1e-9, atol=1e-15, equal_nan=True)
             raise SilentError(f"{name} after `observe` {'has the other sign' if turned else 'differs'} ({seen.sign_note})")

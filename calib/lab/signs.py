@@ -39,6 +39,8 @@ Strength = Literal["clear", "likely", "stated", "none"]
 _DOUBTFUL, _CLEAR = 0.7, 2.5
 # What may stand against an odd sign in a single stretch, as a share of what is for it.
 _CONTRADICTED = 0.3
+# What the flat end of a retreat and what else speaks for it, but for its bend, must come to at least.
+_SEEN = 1.0
 # Share of the largest load that the load in compression reaches in a press.
 _COMPRESSED = 0.1
 # Share of the changes of force that must go one way with the displacement, for the two signs to hang together.
@@ -215,6 +217,9 @@ def _together(
     # one stretch alone no strong evidence against it.
     odd = press.first * factor < 0 or float(np.max(factor * load)) < _COMPRESSED * float(np.max(np.abs(load)))
     doubt = odd and press.once and opposed > _CONTRADICTED * (abs(total) + opposed)
+    # A machine that starts to move bends the force as well: a retreat alone has to be seen to end out of contact, or be named.
+    named = sum(e.weight * factor for e in evidence[3:])
+    doubt |= press.once and press.first * factor < 0 and evidence[0].weight * factor + max(named, 0.0) < _SEEN
     # So does a place that is zero where the ball is deepest, unless force is seen to be flat, out of contact, at the other end.
     opposing = [e for e in zero if e.weight * factor < 0 < _CLEAR - evidence[0].weight * factor]
     evidence += opposing

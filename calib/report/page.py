@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
@@ -16,7 +17,7 @@ from calib.experiment import Experiment
 from calib.report.pictures import Drawing, pictures_in
 from calib.report.section import Results, Section
 from calib.report.sections import drawings_of, sections_of
-from calib.sampling import Posterior
+from calib.sampling import FINGERPRINT, Posterior
 
 
 def write_report(
@@ -54,11 +55,14 @@ def write_report(
     verdict = judge_posterior(posterior, predictions) if verdict is None else verdict
     results = Results(posterior, predictions, verdict, recommendation, posterior_sha256)
     sections = sections_of(replace(results, drawings={**drawings_of(results), **(drawings or {})}))
+    laid_out = [(section, _laid_out(section, environment)) for section in sections]
     return environment.get_template("page.html.j2").render(
         name=posterior.experiment.name,
         setup=_setup(posterior.experiment),
         date=posterior.attrs.get("ended", "")[:10],
-        sections=[(section, _laid_out(section, environment)) for section in sections],
+        run=_hash_of(posterior, posterior_sha256),
+        sections=[part for part in laid_out if not part[0].appendix],
+        appendix=[part for part in laid_out if part[0].appendix],
     )
 
 
@@ -89,6 +93,12 @@ def kept_drawings(posterior: Posterior, predictions: Sequence[Prediction], page:
 
 def _laid_out(section: Section, environment: jinja2.Environment) -> Markup:
     return Markup(environment.get_template(section.template).render(section.context).rstrip())
+
+
+def _hash_of(posterior: Posterior, posterior_sha256: str) -> str:
+    """What tells this run from others on paper: the start of its fingerprint, else of its posterior; "" for none."""
+    found = re.match("[0-9a-f]{16}", posterior.attrs.get(FINGERPRINT, "") or posterior_sha256)
+    return found[0] if found else ""
 
 
 def _template(name: str) -> str:

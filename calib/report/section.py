@@ -55,6 +55,7 @@ class Section:
     link : its name in the list of contents; "" if it is not in there.
     template : the file in `calib/report/templates` that lays out what is below the heading.
     context : what that file asks for, by name.
+    appendix : whether it is for who checks the statistics: folded away at the end of the page, open on paper.
     """
 
     identifier: str
@@ -62,3 +63,4 @@ class Section:
     link: str
     template: str
     context: Mapping[str, object]
+    appendix: bool = False

@@ -52,6 +52,9 @@ _STYLE: dict[Any, Any] = {
 #: How a label that is a formula is set: ax.set_ylabel("$E_p$", **FORMULA); a name in it goes through `in_formula`.
 FORMULA: Mapping[str, Any] = MappingProxyType({"parse_math": True})
 
+#: How wide a figure is drawn [inch]: as wide as a phone shows it, its letters are nine pixels high there.
+WIDTH = 4.6
+
 # Characters of a line of a figure that are shown, and of a name in a legend.
 _LONGEST_LINE, _LONGEST_NAME = 120, 40
 

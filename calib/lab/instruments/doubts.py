@@ -26,6 +26,8 @@ _ONE_POWER, _MORE_POWERS = 0.2, 0.3
 _REGULAR = 0.15
 # Single numbers in another unit: how far off these are at least, how calm the numbers beside them, how near they must come.
 _LEAST_UNIT, _CALM_BESIDE, _NEAR_UNIT = 2.8, 0.1, 0.008
+# A whole number among others with decimals is none of them if it lies so many times their range beside them.
+_WIDE = 3.0
 # Rounding of a number whose mark has moved to the left may add up to this share.
 _ROUNDED = 0.1
 # Larger shares of contradicted numbers are no single damage: the column is.
@@ -85,9 +87,11 @@ def doubtful(cells: Sequence[str], values: FloatArray, decimal: str, *, whole: b
     marked = np.ones(0, dtype=bool)
     if padded.size:
         marked = np.array([decimal in c for c in cells])
-        n_there = int(np.count_nonzero(np.isfinite(values)))
+        there = np.isfinite(values)
         if np.any(marked):
-            if padded.size > _SHARE_SURE * n_there:
+            # A mark in a few cells, such as those of a shifted row, is not that of the column.
+            without = padded.size if whole else int(np.count_nonzero(there & ~marked))
+            if without > _SHARE_SURE * int(np.count_nonzero(there)):
                 return _lost(cells, int(padded[0]), marked)
             rows = {int(i): f'"{cells[i].strip()}" has lost its decimal mark' for i in padded}
             rest = values.copy()
@@ -129,7 +133,7 @@ def _jumping(cells: Sequence[str], values: FloatArray, decimal: str) -> Doubts:
     steps = np.diff(level)
     if not np.any(np.abs(steps) > np.log10(_JUMP)):
         return Doubts()
-    population = _without_mark(cells, rows, level, decimal)
+    population = _without_mark(cells, rows, level, decimal) or _of_other_form(cells, rows, at, steps, decimal)
     if population is not None:
         if population.fault:
             return population
@@ -177,6 +181,31 @@ def _without_mark(cells: Sequence[str], rows: IntArray, level: FloatArray, decim
         every[rows[marked]] = True
         return _lost(cells, int(rows[changes[0] + 1] if marked[changes[0]] else rows[changes[0]]), every)
     return Doubts({int(i): f'"{cells[i].strip()}" has lost its decimal mark: its neighbours have one' for i in whole})
+
+
+def _of_other_form(cells: Sequence[str], rows: IntArray, at: FloatArray, steps: FloatArray, decimal: str) -> Doubts | None:
+    """Doubts of single whole numbers where all others have as many decimals, and go on over them once these are put back."""
+    wide = np.flatnonzero(np.abs(steps) > np.log10(_JUMP))
+    whole = [
+        k
+        for k in dict.fromkeys((np.stack((wide, wide + 1), 1).ravel())[:1000].tolist())
+        if cells[rows[k]].strip("+- \t").isdigit()
+    ]
+    if not whole or rows.size < _FEWEST:
+        return None
+    marked = np.array([decimal in cells[i] for i in rows.tolist()])
+    decimals = {_decimals(cells[i], decimal) for i in rows[marked].tolist()}
+    if len(decimals) != 1 or np.count_nonzero(~marked) > max(1, _SHARE * rows.size):
+        return None
+    power, found = decimals.pop(), {}
+    for k in whole:
+        beside = at[marked & (np.abs(np.arange(rows.size) - k) <= 2)]
+        low, high = float(np.min(beside, initial=np.inf)), float(np.max(beside, initial=-np.inf))
+        room = high - low
+        if low - room <= at[k] / 10.0**power <= high + room and not low - _WIDE * room <= at[k] <= high + _WIDE * room:
+            row = int(rows[k])
+            found[row] = f'"{cells[row].strip()}" has lost its decimal mark: all others have {power} decimals'
+    return Doubts(found) if found else None
 
 
 def _off(cells: Sequence[str], rows: IntArray, at: FloatArray, level: FloatArray, decimal: str) -> dict[int, str]:

@@ -117,6 +117,18 @@ def _less_than(sheet: Sheet, quantity: str, best: Candidate, unread: Mapping[int
     still = still and stands_still(_readings_alone(sheet, best.index))
     if quantity not in _DECISIVE or not (numbered or best.heading.letter or still):
         return []
+    if quantity == "time" and (day := _time_of_day(sheet, best)) is not None:
+        choice = Choice("columns", (sheet.name_for_asking(day), sheet.name_for_asking(best.index)), quantity)
+        return [
+            Fault(
+                f'"{sheet.names[best.index]}" could be the time, but "{sheet.names[day]}" has times of day that run otherwise',
+                sheet.text.path,
+                sheet.header_line or None,
+                day + 1,
+                advice=f"Say which one is meant: {choice}",
+                choice=choice,
+            )
+        ]
     for index, name in enumerate(sheet.names):
         plain = as_a_record(name, sheet.unit_below(index))
         if index == best.index or plain is None or plain.quantity != quantity or plain.index or plain.letter:
@@ -141,6 +153,18 @@ def _less_than(sheet: Sheet, quantity: str, best: Candidate, unread: Mapping[int
             )
         ]
     return []
+
+
+def _time_of_day(sheet: Sheet, best: Candidate) -> int | None:
+    """A column under a name that is not understood whose times of day are those of another clock than a time; None if none."""
+    for index, name in enumerate(sheet.names):
+        cells = sheet.columns[index]
+        if not name or as_a_record(name, sheet.unit_below(index)) is not None or not holds_clock(cells):
+            continue
+        day, own = readings([cells, sheet.columns[best.index]], [1.0, 1.0], sheet.declared_decimal)
+        if not stands_still(day) and _is_another_clock(replace(best, index=index, values=day), replace(best, values=own)):
+            return index
+    return None
 
 
 def _readings_alone(sheet: Sheet, index: int) -> FloatArray:

@@ -25,6 +25,8 @@ _FASTEST, _SHORTEST, _LONGEST = 1e-6, 1e-3, 3.2e7
 _SIZES = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
 # Rows from which on the order of times tells something, and the share of falls among them that is too large.
 _FEWEST, _MOST_FALLS = 9, 0.1
+# Seconds that move no oftener than this among many rows are no clock's, but number something else.
+_FEW_MOVES = 2
 # A time that lies so many usual steps ahead is none, where the next goes on from the one before within so many.
 _AHEAD, _GOES_ON = 10.0, 3.0
 _EXPONENT = re.compile(r"[-+]?\d(?:[.,](?P<digits>\d*))?[eEdD](?P<power>[-+]?\d+)\s*")
@@ -98,8 +100,10 @@ def time_faults(
     lost = _lost_digits(cells, rows.tolist(), steps)
     if lost:
         return fault(0, lost, f"Export the time with all its digits, such as 1780650000.125, {_WITHOUT}")
-    if rows.size >= _FEWEST and not np.any(steps):
-        words = f'all times are "{cells[rows[0]].strip()}"'
+    moves = np.flatnonzero(steps)
+    if rows.size >= _FEWEST * (1 + moves.size) and moves.size <= (_FEW_MOVES if factor else 0):
+        found = [f'"{cells[row].strip()}"' for row in rows[[0, *(moves + 1)]]]
+        words = f"all times are {' or '.join(dict.fromkeys(found))}"
         return fault(0, words, f"Export the time of each row, name another column of time, {_WITHOUT}")
     falls = np.flatnonzero(steps < 0)
     if rows.size >= _FEWEST and falls.size > max(1, _MOST_FALLS * steps.size):

@@ -1,28 +1,25 @@
-"""A padding recommendation in, its figure out."""
+"""A padding recommendation in, its figures out."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from calib.decision import INTERVAL_PROBABILITY, Recommendation
-from calib.report.style import BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, VERMILION, styled_figure
+from calib.report.style import BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, VERMILION, WIDTH, styled_figure
 from models.sensor import FloatArray
 
 
 @styled_figure
 def padding_figure(recommendation: Recommendation) -> Figure:
-    """Draw capacitance change over padding thickness with its uncertainty, each draw's optimum, resolution and indentation."""
+    """Draw capacitance change over padding thickness with its uncertainty, and how probably a thickness is as good."""
     r = recommendation
     mm = r.thickness * 1e3
-    fig = Figure(figsize=(9.4, 5.0), layout="constrained")
-    grid = fig.add_gridspec(3, 2, width_ratios=[1.75, 1], height_ratios=[1.0, 3.2, 1.3])
-    main = fig.add_subplot(grid[1, 0])
-    optimum, probability = fig.add_subplot(grid[0, 0], sharex=main), fig.add_subplot(grid[2, 0], sharex=main)
-    right = grid[:, 1].subgridspec(2, 1)
-    resolution, depth = fig.add_subplot(right[0], sharex=main), fig.add_subplot(right[1], sharex=main)
-
+    fig = Figure(figsize=(WIDTH, 4.3), layout="constrained")
+    main, probability = fig.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [2.6, 1]})
     _five_bands(main, mm, r.change * 100, BLUE)
     main.set_ylabel(f"capacitance change at {r.requirement.force:g} N (%)")
     main.set_ylim(bottom=min(0.0, main.get_ylim()[0]))
@@ -38,16 +35,23 @@ def padding_figure(recommendation: Recommendation) -> Figure:
             lw=1.2,
             label="the measured specimens",
         )
-    edges = np.concatenate([[mm[0]], 0.5 * (mm[1:] + mm[:-1]), [mm[-1]]])
-    optimum.stairs(np.histogram(r.optimum * 1e3, edges)[0], edges, fill=True, color=BLUE, alpha=0.55, lw=0)
-    optimum.set_title("where each draw of the posterior has its optimum")
-    optimum.set_yticks([])
-    optimum.spines["left"].set_visible(False)
     probability.plot(mm, r.probability * 100, color=GREEN, lw=1.4)
     probability.axhline(INTERVAL_PROBABILITY * 100, color=GREY, lw=0.8, ls=(0, (4, 3)))
     probability.set_ylim(-3, 103)
     probability.set_ylabel(f"within {r.requirement.tolerance * 100:g} %\nof best (%)")
-    probability.set_xlabel("padding thickness (mm)")
+    _mark(r, (main, probability))
+    main.legend(loc="best")
+    fig.align_ylabels([main, probability])
+    return fig
+
+
+@styled_figure
+def beside_figure(recommendation: Recommendation) -> Figure:
+    """Draw what else comes with a padding thickness: force resolution, indentation, and where each draw has its optimum."""
+    r = recommendation
+    mm = r.thickness * 1e3
+    fig = Figure(figsize=(WIDTH, 4.3), layout="constrained")
+    resolution, depth, optimum = fig.subplots(3, 1, sharex=True, gridspec_kw={"height_ratios": [1.4, 1.4, 1]})
     millinewton = np.where(np.isfinite(r.resolution), r.resolution, np.nan) * 1e3
     _five_bands(resolution, mm, millinewton, PURPLE)
     if np.any(np.isfinite(millinewton)):
@@ -59,20 +63,35 @@ def padding_figure(recommendation: Recommendation) -> Figure:
     _five_bands(depth, mm, r.depth * 1e3, ORANGE)
     depth.set_title("indentation (mm)")
     depth.set_ylim(bottom=0)
-    depth.set_xlabel("padding thickness (mm)")
-    for ax in (main, probability, resolution, depth):
-        if r.interval is not None and r.interval[1] > r.interval[0]:
-            label = f"as good with ≥ {INTERVAL_PROBABILITY * 100:g} %" if ax is main else None
-            ax.axvspan(r.interval[0] * 1e3, r.interval[1] * 1e3, color=GREEN, alpha=0.10, lw=0, label=label)
-        ax.axvline(r.best * 1e3, color=GREEN, lw=1.2, label=f"recommended: {r.best * 1e3:.2f} mm" if ax is main else None)
-        for i, (lo, hi) in enumerate(_runs(edges, ~r.covered)):
-            label = "not covered by the model" if ax is main and i == 0 else None
-            ax.axvspan(lo, hi, facecolor="#f2f2f2", edgecolor=LIGHT, hatch="///", lw=0, label=label)
-    main.legend(loc="best")
-    main.set_xlim(mm[0], mm[-1])
-    for ax in (main, optimum, resolution):
-        ax.tick_params(labelbottom=False)
+    edges = _edges(r)
+    optimum.stairs(np.histogram(r.optimum * 1e3, edges)[0], edges, fill=True, color=BLUE, alpha=0.55, lw=0)
+    optimum.set_title("where each draw of the posterior has its optimum")
+    optimum.set_yticks([])
+    optimum.spines["left"].set_visible(False)
+    _mark(r, (resolution, depth, optimum))
     return fig
+
+
+def _mark(r: Recommendation, axes: Sequence[Axes]) -> None:
+    """Show in all axes which thickness is recommended, which are as good, and which are not covered."""
+    edges = _edges(r)
+    for ax in axes:
+        first = ax is axes[0]
+        if r.interval is not None and r.interval[1] > r.interval[0]:
+            label = f"as good with ≥ {INTERVAL_PROBABILITY * 100:g} %" if first else None
+            ax.axvspan(r.interval[0] * 1e3, r.interval[1] * 1e3, color=GREEN, alpha=0.10, lw=0, label=label)
+        ax.axvline(r.best * 1e3, color=GREEN, lw=1.2, label=f"recommended: {r.best * 1e3:.2f} mm" if first else None)
+        for i, (lo, hi) in enumerate(_runs(edges, ~r.covered)):
+            label = "not covered by the model" if first and i == 0 else None
+            ax.axvspan(lo, hi, facecolor="#f2f2f2", edgecolor=LIGHT, hatch="///", lw=0, label=label)
+    axes[0].set_xlim(edges[0], edges[-1])
+    axes[-1].set_xlabel("padding thickness (mm)")
+
+
+def _edges(r: Recommendation) -> FloatArray:
+    """Thicknesses [mm] halfway between those of the recommendation, and its first and last."""
+    mm = r.thickness * 1e3
+    return np.concatenate([[mm[0]], 0.5 * (mm[1:] + mm[:-1]), [mm[-1]]])
 
 
 def _five_bands(ax: Axes, x: FloatArray, bands: FloatArray, colour: str) -> None:

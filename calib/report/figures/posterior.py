@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from calib.catalogue import QUANTITIES
-from calib.report.style import BLUE, ENSEMBLE_COLOURS, FORMULA, GREY, in_formula, styled_figure
+from calib.report.style import BLUE, ENSEMBLE_COLOURS, FORMULA, GREY, WIDTH, in_formula, styled_figure
 from calib.sampling import Posterior
 from models.sensor import FloatArray
 
@@ -43,6 +43,8 @@ def corner_figure(posterior: Posterior) -> Figure:
     shown = flat[:, columns] * np.array([r.display_scale for r in rows])
     n = len(columns)
     size = 1.25 * n + 0.85
+    # A matrix of panels is not shown smaller than 640 pixels; its letters are nine high there, however many panels it has.
+    letters = 72.0 * 9.0 / 640.0 * size
     fig = Figure(figsize=(size, size))
     if n == 0:
         return fig
@@ -62,15 +64,15 @@ def corner_figure(posterior: Posterior) -> Figure:
         plot_datapoints=False,
         plot_density=False,
         fill_contours=True,
-        max_n_ticks=3,
+        max_n_ticks=2,
         hist_kwargs={"histtype": "stepfilled", "alpha": 0.35, "color": BLUE},
-        label_kwargs={"fontsize": 9, **FORMULA},
+        label_kwargs={"fontsize": 1.1 * letters, **FORMULA},
         labelpad=0.1,
     )
     fig.subplots_adjust(left=0.8 / size, bottom=0.8 / size, right=1 - 0.05 / size, top=1 - 0.05 / size)
     for ax in fig.axes:
         ax.grid(False)
-        ax.tick_params(labelsize=7.5)
+        ax.tick_params(labelsize=letters)
     return fig
 
 
@@ -88,11 +90,11 @@ def trace_figure(posterior: Posterior, names: Sequence[str]) -> Figure:
     names : of the parameters, one row each.
     """
     n = len(names)
-    height = 0.75 + 1.1 * n
-    fig = Figure(figsize=(7.6, height))
+    height = 0.6 + 1.1 * n
+    fig = Figure(figsize=(WIDTH, height))
     # Fixed: to find out what room labels need takes as long as to draw them.
-    room = {"left": 0.11, "right": 0.99, "bottom": 0.45 / height, "top": 1 - 0.25 / height, "hspace": 0.3, "wspace": 0.15}
-    axes = fig.subplots(n, 2, squeeze=False, gridspec_kw={"width_ratios": [2.2, 1], **room})
+    room = {"left": 0.13, "right": 0.98, "bottom": 0.45 / height, "top": 1 - 0.25 / height, "hspace": 0.75, "wspace": 0.22}
+    axes = fig.subplots(n, 2, squeeze=False, gridspec_kw={"width_ratios": [1.7, 1], **room})
     index = [p.name for p in posterior.parameters]
     for row, name in enumerate(names):
         info = posterior.parameters[index.index(name)]
@@ -100,25 +102,30 @@ def trace_figure(posterior: Posterior, names: Sequence[str]) -> Figure:
         values = posterior.draws[:, :, index.index(name)] * scale
         _trace(axes[row, 0], values, posterior.n_walkers)
         _ranks(axes[row, 1], values)
-        axes[row, 0].set_ylabel(_axis_label(info.parameter, info.specimen), **FORMULA)
-    axes[0, 0].set_title("trace")
-    axes[0, 1].set_title("ranks / expected")
+        axes[row, 0].set_title(_axis_label(info.parameter, info.specimen), fontweight="normal", **FORMULA)
+        axes[row, 1].set_title("ranks / expected", fontweight="normal", fontsize=8.5)
     axes[-1, 0].set_xlabel("kept step")
     axes[-1, 1].set_xlabel("pooled rank")
     return fig
 
 
 @styled_figure
-def prior_figure(posterior: Posterior) -> Figure:
-    """Draw what was believed before (grey line) and after the data (blue) of every parameter."""
-    n = len(posterior.parameters)
-    columns = min(4, n)
-    rows = -(-n // columns)
-    tall = 1.55 * rows + 0.2
-    fig = Figure(figsize=(9.4, tall))
-    room = {"left": 0.02, "right": 0.98, "bottom": 0.3 / tall, "top": 1 - 0.3 / tall, "hspace": 0.65, "wspace": 0.12}
-    axes = np.atleast_1d(np.asarray(fig.subplots(rows, columns, squeeze=False, gridspec_kw=room))).ravel()
-    for ax, info, i in zip(axes, posterior.parameters, range(n), strict=False):
+def prior_figure(posterior: Posterior, *, specimens: bool | None = None) -> Figure:
+    """Draw what was believed before (grey line) and after the data (blue).
+
+    Parameters
+    ----------
+    posterior : with its draws.
+    specimens : True for the parameters of the specimens alone, False for those that they share; None for all.
+    """
+    shown = [i for i, info in enumerate(posterior.parameters) if specimens in (None, bool(info.specimen))]
+    rows = -(-len(shown) // 2)
+    tall = 1.35 * rows + 0.2
+    fig = Figure(figsize=(WIDTH, tall))
+    room = {"left": 0.03, "right": 0.97, "bottom": 0.3 / tall, "top": 1 - 0.3 / tall, "hspace": 0.7, "wspace": 0.12}
+    axes = np.atleast_1d(np.asarray(fig.subplots(rows, 2, squeeze=False, gridspec_kw=room))).ravel()
+    for ax, i in zip(axes, shown, strict=False):
+        info = posterior.parameters[i]
         scale = QUANTITIES[info.parameter].display_scale
         draws = posterior.draws[:, :, i].ravel() * scale
         z = np.linspace(-3.2, 3.2, 241)
@@ -138,7 +145,7 @@ def prior_figure(posterior: Posterior) -> Figure:
         ax.grid(False)
         ax.locator_params(axis="x", nbins=4)
         ax.set_title(_axis_label(info.parameter, info.specimen), fontsize=8.5, fontweight="normal", **FORMULA)
-    for ax in axes[n:]:
+    for ax in axes[len(shown) :]:
         ax.set_axis_off()
     return fig
 

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from calib.catalogue import CHANNELS
 from calib.checks import Bands, FitCheck, Prediction
-from calib.report.style import BLUE, ENSEMBLE_COLOURS, GREY, INK, LIGHT, in_legend, styled_figure
+from calib.report.style import BLUE, ENSEMBLE_COLOURS, GREY, INK, LIGHT, WIDTH, in_legend, styled_figure
 
 
 @styled_figure
@@ -36,7 +36,7 @@ def channel_figure(prediction: Prediction, channel: str) -> Figure:
 @styled_figure
 def change_figure(predictions: Sequence[Prediction]) -> Figure:
     """Draw capacitance change over force of all sweeps in one picture: data and bands of the model."""
-    fig = Figure(figsize=(6.2, 3.6), layout="constrained")
+    fig = Figure(figsize=(WIDTH, 3.4), layout="constrained")
     ax = fig.add_subplot()
     shown = [p for p in predictions if p.change is not None]
     for i, p in enumerate(shown):
@@ -53,7 +53,7 @@ def change_figure(predictions: Sequence[Prediction]) -> Figure:
 
 
 def _channel_figure(bands: Bands, check: FitCheck, x_scale: float, y_scale: float, x_label: str, y_label: str) -> Figure:
-    fig = Figure(figsize=(4.9, 4.0), layout="constrained")
+    fig = Figure(figsize=(WIDTH, 3.8), layout="constrained")
     upper, lower = fig.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [3.4, 1]})
     x = bands.x * x_scale
     upper.fill_between(x, bands.reading[0] * y_scale, bands.reading[4] * y_scale, color=LIGHT, lw=0, label="new reading, 90 %")

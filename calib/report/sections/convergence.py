@@ -38,7 +38,7 @@ def section(results: Results) -> Section:
             "steps stay near one (right).",
         ),
     }
-    return Section("convergence", "Convergence", "Convergence", "convergence.html.j2", context)
+    return Section("convergence", "Convergence of the chains", "Convergence", "convergence.html.j2", context, appendix=True)
 
 
 @dataclass(frozen=True)

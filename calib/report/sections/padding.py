@@ -6,16 +6,17 @@ from collections.abc import Mapping
 
 from calib.decision import Recommendation, percent
 from calib.report.digits import median_and_interval
-from calib.report.figures.padding import padding_figure
+from calib.report.figures.padding import beside_figure, padding_figure
 from calib.report.pictures import Drawing, drawing
 from calib.report.section import Results, Section
 
-ORDER = 50
+ORDER = 15
 
 
 def drawings(results: Results) -> Mapping[str, Drawing]:
-    """The signal over the padding, if a padding is recommended."""
-    return {} if results.recommendation is None else {"padding": drawing(padding_figure, results.recommendation)}
+    """The signal over the padding, and what comes with it, if a padding is recommended."""
+    r = results.recommendation
+    return {} if r is None else {"padding": drawing(padding_figure, r), "beside": drawing(beside_figure, r)}
 
 
 def section(results: Results) -> Section | None:
@@ -29,11 +30,18 @@ def section(results: Results) -> Section | None:
         "stale": bool(known) and r.posterior_sha256 != results.posterior_sha256,
         "rows": _rows(r),
         "percent": percent(r.best_probability),
-        "picture": results.picture(
-            "padding",
-            "Capacitance change against padding thickness with its uncertainty",
-            "Bands hold 50 % and 90 % of the draws. Green: the recommended thickness and those that are as good with a "
-            "probability of at least 80 %. Hatched: outside what the model covers.",
+        "pictures": (
+            results.picture(
+                "padding",
+                "Capacitance change against padding thickness with its uncertainty",
+                "The signal over the padding. Bands hold 50 % and 90 % of the draws. Green: the recommended thickness and "
+                "those that are as good with a probability of at least 80 %. Hatched: outside what the model covers.",
+            ),
+            results.picture(
+                "beside",
+                "Force resolution, indentation and place of the optimum against padding thickness",
+                "What else comes with the thickness, and where single draws of the posterior have their optimum.",
+            ),
         ),
     }
     return Section("padding", "What padding to build next", "Padding", "padding.html.j2", context)

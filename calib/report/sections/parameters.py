@@ -9,6 +9,7 @@ from calib.report.figures.posterior import corner_figure, prior_figure
 from calib.report.pictures import Drawing, dense_drawing, drawing
 from calib.report.rows import PRIOR_DRIVEN_WORDS, label_of, parameter_rows
 from calib.report.section import Results, Section
+from calib.sampling import Posterior
 
 ORDER = 20
 
@@ -16,7 +17,14 @@ ORDER = 20
 def drawings(results: Results) -> Mapping[str, Drawing]:
     """Every parameter before and after the data, and pairs of them."""
     posterior = results.posterior
-    return {"pairs": dense_drawing(corner_figure, posterior), "priors": drawing(prior_figure, posterior)}
+    found = {"pairs": dense_drawing(corner_figure, posterior)}
+    return found | {name: drawing(prior_figure, posterior, specimens=of) for name, of in _priors(posterior).items()}
+
+
+def _priors(posterior: Posterior) -> dict[str, bool]:
+    """Pictures of priors, by name: whether they are of parameters of the specimens; else of those that all share."""
+    found = {"priors": False, "priors of specimens": True}
+    return {name: of for name, of in found.items() if any(bool(p.specimen) == of for p in posterior.parameters)}
 
 
 def section(results: Results) -> Section:
@@ -27,11 +35,14 @@ def section(results: Results) -> Section:
         "rows": rows,
         "prior_driven": any(r.learned == PRIOR_DRIVEN_WORDS for r in rows),
         "fixed": [(label_of(name), display(name.split("[")[0], value)) for name, value in posterior.fixed.items()],
-        "prior_picture": results.picture(
-            "priors",
-            "Prior and posterior density of every parameter",
-            "Grey: what was assumed. Blue: what is left after the data. Where the two coincide the data said nothing.",
-        ),
+        "prior_pictures": [
+            results.picture(
+                name,
+                f"Prior and posterior density of every parameter of {'the specimens' if of_specimens else 'material and rig'}",
+                "Grey: what was assumed. Blue: what is left after the data. Where the two coincide the data said nothing.",
+            )
+            for name, of_specimens in _priors(posterior).items()
+        ],
         "corner_picture": results.picture(
             "pairs",
             "Pairwise posterior of the material parameters and of the thicknesses of the first specimen",

@@ -54,6 +54,24 @@ def reasons(table: LabTable) -> Mapping[str, str]:
     return {u.what: u.reason for u in table.unread}
 
 
+@pytest.mark.parametrize(("name", "taken"), [("Time 2 (s)", False), ("Time (s)", True)])
+@pytest.mark.parametrize("clock", ["Clock", "Time of day", "Stamp of the log"])
+def test_times_of_day_under_an_unknown_name_are_no_reason_to_take_a_second_time(
+    tmp_path: Path, clock: str, name: str, taken: bool
+) -> None:
+    days = [f"13:01:{s:05.2f}" for s in 2.0 + 0.7 * np.arange(N)]
+    table = ((clock, days), (name, cells(0.91 * np.arange(N), 2)), *TESTER[1:])
+    if taken:
+        assert read(tmp_path, table).sources["time"] == name
+        return
+    fault = refused(tmp_path, table).faults[0]
+    assert fault.message == f'"{name}" could be the time, but "{clock}" has times of day that run otherwise'
+    assert read(tmp_path, table, columns={"time": name}).sources["time"] == name
+    # The same clock twice is no choice.
+    same = ((clock, days), (name, cells(0.7 * np.arange(N), 2)), *TESTER[1:])
+    assert read(tmp_path, same).sources["time"] == name
+
+
 def force_of(column: Sequence[str], factor: float = 1.0) -> npt.NDArray[np.floating[Any]]:
     return np.array([float(c) for c in column]) * factor
 

@@ -41,6 +41,34 @@ def test_whole_numbers_that_begin_with_a_zero_have_lost_their_marks(tmp_path: Pa
         read(tmp_path, lines)
 
 
+@pytest.mark.parametrize("stray", ["-0.52542", "3.1"])
+def test_a_mark_in_a_single_cell_is_not_that_of_a_column_that_lost_its_own(tmp_path: Path, stray: str) -> None:
+    lines = [f"{round(1e5 * 0.14 * i):06d},{x:.5f},{f:.4f}" for i, (x, f) in enumerate(zip(X, F, strict=True))]
+    lines[50] = f"{stray}," + lines[50].split(",", 1)[1]
+    with pytest.raises(InputError, match="lost their decimal mark"):
+        read(tmp_path, lines)
+
+
+@pytest.mark.parametrize("zero", [0.0, -0.7, -3.0])
+@pytest.mark.parametrize("row", [20, 30, N - 2])
+def test_a_whole_number_where_all_others_have_decimals_is_left_out_beside_a_change_of_sign_too(
+    tmp_path: Path, zero: float, row: int
+) -> None:
+    force = 0.4631 + zero - np.where(X > 0.3, 40.0 * np.maximum(X - 0.3, 0.0) ** 1.5, 0.0)
+    lines = rows(force)
+    time, x, f = lines[row].split(",")
+    lines[row] = f"{time},{x},{f.replace('.', '')}"
+    table = read(tmp_path, lines)
+    assert "decimal mark" in table.reasons[row] or "factor" in table.reasons[row]
+    assert sum(map(bool, table.reasons)) == 1
+
+
+def test_whole_numbers_of_a_column_that_leaves_zeros_out_are_read(tmp_path: Path) -> None:
+    lines = [f"{0.1 * i:.1f},{x:.5f},{round(9.0 * x, 1):g}" for i, x in enumerate(X)]
+    table = read(tmp_path, lines)
+    assert not any(table.reasons)
+
+
 def test_a_row_without_its_last_cell_or_with_one_too_many_is_left_out(tmp_path: Path) -> None:
     lines = [f"{line},23.5" for line in rows()]
     lines[0] = ",".join(lines[0].split(",")[1:]) + ","

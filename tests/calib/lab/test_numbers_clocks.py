@@ -147,6 +147,8 @@ SECONDS = np.arange(N) * 0.1
         ("s", ["1.78065E+09"] * N, "digits"),
         ("ms", [f"{1.78065e12 + 1e7 * (i // 40):.5E}" for i in range(N)], "digits"),
         ("s", ["1780650000"] * N, "all times are"),
+        ("s", ["1"] * (N // 2) + ["2"] * (N - N // 2), 'all times are "1" or "2"'),
+        ("min", [f"{3 * i // N}.0" for i in range(N)], 'all times are "0.0" or "1.0" or "2.0"'),
         ("s", [f"{(i * 37) % 91}.5" for i in range(N)], "falls"),
         ("s", [f"{(datetime(2024, 5, 1, 12, 0, 55) + timedelta(seconds=s)):%H%M%S.%f}" for s in SECONDS], "one number"),
     ],

@@ -137,6 +137,18 @@ def test_a_record_zeroed_in_the_press_is_told_by_its_flat_part(seed: int) -> Non
     assert "starts pressed" in obs.sign_note
 
 
+@pytest.mark.parametrize("zero", [0.0, -5.2, 20.0])
+@pytest.mark.parametrize(("force", "displacement"), SIGNS)
+def test_the_bend_of_a_machine_that_starts_to_move_makes_no_retreat(zero: float, force: int, displacement: int) -> None:
+    # From a load of 4 N on: steep as the slack goes, then slower and slower, as a retreat looks from its end.
+    u = np.linspace(0.0, 1.0, 60)
+    load = zero + 4.3 + 0.45 * (1.0 - np.exp(-u / 0.08)) + 0.75 * u - 0.1 * u**2 + 0.01 * np.sin(37.0 * np.arange(60))
+    columns = {"time": u, "displacement": 2.0e-3 + 0.19e-3 * u, "force": load}
+    with pytest.raises(InputError, match="cannot be told") as caught:
+        seen(columns, force, displacement)
+    assert all(words in str(caught.value) for words in ("a press", "a retreat"))
+
+
 DOUBTFUL = {
     "a straight line from a load, without a flat part": Record(corners=(0.8, 0.0), power=1.0, zero=0.0),
     "a lift that ends at the pull-off": Record(corners=(0.8, -0.1), pull_off=9.0),

@@ -44,7 +44,7 @@ def test_workers_draw_every_picture_once(
     with ThreadPoolExecutor(1) as executor:
         drawn = begin_drawing(posterior, predictions, None, executor)
         page = write_report(posterior, predictions, drawings=drawn)
-    assert len(counted) == len(drawn) == page.count("<img ") == 6
+    assert len(counted) == len(drawn) == page.count("<img ") == 7
     assert page == write_report(posterior, predictions, drawings=drawn)
 
 
@@ -55,11 +55,14 @@ def test_an_earlier_page_gives_its_pictures_back_but_not_that_of_its_recommendat
     page = write_report(posterior, predictions, advice)
     n = len(counted)
     kept = kept_drawings(posterior, predictions, page)
-    assert len(kept) == n - 1
-    assert "padding" not in kept
+    assert len(kept) == n - 2
+    assert not {"padding", "beside"} & kept.keys()
     again = write_report(posterior, predictions, advice, drawings=kept)
-    assert len(counted) == n + 1
-    assert again.replace(f"data:,{n + 1}", "NEW") == page.replace(f"data:,{_of_padding(page)}", "NEW")
+    assert len(counted) == n + 2
+    for k, name in enumerate(("padding", "beside"), n + 1):
+        again = again.replace(f'"data:,{k}"', f'"{name}"')
+        page = page.replace(f'"data:,{_number_of(name, page)}"', f'"{name}"')
+    assert again == page
 
 
 def test_a_page_of_another_making_gives_no_pictures(posterior: Posterior, predictions: tuple[Prediction, ...]) -> None:
@@ -67,5 +70,5 @@ def test_a_page_of_another_making_gives_no_pictures(posterior: Posterior, predic
     assert kept_drawings(posterior, predictions, "") == {}
 
 
-def _of_padding(page: str) -> str:
-    return page.partition('data-name="padding"')[0].rpartition('src="data:,')[2].partition('"')[0]
+def _number_of(name: str, page: str) -> str:
+    return page.partition(f'data-name="{name}"')[0].rpartition('src="data:,')[2].partition('"')[0]

@@ -1,0 +1,215 @@
+"""The page on a phone, on a screen and on paper: nothing is wider than it, nothing too small, no colour without its sign."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from html.parser import HTMLParser
+from importlib import resources
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+
+from calib.checks.predictive import predict
+from calib.decision import Requirement, recommend
+from calib.lab.quality.grade import Grade
+from calib.report import write_report
+from calib.sampling.posterior import Posterior
+from models.analytic import ClosedForm
+
+# Of a phone 390 pixels wide the page leaves so many between its margins, and no letter may be lower than these.
+PHONE, LETTERS = 390 - 2 * 16, 9.0
+VOID = ("meta", "img", "br")
+
+MakePosterior = Callable[..., Posterior]
+
+
+class Rule(NamedTuple):
+    """One rule of the style sheet: the medium it is for, what it is of, and what it says."""
+
+    medium: str
+    selector: str
+    says: Mapping[str, str]
+
+
+def rules(css: str) -> Iterator[Rule]:
+    for medium, inner, selector, body in re.findall(
+        r"@media ([^{]*)\{((?:[^{}]*\{(?:[^{}]|\{[^{}]*\})*\})*)\s*\}|([^{}@]+)\{([^{}]*)\}", css
+    ):
+        if medium:
+            yield from (rule._replace(medium=medium.strip()) for rule in rules(inner))
+        else:
+            said = (part.split(":", 1) for part in body.split(";") if ":" in part)
+            yield Rule("", selector.strip(), {name.strip(): value.strip() for name, value in said})
+
+
+CSS = (resources.files("calib.report") / "templates" / "page.css").read_text(encoding="utf-8")
+OF_ELEMENTS = re.sub(r"/\*.*?\*/|^ *@page.*?$", "", CSS, flags=re.S | re.M)
+RULES = tuple(rules(OF_ELEMENTS))
+
+
+class Tree(HTMLParser):
+    """The elements of a page, each with those that it stands in, as "tag.class"."""
+
+    def __init__(self, page: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.found: list[tuple[str, dict[str, str], tuple[str, ...]]] = []
+        self.feed(page)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        said = {name: value or "" for name, value in attrs}
+        self.found.append((tag, said, tuple(self.open)))
+        if tag not in VOID:
+            self.open.append(".".join([tag, *said.get("class", "").split()]))
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop().split(".")[0] == tag
+
+
+@pytest.fixture(scope="module")
+def drawn() -> dict[str, Figure]:
+    return {}
+
+
+@pytest.fixture(scope="module")
+def page(make_posterior: MakePosterior, drawn: dict[str, Figure]) -> str:
+    """A page with all that a page may have, its figures drawn but not encoded."""
+
+    def kept(draw: Callable[..., Figure], args: tuple[object, ...], kwargs: Mapping[str, object], _: bool) -> str:
+        drawn[str(len(drawn))] = draw(*args, **kwargs)
+        return f"data:image/png,{len(drawn) - 1}"
+
+    posterior = make_posterior(n_specimen=1)
+    first, *others = posterior.sweeps
+    grades = (
+        Grade("load zero", "warning", -6.1, "N", "it is -6.1 N", "Balance it.", "force", "a.csv"),
+        Grade("hysteresis", "good", 0.04, "1", "gives back 96 %", "", "force", "a.csv"),
+    )
+    posterior = replace(posterior, sweeps=(replace(first, grades=grades), *others))
+    advice = recommend(posterior, ClosedForm(), Requirement(8.0, 0.0, 4e-3, n_thickness=3, n_draw=50), seed=1)
+    predictions = predict(posterior, ClosedForm(), np.random.default_rng(1), n_draw=20)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("calib.report.pictures._drawn", kept)
+        return write_report(posterior, predictions, advice, posterior_sha256="ab" * 32)
+
+
+def test_the_style_sheet_is_understood_here() -> None:
+    assert {rule.medium for rule in RULES} == {"", "screen and (max-width: 700px)", "print"}
+    assert len(RULES) == OF_ELEMENTS.count("{") - OF_ELEMENTS.count("@media") > 100
+
+
+def test_every_table_moves_in_a_box_of_its_own(page: str) -> None:
+    tables = [inside for tag, _, inside in Tree(page).found if tag == "table"]
+    assert len(tables) >= 5
+    assert all("div.scroll" in inside for inside in tables)
+    assert next(rule.says["overflow-x"] for rule in RULES if rule.selector == ".scroll") == "auto"
+
+
+def test_rows_that_are_stacked_on_a_phone_say_what_their_numbers_are(page: str) -> None:
+    cells = [(said, inside) for tag, said, inside in Tree(page).found if tag == "td" and "number" in said.get("class", "")]
+    stacked = [said for said, inside in cells if "table.stacked" in inside]
+    assert stacked
+    assert all(said.get("data-label") for said in stacked)
+
+
+@pytest.mark.parametrize("name", ["grid-template-columns", "width", "min-width"])
+def test_nothing_asks_for_more_room_than_a_phone_has(name: str) -> None:
+    on_phone = [rule for rule in RULES if rule.medium != "print" and name in rule.says]
+    assert on_phone
+    for rule in on_phone:
+        value = re.sub(r"min\(\d+px, 100%\)", "", rule.says[name])
+        sizes = [float(n) for n in re.findall(r"([\d.]+)px", value)] + [15 * float(n) for n in re.findall(r"([\d.]+)em", value)]
+        assert sum(sizes) <= PHONE, rule
+        # What is as wide as its longest words leaves the rest no room.
+        assert "max-content" not in value, rule
+        assert "min-content" not in value, rule
+
+
+def test_long_words_break(page: str) -> None:
+    breaking = {rule.selector: rule.says["overflow-wrap"] for rule in RULES if "overflow-wrap" in rule.says}
+    assert breaking["code, .hash"] == breaking["dd"] == "anywhere"
+    assert breaking["body"] == "break-word"
+    assert '<meta name="viewport" content="width=device-width, initial-scale=1">' in page
+
+
+def test_letters_of_the_page_are_not_too_small() -> None:
+    sizes = {rule.selector: rule.says["font-size"] for rule in RULES if "font-size" in rule.says}
+    pixels = {selector: float(size[:-2]) * (1.0 if size.endswith("px") else 96 / 72) for selector, size in sizes.items()}
+    assert min(pixels.values()) >= LETTERS, pixels
+
+
+def test_letters_in_figures_can_be_read_on_a_phone(page: str, drawn: dict[str, Figure]) -> None:
+    images = [(said, inside) for tag, said, inside in Tree(page).found if tag == "img"]
+    assert len(images) == len(drawn) == 9
+    for said, inside in images:
+        figure = drawn[said["src"].split(",")[1]]
+        least = re.search(r"--least: (\d+)px", said.get("style", ""))
+        assert (least is None) or "div.scroll.wide" in inside
+        shown = float(least[1]) if least else PHONE
+        scale = shown / (96.0 * figure.get_figwidth())
+        small = min((t for t in figure.findobj(Text) if t.get_visible()), key=lambda t: t.get_fontsize())
+        assert small.get_fontsize() * 96 / 72 * scale >= LETTERS, (said["data-name"], small)
+
+
+def test_statistics_are_folded_at_the_end_and_open_on_paper(page: str) -> None:
+    found = Tree(page).found
+    places = {said["id"]: inside for _, said, inside in found if "id" in said}
+    assert [name for name, inside in places.items() if "details" in inside] == ["convergence", "run"]
+    assert list(places)[-3:] == ["appendix", "convergence", "run"]
+    opened = next(rule for rule in RULES if rule.selector == "details::details-content")
+    assert (opened.medium, opened.says["content-visibility"]) == ("print", "visible")
+
+
+def test_the_first_sheet_is_the_verdict_with_the_padding(page: str) -> None:
+    names = [said["id"] for tag, said, _ in Tree(page).found if tag == "section"]
+    assert names[:3] == ["verdict", "padding", "parameters"]
+
+
+def test_every_sheet_has_its_number_and_the_hash_of_the_run(
+    make_posterior: MakePosterior, page: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert 'content: "page " counter(page) " of " counter(pages)' in CSS
+    assert '@page { @bottom-left { content: "run abababababababab";' in page
+    monkeypatch.setattr("calib.report.pictures._drawn", lambda *_: "data:,")
+    posterior = make_posterior(n_specimen=1)
+    predictions = predict(posterior, ClosedForm(), np.random.default_rng(1), n_draw=20)
+    own = replace(posterior, attrs={**posterior.attrs, "fingerprint": "0123456789abcdef" * 4})
+    assert 'content: "run 0123456789abcdef";' in write_report(own, predictions, posterior_sha256="ab" * 32)
+    assert "@bottom-left" not in write_report(posterior, predictions)
+    odd = replace(posterior, attrs={**posterior.attrs, "fingerprint": '"} </style>'})
+    assert "@bottom-left" not in write_report(odd, predictions)
+
+
+@pytest.mark.parametrize(("colour", "sign"), [("green", "✓"), ("amber", "!"), ("red", "✗")])
+def test_no_light_is_a_colour_alone(colour: str, sign: str) -> None:
+    said = {rule.selector: rule.says for rule in RULES if not rule.medium}
+    assert said[f"ul.lights li.{colour}::before"]["content"] == f'"{sign} {colour}"'
+    status = next(says for selector, says in said.items() if f".verdict.{colour} strong.status::before" in selector)
+    assert status["content"] == f'"{sign} "'
+
+
+def test_no_word_of_the_page_is_judged_by_a_colour_alone(page: str) -> None:
+    words = re.findall(r'class="(yes|no|warns)">([^<]*)', page)
+    assert {kind for kind, _ in words} >= {"yes", "warns"}
+    assert not [(kind, word) for kind, word in words if word[:1] not in {"yes": "✓", "no": "!✗", "warns": "!"}[kind]]
+    assert next(rule.says["content"] for rule in RULES if rule.selector == "td.no::after") == '" ✗"'
+
+
+@pytest.mark.parametrize(("one", "other"), [("good", "bad"), ("good", "amber"), ("amber", "bad")])
+def test_the_lights_keep_apart_without_red_and_green_sight(one: str, other: str) -> None:
+    root = next(rule.says for rule in RULES if rule.selector == ":root")
+    lights = []
+    for name in (one, other):
+        colour = np.array([int(root[f"--{name}-line"][i : i + 2], 16) for i in (1, 3, 5)]) / 255.0
+        linear = np.where(colour <= 0.04045, colour / 12.92, ((colour + 0.055) / 1.055) ** 2.4)
+        lights.append(DEUTERANOPE @ linear)
+    assert np.linalg.norm(np.abs(lights[0] - lights[1]) ** (1 / 2.2)) > 0.3
+
+
+# What is left of red, green and blue without cones for green (Machado, Oliveira and Fernandes, IEEE TVCG 15 (2009) 1291).
+DEUTERANOPE = np.array([[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]])
