@@ -5,7 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -19,7 +19,7 @@ from models.response import ConvergenceError, OutOfRangeError
 from models.threads import one_thread
 
 if TYPE_CHECKING:
-    from calib.checks import Reason, Verdict
+    from calib.checks import Verdict
     from calib.runs import Run
 
 #: All results are written, but the page that shows them could not be made.
@@ -64,22 +64,21 @@ def say(text: str) -> None:
     out().print(text, markup=False, soft_wrap=True)
 
 
-def say_verdict(verdict: Verdict, *, without: Sequence[Reason] = ()) -> None:
+def say_verdict(verdict: Verdict, what: str = "the numbers") -> None:
     """Print a verdict: its colour in a sentence, and its reasons, each with what to do.
 
     Parameters
     ----------
     verdict : to be said.
-    without : reasons that have been said before.
+    what : it is on.
     """
     from calib.report import status_in_words
 
     styles = {"green": "green", "amber": "yellow", "red": "bold red"}
-    out().print(status_in_words(verdict), style=styles[verdict.colour], markup=False, soft_wrap=True)
+    out().print(status_in_words(verdict, what), style=styles[verdict.colour], markup=False, soft_wrap=True)
     for reason in verdict.reasons:
-        if reason not in without:
-            text = f"  {reason.level}, {reason.gate}: {reason.in_words}"
-            out().print(text, style=styles[reason.level], markup=False, soft_wrap=True)
+        text = f"  {reason.level}, {reason.gate}: {reason.in_words}"
+        out().print(text, style=styles[reason.level], markup=False, soft_wrap=True)
 
 
 def exit_by(verdict: Verdict, strict: bool) -> None:

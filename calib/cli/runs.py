@@ -58,7 +58,7 @@ def recommend(
         with paging():
             recommendation = recommend_in(found, requirement, seed=seed)
         say(recommendation.in_words)
-        say_verdict(recommendation.verdict)
+        say_verdict(recommendation.verdict, "the advice")
         for condition in recommendation.conditions:
             say(f"  holds for: {condition}")
         say(f"Written: {run / 'recommendation.json'}, {run / 'report.html'}")

@@ -7,15 +7,21 @@ from collections.abc import Sequence
 from calib.checks import Verdict
 
 _STATUS = {
-    "green": "Green: the numbers can be used.",
-    "amber": "Amber: the numbers can be used for what the reasons below leave.",
-    "red": "Red: do not use the numbers.",
+    "green": "Green: {what} can be used.",
+    "amber": "Amber: {what} can be used for what the reasons below leave.",
+    "red": "Red: do not use {what}.",
 }
 
 
-def status_in_words(verdict: Verdict) -> str:
-    """Say in a sentence whether the numbers of a result may be used, the colour first."""
-    return _STATUS[verdict.colour]
+def status_in_words(verdict: Verdict, what: str = "the numbers") -> str:
+    """Say in a sentence whether a result may be used, the colour first.
+
+    Parameters
+    ----------
+    verdict : on the result.
+    what : it is, in words.
+    """
+    return _STATUS[verdict.colour].format(what=what)
 
 
 def listed(words: Sequence[str]) -> str:

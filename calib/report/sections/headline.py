@@ -22,6 +22,7 @@ def section(results: Results) -> Section:
         "passed": passed_gates(posterior, verdict),
         "sentences": summary_sentences(posterior),
         "recommendation": recommendation,
+        "advice_status": "" if recommendation is None else status_in_words(recommendation.verdict, "the advice"),
         "beyond": more,
         "rows": [r for r in parameter_rows(posterior) if r.parameter in SENSOR_PARAMETERS],
     }
