@@ -1,6 +1,18 @@
 """A `Posterior` in, whether it may be believed out: predictive, spot check, re-weighting, comparison; changes no draw."""
 
 from calib.checks.comparison import Candidate, compare_runs, comparison_in_words, doubts
+from calib.checks.plausibility import (
+    FILES,
+    Outlook,
+    Plausibility,
+    Range,
+    Ridge,
+    Told,
+    expected_in_words,
+    in_units,
+    plausibility,
+    scaled,
+)
 from calib.checks.predictive import BAND_LEVELS, Bands, FitCheck, Prediction, band, predict
 from calib.checks.refine import error_rows, refinement_in_words, require_own_surrogate, shift_rows, stands, training_points
 from calib.checks.reweighting import ACCURACY, LEAST_DRAWS, reweight, with_reweighting
@@ -10,6 +22,7 @@ from calib.checks.verdict import Colour, Level, Reason, Verdict, verdict_of
 __all__ = [
     "ACCURACY",
     "BAND_LEVELS",
+    "FILES",
     "LEAST_DRAWS",
     "Bands",
     "Candidate",
@@ -17,8 +30,13 @@ __all__ = [
     "Comparison",
     "FitCheck",
     "Level",
+    "Outlook",
+    "Plausibility",
     "Prediction",
+    "Range",
     "Reason",
+    "Ridge",
+    "Told",
     "Verdict",
     "band",
     "compare_draws",
@@ -26,10 +44,14 @@ __all__ = [
     "comparison_in_words",
     "doubts",
     "error_rows",
+    "expected_in_words",
+    "in_units",
+    "plausibility",
     "predict",
     "refinement_in_words",
     "require_own_surrogate",
     "reweight",
+    "scaled",
     "shift_rows",
     "stands",
     "training_points",

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
         Shift,
         SpotCheck,
     )
-    from calib.sampling.estimate import first_answer
+    from calib.sampling.estimate import Look, answer_of, climb_from, first_answer, log_evidence_at, look_at
     from calib.sampling.groups import to_arviz
     from calib.sampling.identity import FINGERPRINT, Identity, differences, identity_of
     from calib.sampling.posterior import Posterior, leave_out, thin_draws
@@ -43,12 +43,15 @@ __all__ = [
     "Gate",
     "Identity",
     "LeaveOut",
+    "Look",
     "NothingSampled",
     "Posterior",
     "Progress",
     "Reweighting",
     "Shift",
     "SpotCheck",
+    "answer_of",
+    "climb_from",
     "differences",
     "first_answer",
     "identity_of",
@@ -56,6 +59,8 @@ __all__ = [
     "kept_identity",
     "leave_out",
     "load_posterior",
+    "log_evidence_at",
+    "look_at",
     "sample",
     "save_posterior",
     "smooth_weights",
@@ -89,7 +94,14 @@ __getattr__ = on_demand(
             "Shift",
             "SpotCheck",
         ),
-        ".estimate": ("first_answer",),
+        ".estimate": (
+            "Look",
+            "answer_of",
+            "climb_from",
+            "first_answer",
+            "log_evidence_at",
+            "look_at",
+        ),
         ".groups": ("to_arviz",),
         ".identity": (
             "FINGERPRINT",
