@@ -12,6 +12,7 @@ from calib.checks.plausibility import (
     in_units,
     plausibility,
     scaled,
+    ways_out,
 )
 from calib.checks.predictive import BAND_LEVELS, Bands, FitCheck, Prediction, band, predict
 from calib.checks.refine import error_rows, refinement_in_words, require_own_surrogate, shift_rows, stands, training_points
@@ -56,6 +57,7 @@ __all__ = [
     "stands",
     "training_points",
     "verdict_of",
+    "ways_out",
     "with_reweighting",
     "with_spot_check",
 ]

@@ -61,6 +61,12 @@ class Conflicts:
     misfit: float
 
     @property
+    def wrong(self) -> bool:
+        """Whether data and priors cannot both be right."""
+        limits = ((WRONG_SCALE if c.is_scale else WRONG, abs(c.away)) for c in self.unknowns)
+        return max(self.together, self.misfit) > WRONG or any(away > limit for limit, away in limits)
+
+    @property
     def suspicious(self) -> bool:
         """Whether other readings of the data are worth a look."""
         scales = max((c.away for c in self.unknowns if c.is_scale), default=0.0)

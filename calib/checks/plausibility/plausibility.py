@@ -35,6 +35,10 @@ from models.response import Forward
 PREFERRED = math.log(1000.0)
 #: Gate of what the checks of the lab files say, which a report has by itself.
 FILES = "lab files"
+# Share of the prior's draws that must be covered for a slip to be believed.
+_COVERED = 0.5
+# Of more unknowns than this a look at a mode takes too long to be taken for every slip.
+_MOST_WEIGHED = 60
 # Slips and conflicts that are named, and bad grades, at most.
 _MOST_SLIPS, _MOST_CONFLICTS, _MOST_GRADES = 2, 3, 4
 # What is seen at a glance -> the quantity whose unit it is shown in, and what to look at if it is out of the way.
@@ -108,7 +112,7 @@ def plausibility(problem: Problem) -> Plausibility:
     conflicts = conflicts_in(look)
     unlikely = farthest(ranges) > UNLIKELY
     within = list(_within(problem, hidden_only=not (unlikely or conflicts.suspicious)))
-    preferred = _preferred(look, within)
+    preferred = _preferred(look, within, afresh=conflicts.wrong)
     repairs = [slip for slip, _ in within] if unlikely and not preferred else []
     reasons = (*preferred, *_of_ranges(problem, ranges, repairs), *_of_conflicts(conflicts), *files)
     try:
@@ -242,13 +246,19 @@ def ways_out(faults: Sequence[Fault], experiment: Experiment, sweeps: Sequence[S
 
 
 def repairs_of(experiment: Experiment, sweeps: Sequence[Sweep], forward: Forward) -> list[Slip]:
-    """The slips without which all data would be as expected.
+    """The slips without which all data would be as expected; of those of the same data the ones that explain them by far best.
 
     Parameters
     ----------
     experiment, sweeps, forward : what a problem is built of.
     """
-    return [slip for slip, _ in _expected(slips_of(experiment, sweeps), forward)]
+    found = list(_expected(slips_of(experiment, sweeps), forward))
+    weighed = [(slip, other) for slip, other in found if slip.same_data]
+    if len(weighed) < 2 or len(weighed[0][1].parameters) > _MOST_WEIGHED:
+        return [slip for slip, _ in found]
+    evidence = {slip: look_at(other).log_evidence for slip, other in weighed}
+    best = max(evidence.values())
+    return [slip for slip, _ in found if not slip.same_data or evidence[slip] > best - PREFERRED]
 
 
 def _within(problem: Problem, *, hidden_only: bool) -> Iterator[tuple[Slip, Problem]]:
@@ -263,18 +273,21 @@ def _expected(slips: Iterable[Slip], forward: Forward) -> Iterator[tuple[Slip, P
             other = build_problem(slip.experiment, slip.sweeps, forward)
         except (InputError, ValueError):  # without this slip it would be refused, too: it was none
             continue
-        if len(other.parameters) and farthest(ranges_of(other)) < USUAL:
+        ranges = ranges_of(other)
+        seen = {r.sweep for r in ranges}
+        told = all(sweep.title in seen for sweep in other.sweeps) and all(r.covered > _COVERED for r in ranges if r.counts)
+        if other.parameters and told and farthest(ranges) < USUAL:
             yield slip, other
 
 
-def _preferred(look: Look, slips: Sequence[tuple[Slip, Problem]]) -> list[Reason]:
+def _preferred(look: Look, slips: Sequence[tuple[Slip, Problem]], *, afresh: bool) -> list[Reason]:
     """A reason for each slip without which the data are so much more probable that it must be asked for, the worst first."""
     stated = look.log_evidence
     found = []
     for slip, other in slips:
         if not slip.same_data or other.names != look.problem.names:
             continue
-        space, mode = climb_from(other, look.space, look.mode)
+        space, mode = climb_from(other, look.space, look.mode, afresh=afresh)
         gain = log_evidence_at(space, mode) - stated
         if gain > PREFERRED:
             # The mode of the file as it stands may be a false one: it is also looked for from here.

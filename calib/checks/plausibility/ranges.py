@@ -35,7 +35,7 @@ class Range:
     middle : what is expected, the median, SI.
     low, high : between which 99 % of what is expected lies, SI; high is inf where the forward model ends before the press does.
     away : distance of what was read from the middle of what is expected, in its standard deviations.
-    covered : share of the prior's draws that the forward model covers.
+    covered : share of the prior's draws that the forward model covers to the end of the press.
     """
 
     sweep: str
@@ -75,7 +75,9 @@ def _range(glance: Glance) -> Range | None:
     low, high = float(np.quantile(least, 0.005)), float(np.quantile(most, 0.995, method="higher"))
     away = _away(glance.observed, least, most)
     middle = float(np.median(least))
-    return Range(glance.sweep.title, glance.seen, glance.observed, middle, low, high, away, float(np.mean(there)))
+    return Range(
+        glance.sweep.title, glance.seen, glance.observed, middle, low, high, away, float(np.mean(there & ~glance.at_least))
+    )
 
 
 def _away(observed: float, least: FloatArray, most: FloatArray) -> float:

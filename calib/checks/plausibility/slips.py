@@ -74,7 +74,17 @@ def slips_of(experiment: Experiment, sweeps: Sequence[Sweep]) -> Iterator[Slip]:
 def _radii(experiment: Experiment, sweeps: tuple[Sweep, ...]) -> Iterator[Slip]:
     for k, words in ((0.5, "half"), (2.0, "twice")):
         typed = "its diameter was entered for its radius" if k < 1 else "half its radius was entered"
-        for radius in sorted({sweep.indenter_radius for sweep in sweeps}):
+        radii = sorted({sweep.indenter_radius for sweep in sweeps})
+        if len(radii) > 1:
+            yield Slip(
+                "ball",
+                f"{words} these radii of the balls",
+                f"Measure the balls, and look whether {typed.replace('its', 'their')}",
+                replace(experiment, indenter_radius=k * experiment.indenter_radius),
+                tuple(replace(s, indenter_radius=k * s.indenter_radius) for s in sweeps),
+                hidden=True,
+            )
+        for radius in radii:
             some = tuple(replace(s, indenter_radius=k * radius) if s.indenter_radius == radius else s for s in sweeps)
             yield Slip(
                 "ball",
