@@ -2,8 +2,8 @@
 
 A lab is drawn from the priors of its experiment, discrepancies included, and measured by the surrogate. There are four layouts:
 the two specimens of the shipped experiment, two of different kinds, one press with a force alone, one specimen under two balls.
-Sound labs are checked as they are; in the others one thing is wrong in the experiment or in its files. Printed for each kind: how
-many labs come out green, amber and red, how many are refused before, and in how many the thing itself is named.
+Sound labs are checked as they are; in the others one thing is wrong in the experiment or in its files. Printed for each kind:
+how many labs come out green, amber and red, how many are refused before, and in how many the thing itself is named.
 """
 
 from __future__ import annotations

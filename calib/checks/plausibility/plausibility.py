@@ -256,9 +256,16 @@ def repairs_of(experiment: Experiment, sweeps: Sequence[Sweep], forward: Forward
     weighed = [(slip, other) for slip, other in found if slip.same_data]
     if len(weighed) < 2 or len(weighed[0][1].parameters) > _MOST_WEIGHED:
         return [slip for slip, _ in found]
-    evidence = {slip: look_at(other).log_evidence for slip, other in weighed}
+    evidence = {slip: _evidence(other) for slip, other in weighed}
     best = max(evidence.values())
     return [slip for slip, _ in found if not slip.same_data or evidence[slip] > best - PREFERRED]
+
+
+def _evidence(problem: Problem) -> float:
+    try:
+        return look_at(problem).log_evidence
+    except ValueError:  # a matrix that is singular is one
+        return -math.inf
 
 
 def _within(problem: Problem, *, hidden_only: bool) -> Iterator[tuple[Slip, Problem]]:
