@@ -67,18 +67,14 @@ def with_reweighting(
 
     Returns
     -------
-    The same draws, with a `Reweighting` in the diagnostics, and a warning if the posterior does not stand.
+    The same draws, with a `Reweighting` in the diagnostics.
     """
     exact = exact if exact is not None else FiniteElements(ACCURACY)
     if forward.name == exact.name:
         return posterior
     values = thin_draws(posterior, n_draw, np.random.default_rng(posterior.seed))
     found = reweight(posterior, forward, exact, values, executor, progress=progress)
-    warnings = posterior.diagnostics.warnings
-    if not found.passed:
-        advice = 'refine the surrogate (`calib surrogate refine`) or calibrate with model = "fem"'
-        warnings = (*warnings, f"{found.in_words()}; {advice}")
-    return replace(posterior, diagnostics=replace(posterior.diagnostics, reweighting=found, warnings=warnings))
+    return replace(posterior, diagnostics=replace(posterior.diagnostics, reweighting=found))
 
 
 def reweight(

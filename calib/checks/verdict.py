@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
 Colour = Literal["green", "amber", "red"]
 Level = Literal["amber", "red"]
+
+#: The worse first.
+LEVELS: tuple[Level, ...] = ("red", "amber")
 
 
 @dataclass(frozen=True)
@@ -47,16 +50,21 @@ class Verdict:
     @property
     def colour(self) -> Colour:
         """Red if a reason is, else amber if there are any: the numbers may be used for what the reasons leave; else green."""
-        return min((r.level for r in self.reasons), key=("red", "amber").index) if self.reasons else "green"
+        return min((r.level for r in self.reasons), key=LEVELS.index) if self.reasons else "green"
 
     def to_plain(self) -> dict[str, Any]:
         """What files hold of it: the colour, and the reasons with gate, level, finding and action."""
         return {"colour": self.colour, "reasons": [asdict(r) for r in self.reasons]}
 
 
+def verdict_from_plain(plain: Mapping[str, Any]) -> Verdict:
+    """The verdict that `Verdict.to_plain` wrote."""
+    return Verdict(tuple(Reason(**reason) for reason in plain["reasons"]))
+
+
 def verdict_of(reasons: Iterable[Reason]) -> Verdict:
     """Sum reasons up, the red ones first, each level in the order given."""
-    return Verdict(tuple(sorted(reasons, key=lambda r: r.level != "red")))
+    return Verdict(tuple(sorted(reasons, key=lambda r: LEVELS.index(r.level))))
 
 
 def _sentence(text: str) -> str:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from calib.cli.common import NOT_USABLE, counting, err, out, paging, refusing_bad_input, say
+from calib.cli.common import NOT_USABLE, Strict, counting, err, exit_by, out, paging, refusing_bad_input, say, say_verdict
 from calib.cli.progress import Line, first_answer_lines, progress_line
 from calib.cli.stopping import when_stopped
 from calib.errors import Fault, InputError, in_shell_path
@@ -50,6 +50,7 @@ def calibrate(
         int,
         typer.Option(min=0, metavar="N", help="Draws to re-weight to the finite elements in the end, say 200; 0 for none."),
     ] = 0,
+    strict: Strict = False,
 ) -> None:
     """Calibrate the sensor model on the lab files of an experiment.
 
@@ -74,11 +75,12 @@ def calibrate(
 
     Writes: run1/report.html (read this one), summary.json, summary.csv, posterior.nc, checkpoint/.
 
-    Exit codes: 0 done and usable; 1 all results written, but not the page that shows them; 2 bad input, nothing written; 3
-    everything written, but the numbers must not be used, and saying why: the chains have not converged (go on with --resume),
-    or the surrogate is off the finite elements by more than it states (refine it or use model = "fem"; more sampling cannot
-    help), or the budget ended before there was a draw (the checkpoint is kept: go on with --resume); 130 stopped from the
-    keyboard, 143 by SIGTERM, the checkpoint kept.
+    What came of it is summed up in a verdict: green, amber (the numbers may be used for what its reasons leave) or red (they
+    must not be used), with what to do about each reason.
+
+    Exit codes: 0 done, the verdict green or amber; 1 all results written, but not the page that shows them; 2 bad input,
+    nothing written; 3 everything written, but the verdict is red, or with --strict amber, or the budget ended before there was
+    a draw (the checkpoint is kept: go on with --resume); 130 stopped from the keyboard, 143 by SIGTERM, the checkpoint kept.
     """
     deadline = time.monotonic() + 60 * budget
     told = shlex.join(["calib", *sys.argv[1:]])
@@ -134,13 +136,11 @@ def calibrate(
             more = _resuming(experiment, output, {**given, "--budget": BUDGET, "--reweight": reweight or None})
             err().print(f"{nothing} Continue with: {more}", style="red", markup=False, soft_wrap=True)
             raise typer.Exit(NOT_USABLE) from None
-        posterior = done.run.posterior
         _say(output, done.run)
         if done.page_error is not None:
             with paging():
                 raise done.page_error
-    if not posterior.diagnostics.usable:
-        raise typer.Exit(NOT_USABLE)
+    exit_by(done.run.verdict, strict)
 
 
 def _resuming(experiment: Path, output: Path, options: Mapping[str, Path | float | None]) -> str:
@@ -197,7 +197,7 @@ def _say(folder: Path, run: Run) -> None:
     from rich.markup import escape
     from rich.table import Table
 
-    from calib.report import judge_run, listed, parameter_rows
+    from calib.report import parameter_rows
 
     posterior = run.posterior
     shown = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
@@ -206,36 +206,14 @@ def _say(folder: Path, run: Run) -> None:
     for row in parameter_rows(posterior):
         learned = row.learned if row.doubtful else f"{max(row.contraction, 0.0) * 100:.0f} %"
         shown.add_row(escape(row.name), f"{row.value} {row.unit}", row.interval, learned)
-    console = out()
-    console.print(shown)
-    d, judged = posterior.diagnostics, judge_run(posterior, run.predictions)
-    if judged.good:
-        console.print("Converged.", style="green")
-    elif d.usable:
-        console.print(judged.status, style="yellow", soft_wrap=True)
-    elif d.converged:
-        off = f"Converged, but the {posterior.forward_name} is off the finite elements by more than it states"
-        console.print(f"{off}: the numbers are preliminary.", style="yellow")
-    else:
-        console.print("NOT converged: the numbers are preliminary.", style="yellow")
-    for reason in d.reasons_against_use:
-        say(f"  {reason}")
-    if judged.misfits:
-        say(f"  The model does not describe {listed(judged.misfits)} within what it claims.")
-    if judged.bad_data:
-        say(f"  Quality of the lab data, {judged.bad_data} What a bad file does is not in the uncertainties.")
-    if not d.converged:
-        console.print("Continue with --resume and a larger --budget.")
-    if d.surrogate_honest is False:
-        advice = 'calibrate with a better surrogate (`calib surrogate refine`, `calib surrogate train`) or with model = "fem"'
-        say(f"More sampling cannot mend the model: {advice}.")
+    out().print(shown)
+    d = posterior.diagnostics
+    say_verdict(run.verdict)
     if d.spot_check is not None and d.surrogate_honest:
         say(f"Spot check: {d.spot_check.in_words()}.")
     if d.reweighting is not None and d.reweighting.passed:
         say(f"Re-weighting: {d.reweighting.in_words()}.")
     if d.first_answer is not None:
         say(d.first_answer_in_words)
-    for warning in d.warnings:
-        console.print(f"Warning: {warning}", style="yellow", markup=False, soft_wrap=True)
     if run.report.exists():
         say(f"Report: {run.report}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -19,16 +19,18 @@ from models.response import ConvergenceError, OutOfRangeError
 from models.threads import one_thread
 
 if TYPE_CHECKING:
+    from calib.checks import Reason, Verdict
     from calib.runs import Run
 
 #: All results are written, but the page that shows them could not be made.
 NO_PAGE = 1
 #: Something is wrong with the input; nothing was written.
 BAD_INPUT = 2
-#: Everything was written, but the calibration has not converged, or its surrogate is off by more than it states.
+#: Everything was written, but the verdict is red: the numbers must not be used.
 NOT_USABLE = 3
 
 RunFolder = Annotated[Path, typer.Argument(metavar="RUN", help="Folder written by `calib calibrate`.")]
+Strict = Annotated[bool, typer.Option("--strict", help="Exit code 3 if the verdict is amber, too.")]
 Processes = Annotated[int | None, typer.Option(min=1, help="Worker processes [default: number of CPUs].")]
 
 
@@ -60,6 +62,41 @@ def err() -> Console:
 def say(text: str) -> None:
     """Print one line of a result, as it is."""
     out().print(text, markup=False, soft_wrap=True)
+
+
+def say_verdict(verdict: Verdict, *, without: Sequence[Reason] = ()) -> None:
+    """Print a verdict: its colour in a sentence, and its reasons, each with what to do.
+
+    Parameters
+    ----------
+    verdict : to be said.
+    without : reasons that have been said before.
+    """
+    from calib.report import status_in_words
+
+    styles = {"green": "green", "amber": "yellow", "red": "bold red"}
+    out().print(status_in_words(verdict), style=styles[verdict.colour], markup=False, soft_wrap=True)
+    for reason in verdict.reasons:
+        if reason not in without:
+            text = f"  {reason.level}, {reason.gate}: {reason.in_words}"
+            out().print(text, style=styles[reason.level], markup=False, soft_wrap=True)
+
+
+def exit_by(verdict: Verdict, strict: bool) -> None:
+    """Leave with exit code 3 if the numbers must not be used; otherwise go on.
+
+    Parameters
+    ----------
+    verdict : on them.
+    strict : whether amber is not good enough either.
+
+    Raises
+    ------
+    Exit
+        If so.
+    """
+    if verdict.colour == "red" or (strict and verdict.colour == "amber"):
+        raise typer.Exit(NOT_USABLE)
 
 
 @contextmanager

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from calib.cli.common import NOT_USABLE, RunFolder, loaded, paging, quantity, refusing_bad_input, say
+from calib.cli.common import RunFolder, Strict, exit_by, loaded, paging, quantity, refusing_bad_input, say, say_verdict
 from calib.errors import Fault, InputError
 from calib.files import require_writable
 
@@ -22,6 +22,7 @@ def recommend(
     ball: Annotated[str | None, typer.Option(help="Ball radius [default: that of the experiment].")] = None,
     draws: Annotated[int, typer.Option(min=50, help="Draws of the posterior to use.")] = 400,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the choice of draws.")] = 1,
+    strict: Strict = False,
 ) -> None:
     """Recommend a padding thickness for a sensor like those measured, and say how sure that is.
 
@@ -33,9 +34,10 @@ def recommend(
 
     Writes: run1/recommendation.json (SI), and run1/report.html anew with a section on padding.
 
-    Exit codes: 0 done; 1 the page could not be made, and saying why; 2 bad input or a request outside the model's range,
-    nothing written; 3 done, but from a calibration that has not converged or whose surrogate is off by more than it states, and
-    saying so.
+    The verdict is that of the calibration, and amber at best where the request goes beyond what was measured.
+
+    Exit codes: 0 done, the verdict green or amber; 1 the page could not be made, and saying why; 2 bad input or a request
+    outside the model's range, nothing written; 3 done, but the verdict is red, or with --strict amber.
     """
     with refusing_bad_input():
         from calib.decision import Requirement
@@ -55,15 +57,15 @@ def recommend(
         require_writable(run / "recommendation.json")
         with paging():
             recommendation = recommend_in(found, requirement, seed=seed)
-        say(recommendation.verdict)
+        say(recommendation.in_words)
+        say_verdict(recommendation.verdict)
         for condition in recommendation.conditions:
             say(f"  holds for: {condition}")
         say(f"Written: {run / 'recommendation.json'}, {run / 'report.html'}")
-    if not recommendation.usable:
-        raise typer.Exit(NOT_USABLE)
+    exit_by(recommendation.verdict, strict)
 
 
-def report(run: RunFolder) -> None:
+def report(run: RunFolder, strict: Strict = False) -> None:
     """Write report.html of a run anew, from its posterior and, if there is one, its recommendation.
 
     Says, here and on the page, which files the run was made from have changed since.
@@ -72,8 +74,8 @@ def report(run: RunFolder) -> None:
 
     Writes: run1/report.html, a page that needs nothing beside itself and prints well; summary.json and summary.csv anew.
 
-    Exit codes: 0 done; 1 the page could not be made, and saying why; 2 no usable run there, nothing written; 3 done, but the
-    calibration has not converged or its surrogate is off by more than it states.
+    Exit codes: 0 done, the verdict green or amber; 1 the page could not be made, and saying why; 2 no usable run there, nothing
+    written; 3 done, but the verdict on the calibration is red, or with --strict amber.
     """
     with refusing_bad_input():
         from calib.runs import report_in
@@ -82,9 +84,9 @@ def report(run: RunFolder) -> None:
         require_writable(found.report)
         with paging():
             report_in(found)
+        say_verdict(found.verdict)
         say(f"Written: {found.report}")
-    if not found.posterior.diagnostics.usable:
-        raise typer.Exit(NOT_USABLE)
+    exit_by(found.verdict, strict)
 
 
 def _range(text: str) -> tuple[float, float]:

@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import ndtri
 
-from calib.checks import BAND_LEVELS, band
+from calib.checks import BAND_LEVELS, RULED_OUT, Verdict, band, departure_in_words, judge_posterior, verdict_of
+from calib.decision.extrapolation import beyond_the_measured
 from calib.decision.recommendation import INTERVAL_PROBABILITY, Recommendation
 from calib.decision.requirement import Requirement
 from calib.errors import Fault, InputError
@@ -32,7 +33,13 @@ _COLUMNS = 64
 
 
 def recommend(
-    posterior: Posterior, forward: Forward, requirement: Requirement, *, seed: int, posterior_sha256: str = ""
+    posterior: Posterior,
+    forward: Forward,
+    requirement: Requirement,
+    *,
+    seed: int,
+    posterior_sha256: str = "",
+    verdict: Verdict | None = None,
 ) -> Recommendation:
     """Recommend a padding thickness for a sensor like those measured, and say how sure that is.
 
@@ -48,10 +55,11 @@ def recommend(
     requirement : what is wanted.
     seed : of the choice of draws and specimens.
     posterior_sha256 : hash of the posterior's file, kept with the result as a mark of the posterior that it follows from.
+    verdict : on the calibration; None to judge the posterior here, without its predictions.
 
     Returns
     -------
-    The recommendation; it says itself if the posterior has not converged.
+    The recommendation, with a verdict of its own: what speaks against the calibration, and what was not measured.
 
     Raises
     ------
@@ -97,9 +105,14 @@ def recommend(
     now = _at_padding(forward, base, present, requirement.force, own)
     change_now = now.change + now.sd * error_now
     gain = band(change[:, pick] / np.where(change_now > 0, change_now, np.nan))
+    open_models = _open_models(posterior)
+    radius = float(np.asarray(base.indenter.radius)[0])
+    depth = float(bands["depth"][2, pick])
+    beyond = beyond_the_measured(posterior, requirement.force, float(grid[pick]), depth, radius)
+    known = judge_posterior(posterior) if verdict is None else verdict
     return Recommendation(
         requirement=requirement,
-        indenter_radius=float(np.asarray(base.indenter.radius)[0]),
+        indenter_radius=radius,
         thickness=grid,
         coverage=coverage,
         covered=covered,
@@ -118,10 +131,9 @@ def recommend(
         present_change=band(now.change + now.sd * smooth[:, 0]),
         gain=gain,
         border=_border(grid, covered, pick),
-        conditions=_conditions(posterior, forward, _with_padding(base, float(np.max(grid[covered])))),
-        converged=posterior.diagnostics.converged,
-        surrogate_honest=posterior.diagnostics.surrogate_honest,
-        reasons=posterior.diagnostics.reasons_against_use,
+        conditions=_conditions(posterior, open_models, forward, _with_padding(base, float(np.max(grid[covered])))),
+        open_models=open_models,
+        verdict=verdict_of([*known.reasons, *beyond]),
         forward_name=forward.name,
         seed=seed,
         posterior_sha256=posterior_sha256,
@@ -325,7 +337,12 @@ def _not_covered(
     return Fault(message, advice=f"Ask for a force below {reach[top]:.3g} N or for other thicknesses.")
 
 
-def _conditions(posterior: Posterior, forward: Forward, base: Design) -> tuple[str, ...]:
+def _open_models(posterior: Posterior) -> tuple[str, ...]:
+    """Models that the data have not ruled out, if any were held against them: what an answer under this one cannot know."""
+    return tuple(departure_in_words(d, posterior) for d in posterior.diagnostics.departures if d.log_bayes > RULED_OUT)
+
+
+def _conditions(posterior: Posterior, open_models: tuple[str, ...], forward: Forward, base: Design) -> tuple[str, ...]:
     radius = np.asarray(base.electrode_radius) * 1e3
     spread = f"{np.median(radius):.3g} mm"
     if np.ptp(radius) > 1e-6:
@@ -341,6 +358,7 @@ def _conditions(posterior: Posterior, forward: Forward, base: Design) -> tuple[s
     rough = caution(forward, base)
     return (
         *([f"a first look alone: {rough}"] if rough else []),
+        *(f"this model; these data do not rule out another: {model}" for model in open_models),
         "padding bonded to the rigid base: on a slippery base the sensor is softer and the optimum moves",
         f"electrode radius {spread}: another electrode needs its own recommendation",
         f"ball radius {float(np.asarray(base.indenter.radius)[0]) * 1e3:.3g} mm, {contact}",

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from calib.checks import BAND_LEVELS
+from calib.checks import BAND_LEVELS, Verdict
 from calib.decision.requirement import Requirement
 from models.sensor import BoolArray, FloatArray
 
@@ -22,8 +22,8 @@ INTERVAL_PROBABILITY = 0.8
 class Recommendation:
     """Which padding to build, and how sure that is; `recommend` makes it. SI throughout.
 
-    `verdict` says it in words, `to_dataframe` gives it thickness by thickness. A band holds the 5, 25, 50, 75 and 95 %
-    quantiles over the draws, shape (5, n_thickness).
+    `in_words` says it in a few sentences, `to_dataframe` gives it thickness by thickness. A band holds the 5, 25, 50, 75 and
+    95 % quantiles over the draws, shape (5, n_thickness).
 
     Attributes
     ----------
@@ -47,8 +47,8 @@ class Recommendation:
     gain : (5,), ratio of the change at `best` to that at present, draw by draw; nan where the model does not cover it.
     border : empty, or in words that `best` lies at the end of the asked or of the covered range.
     conditions : what the recommendation holds for, in words.
-    converged, surrogate_honest : of the calibration, see `Diagnostics`.
-    reasons : what speaks against either.
+    open_models : models that these data do not rule out beside the one that predicted, in words.
+    verdict : whether it may be built on: what speaks against the calibration, and against going beyond what was measured.
     forward_name : the model that predicted.
     seed : of the choice of draws.
     posterior_sha256 : hash of the posterior's file, empty if there is none.
@@ -75,9 +75,8 @@ class Recommendation:
     gain: FloatArray
     border: str
     conditions: tuple[str, ...]
-    converged: bool
-    surrogate_honest: bool | None
-    reasons: tuple[str, ...]
+    open_models: tuple[str, ...]
+    verdict: Verdict
     forward_name: str
     seed: int
     posterior_sha256: str
@@ -102,15 +101,18 @@ class Recommendation:
         return pd.DataFrame({**columns, "probability": self.probability})
 
     @property
-    def usable(self) -> bool:
-        """Whether the calibration behind the recommendation may be built on."""
-        return self.converged and self.surrogate_honest is not False
-
-    @property
     def sureness(self) -> str:
-        """How sure the recommendation is, in one word or two."""
+        """How sure the recommendation is, in a few words: never more than the model behind it."""
         p = self.best_probability
-        return "very sure" if p >= 0.95 else "fairly sure" if p >= 0.8 else "not sure" if p >= 0.5 else "no clear best"
+        if p < 0.8:
+            return "not sure" if p >= 0.5 else "no clear best"
+        if self.verdict.colour == "red":
+            return "not to be relied on"
+        if self.verdict.colour == "amber":
+            return "sure within the model, but see what speaks against it"
+        if self.open_models:
+            return "sure if the model is right, and these data leave others open"
+        return "very sure" if p >= 0.95 else "fairly sure"
 
     @property
     def _open_end(self) -> str:
@@ -122,7 +124,7 @@ class Recommendation:
         return f" (and perhaps {' and '.join(sides)} padding, which was not asked for or is not covered)" if sides else ""
 
     @property
-    def verdict(self) -> str:
+    def in_words(self) -> str:
         """The recommendation in words and numbers, in a few sentences."""
         r, mm = self.requirement, 1e3
         lo, middle, hi = self.change_at_best[[0, 2, 4]] * 100
@@ -154,12 +156,8 @@ class Recommendation:
             )
         if self.border:
             text += f"{self.border} "
-        if not self.usable:
-            fault = "the calibration has not converged"
-            if self.converged:
-                fault = "the model it was calibrated with is off the finite elements by more than it states"
-            more = f"; {len(self.reasons) - 2} more reasons" if len(self.reasons) > 2 else ""
-            text = f"Preliminary, because {fault} ({'; '.join(self.reasons[:2])}{more}). {text}"
+        if self.verdict.colour == "red":
+            text = f"Do not build on this: {self.verdict.reasons[0].finding}. {text}"
         return text.strip()
 
 

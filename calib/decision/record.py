@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from calib.checks import BAND_LEVELS
+from calib.checks import BAND_LEVELS, verdict_from_plain
 from calib.decision.recommendation import Recommendation
 from calib.decision.requirement import Requirement
 from calib.errors import Fault, InputError
 from calib.records import exact_record_from_text, record_to_text
 
 #: Layout version of recommendation.json.
-FORMAT = 1
+FORMAT = 2
 _KIND = "recommendation"
 
 _ADVICE = "Delete it, or run `calib recommend` again"
@@ -27,7 +27,7 @@ _ARRAYS = (
 
 
 def recommendation_to_json(recommendation: Recommendation, fingerprint: str = "") -> str:
-    """Write a recommendation for other programs: SI, nan as null, with the verdict in words.
+    """Write a recommendation for other programs: SI, nan as null, and in words.
 
     Parameters
     ----------
@@ -37,12 +37,13 @@ def recommendation_to_json(recommendation: Recommendation, fingerprint: str = ""
     r = recommendation
     content: dict[str, Any] = {
         "fingerprint": fingerprint,
-        "verdict": r.verdict,
+        "verdict": r.verdict.to_plain(),
+        "said": r.in_words,
         "sureness": r.sureness,
         "band_levels": BAND_LEVELS,
         "requirement": asdict(r.requirement),
     }
-    content |= {f.name: getattr(r, f.name) for f in fields(r) if f.name != "requirement"}
+    content |= {f.name: getattr(r, f.name) for f in fields(r) if f.name not in ("requirement", "verdict")}
     return record_to_text(_KIND, FORMAT, content)
 
 
@@ -70,7 +71,8 @@ def recommendation_from_json(text: str, path: Path | None = None, fingerprint: s
         read["covered"] = np.asarray(read["covered"], dtype=bool)
         read["requirement"] = Requirement(**read["requirement"])
         read["interval"] = None if read["interval"] is None else tuple(read["interval"])
-        read["conditions"], read["reasons"] = tuple(read["conditions"]), tuple(read["reasons"])
+        read["conditions"], read["open_models"] = tuple(read["conditions"]), tuple(read["open_models"])
+        read["verdict"] = verdict_from_plain(read["verdict"])
         return Recommendation(**read)
     except (ValueError, KeyError, TypeError) as error:
         if isinstance(error, InputError):

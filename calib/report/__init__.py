@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     from calib.report.figures.padding import padding_figure
     from calib.report.figures.posterior import corner_figure, prior_figure, trace_figure
     from calib.report.figures.predictive import change_figure, channel_figure
-    from calib.report.judgement import judge_run, listed
     from calib.report.moves import moves_in_words
     from calib.report.page import begin_drawing, kept_drawings, write_report
     from calib.report.pictures import any_letters, write_figure
     from calib.report.rows import FirstRow, ParameterRow, first_rows, parameter_rows
+    from calib.report.status import listed, status_in_words
     from calib.report.summary import summary_csv, summary_json
 
 __all__ = [
@@ -38,7 +38,6 @@ __all__ = [
     "curve_csv",
     "file_figure",
     "first_rows",
-    "judge_run",
     "kept_drawings",
     "listed",
     "moves_in_words",
@@ -47,6 +46,7 @@ __all__ = [
     "prior_figure",
     "revolved_figure",
     "revolved_picture",
+    "status_in_words",
     "summary_csv",
     "summary_json",
     "trace_figure",
@@ -66,11 +66,11 @@ __getattr__ = on_demand(
         ".figures.padding": ("padding_figure",),
         ".figures.posterior": ("corner_figure", "prior_figure", "trace_figure"),
         ".figures.predictive": ("change_figure", "channel_figure"),
-        ".judgement": ("judge_run", "listed"),
         ".moves": ("moves_in_words",),
         ".page": ("begin_drawing", "kept_drawings", "write_report"),
         ".pictures": ("any_letters", "write_figure"),
         ".rows": ("FirstRow", "ParameterRow", "first_rows", "parameter_rows"),
+        ".status": ("listed", "status_in_words"),
         ".summary": ("summary_csv", "summary_json"),
     },
 )

@@ -10,7 +10,7 @@ from importlib import resources
 import jinja2
 from markupsafe import Markup
 
-from calib.checks import Prediction
+from calib.checks import Prediction, Verdict, judge_posterior
 from calib.decision import Recommendation
 from calib.experiment import Experiment
 from calib.report.pictures import Drawing, pictures_in
@@ -24,6 +24,7 @@ def write_report(
     predictions: Sequence[Prediction],
     recommendation: Recommendation | None = None,
     *,
+    verdict: Verdict | None = None,
     posterior_sha256: str = "",
     drawings: Mapping[str, Drawing] | None = None,
 ) -> str:
@@ -34,6 +35,7 @@ def write_report(
     posterior : the result, with its diagnostics.
     predictions : of its sweeps, see `calib.checks.predictive.predict`.
     recommendation : of a padding, if one was asked for.
+    verdict : on the calibration; None to judge it here.
     posterior_sha256 : hash of the posterior's file, "" if it is not kept; a recommendation from another one is marked as such.
     drawings : pictures that are not to be drawn here: from `begin_drawing` or `kept_drawings`.
 
@@ -49,7 +51,8 @@ def write_report(
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    results = Results(posterior, predictions, recommendation, posterior_sha256)
+    verdict = judge_posterior(posterior, predictions) if verdict is None else verdict
+    results = Results(posterior, predictions, verdict, recommendation, posterior_sha256)
     sections = sections_of(replace(results, drawings={**drawings_of(results), **(drawings or {})}))
     return environment.get_template("page.html.j2").render(
         name=posterior.experiment.name,
@@ -69,7 +72,7 @@ def begin_drawing(
     posterior, predictions, recommendation : as in `write_report`.
     executor : the workers.
     """
-    return drawings_of(Results(posterior, predictions, recommendation), executor)
+    return drawings_of(Results(posterior, predictions, recommendation=recommendation), executor)
 
 
 def kept_drawings(posterior: Posterior, predictions: Sequence[Prediction], page: str) -> dict[str, Drawing]:

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from markupsafe import Markup
 
 from calib.catalogue import QUANTITIES, UNKNOWNS, UnknownName
+from calib.checks import conflict_limit
 from calib.report.digits import interval_text, number_or_unknown, shortened, with_uncertainty
-from calib.sampling import PRIOR_CONFLICT, FirstAnswer, Posterior
+from calib.sampling import FirstAnswer, Posterior
 
 #: A parameter whose prior lost less than this share of its variance is called prior-driven.
 PRIOR_DRIVEN = 0.1
@@ -77,7 +78,7 @@ class ParameterRow:
 
 def parameter_rows(posterior: Posterior) -> list[ParameterRow]:
     """Make the rows of the table of parameters, in the order of the posterior's unknowns."""
-    gate = posterior.diagnostics.gate
+    gate, limit = posterior.diagnostics.gate, conflict_limit(len(posterior.parameters))
     rows = []
     for info in posterior.parameters:
         s = posterior.diagnostics.parameters[info.name]
@@ -98,7 +99,7 @@ def parameter_rows(posterior: Posterior) -> list[ParameterRow]:
                 unit=p.display_unit,
                 interval=interval_text(lo * k, hi * k),
                 contraction=s.prior_contraction,
-                learned=learned_in_words(s.prior_contraction, s.prior_shift),
+                learned=learned_in_words(s.prior_contraction, s.prior_shift, limit),
                 r_hat=number_or_unknown(s.r_hat, ".3f"),
                 ess_bulk=number_or_unknown(s.ess_bulk, ".0f"),
                 ess_tail=number_or_unknown(s.ess_tail, ".0f"),
@@ -137,13 +138,14 @@ def first_rows(first: FirstAnswer, *, sensor_only: bool = False) -> list[FirstRo
     return rows
 
 
-def learned_in_words(contraction: float, shift: float) -> str:
+def learned_in_words(contraction: float, shift: float, limit: float = 3.5) -> str:
     """Say in two to four words how much the data changed what was believed of a parameter.
 
     Parameters
     ----------
     contraction : share of the prior's variance that the data took away [1].
     shift : how far they pulled it, in its standard deviations [1].
+    limit : how far contradicts what was believed [1], see `calib.checks.conflict_limit`.
 
     Returns
     -------
@@ -157,7 +159,7 @@ def learned_in_words(contraction: float, shift: float) -> str:
     >>> learned_in_words(0.05, 1.5), learned_in_words(0.5, -4.0)
     ('moved by the data', 'against its prior')
     """
-    if abs(shift) > PRIOR_CONFLICT:
+    if abs(shift) > limit:
         return AGAINST_PRIOR_WORDS
     if contraction < PRIOR_DRIVEN and abs(shift) < 1:
         return PRIOR_DRIVEN_WORDS

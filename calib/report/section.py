@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from calib.checks import Prediction
+from calib.checks import Prediction, Verdict
 from calib.decision import Recommendation
 from calib.report.pictures import Drawing, Picture
 from calib.sampling import Posterior
@@ -19,6 +19,7 @@ class Results:
     ----------
     posterior : with its diagnostics.
     predictions : of each sweep, in the order of the posterior's sweeps.
+    verdict : on the calibration.
     recommendation : of a padding; None if none was asked for.
     posterior_sha256 : hash of the file that the posterior is kept in; "" if it is not kept.
     drawings : name -> picture, drawn when it is called for, or before by a worker; see `calib.report.sections`.
@@ -26,6 +27,7 @@ class Results:
 
     posterior: Posterior
     predictions: Sequence[Prediction]
+    verdict: Verdict = field(default_factory=Verdict)
     recommendation: Recommendation | None = None
     posterior_sha256: str = ""
     drawings: Mapping[str, Drawing] = field(default_factory=dict)

@@ -6,7 +6,7 @@ import csv
 import io
 from dataclasses import asdict
 
-from calib.experiment import unedited_in_words
+from calib.checks import Verdict
 from calib.records import record_to_text
 from calib.sampling import Diagnostics, Posterior
 
@@ -15,27 +15,35 @@ _FORMAT = 1
 _VERSION_OF = "version of "
 
 
-def summary_json(posterior: Posterior) -> str:
+def summary_json(posterior: Posterior, verdict: Verdict) -> str:
     """Write the content of summary.json, a calibration for other programs: whether to use it, what it is of, every parameter.
 
-    SI, with nan as null. `converged` is a fact of the chains alone, `surrogate_honest` one of the forward model (null if not
-    known); `reasons` holds what speaks against either, `warnings` what else may be wrong, and which lines of the experiment
-    file are as `calib init` made them. `first_answer` is what was estimated before sampling, and where the result differs.
-    "format" changes when a key changes its meaning or goes.
+    SI, with nan as null. `verdict` sums up all that speaks against the numbers. `converged` is a fact of the chains alone,
+    `surrogate_honest` one of the forward model (null if not known); `reasons` holds what speaks against either, `warnings` what
+    may be cut off at the end of the model's range. `other_models` holds what was found of models that differ in one choice,
+    `specimens_apart` how much stiffer specimens are than the first. `first_answer` is what was estimated before sampling, and
+    where the result differs. "format" changes when a key changes its meaning or goes.
+
+    Parameters
+    ----------
+    posterior : the result.
+    verdict : on it, see `calib.checks.judge_posterior`.
     """
     d = posterior.diagnostics
-    unedited = unedited_in_words(posterior.experiment.unedited)
     inputs = {posterior.experiment.file_name: posterior.experiment.sha256}
     for sweep in posterior.sweeps:
         inputs |= dict(sweep.files)
     record = {
+        "verdict": verdict.to_plain(),
         "converged": d.converged,
         "surrogate_honest": d.surrogate_honest,
         "reasons": list(d.reasons_against_use),
-        "warnings": [*([unedited] if unedited else []), *d.warnings],
+        "warnings": list(d.warnings),
         "spot_check": asdict(d.spot_check) if d.spot_check is not None else None,
         "reweighting": asdict(d.reweighting) if d.reweighting is not None else None,
         "first_answer": _first_answer(d),
+        "other_models": [asdict(departure) for departure in d.departures],
+        "specimens_apart": [asdict(a) for a in d.apart],
         "seed": posterior.seed,
         "versions": {k.removeprefix(_VERSION_OF): v for k, v in posterior.attrs.items() if k.startswith(_VERSION_OF)},
         "inputs": [{"file": name, "sha256": digest} for name, digest in inputs.items()],

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from calib.checks import LEAST_DRAWS, with_reweighting, with_spot_check
+from calib.checks import LEAST_DRAWS, Elsewhere, look_elsewhere, with_elsewhere, with_reweighting, with_spot_check
 from calib.decision import Recommendation
 from calib.errors import Fault, InputError, in_shell_path
 from calib.experiment import Experiment, Variant, read_experiment
@@ -40,8 +40,8 @@ DEFAULT_SEED = 1
 DEFAULT_SECONDS = 600.0
 
 
-#: What a calibration does, one after the other, as `Watch` is told it; the third to fifth by `Progress.stage`.
-STAGES = ("reading", "first answer", "start", "sampling", "block likelihoods", "spot check", "report")
+#: What a calibration does, one after the other, as `Watch` is told it; the fourth to sixth by `Progress.stage`.
+STAGES = ("reading", "first answer", "other models", "start", "sampling", "block likelihoods", "spot check", "report")
 
 
 @dataclass(frozen=True)
@@ -54,12 +54,14 @@ class Stages:
     spot_check : as `calib.checks.with_spot_check`.
     reweight : as `calib.checks.with_reweighting`.
     page : as `calib.runs.folder.page_of`.
+    look_elsewhere : as `calib.checks.look_elsewhere`.
     """
 
     sample: Callable[..., Posterior] = sample
     spot_check: Callable[..., Posterior] = with_spot_check
     reweight: Callable[..., Posterior] = with_reweighting
     page: Callable[[Run, Recommendation | None], str] = page_of
+    look_elsewhere: Callable[..., Elsewhere] = look_elsewhere
 
 
 @dataclass(frozen=True)
@@ -186,6 +188,8 @@ def calibrate(
             watch.stage("first answer")
             first = first_answer_of(problem)
             watch.first_answer(first)
+            watch.stage("other models")
+            elsewhere = stages.look_elsewhere(problem, first, crew if crew.processes else None)
             try:
                 with watch.sampling() as progress:
                     posterior = stages.sample(
@@ -203,6 +207,7 @@ def calibrate(
                     _remove_begun(folder)
                 raise
             posterior = replace(posterior, diagnostics=replace(posterior.diagnostics, first_answer=first))
+            posterior = with_elsewhere(posterior, elsewhere)
             watch.stage("spot check")
             posterior = stages.spot_check(posterior, forward)
             watch.stage("report")

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, partial
 from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
 
-from calib.checks import Prediction, predict
+from calib.checks import Prediction, Reason, Verdict, judge_posterior, predict
 from calib.decision import Recommendation, Requirement, recommend, recommendation_from_json, recommendation_to_json
 from calib.errors import Fault, InputError, in_shell_path
 from calib.experiment import forward_of_experiment
@@ -82,6 +82,13 @@ class Run:
     def predictions(self) -> tuple[Prediction, ...]:
         """What the posterior predicts for its sweeps, always the same."""
         return predict(self.posterior, self.forward, np.random.default_rng(self.posterior.seed))
+
+    @cached_property
+    def verdict(self) -> Verdict:
+        """Whether the numbers of the calibration may be used."""
+        again = "Calibrate again, or put back what has changed"
+        more = [Reason("inputs", "amber", note.rstrip("."), again) for note in self.notes]
+        return judge_posterior(self.posterior, self.predictions, more)
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -161,10 +168,14 @@ def page_of(
     recommendation : shown in a section of its own, if there is one.
     drawings : pictures that workers draw, or that an earlier page of this posterior has.
     """
-    d = run.posterior.diagnostics
-    told = replace(run.posterior, diagnostics=replace(d, warnings=(*run.notes, *d.warnings)))
-    sha256 = run.posterior_sha256
-    return write_report(told, run.predictions, recommendation, posterior_sha256=sha256, drawings=drawings)
+    return write_report(
+        run.posterior,
+        run.predictions,
+        recommendation,
+        verdict=run.verdict,
+        posterior_sha256=run.posterior_sha256,
+        drawings=drawings,
+    )
 
 
 def write_run(
@@ -260,7 +271,9 @@ def recommend_in(run: Run, requirement: Requirement, *, seed: int) -> Recommenda
     if run.another_forward:
         advice = "Calibrate again, or put the surrogate back that it was calibrated with"
         raise InputError(Fault(run.another_forward.rstrip("."), run.folder / POSTERIOR, advice=advice))
-    found = recommend(run.posterior, run.forward, requirement, seed=seed, posterior_sha256=run.posterior_sha256)
+    found = recommend(
+        run.posterior, run.forward, requirement, seed=seed, posterior_sha256=run.posterior_sha256, verdict=run.verdict
+    )
     with _owned_run(run, "calib recommend") as listing:
         drawings = _kept_drawings(run, listing)
         names = (RECOMMENDATION, REPORT, *_unlisted(run.folder, listing))
@@ -298,7 +311,7 @@ def _unlisted(folder: Path, listing: Listing) -> list[str]:
 
 def _write_rest(run: Run, page: Callable[[Run, Recommendation | None], str]) -> PageError | None:
     """Write what follows from a posterior: the summaries, and the page if that can be made."""
-    write_text(run.folder / SUMMARIES[0], summary_json(run.posterior))
+    write_text(run.folder / SUMMARIES[0], summary_json(run.posterior, run.verdict))
     write_text(run.folder / SUMMARIES[1], summary_csv(run.posterior))
     return _write_page(run, page)
 

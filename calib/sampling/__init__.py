@@ -12,19 +12,20 @@ from calib.lazy import on_demand
 if TYPE_CHECKING:
     from calib.sampling.archive import K_HAT, LeaveOut, smooth_weights
     from calib.sampling.checkpoint import is_begun, kept_identity, whose_checkpoint
-    from calib.sampling.diagnostics import (
-        PRIOR_CONFLICT,
+    from calib.sampling.diagnostics import Diagnostics, Gate
+    from calib.sampling.estimate import Look, answer_of, climb_from, first_answer, log_evidence_at, look_at
+    from calib.sampling.findings import (
         SHIFT_LIMIT,
         SPOT_CHECK_LIMIT,
-        Diagnostics,
+        Apart,
+        Departure,
         FirstAnswer,
         FirstEstimate,
-        Gate,
+        ParameterSummary,
         Reweighting,
         Shift,
         SpotCheck,
     )
-    from calib.sampling.estimate import Look, answer_of, climb_from, first_answer, log_evidence_at, look_at
     from calib.sampling.groups import to_arviz
     from calib.sampling.identity import FINGERPRINT, Identity, differences, identity_of
     from calib.sampling.posterior import Posterior, leave_out, thin_draws
@@ -34,9 +35,10 @@ if TYPE_CHECKING:
 __all__ = [
     "FINGERPRINT",
     "K_HAT",
-    "PRIOR_CONFLICT",
     "SHIFT_LIMIT",
     "SPOT_CHECK_LIMIT",
+    "Apart",
+    "Departure",
     "Diagnostics",
     "FirstAnswer",
     "FirstEstimate",
@@ -45,6 +47,7 @@ __all__ = [
     "LeaveOut",
     "Look",
     "NothingSampled",
+    "ParameterSummary",
     "Posterior",
     "Progress",
     "Reweighting",
@@ -83,13 +86,17 @@ __getattr__ = on_demand(
             "whose_checkpoint",
         ),
         ".diagnostics": (
-            "PRIOR_CONFLICT",
+            "Diagnostics",
+            "Gate",
+        ),
+        ".findings": (
             "SHIFT_LIMIT",
             "SPOT_CHECK_LIMIT",
-            "Diagnostics",
+            "Apart",
+            "Departure",
             "FirstAnswer",
             "FirstEstimate",
-            "Gate",
+            "ParameterSummary",
             "Reweighting",
             "Shift",
             "SpotCheck",

@@ -14,7 +14,7 @@ import numpy as np
 
 from calib.problem import Problem, block_names, columns_at, log_likelihood_blocks, range_use
 from calib.sampling.checkpoint import CheckpointFolder, load_accepted, load_chain, load_proposal
-from calib.sampling.diagnostics import Convergence, Diagnostics, Gate, convergence, prior_conflicts, shortcomings, summarise
+from calib.sampling.diagnostics import Convergence, Diagnostics, Gate, convergence, shortcomings, summarise
 from calib.sampling.ensemble import KINDS, STORE_EVERY, autocorrelation_time, standing_time
 from calib.sampling.importance import contradictions, second_opinion
 from calib.sampling.posterior import Posterior, leave_out
@@ -144,7 +144,7 @@ def finish(
     diagnostics = Diagnostics(
         converged=not reasons,
         reasons=reasons,
-        warnings=(*_range_warnings(problem, parts), *prior_conflicts(summaries)),
+        warnings=_range_warnings(problem, parts),
         parameters=summaries,
         steps=n_block * BLOCK_STEPS,
         burn_in=burn_in * STORE_EVERY,

@@ -12,7 +12,6 @@ file are the numbers here.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -23,17 +22,23 @@ from calib.catalogue import QUANTITIES
 from calib.problem import ParameterInfo
 from calib.records import record_from_text, record_to_text
 from calib.sampling.archive import LeaveOut, effective_sample_size, leave_blocks_out, rank_r_hat
+from calib.sampling.findings import (
+    Apart,
+    Departure,
+    FirstAnswer,
+    FirstEstimate,
+    ParameterSummary,
+    Reweighting,
+    Shift,
+    SpotCheck,
+)
 from calib.sampling.layout import chain_order
 from models.sensor import FloatArray
 
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["Convergence", "Diagnostics", "Gate", "LeaveOut", "ParameterSummary", "convergence", "leave_blocks_out", "summarise"]
-
-
-#: A posterior mean further than this from its prior's median, in the prior's standard deviations, contradicts the prior.
-PRIOR_CONFLICT = 3.0
+__all__ = ["Convergence", "Diagnostics", "Gate", "LeaveOut", "convergence", "leave_blocks_out", "summarise"]
 
 
 @dataclass(frozen=True)
@@ -88,227 +93,6 @@ class Convergence:
 
 
 @dataclass(frozen=True)
-class ParameterSummary:
-    """Posterior of one parameter in numbers, SI.
-
-    Attributes
-    ----------
-    interval_90 : central 90 %.
-    prior_contraction : 1 - posterior variance / prior variance in the prior's standard-normal coordinate, where every prior has
-        variance 1: 0 where the data taught nothing, towards 1 where they taught everything.
-    prior_shift : posterior mean in that coordinate: by how many of its standard deviations the data pulled the prior.
-    """
-
-    unit: str
-    mean: float
-    sd: float
-    median: float
-    interval_90: tuple[float, float]
-    r_hat: float
-    ess_bulk: float
-    ess_tail: float
-    prior_contraction: float
-    prior_shift: float
-
-
-#: Largest root mean square of differences from the finite elements, in units of the error that a surrogate states.
-SPOT_CHECK_LIMIT = 3.0
-
-
-@dataclass(frozen=True)
-class SpotCheck:
-    """How far the forward model is off the finite elements at a few draws of the posterior.
-
-    Attributes
-    ----------
-    forward_name : the forward model that was looked at.
-    n_curve : loading curves compared, draws times sweeps.
-    force_error, change_error : largest relative difference of force and of the change of capacitance.
-    force_score, change_score : root mean square of the difference in units of the error stated; inf if none is stated.
-    failures : curves that the finite elements could not follow to the deepest reading, and why.
-    """
-
-    forward_name: str
-    n_curve: int
-    force_error: float
-    change_error: float
-    force_score: float
-    change_score: float
-    failures: tuple[str, ...]
-
-    @property
-    def stated(self) -> bool:
-        """Whether the forward model states an error of its own."""
-        return bool(np.isfinite(self.force_score) and np.isfinite(self.change_score))
-
-    @property
-    def passed(self) -> bool:
-        """Whether the differences are as small as the forward model states; also if it states no error of its own."""
-        return not self.stated or max(self.force_score, self.change_score) <= SPOT_CHECK_LIMIT
-
-    def in_words(self) -> str:
-        """Say in one sentence how far the forward model is off, with the numbers."""
-        sizes = f"up to {self.force_error:.2%} in force and {self.change_error:.2%} in capacitance change"
-        said = (
-            f"at {self.n_curve} loading curves of the posterior the {self.forward_name} is off the finite elements by {sizes}"
-        )
-        if not self.stated:
-            return said
-        scores = f"{self.force_score:.1f} and {self.change_score:.1f} times the error it states"
-        return f"{said}, {scores} (root mean square)"
-
-
-#: Shift of a parameter's mean, in posterior standard deviations, that matters.
-SHIFT_LIMIT = 0.1
-
-#: Standard errors that a shift may exceed `SHIFT_LIMIT` by before it is taken for real.
-_SHIFT_ERRORS = 2.0
-
-
-@dataclass(frozen=True)
-class Shift:
-    """What re-weighting does to one parameter, SI.
-
-    Attributes
-    ----------
-    mean, sd : of the draws as they are; `weighted_mean`, `weighted_sd` : re-weighted.
-    shift : of the mean, in standard deviations of the whole posterior.
-    error : its Monte Carlo standard error, in the same.
-    """
-
-    mean: float
-    sd: float
-    weighted_mean: float
-    weighted_sd: float
-    shift: float
-    error: float
-
-    @property
-    def matters(self) -> bool:
-        """Whether the mean shifts by more than `SHIFT_LIMIT` beyond twice its Monte Carlo error."""
-        return abs(self.shift) > SHIFT_LIMIT + _SHIFT_ERRORS * self.error
-
-
-@dataclass(frozen=True)
-class Reweighting:
-    """Draws of the posterior re-weighted to the likelihood with finite elements (Pareto-smoothed importance sampling).
-
-    Attributes
-    ----------
-    n_draw : draws asked, those without weight included.
-    k_hat : shape of the tail of the weights.
-    ess : effective number of draws, 1 / sum of squared weights.
-    shifts : of each parameter; nan if no draw has a weight.
-    failures : draws of weight zero, because the finite elements found no equilibrium or do not cover them, and why.
-    """
-
-    n_draw: int
-    k_hat: float
-    ess: float
-    shifts: Mapping[str, Shift]
-    failures: tuple[str, ...]
-
-    @property
-    def k_limit(self) -> float:
-        """Largest k-hat at which that many draws can be trusted, min(1 - 1/log10(n), 0.7) (Vehtari et al. 2024)."""
-        return min(1 - 1 / math.log10(self.n_draw), 0.7)
-
-    @property
-    def trusted(self) -> bool:
-        """Whether the weights can be trusted."""
-        return self.k_hat <= self.k_limit
-
-    @property
-    def shifted(self) -> tuple[str, ...]:
-        """Parameters whose mean shifts by more than is tolerable (`Shift.matters`), the largest shift first."""
-        found = [name for name, s in self.shifts.items() if s.matters]
-        return tuple(sorted(found, key=lambda name: -abs(self.shifts[name].shift)))
-
-    @property
-    def passed(self) -> bool:
-        """Whether the posterior stands: the weights can be trusted, and no parameter shifts by more than is tolerable."""
-        return self.trusted and not self.shifted
-
-    def in_words(self) -> str:
-        """Say in one sentence what re-weighting changes, with the numbers."""
-        told = f"re-weighted to the finite elements at {self.n_draw} draws (k-hat {self.k_hat:.2f}, {self.ess:.0f} effective)"
-        if self.failures:
-            told += f", {len(self.failures)} of them without weight as the finite elements found no equilibrium there,"
-        if not self.trusted:
-            return (
-                f"{told} the weights cannot be trusted (k-hat above {self.k_limit:.2f}): the two posteriors differ by too much"
-            )
-        names = self.shifted or (max(self.shifts, key=lambda name: abs(self.shifts[name].shift)),)
-        shifts = ", ".join(f"{n} by {self.shifts[n].shift:+.2f} ± {self.shifts[n].error:.2f}" for n in names)
-        if self.shifted:
-            return f"{told} means shift by more than {SHIFT_LIMIT:g} posterior standard deviations: {shifts}"
-        beyond = f"{SHIFT_LIMIT:g} posterior standard deviations beyond twice its Monte Carlo error"
-        more = "; more draws would tell it better" if abs(self.shifts[names[0]].shift) > SHIFT_LIMIT else ""
-        return f"{told} no mean shifts by more than {beyond} (the largest, {shifts}{more})"
-
-
-@dataclass(frozen=True)
-class FirstEstimate:
-    """Mean and standard deviation of one unknown by a first answer, SI."""
-
-    mean: float
-    sd: float
-
-
-#: A first answer of fewer effective draws than this is called rough.
-FEW_EFFECTIVE_DRAWS = 100.0
-
-#: A first answer disagrees with the result where a mean is off by more than this, in standard deviations of the result, or a
-#: standard deviation by more than this share of it.
-FIRST_MEAN_LIMIT, FIRST_SD_LIMIT = 0.3, 0.3
-
-
-@dataclass(frozen=True)
-class FirstAnswer:
-    """What was estimated before anything was sampled, from one mode of the posterior: a first answer, not the result.
-
-    Attributes
-    ----------
-    parameters : name -> estimate, in the order of the unknowns.
-    effective_draws : how many independent draws it is worth, of `calib.sampling.estimate`.
-    confirmed : whether its mode describes the readings as expected, or two climbs from different places ended there.
-    """
-
-    parameters: Mapping[str, FirstEstimate]
-    effective_draws: float
-    confirmed: bool = True
-
-    @property
-    def rough(self) -> bool:
-        """Whether it rests on so few effective draws, or on a mode that was reached once alone, that it may be far off."""
-        return self.effective_draws < FEW_EFFECTIVE_DRAWS or not self.confirmed
-
-    def against(self, result: Mapping[str, ParameterSummary], converged: bool) -> str:
-        """Say in one sentence where the result disagrees with it, or that it does not.
-
-        Parameters
-        ----------
-        result : what was sampled, by name.
-        converged : whether that counts.
-        """
-        off = []
-        for name, first in self.parameters.items():
-            s = result[name]
-            if not s.sd > 0:
-                continue
-            shift, ratio = (s.mean - first.mean) / s.sd, first.sd / s.sd
-            if abs(shift) > FIRST_MEAN_LIMIT:
-                off.append((abs(shift), f"{name} (mean by {abs(shift):.1f} of its standard deviations)"))
-            elif abs(ratio - 1) > FIRST_SD_LIMIT:
-                off.append((abs(ratio - 1), f"{name} (standard deviation {ratio:.1f} times that of the result)"))
-        if not off:
-            limits = f"means within {FIRST_MEAN_LIMIT:g} standard deviations, these within {FIRST_SD_LIMIT:.0%}"
-            return f"The first answer agrees with the result ({limits})."
-        off_for = f"The first answer differs from the result for {', '.join(words for _, words in sorted(off, reverse=True))}"
-        return f"{off_for}: the result counts." if converged else f"{off_for}, which has not converged."
-
-
-@dataclass(frozen=True)
 class Diagnostics:
     """Whether the numbers of a posterior may be used, and if not, why not.
 
@@ -329,6 +113,8 @@ class Diagnostics:
     reweighting : of draws to the likelihood with finite elements; None if it was not made.
     acceptance_by_move : share of accepted steps after the burn-in of each kind of move, over all ensembles.
     first_answer : what was estimated before sampling; None if nothing was.
+    departures : how well models that differ in one choice describe the data; empty if that was not looked at.
+    apart : how much stiffer specimens are than the first; empty if there is one specimen, or it was not looked at.
     block_k_hat : how much each block of data pulls the posterior by itself, k-hat of leaving it out (PSIS); empty if not known.
     """
 
@@ -347,6 +133,8 @@ class Diagnostics:
     reweighting: Reweighting | None = None
     acceptance_by_move: Mapping[str, float] = field(default_factory=dict)
     first_answer: FirstAnswer | None = None
+    departures: tuple[Departure, ...] = ()
+    apart: tuple[Apart, ...] = ()
     block_k_hat: tuple[float, ...] = ()
 
     @property
@@ -478,16 +266,6 @@ def summarise(
     return found
 
 
-def prior_conflicts(parameters: Mapping[str, ParameterSummary]) -> tuple[str, ...]:
-    """Warnings on parameters that the data pull further than `PRIOR_CONFLICT` away from their prior's median."""
-    return tuple(
-        f"{name}: the data pull it {abs(s.prior_shift):.1f} standard deviations of its prior away from the prior's median; the "
-        "prior, or something the model leaves out, is wrong"
-        for name, s in parameters.items()
-        if abs(s.prior_shift) > PRIOR_CONFLICT
-    )
-
-
 # Layout of diagnostics as JSON.
 _FORMAT = 1
 
@@ -528,5 +306,10 @@ def diagnostics_from_json(text: str) -> Diagnostics:
     }
     if first := data.get("first_answer"):
         estimates = {name: FirstEstimate(**estimate) for name, estimate in first["parameters"].items()}
-        read["first_answer"] = FirstAnswer(estimates, first["effective_draws"], first["confirmed"])
+        read["first_answer"] = FirstAnswer(**{**first, "parameters": estimates})
+    read["departures"] = tuple(
+        Departure(**{**d, "young_modulus": d["young_modulus"] and FirstEstimate(**d["young_modulus"])})
+        for d in data.get("departures", ())
+    )
+    read["apart"] = tuple(Apart(**{**a, "ratio": FirstEstimate(**a["ratio"])}) for a in data.get("apart", ()))
     return Diagnostics(**{**data, **tuples, **read})

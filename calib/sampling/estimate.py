@@ -6,14 +6,17 @@ density, which mends what is not linear in it, priors' own shapes included.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import logsumexp
 
 from calib.catalogue import SCALES
 from calib.problem import Problem, chi_square, columns_at, coordinates_of, model_sweeps, values_at
 from calib.sampling.coordinates import Coordinates, coordinates
-from calib.sampling.diagnostics import FirstAnswer, FirstEstimate
+from calib.sampling.findings import FirstAnswer, FirstEstimate
 from calib.sampling.laplace import importance_weights, laplace_density
 from calib.sampling.scoring import score, slopes_at
 from models.sensor import FloatArray
@@ -49,6 +52,7 @@ class Look:
     n_point : how many these are.
     theta : (n_draw, n_unknown), draws near the mode as coordinates z of the priors.
     weight : (n_draw,), that make them draws of the posterior; they sum to 1.
+    log_evidence : logarithm of how probable the data are under the problem, by all draws.
     """
 
     space: Coordinates
@@ -58,6 +62,7 @@ class Look:
     n_point: int
     theta: FloatArray
     weight: FloatArray
+    log_evidence: float
 
     @property
     def problem(self) -> Problem:
@@ -69,13 +74,8 @@ class Look:
         """How many independent draws it is worth."""
         return 1 / float(np.sum(self.weight**2))
 
-    @property
-    def log_evidence(self) -> float:
-        """Logarithm of how probable the data are under the problem, see `log_evidence_at`."""
-        return log_evidence_at(self.space, self.mode)
 
-
-def first_answer(problem: Problem) -> FirstAnswer:
+def first_answer(problem: Problem, near: Mapping[str, float] | None = None) -> FirstAnswer:
     """Estimate what a calibration will find, in tenths of a second: a first answer, not the result.
 
     It rests on one mode: whether there are others, and whether the forward model is honest, only `sample` and the spot check
@@ -85,6 +85,9 @@ def first_answer(problem: Problem) -> FirstAnswer:
     Parameters
     ----------
     problem : from `build_problem`.
+    near : values [SI] by name at which another model describes the same readings: climbed from first, and then no mode is
+        looked for that describes the readings better, as there need be none, and a quarter of the draws do. What it does not
+        name begins at its prior's median.
 
     Raises
     ------
@@ -92,15 +95,16 @@ def first_answer(problem: Problem) -> FirstAnswer:
         If every unknown is fixed, there are more than a hundred, or the posterior is so far from what
         was taken for it that there is no answer.
     """
-    return answer_of(look_at(problem))
+    return answer_of(look_at(problem, near))
 
 
-def look_at(problem: Problem) -> Look:
+def look_at(problem: Problem, near: Mapping[str, float] | None = None) -> Look:
     """Find a mode of a posterior and weighted draws near it: what a first answer is made of.
 
     Parameters
     ----------
     problem : from `build_problem`.
+    near : as in `first_answer`.
 
     Raises
     ------
@@ -114,20 +118,23 @@ def look_at(problem: Problem) -> Look:
     space = coordinates(problem)
     n = len(problem.parameters)
     random = np.random.RandomState(_SEED)
-    mode, confirmed = _highest(space, random)
+    mode, confirmed = _highest(space, random) if near is None else _higher_of_two(space, near)
     density = laplace_density(space, mode, random)
     x: FloatArray = np.empty((0, n))
     log_ratio: FloatArray = np.empty(0)
     effective = 0.0
-    while effective < _EFFECTIVE and len(x) < _MOST:
-        more = density.draw(random, _AT_ONCE)
+    at_once, enough = (_AT_ONCE, _EFFECTIVE) if near is None else (_AT_ONCE // 2, _EFFECTIVE / 4)
+    while effective < enough and len(x) < _MOST:
+        more = density.draw(random, at_once)
         x = np.concatenate([x, more])
         log_ratio = np.concatenate([log_ratio, space.log_density(more) - density.log_density(more)])
         weight = importance_weights(log_ratio)
         effective = 1 / float(np.sum(weight**2))
     theta, _ = space.to_theta(x)
     there = np.isfinite(log_ratio)
-    return Look(space, mode, confirmed, *_misfit(space, mode), theta[there], weight[there])
+    log_evidence = logsumexp(log_ratio[there]) - np.log(len(x)) + density.log_mass - 0.5 * n * np.log(2 * np.pi)
+    misfit, n_point = _misfit(space, mode)
+    return Look(space, mode, confirmed, misfit, n_point, theta[there], weight[there], float(log_evidence))
 
 
 def answer_of(look: Look) -> FirstAnswer:
@@ -145,11 +152,11 @@ def answer_of(look: Look) -> FirstAnswer:
     sd = np.sqrt(weight @ (values - mean) ** 2)
     names = look.problem.names
     found = {name: FirstEstimate(float(m), float(s)) for name, m, s in zip(names, mean, sd, strict=True)}
-    return FirstAnswer(found, look.effective_draws, look.confirmed)
+    return FirstAnswer(found, look.effective_draws, look.confirmed, look.log_evidence)
 
 
 def log_evidence_at(space: Coordinates, mode: FloatArray) -> float:
-    """How probable the data are under a problem as a whole, estimated at a mode: what other readings of them are weighed by.
+    """How probable the data are under a problem as a whole, by its mode alone: what other readings of them are weighed by.
 
     log p(y) = log p(y, x) - log det(I) / 2 at the mode x (Laplace), with the expected information I, up to a constant that
     depends on the number of unknowns alone. Of problems of the same data the differences are logarithms of how many times more
@@ -216,6 +223,20 @@ def _highest(space: Coordinates, random: np.random.RandomState) -> tuple[FloatAr
         if value > top:
             best, top = mode, value
     return best, False
+
+
+def _higher_of_two(space: Coordinates, near: Mapping[str, float]) -> tuple[FloatArray, bool]:
+    """The mode (n,) that a climb from given values ends at, or one from the priors' medians; and whether both do."""
+    theta = np.zeros((1, len(space.problem.parameters)))
+    for k, p in enumerate(space.problem.parameters):
+        z = float(p.prior.to_normal(np.array([near.get(p.name, math.nan)]))[0])
+        theta[0, k] = z if math.isfinite(z) else 0.0
+    begin = space.from_theta(theta)
+    known: list[tuple[FloatArray, float]] = []
+    if np.isfinite(space.log_density(begin)[0]):
+        known.append(score(space, begin[0])[:2])
+    mode, top, met = score(space, space.from_theta(np.zeros_like(theta))[0], known)
+    return max([*known, (mode, top)], key=lambda found: found[1])[0], met is not None
 
 
 def _plausible(space: Coordinates, x: FloatArray) -> bool:

@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import solve_triangular
+from scipy.special import gammaln
 
 from calib.catalogue import SCALES
 from calib.problem import PredictedReadings, model_sweeps, values_at
@@ -63,6 +64,13 @@ class LaplaceDensity:
     def log_density(self, x: FloatArray) -> FloatArray:
         """Logarithm of the density at x (n_draw, n), up to a constant that depends on n alone, (n_draw,)."""
         return np.concatenate([self._log_density(x[rows]) for rows in self._batches(len(x))])
+
+    @property
+    def log_mass(self) -> float:
+        """Logarithm of the integral of the exponential of `log_density` over all x."""
+        k, n = self.scales.size, self.x.size
+        of_student = gammaln(_FREEDOM / 2) - gammaln((_FREEDOM + k) / 2) + 0.5 * k * np.log(np.pi * _FREEDOM)
+        return float(of_student + 0.5 * (n - k) * np.log(2 * np.pi))
 
     def _batches(self, n_draw: int) -> list[IntArray]:
         return np.array_split(np.arange(n_draw), max(1, int(np.ceil(n_draw * self.x.size**2 / _HELD))))

@@ -20,7 +20,8 @@ from calib.problem.likelihood import block_names, log_likelihood_blocks
 from calib.problem.problem import build_problem
 from calib.problem.unknowns import list_unknowns
 from calib.report.sections import section_modules
-from calib.sampling.diagnostics import Diagnostics, Gate, ParameterSummary, SpotCheck
+from calib.sampling.diagnostics import Diagnostics, Gate
+from calib.sampling.findings import ParameterSummary, SpotCheck
 from calib.sampling.posterior import Posterior
 from models.analytic import ClosedForm
 from models.sensor import design_from

@@ -289,7 +289,7 @@ def _expected(slips: Iterable[Slip], forward: Forward) -> Iterator[tuple[Slip, P
 
 def _preferred(look: Look, slips: Sequence[tuple[Slip, Problem]], *, afresh: bool) -> list[Reason]:
     """A reason for each slip without which the data are so much more probable that it must be asked for, the worst first."""
-    stated = look.log_evidence
+    stated = log_evidence_at(look.space, look.mode)
     found = []
     for slip, other in slips:
         if not slip.same_data or other.names != look.problem.names:

@@ -22,7 +22,7 @@ from calib.errors import InputError
 from calib.problem import model_sweep, plan_sweep
 from calib.problem.likelihood import log_posterior
 from calib.runs.refinement import Means
-from calib.sampling.diagnostics import SpotCheck
+from calib.sampling.findings import SpotCheck
 from calib.sampling.posterior import Posterior, thin_draws
 from calib.sampling.storage import save_posterior
 from models.analytic import ClosedForm

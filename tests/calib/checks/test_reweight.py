@@ -21,7 +21,8 @@ from calib.report.sections.convergence import criteria
 from calib.report.summary import summary_json
 from calib.runs.calibration import Stages
 from calib.sampling.archive import smooth_weights
-from calib.sampling.diagnostics import Reweighting, Shift, diagnostics_from_json, diagnostics_to_json
+from calib.sampling.diagnostics import diagnostics_from_json, diagnostics_to_json
+from calib.sampling.findings import Reweighting, Shift
 from calib.sampling.posterior import Posterior, thin_draws
 from calib.sampling.storage import load_posterior, save_posterior
 from models.analytic import ClosedForm

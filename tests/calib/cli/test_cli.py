@@ -140,8 +140,9 @@ def test_unconverged_calibration_exits_with_3_writes_everything_and_says_so(fini
     assert summary["surrogate_honest"] is not False
     assert summary["reasons"]
     assert summary["seed"] == 4
-    assert "NOT converged" in result.stdout
-    assert "Not converged" in (run / "report.html").read_text(encoding="utf-8")
+    assert summary["verdict"]["colour"] == "red"
+    assert "red, convergence: The chains have not converged" in result.stdout
+    assert "the chains have not converged" in (run / "report.html").read_text(encoding="utf-8")
 
 
 def test_recommend_writes_json_and_a_section_in_the_report(finished: tuple[Path, Result]) -> None:
@@ -151,8 +152,8 @@ def test_recommend_writes_json_and_a_section_in_the_report(finished: tuple[Path,
     recommendation = json.loads((run / "recommendation.json").read_text(encoding="utf-8"))
     assert recommendation["thickness"][0] == pytest.approx(0.5e-3)
     assert len(recommendation["thickness"]) == 6
-    assert recommendation["converged"] is False
-    assert result.stdout.startswith("Preliminary")
+    assert recommendation["verdict"]["colour"] == "red"
+    assert result.stdout.startswith("Do not build on this: the chains have not converged")
     assert "What padding to build next" in (run / "report.html").read_text(encoding="utf-8")
 
 
@@ -189,7 +190,7 @@ def test_a_dishonest_surrogate_exits_with_3_and_advice_that_can_help(
     result = _run("calibrate", lab / "experiment.toml", "-o", run, stages=stages)
     assert result.exit_code == 3, result.output
     said = " ".join(result.stdout.split())
-    assert "Converged, but the closed form is off the finite elements by more than it states" in said
+    assert "Red: do not use the numbers." in said
     assert "9.0 and 0.9 times the error it states" in said
     assert "calib surrogate refine" in said
     assert 'model = "fem"' in said
@@ -201,7 +202,7 @@ def test_a_dishonest_surrogate_exits_with_3_and_advice_that_can_help(
     assert _run("report", run).exit_code == 3
     recommended = _run("recommend", run, "--force", "3 N", "--padding", "0.5 mm:3 mm", "--steps", 6, "--draws", 60)
     assert recommended.exit_code == 3, recommended.output
-    assert recommended.stdout.startswith("Preliminary, because the model it was calibrated with is off")
+    assert recommended.stdout.startswith("Do not build on this: at 12 loading curves of the posterior the closed form is off")
 
 
 def test_a_run_that_neither_converged_nor_has_an_honest_model_gets_both_pieces_of_advice(
@@ -212,7 +213,7 @@ def test_a_run_that_neither_converged_nor_has_an_honest_model_gets_both_pieces_o
     result = _run("calibrate", lab / "experiment.toml", "-o", lab / "run", stages=stages)
     assert result.exit_code == 3, result.output
     said = " ".join(result.stdout.split())
-    assert all(words in said for words in ("NOT converged", "--resume", "calib surrogate refine"))
+    assert all(words in said for words in ("chains have not converged", "--resume", "calib surrogate refine"))
 
 
 def test_lines_still_marked_edit_are_told_before_sampling_and_kept(lab: Path, make_posterior: Callable[..., Posterior]) -> None:
@@ -227,7 +228,9 @@ def test_lines_still_marked_edit_are_told_before_sampling_and_kept(lab: Path, ma
     assert result.exit_code == 0, result.output
     words = "1 line marked EDIT is unchanged: line 5 indenter radius"
     assert result.stdout.startswith(f"Warning: {words}\n")
-    assert words in json.loads((lab / "run" / "summary.json").read_text())["warnings"]
+    verdict = json.loads((lab / "run" / "summary.json").read_text())["verdict"]
+    assert verdict["colour"] == "amber"
+    assert [r["finding"] for r in verdict["reasons"] if r["gate"] == "experiment file"] == [words]
     report = (lab / "run" / "report.html").read_text(encoding="utf-8")
     assert "Guesses of the draft are taken as measured" in report
     assert f"In experiment.toml {words}" in report
@@ -236,7 +239,7 @@ def test_lines_still_marked_edit_are_told_before_sampling_and_kept(lab: Path, ma
     assert words in (lab / "run" / "report.html").read_text(encoding="utf-8")
     result = _run("calibrate", path, "-o", lab / "run2", stages=Stages(sample=sampled))
     assert "EDIT" not in result.stdout
-    assert not any("EDIT" in w for w in json.loads((lab / "run2" / "summary.json").read_text())["warnings"])
+    assert "EDIT" not in (lab / "run2" / "summary.json").read_text()
 
 
 def _stopped(*_: object, **__: object) -> Posterior:

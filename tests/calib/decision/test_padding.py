@@ -102,7 +102,7 @@ def test_a_recommendation_at_the_border_says_so(make_posterior: MakePosterior) -
     r = _recommend(_exact(make_posterior()), Hill(), 3.0, 1e-3, 3e-3)
     assert r.best == 3e-3
     assert "border of the asked range" in r.border
-    assert "thicker padding may do better" in r.verdict
+    assert "thicker padding may do better" in r.in_words
 
 
 def test_a_recommendation_at_the_end_of_the_models_range_says_so(make_posterior: MakePosterior) -> None:
@@ -164,23 +164,22 @@ def test_recommendation_depends_on_the_seed_alone(make_posterior: MakePosterior)
     assert recommendation_to_json(first) != recommendation_to_json(other)
 
 
-def test_recommendation_of_an_unconverged_posterior_calls_itself_preliminary(make_posterior: MakePosterior) -> None:
+def test_recommendation_of_an_unconverged_posterior_is_red(make_posterior: MakePosterior) -> None:
     r = _recommend(make_posterior(converged=False), ClosedForm(), 1.5, 0.0, 6e-3)
-    assert not r.converged
-    assert r.verdict.startswith("Preliminary, because the calibration has not converged (R-hat of young_modulus")
+    assert r.verdict.colour == "red"
+    assert r.in_words.startswith("Do not build on this: the chains have not converged: R-hat of young_modulus")
+    assert r.sureness in ("not to be relied on", "not sure", "no clear best")
 
 
-def test_recommendation_from_a_dishonest_model_calls_itself_preliminary_but_not_unconverged(
+def test_recommendation_from_a_dishonest_model_is_red_but_not_unconverged(
     make_posterior: MakePosterior,
 ) -> None:
     r = _recommend(make_posterior(honest=False), ClosedForm(), 1.5, 0.0, 6e-3)
-    assert r.converged
-    assert r.surrogate_honest is False
-    assert not r.usable
-    assert r.verdict.startswith("Preliminary, because the model it was calibrated with is off the finite elements by more than")
-    assert "9.0 and 0.9 times the error it states" in r.verdict
-    assert "not converged" not in r.verdict
-    assert recommendation_from_json(recommendation_to_json(r)).surrogate_honest is False
+    assert [x.gate for x in r.verdict.reasons if x.level == "red"] == ["surrogate"]
+    assert r.in_words.startswith("Do not build on this: at 12 loading curves of the posterior the closed form is off")
+    assert "9.0 and 0.9 times the error it states" in r.in_words
+    assert "not converged" not in r.in_words
+    assert recommendation_from_json(recommendation_to_json(r)).verdict == r.verdict
 
 
 def test_recommendation_is_conditioned_on_base_and_electrode(make_posterior: MakePosterior) -> None:
@@ -196,7 +195,7 @@ def test_json_round_trip_keeps_everything(make_posterior: MakePosterior) -> None
     assert recommendation_to_json(again) == text
     assert again.verdict == r.verdict
     plain = json.loads(text)
-    assert (plain["kind"], plain["format"]) == ("recommendation", 1)
+    assert (plain["kind"], plain["format"]) == ("recommendation", 2)
     assert plain["change"][0][0] is None  # nothing that JSON does not know
     assert plain["best"] == r.best
 

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 from calib.checks.predictive import predict
+from calib.checks.verdict import Verdict
 from calib.decision.padding import recommend
 from calib.decision.requirement import Requirement
 from calib.lab.instruments import read_lab_file
@@ -108,7 +109,7 @@ def test_every_name_can_be_drawn_and_listed(make_posterior: Callable[..., Poster
         trace_figure(posterior, thickness),
     ]
     assert all(figure_address(figure).startswith("data:image/svg") for figure in figures)
-    assert {*thickness} <= {*json.loads(summary_json(posterior))["parameters"]}
+    assert {*thickness} <= {*json.loads(summary_json(posterior, Verdict()))["parameters"]}
     assert {*thickness} <= {row[0] for row in csv.reader(io.StringIO(summary_csv(posterior)))}
 
 

@@ -19,6 +19,7 @@ import numpy as np
 import pytest
 
 from calib.checks.predictive import Prediction, predict
+from calib.checks.verdict import Reason, Verdict, verdict_of
 from calib.decision.padding import recommend
 from calib.decision.recommendation import Recommendation
 from calib.decision.requirement import Requirement
@@ -100,11 +101,7 @@ def test_every_picture_says_in_words_what_it_shows(page: str) -> None:
 
 def test_verdict_comes_first_with_numbers_units_and_padding(page: str) -> None:
     text = _text(page)
-    assert (
-        text.index("Converged: the numbers below can be used")
-        < text.index("0.6200 ± 0.0040 MPa")
-        < text.index("Parameters Mean")
-    )
+    assert text.index("Green: the numbers can be used.") < text.index("0.6200 ± 0.0040 MPa") < text.index("Parameters Mean")
     assert "mm of padding. At 8 N it gives a capacitance change" in text[: text.index("Parameters Mean")]
 
 
@@ -113,7 +110,11 @@ def test_unconverged_report_says_so_before_anything_else(
     make_posterior: MakePosterior, predictions: tuple[Prediction, ...]
 ) -> None:
     text = _text(write_report(make_posterior(converged=False), predictions))
-    assert text.index("Not converged") < text.index("R-hat of young_modulus is 1.31") < text.index("0.6200 ± 0.0040 MPa")
+    assert (
+        text.index("Red: do not use the numbers.")
+        < text.index("R-hat of young_modulus is 1.31")
+        < text.index("0.6200 ± 0.0040 MPa")
+    )
     assert "✗ not met" in text
 
 
@@ -180,14 +181,14 @@ def test_a_dishonest_model_is_not_called_unconverged_and_gets_advice_that_can_he
     make_posterior: MakePosterior, predictions: tuple[Prediction, ...]
 ) -> None:
     head = _text(write_report(make_posterior(honest=False), predictions)).partition("Parameters Mean")[0]
-    assert "Converged, but the closed form is off the finite elements by more than it states" in head
+    assert "Red: do not use the numbers." in head
     assert "9.0 and 0.9 times the error it states" in head
     assert "calib surrogate refine" in head
     assert "--resume" not in head
-    assert "Not converged" not in head
+    assert "not converged" not in head
     assert "can be used" not in head
     both = _text(write_report(make_posterior(converged=False, honest=False), predictions)).partition("Parameters Mean")[0]
-    assert all(words in both for words in ("Not converged", "R-hat of young_modulus", "--resume", "calib surrogate refine"))
+    assert all(words in both for words in ("have not converged", "R-hat of young_modulus", "--resume", "surrogate refine"))
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -241,8 +242,8 @@ def test_a_model_that_does_not_describe_the_data_is_no_success(
     doubtful = replace(fit, check=replace(fit.check, p_value=1e-5))
     wrong = replace(first, channels={**first.channels, "force": doubtful})
     text = _text(write_report(make_posterior(), (wrong, *predictions[1:])))
-    assert "Converged, but the model does not describe all data" in text
-    assert "The model does not describe the force of sensor 1 within what it claims" in text
+    assert "Red: do not use the numbers." in text
+    assert "fit the model does not describe the force of sensor 1 within what it claims." in text
     assert "can be used" not in text
 
 
@@ -274,7 +275,8 @@ def test_the_quality_of_the_lab_data_is_a_table_with_the_worst_first(
         < part.index("! warning load zero, force -6.1 N the force before contact is -6.1 N. Balance it.")
         < part.index("✓ good readings in contact, force: 240 readings")
     )
-    assert 'href="#quality"' in page
+    assert "Amber: the numbers can be used for what the reasons below leave." in text
+    assert "lab data what they do is not in the uncertainties: hysteresis of the force of sensor 1" in text
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -285,7 +287,7 @@ def test_a_run_without_verdicts_has_no_table_of_them(
 
 
 def test_summary_json_carries_the_verdicts_in_si(make_posterior: MakePosterior) -> None:
-    quality = json.loads(summary_json(_judged(make_posterior())))["data_quality"]
+    quality = json.loads(summary_json(_judged(make_posterior()), Verdict()))["data_quality"]
     assert [q["level"] for q in quality] == ["good", "warning", "bad"]
     assert quality[2] == {
         "specimen": "sensor 1",
@@ -390,8 +392,10 @@ def test_rows_are_in_display_units(make_posterior: MakePosterior) -> None:
 
 
 def test_summary_json_has_the_documented_layout(make_posterior: MakePosterior) -> None:
-    summary = json.loads(summary_json(make_posterior(converged=False)))
+    summary = json.loads(summary_json(make_posterior(converged=False), verdict_of([Reason("fit", "red", "found", "Do")])))
     assert list(summary.items())[:2] == [("kind", "summary"), ("format", 1)]
+    reasons = [{"gate": "fit", "level": "red", "finding": "found", "action": "Do"}]
+    assert summary["verdict"] == {"colour": "red", "reasons": reasons}
     assert summary["converged"] is False
     assert summary["surrogate_honest"] is None
     assert summary["reasons"] == ["R-hat of young_modulus is 1.31, above 1.01"]
@@ -423,7 +427,7 @@ def test_summary_json_tells_the_chains_from_the_surrogate(make_posterior: MakePo
         ("dishonest", make_posterior(honest=False)),
         ("neither", make_posterior(converged=False, honest=False)),
     ):
-        summary = json.loads(summary_json(posterior))
+        summary = json.loads(summary_json(posterior, Verdict()))
         facts[key] = (summary["converged"], summary["surrogate_honest"], len(summary["reasons"]))
     assert facts == {"honest": (True, True, 0), "dishonest": (True, False, 1), "neither": (False, False, 2)}
 
@@ -432,7 +436,7 @@ def test_summary_json_writes_null_for_what_is_not_known(make_posterior: MakePost
     posterior = make_posterior()
     d = posterior.diagnostics
     lost = {**d.parameters, "young_modulus": replace(d.parameters["young_modulus"], r_hat=float("nan"))}
-    summary = json.loads(summary_json(replace(posterior, diagnostics=replace(d, parameters=lost))))
+    summary = json.loads(summary_json(replace(posterior, diagnostics=replace(d, parameters=lost)), Verdict()))
     assert summary["parameters"]["young_modulus"]["r_hat"] is None
 
 

@@ -13,8 +13,8 @@ from calib.experiment.experiment_file import read_experiment
 from calib.problem.likelihood import log_posterior
 from calib.problem.problem import Problem, problem_from
 from calib.problem.values import columns_at, coordinates_of
-from calib.sampling.diagnostics import FirstAnswer, FirstEstimate, ParameterSummary
 from calib.sampling.estimate import first_answer
+from calib.sampling.findings import FirstAnswer, FirstEstimate, ParameterSummary
 from models.sensor import FloatArray
 
 DATASET = Path(__file__).parents[3] / "datasets" / "padded_sensor" / "experiment.toml"

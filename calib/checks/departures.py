@@ -1,0 +1,137 @@
+"""A problem and its first answer in, what else its data would say out: under other models, and of specimens that differ.
+
+A posterior is sure within its model. Whether the data would rather have another one is asked of each model that differs in one
+choice (`calib.experiment.variants_of`), by the evidence p(data | model), the integral of the likelihood over the priors: models
+are compared by its ratio, the Bayes factor, which holds against a model what it has to be told to fit. It is computed as the
+first answer is, by importance sampling near the mode, in about a second of processor time for each model, and nothing is
+sampled. Likewise specimens that share a material may each have a modulus of their own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from calib.catalogue import UnknownName
+from calib.checks.reweighting import problem_of
+from calib.errors import InputError
+from calib.experiment import Variant, forward_of_experiment, model_in_words, variants_of
+from calib.lab import Sweep
+from calib.priors import Prior, parse_prior
+from calib.problem import ParameterInfo, Problem, build_problem
+from calib.sampling import Apart, Departure, FirstAnswer, Posterior, first_answer
+from models.response import Forward
+
+# What is believed of how much stiffer one specimen of a lot is than another: 20 % either way.
+_RATIO: Prior = parse_prior("force_gain", {"lognormal": [1, 1.2]})
+
+
+@dataclass(frozen=True, eq=False)
+class Elsewhere:
+    """What the data would say under other models, and of specimens that differ; see `Departure` and `Apart`."""
+
+    departures: tuple[Departure, ...] = ()
+    apart: tuple[Apart, ...] = ()
+
+
+def look_elsewhere(problem: Problem, own: FirstAnswer | None, executor: Executor | None = None) -> Elsewhere:
+    """Hold other models against the data of a problem, and its specimens against each other.
+
+    Parameters
+    ----------
+    problem : from `build_problem`.
+    own : its first answer; None for none, and then nothing can be compared.
+    executor : asks models and specimens side by side; None to ask one after the other.
+
+    Returns
+    -------
+    Nothing of a model that is the finite elements, which would take hours.
+    """
+    if own is None or problem.experiment.model == "fem":
+        return Elsewhere()
+    near = {name: estimate.mean for name, estimate in own.parameters.items()}
+    variants = variants_of(problem.experiment)[1:]
+    if executor is None:
+        apart = _apart(problem, near)
+        answers = [_under(problem, variant, near) for variant in variants]
+    else:
+        asked = [executor.submit(_under, problem, variant, near) for variant in variants]
+        waited = executor.submit(_apart, problem, near)
+        answers, apart = [future.result() for future in asked], waited.result()
+    return Elsewhere(tuple(_departure(problem, v, own, a) for v, a in zip(variants, answers, strict=True)), apart)
+
+
+def with_elsewhere(posterior: Posterior, found: Elsewhere) -> Posterior:
+    """The same draws, with what else the data would say in the diagnostics.
+
+    Parameters
+    ----------
+    posterior : as sampled.
+    found : of its problem.
+    """
+    return replace(posterior, diagnostics=replace(posterior.diagnostics, departures=found.departures, apart=found.apart))
+
+
+def with_departures(posterior: Posterior, forward: Forward, executor: Executor | None = None) -> Posterior:
+    """Look for what else the data of a posterior would say, and keep it in its diagnostics; the draws stay what they are.
+
+    Parameters
+    ----------
+    posterior : as sampled.
+    forward : the model that it was sampled with.
+    executor : as in `look_elsewhere`.
+    """
+    problem = problem_of(posterior, forward)
+    try:
+        own = first_answer(problem)
+    except ValueError:
+        own = None
+    return with_elsewhere(posterior, look_elsewhere(problem, own, executor))
+
+
+def _under(problem: Problem, variant: Variant, near: Mapping[str, float]) -> FirstAnswer | None:
+    """The first answer under another model; None if there is none, as where the model does not cover what was measured."""
+    experiment = variant.of(problem.experiment)
+    begin = {"padding_young_modulus": near.get("young_modulus", np.nan), **near}
+    try:
+        return first_answer(build_problem(experiment, problem.sweeps, _forward(problem, variant)), begin)
+    except (InputError, ValueError):
+        return None
+
+
+def _forward(problem: Problem, variant: Variant) -> Forward:
+    """The forward model of a variant: that of the problem where it serves, so that a surrogate of one's own is used."""
+    experiment = variant.of(problem.experiment)
+    return problem.forward if experiment.family == problem.experiment.family else forward_of_experiment(experiment)
+
+
+def _departure(problem: Problem, variant: Variant, own: FirstAnswer, found: FirstAnswer | None) -> Departure:
+    model = model_in_words(variant.of(problem.experiment))
+    if found is None:
+        return Departure(variant.name, model, float("nan"), None)
+    return Departure(variant.name, model, found.log_evidence - own.log_evidence, found.parameters.get("young_modulus"))
+
+
+def _apart(problem: Problem, near: Mapping[str, float]) -> tuple[Apart, ...]:
+    """How much stiffer each specimen is than the first; nothing where that cannot be told.
+
+    The modulus scales the force of a specimen, and so does a gain of the load cell that holds for this specimen alone.
+    """
+    pressed = [s.name for s in problem.experiment.specimens if any(_loaded(sweep, s.name) for sweep in problem.sweeps)]
+    reference, *others = pressed or [""]
+    gains = [ParameterInfo(UnknownName("force_gain", name), _RATIO) for name in others]
+    if not gains:
+        return ()
+    try:
+        found = first_answer(replace(problem, parameters=(*problem.parameters, *gains)), near)
+    except ValueError:
+        return ()
+    return tuple(Apart(g.specimen, reference, found.parameters[g.name]) for g in gains)
+
+
+def _loaded(sweep: Sweep, specimen: str) -> bool:
+    by_force = "force" in sweep.channels or any(sweep.tied_by(channel) == "force" for channel in sweep.channels)
+    return by_force and sweep.specimen == specimen

@@ -1,0 +1,224 @@
+"""A posterior and its predictions in, whether its numbers may be used out: every gate of a calibration, in one verdict.
+
+Each gate is a function of the posterior that gives its reasons, none where there is nothing to say. Limits are set so that a
+lab in which all is as the model has it, its unknowns drawn from their priors, is green in nineteen of twenty cases.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+from scipy.special import ndtri
+
+from calib.catalogue import QUANTITIES, SCALES, UnknownName, display
+from calib.checks.predictive import Prediction
+from calib.checks.verdict import LEVELS, Level, Reason, Verdict, verdict_of
+from calib.experiment import unedited_in_words
+from calib.sampling import Departure, ParameterSummary, Posterior
+
+#: A posterior mean of n unknowns contradicts its prior if it is further from the prior's median than one of n would come in so
+#: many labs: amber, and red.
+CONFLICT_RATES: Mapping[Level, float] = {"amber": 1e-2, "red": 1e-5}
+#: A discrepancy this far up in its prior, in the prior's standard-normal coordinate (of a half-normal prior: 2.3 and 3.7 times
+#: its scale), is more than the model was believed to leave out.
+DISCREPANCY_LIMITS: Mapping[Level, float] = {"amber": 2.0, "red": 3.5}
+#: Logarithms of Bayes factors from which another model describes the data better: "positive" and "very strong" (Kass & Raftery,
+#: J. Am. Stat. Assoc. 90 (1995) 773, section 3.2).
+BAYES_LIMITS: Mapping[Level, float] = {"amber": 1.0, "red": 5.0}
+#: A model is ruled out by the data below this logarithm of its Bayes factor.
+RULED_OUT = -5.0
+#: One of n comparisons of two specimens comes so far in so many labs: amber, and red.
+APART_RATES: Mapping[Level, float] = {"amber": 1e-2, "red": 1e-5}
+#: Least share of the variance of its prior that a headline quantity must have lost, or it is the prior that is shown.
+LEARNED = 0.5
+# What a calibration is made for, if it is unknown.
+_HEADLINES = ("young_modulus",)
+_ADVICE_PRIOR = "Check that prior and the files, or what the model leaves out, before using the rest"
+
+
+def judge_posterior(posterior: Posterior, predictions: Sequence[Prediction] = (), more: Sequence[Reason] = ()) -> Verdict:
+    """Judge a calibration by all that is known of it: whether its numbers may be used, and what speaks against it.
+
+    Parameters
+    ----------
+    posterior : the result.
+    predictions : of its sweeps; without them it is not looked at whether the model describes the data.
+    more : what speaks against it besides.
+    """
+    gates = (_convergence, _surrogate, _conflict, _discrepancy, _departures, _apart, _quality, _prior_driven, _range, _edits)
+    found = [reason for gate in gates for reason in gate(posterior)]
+    return verdict_of([*found, *_predictive(predictions), *more])
+
+
+def passed_gates(posterior: Posterior, verdict: Verdict) -> tuple[str, ...]:
+    """What was looked at and found to be all right, in a word or two each.
+
+    Parameters
+    ----------
+    posterior : the result.
+    verdict : on it.
+    """
+    d = posterior.diagnostics
+    looked = ["convergence", "prior", "fit", "lab data", "learned", "range", "experiment file"]
+    looked += ["surrogate"] if d.surrogate_honest is not None else []
+    looked += ["finite elements"] if d.reweighting is not None else []
+    looked += ["discrepancy"] if any(UnknownName.parse(n).parameter.endswith("_discrepancy") for n in d.parameters) else []
+    looked += ["model"] if d.departures else []
+    looked += ["specimens"] if d.apart else []
+    against = {reason.gate for reason in verdict.reasons}
+    return tuple(gate for gate in looked if gate not in against)
+
+
+def conflict_limit(n: int, level: Level = "amber") -> float:
+    """How far a posterior mean may be from its prior's median, in the prior's standard deviations, if there are n unknowns.
+
+    >>> round(conflict_limit(20), 1), round(conflict_limit(20, "red"), 1)
+    (3.5, 5.0)
+    """
+    return float(-ndtri(CONFLICT_RATES[level] / (2 * max(n, 1))))
+
+
+def _convergence(posterior: Posterior) -> Iterator[Reason]:
+    reasons = posterior.diagnostics.reasons
+    if not posterior.diagnostics.converged:
+        finding = f"the chains have not converged: {_first(reasons)}" if reasons else "the chains have not converged"
+        yield Reason("convergence", "red", finding, "Continue the run with --resume and a larger --budget")
+
+
+def _surrogate(posterior: Posterior) -> Iterator[Reason]:
+    d = posterior.diagnostics
+    better = 'Calibrate with a better surrogate (`calib surrogate refine`, `calib surrogate train`) or with model = "fem"'
+    if d.surrogate_honest is False:
+        yield Reason("surrogate", "red", _first(d.surrogate_reasons), better)
+    if d.reweighting is not None and not d.reweighting.passed:
+        yield Reason("finite elements", "amber", d.reweighting.in_words(), better)
+
+
+def _conflict(posterior: Posterior) -> Iterator[Reason]:
+    summaries = {n: s for n, s in posterior.diagnostics.parameters.items() if UnknownName.parse(n).parameter not in SCALES}
+    limits = {level: conflict_limit(len(posterior.parameters), level) for level in CONFLICT_RATES}
+    found = [(n, level) for n, s in summaries.items() if (level := _level(abs(s.prior_shift), limits)) is not None]
+    for level in LEVELS:
+        names = sorted((n for n, own in found if own == level), key=lambda n: -abs(summaries[n].prior_shift))
+        if names:
+            told = _first([_conflict_in_words(n, summaries[n]) for n in names], "; ")
+            yield Reason("prior", level, f"the data contradict what was believed before: {told}", _ADVICE_PRIOR)
+
+
+def _conflict_in_words(name: str, s: ParameterSummary) -> str:
+    unknown = UnknownName.parse(name)
+    value = display(unknown.parameter, float(f"{s.mean:.3g}"))
+    return f"{unknown.label} would be {value}, {abs(s.prior_shift):.1f} standard deviations of its prior away"
+
+
+def _discrepancy(posterior: Posterior) -> Iterator[Reason]:
+    for name, s in posterior.diagnostics.parameters.items():
+        unknown = UnknownName.parse(name)
+        level = _level(s.prior_shift, DISCREPANCY_LIMITS) if unknown.parameter.endswith("_discrepancy") else None
+        if level is not None:
+            finding = (
+                f"{unknown.label} is {display(unknown.parameter, float(f'{s.mean:.2g}'))}, more than was believed possible"
+            )
+            action = "Look at the residuals; hold other models against the data with `calib compare`, and check files and radii"
+            yield Reason("discrepancy", level, finding, action)
+
+
+def _departures(posterior: Posterior) -> Iterator[Reason]:
+    better = [d for d in posterior.diagnostics.departures if _level(d.log_bayes, BAYES_LIMITS) is not None]
+    if better:
+        best = max(better, key=lambda d: d.log_bayes)
+        level = _level(best.log_bayes, BAYES_LIMITS)
+        assert level is not None
+        finding = f"another model describes these data better: {departure_in_words(best, posterior)}"
+        yield Reason("model", level, finding, "Calibrate with both and compare them: `calib compare EXPERIMENT -o FOLDER`")
+
+
+def departure_in_words(departure: Departure, posterior: Posterior) -> str:
+    """Say how much better or worse another model describes the data, and what Young's modulus would be under it.
+
+    Parameters
+    ----------
+    departure : the other model.
+    posterior : under the model as given.
+    """
+    size = abs(departure.log_bayes)
+    factor = f"{10 ** (size / 2.302585):.2g}" if size < 11 else f"more than {10 ** int(min(size, 700) / 2.302585):.0e}"
+    told = (
+        f"{departure.model} ({factor} times as probable)" if departure.log_bayes >= 0 else f"{departure.model} (1 : {factor})"
+    )
+    own = posterior.diagnostics.parameters.get("young_modulus")
+    if departure.young_modulus is None or own is None:
+        return told
+    row = QUANTITIES["young_modulus"]
+    k, other = row.display_scale, departure.young_modulus
+    return (
+        f"{told}, with a Young's modulus of {other.mean * k:.3g} ± {other.sd * k:.2g} instead of {own.mean * k:.3g} ± "
+        f"{own.sd * k:.2g} {row.display_unit}"
+    )
+
+
+def _apart(posterior: Posterior) -> Iterator[Reason]:
+    compared = posterior.diagnostics.apart
+    limits: dict[Level, float] = {k: float(-ndtri(rate / (2 * max(len(compared), 1)))) for k, rate in APART_RATES.items()}
+    found = sorted((a for a in compared if abs(a.z) > limits["amber"]), key=lambda a: -abs(a.z))
+    if not found:
+        return
+    worst = found[0]
+    level = _level(abs(worst.z), limits)
+    assert level is not None
+    sizes = [
+        f"{a.specimen} is {abs(a.ratio.mean - 1):.1%} ± {a.ratio.sd:.1%} {'stiffer' if a.z > 0 else 'softer'}" for a in found
+    ]
+    finding = f"the specimens are not of one material: {_first(sizes)} than {worst.reference}"
+    if len(compared) > 1 and 2 * len(found) > len(compared):
+        finding += ", which differs from most of them and may be the one that does not belong"
+    yield Reason("specimens", level, finding, "Check their files and thicknesses; if these are right calibrate them one by one")
+
+
+def _quality(posterior: Posterior) -> Iterator[Reason]:
+    bad = [(s.title, grade) for s in posterior.sweeps for grade in s.grades if grade.level == "bad"]
+    for level in LEVELS:
+        own = [(t, g) for t, g in bad if (g.check == "signal") == (level == "red")]
+        if own:
+            told = _first([f"{g.check} of the {g.channel} of {title}: {g.finding}" for title, g in own], "; ")
+            yield Reason("lab data", level, f"what they do is not in the uncertainties: {told}", own[0][1].advice.rstrip("."))
+
+
+def _predictive(predictions: Sequence[Prediction]) -> Iterator[Reason]:
+    misfits = [f"the {kind} of {p.title}" for p in predictions for kind, c in p.channels.items() if not c.check.passed]
+    if misfits:
+        finding = f"the model does not describe {_first(misfits, ', ')} within what it claims"
+        yield Reason("fit", "red", finding, "Look at the residuals before using any number")
+
+
+def _prior_driven(posterior: Posterior) -> Iterator[Reason]:
+    for name in _HEADLINES:
+        s = posterior.diagnostics.parameters.get(name)
+        if s is not None and s.prior_contraction < LEARNED:
+            share = f"{max(s.prior_contraction, 0.0):.0%}"
+            finding = (
+                f"the data taught {share} of what could be learned of {UnknownName.parse(name).label}: it is mostly its prior"
+            )
+            yield Reason("learned", "amber", finding, "Press harder, or with a second ball, or measure the thicknesses")
+
+
+def _range(posterior: Posterior) -> Iterator[Reason]:
+    for warning in posterior.diagnostics.warnings:
+        yield Reason("range", "amber", warning, 'Use less of the sweep (`use = { max_depth = ... }`), or model = "fem"')
+
+
+def _edits(posterior: Posterior) -> Iterator[Reason]:
+    said = unedited_in_words(posterior.experiment.unedited)
+    if said:
+        yield Reason("experiment file", "amber", said.rstrip("."), "Replace them by what you know, and remove the mark EDIT")
+
+
+def _level(value: float, limits: Mapping[Level, float]) -> Level | None:
+    """The worse level whose limit a value is above; None for none, nan included."""
+    return "red" if value > limits["red"] else "amber" if value > limits["amber"] else None
+
+
+def _first(words: Sequence[str], between: str = "; ") -> str:
+    """The first two of several findings, and how many more there are."""
+    more = [f"and {len(words) - 2} more"] if len(words) > 2 else []
+    return between.join([*words[:2], *more])

@@ -1,0 +1,70 @@
+"""A posterior and what is asked of it in, how far that is beyond what was measured out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from calib.checks import Reason
+from calib.lab import Sweep
+from calib.problem import lookup, specimen_design
+from calib.sampling import Posterior
+from models.sensor import FloatArray
+
+#: What is asked may exceed what was measured by this factor before it counts as extrapolation.
+MARGIN = 1.1
+
+
+def beyond_the_measured(posterior: Posterior, force: float, padding: float, depth: float, ball: float) -> Iterator[Reason]:
+    """Say by how much a prediction goes beyond the forces, paddings, depths and balls of the data it rests on.
+
+    Parameters
+    ----------
+    posterior : of the calibration, with its sweeps.
+    force : that is predicted for [N].
+    padding : thickness that is predicted for [m].
+    depth : that the ball sinks in there [m].
+    ball : radius [m].
+    """
+    middle = {name: np.array([s.median]) for name, s in posterior.diagnostics.parameters.items()}
+    middle |= {name: np.array([value]) for name, value in posterior.fixed.items()}
+    presses = [_press(posterior, middle, sweep) for sweep in posterior.sweeps]
+    forces, depths, paddings, totals, balls = (np.array(column) for column in zip(*presses, strict=True))
+    total = padding + float(np.median(totals - paddings))
+    found = []
+    if force > MARGIN * np.max(forces):
+        found.append(f"{force / np.max(forces):.1f} times the largest measured force ({np.max(forces):.2g} N)")
+    if padding > MARGIN * np.max(paddings):
+        found.append(f"{padding / np.max(paddings):.1f} times the thickest measured padding ({np.max(paddings) * 1e3:.2f} mm)")
+    elif padding < np.min(paddings) / MARGIN:
+        found.append(f"{padding * 1e3:.2f} mm of padding, thinner than any measured ({np.min(paddings) * 1e3:.2f} mm)")
+    if np.max(depths) > 0 and depth / total > MARGIN * np.max(depths / totals):
+        found.append(f"a depth of {depth / total:.0%} of the thickness (measured up to {np.max(depths / totals):.0%})")
+    if not np.min(balls) / MARGIN < ball < np.max(balls) * MARGIN:
+        known = " and ".join(f"{r * 1e3:g}" for r in sorted(set(balls)))
+        found.append(f"a ball of {ball * 1e3:g} mm radius (measured with {known} mm)")
+    if found:
+        finding = f"the advice is for {', '.join(found)}: there the model was held against no data"
+        action = f"Press one pad of about {padding * 1e3:.2g} mm to {force:g} N and calibrate with it, to confirm"
+        yield Reason("extrapolation", "amber", finding, action)
+
+
+def _press(posterior: Posterior, middle: Mapping[str, FloatArray], sweep: Sweep) -> tuple[float, float, float, float, float]:
+    """Largest true force [N] and depth [m] of a sweep, its padding, total thickness and ball [m], at medians."""
+
+    def value(name: str, otherwise: float) -> float:
+        found = lookup(middle, name, sweep.specimen, sweep.name)
+        return otherwise if found is None else float(found[0])
+
+    design = specimen_design(posterior, middle, sweep.specimen, sweep.name)
+    loads = [p.value for name, p in sweep.channels.items() if name == "force"]
+    loads += [p.force for p in sweep.channels.values() if p.force is not None]
+    zero, gain = value("load_zero", 0.0), value("force_gain", 1.0)
+    force = max((float(np.max(load)) - zero) / gain for load in loads) if loads else 0.0
+    readings = [p.displacement for p in sweep.channels.values() if p.displacement is not None]
+    readings += [sweep.track.displacement] if sweep.track is not None else []
+    reading = max((float(np.max(r)) for r in readings), default=0.0)
+    depth = reading - value("contact_offset", reading) - value("machine_compliance", 0.0) * force
+    sensor, padding = (float(np.asarray(layer.thickness).flat[0]) for layer in (design.sensor, design.padding))
+    return force, max(depth, 0.0), padding, sensor + padding, sweep.indenter_radius

@@ -1,0 +1,147 @@
+"""The one verdict on a calibration: what takes green away, at which number, with what to do; nothing does of a sound one."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from calib.checks.reasons import conflict_limit, judge_posterior, passed_gates
+from calib.checks.verdict import Reason, Verdict, verdict_from_plain, verdict_of
+from calib.decision.padding import recommend
+from calib.decision.requirement import Requirement
+from calib.experiment import Unedited
+from calib.lab import Grade
+from calib.sampling import Apart, Departure, FirstEstimate, Posterior
+from models.analytic import ClosedForm
+
+MakePosterior = Callable[..., Posterior]
+
+
+def _with(posterior: Posterior, **changes: Any) -> Posterior:
+    return replace(posterior, diagnostics=replace(posterior.diagnostics, **changes))
+
+
+def _moved(posterior: Posterior, name: str, **changes: float) -> Posterior:
+    parameters = posterior.diagnostics.parameters
+    return _with(posterior, parameters={**parameters, name: replace(parameters[name], **changes)})
+
+
+def _gates(posterior: Posterior) -> dict[str, str]:
+    return {r.gate: r.level for r in judge_posterior(posterior).reasons}
+
+
+def test_a_sound_calibration_is_green_and_says_what_was_looked_at(make_posterior: MakePosterior) -> None:
+    verdict = judge_posterior(make_posterior(honest=True))
+    assert (verdict.colour, verdict.reasons) == ("green", ())
+    assert {"convergence", "surrogate", "prior", "discrepancy", "lab data"} <= set(
+        passed_gates(make_posterior(honest=True), verdict)
+    )
+
+
+def test_red_comes_before_amber_and_files_keep_it_all() -> None:
+    amber, red = Reason("range", "amber", "near the end", "Stop earlier"), Reason("fit", "red", "off", "Look")
+    verdict = verdict_of([amber, red])
+    assert (verdict.colour, verdict.reasons) == ("red", (red, amber))
+    assert verdict_of([amber]).colour == "amber"
+    assert verdict_from_plain(json.loads(json.dumps(verdict.to_plain()))) == verdict
+    assert Verdict().to_plain() == {"colour": "green", "reasons": []}
+
+
+@pytest.mark.parametrize(("shift", "level"), [(0.9, None), (1.01, "amber"), (1.6, "red")])
+def test_what_contradicts_a_prior_is_graded_by_how_rare_it_is(
+    make_posterior: MakePosterior, shift: float, level: str | None
+) -> None:
+    posterior = make_posterior()
+    limit = conflict_limit(len(posterior.parameters))
+    for sign in (-1, 1):
+        found = judge_posterior(_moved(posterior, "machine_compliance", prior_shift=sign * shift * limit))
+        assert [r.level for r in found.reasons if r.gate == "prior"] == ([level] if level else [])
+        assert not level or "machine compliance would be 2 µm/N" in found.reasons[0].finding
+
+
+def test_unknowns_of_a_sound_lab_rarely_contradict_their_priors() -> None:
+    shifts = np.abs(np.random.default_rng(3).standard_normal((20000, 20)))
+    assert np.mean(np.any(shifts > conflict_limit(20), axis=1)) == pytest.approx(0.01, abs=0.003)
+
+
+@pytest.mark.parametrize(("z", "level"), [(1.9, None), (2.46, "amber"), (5.0, "red"), (-4.0, None)])
+def test_a_discrepancy_above_what_was_believed_is_no_success(
+    make_posterior: MakePosterior, z: float, level: str | None
+) -> None:
+    posterior = _moved(make_posterior(), "capacitance_discrepancy", prior_shift=z, mean=0.054)
+    found = [r for r in judge_posterior(posterior).reasons if r.gate == "discrepancy"]
+    assert [r.level for r in found] == ([level] if level else [])
+    assert all("5.4 %" in r.finding for r in found)
+
+
+@pytest.mark.parametrize(
+    ("log_bayes", "level"), [(-200.0, None), (0.9, None), (1.5, "amber"), (44.0, "red"), (float("nan"), None)]
+)
+def test_a_model_that_the_data_prefer_takes_the_green_away(
+    make_posterior: MakePosterior, log_bayes: float, level: str | None
+) -> None:
+    other = Departure("own-padding", "padding of its own modulus", log_bayes, FirstEstimate(0.7e6, 0.02e6))
+    found = [r for r in judge_posterior(_with(make_posterior(), departures=(other,))).reasons if r.gate == "model"]
+    assert [r.level for r in found] == ([level] if level else [])
+    assert all("0.7 ± 0.02 instead of 0.62 ± 0.004 MPa" in r.finding for r in found)
+
+
+@pytest.mark.parametrize(("ratio", "level"), [(1.02, None), (1.08, "amber"), (0.80, "red")])
+def test_a_specimen_of_another_modulus_is_named(make_posterior: MakePosterior, ratio: float, level: str | None) -> None:
+    posterior = _with(make_posterior(), apart=(Apart("sensor 2", "sensor 1", FirstEstimate(ratio, 0.025)),))
+    found = [r for r in judge_posterior(posterior).reasons if r.gate == "specimens"]
+    assert [r.level for r in found] == ([level] if level else [])
+    side = "stiffer" if ratio > 1 else "softer"
+    assert all(f"sensor 2 is {abs(ratio - 1):.1%} ± 2.5% {side} than sensor 1" in r.finding for r in found)
+
+
+def test_bad_lab_data_guesses_of_the_draft_and_an_unlearned_modulus_are_amber_but_noise_is_red(
+    make_posterior: MakePosterior,
+) -> None:
+    posterior = make_posterior()
+
+    def graded(check: str) -> Posterior:
+        grade = Grade(check, "bad", 0.4, "1", "found", "Repeat it.", "force", "f.csv")
+        return replace(posterior, sweeps=(replace(posterior.sweeps[0], grades=(grade,)), *posterior.sweeps[1:]))
+
+    assert _gates(graded("hysteresis")) == {"lab data": "amber"}
+    assert _gates(graded("signal")) == {"lab data": "red"}
+    assert _gates(_moved(posterior, "young_modulus", prior_contraction=0.2)) == {"learned": "amber"}
+    left = replace(posterior.experiment, unedited=(Unedited(5, "indenter radius"),))
+    assert _gates(replace(posterior, experiment=left)) == {"experiment file": "amber"}
+
+
+def test_advice_beyond_what_was_measured_is_amber_and_never_very_sure(make_posterior: MakePosterior) -> None:
+    posterior = make_posterior()
+    near = recommend(
+        posterior, ClosedForm(), Requirement(2.0, 1.0e-3, 1.2e-3, n_thickness=3, n_draw=100, tolerance=0.5), seed=1
+    )
+    assert near.verdict.colour == "green"
+    assert near.sureness == "very sure"
+    far = recommend(posterior, ClosedForm(), Requirement(20.0, 3e-3, 4e-3, n_thickness=3, n_draw=100, tolerance=0.5), seed=1)
+    (reason,) = far.verdict.reasons
+    assert (reason.gate, reason.level) == ("extrapolation", "amber")
+    assert "times the largest measured force" in reason.finding
+    assert "times the thickest measured padding" in reason.finding
+    assert "sure" in far.sureness
+    assert "very" not in far.sureness
+    other = Requirement(2.0, 1.0e-3, 1.2e-3, n_thickness=3, n_draw=100, tolerance=0.5, indenter_radius=9e-3)
+    (reason,) = recommend(posterior, ClosedForm(), other, seed=1).verdict.reasons
+    assert "a ball of 9 mm radius (measured with 5 mm)" in reason.finding
+
+
+def test_advice_is_not_very_sure_while_the_data_leave_another_model_open(make_posterior: MakePosterior) -> None:
+    asked = Requirement(2.0, 1.0e-3, 1.2e-3, n_thickness=3, n_draw=100, tolerance=0.5)
+    open_ = Departure("own-padding", "padding of its own modulus", -1.2, FirstEstimate(0.63e6, 0.02e6))
+    out = replace(open_, name="slippery", model="slippery base", log_bayes=-130.0)
+    found = recommend(_with(make_posterior(), departures=(open_, out)), ClosedForm(), asked, seed=1)
+    assert found.verdict.colour == "green"
+    assert [m.split(" (")[0] for m in found.open_models] == ["padding of its own modulus"]
+    assert "leave others open" in found.sureness
+    closed = recommend(_with(make_posterior(), departures=(out,)), ClosedForm(), asked, seed=1)
+    assert (closed.open_models, closed.sureness) == ((), "very sure")
