@@ -27,7 +27,7 @@ if TYPE_CHECKING:
         SpotCheck,
     )
     from calib.sampling.groups import to_arviz
-    from calib.sampling.identity import FINGERPRINT, Identity, differences, identity_of
+    from calib.sampling.identity import FINGERPRINT, Identity, differences, identity_of, usual_walkers
     from calib.sampling.posterior import Posterior, leave_out, thin_draws
     from calib.sampling.sampler import NothingSampled, Progress, sample
     from calib.sampling.storage import load_posterior, save_posterior
@@ -69,6 +69,7 @@ __all__ = [
     "smooth_weights",
     "thin_draws",
     "to_arviz",
+    "usual_walkers",
     "whose_checkpoint",
 ]
 
@@ -115,6 +116,7 @@ __getattr__ = on_demand(
             "Identity",
             "differences",
             "identity_of",
+            "usual_walkers",
         ),
         ".posterior": (
             "Posterior",

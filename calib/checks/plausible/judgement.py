@@ -19,10 +19,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.catalogue import QUANTITIES, SCALES
-from calib.checks.plausibility.conflicts import DOUBTFUL, HIGH_SCALE, WRONG, WRONG_SCALE, Conflict, Conflicts, conflicts_in
-from calib.checks.plausibility.outlook import Outlook, outlook_of
-from calib.checks.plausibility.ranges import IMPOSSIBLE, UNLIKELY, USUAL, Range, farthest, ranges_of
-from calib.checks.plausibility.slips import Slip, slips_of
+from calib.checks.plausible.conflicts import DOUBTFUL, HIGH_SCALE, WRONG, WRONG_SCALE, Conflict, Conflicts, conflicts_in
+from calib.checks.plausible.outlook import Outlook, outlook_of
+from calib.checks.plausible.ranges import IMPOSSIBLE, UNLIKELY, USUAL, Range, farthest, ranges_of
+from calib.checks.plausible.slips import Slip, slips_of
 from calib.checks.verdict import Level, Reason, Verdict, verdict_of
 from calib.errors import Fault, InputError
 from calib.experiment import Experiment
@@ -112,14 +112,16 @@ def plausibility(problem: Problem) -> Plausibility:
     conflicts = conflicts_in(look)
     unlikely = farthest(ranges) > UNLIKELY
     within = list(_within(problem, hidden_only=not (unlikely or conflicts.suspicious)))
-    preferred = _preferred(look, within, afresh=conflicts.wrong)
+    # What contradicts the priors is red, and so is the slip that explains it; by itself a slip is a question.
+    preferred = _preferred(look, within, "red" if conflicts.wrong else "amber")
     repairs = [slip for slip, _ in within] if unlikely and not preferred else []
     reasons = (*preferred, *_of_ranges(problem, ranges, repairs), *_of_conflicts(conflicts), *files)
     try:
         first = answer_of(look)
     except ValueError:
         return Plausibility(verdict_of(reasons).reasons, ranges, None, None, seconds)
-    return Plausibility(verdict_of(reasons).reasons, ranges, outlook_of(look), first, seconds)
+    verdict = verdict_of(reasons)
+    return Plausibility(verdict.reasons, ranges, None if verdict.colour == "red" else outlook_of(look), first, seconds)
 
 
 # --- reasons ------------------------------------------------------------------------------------------------------------
@@ -189,7 +191,7 @@ def _of_conflicts(conflicts: Conflicts) -> Iterator[Reason]:
 def _conflict_in_words(c: Conflict) -> str:
     name, (low, high) = c.parameter.parameter, c.expected
     bounds = f"{in_units(name, low, unit=False)} to {in_units(name, high)}"
-    return f"{c.parameter.name} comes out at about {in_units(name, c.mean)}, {bounds} expected by its prior"
+    return f"the data put {c.parameter.name} at about {in_units(name, c.mean)}, {bounds} expected by its prior"
 
 
 def _advice_on(c: Conflict) -> str:
@@ -216,6 +218,11 @@ def in_units(quantity: str, value: float, *, unit: bool = True) -> str:
     shown = value * row.display_scale
     digits = 0 if shown == 0 or not math.isfinite(shown) else max(0, 2 - math.floor(math.log10(abs(shown))))
     return f"{shown:,.{min(digits, 9)}f}{f' {row.display_unit}' if unit else ''}".rstrip()
+
+
+def measured_in_words(found: Range) -> str:
+    """What was read, as people read it."""
+    return in_units(_SHOWN[found.seen][0], found.observed)
 
 
 def expected_in_words(found: Range) -> str:
@@ -287,14 +294,14 @@ def _expected(slips: Iterable[Slip], forward: Forward) -> Iterator[tuple[Slip, P
             yield slip, other
 
 
-def _preferred(look: Look, slips: Sequence[tuple[Slip, Problem]], *, afresh: bool) -> list[Reason]:
+def _preferred(look: Look, slips: Sequence[tuple[Slip, Problem]], level: Level) -> list[Reason]:
     """A reason for each slip without which the data are so much more probable that it must be asked for, the worst first."""
     stated = log_evidence_at(look.space, look.mode)
     found = []
     for slip, other in slips:
         if not slip.same_data or other.names != look.problem.names:
             continue
-        space, mode = climb_from(other, look.space, look.mode, afresh=afresh)
+        space, mode = climb_from(other, look.space, look.mode, afresh=level == "red")
         gain = log_evidence_at(space, mode) - stated
         if gain > PREFERRED:
             # The mode of the file as it stands may be a false one: it is also looked for from here.
@@ -309,5 +316,5 @@ def _preferred(look: Look, slips: Sequence[tuple[Slip, Problem]], *, afresh: boo
         finding = f"with {slip.without} the data would be 10^{gain / math.log(10):.0f} times as probable"
         if (modulus := values.get("young_modulus")) is not None:
             finding += f", and young_modulus about {in_units('young_modulus', float(modulus[0]))}"
-        reasons.append(Reason(slip.gate, "amber", finding, slip.question))
+        reasons.append(Reason(slip.gate, level, finding, slip.question))
     return reasons
