@@ -73,7 +73,7 @@ def _say(found: Check, path: Path) -> None:
     if found.ranges:
         _say_ranges(found.ranges)
     if found.outlook is None:
-        say("What the data will tell is not said: there is no first answer.")
+        say("What the data will tell is not said: this stands in the way, or there is no first answer.")
     else:
         _say_outlook(found.outlook)
     if found.seconds is not None:

@@ -216,12 +216,14 @@ def _highest(space: Coordinates, random: np.random.RandomState) -> tuple[FloatAr
     likely = draws[np.argsort(-np.where(np.isfinite(density), density, -np.inf))][
         : min(_CLIMBS - 1, np.sum(np.isfinite(density)))
     ]
-    for x in likely:
+    for x in (space.nominal(), *likely):  # contact and load zero as the readings show them, then what the prior finds probable
         mode, value, met = score(space, x, [(best, top)])
         if met is not None:
             return best, True
         if value > top:
             best, top = mode, value
+            if _plausible(space, best):
+                return best, True
     return best, False
 
 

@@ -72,10 +72,8 @@ class Ridge:
     def in_words(self) -> str:
         """Say in a sentence which combination is known, and what would tell more."""
         one, other = (f"{n.parameter}{f' ({n.specimen})' if n.specimen else ''}" for n in self.names)
-        along = "rise" if self.correlation > 0 else "fall"
-        text = (
-            f"{one} and {other}: where the one rises the other may {along}, the data tell their combination better than either"
-        )
+        sign = "" if self.correlation > 0 else "one up, the other down, "
+        text = f"{one} and {other} go together ({sign}correlation {self.correlation:.2f}): the data tell neither by itself"
         return f"{text}; to part them, {self.advice}" if self.advice else text
 
 
