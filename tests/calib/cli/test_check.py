@@ -1,4 +1,4 @@
-"""The command `check`, and the check before a calibration: colours, exit codes, what is written, and what stays in a verdict."""
+"""The command `check`, and the check before a calibration: colours, exit codes, what is written, what stays in a verdict."""
 
 from __future__ import annotations
 
@@ -81,15 +81,14 @@ def test_what_is_impossible_is_red_with_its_slip_and_exit_code_2(in_kilopascals:
     assert "What the data will tell is not said" in result.stdout
 
 
-def test_a_line_that_holds_a_guess_is_amber_and_exit_code_3(lab: Path, tmp_path: Path) -> None:
-    text = (lab / "experiment.toml").read_text(encoding="utf-8").replace('radius = "10 mm"', 'radius = "10 mm"  # EDIT')
+def test_a_line_that_holds_a_guess_is_amber_and_exit_code_3(tmp_path: Path) -> None:
     plan = make_lab(tmp_path) / "experiment.toml"
+    text = plan.read_text(encoding="utf-8").replace('radius = "5 mm"', 'radius = "5 mm"  # EDIT: radius of the ball')
     plan.write_text(text, encoding="utf-8")
     result = _run("check", plan)
-    if "EDIT" in result.stdout:
-        assert result.exit_code == 3
-    else:  # the value was edited, only the mark was left
-        assert result.exit_code == 0
+    assert result.exit_code == 3
+    assert result.stdout.startswith("Amber")
+    assert "remove the mark EDIT" in result.stdout
 
 
 def test_what_is_wrong_with_an_input_is_refused_as_ever(lab: Path, tmp_path: Path) -> None:
