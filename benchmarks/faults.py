@@ -1,8 +1,160 @@
-"""Plant faults in simulated labs and see whether the verdict is green where it is wrong: `python benchmarks/faults.py -o F`.
+"""Plant faults in simulated labs and see whether a verdict is green where it is wrong: `python benchmarks/faults.py -o FILE`.
 
-A lab is the shipped experiment with data of its own: two specimens, each unknown drawn from its prior, curves by the finite
-elements, the noise and the faults of the instruments. In each kind of lab one thing is not as the experiment takes for granted:
-the ball rubs, the base is slippery, a file is of another specimen. Sound labs have no such fault.
+Each lab of `faulty_labs` is calibrated as the shipped experiment is, other models are held against its data, and a padding is
+recommended for 10 N. A headline, Young's modulus or the signal at that padding, is called wrong where the truth lies outside
+its 90 % interval by more than one standard deviation; if the specimens differ, where one of theirs does. Printed for each kind:
+labs with a wrong headline, and how many of these are amber or red; labs whose headlines are right, and how many of these are;
+which gates object, and how often. It is the verdict on the calibration that counts: that on the padding is amber in all of
+them, as none was pressed to 10 N. With -o labs are kept, a line of JSON each, and are not repeated.
 """
 
 from __future__ import annotations
+
+import argparse
+import json
+import math
+import time
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import replace
+from itertools import product
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from faulty_labs import ACCURACY, KINDS, Lab, lab_of
+
+from calib.checks import judge_posterior, look_elsewhere, predict, with_elsewhere
+from calib.decision import Requirement, recommend
+from calib.errors import InputError
+from calib.experiment import forward_of_experiment
+from calib.problem import build_problem
+from calib.sampling import first_answer, sample
+from models.fem import FiniteElements
+from models.layers import layered
+from models.response import ConvergenceError, OutOfRangeError
+from models.threads import one_thread
+
+#: Force [N] at which the signal counts, and the paddings [m] to choose from.
+FORCE, PADDINGS = 10.0, (0.5e-3, 6e-3)
+
+
+def calibrate(name: str, seed: int, max_steps: int) -> dict[str, Any]:
+    """Simulate, calibrate and judge one lab."""
+    with one_thread():
+        began = time.process_time()
+        found = _calibrate(lab_of(name, seed), seed, max_steps)
+    return {"kind": name, "seed": seed, **found, "processor": round(time.process_time() - began, 1)}
+
+
+def _calibrate(lab: Lab, seed: int, max_steps: int) -> dict[str, Any]:
+    moduli = [float(np.asarray(design.sensor.young_modulus)) for design in lab.designs]
+    forward = forward_of_experiment(lab.experiment)
+    try:
+        problem = build_problem(lab.experiment, lab.sweeps, forward)
+    except InputError as error:
+        return {"refused": str(error.faults[0])}
+    try:
+        first = first_answer(problem)
+    except ValueError:
+        first = None
+    posterior = sample(problem, seed=seed, processes=0, max_steps=max_steps)
+    posterior = with_elsewhere(posterior, look_elsewhere(problem, first))
+    verdict = judge_posterior(posterior, predict(posterior, forward, np.random.default_rng(seed)))
+    found = posterior.draws.reshape(-1, len(problem.names))[:, problem.names.index("young_modulus")]
+    row: dict[str, Any] = {
+        "verdict": verdict.colour,
+        "reasons": [[r.gate, r.level, r.finding] for r in verdict.reasons],
+        "others": {d.name: round(d.log_bayes, 1) for d in posterior.diagnostics.departures if math.isfinite(d.log_bayes)},
+        "truth": moduli,
+        "mean": float(np.mean(found)),
+        "sd": float(np.std(found)),
+        "modulus": max((_beyond(modulus, found) for modulus in moduli), key=abs),
+    }
+    try:
+        best = recommend(posterior, forward, Requirement(FORCE, *PADDINGS, n_thickness=23), seed=seed, verdict=verdict)
+    except InputError:
+        return row
+    signals = [_signal(lab, k, best.best) for k in range(len(lab.designs))]
+    band = best.change_at_best
+    sd = float(band[-1] - band[0]) / (2 * 1.645)
+    offs = [0.0 if band[0] <= s <= band[-1] else float(min(abs(s - band[0]), abs(s - band[-1]))) / sd for s in signals]
+    return {**row, "advice": best.verdict.colour, "padding": best.best, "signals": signals, "signal": max(offs, default=0.0)}
+
+
+def _beyond(truth: float, draws: np.ndarray[Any, Any]) -> float:
+    """How far a truth lies outside the central 90 % of draws, in their standard deviations; 0 inside."""
+    low, high = np.quantile(draws, [0.05, 0.95])
+    off = truth - high if truth > high else truth - low if truth < low else 0.0
+    return float(off / np.std(draws))
+
+
+def _signal(lab: Lab, specimen: int, padding: float) -> float:
+    """The true change of capacitance of a specimen on another padding; nan where the finite elements do not come so far."""
+    design = lab.designs[specimen]
+    stack = layered(replace(design, padding=replace(design.padding, thickness=padding)))
+    if lab.law is not None:
+        stack = replace(stack, layers=tuple(replace(layer, law=lab.law) for layer in stack.layers))
+    try:
+        capacitance = float(FiniteElements(ACCURACY).respond_to_force(stack, np.array([FORCE])).capacitance[0])
+    except (OutOfRangeError, ConvergenceError):
+        return math.nan
+    return capacitance / float(np.asarray(design.rest_capacitance)) - 1
+
+
+def is_wrong(row: Mapping[str, Any]) -> bool:
+    """Whether a headline of a lab that was not refused is off by more than one standard deviation beyond its interval."""
+    return "refused" not in row and (abs(row["modulus"]) > 1 or row.get("signal", 0.0) > 1)
+
+
+def objected(row: Mapping[str, Any]) -> bool:
+    """Whether a calibration is anything but green, or was refused."""
+    return "refused" in row or row["verdict"] != "green"
+
+
+def table(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    """Lines of a table in Markdown, one for each kind and one for all faults."""
+    yield "| planted | labs | wrong | of these amber or red | right | of these amber or red | gates |"
+    yield "|---|---|---|---|---|---|---|"
+    names = list(dict.fromkeys(row["kind"] for row in rows))
+    groups = [(name, [row for row in rows if row["kind"] == name]) for name in names]
+    groups.append(("all faults", [row for row in rows if row["kind"] != "sound"]))
+    for name, own in groups:
+        wrong, right = [r for r in own if is_wrong(r)], [r for r in own if not is_wrong(r)]
+        gates = Counter(g for r in own for g in {x[0] for x in r.get("reasons", [["refused"]])})
+        told = ", ".join(f"{gate} {n}" for gate, n in gates.most_common())
+        counts = (len(own), len(wrong), sum(map(objected, wrong)), len(right), sum(map(objected, right)))
+        yield f"| {name} | {' | '.join(map(str, counts))} | {told} |"
+
+
+def main(words: Sequence[str] | None = None) -> None:
+    """Judge the labs that are asked for and print the table of all."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("kinds", nargs="*", metavar="KIND", help=f"all, or some of: {'; '.join(KINDS)}")
+    parser.add_argument("--labs", type=int, default=14, help="of each kind")
+    parser.add_argument("--steps", type=int, default=1500, help="of each walker, at most")
+    parser.add_argument("--processes", type=int, default=2, help="0 for none beside this one")
+    parser.add_argument("-o", "--output", type=Path, help="file for the labs, a line of JSON each")
+    given = parser.parse_args(words)
+    if unknown := [name for name in given.kinds if name not in KINDS]:
+        parser.error(f"there is no kind {unknown[0]!r}; choose from: {'; '.join(KINDS)}")
+    rows = []
+    if given.output and given.output.exists():
+        rows = [json.loads(line) for line in given.output.read_text(encoding="utf-8").splitlines()]
+    known = {(row["kind"], row["seed"]) for row in rows}
+    wanted = [lab[::-1] for lab in product(range(given.labs), given.kinds or KINDS) if lab[::-1] not in known]
+    with ProcessPoolExecutor(max(given.processes, 1), mp_context=get_context("spawn")) as workers:
+        pending = [workers.submit(calibrate, *lab, given.steps) for lab in wanted] if given.processes else []
+        done = (d.result() for d in as_completed(pending)) if pending else (calibrate(*lab, given.steps) for lab in wanted)
+        for row in done:
+            rows.append(row)
+            if given.output:
+                with given.output.open("a", encoding="utf-8") as file:
+                    file.write(json.dumps(row) + "\n")
+    print("\n".join(table(sorted(rows, key=lambda row: (list(KINDS).index(row["kind"]), row["seed"])))))
+
+
+if __name__ == "__main__":
+    main()

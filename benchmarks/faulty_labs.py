@@ -23,7 +23,7 @@ from models.fem import FiniteElements
 from models.laws import Law, Yeoh
 from models.layers import layered
 from models.response import Response
-from models.sensor import Design, FloatArray, design_from
+from models.sensor import Base, Design, FloatArray, design_from
 
 EXPERIMENT = Path(__file__).parents[1] / "datasets" / "padded_sensor" / "experiment.toml"
 #: How deep the ball is pressed [m], points of each channel, steps of the finite elements on the way and their accuracy.
@@ -268,7 +268,7 @@ def _measured(
             "dielectric_thickness": physics.dielectric * (0.16e-3 + 0.006e-3 * z()),
         }
         own["padding_young_modulus"] = physics.ratio * own["young_modulus"]
-        base = "slippery" if physics.slippery else "bonded"
+        base: Base = "slippery" if physics.slippery else "bonded"
         design = design_from(own, friction_coefficient=physics.friction, base=base)
         rig = Rig(0.2e-3 + 0.03e-3 * z(), compliance, 0.3 * z(), parasitic, 2 * z(), capacitance_noise=1e-14, speed=SPEED)
         curve = curve_of(design, 1.01 * DEPTH, physics.law, physics.relaxation)

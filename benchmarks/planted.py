@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+from faulty_labs import ACCURACY, DEPTH, EXPERIMENT, POINTS, curve_of
 
 from calib.decision import Requirement, recommend
 from calib.experiment import Experiment, forward_of_experiment, read_experiment
@@ -32,13 +32,10 @@ from calib.problem import build_problem
 from calib.problem.synthetic import Rig, synthetic_sweep
 from calib.sampling import sample
 from models.fem import FiniteElements
-from models.response import ConvergenceError, OutOfRangeError, Response
-from models.sensor import Design, FloatArray, design_from
+from models.response import ConvergenceError, OutOfRangeError
+from models.sensor import design_from
 from models.threads import one_thread
 
-EXPERIMENT = Path(__file__).parents[1] / "datasets" / "padded_sensor" / "experiment.toml"
-#: How deep the ball is pressed [m], points of each channel, steps of the finite elements on the way and their accuracy.
-DEPTH, POINTS, STEPS, ACCURACY = 0.55e-3, 25, 48, 5e-4
 #: Force [N] at which the signal counts, and the paddings [m] to choose from.
 FORCE, PADDINGS = 10.0, (0.5e-3, 6e-3)
 _FARTHEST = 2.5
@@ -75,44 +72,6 @@ KINDS: Mapping[str, Kind] = {
     "friction 0.3, as none": Kind(friction=0.3),
     **{f"friction {f:g}": Kind(friction=f, told=_RUBS) for f in (0.0, 0.15, 0.3, 0.6)},
 }
-
-
-@dataclass(frozen=True)
-class Curve:
-    """The loading curve of one design as a `Forward` for it alone: finite elements at some depths, and between them."""
-
-    force: CubicSpline
-    capacitance: CubicSpline
-    name: str = "finite elements, interpolated"
-
-    @property
-    def identity(self) -> str:
-        """See `models.response.Forward`."""
-        return self.name
-
-    def max_depth(self, design: Design) -> FloatArray:
-        """See `models.response.Forward`."""
-        return np.full(np.shape(design.draws().sensor.thickness), float(self.force.x[-1] ** 2))
-
-    def outside(self, design: Design, depth: FloatArray) -> str:
-        """See `models.response.Forward`."""
-        return "" if np.all(np.max(depth) <= self.max_depth(design)) else "deeper than the curve"
-
-    def respond(self, design: Design, depth: FloatArray) -> Response:
-        """See `models.response.Forward`."""
-        s = np.sqrt(np.maximum(depth, 0.0))
-        none = np.empty((*np.shape(depth), 0))
-        c0 = np.asarray(design.rest_capacitance)
-        return Response(np.asarray(depth, float), self.force(s), 0 * s, self.capacitance(s), c0, none, none)
-
-
-def curve_of(design: Design, end: float) -> Curve:
-    """Press a design with the finite elements, to an end [m]."""
-    s = np.linspace(0.0, math.sqrt(end), STEPS + 1)
-    r = FiniteElements(ACCURACY).respond(design, s[1:] ** 2)
-    at_rest = float(np.asarray(design.rest_capacitance))
-    force, capacitance = (np.concatenate([[first], rest]) for first, rest in ((0.0, r.force), (at_rest, r.capacitance)))
-    return Curve(CubicSpline(s, force), CubicSpline(s, capacitance))
 
 
 def told(experiment: Experiment, kind: Kind) -> Experiment:

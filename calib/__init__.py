@@ -12,7 +12,19 @@ from calib.lazy import on_demand
 
 if TYPE_CHECKING:
     from calib.catalogue import CHANNELS, UNKNOWNS, UnknownName
-    from calib.checks import Prediction, compare_runs, comparison_in_words, doubts, predict, with_reweighting, with_spot_check
+    from calib.checks import (
+        Prediction,
+        Reason,
+        Verdict,
+        compare_runs,
+        comparison_in_words,
+        doubts,
+        judge_posterior,
+        predict,
+        with_departures,
+        with_reweighting,
+        with_spot_check,
+    )
     from calib.decision import Recommendation, Requirement, recommend
     from calib.errors import Fault, InputError
     from calib.experiment import (
@@ -89,6 +101,7 @@ __all__ = [
     "Problem",
     "Progress",
     "Reading",
+    "Reason",
     "Recommendation",
     "Requirement",
     "Run",
@@ -98,6 +111,7 @@ __all__ = [
     "TruncatedNormal",
     "Uniform",
     "UnknownName",
+    "Verdict",
     "build_problem",
     "calibrate",
     "change_figure",
@@ -113,6 +127,7 @@ __all__ = [
     "first_answer",
     "forward_of_experiment",
     "judge",
+    "judge_posterior",
     "leave_out",
     "load_posterior",
     "load_run",
@@ -142,6 +157,7 @@ __all__ = [
     "to_arviz",
     "trace_figure",
     "values_at",
+    "with_departures",
     "with_reweighting",
     "with_spot_check",
     "write_report",
@@ -217,10 +233,14 @@ _ROOMS: dict[str, tuple[str, ...]] = {
     ),
     "calib.checks": (
         "Prediction",
+        "Reason",
+        "Verdict",
         "compare_runs",
         "comparison_in_words",
         "doubts",
+        "judge_posterior",
         "predict",
+        "with_departures",
         "with_reweighting",
         "with_spot_check",
     ),

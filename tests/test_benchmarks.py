@@ -48,6 +48,7 @@ QUICK: dict[str, tuple[list[str], str]] = {
         ["--accuracy", "1e-1", "--steps", "2", "--laws", "neo-hookean"],
         "neo-hookean                       0.00%",
     ),
+    "faults.py": (["sound", "--labs", "1", "--steps", "50", "--processes", "0"], "| sound | 1 |"),
     # Gaussian process and polynomial chaos need scikit-learn and chaospy, the extra `benchmark`: too large for every change.
     "learning_curve.py": (
         ["FOLDER/runs.sqlite", "--accuracy", str(ACCURACY), "--fits", "ours", "--runs", "64", "--kept", "8", "--steps", "20"],

@@ -9,9 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.catalogue import QUANTITIES
+from calib.checks.left_out import leave_out_exactly
 from calib.errors import Fault, InputError
 from calib.experiment import model_in_words
-from calib.sampling import K_HAT, LeaveOut, Posterior, leave_out
+from calib.sampling import K_HAT, LeaveOut, Posterior
+from models.response import Forward
 
 #: A difference of elpd in units of its standard error, and by itself, above which one model is said to predict better: below 4
 #: models predict alike, and the standard error is too small (Sivula, Magnusson, Matamoros & Vehtari, arXiv 2008.10296).
@@ -56,7 +58,7 @@ class Candidate:
     def row(self) -> tuple[str, ...]:
         """Run, model, elpd behind the best, largest k-hat, and the values of Young's moduli and stiffening, where there are."""
         behind = "best" if self.behind == 0 else f"{self.behind:.1f} ± {self.error:.1f}"
-        k_hat = f"{float(np.max(self.left_out.k_hat)):.2f}"
+        k_hat = f"{float(np.max(np.delete(self.left_out.k_hat, self.left_out.refitted), initial=-np.inf)):.2f}"
         values = (self.value_of(name) for name in ("young_modulus", "padding_young_modulus", "stiffening"))
         return (self.name, self.model, behind, k_hat, *values)
 
@@ -69,11 +71,12 @@ class Candidate:
         return f"{found.mean * row.display_scale:.3g} ± {found.sd * row.display_scale:.2g} {row.display_unit}".rstrip()
 
 
-def compare_runs(named: Sequence[tuple[str, Posterior]]) -> tuple[Candidate, ...]:
-    """Rank posteriors of the same data by how well their models predict blocks of data that they were not fitted to (PSIS-LOO).
+def compare_runs(named: Sequence[tuple[str, Posterior, Forward]]) -> tuple[Candidate, ...]:
+    """Rank posteriors of the same data by how well their models predict blocks of data that they were not fitted to.
 
-    The error of a difference is that of a sum over blocks, sqrt(n var) (Vehtari, Gelman & Gabry, Stat. Comput. 27 (2017) 1413,
-    Eq. 24).
+    Each comes with its name and the forward model that it was sampled with; how blocks are left out is in
+    `calib.checks.left_out`. The error of a difference is that of a sum over blocks, sqrt(n var) (Vehtari, Gelman & Gabry, Stat.
+    Comput. 27 (2017) 1413, Eq. 24).
 
     Returns
     -------
@@ -84,12 +87,12 @@ def compare_runs(named: Sequence[tuple[str, Posterior]]) -> tuple[Candidate, ...
     InputError
         If the runs are of different data.
     """
-    first, reference = named[0]
-    for name, posterior in named[1:]:
+    first, reference, _ = named[0]
+    for name, posterior, _ in named[1:]:
         if _data(posterior) != _data(reference):
             advice = "Calibrate both from the same lab files, with the same cycles and units"
             raise InputError(Fault(f"{name} and {first} are of different data, and cannot be compared", advice=advice))
-    found = [(name, posterior, leave_out(posterior)) for name, posterior in named]
+    found = [(name, posterior, leave_out_exactly(posterior, forward)) for name, posterior, forward in named]
     best = max((loo for _, _, loo in found), key=lambda loo: loo.elpd)
     candidates = []
     for name, posterior, loo in found:
@@ -112,8 +115,8 @@ def doubts(candidates: Sequence[Candidate]) -> list[str]:
     found += [f"{c.name}: {reason}" for c in candidates for reason in c.posterior.diagnostics.surrogate_reasons]
     for c in candidates:
         if not c.left_out.trusted:
-            bad = int(np.sum(c.left_out.k_hat > K_HAT))
-            found.append(f"{c.name}: k-hat is above {K_HAT:g} for {bad} of {c.left_out.k_hat.size} blocks of data")
+            bad, n = len(c.left_out.doubtful), c.left_out.k_hat.size
+            found.append(f"{c.name}: k-hat is above {K_HAT:g} for {bad} of {n} blocks of data, which could not be fitted anew")
     return found
 
 

@@ -76,7 +76,9 @@ def _runs(paths: Sequence[Path], output: Path | None) -> Sequence[str]:
         raise InputError(Fault("-o is for an experiment file: runs are compared where they are", advice="Leave it out"))
     if len(paths) < 2:
         raise InputError(Fault("give at least two runs to compare, or one experiment file (.toml)"))
-    candidates = compare_runs([(str(run), loaded(run).posterior) for run in paths])
+    candidates = compare_runs(
+        [(str(path), run.posterior, run.forward) for path, run in ((path, loaded(path)) for path in paths)]
+    )
     _show(candidates)
     say(comparison_in_words(candidates))
     return doubts(candidates)

@@ -13,6 +13,7 @@ from calib.problem.likelihood import (
     log_likelihood_sweeps,
     log_posterior,
     range_use,
+    without_block,
 )
 from calib.problem.measurement import model_sweep, model_sweeps
 from calib.problem.plan import SweepPlan, plan_sweep
@@ -65,4 +66,5 @@ __all__ = [
     "specimen_design",
     "table_of",
     "values_at",
+    "without_block",
 ]

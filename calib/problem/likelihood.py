@@ -6,13 +6,14 @@ The measurement model and its covariance are those of `calib.problem.measurement
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from calib.lab import Sweep
 from calib.problem.density import blocks_of, log_normal, log_normal_blocks
 from calib.problem.measurement import model_sweep, model_sweeps, ways_down
-from calib.problem.plan import SweepPlan
+from calib.problem.plan import SweepPlan, without_points
 from calib.problem.problem import Problem
 from calib.problem.readings import SweepModel
 from calib.problem.values import Calibrated, values_at
@@ -159,6 +160,25 @@ def block_names(problem: Problem) -> tuple[str, ...]:
         for channel, points in plan.sweep.channels.items():
             names += [f"{plan.sweep.title}, {channel} {k + 1}" for k in range(len(blocks_of(points.value.size)))]
     return tuple(names)
+
+
+def without_block(problem: Problem, number: int) -> Problem:
+    """The problem of all data but one block: what is known without it.
+
+    Parameters
+    ----------
+    problem : from `build_problem`.
+    number : of the block, in the order of `block_names`.
+    """
+    plans = list(problem.plans)
+    for k, plan in enumerate(plans):
+        for channel, points in plan.sweep.channels.items():
+            blocks = blocks_of(points.value.size)
+            if number < len(blocks):
+                plans[k] = without_points(plan, channel, blocks[number])
+                return replace(problem, plans=tuple(plans))
+            number -= len(blocks)
+    raise IndexError(f"there are not so many blocks of data: {number} too many")
 
 
 def predict_sweep(problem: Problem, values: Mapping[str, FloatArray], sweep: Sweep) -> SweepModel:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from typing import TypeVar
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from calib.lab import Points, Sweep, Track
 from calib.problem.centred import nominal_zero
 from models.curves import force_scale
-from models.sensor import FloatArray
+from models.sensor import FloatArray, IntArray
 
 #: Length over which the model discrepancy stays alike, as a share of the sweep's largest depth.
 CORRELATION_LENGTH = 0.3
@@ -70,6 +70,28 @@ def plan_sweep(sweep: Sweep) -> SweepPlan:
     """Compute once what the likelihood of a sweep needs again and again and no draw changes: ties, loads, correlations."""
     onset, load = nominal_zero(sweep)
     return SweepPlan(sweep, {name: _plan_channel(sweep, name, onset, load) for name in sweep.channels})
+
+
+def without_points(plan: SweepPlan, channel: str, rows: IntArray) -> SweepPlan:
+    """Leave points of a channel out of what the likelihood asks of a sweep; the others stay as correlated as they were.
+
+    Parameters
+    ----------
+    plan : of the sweep, which itself is not changed.
+    channel : its name.
+    rows : numbers of the points to leave out; a channel without any left goes.
+    """
+    known = plan.channels[channel]
+    kept = np.setdiff1d(np.arange(known.points.value.size), rows)
+    others = {name: other for name, other in plan.channels.items() if name != channel}
+    if not kept.size:
+        return replace(plan, channels=others)
+    columns = {f.name: getattr(known.points, f.name) for f in fields(known.points)}
+    points = replace(known.points, **{name: column[kept] for name, column in columns.items() if column is not None})
+    load = None if known.load is None else known.load[kept]
+    correlation = Correlation(np.ascontiguousarray(known.correlation.modes[kept]), known.correlation.rest[kept])
+    part = replace(known, points=points, load=load, correlation=correlation)
+    return replace(plan, channels={name: part if name == channel else plan.channels[name] for name in plan.channels})
 
 
 def _plan_channel(sweep: Sweep, name: str, onset: float, load: float) -> ChannelPlan:

@@ -121,7 +121,7 @@ def calibrate_rivals(
                 continue
             run = done.run
         runs[variant.name] = run
-    rivalry = Rivalry(compare_runs([(name, run.posterior) for name, run in runs.items()]), failed)
+    rivalry = Rivalry(compare_runs([(name, run.posterior, run.forward) for name, run in runs.items()]), failed)
     rows = [{"name": c.name, "model": c.model, "behind": c.behind, "error": c.error} for c in rivalry.candidates]
     content = {"said": rivalry.in_words, "doubts": list(rivalry.doubts), "candidates": rows}
     write_text(folder / COMPARISON, record_to_text("comparison", 1, content))

@@ -38,7 +38,8 @@ class LeaveOut:
     Attributes
     ----------
     elpd, se, p_loo : sum over blocks, its standard error, effective number of parameters.
-    pointwise, k_hat : (n_block,); above 0.7 a block's k-hat says that its elpd cannot be trusted.
+    pointwise, k_hat : (n_block,); above 0.7 a block's k-hat says that its elpd cannot be trusted, unless it is among the
+        `refitted`, for which it was computed without importance weights of these draws.
     """
 
     elpd: float
@@ -46,11 +47,17 @@ class LeaveOut:
     p_loo: float
     pointwise: FloatArray
     k_hat: FloatArray
+    refitted: tuple[int, ...] = ()
+
+    @property
+    def doubtful(self) -> tuple[int, ...]:
+        """Numbers of the blocks whose elpd cannot be trusted."""
+        return tuple(int(k) for k in np.flatnonzero(~(self.k_hat <= K_HAT)) if k not in self.refitted)
 
     @property
     def trusted(self) -> bool:
-        """Whether every block's k-hat is at most `K_HAT`."""
-        return bool(np.all(self.k_hat <= K_HAT))
+        """Whether every block's elpd can be trusted."""
+        return not self.doubtful
 
 
 def load_arviz() -> Any:

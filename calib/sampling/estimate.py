@@ -228,7 +228,10 @@ def _highest(space: Coordinates, random: np.random.RandomState) -> tuple[FloatAr
 
 
 def _higher_of_two(space: Coordinates, near: Mapping[str, float]) -> tuple[FloatArray, bool]:
-    """The mode (n,) that a climb from given values ends at, or one from the priors' medians; and whether both do."""
+    """A mode (n,) near given values, and whether it can be relied on.
+
+    It is what a climb from there ends at if nothing speaks against it, else the higher of that and of a climb from the medians.
+    """
     theta = np.zeros((1, len(space.problem.parameters)))
     for k, p in enumerate(space.problem.parameters):
         z = float(p.prior.to_normal(np.array([near.get(p.name, math.nan)]))[0])
@@ -237,6 +240,8 @@ def _higher_of_two(space: Coordinates, near: Mapping[str, float]) -> tuple[Float
     known: list[tuple[FloatArray, float]] = []
     if np.isfinite(space.log_density(begin)[0]):
         known.append(score(space, begin[0])[:2])
+        if _plausible(space, known[0][0]):
+            return known[0][0], True
     mode, top, met = score(space, space.from_theta(np.zeros_like(theta))[0], known)
     return max([*known, (mode, top)], key=lambda found: found[1])[0], met is not None
 

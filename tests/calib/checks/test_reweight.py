@@ -14,6 +14,7 @@ import pytest
 from typer.testing import CliRunner
 
 from calib.checks.reweighting import log_ratio, problem_of, reweight, shift_of, with_reweighting
+from calib.checks.verdict import Verdict
 from calib.cli import app
 from calib.problem.likelihood import log_likelihood_at
 from calib.problem.measurement import model_sweep
@@ -207,7 +208,7 @@ def test_draws_without_equilibrium_have_no_weight_and_are_counted(make_posterior
     none = reweight(p, FAST, Stiffened(stuck_below=1e9), values, here)
     assert not none.trusted
     assert none.ess == 0
-    summary = summary_json(replace(p, diagnostics=replace(p.diagnostics, reweighting=none)))
+    summary = summary_json(replace(p, diagnostics=replace(p.diagnostics, reweighting=none)), Verdict())
     assert json.loads(summary)["reweighting"]["k_hat"] is None
 
 
@@ -230,7 +231,7 @@ def test_a_reweighting_is_kept_with_the_posterior(make_posterior: MakePosterior,
     assert diagnostics_from_json(diagnostics_to_json(p.diagnostics)).reweighting == p.diagnostics.reweighting
     save_posterior(p, tmp_path / "posterior.nc")
     assert load_posterior(tmp_path / "posterior.nc").diagnostics.reweighting == p.diagnostics.reweighting
-    told = json.loads(summary_json(p))["reweighting"]
+    told = json.loads(summary_json(p, Verdict()))["reweighting"]
     assert told["n_draw"] == 30
     assert set(told["shifts"]["young_modulus"]) == {"mean", "sd", "weighted_mean", "weighted_sd", "shift", "error"}
 

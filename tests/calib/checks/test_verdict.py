@@ -26,7 +26,7 @@ def _with(posterior: Posterior, **changes: Any) -> Posterior:
     return replace(posterior, diagnostics=replace(posterior.diagnostics, **changes))
 
 
-def _moved(posterior: Posterior, name: str, **changes: float) -> Posterior:
+def _moved(posterior: Posterior, name: str, **changes: Any) -> Posterior:
     parameters = posterior.diagnostics.parameters
     return _with(posterior, parameters={**parameters, name: replace(parameters[name], **changes)})
 

@@ -29,6 +29,7 @@ from calib.problem.likelihood import (
     log_posterior,
     predict_sweep,
     range_use,
+    without_block,
 )
 from calib.problem.problem import Problem, build_problem
 from calib.problem.readings import PredictedReadings
@@ -379,6 +380,17 @@ def test_blocks_add_up_to_the_likelihood_without_correlation() -> None:
     blocks = log_likelihood_blocks(problem, theta)
     assert blocks.shape == (4, len(block_names(problem))) == (4, 10)
     np.testing.assert_allclose(blocks.sum(axis=1), log_likelihood(problem, theta), rtol=1e-10)
+
+
+def test_without_a_block_the_likelihood_is_that_of_all_other_points() -> None:
+    problem = build_problem(experiment(), [press()], WithError())
+    theta = 0.3 * np.random.default_rng(3).standard_normal((4, len(problem.parameters)))
+    blocks = log_likelihood_blocks(problem, theta)
+    for k in range(blocks.shape[1]):
+        rest = log_likelihood(without_block(problem, k), theta)
+        np.testing.assert_allclose(rest + blocks[:, k], log_likelihood(problem, theta), rtol=1e-9)
+    with pytest.raises(IndexError):
+        without_block(problem, blocks.shape[1])
 
 
 def test_a_block_is_conditional_on_all_other_points_of_its_channel() -> None:

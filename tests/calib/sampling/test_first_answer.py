@@ -9,9 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from calib.catalogue import UnknownName
 from calib.experiment.experiment_file import read_experiment
+from calib.priors.distributions import Normal
 from calib.problem.likelihood import log_posterior
 from calib.problem.problem import Problem, problem_from
+from calib.problem.unknowns import ParameterInfo
 from calib.problem.values import columns_at, coordinates_of
 from calib.sampling.estimate import first_answer
 from calib.sampling.findings import FirstAnswer, FirstEstimate, ParameterSummary
@@ -53,8 +56,8 @@ def _only(problem: Problem, names: Sequence[str]) -> Problem:
     return replace(problem, parameters=free, fixed={**problem.fixed, **fixed})
 
 
-def _by_quadrature(problem: Problem, about: FirstAnswer, n: int) -> tuple[FloatArray, FloatArray]:
-    """Means and sds by sums over a grid in z, 5 standard deviations to both sides of where the answer is, or to z = -5."""
+def _by_quadrature(problem: Problem, about: FirstAnswer, n: int) -> tuple[FloatArray, FloatArray, float]:
+    """Means, sds and logarithm of the evidence by sums over a grid in z, to 5 sds from where the answer is, or to z = -5."""
     lines = []
     for k, (name, e) in enumerate(about.parameters.items()):
         one = replace(problem, parameters=problem.parameters[k : k + 1])
@@ -64,10 +67,12 @@ def _by_quadrature(problem: Problem, about: FirstAnswer, n: int) -> tuple[FloatA
     z = np.stack([axis.ravel() for axis in np.meshgrid(*lines, indexing="ij")], axis=1)
     density = log_posterior(problem, z)
     weight = np.exp(density - np.max(density))
+    cell = np.prod([axis[1] - axis[0] for axis in lines]) / np.sqrt(2 * np.pi) ** len(lines)
+    log_evidence = float(np.max(density) + np.log(np.sum(weight) * cell))
     weight /= np.sum(weight)
     values = columns_at(problem, z)
     mean = weight @ values
-    return mean, np.sqrt(weight @ (values - mean) ** 2)
+    return mean, np.sqrt(weight @ (values - mean) ** 2), log_evidence
 
 
 def test_one_specimen_comes_out_as_it_is_sampled(one_specimen: Problem) -> None:
@@ -98,10 +103,19 @@ def test_the_same_problem_gets_the_same_answer(one_specimen: Problem) -> None:
 def test_few_unknowns_come_out_as_by_quadrature(one_specimen: Problem, names: tuple[str, ...]) -> None:
     problem = _only(one_specimen, names)
     first = first_answer(problem)
-    mean, sd = _by_quadrature(problem, first, 71)
+    mean, sd, log_evidence = _by_quadrature(problem, first, 71)
     found = np.array([(e.mean, e.sd) for e in first.parameters.values()])
     np.testing.assert_array_less(np.abs(found[:, 0] - mean), 0.15 * sd)
     np.testing.assert_allclose(found[:, 1], sd, rtol=0.12)
+    assert first.log_evidence == pytest.approx(log_evidence, abs=0.1)
+
+
+def test_an_unknown_that_the_data_do_not_know_leaves_the_evidence_as_it_is(one_specimen: Problem) -> None:
+    problem = _only(one_specimen, ["young_modulus", "padding_thickness[sensor 1]"])
+    idle = ParameterInfo(UnknownName("padding_thickness", "nowhere"), Normal(1e-3, 1e-4))
+    more = replace(problem, parameters=(*problem.parameters, idle))
+    near = {name: estimate.mean for name, estimate in first_answer(problem).parameters.items()}
+    assert first_answer(more, near).log_evidence == pytest.approx(first_answer(problem).log_evidence, abs=0.1)
 
 
 def test_a_problem_without_unknowns_is_refused(one_specimen: Problem) -> None:

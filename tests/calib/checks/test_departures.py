@@ -1,0 +1,104 @@
+"""Other models, specimens that differ, and data without a block, by evidence: what is planted is found, with its size."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from calib.checks.departures import look_elsewhere
+from calib.checks.left_out import leave_out_exactly
+from calib.experiment.experiment_file import read_experiment
+from calib.experiment.forward import forward_of_experiment
+from calib.experiment.plan import Experiment
+from calib.problem.problem import Problem, build_problem
+from calib.problem.synthetic import Rig, synthetic_sweep
+from calib.sampling.estimate import first_answer
+from calib.sampling.posterior import leave_out
+from calib.sampling.sampler import sample
+from models.analytic import ClosedForm
+from models.response import Forward
+from models.sensor import design_from
+
+DATASET = Path(__file__).parents[3] / "datasets" / "padded_sensor" / "experiment.toml"
+
+
+def _problem(experiment: Experiment, forward: Forward, true: Forward, *, ratio: float = 1.0, second: float = 1.0) -> Problem:
+    """What an experiment measures if its padding is so much stiffer than the sensor, and its second specimen than the first."""
+    sweeps = []
+    for k, (specimen, factor) in enumerate(zip(experiment.specimens, (1.0, second), strict=False)):
+        modulus = 0.65e6 * factor
+        truth = {
+            "young_modulus": modulus,
+            "padding_young_modulus": ratio * modulus,
+            "relative_permittivity": 2.8,
+            "sensor_thickness": 0.74e-3,
+            "padding_thickness": 1.1e-3,
+            "dielectric_thickness": 0.16e-3,
+            "indenter_radius": 5e-3,
+            "sensor_radius": 10e-3,
+        }
+        rig = Rig(0.2e-3, 3e-6, 0.2, 0.5e-12, 1.0, capacitance_noise=1e-14)
+        rng = np.random.default_rng(20190304 + k)
+        sweeps.append(synthetic_sweep(true, design_from(truth), 0.55e-3, rig, rng, specimen=specimen.name, n_points=25))
+    return build_problem(experiment, sweeps, forward)
+
+
+@pytest.fixture(scope="module")
+def one() -> Experiment:
+    plan = read_experiment(DATASET)
+    return replace(plan, specimens=plan.specimens[:1])
+
+
+@pytest.mark.parametrize("ratio", [1.0, 0.65])
+def test_padding_that_is_softer_than_the_sensor_is_asked_for_by_the_data(one: Experiment, ratio: float) -> None:
+    forward = forward_of_experiment(one)
+    problem = _problem(one, forward, forward, ratio=ratio)
+    found = {d.name: d for d in look_elsewhere(problem, first_answer(problem)).departures}
+    assert {"gent", "stick", "slippery", "own-padding"} <= set(found)
+    assert (found["own-padding"].log_bayes > 1) == (ratio != 1)
+    assert found["slippery"].log_bayes < -20
+    own = found["own-padding"].young_modulus
+    assert own is not None
+    assert own.mean == pytest.approx(0.65e6, abs=3 * own.sd)
+
+
+@pytest.mark.parametrize("second", [1.0, 1.25])
+def test_a_second_specimen_that_is_stiffer_is_told_by_how_much(second: float) -> None:
+    forward = ClosedForm(force_error=0.002, capacitance_error=0.005)
+    plan = replace(read_experiment(DATASET), model="closed form")
+    problem = _problem(plan, forward, ClosedForm(), second=second)
+    (apart,) = look_elsewhere(problem, first_answer(problem)).apart
+    assert (apart.specimen, apart.reference) == ("sensor 2", "sensor 1")
+    assert apart.ratio.mean == pytest.approx(second, abs=3 * apart.ratio.sd)
+    assert (abs(apart.z) > 3) == (second != 1)
+
+
+def test_nothing_is_asked_of_the_finite_elements_or_without_a_first_answer(one: Experiment) -> None:
+    forward = ClosedForm(force_error=0.002)
+    problem = _problem(replace(one, model="closed form"), forward, ClosedForm())
+    assert look_elsewhere(problem, None).departures == ()
+    exact = replace(problem, experiment=replace(problem.experiment, model="fem"))
+    assert look_elsewhere(exact, first_answer(problem)).departures == ()
+
+
+def test_a_block_whose_weights_cannot_be_trusted_is_fitted_anew(one: Experiment) -> None:
+    forward = ClosedForm(force_error=0.002)
+    problem = _problem(replace(one, model="closed form"), forward, ClosedForm())
+    free = ("young_modulus", "force_noise", "contact_offset[sensor 1]")
+    known = {name: e.mean for name, e in first_answer(problem).parameters.items() if name not in free}
+    problem = replace(problem, parameters=tuple(p for p in problem.parameters if p.name in free), fixed=known)
+    posterior = sample(problem, seed=1, processes=0, max_steps=100)
+    right = leave_out(posterior)
+    block = int(np.argmin(right.k_hat))
+    wild = posterior.log_likelihood.copy()
+    wild[..., block] += 9 * np.random.default_rng(2).standard_normal(wild.shape[:2])
+    wrong = replace(posterior, log_likelihood=wild)
+    assert block in leave_out(wrong).doubtful
+    found = leave_out_exactly(wrong, forward)
+    assert block in found.refitted
+    assert found.trusted
+    assert found.pointwise[block] == pytest.approx(right.pointwise[block], abs=0.3)
+    assert found.elpd == pytest.approx(float(np.sum(found.pointwise)))
