@@ -62,7 +62,7 @@ if TYPE_CHECKING:
         trace_figure,
         write_report,
     )
-    from calib.runs import Run, calibrate, load_run, recommend_in
+    from calib.runs import Check, Run, calibrate, check, load_run, recommend_in
     from calib.sampling import (
         Diagnostics,
         FirstAnswer,
@@ -81,6 +81,7 @@ if TYPE_CHECKING:
 __all__ = [
     "CHANNELS",
     "UNKNOWNS",
+    "Check",
     "Diagnostics",
     "Experiment",
     "Fault",
@@ -115,6 +116,7 @@ __all__ = [
     "calibrate",
     "change_figure",
     "channel_figure",
+    "check",
     "compare_runs",
     "comparison_in_words",
     "corner_figure",
@@ -259,8 +261,10 @@ _ROOMS: dict[str, tuple[str, ...]] = {
         "write_report",
     ),
     "calib.runs": (
+        "Check",
         "Run",
         "calibrate",
+        "check",
         "load_run",
         "recommend_in",
     ),

@@ -36,6 +36,7 @@ STARTING_PROCESSES = ("damage_files.py", "fem_robustness.py")
 
 #: Benchmark -> what makes it small, and a piece of what it prints in the end. FOLDER is one of the test's own.
 QUICK: dict[str, tuple[list[str], str]] = {
+    "check_faults.py": (["N called kN", "--labs", "1"], "| N called kN | 1 | force alone | 0 | 1 | 0 | 0 | 1 |"),
     "damage_files.py": (["-n", "48"], "0 failed"),
     "fem_accuracy.py": (["--finest", "1.6e-3"], "force against Hertz with a bonded layer"),
     # One case of each of two parts; all cases of all parts are run by hand, see docs/reliability.md.

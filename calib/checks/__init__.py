@@ -2,17 +2,50 @@
 
 from calib.checks.comparison import Candidate, compare_runs, comparison_in_words, doubts
 from calib.checks.departures import Elsewhere, look_elsewhere, with_departures, with_elsewhere
+from calib.checks.plausible import (
+    FILES,
+    Outlook,
+    Plausibility,
+    Range,
+    Ridge,
+    Told,
+    expected_in_words,
+    in_units,
+    measured_in_words,
+    plausibility,
+    scaled,
+    ways_out,
+)
 from calib.checks.predictive import BAND_LEVELS, Bands, FitCheck, Prediction, band, predict
-from calib.checks.reasons import BAYES_LIMITS, RULED_OUT, conflict_limit, departure_in_words, judge_posterior, passed_gates
+from calib.checks.reasons import (
+    BAYES_LIMITS,
+    BEFORE_SAMPLING,
+    RULED_OUT,
+    conflict_limit,
+    departure_in_words,
+    judge_posterior,
+    passed_gates,
+)
 from calib.checks.refine import error_rows, refinement_in_words, require_own_surrogate, shift_rows, stands, training_points
 from calib.checks.reweighting import ACCURACY, LEAST_DRAWS, reweight, with_reweighting
 from calib.checks.spotcheck import Comparison, compare_draws, with_spot_check
-from calib.checks.verdict import Colour, Level, Reason, Verdict, verdict_from_plain, verdict_of
+from calib.checks.verdict import (
+    Colour,
+    Level,
+    Reason,
+    Verdict,
+    reasons_from_text,
+    reasons_to_text,
+    verdict_from_plain,
+    verdict_of,
+)
 
 __all__ = [
     "ACCURACY",
     "BAND_LEVELS",
     "BAYES_LIMITS",
+    "BEFORE_SAMPLING",
+    "FILES",
     "LEAST_DRAWS",
     "RULED_OUT",
     "Bands",
@@ -22,8 +55,13 @@ __all__ = [
     "Elsewhere",
     "FitCheck",
     "Level",
+    "Outlook",
+    "Plausibility",
     "Prediction",
+    "Range",
     "Reason",
+    "Ridge",
+    "Told",
     "Verdict",
     "band",
     "compare_draws",
@@ -33,18 +71,26 @@ __all__ = [
     "departure_in_words",
     "doubts",
     "error_rows",
+    "expected_in_words",
+    "in_units",
     "judge_posterior",
     "look_elsewhere",
+    "measured_in_words",
     "passed_gates",
+    "plausibility",
     "predict",
+    "reasons_from_text",
+    "reasons_to_text",
     "refinement_in_words",
     "require_own_surrogate",
     "reweight",
+    "scaled",
     "shift_rows",
     "stands",
     "training_points",
     "verdict_from_plain",
     "verdict_of",
+    "ways_out",
     "with_departures",
     "with_elsewhere",
     "with_reweighting",

@@ -12,7 +12,7 @@ from scipy.special import ndtri
 
 from calib.catalogue import QUANTITIES, SCALES, UnknownName, display
 from calib.checks.predictive import Prediction
-from calib.checks.verdict import LEVELS, Level, Reason, Verdict, verdict_of
+from calib.checks.verdict import LEVELS, Level, Reason, Verdict, reasons_from_text, verdict_of
 from calib.experiment import unedited_in_words
 from calib.sampling import Departure, ParameterSummary, Posterior
 
@@ -31,6 +31,8 @@ RULED_OUT = -5.0
 APART_RATES: Mapping[Level, float] = {"amber": 1e-2, "red": 1e-5}
 #: Least share of the variance of its prior that a headline quantity must have lost, or it is the prior that is shown.
 LEARNED = 0.5
+#: Attribute of a posterior that keeps the reasons that were found before it was sampled.
+BEFORE_SAMPLING = "reasons before sampling"
 # What a calibration is made for, if it is unknown.
 _HEADLINES = ("young_modulus",)
 _ADVICE_PRIOR = "Check that prior and the files, or what the model leaves out, before using the rest"
@@ -47,7 +49,8 @@ def judge_posterior(posterior: Posterior, predictions: Sequence[Prediction] = ()
     """
     gates = (_convergence, _surrogate, _conflict, _departures, _apart, _quality, _prior_driven, _range, _edits)
     found = [reason for gate in gates for reason in gate(posterior)]
-    return verdict_of([*found, *_discrepancy(posterior, predictions), *_predictive(predictions), *more])
+    found += [*_discrepancy(posterior, predictions), *_predictive(predictions)]
+    return verdict_of([*found, *_before_sampling(posterior, found), *more])
 
 
 def passed_gates(posterior: Posterior, verdict: Verdict) -> tuple[str, ...]:
@@ -213,6 +216,14 @@ def _prior_driven(posterior: Posterior) -> Iterator[Reason]:
                 f"the data taught {share} of what could be learned of {UnknownName.parse(name).label}: it is mostly its prior"
             )
             yield Reason("learned", "amber", finding, "Press harder, or with a second ball, or measure the thicknesses")
+
+
+def _before_sampling(posterior: Posterior, found: Sequence[Reason]) -> Iterator[Reason]:
+    """What spoke against it before it was sampled, unless the result says as much of the same."""
+    said = {(reason.gate, reason.level) for reason in found}
+    for reason in reasons_from_text(posterior.attrs.get(BEFORE_SAMPLING, "[]")):
+        if (reason.gate, reason.level) not in said and (reason.gate, "red") not in said:
+            yield reason
 
 
 def _range(posterior: Posterior) -> Iterator[Reason]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import json
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
@@ -60,6 +61,16 @@ class Verdict:
 def verdict_from_plain(plain: Mapping[str, Any]) -> Verdict:
     """The verdict that `Verdict.to_plain` wrote."""
     return Verdict(tuple(Reason(**reason) for reason in plain["reasons"]))
+
+
+def reasons_to_text(reasons: Sequence[Reason]) -> str:
+    """Reasons as a text that is kept with draws; the inverse is `reasons_from_text`."""
+    return json.dumps([asdict(reason) for reason in reasons])
+
+
+def reasons_from_text(text: str) -> tuple[Reason, ...]:
+    """The reasons that `reasons_to_text` wrote."""
+    return tuple(Reason(**plain) for plain in json.loads(text))
 
 
 def verdict_of(reasons: Iterable[Reason]) -> Verdict:

@@ -9,7 +9,7 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
-from calib.cli import calibrate, compare, example, lab, refine, runs, schema, simulate, surrogate, verify, version
+from calib.cli import calibrate, check, compare, example, lab, refine, runs, schema, simulate, surrogate, verify, version
 from calib.cli.stopping import stoppable
 from calib.cli.terminal import every_character
 from calib.visible import visible
@@ -60,6 +60,8 @@ A first calibration, from lab files to recommendation:
 
     calib init sensor1_instron.csv sensor1_lcr.csv -o experiment.toml
 
+    calib check experiment.toml
+
     calib calibrate experiment.toml -o run1
 
     calib recommend run1 --force "10 N" --padding "0 mm:9 mm"
@@ -79,6 +81,7 @@ app.command("init", rich_help_panel=_FROM_LAB)(lab.init)
 app.command("read", rich_help_panel=_FROM_LAB)(lab.read)
 app.command("schema", rich_help_panel=_FROM_LAB)(schema.schema)
 app.command("unknowns", rich_help_panel=_FROM_LAB)(lab.unknowns)
+app.command("check", rich_help_panel=_CALIBRATION)(check.check)
 app.command("calibrate", rich_help_panel=_CALIBRATION)(calibrate.calibrate)
 app.command("recommend", rich_help_panel=_CALIBRATION)(runs.recommend)
 app.command("compare", rich_help_panel=_CALIBRATION)(compare.compare)

@@ -51,11 +51,17 @@ def calibrate(
         typer.Option(min=0, metavar="N", help="Draws to re-weight to the finite elements in the end, say 200; 0 for none."),
     ] = 0,
     strict: Strict = False,
+    anyway: Annotated[
+        bool, typer.Option("--anyway", help="Calibrate what `calib check` finds red, too; the verdict stays red.")
+    ] = False,
 ) -> None:
     """Calibrate the sensor model on the lab files of an experiment.
 
     Reads and checks everything first; bad input leaves nothing behind. Lines of the experiment file that are still marked EDIT
     and hold what `calib init` put there are named, here and in the report: the result rests on them.
+
+    Files, geometry and priors are then checked against each other, as `calib check` does: what is red stops the command before
+    anything is written, unless --anyway is given.
 
     Then samples the posterior with four independent ensembles until they agree (R-hat and effective draws) or the budget is
     spent, and compares the surrogate with the finite elements at a few draws. The budget counts from the start of the command,
@@ -92,6 +98,7 @@ def calibrate(
             "--budget": budget if budget != BUDGET else None,
             "--processes": processes,
             "--reweight": reweight or None,
+            "--anyway": anyway or None,
         }
         _quick(experiment, surrogate, [name for name, value in given.items() if value is not None])
         return
@@ -131,6 +138,7 @@ def calibrate(
                     command=told,
                     watch=watch,
                     stages=stages,
+                    anyway=anyway,
                 )
         except NothingSampled as nothing:
             more = _resuming(experiment, output, {**given, "--budget": BUDGET, "--reweight": reweight or None})

@@ -3,6 +3,7 @@
 from calib.problem.by_name import log_density, medians, readings, residuals
 from calib.problem.centred import nominal_zero
 from calib.problem.density import chi_square, given_other_points, log_likelihood_points, log_normal, point_densities
+from calib.problem.glance import Glance, glances
 from calib.problem.likelihood import (
     LIKELIHOOD_VERSION,
     block_names,
@@ -25,6 +26,7 @@ from calib.problem.values import Calibrated, columns_at, coordinates_of, lookup,
 __all__ = [
     "LIKELIHOOD_VERSION",
     "Calibrated",
+    "Glance",
     "LogPosteriorParts",
     "ParameterInfo",
     "PredictedReadings",
@@ -39,6 +41,7 @@ __all__ = [
     "columns_at",
     "coordinates_of",
     "given_other_points",
+    "glances",
     "log_density",
     "log_likelihood",
     "log_likelihood_at",

@@ -135,7 +135,7 @@ def _gram(channel: PredictedReadings, part: slice) -> FloatArray:
     gram[:, :rank, :rank] = (whole_groups(sd * sd * weight) @ pairs)[:n_draw].reshape(n_draw, rank, rank)
     weighted *= sd
     across = (whole_groups(weighted.reshape(-1, n_point)) @ modes)[: len(columns) * n_draw]
-    gram[:, rank:, :rank] = across.reshape(-1, n_draw, rank).transpose(1, 0, 2)
+    gram[:, rank:, :rank] = across.reshape(len(columns), n_draw, rank).transpose(1, 0, 2)
     gram[:, rank:, rank:] = own
     return gram
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from calib.report.moves import moves_in_words
     from calib.report.page import begin_drawing, kept_drawings, write_report
     from calib.report.pictures import any_letters, write_figure
-    from calib.report.rows import FirstRow, ParameterRow, first_rows, parameter_rows
+    from calib.report.rows import FirstRow, ParameterRow, first_rows, learned_in_words, parameter_rows
     from calib.report.status import listed, status_in_words
     from calib.report.summary import summary_csv, summary_json
 
@@ -39,6 +39,7 @@ __all__ = [
     "file_figure",
     "first_rows",
     "kept_drawings",
+    "learned_in_words",
     "listed",
     "moves_in_words",
     "padding_figure",
@@ -69,7 +70,7 @@ __getattr__ = on_demand(
         ".moves": ("moves_in_words",),
         ".page": ("begin_drawing", "kept_drawings", "write_report"),
         ".pictures": ("any_letters", "write_figure"),
-        ".rows": ("FirstRow", "ParameterRow", "first_rows", "parameter_rows"),
+        ".rows": ("FirstRow", "ParameterRow", "first_rows", "learned_in_words", "parameter_rows"),
         ".status": ("listed", "status_in_words"),
         ".summary": ("summary_csv", "summary_json"),
     },

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from calib.lazy import on_demand
 
 if TYPE_CHECKING:
+    from calib.runs.before import Check, check
     from calib.runs.calibration import STAGES, Calibration, Stages, Watch, calibrate
     from calib.runs.folder import PageError, Run, load_recommendation, load_run, recommend_in, report_in
     from calib.runs.integrity import Finding, verify
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 __all__ = [
     "STAGES",
     "Calibration",
+    "Check",
     "Finding",
     "Means",
     "PageError",
@@ -30,6 +32,7 @@ __all__ = [
     "Watch",
     "calibrate",
     "calibrate_rivals",
+    "check",
     "load_recommendation",
     "load_run",
     "quick",
@@ -48,6 +51,10 @@ __getattr__ = on_demand(
             "Stages",
             "Watch",
             "calibrate",
+        ),
+        ".before": (
+            "Check",
+            "check",
         ),
         ".folder": (
             "PageError",

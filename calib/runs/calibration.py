@@ -11,11 +11,23 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from calib.checks import LEAST_DRAWS, Elsewhere, look_elsewhere, with_elsewhere, with_reweighting, with_spot_check
+from calib.checks import (
+    BEFORE_SAMPLING,
+    LEAST_DRAWS,
+    Elsewhere,
+    Plausibility,
+    look_elsewhere,
+    reasons_to_text,
+    with_elsewhere,
+    with_reweighting,
+    with_spot_check,
+)
 from calib.decision import Recommendation
 from calib.errors import Fault, InputError, in_shell_path
 from calib.experiment import Experiment, Variant, read_experiment
 from calib.files import require_folder
+from calib.problem import Problem
+from calib.runs.before import kept_reasons, plausibility_of, require_plausible
 from calib.runs.folder import SURROGATE_FILE, PageError, Run, page_of, write_run
 from calib.runs.listing import CHECKPOINT, LISTING, Listing, inputs_of, read_listing, write_listing
 from calib.runs.ownership import is_bare, owned, owner_of
@@ -55,6 +67,7 @@ class Stages:
     reweight : as `calib.checks.with_reweighting`.
     page : as `calib.runs.folder.page_of`.
     look_elsewhere : as `calib.checks.look_elsewhere`.
+    check : as `calib.runs.before.plausibility_of`.
     """
 
     sample: Callable[..., Posterior] = sample
@@ -62,6 +75,7 @@ class Stages:
     reweight: Callable[..., Posterior] = with_reweighting
     page: Callable[[Run, Recommendation | None], str] = page_of
     look_elsewhere: Callable[..., Elsewhere] = look_elsewhere
+    check: Callable[[Problem], Plausibility | None] = plausibility_of
 
 
 @dataclass(frozen=True)
@@ -118,6 +132,7 @@ def calibrate(
     watch: Watch = _SILENT,
     stages: Stages = _USUAL,
     variant: Variant | None = None,
+    anyway: bool = False,
 ) -> Calibration:
     """Calibrate the sensor model on the lab files of an experiment and write all that comes of it into a folder.
 
@@ -139,6 +154,7 @@ def calibrate(
     watch : shows how far the calibration is.
     stages : what is done, one after the other.
     variant : which choice of the experiment is made otherwise, see `calib.experiment.variants_of`; None for none.
+    anyway : whether to sample what is implausible, see `calib.check`; the reasons stay in the verdict of the run.
 
     Returns
     -------
@@ -147,7 +163,8 @@ def calibrate(
     Raises
     ------
     InputError
-        If an input cannot be used, a run with other inputs is to be resumed, or another process writes into the folder.
+        If an input cannot be used, files or priors are implausible, a run with other inputs is to be resumed, or another
+        process writes into the folder.
     """
     deadline = time.monotonic() + DEFAULT_SECONDS if deadline is None else deadline
     if said := owner_of(folder):
@@ -171,7 +188,11 @@ def calibrate(
         problem = problem_of(plan, surrogate)
         sweeps, forward = problem.sweeps, problem.forward
         watch.planned(plan)
-        attrs = {"command": command}
+        watch.stage("first answer")
+        plausible = stages.check(problem)
+        if not (anyway or resume):
+            require_plausible(plausible, plan.path)
+        attrs = {"command": command, BEFORE_SAMPLING: reasons_to_text(kept_reasons(plausible))}
         if surrogate is not None:
             attrs[SURROGATE_FILE] = str(surrogate.absolute())
         inputs = inputs_of(folder, plan, sweeps, None if surrogate is None else surrogate.absolute())
@@ -185,8 +206,7 @@ def calibrate(
             listing = Listing(seed, attrs, mine.parts, mine.fingerprint, inputs, {}, doing)
             if not resume:  # a run says what it is from its first second on, so that it can be resumed without its seed
                 write_listing(folder, listing)
-            watch.stage("first answer")
-            first = first_answer_of(problem)
+            first = first_answer_of(problem) if plausible is None or plausible.first is None else plausible.first
             watch.first_answer(first)
             watch.stage("other models")
             elsewhere = stages.look_elsewhere(problem, first, crew if crew.processes else None)

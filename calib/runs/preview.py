@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+from calib.checks import ways_out
 from calib.errors import Fault, InputError
 from calib.experiment import Experiment, forward_of_experiment, read_experiment, read_sweeps
 from calib.problem import Problem, build_problem
@@ -52,8 +53,11 @@ def problem_of(plan: Experiment, surrogate: Path | None) -> Problem:
     InputError
         If a file cannot be used, or nothing is unknown.
     """
-    sweeps = read_sweeps(plan)
-    problem = build_problem(plan, sweeps, forward_of_experiment(plan, surrogate))
+    sweeps, forward = read_sweeps(plan), forward_of_experiment(plan, surrogate)
+    try:
+        problem = build_problem(plan, sweeps, forward)
+    except InputError as refusal:
+        raise InputError(ways_out(refusal.faults, plan, sweeps, forward)) from refusal
     if not problem.parameters:
         advice = 'Give one of them a prior, such as young_modulus = { lognormal = ["0.7 MPa", 1.6] }'
         raise InputError(Fault("every parameter is fixed: there is nothing to calibrate", plan.path, advice=advice))

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from calib.sampling.archive import K_HAT, LeaveOut, smooth_weights
     from calib.sampling.checkpoint import is_begun, kept_identity, whose_checkpoint
     from calib.sampling.diagnostics import Diagnostics, Gate
-    from calib.sampling.estimate import first_answer
+    from calib.sampling.estimate import Look, answer_of, climb_from, first_answer, log_evidence_at, look_at
     from calib.sampling.findings import (
         SHIFT_LIMIT,
         SPOT_CHECK_LIMIT,
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
         SpotCheck,
     )
     from calib.sampling.groups import to_arviz
-    from calib.sampling.identity import FINGERPRINT, Identity, differences, identity_of
+    from calib.sampling.identity import FINGERPRINT, Identity, differences, identity_of, usual_walkers
     from calib.sampling.posterior import Posterior, leave_out, thin_draws
     from calib.sampling.sampler import NothingSampled, Progress, sample
     from calib.sampling.storage import load_posterior, save_posterior
@@ -45,6 +45,7 @@ __all__ = [
     "Gate",
     "Identity",
     "LeaveOut",
+    "Look",
     "NothingSampled",
     "ParameterSummary",
     "Posterior",
@@ -52,6 +53,8 @@ __all__ = [
     "Reweighting",
     "Shift",
     "SpotCheck",
+    "answer_of",
+    "climb_from",
     "differences",
     "first_answer",
     "identity_of",
@@ -59,11 +62,14 @@ __all__ = [
     "kept_identity",
     "leave_out",
     "load_posterior",
+    "log_evidence_at",
+    "look_at",
     "sample",
     "save_posterior",
     "smooth_weights",
     "thin_draws",
     "to_arviz",
+    "usual_walkers",
     "whose_checkpoint",
 ]
 
@@ -84,7 +90,6 @@ __getattr__ = on_demand(
             "Diagnostics",
             "Gate",
         ),
-        ".estimate": ("first_answer",),
         ".findings": (
             "SHIFT_LIMIT",
             "SPOT_CHECK_LIMIT",
@@ -97,12 +102,21 @@ __getattr__ = on_demand(
             "Shift",
             "SpotCheck",
         ),
+        ".estimate": (
+            "Look",
+            "answer_of",
+            "climb_from",
+            "first_answer",
+            "log_evidence_at",
+            "look_at",
+        ),
         ".groups": ("to_arviz",),
         ".identity": (
             "FINGERPRINT",
             "Identity",
             "differences",
             "identity_of",
+            "usual_walkers",
         ),
         ".posterior": (
             "Posterior",

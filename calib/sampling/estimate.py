@@ -8,16 +8,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import logsumexp
 
 from calib.catalogue import SCALES
-from calib.problem import Problem, chi_square, columns_at, model_sweeps, values_at
+from calib.problem import Problem, chi_square, columns_at, coordinates_of, model_sweeps, values_at
 from calib.sampling.coordinates import Coordinates, coordinates
 from calib.sampling.findings import FirstAnswer, FirstEstimate
 from calib.sampling.laplace import importance_weights, laplace_density
-from calib.sampling.scoring import score
+from calib.sampling.scoring import score, slopes_at
 from models.sensor import FloatArray
 
 # Seed of the draws, of which many are made so that the answer hardly depends on it.
@@ -30,10 +31,48 @@ _STARTS, _CLIMBS = 128, 8
 _BEYOND, _HIGH_SCALE = 5.0, 2.0
 # Draws of all unknowns: so many at a time, until so many effective ones are there, or so many in all.
 _AT_ONCE, _EFFECTIVE, _MOST = 700, 400.0, 2800
+# A climb from the mode of another problem begins no further out than this in its priors, and takes so many steps at each power.
+_FARTHEST, _SHORT_CLIMB = 3.0, ((1e-3, 5), (1e-1, 5), (1.0, 20))
 # Of more unknowns than this, those of many specimens, it would neither be fast nor have draws of any weight.
 _MOST_UNKNOWNS = 100
 # Of fewer effective draws than this nothing is said.
 _TOO_FEW = 10.0
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """What a posterior looks like from one of its modes, before anything is sampled.
+
+    Attributes
+    ----------
+    space : coordinates of the problem.
+    mode : (n_unknown,), in these coordinates.
+    confirmed : whether it describes the readings as expected, or two climbs ended there.
+    misfit : chi square of all readings at the mode, of about as many degrees of freedom as there are points.
+    n_point : how many these are.
+    theta : (n_draw, n_unknown), draws near the mode as coordinates z of the priors.
+    weight : (n_draw,), that make them draws of the posterior; they sum to 1.
+    log_evidence : logarithm of how probable the data are under the problem, by all draws.
+    """
+
+    space: Coordinates
+    mode: FloatArray
+    confirmed: bool
+    misfit: float
+    n_point: int
+    theta: FloatArray
+    weight: FloatArray
+    log_evidence: float
+
+    @property
+    def problem(self) -> Problem:
+        """What was looked at."""
+        return self.space.problem
+
+    @property
+    def effective_draws(self) -> float:
+        """How many independent draws it is worth."""
+        return 1 / float(np.sum(self.weight**2))
 
 
 def first_answer(problem: Problem, near: Mapping[str, float] | None = None) -> FirstAnswer:
@@ -56,6 +95,22 @@ def first_answer(problem: Problem, near: Mapping[str, float] | None = None) -> F
         If every unknown is fixed, there are more than a hundred, or the posterior is so far from what
         was taken for it that there is no answer.
     """
+    return answer_of(look_at(problem, near))
+
+
+def look_at(problem: Problem, near: Mapping[str, float] | None = None) -> Look:
+    """Find a mode of a posterior and weighted draws near it: what a first answer is made of.
+
+    Parameters
+    ----------
+    problem : from `build_problem`.
+    near : as in `first_answer`.
+
+    Raises
+    ------
+    ValueError
+        If every unknown is fixed, or there are more than a hundred.
+    """
     if not problem.parameters:
         raise ValueError("every parameter is fixed: there is nothing to estimate")
     if len(problem.parameters) > _MOST_UNKNOWNS:
@@ -75,16 +130,79 @@ def first_answer(problem: Problem, near: Mapping[str, float] | None = None) -> F
         log_ratio = np.concatenate([log_ratio, space.log_density(more) - density.log_density(more)])
         weight = importance_weights(log_ratio)
         effective = 1 / float(np.sum(weight**2))
-    if effective < _TOO_FEW:
-        raise ValueError("there is no first answer: the posterior is not nearly normal, whatever noises and discrepancies are")
     theta, _ = space.to_theta(x)
     there = np.isfinite(log_ratio)
-    values, weight = columns_at(problem, theta[there]), weight[there]
+    log_evidence = logsumexp(log_ratio[there]) - np.log(len(x)) + density.log_mass - 0.5 * n * np.log(2 * np.pi)
+    misfit, n_point = _misfit(space, mode)
+    return Look(space, mode, confirmed, misfit, n_point, theta[there], weight[there], float(log_evidence))
+
+
+def answer_of(look: Look) -> FirstAnswer:
+    """The first answer that a look at a posterior gives.
+
+    Raises
+    ------
+    ValueError
+        If the posterior is so far from what was taken for it that there is no answer.
+    """
+    if look.effective_draws < _TOO_FEW:
+        raise ValueError("there is no first answer: the posterior is not nearly normal, whatever noises and discrepancies are")
+    values, weight = columns_at(look.problem, look.theta), look.weight
     mean = weight @ values
     sd = np.sqrt(weight @ (values - mean) ** 2)
-    found = {name: FirstEstimate(float(m), float(s)) for name, m, s in zip(problem.names, mean, sd, strict=True)}
-    log_evidence = logsumexp(log_ratio[there]) - np.log(len(x)) + density.log_mass - 0.5 * n * np.log(2 * np.pi)
-    return FirstAnswer(found, effective, confirmed, float(log_evidence))
+    names = look.problem.names
+    found = {name: FirstEstimate(float(m), float(s)) for name, m, s in zip(names, mean, sd, strict=True)}
+    return FirstAnswer(found, look.effective_draws, look.confirmed, look.log_evidence)
+
+
+def log_evidence_at(space: Coordinates, mode: FloatArray) -> float:
+    """How probable the data are under a problem as a whole, by its mode alone: what other readings of them are weighed by.
+
+    log p(y) = log p(y, x) - log det(I) / 2 at the mode x (Laplace), with the expected information I, up to a constant that
+    depends on the number of unknowns alone. Of problems of the same data the differences are logarithms of how many times more
+    probable the data are under the one than under the other, to about 2.
+
+    Parameters
+    ----------
+    space : coordinates of the problem.
+    mode : (n_unknown,).
+
+    Returns
+    -------
+    -inf where the forward model does not cover the mode.
+    """
+    slopes = slopes_at(space, mode, 1.0)
+    if slopes is None:
+        return -np.inf
+    return float(space.log_density(mode[None])[0]) - 0.5 * float(np.linalg.slogdet(slopes[1])[1])
+
+
+def climb_from(other: Problem, space: Coordinates, mode: FloatArray, *, afresh: bool = False) -> tuple[Coordinates, FloatArray]:
+    """Climb to a mode of a problem from that of another problem of the same unknowns: a few steps, a tenth of a second.
+
+    Parameters
+    ----------
+    other : where to climb, the same data read in another way.
+    space, mode : coordinates of the problem whose mode is known, and that mode, (n_unknown,).
+    afresh : whether to look for modes as if none were known, too, and take the highest: where the known one makes no sense, as
+        of data that contradict the priors. Takes seconds.
+
+    Returns
+    -------
+    Coordinates of the other problem, and where the climb ended, (n_unknown,).
+    """
+    found = coordinates(other)
+    theta, _ = space.to_theta(mode[None])
+    z = coordinates_of(other, columns_at(space.problem, theta))[0]
+    z = np.where(np.isfinite(z), np.clip(z, -_FARTHEST, _FARTHEST), 0.0)
+    # Wide scales make a landscape soft: they shrink by themselves where the readings are described.
+    scales = np.array([p.parameter in SCALES for p in other.parameters])
+    z = np.where(scales, np.maximum(z, _HIGH_SCALE), z)
+    reached, _, _ = score(found, found.from_theta(z[None])[0], powers=_SHORT_CLIMB)
+    if afresh:
+        again, _ = _highest(found, np.random.RandomState(_SEED))
+        reached = max(again, reached, key=lambda x: float(found.log_density(x[None])[0]))
+    return found, reached
 
 
 def _highest(space: Coordinates, random: np.random.RandomState) -> tuple[FloatArray, bool]:
@@ -98,12 +216,14 @@ def _highest(space: Coordinates, random: np.random.RandomState) -> tuple[FloatAr
     likely = draws[np.argsort(-np.where(np.isfinite(density), density, -np.inf))][
         : min(_CLIMBS - 1, np.sum(np.isfinite(density)))
     ]
-    for x in likely:
+    for x in (space.nominal(), *likely):  # contact and load zero as the readings show them, then what the prior finds probable
         mode, value, met = score(space, x, [(best, top)])
         if met is not None:
             return best, True
         if value > top:
             best, top = mode, value
+            if _plausible(space, best):
+                return best, True
     return best, False
 
 
@@ -128,11 +248,16 @@ def _higher_of_two(space: Coordinates, near: Mapping[str, float]) -> tuple[Float
 
 def _plausible(space: Coordinates, x: FloatArray) -> bool:
     """Whether a mode describes the readings, without noises and discrepancies that nobody expected: a false one does not."""
+    misfit, n_point = _misfit(space, x)
+    theta, _ = space.to_theta(x[None])
+    scales = [z for z, p in zip(theta[0], space.problem.parameters, strict=True) if p.parameter in SCALES]
+    return misfit < n_point + _BEYOND * np.sqrt(2 * n_point) and max(scales, default=0.0) < _HIGH_SCALE
+
+
+def _misfit(space: Coordinates, x: FloatArray) -> tuple[float, int]:
+    """Chi square of all readings at a point x (n,), and how many they are."""
     problem = space.problem
     theta, _ = space.to_theta(x[None])
     models = model_sweeps(problem, problem.forward, problem.plans, values_at(problem, theta))
     channels = [channel for model in models for channel in model.channels.values()]
-    misfit = sum(float(chi_square(channel)[0]) for channel in channels)
-    n_point = sum(channel.observed.size for channel in channels)
-    scales = [z for z, p in zip(theta[0], problem.parameters, strict=True) if p.parameter in SCALES]
-    return misfit < n_point + _BEYOND * np.sqrt(2 * n_point) and max(scales, default=0.0) < _HIGH_SCALE
+    return sum(float(chi_square(channel)[0]) for channel in channels), sum(channel.observed.size for channel in channels)

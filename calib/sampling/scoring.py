@@ -48,7 +48,10 @@ STEP = 1e-4
 
 
 def score(
-    space: Coordinates, x: FloatArray, known: Sequence[tuple[FloatArray, float]] = ()
+    space: Coordinates,
+    x: FloatArray,
+    known: Sequence[tuple[FloatArray, float]] = (),
+    powers: Sequence[tuple[float, int]] = _POWERS,
 ) -> tuple[FloatArray, float, int | None]:
     """Climb to a mode of the posterior from a point anywhere under the prior.
 
@@ -57,6 +60,7 @@ def score(
     space : coordinates of the problem.
     x : (n_parameter,), a point of finite posterior density.
     known : modes found before, and their log density: a climb that comes near one of them is not taken to its end.
+    powers : of the likelihood, one after the other, and most steps at each; the last is 1. Few where a mode is near.
 
     Returns
     -------
@@ -66,7 +70,7 @@ def score(
     """
     many = seeking = bool(space.scopes.specimens)
     enough = max((top for _, top in known), default=-np.inf) - FAR_BELOW * x.size
-    for power, most in _POWERS:
+    for power, most in powers:
         value = float(tempered(space, x[None], power)[0])
         climbed = []
         for left in range(most, 0, -1):
@@ -218,8 +222,8 @@ def tempered(space: Coordinates, x: FloatArray, power: float) -> FloatArray:
     possible = np.isfinite(log_density)
     if np.any(possible):
         theta = theta[possible]
-        # Far out on a ladder of steps an unknown may be as large as no number is.
-        with np.errstate(over="ignore", invalid="ignore"):
+        # Far out on a ladder of steps an unknown may be as large as no number is, or nothing.
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             log_density[possible] += power * log_likelihood(space.problem, theta) - 0.5 * np.sum(theta**2, axis=1)
     return np.where(np.isfinite(log_density), log_density, -np.inf)
 

@@ -116,7 +116,7 @@ def _brief(steps: int) -> Stages:
         with in_small_steps():
             return sample(problem, **{**options, "max_steps": steps, "max_seconds": math.inf, "gate": Gate(ess=1e9)})
 
-    return Stages(sample=sampled)
+    return Stages(sample=sampled, check=lambda _: None)
 
 
 @pytest.fixture(scope="module")
@@ -175,7 +175,7 @@ def test_resumed_run_goes_on_with_its_seed(finished: tuple[Path, Result]) -> Non
 
 
 def test_converged_calibration_exits_with_0(lab: Path, make_posterior: Callable[..., Posterior]) -> None:
-    stages = Stages(sample=lambda *_, **__: make_posterior(n_specimen=1))
+    stages = Stages(sample=lambda *_, **__: make_posterior(n_specimen=1), check=lambda _: None)
     result = _run("calibrate", lab / "experiment.toml", "-o", lab / "run", stages=stages)
     assert result.exit_code == 0, result.output
     assert json.loads((lab / "run" / "summary.json").read_text())["converged"] is True
@@ -185,7 +185,9 @@ def test_converged_calibration_exits_with_0(lab: Path, make_posterior: Callable[
 def test_a_dishonest_surrogate_exits_with_3_and_advice_that_can_help(
     lab: Path, make_posterior: Callable[..., Posterior]
 ) -> None:
-    stages = Stages(lambda *_, **__: make_posterior(n_specimen=1, honest=False), lambda posterior, _: posterior)
+    stages = Stages(
+        lambda *_, **__: make_posterior(n_specimen=1, honest=False), lambda posterior, _: posterior, check=lambda _: None
+    )
     run = lab / "run"
     result = _run("calibrate", lab / "experiment.toml", "-o", run, stages=stages)
     assert result.exit_code == 3, result.output
@@ -209,7 +211,7 @@ def test_a_run_that_neither_converged_nor_has_an_honest_model_gets_both_pieces_o
     lab: Path, make_posterior: Callable[..., Posterior]
 ) -> None:
     unmet = make_posterior(converged=False, n_specimen=1, honest=False)
-    stages = Stages(lambda *_, **__: unmet, lambda posterior, _: posterior)
+    stages = Stages(lambda *_, **__: unmet, lambda posterior, _: posterior, check=lambda _: None)
     result = _run("calibrate", lab / "experiment.toml", "-o", lab / "run", stages=stages)
     assert result.exit_code == 3, result.output
     said = " ".join(result.stdout.split())
@@ -224,7 +226,7 @@ def test_lines_still_marked_edit_are_told_before_sampling_and_kept(lab: Path, ma
     def sampled(problem: Problem, **_: object) -> Posterior:
         return replace(make_posterior(n_specimen=1), experiment=problem.experiment)
 
-    stages = Stages(sampled, spot_check=lambda posterior, _: posterior)
+    stages = Stages(sampled, spot_check=lambda posterior, _: posterior, check=lambda _: None)
     result = _run("calibrate", path, "-o", lab / "run", stages=stages)
     assert result.exit_code == 0, result.output
     words = "1 line marked EDIT is unchanged: line 5 indenter radius"
@@ -248,7 +250,7 @@ def _stopped(*_: object, **__: object) -> Posterior:
 
 
 def test_stopping_from_the_keyboard_keeps_the_run_and_says_how_to_go_on(lab: Path) -> None:
-    stages = Stages(sample=_stopped)
+    stages = Stages(sample=_stopped, check=lambda _: None)
     result = _run("calibrate", lab / "experiment.toml", "-o", lab / "run", "--seed", 9, stages=stages)
     assert result.exit_code == 130
     assert "--resume" in _said(result)
@@ -438,7 +440,12 @@ def test_a_calibration_can_be_run_without_the_command_line(lab: Path, make_poste
 
     begin = time.monotonic()
     done = calibrate(
-        lab / "experiment.toml", lab / "run", seed=5, deadline=begin + 90, command="by hand", stages=Stages(sampled)
+        lab / "experiment.toml",
+        lab / "run",
+        seed=5,
+        deadline=begin + 90,
+        command="by hand",
+        stages=Stages(sampled, check=lambda _: None),
     )
     assert seen == [("closed form", 5, pytest.approx(90, abs=time.monotonic() - begin), {"command": "by hand"})]
     assert seen[0][2] < 90  # reading is in it

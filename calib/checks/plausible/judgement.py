@@ -1,0 +1,320 @@
+"""A problem in, the reasons against its files, geometry and priors out, and what its data will tell: nothing is sampled.
+
+Three looks, each of which costs what it must: what the priors expect at a glance (hundredths of a second); a mode of the
+posterior, and how far it lies from the priors (tenths); and, only where something is suspicious, the same for every slip that
+may have been made (`slips`), a tenth of a second each.
+
+A slip is named where the data are a thousand times as probable without it as with it. If the file is right, that happens in one
+of a thousand labs at most, whatever the priors and however many unknowns: the expectation of p(data | slip) / p(data | file)
+over data that come about as the file says is 1, so that it exceeds K with a probability of at most 1 / K (Markov; Good, 1950).
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.catalogue import QUANTITIES, SCALES
+from calib.checks.plausible.conflicts import DOUBTFUL, HIGH_SCALE, WRONG, WRONG_SCALE, Conflict, Conflicts, conflicts_in
+from calib.checks.plausible.outlook import Outlook, outlook_of
+from calib.checks.plausible.ranges import IMPOSSIBLE, UNLIKELY, USUAL, Range, farthest, ranges_of
+from calib.checks.plausible.slips import Slip, slips_of
+from calib.checks.verdict import Level, Reason, Verdict, verdict_of
+from calib.errors import Fault, InputError
+from calib.experiment import Experiment
+from calib.lab import Sweep, check_name
+from calib.problem import Problem, build_problem, values_at
+from calib.sampling import FirstAnswer, Look, answer_of, climb_from, log_evidence_at, look_at
+from models.response import Forward
+
+#: Logarithm of how many times as probable the data must be without a slip for it to be named.
+PREFERRED = math.log(1000.0)
+#: Gate of what the checks of the lab files say, which a report has by itself.
+FILES = "lab files"
+# Share of the prior's draws that must be covered for a slip to be believed.
+_COVERED = 0.5
+# Of more unknowns than this a look at a mode takes too long to be taken for every slip.
+_MOST_WEIGHED = 60
+# Slips and conflicts that are named, and bad grades, at most.
+_MOST_SLIPS, _MOST_CONFLICTS, _MOST_GRADES = 2, 3, 4
+# What is seen at a glance -> the quantity whose unit it is shown in, and what to look at if it is out of the way.
+_SHOWN = {
+    "force": (
+        "load_zero",
+        "Look at the unit of the force, the radius of the ball, the thicknesses and the prior of young_modulus",
+    ),
+    "depth": ("sensor_thickness", ""),
+    "rest capacitance": (
+        "parasitic_capacitance",
+        "Look at the radius of the electrodes, at thickness and number of the dielectrics, and whether the file is of this "
+        "specimen",
+    ),
+    "capacitance change": (
+        "parasitic_capacitance",
+        "Look whether this file is of this press, at the radius of the ball and of the electrodes, and at the thicknesses",
+    ),
+}
+
+
+@dataclass(frozen=True)
+class Plausibility:
+    """What can be said of a calibration before anything is sampled.
+
+    Attributes
+    ----------
+    reasons : what speaks against files, geometry and priors, the worst first.
+    ranges : what the priors expect of every sweep at a glance, beside what was read.
+    outlook : what the data will tell of each unknown; None where the reasons leave no sense in it, or no mode was looked for.
+    first : the first answer; None likewise, or where there is none.
+    seconds_of_climb : processor time of the look at a mode [s]; 0 if there was none.
+    """
+
+    reasons: tuple[Reason, ...]
+    ranges: tuple[Range, ...]
+    outlook: Outlook | None
+    first: FirstAnswer | None
+    seconds_of_climb: float = 0.0
+
+    @property
+    def verdict(self) -> Verdict:
+        """The reasons with their colour: red if a calibration is not worth its time."""
+        return verdict_of(self.reasons)
+
+
+def plausibility(problem: Problem) -> Plausibility:
+    """Find what is implausible in a calibration before anything is sampled, and what its data will tell.
+
+    Parameters
+    ----------
+    problem : from `build_problem`.
+
+    Returns
+    -------
+    The reasons for doubt; none for a sound lab but for one in fifty at most (docs/check.md).
+    """
+    ranges = ranges_of(problem)
+    files = tuple(_of_files(problem))
+    if farthest(ranges) > IMPOSSIBLE:  # a posterior of such data says nothing
+        repairs = repairs_of(problem.experiment, problem.sweeps, problem.forward)
+        return Plausibility(verdict_of((*_of_ranges(problem, ranges, repairs), *files)).reasons, ranges, None, None)
+    began = time.process_time()
+    try:
+        look = look_at(problem)
+    except ValueError:  # too many unknowns for it, or a matrix that is singular
+        unlikely = farthest(ranges) > UNLIKELY
+        repairs = repairs_of(problem.experiment, problem.sweeps, problem.forward) if unlikely else []
+        return Plausibility(verdict_of((*_of_ranges(problem, ranges, repairs), *files)).reasons, ranges, None, None)
+    seconds = time.process_time() - began
+    conflicts = conflicts_in(look)
+    unlikely = farthest(ranges) > UNLIKELY
+    within = list(_within(problem, hidden_only=not (unlikely or conflicts.suspicious)))
+    # What contradicts the priors is red, and so is the slip that explains it; by itself a slip is a question.
+    preferred = _preferred(look, within, "red" if conflicts.wrong else "amber")
+    repairs = [slip for slip, _ in within] if unlikely and not preferred else []
+    reasons = (*preferred, *_of_ranges(problem, ranges, repairs), *_of_conflicts(conflicts), *files)
+    try:
+        first = answer_of(look)
+    except ValueError:
+        return Plausibility(verdict_of(reasons).reasons, ranges, None, None, seconds)
+    verdict = verdict_of(reasons)
+    return Plausibility(verdict.reasons, ranges, None if verdict.colour == "red" else outlook_of(look), first, seconds)
+
+
+# --- reasons ------------------------------------------------------------------------------------------------------------
+
+
+def _of_files(problem: Problem) -> Iterator[Reason]:
+    bad = [grade for sweep in problem.sweeps for grade in sweep.grades if grade.level == "bad"]
+    for grade in bad[:_MOST_GRADES]:
+        more = (
+            f" (and {len(bad) - _MOST_GRADES} more that are bad)"
+            if grade is bad[:_MOST_GRADES][-1] and len(bad) > _MOST_GRADES
+            else ""
+        )
+        yield Reason(FILES, "amber", f"{grade.file}, {check_name(grade)}: {grade.finding}{more}", grade.advice.rstrip("."))
+
+
+def _of_ranges(problem: Problem, ranges: Sequence[Range], repairs: Sequence[Slip]) -> Iterator[Reason]:
+    """One reason for each quantity that is out of the way, of the sweep where it is worst."""
+    for seen, (quantity, advice) in _SHOWN.items():
+        out = [r for r in ranges if r.seen == seen and r.counts and abs(r.away) > UNLIKELY]
+        if not out:
+            continue
+        worst = max(out, key=lambda r: abs(r.away))
+        level: Level = "red" if abs(worst.away) > IMPOSSIBLE else "amber"
+        finding = (
+            f"{worst.sweep}: a {seen} of {in_units(quantity, worst.observed)} measured, {expected_in_words(worst)} expected"
+        )
+        if seen == "rest capacitance" and (permittivity := _implied_permittivity(problem, worst)):
+            finding += f": it means a relative permittivity of {permittivity:.3g}"
+        if len(out) > 1:
+            finding += f" (and so in {len(out) - 1} more)"
+        yield Reason(seen, level, finding, _asked(repairs) or advice)
+
+
+def _implied_permittivity(problem: Problem, found: Range) -> float:
+    values = values_at(problem, np.zeros((1, len(problem.parameters))), ["relative_permittivity"])
+    permittivity = values.get("relative_permittivity")
+    return 0.0 if permittivity is None else float(permittivity[0]) * found.observed / found.middle
+
+
+def _asked(slips: Sequence[Slip]) -> str:
+    """The questions that slips raise, which would bring all into the way that is expected."""
+    named = list({slip.gate: slip for slip in reversed(slips)}.values())[::-1][:_MOST_SLIPS]
+    return "; or ".join(f"{slip.question}: with {slip.without} all would be as expected" for slip in named)
+
+
+def _of_conflicts(conflicts: Conflicts) -> Iterator[Reason]:
+    told = 0
+    for c in conflicts.unknowns:
+        doubtful, wrong = (HIGH_SCALE, WRONG_SCALE) if c.is_scale else (DOUBTFUL, WRONG)
+        if abs(c.away) > doubtful and told < _MOST_CONFLICTS:
+            told += 1
+            yield Reason("prior", "red" if abs(c.away) > wrong else "amber", _conflict_in_words(c), _advice_on(c))
+    if not told and conflicts.together > DOUBTFUL:
+        level: Level = "red" if conflicts.together > WRONG else "amber"
+        names = " and ".join(c.parameter.name for c in [c for c in conflicts.unknowns if not c.is_scale][:2])
+        finding = f"all priors together contradict the data ({conflicts.together:.1f} sd), {names} most"
+        yield Reason("prior", level, finding, "Look at the geometry, at thicknesses and their uncertainties, and at the files")
+    if conflicts.misfit > DOUBTFUL:
+        level = "red" if conflicts.misfit > WRONG else "amber"
+        finding = (
+            f"no values of the unknowns describe the readings (misfit {conflicts.misfit:.1f} sd above what noise explains)"
+        )
+        yield Reason("misfit", level, finding, "Look at the lab files, and whether they are of these specimens")
+
+
+def _conflict_in_words(c: Conflict) -> str:
+    name, (low, high) = c.parameter.parameter, c.expected
+    bounds = f"{in_units(name, low, unit=False)} to {in_units(name, high)}"
+    return f"the data put {c.parameter.name} at about {in_units(name, c.mean)}, {bounds} expected by its prior"
+
+
+def _advice_on(c: Conflict) -> str:
+    if c.parameter.parameter.endswith("_discrepancy"):
+        return "Look at the radius of the ball, at the thicknesses, and whether the file is of this press"
+    if c.is_scale:
+        return "Look at the lab file, whether it is of this press, and at its unit"
+    return "Look at this prior and its unit, and whether the files are of these specimens"
+
+
+def in_units(quantity: str, value: float, *, unit: bool = True) -> str:
+    """A value with three digits and no exponent, in the unit for people.
+
+    Parameters
+    ----------
+    quantity : a key of `calib.catalogue.QUANTITIES`.
+    value : SI.
+    unit : whether to name it.
+
+    >>> in_units("load_zero", 5001.23), in_units("parasitic_capacitance", 98.41e-12)
+    ('5,001 N', '98.4 pF')
+    """
+    row = QUANTITIES[quantity]
+    shown = value * row.display_scale
+    digits = 0 if shown == 0 or not math.isfinite(shown) else max(0, 2 - math.floor(math.log10(abs(shown))))
+    return f"{shown:,.{min(digits, 9)}f}{f' {row.display_unit}' if unit else ''}".rstrip()
+
+
+def measured_in_words(found: Range) -> str:
+    """What was read, as people read it."""
+    return in_units(_SHOWN[found.seen][0], found.observed)
+
+
+def expected_in_words(found: Range) -> str:
+    """Between which values 99 % of what is expected lies, as people read it."""
+    quantity = _SHOWN[found.seen][0]
+    if not math.isfinite(found.high):
+        return f"{in_units(quantity, found.low)} or more"
+    return f"{in_units(quantity, found.low, unit=False)} to {in_units(quantity, found.high)}"
+
+
+# --- slips --------------------------------------------------------------------------------------------------------------
+
+
+def ways_out(faults: Sequence[Fault], experiment: Experiment, sweeps: Sequence[Sweep], forward: Forward) -> list[Fault]:
+    """Faults for which a problem was refused, and what to do about them: the slips without which it would not be.
+
+    Parameters
+    ----------
+    faults : as `build_problem` found them.
+    experiment, sweeps, forward : what it was given.
+
+    Returns
+    -------
+    The faults; one more if slips are found.
+    """
+    asked = _asked(repairs_of(experiment, sweeps, forward))
+    return [*faults, *([Fault("a slip may be the cause", experiment.path, advice=asked)] if asked else [])]
+
+
+def repairs_of(experiment: Experiment, sweeps: Sequence[Sweep], forward: Forward) -> list[Slip]:
+    """The slips without which all data would be as expected; of those of the same data the ones that explain them by far best.
+
+    Parameters
+    ----------
+    experiment, sweeps, forward : what a problem is built of.
+    """
+    found = list(_expected(slips_of(experiment, sweeps), forward))
+    weighed = [(slip, other) for slip, other in found if slip.same_data]
+    if len(weighed) < 2 or len(weighed[0][1].parameters) > _MOST_WEIGHED:
+        return [slip for slip, _ in found]
+    evidence = {slip: _evidence(other) for slip, other in weighed}
+    best = max(evidence.values())
+    return [slip for slip, _ in found if not slip.same_data or evidence[slip] > best - PREFERRED]
+
+
+def _evidence(problem: Problem) -> float:
+    try:
+        return look_at(problem).log_evidence
+    except ValueError:  # a matrix that is singular is one
+        return -math.inf
+
+
+def _within(problem: Problem, *, hidden_only: bool) -> Iterator[tuple[Slip, Problem]]:
+    slips = slips_of(problem.experiment, problem.sweeps)
+    return _expected((slip for slip in slips if slip.hidden or not hidden_only), problem.forward)
+
+
+def _expected(slips: Iterable[Slip], forward: Forward) -> Iterator[tuple[Slip, Problem]]:
+    """Those without which everything would be as expected, and the problems without them."""
+    for slip in slips:
+        try:
+            other = build_problem(slip.experiment, slip.sweeps, forward)
+        except (InputError, ValueError):  # without this slip it would be refused, too: it was none
+            continue
+        ranges = ranges_of(other)
+        seen = {r.sweep for r in ranges}
+        told = all(sweep.title in seen for sweep in other.sweeps) and all(r.covered > _COVERED for r in ranges if r.counts)
+        if other.parameters and told and farthest(ranges) < USUAL:
+            yield slip, other
+
+
+def _preferred(look: Look, slips: Sequence[tuple[Slip, Problem]], level: Level) -> list[Reason]:
+    """A reason for each slip without which the data are so much more probable that it must be asked for, the worst first."""
+    stated = log_evidence_at(look.space, look.mode)
+    found = []
+    for slip, other in slips:
+        if not slip.same_data or other.names != look.problem.names:
+            continue
+        space, mode = climb_from(other, look.space, look.mode, afresh=level == "red")
+        gain = log_evidence_at(space, mode) - stated
+        if gain > PREFERRED:
+            # The mode of the file as it stands may be a false one: it is also looked for from here.
+            gain = min(gain, gain + stated - log_evidence_at(*climb_from(look.problem, space, mode)))
+            theta, _ = space.to_theta(mode[None])
+            scales = [z for z, p in zip(theta[0], other.parameters, strict=True) if p.parameter in SCALES]
+            if gain > PREFERRED and max(scales, default=0.0) < HIGH_SCALE:
+                found.append((gain, slip, values_at(other, theta)))
+    found.sort(key=lambda f: -f[0])
+    reasons = []
+    for gain, slip, values in found[:_MOST_SLIPS]:
+        finding = f"with {slip.without} the data would be 10^{gain / math.log(10):.0f} times as probable"
+        if (modulus := values.get("young_modulus")) is not None:
+            finding += f", and young_modulus about {in_units('young_modulus', float(modulus[0]))}"
+        reasons.append(Reason(slip.gate, level, finding, slip.question))
+    return reasons

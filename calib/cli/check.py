@@ -1,0 +1,132 @@
+"""The command `check`: an experiment file in, what is implausible in it and what its data will tell out; nothing is sampled."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from calib.cli.common import BAD_INPUT, NOT_USABLE, out, refusing_bad_input, say
+from calib.cli.stopping import when_stopped
+from calib.errors import in_shell_path
+from calib.regular import require_shown
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from calib.checks import Outlook, Range
+    from calib.runs import Check
+
+_STATUS = {
+    "green": "Green: nothing speaks against calibrating this.",
+    "amber": "Amber: something is doubtful. Look at it first; the calibration will say so, too.",
+    "red": "Red: do not calibrate this before it is put right.",
+}
+_STYLES = {"green": "green", "amber": "yellow", "red": "bold red"}
+
+
+def check(
+    experiment: Annotated[Path, typer.Argument(help="The experiment file (TOML), see `calib init`.")],
+    surrogate: Annotated[Path | None, typer.Option(help="Surrogate file to use instead of the shipped one.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the same as JSON, all numbers SI.")] = False,
+) -> None:
+    """Check an experiment before it is calibrated: files, geometry and priors, in seconds; nothing is sampled or written.
+
+    What the priors expect of force, depth and capacitance is held against what was read. A mode of the posterior is looked for,
+    and how far it lies from the priors. Then slips are tried that happen to careful people: a diameter entered for a radius, kN
+    for N, kPa for MPa, two files or two thicknesses mixed up. One is named if the data would be a thousand times as probable
+    without it.
+
+    It also says what the data will tell: how much of each unknown, which ones only together, and what would part them.
+
+    `calib calibrate` begins with the same check, and stops if it is red.
+
+    Example: `calib check experiment.toml`
+
+    Writes: nothing.
+
+    Exit codes: 0 green; 3 amber: something is doubtful; 2 red, or something is wrong with the input.
+    """
+    with refusing_bad_input(), when_stopped(lambda: "Stopped. Nothing was begun."):
+        from calib.runs import check as run_check
+
+        if surrogate is not None:
+            require_shown(surrogate)
+        found = run_check(experiment, surrogate)
+        if as_json:
+            typer.echo(json.dumps(found.to_plain(), indent=1))
+        else:
+            _say(found, experiment)
+    colour = found.verdict.colour
+    if colour != "green":
+        raise typer.Exit(BAD_INPUT if colour == "red" else NOT_USABLE)
+
+
+def _say(found: Check, path: Path) -> None:
+    colour = found.verdict.colour
+    out().print(_STATUS[colour], style=_STYLES[colour], markup=False, soft_wrap=True)
+    for reason in found.verdict.reasons:
+        text = f"  {reason.level}, {reason.gate}: {reason.in_words}"
+        out().print(text, style=_STYLES[reason.level], markup=False, soft_wrap=True)
+    if found.ranges:
+        _say_ranges(found.ranges)
+    if found.outlook is None:
+        say("What the data will tell is not said: this stands in the way, or there is no first answer.")
+    else:
+        _say_outlook(found.outlook)
+    if found.seconds is not None:
+        low, high = (_duration(seconds) for seconds in found.seconds)
+        say(f"A calibration will take about {low} to {high}.")
+    if colour == "green":
+        say(f"Next: calib calibrate {in_shell_path(path)} -o RUN")
+
+
+def _say_ranges(ranges: tuple[Range, ...]) -> None:
+    from rich.markup import escape
+
+    from calib.checks import expected_in_words, measured_in_words
+
+    table = _table("sweep", "seen", "measured", "expected (99 % of the priors)")
+    for r in ranges:
+        table.add_row(escape(r.sweep), r.seen, measured_in_words(r), expected_in_words(r))
+    out().print(table)
+
+
+def _say_outlook(outlook: Outlook) -> None:
+    from rich.markup import escape
+
+    from calib.checks import in_units
+    from calib.report import learned_in_words
+
+    table = _table("what the data will tell", "known before (sd)", "after (sd)", "learned")
+    for told in outlook.unknowns:
+        quantity = told.name.parameter
+        sds = (in_units(quantity, told.prior_sd), in_units(quantity, told.expected_sd))
+        share = f"{max(told.contraction, 0.0) * 100:.0f} %, {learned_in_words(told.contraction, 0.0)}"
+        table.add_row(escape(str(told.name)), *sds, share)
+    out().print(table)
+    for ridge in outlook.ridges:
+        say(f"Ridge: {ridge.in_words}.")
+
+
+def _table(*headings: str) -> Table:
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for heading in headings:
+        table.add_column(heading, overflow="fold")
+    return table
+
+
+def _duration(seconds: float) -> str:
+    """A time in words, as exact as an estimate deserves.
+
+    >>> _duration(17.0), _duration(130.0), _duration(9000.0)
+    ('20 s', '2 min', '2.5 h')
+    """
+    if seconds < 90:
+        return f"{max(10, round(seconds / 10) * 10)} s"
+    return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"

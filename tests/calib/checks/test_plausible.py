@@ -1,0 +1,291 @@
+"""What is implausible before anything is sampled: sound labs pass, planted slips are named; and what the data will tell."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import pytest
+
+from calib.checks import Plausibility, in_units, plausibility, scaled, ways_out
+from calib.checks.plausible.ranges import UNLIKELY, Range, farthest, ranges_of
+from calib.checks.plausible.slips import slips_of
+from calib.errors import Fault
+from calib.experiment import Experiment, Specimen, SweepFiles
+from calib.lab import Points, Sweep
+from calib.priors import Fixed, HalfNormal, LogNormal, Normal, Prior, TruncatedNormal, Uniform
+from calib.problem import build_problem, log_likelihood
+from calib.problem.synthetic import Rig, synthetic_sweep
+from models.analytic import ClosedForm
+from models.sensor import design_from
+
+TRUTH: dict[str, float] = {
+    "young_modulus": 0.62e6,
+    "relative_permittivity": 2.83,
+    "sensor_radius": 10e-3,
+    "sensor_thickness": 0.75e-3,
+    "padding_thickness": 1.62e-3,
+    "dielectric_thickness": 0.16e-3,
+}
+PRIORS: dict[str, Prior] = {
+    "young_modulus": LogNormal(0.7e6, 1.6),
+    "relative_permittivity": Normal(2.8, 0.15),
+    "parasitic_capacitance": Normal(0.0, 0.5e-12),
+}
+
+
+@dataclass(frozen=True)
+class Lab:
+    """An experiment and its sweeps, measured by the closed form."""
+
+    experiment: Experiment
+    sweeps: tuple[Sweep, ...]
+
+    def sweep(self, change: Callable[[Sweep], Sweep]) -> Lab:
+        """The same with all sweeps changed."""
+        return replace(self, sweeps=tuple(change(s) for s in self.sweeps))
+
+    def shared(self, **priors: Prior) -> Lab:
+        """The same with other priors of material and rig."""
+        return replace(self, experiment=replace(self.experiment, priors={**self.experiment.priors, **priors}))
+
+    def thickness(self, name: str, k: float) -> Lab:
+        """The same with a thickness of every specimen entered as k times what it is."""
+        own = tuple(replace(s, priors={**s.priors, name: scaled(s.priors[name], k)}) for s in self.experiment.specimens)
+        return replace(self, experiment=replace(self.experiment, specimens=own))
+
+    def check(self) -> Plausibility:
+        """What is said of it."""
+        return plausibility(build_problem(self.experiment, self.sweeps, ClosedForm()))
+
+
+def _lab(seed: int = 0, *, force_alone: bool = False, others: Mapping[str, float] | None = None) -> Lab:
+    """One specimen; or two, if what differs in the second is given."""
+    rng = np.random.default_rng(seed)
+    names = ["sensor 1"] if others is None else ["sensor 1", "sensor 2"]
+    specimens, sweeps = [], []
+    for name in names:
+        truth = {**TRUTH, **((others or {}) if name == "sensor 2" else {})}
+        design = design_from({**truth, "indenter_radius": 5e-3})
+        rig = Rig(0.1e-3, 1e-6, 0.2, 0.2e-12)
+        tie: Literal["none", "force"] = "none" if force_alone else "force"
+        sweeps.append(synthetic_sweep(ClosedForm(), design, 0.55e-3, rig, rng, specimen=name, tie=tie, n_points=16))
+        sds = {"sensor_thickness": 0.02e-3, "padding_thickness": 0.02e-3, "dielectric_thickness": 0.006e-3}
+        thick = {n: Normal(truth[n], sd) for n, sd in sds.items()}
+        specimens.append(Specimen(name, (SweepFiles("", None, None, 5e-3),), thick))
+    experiment = Experiment(
+        "lab", Path("experiment.toml"), "", 5e-3, 10e-3, "sensor", PRIORS, tuple(specimens), "closed form", "on"
+    )
+    return Lab(experiment, tuple(sweeps))
+
+
+def _times_force(k: float) -> Callable[[Sweep], Sweep]:
+    def change(sweep: Sweep) -> Sweep:
+        def points(name: str, p: Points) -> Points:
+            force = None if p.force is None else k * p.force
+            return replace(p, value=k * p.value if name == "force" else p.value, force=force)
+
+        channels = {name: points(name, p) for name, p in sweep.channels.items()}
+        return replace(sweep, channels=channels, noise={**sweep.noise, "force": k * sweep.noise["force"]})
+
+    return change
+
+
+def _said(found: Plausibility) -> str:
+    return "\n".join(f"{r.level} {r.gate}: {r.finding}. {r.action}" for r in found.reasons)
+
+
+# --- sound labs, and slips ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("force_alone", [False, True], ids=["force and capacitance", "force alone"])
+@pytest.mark.parametrize("seed", range(3))
+def test_nothing_is_said_against_a_sound_lab(seed: int, force_alone: bool) -> None:
+    found = _lab(seed, force_alone=force_alone).check()
+    assert not found.reasons, _said(found)
+    assert found.first is not None
+    assert found.outlook is not None
+
+
+@pytest.mark.parametrize("force_alone", [False, True], ids=["force and capacitance", "force alone"])
+def test_a_diameter_of_the_ball_for_its_radius_is_asked_for(force_alone: bool) -> None:
+    lab = _lab(force_alone=force_alone).sweep(lambda s: replace(s, indenter_radius=2 * s.indenter_radius))
+    said = _said(lab.check())
+    assert "half this radius of the ball (5 mm)" in said
+    assert "young_modulus about 0.6" in said
+    assert "whether its diameter was entered for its radius" in said
+
+
+def test_newtons_called_kilonewtons_are_red_and_named() -> None:
+    found = _lab(force_alone=True).sweep(_times_force(1e3)).check()
+    assert found.verdict.colour == "red"
+    assert found.outlook is None
+    (reason,) = found.reasons
+    assert reason.gate == "force"
+    assert "N measured" in reason.finding
+    assert "unit of the force column: with a thousandth of this force" in reason.action
+
+
+def test_a_modulus_in_kilopascals_is_red_and_named() -> None:
+    found = _lab(force_alone=True).shared(young_modulus=LogNormal(0.7e3, 1.6)).check()
+    assert found.verdict.colour == "red"
+    assert "unit of young_modulus: kPa or MPa" in _said(found)
+
+
+def test_a_diameter_of_the_disc_is_red_and_told_as_a_permittivity() -> None:
+    lab = _lab()
+    found = replace(lab, experiment=replace(lab.experiment, sensor_radius=20e-3)).check()
+    assert found.verdict.colour == "red"
+    said = _said(found)
+    assert "it means a relative permittivity of 0.7" in said
+    assert "with half this radius of the sensor's disc all would be as expected" in said
+
+
+def test_a_dielectric_that_is_both_dielectrics_is_asked_for() -> None:
+    lab = _lab()
+    found = lab.thickness("dielectric_thickness", 2.0).check()
+    assert found.verdict.colour == "red"
+    assert "number of dielectrics" in _said(found)
+
+
+def test_noise_in_the_place_of_a_capacitance_is_red() -> None:
+    rng = np.random.default_rng(3)
+
+    def noisy(sweep: Sweep) -> Sweep:
+        points = sweep.channels["capacitance"]
+        value = points.value[0] + 1e-14 * rng.standard_normal(points.value.size)
+        return replace(sweep, channels={**sweep.channels, "capacitance": replace(points, value=value)})
+
+    found = _lab().sweep(noisy).check()
+    assert found.verdict.colour == "red"
+    assert "a capacitance change of" in _said(found)
+
+
+def test_files_of_two_specimens_that_are_mixed_up_are_asked_for() -> None:
+    lab = _lab(others={"sensor_thickness": 0.95e-3, "padding_thickness": 2.4e-3})
+    one, other = lab.sweeps
+    mixed = replace(lab, sweeps=(replace(other, specimen=one.specimen), replace(one, specimen=other.specimen)))
+    assert not lab.check().reasons
+    said = _said(mixed.check())
+    assert "files of sensor 1 and sensor 2 exchanged" in said
+
+
+def test_a_capacitance_of_another_specimen_is_not_green() -> None:
+    lab = _lab()
+    other = _lab(others={"sensor_thickness": 0.95e-3, "dielectric_thickness": 0.2e-3}).sweeps[1].channels["capacitance"]
+    found = lab.sweep(lambda s: replace(s, channels={**s.channels, "capacitance": other})).check()
+    assert found.verdict.colour != "green"
+
+
+def test_a_refusal_names_the_slip_that_is_behind_it() -> None:
+    lab = _lab()
+    fault = Fault("refused", Path("experiment.toml"))
+    thin = lab.thickness("sensor_thickness", 0.1)
+    first, *more = ways_out([fault], thin.experiment, thin.sweeps, ClosedForm())
+    assert first is fault
+    assert [m.message for m in more] == ["a slip may be the cause"]
+    assert "decimal point of sensor_thickness: with ten times this sensor_thickness" in str(more[0])
+
+
+def test_no_slip_is_named_where_none_helps() -> None:
+    lab = _lab(force_alone=True).sweep(_times_force(0.02))
+    found = lab.check()
+    assert found.verdict.colour != "green"
+    assert "would be as expected" not in found.reasons[0].action
+    assert ways_out([], lab.experiment, lab.sweeps, ClosedForm()) == []
+
+
+# --- slips and ranges by themselves -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "prior",
+    [
+        Normal(2.0, 0.3),
+        LogNormal(0.7, 1.6),
+        HalfNormal(3.0),
+        Uniform(1.0, 2.0),
+        TruncatedNormal(1.0, 0.5, 0.0, 3.0),
+        Fixed(4.0),
+    ],
+    ids=lambda p: p.kind,
+)
+def test_a_scaled_prior_is_that_of_the_scaled_quantity(prior: Prior) -> None:
+    z = np.linspace(-3, 3, 13)
+    np.testing.assert_allclose(scaled(prior, 1000.0).ppf_normal(z), 1000.0 * prior.ppf_normal(z), rtol=1e-9)
+
+
+def test_every_slip_has_a_slip_that_undoes_it_and_none_changes_what_it_is_not_about() -> None:
+    lab = _lab(others={"sensor_thickness": 0.95e-3})
+    slips = list(slips_of(lab.experiment, lab.sweeps))
+    assert {s.gate for s in slips} >= {"ball", "sensor's disc", "thicknesses", "files", "unit of force", "unit of modulus"}
+    for slip in slips:
+        assert slip.experiment.specimens[0].name == "sensor 1"
+        assert [s.title for s in slip.sweeps] == [s.title for s in lab.sweeps]
+    halved = next(s for s in slips if s.without.startswith("half this radius of the ball"))
+    back = next(s for s in slips_of(halved.experiment, halved.sweeps) if s.without.startswith("twice this radius of the ball"))
+    assert [s.indenter_radius for s in back.sweeps] == [s.indenter_radius for s in lab.sweeps]
+
+
+def test_force_that_the_model_does_not_reach_is_no_surprise() -> None:
+    lab = _lab(force_alone=True)
+    problem = build_problem(lab.experiment, lab.sweeps, ClosedForm())
+    force = next(r for r in ranges_of(problem) if r.seen == "force")
+    assert force.low < force.observed < force.high
+    assert abs(force.away) < UNLIKELY
+
+
+def test_the_depth_is_shown_and_not_judged_twice() -> None:
+    far = Range("a", "depth", 1.0, 0.1, 0.05, 0.2, 50.0, 1.0)
+    assert farthest([far, replace(far, seen="force", away=1.0)]) == 1.0
+
+
+def test_numbers_have_three_digits_and_no_exponent() -> None:
+    assert in_units("load_zero", 5001.2) == "5,001 N"
+    assert in_units("young_modulus", 0.62e6, unit=False) == "0.620"
+    assert in_units("parasitic_capacitance", 0.0) == "0 pF"
+
+
+# --- what the data will tell --------------------------------------------------------------------------------------------
+
+
+def test_what_the_data_will_tell_is_what_they_tell() -> None:
+    found = _lab(force_alone=True).check()
+    assert found.outlook is not None
+    told = {str(t.name): t for t in found.outlook.unknowns}
+    assert told["young_modulus"].contraction > 0.9
+    assert told["young_modulus"].expected_sd < 0.3 * told["young_modulus"].prior_sd
+    assert told["padding_thickness[sensor 1]"].contraction < 0.6
+    assert told["padding_thickness[sensor 1]"].prior_sd == pytest.approx(0.02e-3, rel=1e-3)
+    assert not any(name.endswith(("_noise", "_discrepancy")) for name in told)
+
+
+def test_a_ridge_is_told_in_words_with_what_would_break_it() -> None:
+    found = _lab().check()
+    assert found.outlook is not None
+    pairs = {frozenset(name.parameter for name in ridge.names): ridge for ridge in found.outlook.ridges}
+    ridge = pairs[frozenset({"relative_permittivity", "dielectric_thickness"})]
+    assert ridge.correlation > 0.6
+    assert "the data tell neither by itself" in ridge.in_words
+
+
+def test_many_unknowns_are_checked_without_a_mode() -> None:
+    lab = _lab(force_alone=True)
+    names = [f"sensor {k}" for k in range(30)]
+    specimens = tuple(replace(lab.experiment.specimens[0], name=name) for name in names)
+    sweeps = tuple(replace(lab.sweeps[0], specimen=name) for name in names)
+    found = Lab(replace(lab.experiment, specimens=specimens), sweeps).check()
+    assert not found.reasons
+    assert found.first is None
+    assert len({r.sweep for r in found.ranges}) == 30
+
+
+def test_draws_none_of_which_is_covered_are_no_crash() -> None:
+    lab = _lab()
+    problem = build_problem(lab.experiment, lab.sweeps, ClosedForm())
+    soft = np.zeros((2, len(problem.parameters)))
+    soft[:, problem.names.index("young_modulus")] = -40.0  # no depth has this force
+    assert np.all(np.isneginf(log_likelihood(problem, soft)))
