@@ -49,7 +49,8 @@ def meter() -> Document:
 
 
 def kind(module: object, name: str) -> Kind:
-    return next(k for k in vars(module)["KINDS"] if k.name == name)
+    kinds: tuple[Kind, ...] = vars(module)["KINDS"]
+    return next(k for k in kinds if k.name == name)
 
 
 @pytest.fixture

@@ -153,7 +153,7 @@ def test_letters_in_figures_can_be_read_on_a_phone(page: str, drawn: dict[str, F
         shown = float(least[1]) if least else PHONE
         scale = shown / (96.0 * figure.get_figwidth())
         small = min((t for t in figure.findobj(Text) if t.get_visible()), key=lambda t: t.get_fontsize())
-        assert small.get_fontsize() * 96 / 72 * scale >= LETTERS, (said["data-name"], small)
+        assert float(small.get_fontsize()) * 96 / 72 * scale >= LETTERS, (said["data-name"], small)
 
 
 def test_statistics_are_folded_at_the_end_and_open_on_paper(page: str) -> None:
