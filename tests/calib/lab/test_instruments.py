@@ -88,7 +88,7 @@ def test_every_encoding_gives_the_same_numbers(tmp_path: Path, encoding: str) ->
 @given(
     rows=st.lists(
         st.tuples(st.integers(0, 9_999_999), st.integers(-99_999, 99_999), st.integers(-99_999, 99_999)), min_size=2, max_size=8
-    ),
+    ).map(sorted),  # by time, which from 57 s to 1 s would have changed its unit
     notation=st.sampled_from([(",", "."), (";", ","), (";", "."), ("\t", "."), ("\t", ",")]),
     length=st.sampled_from([("mm", 1e-3), ("um", 1e-6), ("in", 0.0254), ("cm", 1e-2)]),
     load=st.sampled_from([("N", 1.0), ("kN", 1e3), ("mN", 1e-3)]),
