@@ -49,11 +49,7 @@ def meter() -> Document:
 
 
 def kind(module: object, name: str) -> Kind:
-<<<<<<< HEAD
-    kinds: Sequence[Kind] = vars(module)["KINDS"]
-=======
     kinds: tuple[Kind, ...] = vars(module)["KINDS"]
->>>>>>> door
     return next(k for k in kinds if k.name == name)
 
 
