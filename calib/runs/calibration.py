@@ -192,7 +192,9 @@ def calibrate(
         plausible = stages.check(problem)
         if not (anyway or resume):
             require_plausible(plausible, plan.path)
-        attrs = {"command": command, BEFORE_SAMPLING: reasons_to_text(kept_reasons(plausible))}
+        attrs = {"command": command}
+        if before := kept_reasons(plausible):
+            attrs[BEFORE_SAMPLING] = reasons_to_text(before)
         if surrogate is not None:
             attrs[SURROGATE_FILE] = str(surrogate.absolute())
         inputs = inputs_of(folder, plan, sweeps, None if surrogate is None else surrogate.absolute())

@@ -146,9 +146,9 @@ def _of_ranges(problem: Problem, ranges: Sequence[Range], repairs: Sequence[Slip
             continue
         worst = max(out, key=lambda r: abs(r.away))
         level: Level = "red" if abs(worst.away) > IMPOSSIBLE else "amber"
-        finding = (
-            f"{worst.sweep}: a {seen} of {in_units(quantity, worst.observed)} measured, {expected_in_words(worst)} expected"
-        )
+        files = ", ".join(name for sweep in problem.sweeps if sweep.title == worst.sweep for name, _ in sweep.files)
+        where = f"{worst.sweep} ({files})" if files else worst.sweep
+        finding = f"{where}: a {seen} of {in_units(quantity, worst.observed)} measured, {expected_in_words(worst)} expected"
         if seen == "rest capacitance" and (permittivity := _implied_permittivity(problem, worst)):
             finding += f": it means a relative permittivity of {permittivity:.3g}"
         if len(out) > 1:
