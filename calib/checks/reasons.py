@@ -73,8 +73,15 @@ def passed_gates(posterior: Posterior, verdict: Verdict) -> tuple[str, ...]:
 
 
 def conflict_limit(n: int, level: Level = "amber") -> float:
-    """How far a posterior mean may be from its prior's median, in the prior's standard deviations, if there are n unknowns.
+    """How far a posterior mean may be from its prior's median before it contradicts the prior, in its standard deviations.
 
+    Parameters
+    ----------
+    n : how many unknowns there are.
+    level : that is wanted of the contradiction.
+
+    Examples
+    --------
     >>> round(conflict_limit(20), 1), round(conflict_limit(20, "red"), 1)
     (3.5, 5.0)
     """

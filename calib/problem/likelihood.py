@@ -169,6 +169,11 @@ def without_block(problem: Problem, number: int) -> Problem:
     ----------
     problem : from `build_problem`.
     number : of the block, in the order of `block_names`.
+
+    Raises
+    ------
+    IndexError
+        If there are not so many blocks.
     """
     plans = list(problem.plans)
     for k, plan in enumerate(plans):

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from calib.checks.reasons import judge_posterior
 from calib.checks.reweighting import log_ratio, problem_of, reweight, shift_of, with_reweighting
 from calib.checks.verdict import Verdict
 from calib.cli import app
@@ -174,9 +175,11 @@ def test_a_model_that_is_far_off_is_told_by_k_hat(make_posterior: MakePosterior,
     d = posterior.diagnostics
     assert d.reweighting is not None
     assert not d.reweighting.trusted
-    (warning,) = d.warnings
-    assert "the weights cannot be trusted (k-hat above 0.44)" in warning
-    assert 'refine the surrogate (`calib surrogate refine`) or calibrate with model = "fem"' in warning
+    (reason,) = judge_posterior(posterior).reasons
+    assert (reason.gate, reason.level) == ("finite elements", "amber")
+    assert "the weights cannot be trusted (k-hat above 0.44)" in reason.finding
+    assert "`calib surrogate refine`" in reason.action
+    assert 'model = "fem"' in reason.action
     assert d.converged
     (row,) = [c for c in criteria(posterior) if "posterior against finite elements" in c.name]
     assert row.advice

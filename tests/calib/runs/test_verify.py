@@ -185,7 +185,7 @@ def test_a_page_that_fails_leaves_its_reason_the_results_and_the_way_to_write_it
     said = " ".join(result.stderr.split())
     assert "the report could not be written (RuntimeError: mathtext: $x^$)" in said
     assert f'calib report "{lab / "my run"}"' in said
-    assert "NOT converged" in result.stdout
+    assert "The chains have not converged" in result.stdout
     assert {p.name for p in (lab / "my run").iterdir()} == {
         *("run.json", "checkpoint", "posterior.nc", "summary.json", "summary.csv")
     }
