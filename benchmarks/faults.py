@@ -1,10 +1,10 @@
 """Plant faults in simulated labs and see whether a verdict is green where it is wrong: `python benchmarks/faults.py -o FILE`.
 
-Each lab of `faulty_labs` is calibrated as the shipped experiment is, other models are held against its data, and a padding is
-recommended for 10 N. A headline, Young's modulus or the signal at that padding, is called wrong where the truth lies outside
-its 90 % interval by more than one standard deviation; if the specimens differ, where one of theirs does. Printed for each kind:
-labs with a wrong headline, and how many of these are amber or red; labs whose headlines are right, and how many of these are;
-which gates object, and how often. It is the verdict on the calibration that counts: that on the padding is amber in all of
+Each lab of `faulty_labs` is checked and calibrated as the shipped experiment is, other models are held against its data, and a
+padding is recommended for 10 N. A headline, Young's modulus or the signal at that padding, is called wrong where the truth lies
+outside its 90 % interval by more than one standard deviation; if the specimens differ, where one of theirs does. Printed for
+kind: labs with a wrong headline, and how many of these are amber or red; labs whose headlines are right, and how many of these
+are; which gates object, and how often. It is the verdict on the calibration that counts: that on the padding is amber in all of
 them, as none was pressed to 10 N. With -o labs are kept, a line of JSON each, and are not repeated.
 """
 
@@ -26,12 +26,12 @@ from typing import Any
 import numpy as np
 from faulty_labs import ACCURACY, KINDS, Lab, lab_of
 
-from calib.checks import judge_posterior, look_elsewhere, predict, with_elsewhere
+from calib.checks import FILES, judge_posterior, look_elsewhere, plausibility, predict, with_elsewhere
 from calib.decision import Requirement, recommend
 from calib.errors import InputError
 from calib.experiment import forward_of_experiment
 from calib.problem import build_problem
-from calib.sampling import first_answer, sample
+from calib.sampling import sample
 from models.fem import FiniteElements
 from models.layers import layered
 from models.response import ConvergenceError, OutOfRangeError
@@ -56,13 +56,11 @@ def _calibrate(lab: Lab, seed: int, max_steps: int) -> dict[str, Any]:
         problem = build_problem(lab.experiment, lab.sweeps, forward)
     except InputError as error:
         return {"refused": str(error.faults[0])}
-    try:
-        first = first_answer(problem)
-    except ValueError:
-        first = None
+    before = plausibility(problem)
     posterior = sample(problem, seed=seed, processes=0, max_steps=max_steps)
-    posterior = with_elsewhere(posterior, look_elsewhere(problem, first))
-    verdict = judge_posterior(posterior, predict(posterior, forward, np.random.default_rng(seed)))
+    posterior = with_elsewhere(posterior, look_elsewhere(problem, before.first))
+    predictions = predict(posterior, forward, np.random.default_rng(seed))
+    verdict = judge_posterior(posterior, predictions, [reason for reason in before.reasons if reason.gate != FILES])
     found = posterior.draws.reshape(-1, len(problem.names))[:, problem.names.index("young_modulus")]
     row: dict[str, Any] = {
         "verdict": verdict.colour,
