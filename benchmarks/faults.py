@@ -1,11 +1,12 @@
 """Plant faults in simulated labs and see whether a verdict is green where it is wrong: `python benchmarks/faults.py -o FILE`.
 
-Each lab of `faulty_labs` is checked and calibrated as the shipped experiment is, other models are held against its data, and a
-padding is recommended for 10 N. A headline, Young's modulus or the signal at that padding, is called wrong where the truth lies
-outside its 90 % interval by more than one standard deviation; if the specimens differ, where one of theirs does. Printed for
-kind: labs with a wrong headline, and how many of these are amber or red; labs whose headlines are right, and how many of these
-are; which gates object, and how often. It is the verdict on the calibration that counts: that on the padding is amber in all of
-them, as none was pressed to 10 N. With -o labs are kept, a line of JSON each, and are not repeated.
+Each lab of `simulated.faulty` is checked and calibrated as the shipped experiment is, other models are held against its data,
+and a padding is recommended for 10 N. A headline, Young's modulus or the signal at that padding, is called wrong where the
+truth lies outside its 90 % interval by more than one standard deviation; if the specimens differ, where one of theirs does.
+Printed for each kind: labs with a wrong headline, and how many of these are amber or red; labs whose headlines are right, and
+how many of these are; which gates object, and how often. It is the verdict on the calibration that counts: that on the
+padding is amber in all of them, as none was pressed to 10 N. With -o labs are kept, a line of JSON each, and are not
+repeated.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from faulty_labs import ACCURACY, KINDS, Lab, lab_of
+from simulated.faulty import ACCURACY, KINDS, Lab, lab_of
 
 from calib.checks import FILES, judge_posterior, look_elsewhere, plausibility, predict, with_elsewhere
 from calib.decision import Requirement, recommend

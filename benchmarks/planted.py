@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from faulty_labs import ACCURACY, DEPTH, EXPERIMENT, POINTS, curve_of
+from simulated.faulty import ACCURACY, DEPTH, EXPERIMENT, POINTS, curve_of
 
 from calib.decision import Requirement, recommend
 from calib.experiment import Experiment, forward_of_experiment, read_experiment

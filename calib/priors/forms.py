@@ -222,7 +222,8 @@ def _mass_faults(parameter: str, mean: float, sd: float, written: Mapping[str, s
     message = f"{parameter} cannot be negative, but {100 * share:.2g} % of the prior lies below zero ({numbers})"
     high = _toml(display(parameter, mean + 4 * sd)) if QUANTITIES[parameter].unit else f"{mean + 4 * sd:.4g}"
     zero = _toml(f"0 {_plain_unit(parameter)}") if QUANTITIES[parameter].unit else "0"
-    factor = f"{math.exp(math.sqrt(math.log1p((sd / mean) ** 2))):.3g}"
+    # With the same ratio of sd and mean, which of a mean next to nothing is more than squares hold.
+    factor = f"{math.exp(math.sqrt(math.log1p(min(sd / mean, 1e100) ** 2))):.3g}"
     return [
         Fault(
             message,

@@ -175,7 +175,7 @@ def test_files_of_two_specimens_that_are_mixed_up_are_asked_for() -> None:
 
 def test_a_capacitance_of_another_specimen_is_not_green() -> None:
     lab = _lab()
-    other = _lab(others={"sensor_thickness": 0.95e-3, "dielectric_thickness": 0.2e-3}).sweeps[1].channels["capacitance"]
+    other = _lab(others={"sensor_thickness": 0.95e-3, "dielectric_thickness": 0.24e-3}).sweeps[1].channels["capacitance"]
     found = lab.sweep(lambda s: replace(s, channels={**s.channels, "capacitance": other})).check()
     assert found.verdict.colour != "green"
 

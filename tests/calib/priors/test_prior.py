@@ -293,6 +293,11 @@ def test_a_normal_prior_with_mass_below_zero_is_refused_with_forms_that_are_acce
     assert parse_prior("sensor_thickness", {"truncated_normal": ["0.74 mm", "0.4 mm", "0 mm", "2.34 mm"]}).support[0] == 0
 
 
+def test_a_mean_next_to_nothing_is_refused_like_any_other_with_mass_below_zero() -> None:
+    with pytest.raises(InputError, match="cannot be negative, but 50 % of the prior lies below zero"):
+        parse_prior("capacitance_discrepancy", {"normal": [1.1e-308, "0.05 %"]})
+
+
 def test_a_normal_compliance_around_zero_is_told_to_be_half_normal() -> None:
     with pytest.raises(InputError, match='halfnormal = "5 um/N"'):
         parse_prior("machine_compliance", {"normal": ["0 um/N", "5 um/N"]})

@@ -25,7 +25,7 @@ from models.layers import layered
 from models.response import Response
 from models.sensor import Base, Design, FloatArray, design_from
 
-EXPERIMENT = Path(__file__).parents[1] / "datasets" / "padded_sensor" / "experiment.toml"
+EXPERIMENT = Path(__file__).parents[2] / "datasets" / "padded_sensor" / "experiment.toml"
 #: How deep the ball is pressed [m], points of each channel, steps of the finite elements on the way and their accuracy.
 DEPTH, POINTS, STEPS, ACCURACY = 0.55e-3, 25, 48, 5e-4
 #: Speed of the crosshead [m/s].

@@ -1,0 +1,1 @@
+"""Simulated labs with faults, for benchmarks."""
