@@ -6,6 +6,7 @@ lab in which all is as the model has it, its unknowns drawn from their priors, i
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 
 from scipy.special import ndtri
@@ -152,10 +153,9 @@ def departure_in_words(departure: Departure, posterior: Posterior) -> str:
     posterior : under the model as given.
     """
     size = abs(departure.log_bayes)
-    factor = f"{10 ** (size / 2.302585):.2g}" if size < 11 else f"more than {10 ** int(min(size, 700) / 2.302585):.0e}"
-    told = (
-        f"{departure.model} ({factor} times as probable)" if departure.log_bayes >= 0 else f"{departure.model} (1 : {factor})"
-    )
+    factor = f"{math.exp(size):.2g}" if size < 11 else f"more than 10^{int(size / math.log(10))}"
+    odds = f"{factor} times as probable" if departure.log_bayes >= 0 else f"odds 1 : {factor}"
+    told = f"{departure.model} ({odds})"
     own = posterior.diagnostics.parameters.get("young_modulus")
     if departure.young_modulus is None or own is None:
         return told

@@ -59,6 +59,8 @@ def recommend(
             recommendation = recommend_in(found, requirement, seed=seed)
         say(recommendation.in_words)
         say_verdict(recommendation.verdict, "the advice")
+        for model in recommendation.open_models:
+            say(f"  not ruled out by these data: {model}")
         for condition in recommendation.conditions:
             say(f"  holds for: {condition}")
         say(f"Written: {run / 'recommendation.json'}, {run / 'report.html'}")

@@ -131,7 +131,7 @@ def recommend(
         present_change=band(now.change + now.sd * smooth[:, 0]),
         gain=gain,
         border=_border(grid, covered, pick),
-        conditions=_conditions(posterior, open_models, forward, _with_padding(base, float(np.max(grid[covered])))),
+        conditions=_conditions(posterior, forward, _with_padding(base, float(np.max(grid[covered])))),
         open_models=open_models,
         verdict=verdict_of([*known.reasons, *beyond]),
         forward_name=forward.name,
@@ -342,7 +342,7 @@ def _open_models(posterior: Posterior) -> tuple[str, ...]:
     return tuple(departure_in_words(d, posterior) for d in posterior.diagnostics.departures if d.log_bayes > RULED_OUT)
 
 
-def _conditions(posterior: Posterior, open_models: tuple[str, ...], forward: Forward, base: Design) -> tuple[str, ...]:
+def _conditions(posterior: Posterior, forward: Forward, base: Design) -> tuple[str, ...]:
     radius = np.asarray(base.electrode_radius) * 1e3
     spread = f"{np.median(radius):.3g} mm"
     if np.ptp(radius) > 1e-6:
@@ -358,7 +358,6 @@ def _conditions(posterior: Posterior, open_models: tuple[str, ...], forward: For
     rough = caution(forward, base)
     return (
         *([f"a first look alone: {rough}"] if rough else []),
-        *(f"this model; these data do not rule out another: {model}" for model in open_models),
         "padding bonded to the rigid base: on a slippery base the sensor is softer and the optimum moves",
         f"electrode radius {spread}: another electrode needs its own recommendation",
         f"ball radius {float(np.asarray(base.indenter.radius)[0]) * 1e3:.3g} mm, {contact}",
