@@ -13,7 +13,20 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from calib.cli.common import NOT_USABLE, Strict, counting, err, exit_by, out, paging, refusing_bad_input, say, say_verdict
+from calib.cli.common import (
+    BUDGET,
+    NOT_USABLE,
+    Strict,
+    counting,
+    err,
+    exit_by,
+    out,
+    paging,
+    pasted,
+    refusing_bad_input,
+    say,
+    say_verdict,
+)
 from calib.cli.progress import Line, first_answer_lines, progress_line
 from calib.cli.stopping import when_stopped
 from calib.errors import Fault, InputError, in_shell_path
@@ -22,10 +35,6 @@ from calib.regular import require_shown
 if TYPE_CHECKING:
     from calib.experiment import Experiment
     from calib.runs import Run
-
-
-#: Minutes that a calibration may take if nothing else is said.
-BUDGET = 10.0
 
 
 def calibrate(
@@ -152,12 +161,8 @@ def calibrate(
 
 
 def _resuming(experiment: Path, output: Path, options: Mapping[str, Path | float | None]) -> str:
-    """The command that goes on with a run, to be pasted: with the options that it was begun with and that are not None."""
-    words = ["calib calibrate", in_shell_path(experiment), "-o", in_shell_path(output), "--resume"]
-    for name, value in options.items():
-        if value is not None:
-            words += [name, in_shell_path(value) if isinstance(value, Path) else f"{value:g}"]
-    return " ".join(words)
+    """The command that goes on with a run, to be pasted, with the options that it was begun with."""
+    return pasted(["calib calibrate", in_shell_path(experiment), "-o", in_shell_path(output), "--resume"], options)
 
 
 def _quick(experiment: Path, surrogate: Path | None, refused: list[str]) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import BrokenExecutor
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from calib.cli.terminal import Console
-from calib.errors import Fault, InputError
+from calib.errors import Fault, InputError, in_shell_path
 from models.response import ConvergenceError, OutOfRangeError
 from models.threads import one_thread
 
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from calib.checks import Verdict
     from calib.runs import Run
 
+#: Minutes that a calibration may take if nothing else is said.
+BUDGET = 10.0
 #: All results are written, but the page that shows them could not be made.
 NO_PAGE = 1
 #: Something is wrong with the input; nothing was written.
@@ -198,6 +200,18 @@ def loaded(folder: Path) -> Run:
     for note in run.notes:
         err().print(f"Note: {note}", markup=False, soft_wrap=True)
     return run
+
+
+def pasted(words: Sequence[str], options: Mapping[str, Path | float | None]) -> str:
+    """A command to be pasted into a shell.
+
+    Parameters
+    ----------
+    words : that it begins with, paths quoted.
+    options : name -> value; those that are None are left out.
+    """
+    given = [(name, value) for name, value in options.items() if value is not None]
+    return " ".join([*words, *(f"{n} {in_shell_path(v) if isinstance(v, Path) else f'{v:g}'}" for n, v in given)])
 
 
 @contextmanager

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from calib.cli.common import NOT_USABLE, err, loaded, out, refusing_bad_input, say
+from calib.cli.common import BUDGET, NOT_USABLE, err, loaded, out, pasted, refusing_bad_input, say
 from calib.cli.progress import progress_line
 from calib.cli.stopping import when_stopped
 from calib.errors import Fault, InputError, in_shell_path
@@ -34,7 +34,7 @@ def compare(
         Path | None, typer.Option("-o", "--output", metavar="FOLDER", help="Folder for the runs, with an experiment file.")
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of all random numbers.")] = 1,
-    budget: Annotated[float, typer.Option(min=0.0, help="Minutes that each calibration samples at most.")] = 10.0,
+    budget: Annotated[float, typer.Option(min=0.0, help="Minutes that each calibration samples at most.")] = BUDGET,
     processes: Annotated[
         int | None, typer.Option(min=0, help="Worker processes; 0 for none [default: number of CPUs, at most 4].")
     ] = None,
@@ -56,7 +56,13 @@ def compare(
     surrogate is off by more than it states, or a block cannot be left out (k-hat), and saying so; 130 stopped from the
     keyboard, 143 by SIGTERM, what was computed is kept.
     """
-    again = f"calib compare {' '.join(map(in_shell_path, paths))} -o {in_shell_path(output or Path('FOLDER'))}"
+    given = {
+        "-o": output,
+        "--seed": seed if seed != 1 else None,
+        "--budget": budget if budget != BUDGET else None,
+        "--processes": processes,
+    }
+    again = pasted(["calib compare", *map(in_shell_path, paths)], given)
     with refusing_bad_input(), when_stopped(lambda: f"Stopped. Continue with: {again}"):
         if len(paths) == 1 and paths[0].suffix == ".toml":
             doubts = _rivals(ctx, paths[0], output, seed, budget, processes)

@@ -105,3 +105,17 @@ def test_an_experiment_is_held_against_every_model_that_can_be_had(tmp_path: Pat
     assert "friction" in {v.name for v in variants_of(replace(plain, model="fem"))}
     gent = replace(plain, law="gent")
     assert [v.name for v in variants_of(gent)] == [AS_GIVEN, "neo-hookean", "own-padding"]  # none that sticks and stiffens
+
+
+def test_a_comparison_that_is_stopped_says_how_to_go_on_with_all_that_it_was_given(tmp_path: Path) -> None:
+    lab = make_lab(tmp_path)
+
+    def stopped(*_: object, **__: object) -> Posterior:
+        raise KeyboardInterrupt
+
+    experiment, models = lab / "experiment.toml", lab / "my models"
+    command = ["compare", str(experiment), "-o", str(models), "--seed", "7", "--budget", "3", "--processes", "0"]
+    result = CliRunner().invoke(app, command, obj=replace(QUICK, sample=stopped))
+    assert result.exit_code == 130, result.output
+    said = " ".join(result.stderr.split())
+    assert f'Continue with: calib compare {experiment} -o "{models}" --seed 7 --budget 3 --processes 0' in said
