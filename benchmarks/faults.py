@@ -12,20 +12,17 @@ repeated.
 from __future__ import annotations
 
 import argparse
-import json
 import math
 import time
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import replace
-from itertools import product
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from simulated.faulty import ACCURACY, KINDS, Lab, lab_of
+from simulated.labs import rows_of
 
 from calib.checks import FILES, judge_posterior, look_elsewhere, plausibility, predict, with_elsewhere
 from calib.decision import Requirement, recommend
@@ -139,20 +136,8 @@ def main(words: Sequence[str] | None = None) -> None:
     given = parser.parse_args(words)
     if unknown := [name for name in given.kinds if name not in KINDS]:
         parser.error(f"there is no kind {unknown[0]!r}; choose from: {'; '.join(KINDS)}")
-    rows = []
-    if given.output and given.output.exists():
-        rows = [json.loads(line) for line in given.output.read_text(encoding="utf-8").splitlines()]
-    known = {(row["kind"], row["seed"]) for row in rows}
-    wanted = [lab[::-1] for lab in product(range(given.labs), given.kinds or KINDS) if lab[::-1] not in known]
-    with ProcessPoolExecutor(max(given.processes, 1), mp_context=get_context("spawn")) as workers:
-        pending = [workers.submit(calibrate, *lab, given.steps) for lab in wanted] if given.processes else []
-        done = (d.result() for d in as_completed(pending)) if pending else (calibrate(*lab, given.steps) for lab in wanted)
-        for row in done:
-            rows.append(row)
-            if given.output:
-                with given.output.open("a", encoding="utf-8") as file:
-                    file.write(json.dumps(row) + "\n")
-    print("\n".join(table(sorted(rows, key=lambda row: (list(KINDS).index(row["kind"]), row["seed"])))))
+    rows = rows_of(calibrate, given.kinds or KINDS, given.labs, given.steps, given.processes, given.output)
+    print("\n".join(table(sorted(rows, key=lambda row: list(KINDS).index(row["kind"])))))
 
 
 if __name__ == "__main__":

@@ -11,19 +11,16 @@ a line of JSON each, and those that are there are not repeated.
 from __future__ import annotations
 
 import argparse
-import json
 import math
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, field, replace
-from itertools import product
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from simulated.faulty import ACCURACY, DEPTH, EXPERIMENT, POINTS, curve_of
+from simulated.labs import rows_of
 
 from calib.decision import Requirement, recommend
 from calib.experiment import Experiment, forward_of_experiment, read_experiment
@@ -165,22 +162,8 @@ def main(words: Sequence[str] | None = None) -> None:
     parser.add_argument("--processes", type=int, default=2, help="0 for none beside this one")
     parser.add_argument("-o", "--output", type=Path, help="file for the labs, a line of JSON each")
     given = parser.parse_args(words)
-    rows = []
-    if given.output and given.output.exists():
-        rows = [json.loads(line) for line in given.output.read_text(encoding="utf-8").splitlines()]
-    known = {(row["kind"], row["seed"]) for row in rows}
-    wanted = [(name, seed) for seed, name in product(range(given.labs), given.kinds) if (name, seed) not in known]
-    with ProcessPoolExecutor(max(given.processes, 1), mp_context=get_context("spawn")) as workers:
-        pending = [workers.submit(calibrate, *lab, given.steps) for lab in wanted] if given.processes else []
-        found = (
-            (done.result() for done in as_completed(pending)) if pending else (calibrate(*lab, given.steps) for lab in wanted)
-        )
-        for row in found:
-            rows.append(row)
-            if given.output:
-                with given.output.open("a", encoding="utf-8") as file:
-                    file.write(json.dumps(row) + "\n")
-    print("\n".join(table(sorted(rows, key=lambda row: (list(KINDS).index(row["kind"]), row["seed"])))))
+    rows = rows_of(calibrate, given.kinds, given.labs, given.steps, given.processes, given.output)
+    print("\n".join(table(sorted(rows, key=lambda row: list(KINDS).index(row["kind"])))))
 
 
 if __name__ == "__main__":

@@ -1,0 +1,41 @@
+"""Kinds of labs and seeds in, what came of each out: over processes, kept in a file, and not done twice."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from itertools import product
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+
+def rows_of(
+    calibrate: Callable[..., dict[str, Any]], kinds: Iterable[str], labs: int, steps: int, processes: int, output: Path | None
+) -> list[dict[str, Any]]:
+    """Calibrate labs and give a row for each, with those that a file holds already, by kind and seed.
+
+    Parameters
+    ----------
+    calibrate : function of kind, seed and steps that gives a row with "kind" and "seed".
+    kinds : of the labs.
+    labs : of each kind.
+    steps : of each walker, at most.
+    processes : 0 for none beside this one.
+    output : file for the rows, a line of JSON each; None for none.
+    """
+    rows: list[dict[str, Any]] = []
+    if output and output.exists():
+        rows = [json.loads(line) for line in output.read_text(encoding="utf-8").splitlines()]
+    known = {(row["kind"], row["seed"]) for row in rows}
+    wanted = [(kind, seed) for seed, kind in product(range(labs), kinds) if (kind, seed) not in known]
+    with ProcessPoolExecutor(max(processes, 1), mp_context=get_context("spawn")) as workers:
+        pending = [workers.submit(calibrate, *lab, steps) for lab in wanted] if processes else []
+        found = (done.result() for done in as_completed(pending)) if pending else (calibrate(*lab, steps) for lab in wanted)
+        for row in found:
+            rows.append(row)
+            if output:
+                with output.open("a", encoding="utf-8") as file:
+                    file.write(json.dumps(row) + "\n")
+    return sorted(rows, key=lambda row: (row["kind"], row["seed"]))
