@@ -15,6 +15,7 @@ import math
 import time
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 
@@ -41,6 +42,8 @@ _COVERED = 0.5
 _MOST_WEIGHED = 60
 # Slips and conflicts that are named, and bad grades, at most.
 _MOST_SLIPS, _MOST_CONFLICTS, _MOST_GRADES = 2, 3, 4
+# Two records of one file are one if their ends are no further apart than this, in noises of one reading.
+_ALIKE = 5.0
 # What is seen at a glance -> the quantity whose unit it is shown in, and what to look at if it is out of the way.
 _SHOWN = {
     "force": (
@@ -97,7 +100,7 @@ def plausibility(problem: Problem) -> Plausibility:
     The reasons for doubt; none for a sound lab but for one in fifty at most (docs/check.md).
     """
     ranges = ranges_of(problem)
-    files = tuple(_of_files(problem))
+    files = (*_of_one_record(problem), *_of_files(problem))
     if farthest(ranges) > IMPOSSIBLE:  # a posterior of such data says nothing
         repairs = repairs_of(problem.experiment, problem.sweeps, problem.forward)
         return Plausibility(verdict_of((*_of_ranges(problem, ranges, repairs), *files)).reasons, ranges, None, None)
@@ -136,6 +139,23 @@ def _of_files(problem: Problem) -> Iterator[Reason]:
             else ""
         )
         yield Reason(FILES, "amber", f"{grade.file}, {check_name(grade)}: {grade.finding}{more}", grade.advice.rstrip("."))
+
+
+def _of_one_record(problem: Problem) -> Iterator[Reason]:
+    """Two sweeps of the same readings, as where one file was entered for two: no two presses begin and end so much alike."""
+    for first, second in combinations(problem.sweeps, 2):
+        same = [kind for kind in first.channels if kind in second.channels and _is_one_record(first, second, kind)]
+        if same:
+            finding = f"{first.title} and {second.title} have the same readings of {' and '.join(same)}"
+            yield Reason("same readings", "red", finding, "Give each of them its own file, specimen or cycle")
+
+
+def _is_one_record(first: Sweep, second: Sweep, kind: str) -> bool:
+    """Whether both have a file in common, and a channel of the same smallest and largest value but for the noise."""
+    common = {sha for _, sha in first.files} & {sha for _, sha in second.files}
+    mine, others = (np.array([np.min(s.channels[kind].value), np.max(s.channels[kind].value)]) for s in (first, second))
+    noise = max(s.noise[kind] for s in (first, second))
+    return bool(common) and bool(np.all(np.abs(mine - others) < _ALIKE * noise))
 
 
 def _of_ranges(problem: Problem, ranges: Sequence[Range], repairs: Sequence[Slip]) -> Iterator[Reason]:

@@ -180,6 +180,18 @@ def test_a_capacitance_of_another_specimen_is_not_green() -> None:
     assert found.verdict.colour != "green"
 
 
+def test_one_file_that_was_entered_for_two_specimens_is_red() -> None:
+    lab = _lab(others={"dielectric_thickness": 0.165e-3, "padding_thickness": 1.5e-3})
+    first, second = (replace(s, files=(("log.csv", "ab" * 32),)) for s in lab.sweeps)
+    apart = replace(lab, sweeps=(first, second)).check()
+    assert "same readings" not in {reason.gate for reason in apart.reasons}
+    twice = replace(second, channels={**second.channels, "capacitance": first.channels["capacitance"]})
+    found = replace(lab, sweeps=(first, twice)).check()
+    (reason,) = [r for r in found.reasons if r.gate == "same readings"]
+    assert (found.verdict.colour, reason.level) == ("red", "red")
+    assert reason.finding == "sensor 1 and sensor 2 have the same readings of capacitance"
+
+
 def test_a_refusal_names_the_slip_that_is_behind_it() -> None:
     lab = _lab()
     fault = Fault("refused", Path("experiment.toml"))
