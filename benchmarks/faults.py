@@ -16,6 +16,7 @@ import math
 import time
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -29,7 +30,7 @@ from calib.decision import Requirement, recommend
 from calib.errors import InputError
 from calib.experiment import forward_of_experiment
 from calib.problem import build_problem
-from calib.sampling import sample
+from calib.sampling import first_answer, sample
 from models.fem import FiniteElements
 from models.layers import layered
 from models.response import ConvergenceError, OutOfRangeError
@@ -55,8 +56,12 @@ def _calibrate(lab: Lab, seed: int, max_steps: int) -> dict[str, Any]:
     except InputError as error:
         return {"refused": str(error.faults[0])}
     before = plausibility(problem)
+    first = before.first
+    if first is None:  # which the check does without where it says enough
+        with suppress(ValueError):
+            first = first_answer(problem)
     posterior = sample(problem, seed=seed, processes=0, max_steps=max_steps)
-    posterior = with_elsewhere(posterior, look_elsewhere(problem, before.first))
+    posterior = with_elsewhere(posterior, look_elsewhere(problem, first))
     predictions = predict(posterior, forward, np.random.default_rng(seed))
     verdict = judge_posterior(posterior, predictions, [reason for reason in before.reasons if reason.gate != FILES])
     found = posterior.draws.reshape(-1, len(problem.names))[:, problem.names.index("young_modulus")]
