@@ -243,8 +243,8 @@ class Departure:
     ----------
     name : of the choice, as `calib compare` names its folders.
     model : the choices of that model in words.
-    log_bayes : logarithm of the Bayes factor for it and against the model of the posterior; -inf where its mode alone rules it
-        out, nan where it is not known.
+    log_bayes : logarithm of the Bayes factor for it and against the model of the posterior; nan where it is not known, as where
+        that model does not cover what was measured.
     young_modulus : what Young's modulus would be under it; None if not known, or fixed.
     """
 
