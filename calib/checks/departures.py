@@ -43,17 +43,19 @@ def look_elsewhere(problem: Problem, own: FirstAnswer | None, executor: Executor
     Parameters
     ----------
     problem : from `build_problem`.
-    own : its first answer; None for none, and then nothing can be compared.
+    own : its first answer; None for none, and then nothing is known of any other model.
     executor : asks models and specimens side by side; None to ask one after the other.
 
     Returns
     -------
     Nothing of a model that is the finite elements, which would take hours.
     """
-    if own is None or problem.experiment.model == "fem":
+    if problem.experiment.model == "fem":
         return Elsewhere()
-    near = {name: estimate.mean for name, estimate in own.parameters.items()}
     variants = variants_of(problem.experiment)[1:]
+    if own is None:
+        return Elsewhere(tuple(_departure(problem, variant, own, None) for variant in variants))
+    near = {name: estimate.mean for name, estimate in own.parameters.items()}
     if executor is None:
         apart = _apart(problem, near)
         answers = [_under(problem, variant, near) for variant in variants]
@@ -108,9 +110,9 @@ def _forward(problem: Problem, variant: Variant) -> Forward:
     return problem.forward if experiment.family == problem.experiment.family else forward_of_experiment(experiment)
 
 
-def _departure(problem: Problem, variant: Variant, own: FirstAnswer, found: FirstAnswer | None) -> Departure:
+def _departure(problem: Problem, variant: Variant, own: FirstAnswer | None, found: FirstAnswer | None) -> Departure:
     model = model_in_words(variant.of(problem.experiment))
-    if found is None:
+    if own is None or found is None:
         return Departure(variant.name, model, float("nan"), None)
     return Departure(variant.name, model, found.log_evidence - own.log_evidence, found.parameters.get("young_modulus"))
 

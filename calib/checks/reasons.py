@@ -135,13 +135,18 @@ def _discrepancy(posterior: Posterior, predictions: Sequence[Prediction]) -> Ite
 
 
 def _departures(posterior: Posterior) -> Iterator[Reason]:
+    advice = "Calibrate with both and compare them: `calib compare EXPERIMENT -o FOLDER`"
+    asked = posterior.diagnostics.departures
+    if asked and all(math.isnan(d.log_bayes) for d in asked):
+        finding = "other models were not held against these data, as there is no first answer to compare with"
+        yield Reason("model", "amber", finding, advice)
     better = [d for d in posterior.diagnostics.departures if _level(d.log_bayes, BAYES_LIMITS) is not None]
     if better:
         best = max(better, key=lambda d: d.log_bayes)
         level = _level(best.log_bayes, BAYES_LIMITS)
         assert level is not None
         finding = f"another model describes these data better: {departure_in_words(best, posterior)}"
-        yield Reason("model", level, finding, "Calibrate with both and compare them: `calib compare EXPERIMENT -o FOLDER`")
+        yield Reason("model", level, finding, advice)
 
 
 def departure_in_words(departure: Departure, posterior: Posterior) -> str:

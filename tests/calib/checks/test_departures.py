@@ -76,10 +76,12 @@ def test_a_second_specimen_that_is_stiffer_is_told_by_how_much(second: float) ->
     assert (abs(apart.z) > 3) == (second != 1)
 
 
-def test_nothing_is_asked_of_the_finite_elements_or_without_a_first_answer(one: Experiment) -> None:
+def test_nothing_is_asked_of_the_finite_elements_and_nothing_known_without_a_first_answer(one: Experiment) -> None:
     forward = ClosedForm(force_error=0.002)
     problem = _problem(replace(one, model="closed form"), forward, ClosedForm())
-    assert look_elsewhere(problem, None).departures == ()
+    unknown = look_elsewhere(problem, None).departures
+    assert unknown
+    assert all(np.isnan(d.log_bayes) for d in unknown)
     exact = replace(problem, experiment=replace(problem.experiment, model="fem"))
     assert look_elsewhere(exact, first_answer(problem)).departures == ()
 

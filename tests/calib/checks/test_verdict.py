@@ -80,9 +80,7 @@ def test_a_discrepancy_above_what_was_believed_is_no_success(
     assert all("5.4 %" in r.finding for r in found)
 
 
-@pytest.mark.parametrize(
-    ("log_bayes", "level"), [(-200.0, None), (0.9, None), (1.5, "amber"), (44.0, "red"), (float("nan"), None)]
-)
+@pytest.mark.parametrize(("log_bayes", "level"), [(-200.0, None), (0.9, None), (1.5, "amber"), (44.0, "red")])
 def test_a_model_that_the_data_prefer_takes_the_green_away(
     make_posterior: MakePosterior, log_bayes: float, level: str | None
 ) -> None:
@@ -90,6 +88,13 @@ def test_a_model_that_the_data_prefer_takes_the_green_away(
     found = [r for r in judge_posterior(_with(make_posterior(), departures=(other,))).reasons if r.gate == "model"]
     assert [r.level for r in found] == ([level] if level else [])
     assert all("0.7 ± 0.02 instead of 0.62 ± 0.004 MPa" in r.finding for r in found)
+
+
+def test_models_that_could_not_be_asked_take_the_green_away(make_posterior: MakePosterior) -> None:
+    unknown = Departure("own-padding", "padding of its own modulus", np.nan, None)
+    assert _gates(_with(make_posterior(), departures=(unknown,))) == {"model": "amber"}
+    known = replace(unknown, name="slippery", log_bayes=-40.0)
+    assert _gates(_with(make_posterior(), departures=(unknown, known))) == {}
 
 
 @pytest.mark.parametrize(("ratio", "level"), [(1.02, None), (1.08, "amber"), (0.80, "red")])

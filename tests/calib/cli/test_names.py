@@ -176,13 +176,16 @@ def test_the_screen_judges_a_calibration_as_its_page_does(
     level: Any,
     good: bool,
 ) -> None:
+    from calib.checks import Elsewhere
     from calib.lab import Grade
 
     monkeypatch.setattr("calib.runs.calibration.first_answer_of", lambda _: None)  # that of the lab would not be this one's
     made = make_posterior(n_specimen=1, **options)
     grade = Grade("signal", level, 0.9, "times", "the signal is 0.9 times the noise", "Look", "force", "f.csv")
     made = replace(made, sweeps=tuple(replace(sweep, grades=(grade,)) for sweep in made.sweeps))
-    stages = Stages(lambda *_, **__: made, lambda posterior, _: posterior, check=lambda _: None)
+    stages = Stages(
+        lambda *_, **__: made, lambda posterior, _: posterior, look_elsewhere=lambda *_: Elsewhere(), check=lambda _: None
+    )
     on_screen, on_page, _ = _judged(tmp_path, _lab(tmp_path), stages)
     assert on_screen == on_page == good
 
