@@ -1,4 +1,4 @@
-"""A `Posterior` in, whether it may be believed out: predictive, spot check, re-weighting, comparison; changes no draw."""
+"""A `Problem` or a `Posterior` in, whether it may be believed out, in checks and a verdict; changes no draw, knows no page."""
 
 from calib.checks.comparison import Candidate, compare_runs, comparison_in_words, doubts
 from calib.checks.departures import Elsewhere, look_elsewhere, with_departures, with_elsewhere
