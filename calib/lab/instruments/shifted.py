@@ -42,7 +42,11 @@ def shifted_rows(sheet: Sheet, table: Table) -> dict[int, str]:
     n, n_row = n_named(sheet), len(table.lines)
     if n < 2 or n_row < 2:
         return {}
-    columns = table.columns[:n]
+    columns = list(table.columns[:n])
+    for end in (0, -1):  # a column that is empty throughout, as for the number of a specimen, is none that a row could have left
+        while len(columns) > 2 and all(cell in _EMPTY for cell in columns[end]):
+            columns.pop(end)
+    n = len(columns)
     found: dict[int, str] = {}
     for end, step, side in ((n - 1, 1, "left"), (0, -1, "right")):
         if not any(empty in columns[end] for empty in _EMPTY):

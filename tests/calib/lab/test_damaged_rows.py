@@ -115,3 +115,18 @@ def test_a_press_in_the_last_few_rows_is_no_jump_of_an_instrument(tmp_path: Path
     )
     seen = observe(read(tmp_path, rows(force)))
     assert seen.signs["force"].factor == -1.0
+
+
+@pytest.mark.parametrize("ends", [("", ""), ("", ","), (",", ""), (",,", ",")], ids=["none", "behind", "before", "both"])
+def test_a_row_one_column_too_far_is_left_out_also_beside_columns_that_are_always_empty(
+    tmp_path: Path, ends: tuple[str, str]
+) -> None:
+    before, behind = ends
+    rows = [f"{0.14 * i:.4f},{1.4 * i:.4f},{0.003 * i:.4f}" for i in range(60)]
+    rows[30] = "," + rows[30].rsplit(",", 1)[0]
+    lines = [f"{before}{row}{behind}" for row in ["Time,Displacement,Force", "(s),(mm),(kN)", *rows]]
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    table = read_lab_file(path)
+    assert np.flatnonzero(np.isnan(table.columns["displacement"])).tolist() == [30]
+    assert np.flatnonzero(np.isnan(table.columns["force"])).tolist() == [30]
