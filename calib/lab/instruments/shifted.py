@@ -43,7 +43,7 @@ def shifted_rows(sheet: Sheet, table: Table) -> dict[int, str]:
     if n < 2 or n_row < 2:
         return {}
     columns = list(table.columns[:n])
-    for end in (0, -1):  # a column that is empty throughout, as for the number of a specimen, is none that a row could have left
+    for end in (0, -1):  # what is empty throughout, as for the number of a specimen, is none that a row could have left
         while len(columns) > 2 and all(cell in _EMPTY for cell in columns[end]):
             columns.pop(end)
     n = len(columns)
