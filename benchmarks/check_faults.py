@@ -9,7 +9,6 @@ how many labs come out green, amber and red, how many are refused before, and in
 from __future__ import annotations
 
 import argparse
-import json
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -19,6 +18,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
+from simulated.labs import keep_row, kept_rows
 
 from calib.checks import plausibility, scaled, ways_out
 from calib.errors import InputError
@@ -337,9 +337,7 @@ def main(words: Sequence[str] | None = None) -> None:
     parser.add_argument("--labs", type=int, default=20, help="of each other kind")
     parser.add_argument("-o", "--output", type=Path, help="file for the labs, a line of JSON each; those in it are kept")
     given = parser.parse_args(words)
-    rows: list[dict[str, Any]] = []
-    if given.output and given.output.exists():
-        rows = [json.loads(line) for line in given.output.read_text(encoding="utf-8").splitlines()]
+    rows = kept_rows(given.output)
     known = {(row["kind"], row["layout"], row["seed"]) for row in rows}
     with one_thread():
         for kind in given.kinds or KINDS:
@@ -349,9 +347,7 @@ def main(words: Sequence[str] | None = None) -> None:
                     if (kind, name, seed) in known:
                         continue
                     rows.append(check(kind, name, seed))
-                    if given.output:
-                        with given.output.open("a", encoding="utf-8") as file:
-                            file.write(json.dumps(rows[-1]) + "\n")
+                    keep_row(given.output, rows[-1])
     print("\n".join(table(rows)))
 
 

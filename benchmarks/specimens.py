@@ -9,7 +9,6 @@ where truth lies in the posterior of what the specimens share. With -o lots are 
 from __future__ import annotations
 
 import argparse
-import json
 import resource
 import time
 from collections.abc import Sequence
@@ -18,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from simulated.labs import keep_row, kept_rows
 
 from calib.experiment import Experiment, forward_of_experiment, read_experiment
 from calib.lab import Sweep
@@ -126,19 +126,14 @@ def main(words: Sequence[str] | None = None) -> None:
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("-o", "--output", type=Path, help="file for the lots, a line of JSON each")
     given = parser.parse_args(words)
-    known: dict[tuple[int, int], dict[str, Any]] = {}
-    if given.output and given.output.exists():
-        for line in given.output.read_text(encoding="utf-8").splitlines():
-            row = json.loads(line)
-            known[row["specimens"], row["seed"]] = row
+    known = {(row["specimens"], row["seed"]): row for row in kept_rows(given.output)}
     print("specimens seed unknowns steps   wall [s]  processor [s]  memory [GB]  converged   truth of what is shared, as ranks")
     inside = []
     for n in given.n:
         for seed in range(given.first, given.first + given.lots):
             row = known.get((n, seed)) or calibrate(n, seed, given.steps, given.processes)
-            if given.output and (n, seed) not in known:
-                with given.output.open("a", encoding="utf-8") as file:
-                    file.write(json.dumps(row) + "\n")
+            if (n, seed) not in known:
+                keep_row(given.output, row)
             ranks = row["shared"]
             inside += [0.05 < rank < 0.95 for rank in ranks.values()]
             numbers = f"{n:9d} {seed:4d} {row['unknowns']:8d} {row['steps']:5d} {row['wall']:10.1f} {row['processor']:14.1f}"

@@ -1,4 +1,4 @@
-"""Kinds of labs and seeds in, what came of each out: over processes, kept in a file, and not done twice."""
+"""Kinds of labs and seeds in, what came of each out, as rows: over processes, kept in a file, and not done twice."""
 
 from __future__ import annotations
 
@@ -9,6 +9,20 @@ from itertools import product
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
+
+
+def kept_rows(output: Path | None) -> list[dict[str, Any]]:
+    """What a file holds already, a line of JSON each; nothing if there is none."""
+    if output is None or not output.exists():
+        return []
+    return [json.loads(line) for line in output.read_text(encoding="utf-8").splitlines()]
+
+
+def keep_row(output: Path | None, row: dict[str, Any]) -> None:
+    """Add a row to a file, if there is to be one."""
+    if output is not None:
+        with output.open("a", encoding="utf-8") as file:
+            file.write(json.dumps(row) + "\n")
 
 
 def rows_of(
@@ -25,9 +39,7 @@ def rows_of(
     processes : 0 for none beside this one.
     output : file for the rows, a line of JSON each; None for none.
     """
-    rows: list[dict[str, Any]] = []
-    if output and output.exists():
-        rows = [json.loads(line) for line in output.read_text(encoding="utf-8").splitlines()]
+    rows = kept_rows(output)
     known = {(row["kind"], row["seed"]) for row in rows}
     wanted = [(kind, seed) for seed, kind in product(range(labs), kinds) if (kind, seed) not in known]
     with ProcessPoolExecutor(max(processes, 1), mp_context=get_context("spawn")) as workers:
@@ -35,7 +47,5 @@ def rows_of(
         found = (done.result() for done in as_completed(pending)) if pending else (calibrate(*lab, steps) for lab in wanted)
         for row in found:
             rows.append(row)
-            if output:
-                with output.open("a", encoding="utf-8") as file:
-                    file.write(json.dumps(row) + "\n")
+            keep_row(output, row)
     return sorted(rows, key=lambda row: (row["kind"], row["seed"]))

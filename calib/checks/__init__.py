@@ -25,6 +25,7 @@ from calib.checks.reasons import (
     departure_in_words,
     judge_posterior,
     passed_gates,
+    unedited_reasons,
 )
 from calib.checks.refine import error_rows, refinement_in_words, require_own_surrogate, shift_rows, stands, training_points
 from calib.checks.reweighting import ACCURACY, LEAST_DRAWS, reweight, with_reweighting
@@ -88,6 +89,7 @@ __all__ = [
     "shift_rows",
     "stands",
     "training_points",
+    "unedited_reasons",
     "verdict_from_plain",
     "verdict_of",
     "ways_out",

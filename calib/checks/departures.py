@@ -99,15 +99,12 @@ def _under(problem: Problem, variant: Variant, near: Mapping[str, float]) -> Fir
     experiment = variant.of(problem.experiment)
     begin = {"padding_young_modulus": near.get("young_modulus", np.nan), **near}
     try:
-        return first_answer(build_problem(experiment, problem.sweeps, _forward(problem, variant)), begin)
+        # The forward model of the problem where it serves, so that a surrogate of one's own is used.
+        same = experiment.family == problem.experiment.family
+        forward = problem.forward if same else forward_of_experiment(experiment)
+        return first_answer(build_problem(experiment, problem.sweeps, forward), begin)
     except (InputError, ValueError):
         return None
-
-
-def _forward(problem: Problem, variant: Variant) -> Forward:
-    """The forward model of a variant: that of the problem where it serves, so that a surrogate of one's own is used."""
-    experiment = variant.of(problem.experiment)
-    return problem.forward if experiment.family == problem.experiment.family else forward_of_experiment(experiment)
 
 
 def _departure(problem: Problem, variant: Variant, own: FirstAnswer | None, found: FirstAnswer | None) -> Departure:

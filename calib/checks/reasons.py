@@ -14,12 +14,12 @@ from scipy.special import ndtri
 from calib.catalogue import QUANTITIES, SCALES, UnknownName, display
 from calib.checks.predictive import Prediction
 from calib.checks.verdict import LEVELS, Level, Reason, Verdict, reasons_from_text, verdict_of
-from calib.experiment import unedited_in_words
+from calib.experiment import Experiment, unedited_in_words
 from calib.sampling import Departure, ParameterSummary, Posterior
 
-#: A posterior mean of n unknowns contradicts its prior if it is further from the prior's median than one of n would come in so
-#: many labs: amber, and red.
-CONFLICT_RATES: Mapping[Level, float] = {"amber": 1e-2, "red": 1e-5}
+#: Of n numbers that are standard normal in a sound lab, posterior means in the coordinates of their priors or ratios of the
+#: moduli of specimens, one comes further than is tolerable in so many labs: amber, and red.
+RATES: Mapping[Level, float] = {"amber": 1e-2, "red": 1e-5}
 #: A discrepancy this far up in its prior, in the prior's standard-normal coordinate (of a half-normal prior: 2.3 and 3.7 times
 #: its scale), is more than the model was believed to leave out.
 DISCREPANCY_LIMITS: Mapping[Level, float] = {"amber": 2.0, "red": 3.5}
@@ -28,8 +28,6 @@ DISCREPANCY_LIMITS: Mapping[Level, float] = {"amber": 2.0, "red": 3.5}
 BAYES_LIMITS: Mapping[Level, float] = {"amber": 1.0, "red": 5.0}
 #: A model is ruled out by the data below this logarithm of its Bayes factor.
 RULED_OUT = -5.0
-#: One of n comparisons of two specimens comes so far in so many labs: amber, and red.
-APART_RATES: Mapping[Level, float] = {"amber": 1e-2, "red": 1e-5}
 #: Least share of the variance of its prior that a headline quantity must have lost, or it is the prior that is shown.
 LEARNED = 0.5
 #: Attribute of a posterior that keeps the reasons that were found before it was sampled.
@@ -48,9 +46,9 @@ def judge_posterior(posterior: Posterior, predictions: Sequence[Prediction] = ()
     predictions : of its sweeps; without them it is not looked at whether the model describes the data.
     more : what speaks against it besides.
     """
-    gates = (_convergence, _surrogate, _conflict, _departures, _apart, _quality, _prior_driven, _range, _edits)
+    gates = (_convergence, _surrogate, _conflict, _departures, _apart, _quality, _prior_driven, _range)
     found = [reason for gate in gates for reason in gate(posterior)]
-    found += [*_discrepancy(posterior, predictions), *_predictive(predictions)]
+    found += [*unedited_reasons(posterior.experiment), *_discrepancy(posterior, predictions), *_predictive(predictions)]
     return verdict_of([*found, *_before_sampling(posterior, found), *more])
 
 
@@ -86,7 +84,12 @@ def conflict_limit(n: int, level: Level = "amber") -> float:
     >>> round(conflict_limit(20), 1), round(conflict_limit(20, "red"), 1)
     (3.5, 5.0)
     """
-    return float(-ndtri(CONFLICT_RATES[level] / (2 * max(n, 1))))
+    return _rare_limits(n)[level]
+
+
+def _rare_limits(n: int) -> Mapping[Level, float]:
+    """How far the farthest of n standard-normal numbers comes, on either side, as rarely as `RATES` says."""
+    return {level: float(-ndtri(rate / (2 * max(n, 1)))) for level, rate in RATES.items()}
 
 
 def _convergence(posterior: Posterior) -> Iterator[Reason]:
@@ -107,7 +110,7 @@ def _surrogate(posterior: Posterior) -> Iterator[Reason]:
 
 def _conflict(posterior: Posterior) -> Iterator[Reason]:
     summaries = {n: s for n, s in posterior.diagnostics.parameters.items() if UnknownName.parse(n).parameter not in SCALES}
-    limits = {level: conflict_limit(len(posterior.parameters), level) for level in CONFLICT_RATES}
+    limits = _rare_limits(len(posterior.parameters))
     found = [(n, level) for n, s in summaries.items() if (level := _level(abs(s.prior_shift), limits)) is not None]
     for level in LEVELS:
         names = sorted((n for n, own in found if own == level), key=lambda n: -abs(summaries[n].prior_shift))
@@ -140,11 +143,8 @@ def _departures(posterior: Posterior) -> Iterator[Reason]:
     if asked and all(math.isnan(d.log_bayes) for d in asked):
         finding = "other models were not held against these data, as there is no first answer to compare with"
         yield Reason("model", "amber", finding, advice)
-    better = [d for d in posterior.diagnostics.departures if _level(d.log_bayes, BAYES_LIMITS) is not None]
-    if better:
-        best = max(better, key=lambda d: d.log_bayes)
-        level = _level(best.log_bayes, BAYES_LIMITS)
-        assert level is not None
+    best = max((d for d in asked if not math.isnan(d.log_bayes)), key=lambda d: d.log_bayes, default=None)
+    if best is not None and (level := _level(best.log_bayes, BAYES_LIMITS)) is not None:
         finding = f"another model describes these data better: {departure_in_words(best, posterior)}"
         yield Reason("model", level, finding, advice)
 
@@ -173,18 +173,15 @@ def departure_in_words(departure: Departure, posterior: Posterior) -> str:
 
 
 def _apart(posterior: Posterior) -> Iterator[Reason]:
-    compared = posterior.diagnostics.apart
-    limits: dict[Level, float] = {k: float(-ndtri(rate / (2 * max(len(compared), 1)))) for k, rate in APART_RATES.items()}
-    found = sorted((a for a in compared if abs(a.z) > limits["amber"]), key=lambda a: -abs(a.z))
-    if not found:
+    compared = sorted(posterior.diagnostics.apart, key=lambda a: -abs(a.z))
+    limits = _rare_limits(len(compared))
+    if not compared or (level := _level(abs(compared[0].z), limits)) is None:
         return
-    worst = found[0]
-    level = _level(abs(worst.z), limits)
-    assert level is not None
+    found = [a for a in compared if abs(a.z) > limits["amber"]]
     sizes = [
         f"{a.specimen} is {abs(a.ratio.mean - 1):.1%} ± {a.ratio.sd:.1%} {'stiffer' if a.z > 0 else 'softer'}" for a in found
     ]
-    finding = f"the specimens are not of one material: {_first(sizes)} than {worst.reference}"
+    finding = f"the specimens are not of one material: {_first(sizes)} than {compared[0].reference}"
     if len(compared) > 1 and 2 * len(found) > len(compared):
         finding += ", which differs from most of them and may be the one that does not belong"
     yield Reason("specimens", level, finding, "Check their files and thicknesses; if these are right calibrate them one by one")
@@ -243,10 +240,11 @@ def _range(posterior: Posterior) -> Iterator[Reason]:
         yield Reason("range", "amber", warning, 'Use less of the sweep (`use = { max_depth = ... }`), or model = "fem"')
 
 
-def _edits(posterior: Posterior) -> Iterator[Reason]:
-    said = unedited_in_words(posterior.experiment.unedited)
+def unedited_reasons(experiment: Experiment) -> Iterator[Reason]:
+    """What speaks against a result if lines of its experiment file still hold a guess of the draft: one reason, or none."""
+    said = unedited_in_words(experiment.unedited)
     if said:
-        yield Reason("experiment file", "amber", said.rstrip("."), "Replace them by what you know, and remove the mark EDIT")
+        yield Reason("experiment file", "amber", said, "Replace them by what you know, and remove the mark EDIT")
 
 
 def _level(value: float, limits: Mapping[Level, float]) -> Level | None:

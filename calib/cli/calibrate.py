@@ -26,6 +26,7 @@ from calib.cli.common import (
     refusing_bad_input,
     say,
     say_verdict,
+    table,
 )
 from calib.cli.progress import Line, first_answer_lines, progress_line
 from calib.cli.stopping import when_stopped
@@ -206,22 +207,18 @@ def _reweighting(again: str, line: Line) -> Iterator[Callable[[int, int], None]]
 
 
 def _say(folder: Path, run: Run) -> None:
-    from rich.box import SIMPLE_HEAD
     from rich.markup import escape
-    from rich.table import Table
 
-    from calib.report import parameter_rows
+    from calib.report import parameter_rows, status_in_words
 
     posterior = run.posterior
-    shown = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
-    for heading in ("parameter", "posterior", "90 % interval", "learned"):
-        shown.add_column(heading, overflow="fold")
+    shown = table("parameter", "posterior", "90 % interval", "learned")
     for row in parameter_rows(posterior):
         learned = row.learned if row.doubtful else f"{max(row.contraction, 0.0) * 100:.0f} %"
         shown.add_row(escape(row.name), f"{row.value} {row.unit}", row.interval, learned)
     out().print(shown)
     d = posterior.diagnostics
-    say_verdict(run.verdict)
+    say_verdict(run.verdict, status_in_words(run.verdict))
     if d.spot_check is not None and d.surrogate_honest:
         say(f"Spot check: {d.spot_check.in_words()}.")
     if d.reweighting is not None and d.reweighting.passed:

@@ -8,14 +8,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from calib.cli.common import BAD_INPUT, NOT_USABLE, out, refusing_bad_input, say
+from calib.cli.common import BAD_INPUT, NOT_USABLE, out, refusing_bad_input, say, say_verdict, table
 from calib.cli.stopping import when_stopped
 from calib.errors import in_shell_path
 from calib.regular import require_shown
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
     from calib.checks import Outlook, Range
     from calib.runs import Check
 
@@ -24,7 +22,6 @@ _STATUS = {
     "amber": "Amber: something is doubtful. Look at it first; the calibration will say so, too.",
     "red": "Red: do not calibrate this before it is put right.",
 }
-_STYLES = {"green": "green", "amber": "yellow", "red": "bold red"}
 
 
 def check(
@@ -66,10 +63,7 @@ def check(
 
 def _say(found: Check, path: Path) -> None:
     colour = found.verdict.colour
-    out().print(_STATUS[colour], style=_STYLES[colour], markup=False, soft_wrap=True)
-    for reason in found.verdict.reasons:
-        text = f"  {reason.level}, {reason.gate}: {reason.in_words}"
-        out().print(text, style=_STYLES[reason.level], markup=False, soft_wrap=True)
+    say_verdict(found.verdict, _STATUS[colour])
     if found.ranges:
         _say_ranges(found.ranges)
     if found.outlook is None:
@@ -88,10 +82,10 @@ def _say_ranges(ranges: tuple[Range, ...]) -> None:
 
     from calib.checks import expected_in_words, measured_in_words
 
-    table = _table("sweep", "seen", "measured", "expected (99 % of the priors)")
+    shown = table("sweep", "seen", "measured", "expected (99 % of the priors)")
     for r in ranges:
-        table.add_row(escape(r.sweep), r.seen, measured_in_words(r), expected_in_words(r))
-    out().print(table)
+        shown.add_row(escape(r.sweep), r.seen, measured_in_words(r), expected_in_words(r))
+    out().print(shown)
 
 
 def _say_outlook(outlook: Outlook) -> None:
@@ -100,25 +94,15 @@ def _say_outlook(outlook: Outlook) -> None:
     from calib.checks import in_units
     from calib.report import learned_in_words
 
-    table = _table("what the data will tell", "known before (sd)", "after (sd)", "learned")
+    shown = table("what the data will tell", "known before (sd)", "after (sd)", "learned")
     for told in outlook.unknowns:
         quantity = told.name.parameter
         sds = (in_units(quantity, told.prior_sd), in_units(quantity, told.expected_sd))
         share = f"{max(told.contraction, 0.0) * 100:.0f} %, {learned_in_words(told.contraction, 0.0)}"
-        table.add_row(escape(str(told.name)), *sds, share)
-    out().print(table)
+        shown.add_row(escape(str(told.name)), *sds, share)
+    out().print(shown)
     for ridge in outlook.ridges:
         say(f"Ridge: {ridge.in_words}.")
-
-
-def _table(*headings: str) -> Table:
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-
-    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
-    for heading in headings:
-        table.add_column(heading, overflow="fold")
-    return table
 
 
 def _duration(seconds: float) -> str:

@@ -19,6 +19,8 @@ from models.response import ConvergenceError, OutOfRangeError
 from models.threads import one_thread
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from calib.checks import Verdict
     from calib.runs import Run
 
@@ -66,21 +68,30 @@ def say(text: str) -> None:
     out().print(text, markup=False, soft_wrap=True)
 
 
-def say_verdict(verdict: Verdict, what: str = "the numbers") -> None:
+def say_verdict(verdict: Verdict, status: str) -> None:
     """Print a verdict: its colour in a sentence, and its reasons, each with what to do.
 
     Parameters
     ----------
     verdict : to be said.
-    what : it is on.
+    status : the sentence.
     """
-    from calib.report import status_in_words
-
     styles = {"green": "green", "amber": "yellow", "red": "bold red"}
-    out().print(status_in_words(verdict, what), style=styles[verdict.colour], markup=False, soft_wrap=True)
+    out().print(status, style=styles[verdict.colour], markup=False, soft_wrap=True)
     for reason in verdict.reasons:
         text = f"  {reason.level}, {reason.gate}: {reason.in_words}"
         out().print(text, style=styles[reason.level], markup=False, soft_wrap=True)
+
+
+def table(*headings: str) -> Table:
+    """An empty table for results, whose cells break rather than lose letters."""
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    made = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for heading in headings:
+        made.add_column(heading, overflow="fold")
+    return made
 
 
 def exit_by(verdict: Verdict, strict: bool) -> None:

@@ -41,6 +41,7 @@ def recommend(
     """
     with refusing_bad_input():
         from calib.decision import Requirement
+        from calib.report import status_in_words
         from calib.runs import recommend_in
 
         lower, upper = _range(padding)
@@ -58,7 +59,7 @@ def recommend(
         with paging():
             recommendation = recommend_in(found, requirement, seed=seed)
         say(recommendation.in_words)
-        say_verdict(recommendation.verdict, "the advice")
+        say_verdict(recommendation.verdict, status_in_words(recommendation.verdict, "the advice"))
         for model in recommendation.open_models:
             say(f"  not ruled out by these data: {model}")
         for condition in recommendation.conditions:
@@ -80,13 +81,14 @@ def report(run: RunFolder, strict: Strict = False) -> None:
     written; 3 done, but the verdict on the calibration is red, or with --strict amber.
     """
     with refusing_bad_input():
+        from calib.report import status_in_words
         from calib.runs import report_in
 
         found = loaded(run)
         require_writable(found.report)
         with paging():
             report_in(found)
-        say_verdict(found.verdict)
+        say_verdict(found.verdict, status_in_words(found.verdict))
         say(f"Written: {found.report}")
     exit_by(found.verdict, strict)
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from calib.report.page import begin_drawing, kept_drawings, write_report
     from calib.report.pictures import any_letters, write_figure
     from calib.report.rows import FirstRow, ParameterRow, first_rows, learned_in_words, parameter_rows
-    from calib.report.status import listed, status_in_words
+    from calib.report.status import status_in_words
     from calib.report.summary import summary_csv, summary_json
 
 __all__ = [
@@ -40,7 +40,6 @@ __all__ = [
     "first_rows",
     "kept_drawings",
     "learned_in_words",
-    "listed",
     "moves_in_words",
     "padding_figure",
     "parameter_rows",
@@ -71,7 +70,7 @@ __getattr__ = on_demand(
         ".page": ("begin_drawing", "kept_drawings", "write_report"),
         ".pictures": ("any_letters", "write_figure"),
         ".rows": ("FirstRow", "ParameterRow", "first_rows", "learned_in_words", "parameter_rows"),
-        ".status": ("listed", "status_in_words"),
+        ".status": ("status_in_words",),
         ".summary": ("summary_csv", "summary_json"),
     },
 )

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from calib.checks import Verdict
 
 _STATUS = {
@@ -22,10 +20,3 @@ def status_in_words(verdict: Verdict, what: str = "the numbers") -> str:
     what : it is, in words.
     """
     return _STATUS[verdict.colour].format(what=what)
-
-
-def listed(words: Sequence[str]) -> str:
-    """Words as a part of a sentence: all of them, or the first three and how many more there are."""
-    if len(words) > 4:
-        words = [*words[:3], f"{len(words) - 3} more"]
-    return words[0] if len(words) == 1 else ", ".join(words[:-1]) + " and " + words[-1]

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from calib.checks import FILES, Outlook, Plausibility, Range, Reason, Verdict, plausibility, verdict_of
+from calib.checks import FILES, Outlook, Plausibility, Range, Reason, Verdict, plausibility, unedited_reasons, verdict_of
 from calib.errors import Fault, InputError
-from calib.experiment import Experiment, forward_of_experiment, read_experiment, unedited_in_words
+from calib.experiment import Experiment, forward_of_experiment, read_experiment
 from calib.problem import Problem, build_problem, log_posterior
 from calib.runs.preview import problem_of
 from calib.sampling import usual_walkers
@@ -75,9 +75,7 @@ def check(experiment: Path | str, surrogate: Path | None = None) -> Check:
     plan = read_experiment(Path(experiment))
     problem = problem_of(plan, surrogate)
     found = plausibility_of(problem)
-    unedited = unedited_in_words(plan.unedited)
-    action = "Replace them by what you know, and remove the mark EDIT"
-    edits = [Reason("experiment file", "amber", unedited.rstrip("."), action)] if unedited else []
+    edits = unedited_reasons(plan)
     if found is None:
         return Check(plan, verdict_of(edits), (), None, None)
     verdict = verdict_of([*found.reasons, *edits])

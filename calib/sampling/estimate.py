@@ -232,17 +232,14 @@ def _higher_of_two(space: Coordinates, near: Mapping[str, float]) -> tuple[Float
 
     It is what a climb from there ends at if nothing speaks against it, else the higher of that and of a climb from the medians.
     """
-    theta = np.zeros((1, len(space.problem.parameters)))
-    for k, p in enumerate(space.problem.parameters):
-        z = float(p.prior.to_normal(np.array([near.get(p.name, math.nan)]))[0])
-        theta[0, k] = z if math.isfinite(z) else 0.0
-    begin = space.from_theta(theta)
+    z = coordinates_of(space.problem, np.array([[near.get(name, math.nan) for name in space.problem.names]]))
+    begin = space.from_theta(np.where(np.isfinite(z), z, 0.0))
     known: list[tuple[FloatArray, float]] = []
     if np.isfinite(space.log_density(begin)[0]):
         known.append(score(space, begin[0])[:2])
         if _plausible(space, known[0][0]):
             return known[0][0], True
-    mode, top, met = score(space, space.from_theta(np.zeros_like(theta))[0], known)
+    mode, top, met = score(space, space.from_theta(np.zeros_like(z))[0], known)
     return max([*known, (mode, top)], key=lambda found: found[1])[0], met is not None
 
 

@@ -101,29 +101,24 @@ def plausibility(problem: Problem) -> Plausibility:
     """
     ranges = ranges_of(problem)
     files = (*_of_one_record(problem), *_of_files(problem))
-    if farthest(ranges) > IMPOSSIBLE:  # a posterior of such data says nothing
-        repairs = repairs_of(problem.experiment, problem.sweeps, problem.forward)
-        return Plausibility(verdict_of((*_of_ranges(problem, ranges, repairs), *files)).reasons, ranges, None, None)
+    unlikely = farthest(ranges) > UNLIKELY
     began = time.process_time()
-    try:
-        look = look_at(problem)
-    except ValueError:  # too many unknowns for it, or a matrix that is singular
-        unlikely = farthest(ranges) > UNLIKELY
+    # A posterior of data that cannot be says nothing.
+    look = None if farthest(ranges) > IMPOSSIBLE else _look_at(problem)
+    seconds = time.process_time() - began
+    if look is None:
         repairs = repairs_of(problem.experiment, problem.sweeps, problem.forward) if unlikely else []
         return Plausibility(verdict_of((*_of_ranges(problem, ranges, repairs), *files)).reasons, ranges, None, None)
-    seconds = time.process_time() - began
     conflicts = conflicts_in(look)
-    unlikely = farthest(ranges) > UNLIKELY
     within = list(_within(problem, hidden_only=not (unlikely or conflicts.suspicious)))
     # What contradicts the priors is red, and so is the slip that explains it; by itself a slip is a question.
     preferred = _preferred(look, within, "red" if conflicts.wrong else "amber")
     repairs = [slip for slip, _ in within] if unlikely and not preferred else []
-    reasons = (*preferred, *_of_ranges(problem, ranges, repairs), *_of_conflicts(conflicts), *files)
+    verdict = verdict_of((*preferred, *_of_ranges(problem, ranges, repairs), *_of_conflicts(conflicts), *files))
     try:
         first = answer_of(look)
     except ValueError:
-        return Plausibility(verdict_of(reasons).reasons, ranges, None, None, seconds)
-    verdict = verdict_of(reasons)
+        return Plausibility(verdict.reasons, ranges, None, None, seconds)
     return Plausibility(verdict.reasons, ranges, None if verdict.colour == "red" else outlook_of(look), first, seconds)
 
 
@@ -289,10 +284,16 @@ def repairs_of(experiment: Experiment, sweeps: Sequence[Sweep], forward: Forward
 
 
 def _evidence(problem: Problem) -> float:
+    look = _look_at(problem)
+    return -math.inf if look is None else look.log_evidence
+
+
+def _look_at(problem: Problem) -> Look | None:
+    """A look at a mode; None for too many unknowns, or a matrix that is singular."""
     try:
-        return look_at(problem).log_evidence
-    except ValueError:  # a matrix that is singular is one
-        return -math.inf
+        return look_at(problem)
+    except ValueError:
+        return None
 
 
 def _within(problem: Problem, *, hidden_only: bool) -> Iterator[tuple[Slip, Problem]]:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from calib.checks import passed_gates
 from calib.report.rows import PRIOR_DRIVEN_WORDS, SENSOR_PARAMETERS, ParameterRow, parameter_rows
 from calib.report.section import Results, Section
-from calib.report.status import listed, status_in_words
+from calib.report.status import status_in_words
 from calib.sampling import Posterior
 
 ORDER = 10
@@ -45,9 +47,16 @@ def summary_sentences(posterior: Posterior) -> str:
     text = " and ".join(parts) + " (mean ± one standard deviation). " if parts else ""
     driven = [_called(r) for r in rows.values() if r.learned == PRIOR_DRIVEN_WORDS]
     if driven:
-        text += f"The data hardly moved {listed(driven)}: there the result is the prior, not the measurement."
+        text += f"The data hardly moved {_listed(driven)}: there the result is the prior, not the measurement."
     return text.strip()
 
 
 def _called(row: ParameterRow) -> str:
     return f"{row.label} ({row.where})" if row.where else row.label
+
+
+def _listed(words: Sequence[str]) -> str:
+    """Words as a part of a sentence: all of them, or the first three and how many more there are."""
+    if len(words) > 4:
+        words = [*words[:3], f"{len(words) - 3} more"]
+    return words[0] if len(words) == 1 else ", ".join(words[:-1]) + " and " + words[-1]
