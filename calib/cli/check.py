@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from calib.cli.common import BAD_INPUT, NOT_USABLE, out, refusing_bad_input, say, say_verdict, table
+from calib.cli.common import BAD_INPUT, NOT_USABLE, duration, out, refusing_bad_input, say, say_verdict, table
 from calib.cli.stopping import when_stopped
 from calib.errors import in_shell_path
 from calib.regular import require_shown
@@ -71,7 +71,7 @@ def _say(found: Check, path: Path) -> None:
     else:
         _say_outlook(found.outlook)
     if found.seconds is not None:
-        low, high = (_duration(seconds) for seconds in found.seconds)
+        low, high = (duration(seconds) for seconds in found.seconds)
         say(f"A calibration will take about {low} to {high}.")
     if colour == "green":
         say(f"Next: calib calibrate {in_shell_path(path)} -o RUN")
@@ -103,14 +103,3 @@ def _say_outlook(outlook: Outlook) -> None:
     out().print(shown)
     for ridge in outlook.ridges:
         say(f"Ridge: {ridge.in_words}.")
-
-
-def _duration(seconds: float) -> str:
-    """A time in words, as exact as an estimate deserves.
-
-    >>> _duration(17.0), _duration(130.0), _duration(9000.0)
-    ('20 s', '2 min', '2.5 h')
-    """
-    if seconds < 90:
-        return f"{max(10, round(seconds / 10) * 10)} s"
-    return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"

@@ -1,4 +1,4 @@
-"""The address of a Dask scheduler in, an executor on its workers out; a cluster that cannot do the work is a sentence."""
+"""Processes or the address of a Dask scheduler in, an executor out; a cluster that cannot do the work is a sentence."""
 
 from __future__ import annotations
 
@@ -10,16 +10,51 @@ from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from queue import Empty, SimpleQueue
 from threading import Thread
-from typing import Any
+from typing import Annotated, Any
+
+import typer
 
 from calib.cli.common import err
 from calib.errors import Fault, InputError
+from calib.workers import workers
 
 #: How long a scheduler may take to answer [s].
 PATIENCE = 5.0
 
 _PACKAGE = "dielectric-elastomer-calibration"
-_GOES_ON = "The curves that came in are kept; the same command goes on with them"
+_GOES_ON = "What came in is kept; the same command goes on with it"
+
+
+Scheduler = Annotated[
+    str | None,
+    typer.Option(
+        metavar="ADDRESS",
+        help='Address of a Dask scheduler to run on, e.g. "tls://node1:8786" (with the extra `cluster`). Whoever answers '
+        "there can run code on this computer.",
+    ),
+]
+
+
+@contextmanager
+def executor_of(processes: int | None, scheduler: str | None) -> Iterator[Executor]:
+    """Run work on processes of this machine, or on the workers of a Dask cluster.
+
+    Parameters
+    ----------
+    processes : how many; the number of processors if None.
+    scheduler : address of the cluster's scheduler, see `dask_executor`; None for this machine.
+
+    Yields
+    ------
+    The executor.
+
+    Raises
+    ------
+    InputError
+        As `dask_executor`.
+    """
+    with workers(processes) if scheduler is None else dask_executor(scheduler) as executor:
+        yield executor
 
 
 @contextmanager

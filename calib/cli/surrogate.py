@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import Executor
-from contextlib import contextmanager
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from calib.cli.cluster import dask_executor
+from calib.cli.cluster import Scheduler, executor_of
 from calib.cli.common import Processes, counting, out, refusing_bad_input, say
 from calib.cli.stopping import when_stopped
 from calib.errors import Fault, InputError
@@ -134,14 +133,7 @@ def train(
         Path | None,
         typer.Option(help="File that the curves are kept in as they come [default: OUTPUT with the ending .sqlite]."),
     ] = None,
-    scheduler: Annotated[
-        str | None,
-        typer.Option(
-            metavar="ADDRESS",
-            help='Address of a Dask scheduler to run on, e.g. "tls://node1:8786" (with the extra `cluster`). Whoever answers '
-            "there can run code on this computer.",
-        ),
-    ] = None,
+    scheduler: Scheduler = None,
 ) -> None:
     """Train a surrogate on finite-element loading curves spread over the whole range of designs.
 
@@ -179,7 +171,7 @@ def train(
         require_folder(kept, "Create it first")
         base = surrogate_from(family=FAMILIES[of.adds_to]) if of.adds_to else None
         sequence = design_points(n_point, seed, of) if improve is None else worst_points(_of(improve, family), n_point, seed)
-        with _executor(processes, scheduler) as executor:
+        with executor_of(processes, scheduler) as executor:
             data = _gathered(kept, executor, sequence, n_point, accuracy, of)
             below = None
             if n_coarse:
@@ -244,19 +236,6 @@ def require_new(output: Path) -> None:
     if output.exists():
         raise InputError(Fault("the file exists and is not overwritten", output, advice="Choose another -o"))
     require_writable(output, "Create it first")
-
-
-@contextmanager
-def _executor(processes: int | None, scheduler: str | None) -> Iterator[Executor]:
-    """Processes of this machine, or the workers of a Dask cluster."""
-    from calib.workers import workers
-
-    if scheduler is None:
-        with workers(processes) as executor:
-            yield executor
-        return
-    with dask_executor(scheduler) as executor:
-        yield executor
 
 
 def _of(file: Path, family: FamilyName) -> Surrogate:

@@ -16,7 +16,7 @@ from calib.problem.likelihood import (
     without_block,
 )
 from calib.problem.measurement import model_sweep, model_sweeps
-from calib.problem.plan import SweepPlan, plan_sweep
+from calib.problem.plan import CORRELATION_LENGTH, SweepPlan, plan_sweep
 from calib.problem.problem import Problem, build_problem, problem_from
 from calib.problem.readings import PredictedReadings, SweepModel
 from calib.problem.specimens import LogPosteriorParts, Scopes, log_posterior_parts, scopes_of
@@ -24,6 +24,7 @@ from calib.problem.unknowns import ParameterInfo, UnknownTable, table_of
 from calib.problem.values import Calibrated, columns_at, coordinates_of, lookup, specimen_design, values_at
 
 __all__ = [
+    "CORRELATION_LENGTH",
     "LIKELIHOOD_VERSION",
     "Calibrated",
     "Glance",

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from calib.report.figures.padding import padding_figure
     from calib.report.figures.posterior import corner_figure, prior_figure, trace_figure
     from calib.report.figures.predictive import change_figure, channel_figure
+    from calib.report.figures.proof import proof_figure
     from calib.report.moves import moves_in_words
     from calib.report.page import begin_drawing, kept_drawings, write_report
     from calib.report.pictures import any_letters, write_figure
@@ -44,6 +45,7 @@ __all__ = [
     "padding_figure",
     "parameter_rows",
     "prior_figure",
+    "proof_figure",
     "revolved_figure",
     "revolved_picture",
     "status_in_words",
@@ -66,6 +68,7 @@ __getattr__ = on_demand(
         ".figures.padding": ("padding_figure",),
         ".figures.posterior": ("corner_figure", "prior_figure", "trace_figure"),
         ".figures.predictive": ("change_figure", "channel_figure"),
+        ".figures.proof": ("proof_figure",),
         ".moves": ("moves_in_words",),
         ".page": ("begin_drawing", "kept_drawings", "write_report"),
         ".pictures": ("any_letters", "write_figure"),

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from calib.runs.folder import PageError, Run, load_recommendation, load_run, recommend_in, report_in
     from calib.runs.integrity import Finding, verify
     from calib.runs.preview import quick
+    from calib.runs.proof import prove
     from calib.runs.refinement import Means, Refinement, refine
     from calib.runs.rivals import Rivalry, calibrate_rivals
 
@@ -35,6 +36,7 @@ __all__ = [
     "check",
     "load_recommendation",
     "load_run",
+    "prove",
     "quick",
     "recommend_in",
     "refine",
@@ -69,6 +71,7 @@ __getattr__ = on_demand(
             "verify",
         ),
         ".preview": ("quick",),
+        ".proof": ("prove",),
         ".refinement": (
             "Means",
             "Refinement",

@@ -15,11 +15,11 @@ from calib.errors import Fault, InputError
 from calib.experiment import Experiment, forward_of_experiment, read_experiment
 from calib.problem import Problem, build_problem, log_posterior
 from calib.runs.preview import problem_of
-from calib.sampling import usual_walkers
+from calib.sampling import ENSEMBLES, usual_walkers
 
-# What a calibration takes, in the processor times of what is timed here: sixteen climbs, steps of four ensembles until they
+# What a calibration takes, in the processor times of what is timed here: sixteen climbs, steps of the ensembles until they
 # usually agree, draws of the spot check [s], and what it reads and draws [s]. See docs/check.md.
-_CLIMBS, _STEPS, _ENSEMBLES, _SPOT_CHECK, _REST = 16.0, 200, 4, 2.0, 8.0
+_CLIMBS, _STEPS, _SPOT_CHECK, _REST = 16.0, 200, 2.0, 8.0
 # It may take so many times less or more than that.
 _LEAST, _MOST = 0.7, 4.0
 # Draws by which an evaluation is timed.
@@ -132,7 +132,7 @@ def _seconds(problem: Problem, found: Plausibility) -> tuple[float, float] | Non
     began = time.process_time()
     log_posterior(problem, theta)
     each = (time.process_time() - began) / _TIMED
-    spread = min(_ENSEMBLES, os.cpu_count() or 1)
-    steps = _ENSEMBLES * usual_walkers(problem) * _STEPS * each
+    spread = min(ENSEMBLES, os.cpu_count() or 1)
+    steps = ENSEMBLES * usual_walkers(problem) * _STEPS * each
     work = (_CLIMBS * found.seconds_of_climb + steps + _SPOT_CHECK * len(problem.sweeps)) / spread + _REST
     return _LEAST * work, _MOST * work

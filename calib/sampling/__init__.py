@@ -27,12 +27,13 @@ if TYPE_CHECKING:
         SpotCheck,
     )
     from calib.sampling.groups import to_arviz
-    from calib.sampling.identity import FINGERPRINT, Identity, differences, identity_of, usual_walkers
+    from calib.sampling.identity import ENSEMBLES, FINGERPRINT, Identity, differences, identity_of, usual_walkers
     from calib.sampling.posterior import Posterior, leave_out, thin_draws
     from calib.sampling.sampler import NothingSampled, Progress, sample
     from calib.sampling.storage import load_posterior, save_posterior
 
 __all__ = [
+    "ENSEMBLES",
     "FINGERPRINT",
     "K_HAT",
     "SHIFT_LIMIT",
@@ -112,6 +113,7 @@ __getattr__ = on_demand(
         ),
         ".groups": ("to_arviz",),
         ".identity": (
+            "ENSEMBLES",
             "FINGERPRINT",
             "Identity",
             "differences",

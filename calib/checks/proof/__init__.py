@@ -1,0 +1,23 @@
+"""An experiment in, proof by simulation out that its calibrations hold the truth as often as they say, or that they do not."""
+
+from calib.checks.proof.judgement import Proof, Tested, strays
+from calib.checks.proof.presses import Press, presses_of
+from calib.checks.proof.ranks import rank_band, rank_points, rank_shares
+from calib.checks.proof.trial import LIKELIHOOD, Setting, Trial, attempt, trial_from_plain, trial_to_plain
+
+__all__ = [
+    "LIKELIHOOD",
+    "Press",
+    "Proof",
+    "Setting",
+    "Tested",
+    "Trial",
+    "attempt",
+    "presses_of",
+    "rank_band",
+    "rank_points",
+    "rank_shares",
+    "strays",
+    "trial_from_plain",
+    "trial_to_plain",
+]

@@ -1,0 +1,229 @@
+"""An experiment and a number in, one trial of it out: a truth drawn, a lab simulated and calibrated, and where the truth lies.
+
+A truth is drawn from the prior, and its lab pressed as the experiment was; where the forward model of the calibration does not
+cover it, another is drawn, as the posterior leaves such sensors out, too. The files go through the readers, and defaults that
+the data centre are centred on theirs (Talts et al., arXiv 1804.06788; Modrak et al., Bayesian Anal. 20 (2025) 461, for the rank
+of the likelihood).
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, Literal
+
+import numpy as np
+
+from calib.checks.proof.presses import Press
+from calib.checks.proof.simulation import TrueSweep, true_sweeps, write_lab
+from calib.errors import InputError
+from calib.experiment import Experiment, forward_of_experiment, read_sweeps
+from calib.lab import Sweep
+from calib.problem import Problem, build_problem, log_likelihood_at, values_at
+from calib.sampling import Gate, NothingSampled, Posterior, sample
+from models.response import ConvergenceError, Forward, OutOfRangeError
+from models.sensor import FloatArray
+from models.threads import one_thread
+
+#: Name under which the rank of the truth's likelihood is kept.
+LIKELIHOOD = "log likelihood"
+
+#: What a calibration has to reach here, less than for its numbers to be used: draws enough to rank the truth among so many.
+GATE, RANKED = Gate(r_hat=1.02, ess=200.0), 399
+
+#: Steps of each walker after which a calibration is left as it is.
+MAX_STEPS = 4000
+
+# Truths that are drawn at most to find one that the forward model covers.
+_DRAWN = 500
+
+Outcome = Literal["done", "not converged", "not covered", "no equilibrium", "refused"]
+
+
+@dataclass(frozen=True, eq=False)
+class Setting:
+    """What every trial of an experiment needs, and can be sent to a worker.
+
+    Attributes
+    ----------
+    experiment, sweeps : as read.
+    presses : how each of the sweeps was pressed.
+    surrogate : file of a surrogate instead of the shipped one.
+    seed : of all trials.
+    """
+
+    experiment: Experiment
+    sweeps: tuple[Sweep, ...]
+    presses: tuple[Press, ...]
+    surrogate: Path | None
+    seed: int
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where the truth of one quantity lies in a posterior.
+
+    Attributes
+    ----------
+    truth : SI.
+    rank : share of the draws below it, 0 to 1, ties and ends by chance, so that it is uniform if all is right.
+    inside : whether it lies in the central 90 %.
+    off : mean of the posterior minus truth, in its standard deviations.
+    """
+
+    truth: float
+    rank: float
+    inside: bool
+    off: float
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What came of one trial.
+
+    Attributes
+    ----------
+    number : which one.
+    outcome : "done", or why it says nothing, or less.
+    why : that in words.
+    places : name of an unknown, or `LIKELIHOOD` -> where its truth lies; empty if nothing was sampled.
+    seconds : of processor time.
+    """
+
+    number: int
+    outcome: Outcome
+    why: str
+    places: Mapping[str, Place] = field(default_factory=dict)
+    seconds: float = 0.0
+
+    @property
+    def counts(self) -> bool:
+        """Whether there is a posterior to rank a truth in."""
+        return bool(self.places)
+
+
+def attempt(setting: Setting, number: int) -> Trial:
+    """Draw a truth, simulate its lab, calibrate it, and see where the truth lies.
+
+    Parameters
+    ----------
+    setting : the experiment.
+    number : of the trial; each has random numbers of its own.
+    """
+    began = time.process_time()
+    with one_thread():
+        outcome, why, places = _attempt(setting, number)
+    return Trial(number, outcome, why, places, time.process_time() - began)
+
+
+def _attempt(setting: Setting, number: int) -> tuple[Outcome, str, Mapping[str, Place]]:
+    rng = np.random.default_rng([setting.seed, number])
+    forward = forward_of_experiment(setting.experiment, setting.surrogate)
+    problem = build_problem(setting.experiment, setting.sweeps, forward)
+    truth = draw_truth(problem, setting.presses, rng)
+    if truth is None:
+        return "not covered", f"none of {_DRAWN} draws of the prior is covered by the {forward.name}", {}
+    values, sweeps = truth
+    try:
+        curves = [sweep.curve() for sweep in sweeps]
+    except (ConvergenceError, OutOfRangeError) as error:
+        return "no equilibrium", str(error), {}
+    try:
+        with TemporaryDirectory(prefix="calib-proof-") as folder:
+            experiment = write_lab(setting.experiment, sweeps, curves, Path(folder), rng)
+            again = build_problem(experiment, read_sweeps(experiment), forward)
+    except InputError as error:
+        return "refused", error.faults[0].message, {}
+    try:
+        posterior = sample(again, seed=int(rng.integers(2**31)), processes=0, gate=GATE, max_steps=MAX_STEPS)
+    except NothingSampled as error:
+        return "not converged", str(error), {}
+    places = places_of(again, posterior, values, rng)
+    diagnostics = posterior.diagnostics
+    return ("done", "", places) if diagnostics.converged else ("not converged", "; ".join(diagnostics.reasons), places)
+
+
+def draw_truth(
+    problem: Problem, presses: tuple[Press, ...], rng: np.random.Generator
+) -> tuple[dict[str, float], tuple[TrueSweep, ...]] | None:
+    """Draw a truth from the prior that the forward model covers, pressed as the experiment was; None if none is found.
+
+    Parameters
+    ----------
+    problem : the experiment with its sweeps.
+    presses : how they were pressed.
+    rng : of the truth.
+
+    Returns
+    -------
+    Name of an unknown -> SI value, fixed ones included, and what is true of every press.
+    """
+    for _ in range(_DRAWN):
+        z = rng.standard_normal((1, len(problem.parameters)))
+        values = {name: float(value[0]) for name, value in values_at(problem, z).items()}
+        try:
+            sweeps = true_sweeps(problem, values, presses)
+        except ValueError:
+            continue
+        if all(_covered(problem.forward, sweep) for sweep in sweeps):
+            return values, sweeps
+    return None
+
+
+def _covered(forward: Forward, sweep: TrueSweep) -> bool:
+    limit = float(forward.max_depth(sweep.design)[0])
+    if (depth := sweep.depth) is not None:
+        return 0 < depth <= limit
+    force = sweep.force
+    if limit <= 0 or force is None:
+        return False
+    return force <= float(forward.respond(sweep.design.draws(), np.array([[limit]])).force[0, 0])
+
+
+def places_of(problem: Problem, posterior: Posterior, truth: Mapping[str, float], rng: np.random.Generator) -> dict[str, Place]:
+    """Find where the truth lies in a posterior, by every unknown and by the likelihood.
+
+    Parameters
+    ----------
+    problem : that was sampled.
+    posterior : of it.
+    truth : name of an unknown -> SI value, fixed ones included.
+    rng : chooses the draws among which the truth is ranked.
+    """
+    draws = posterior.draws.reshape(-1, len(problem.names))
+    chosen = draws[rng.choice(len(draws), min(RANKED, len(draws)), replace=False)]
+    found = {name: _place(truth[name], draws[:, k], chosen[:, k], rng) for k, name in enumerate(problem.names) if name in truth}
+    values = {name: chosen[:, k] for k, name in enumerate(problem.names)}
+    values |= {name: np.full(len(chosen), value) for name, value in problem.fixed.items()}
+    of_draws = log_likelihood_at(problem, problem.forward, problem.plans, values)
+    one = {name: np.array([truth.get(name, np.nan)]) for name in values}
+    if all(np.isfinite(value[0]) for value in one.values()):
+        at_truth = float(log_likelihood_at(problem, problem.forward, problem.plans, one)[0])
+        if math.isfinite(at_truth):
+            found[LIKELIHOOD] = _place(at_truth, of_draws, of_draws, rng)
+    return found
+
+
+def _place(truth: float, draws: FloatArray, chosen: FloatArray, rng: np.random.Generator) -> Place:
+    low, high = np.quantile(draws, [0.05, 0.95])
+    below, alike = float(np.sum(chosen < truth)), float(np.sum(chosen == truth))
+    rank = (below + rng.random() * (alike + 1)) / (len(chosen) + 1)
+    sd = float(np.std(draws))
+    off = (float(np.mean(draws)) - truth) / sd if sd > 0 else 0.0
+    return Place(truth, float(rank), bool(low <= truth <= high), off)
+
+
+def trial_to_plain(trial: Trial) -> dict[str, Any]:
+    """What a file holds of a trial; the inverse is `trial_from_plain`."""
+    places = {name: [p.truth, p.rank, p.inside, p.off] for name, p in trial.places.items()}
+    row = {"number": trial.number, "outcome": trial.outcome, "why": trial.why}
+    return {**row, "places": places, "seconds": round(trial.seconds, 2)}
+
+
+def trial_from_plain(row: Mapping[str, Any]) -> Trial:
+    """The trial that `trial_to_plain` wrote."""
+    return Trial(**{**row, "places": {name: Place(*numbers) for name, numbers in row["places"].items()}})

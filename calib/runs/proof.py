@@ -1,0 +1,164 @@
+"""An experiment file in, a folder with the proof of its calibrations out, trial by trial: stopped, it can be gone on with."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Mapping
+from concurrent.futures import Executor, as_completed
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from calib.checks import Proof, Setting, Trial, attempt, presses_of, trial_from_plain, trial_to_plain
+from calib.errors import Fault, InputError
+from calib.experiment import read_experiment
+from calib.files import require_folder, write_text
+from calib.problem import Problem, log_posterior
+from calib.records import record_to_text
+from calib.runs.ownership import owned
+from calib.runs.preview import problem_of
+from calib.sampling import ENSEMBLES, differences, identity_of, usual_walkers
+
+#: Names of the files of a proof: its trials as they come, what they say, and its picture.
+TRIALS, PROOF, PICTURE = "trials.jsonl", "proof.json", "proof.png"
+
+#: Raise it with every change that makes trials others: the simulated lab, or what a calibration has to reach.
+PROOF_VERSION = 1
+
+# What a trial takes beside the steps of its ensembles [s of a processor]: finite elements of a sweep, and the rest.
+_PRESS, _REST = 1.5, 8.0
+_STEPS, _TIMED = 200, 320
+
+
+def prove(
+    experiment: Path,
+    folder: Path,
+    executor: Executor,
+    *,
+    replicates: int,
+    seed: int,
+    surrogate: Path | None = None,
+    planned: Callable[[int, float], None] = lambda *_: None,
+    progress: Callable[[int, int], None] = lambda *_: None,
+) -> Proof:
+    """Find out by simulation whether calibrations of an experiment hold the truth as often as they say.
+
+    Each replicate draws a truth from the priors, simulates by finite elements the files that the lab would have written, reads
+    and calibrates them, and ranks the truth (simulation-based calibration: Talts et al., arXiv 1804.06788).
+
+    Parameters
+    ----------
+    experiment : file, see `calib.experiment.read_experiment`.
+    folder : for the proof; one of the same experiment and seed in it is gone on with.
+    executor : any of `concurrent.futures`: processes, or a Dask cluster's `Client.get_executor()`.
+    replicates : how many there are to be, with those that are kept.
+    seed : of all of them.
+    surrogate : file of a surrogate to use instead of the shipped one; its path must hold for the workers, too.
+    planned : told how many replicates are to be made, and the seconds of a processor that each may take, before any is.
+    progress : called with the replicates done and their number.
+
+    Returns
+    -------
+    The proof, also written into the folder with its picture.
+
+    Raises
+    ------
+    InputError
+        If an input cannot be used, or the folder holds a proof of something else.
+    """
+    plan = read_experiment(experiment)
+    if plan.model == "fem":
+        advice = 'Leave the line model = "fem" out: what is proved is the calibration with the surrogate'
+        raise InputError(Fault("a proof with the finite elements would take weeks", plan.path, advice=advice))
+    problem = problem_of(plan, surrogate)
+    setting = Setting(
+        plan, problem.sweeps, presses_of(plan, problem.sweeps), None if surrogate is None else surrogate.absolute(), seed
+    )
+    parts = {"version of the proof": str(PROOF_VERSION), **identity_of(problem, seed).parts}
+    require_folder(folder, "Create it first")
+    if folder.exists() and not folder.is_dir():
+        raise InputError(Fault("a file of this name exists and is not overwritten", folder, advice="Choose another -o"))
+    with owned(folder, "calib prove"):
+        trials = _begun(folder, parts)
+        missing = [number for number in range(replicates) if number not in trials]
+        planned(len(missing), _expected(problem, trials))
+        progress(replicates - len(missing), replicates)
+        if missing:
+            _make(setting, missing, folder / TRIALS, executor, trials, progress, replicates)
+        proof = Proof(tuple(trials[number] for number in range(replicates)))
+        _write(folder, proof, setting, parts)
+    return proof
+
+
+def _make(
+    setting: Setting,
+    missing: list[int],
+    path: Path,
+    executor: Executor,
+    trials: dict[int, Trial],
+    progress: Callable[[int, int], None],
+    replicates: int,
+) -> None:
+    """Make what is missing, each kept as it comes in."""
+    futures = [executor.submit(attempt, setting, number) for number in missing]
+    try:
+        with path.open("a", encoding="utf-8") as file:
+            for done, future in enumerate(as_completed(futures), replicates - len(missing) + 1):
+                trial = future.result()
+                trials[trial.number] = trial
+                file.write(json.dumps(trial_to_plain(trial)) + "\n")
+                file.flush()
+                progress(done, replicates)
+    except BaseException:
+        for future in futures:
+            future.cancel()
+        raise
+
+
+def _begun(folder: Path, parts: Mapping[str, str]) -> dict[int, Trial]:
+    """The trials that a folder holds; a new folder is begun. A line that was not finished is left out, and made again."""
+    path = folder / TRIALS
+    if not path.exists():
+        if others := [p.name for p in folder.iterdir() if not p.name.startswith(".")]:
+            message = f"this folder holds other files ({', '.join(sorted(others)[:3])}), and a proof wants one of its own"
+            raise InputError(Fault(message, folder, advice="Choose another -o"))
+        write_text(path, json.dumps({"identity": dict(parts)}) + "\n")
+        return {}
+    head, *rows = path.read_text(encoding="utf-8").splitlines(keepends=True) or [""]
+    try:
+        known: dict[str, str] = json.loads(head)["identity"]
+        whole = [json.loads(row) for row in rows if row.endswith("\n")]
+        trials = [trial_from_plain(row) for row in whole]
+    except (ValueError, KeyError, TypeError) as error:
+        advice = "Remove the folder, or choose another -o"
+        raise InputError(Fault(f"the trials in it cannot be read ({error})", path, advice=advice)) from None
+    if known != dict(parts):
+        said = differences(known, parts) or "it was made by another version"
+        advice = "Put the inputs back to go on with that proof, or choose another -o"
+        raise InputError(Fault(f"the proof in this folder is another: {said}", folder, advice=advice))
+    if rows and not rows[-1].endswith("\n"):
+        write_text(path, "".join([head, *rows[:-1]]))
+    return {trial.number: trial for trial in trials}
+
+
+def _expected(problem: Problem, trials: Mapping[int, Trial]) -> float:
+    """What a replicate may take of a processor [s]: as those that are there did, else by the time of an evaluation."""
+    if trials:
+        return float(np.mean([trial.seconds for trial in trials.values()]))
+    theta = np.random.default_rng(0).standard_normal((_TIMED, len(problem.parameters)))
+    began = time.process_time()
+    log_posterior(problem, theta)
+    each = (time.process_time() - began) / _TIMED
+    return ENSEMBLES * usual_walkers(problem) * _STEPS * each + _PRESS * len(problem.sweeps) + _REST
+
+
+def _write(folder: Path, proof: Proof, setting: Setting, parts: Mapping[str, str]) -> None:
+    from calib.report import proof_figure, write_figure
+
+    content: dict[str, Any] = {"experiment": setting.experiment.name, "seed": setting.seed, **proof.to_plain()}
+    content["identity"] = dict(parts)
+    write_text(folder / PROOF, record_to_text("proof", 1, content))
+    if proof.counted:
+        write_figure(proof_figure(proof), folder / PICTURE)
