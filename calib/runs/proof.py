@@ -19,17 +19,17 @@ from calib.problem import Problem, log_posterior
 from calib.records import record_to_text
 from calib.runs.ownership import owned
 from calib.runs.preview import problem_of
-from calib.sampling import ENSEMBLES, differences, identity_of, usual_walkers
+from calib.sampling import differences, identity_of
 
 #: Names of the files of a proof: its trials as they come, what they say, and its picture.
 TRIALS, PROOF, PICTURE = "trials.jsonl", "proof.json", "proof.png"
 
 #: Raise it with every change that makes trials others: the simulated lab, or what a calibration has to reach.
-PROOF_VERSION = 1
+PROOF_VERSION = 2
 
-# What a trial takes beside the steps of its ensembles [s of a processor]: finite elements of a sweep, and the rest.
-_PRESS, _REST = 1.5, 8.0
-_STEPS, _TIMED = 200, 320
+# What a trial takes [s of a processor]: finite elements of a sweep, the rest, and so many evaluations of the posterior.
+_PRESS, _REST = 1.5, 4.0
+_EVALUATIONS, _TIMED = 10_000, 320
 
 
 def prove(
@@ -40,6 +40,7 @@ def prove(
     replicates: int,
     seed: int,
     surrogate: Path | None = None,
+    chains: bool = False,
     planned: Callable[[int, float], None] = lambda *_: None,
     progress: Callable[[int, int], None] = lambda *_: None,
 ) -> Proof:
@@ -56,6 +57,7 @@ def prove(
     replicates : how many there are to be, with those that are kept.
     seed : of all of them.
     surrogate : file of a surrogate to use instead of the shipped one; its path must hold for the workers, too.
+    chains : whether to sample every calibration by chains, which takes ten times as long.
     planned : told how many replicates are to be made, and the seconds of a processor that each may take, before any is.
     progress : called with the replicates done and their number.
 
@@ -74,9 +76,14 @@ def prove(
         raise InputError(Fault("a proof with the finite elements would take weeks", plan.path, advice=advice))
     problem = problem_of(plan, surrogate)
     setting = Setting(
-        plan, problem.sweeps, presses_of(plan, problem.sweeps), None if surrogate is None else surrogate.absolute(), seed
+        plan,
+        problem.sweeps,
+        presses_of(plan, problem.sweeps),
+        None if surrogate is None else surrogate.absolute(),
+        seed,
+        chains,
     )
-    parts = {"version of the proof": str(PROOF_VERSION), **identity_of(problem, seed).parts}
+    parts = {"version of the proof": str(PROOF_VERSION), "chains": str(chains), **identity_of(problem, seed).parts}
     require_folder(folder, "Create it first")
     if folder.exists() and not folder.is_dir():
         raise InputError(Fault("a file of this name exists and is not overwritten", folder, advice="Choose another -o"))
@@ -151,7 +158,7 @@ def _expected(problem: Problem, trials: Mapping[int, Trial]) -> float:
     began = time.process_time()
     log_posterior(problem, theta)
     each = (time.process_time() - began) / _TIMED
-    return ENSEMBLES * usual_walkers(problem) * _STEPS * each + _PRESS * len(problem.sweeps) + _REST
+    return _EVALUATIONS * each + _PRESS * len(problem.sweeps) + _REST
 
 
 def _write(folder: Path, proof: Proof, setting: Setting, parts: Mapping[str, str]) -> None:

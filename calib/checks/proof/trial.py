@@ -2,7 +2,8 @@
 
 A truth is drawn from the prior, and its lab pressed as the experiment was; where the forward model of the calibration does not
 cover it, another is drawn, as the posterior leaves such sensors out, too. The files go through the readers, and defaults that
-the data centre are centred on theirs (Talts et al., arXiv 1804.06788; Modrak et al., Bayesian Anal. 20 (2025) 461, for the rank
+the data centre are centred on theirs. Posteriors are the weighted draws of a first answer where these can be trusted, which
+takes seconds, and else chains (Talts et al., arXiv 1804.06788; Modrak et al., Bayesian Anal. 20 (2025) 461, for the rank
 of the likelihood).
 """
 
@@ -23,8 +24,8 @@ from calib.checks.proof.simulation import TrueSweep, true_sweeps, write_lab
 from calib.errors import InputError
 from calib.experiment import Experiment, forward_of_experiment, read_sweeps
 from calib.lab import Sweep
-from calib.problem import Problem, build_problem, log_likelihood_at, values_at
-from calib.sampling import Gate, NothingSampled, Posterior, sample
+from calib.problem import Problem, build_problem, columns_at, log_likelihood_at, values_at
+from calib.sampling import K_HAT, Gate, NothingSampled, look_at, sample, smooth_weights
 from models.response import ConvergenceError, Forward, OutOfRangeError
 from models.sensor import FloatArray
 from models.threads import one_thread
@@ -35,13 +36,16 @@ LIKELIHOOD = "log likelihood"
 #: What a calibration has to reach here, less than for its numbers to be used: draws enough to rank the truth among so many.
 GATE, RANKED = Gate(r_hat=1.02, ess=200.0), 399
 
+#: Weighted draws of a first answer stand for chains if they are worth so many independent ones, and k-hat is good.
+WORTH = 200.0
+
 #: Steps of each walker after which a calibration is left as it is.
 MAX_STEPS = 4000
 
 # Truths that are drawn at most to find one that the forward model covers.
 _DRAWN = 500
 
-Outcome = Literal["done", "not converged", "not covered", "no equilibrium", "refused"]
+Outcome = Literal["done", "done by chains", "not converged", "not covered", "no equilibrium", "refused"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +58,7 @@ class Setting:
     presses : how each of the sweeps was pressed.
     surrogate : file of a surrogate instead of the shipped one.
     seed : of all trials.
+    chains : whether to sample every calibration by chains, also where weighted draws of the first answer will do.
     """
 
     experiment: Experiment
@@ -61,6 +66,7 @@ class Setting:
     presses: tuple[Press, ...]
     surrogate: Path | None
     seed: int
+    chains: bool = False
 
 
 @dataclass(frozen=True)
@@ -70,7 +76,7 @@ class Place:
     Attributes
     ----------
     truth : SI.
-    rank : share of the draws below it, 0 to 1, ties and ends by chance, so that it is uniform if all is right.
+    rank : share of the draws below it, 0 to 1; uniform if all is right.
     inside : whether it lies in the central 90 %.
     off : mean of the posterior minus truth, in its standard deviations.
     """
@@ -88,8 +94,8 @@ class Trial:
     Attributes
     ----------
     number : which one.
-    outcome : "done", or why it says nothing, or less.
-    why : that in words.
+    outcome : "done", by weighted draws or by chains, or why it says nothing, or less.
+    why : the latter in words.
     places : name of an unknown, or `LIKELIHOOD` -> where its truth lies; empty if nothing was sampled.
     seconds : of processor time.
     """
@@ -138,13 +144,38 @@ def _attempt(setting: Setting, number: int) -> tuple[Outcome, str, Mapping[str, 
             again = build_problem(experiment, read_sweeps(experiment), forward)
     except InputError as error:
         return "refused", error.faults[0].message, {}
+    return _ranked(again, values, setting.chains, rng)
+
+
+def _ranked(
+    problem: Problem, truth: Mapping[str, float], chains: bool, rng: np.random.Generator
+) -> tuple[Outcome, str, Mapping[str, Place]]:
+    """Calibrate, by weighted draws where these will do, and rank the truth."""
+    found = None if chains else _weighted(problem)
+    if found is not None:
+        return "done", "", places_of(problem, *found, truth, rng)
     try:
-        posterior = sample(again, seed=int(rng.integers(2**31)), processes=0, gate=GATE, max_steps=MAX_STEPS)
+        posterior = sample(problem, seed=int(rng.integers(2**31)), processes=0, gate=GATE, max_steps=MAX_STEPS)
     except NothingSampled as error:
         return "not converged", str(error), {}
-    places = places_of(again, posterior, values, rng)
+    draws = posterior.draws.reshape(-1, len(problem.names))
+    chosen = draws[rng.choice(len(draws), min(RANKED, len(draws)), replace=False)]
+    places = places_of(problem, chosen, np.full(len(chosen), 1 / len(chosen)), truth, rng)
     diagnostics = posterior.diagnostics
-    return ("done", "", places) if diagnostics.converged else ("not converged", "; ".join(diagnostics.reasons), places)
+    outcome: Outcome = "done by chains" if diagnostics.converged else "not converged"
+    return outcome, "; ".join(diagnostics.reasons), places
+
+
+def _weighted(problem: Problem) -> tuple[FloatArray, FloatArray] | None:
+    """Draws of the posterior (n_draw, n_unknown), SI, and their weights; None where these cannot be trusted."""
+    try:
+        look = look_at(problem)
+    except ValueError:
+        return None
+    weight, k_hat = smooth_weights(np.log(np.maximum(look.weight, 1e-300)))
+    if not look.confirmed or look.effective_draws < WORTH or k_hat > K_HAT:
+        return None
+    return columns_at(problem, look.theta), weight / np.sum(weight)
 
 
 def draw_truth(
@@ -184,37 +215,38 @@ def _covered(forward: Forward, sweep: TrueSweep) -> bool:
     return force <= float(forward.respond(sweep.design.draws(), np.array([[limit]])).force[0, 0])
 
 
-def places_of(problem: Problem, posterior: Posterior, truth: Mapping[str, float], rng: np.random.Generator) -> dict[str, Place]:
+def places_of(
+    problem: Problem, draws: FloatArray, weight: FloatArray, truth: Mapping[str, float], rng: np.random.Generator
+) -> dict[str, Place]:
     """Find where the truth lies in a posterior, by every unknown and by the likelihood.
 
     Parameters
     ----------
-    problem : that was sampled.
-    posterior : of it.
+    problem : whose posterior it is.
+    draws : of it, (n_draw, n_unknown), SI.
+    weight : of each, (n_draw,); they sum to 1.
     truth : name of an unknown -> SI value, fixed ones included.
-    rng : chooses the draws among which the truth is ranked.
+    rng : for ties.
     """
-    draws = posterior.draws.reshape(-1, len(problem.names))
-    chosen = draws[rng.choice(len(draws), min(RANKED, len(draws)), replace=False)]
-    found = {name: _place(truth[name], draws[:, k], chosen[:, k], rng) for k, name in enumerate(problem.names) if name in truth}
-    values = {name: chosen[:, k] for k, name in enumerate(problem.names)}
-    values |= {name: np.full(len(chosen), value) for name, value in problem.fixed.items()}
-    of_draws = log_likelihood_at(problem, problem.forward, problem.plans, values)
-    one = {name: np.array([truth.get(name, np.nan)]) for name in values}
-    if all(np.isfinite(value[0]) for value in one.values()):
+    found = {name: _place(truth[name], draws[:, k], weight, rng) for k, name in enumerate(problem.names) if name in truth}
+    values = {name: draws[:, k] for k, name in enumerate(problem.names)}
+    values |= {name: np.full(len(draws), value) for name, value in problem.fixed.items()}
+    if all(name in truth for name in values):
+        one = {name: np.array([truth[name]]) for name in values}
         at_truth = float(log_likelihood_at(problem, problem.forward, problem.plans, one)[0])
         if math.isfinite(at_truth):
-            found[LIKELIHOOD] = _place(at_truth, of_draws, of_draws, rng)
+            of_draws = log_likelihood_at(problem, problem.forward, problem.plans, values)
+            found[LIKELIHOOD] = _place(at_truth, of_draws, weight, rng)
     return found
 
 
-def _place(truth: float, draws: FloatArray, chosen: FloatArray, rng: np.random.Generator) -> Place:
-    low, high = np.quantile(draws, [0.05, 0.95])
-    below, alike = float(np.sum(chosen < truth)), float(np.sum(chosen == truth))
-    rank = (below + rng.random() * (alike + 1)) / (len(chosen) + 1)
-    sd = float(np.std(draws))
-    off = (float(np.mean(draws)) - truth) / sd if sd > 0 else 0.0
-    return Place(truth, float(rank), bool(low <= truth <= high), off)
+def _place(truth: float, draws: FloatArray, weight: FloatArray, rng: np.random.Generator) -> Place:
+    # The truth is one more draw, with the weight of a usual one.
+    own = float(np.sum(weight**2))
+    rank = (float(np.sum(weight[draws < truth])) + rng.random() * own) / (1 + own)
+    mean = float(weight @ draws)
+    sd = math.sqrt(float(weight @ (draws - mean) ** 2))
+    return Place(truth, rank, 0.05 <= rank <= 0.95, (mean - truth) / sd if sd > 0 else 0.0)
 
 
 def trial_to_plain(trial: Trial) -> dict[str, Any]:

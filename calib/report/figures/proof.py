@@ -44,7 +44,7 @@ def proof_figure(proof: Proof) -> Figure:
     ranks.axhline(0.0, color=GREY, lw=0.7)
     ranks.set_xlim(0, 1)
     ranks.set_xlabel("rank of the truth in its posterior")
-    ranks.set_title(f"share of truths below, less what is uniform ({len(proof.counted)} replicates)")
+    ranks.set_title(f"ranks of {len(proof.counted)} truths, less what is uniform")
     ranks.legend(loc="lower left", fontsize=7)
     rows = np.arange(len(tested))[::-1]
     for row, t in zip(rows, tested, strict=True):
@@ -54,5 +54,5 @@ def proof_figure(proof: Proof) -> Figure:
     cover.axvline(90, color=GREY, lw=0.8, ls=(0, (4, 3)))
     cover.set_yticks(rows, [t.name for t in tested], fontsize=6.5)
     cover.set_ylim(-0.7, len(tested) - 0.3)
-    cover.set_title("intervals of 90 % that hold the truth (%)")
+    cover.set_title("90 % intervals that hold it (%)")
     return fig
