@@ -46,7 +46,7 @@ def prove(
 
     Example: `calib prove experiment.toml --replicates 500 -o proof`
 
-    Writes: trials.jsonl, proof.json and proof.png in the folder.
+    Writes: replicates.jsonl, proof.json and proof.png in the folder.
 
     Exit codes: 0 proved (green or amber); 2 bad input; 3 red (with --strict also amber); 130 stopped from the keyboard, 143 by
     SIGTERM, what was done is kept.
@@ -57,7 +57,8 @@ def prove(
         def planned(n: int, seconds: float) -> None:
             spread = processes or os.cpu_count() or 1
             if n and scheduler is None:
-                say(f"{n} replicates will take about {duration(n * seconds / spread)} on {spread} processors.")
+                on = "one processor" if spread == 1 else f"{spread} processors"
+                say(f"{n} replicates will take about {duration(n * seconds / spread)} on {on}.")
 
         with (
             executor_of(processes, scheduler) as executor,
@@ -90,4 +91,4 @@ def _say(proof: Proof, folder: Path) -> None:
     if proof.tested:
         out().print(shown)
     ended = ", ".join(f"{n} {outcome}" for outcome, n in proof.outcomes.items())
-    say(f"{len(proof.trials)} replicates: {ended}. Written: {folder}")
+    say(f"{len(proof.replicates)} replicates: {ended}. Written: {folder}")

@@ -1,17 +1,17 @@
-"""An experiment file in, a folder with the proof of its calibrations out, trial by trial: stopped, it can be gone on with."""
+"""An experiment file in, a folder with the proof of its calibrations out, made one by one: stopped, it can be gone on with."""
 
 from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Mapping
-from concurrent.futures import Executor, as_completed
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor, Future, as_completed
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from calib.checks import Proof, Setting, Trial, attempt, presses_of, trial_from_plain, trial_to_plain
+from calib.checks import Proof, Replicate, Setting, attempt, presses_of, replicate_from_plain, replicate_to_plain
 from calib.errors import Fault, InputError
 from calib.experiment import read_experiment
 from calib.files import require_folder, write_text
@@ -21,13 +21,13 @@ from calib.runs.ownership import owned
 from calib.runs.preview import problem_of
 from calib.sampling import differences, identity_of
 
-#: Names of the files of a proof: its trials as they come, what they say, and its picture.
-TRIALS, PROOF, PICTURE = "trials.jsonl", "proof.json", "proof.png"
+#: Names of the files of a proof: its replicates as they come, what they say, and its picture.
+REPLICATES, PROOF, PICTURE = "replicates.jsonl", "proof.json", "proof.png"
 
-#: Raise it with every change that makes trials others: the simulated lab, or what a calibration has to reach.
+#: Raise it with every change that makes replicates others: the simulated lab, or what a calibration has to reach.
 PROOF_VERSION = 2
 
-# What a trial takes [s of a processor]: finite elements of a sweep, the rest, and so many evaluations of the posterior.
+# What a replicate takes [s of a processor]: finite elements of a sweep, the rest, and so many evaluations of the posterior.
 _PRESS, _REST = 1.5, 4.0
 _EVALUATIONS, _TIMED = 10_000, 320
 
@@ -43,6 +43,7 @@ def prove(
     chains: bool = False,
     planned: Callable[[int, float], None] = lambda *_: None,
     progress: Callable[[int, int], None] = lambda *_: None,
+    replicate: Callable[[Setting, int], Replicate] = attempt,
 ) -> Proof:
     """Find out by simulation whether calibrations of an experiment hold the truth as often as they say.
 
@@ -60,6 +61,7 @@ def prove(
     chains : whether to sample every calibration by chains, which takes ten times as long.
     planned : told how many replicates are to be made, and the seconds of a processor that each may take, before any is.
     progress : called with the replicates done and their number.
+    replicate : what is done for a replicate; the executor must be able to send it.
 
     Returns
     -------
@@ -75,58 +77,47 @@ def prove(
         advice = 'Leave the line model = "fem" out: what is proved is the calibration with the surrogate'
         raise InputError(Fault("a proof with the finite elements would take weeks", plan.path, advice=advice))
     problem = problem_of(plan, surrogate)
-    setting = Setting(
-        plan,
-        problem.sweeps,
-        presses_of(plan, problem.sweeps),
-        None if surrogate is None else surrogate.absolute(),
-        seed,
-        chains,
-    )
+    file = None if surrogate is None else surrogate.absolute()
+    setting = Setting(plan, problem.sweeps, presses_of(plan, problem.sweeps), file, seed, chains)
     parts = {"version of the proof": str(PROOF_VERSION), "chains": str(chains), **identity_of(problem, seed).parts}
     require_folder(folder, "Create it first")
     if folder.exists() and not folder.is_dir():
         raise InputError(Fault("a file of this name exists and is not overwritten", folder, advice="Choose another -o"))
     with owned(folder, "calib prove"):
-        trials = _begun(folder, parts)
-        missing = [number for number in range(replicates) if number not in trials]
-        planned(len(missing), _expected(problem, trials))
+        made = _begun(folder, parts)
+        missing = [number for number in range(replicates) if number not in made]
+        planned(len(missing), _expected(problem, made))
         progress(replicates - len(missing), replicates)
         if missing:
-            _make(setting, missing, folder / TRIALS, executor, trials, progress, replicates)
-        proof = Proof(tuple(trials[number] for number in range(replicates)))
+            futures = [executor.submit(replicate, setting, number) for number in missing]
+            _keep(futures, folder / REPLICATES, made, lambda n: progress(n, replicates))
+        proof = Proof(tuple(made[number] for number in range(replicates)))
         _write(folder, proof, setting, parts)
     return proof
 
 
-def _make(
-    setting: Setting,
-    missing: list[int],
-    path: Path,
-    executor: Executor,
-    trials: dict[int, Trial],
-    progress: Callable[[int, int], None],
-    replicates: int,
+def _keep(
+    futures: Sequence[Future[Replicate]], path: Path, made: dict[int, Replicate], progress: Callable[[int], None]
 ) -> None:
-    """Make what is missing, each kept as it comes in."""
-    futures = [executor.submit(attempt, setting, number) for number in missing]
+    """Keep replicates as they come in: in memory, and each as a line of a file."""
+    first = 1 + len(made)
     try:
         with path.open("a", encoding="utf-8") as file:
-            for done, future in enumerate(as_completed(futures), replicates - len(missing) + 1):
-                trial = future.result()
-                trials[trial.number] = trial
-                file.write(json.dumps(trial_to_plain(trial)) + "\n")
+            for done, future in enumerate(as_completed(futures), first):
+                one = future.result()
+                made[one.number] = one
+                file.write(json.dumps(replicate_to_plain(one)) + "\n")
                 file.flush()
-                progress(done, replicates)
+                told(done)
     except BaseException:
         for future in futures:
             future.cancel()
         raise
 
 
-def _begun(folder: Path, parts: Mapping[str, str]) -> dict[int, Trial]:
-    """The trials that a folder holds; a new folder is begun. A line that was not finished is left out, and made again."""
-    path = folder / TRIALS
+def _begun(folder: Path, parts: Mapping[str, str]) -> dict[int, Replicate]:
+    """The replicates that a folder holds; a new folder is begun. A line that was not finished is left out, and made again."""
+    path = folder / REPLICATES
     if not path.exists():
         if others := [p.name for p in folder.iterdir() if not p.name.startswith(".")]:
             message = f"this folder holds other files ({', '.join(sorted(others)[:3])}), and a proof wants one of its own"
@@ -137,23 +128,23 @@ def _begun(folder: Path, parts: Mapping[str, str]) -> dict[int, Trial]:
     try:
         known: dict[str, str] = json.loads(head)["identity"]
         whole = [json.loads(row) for row in rows if row.endswith("\n")]
-        trials = [trial_from_plain(row) for row in whole]
+        made = [replicate_from_plain(row) for row in whole]
     except (ValueError, KeyError, TypeError) as error:
         advice = "Remove the folder, or choose another -o"
-        raise InputError(Fault(f"the trials in it cannot be read ({error})", path, advice=advice)) from None
+        raise InputError(Fault(f"the replicates in it cannot be read ({error})", path, advice=advice)) from None
     if known != dict(parts):
         said = differences(known, parts) or "it was made by another version"
         advice = "Put the inputs back to go on with that proof, or choose another -o"
         raise InputError(Fault(f"the proof in this folder is another: {said}", folder, advice=advice))
     if rows and not rows[-1].endswith("\n"):
         write_text(path, "".join([head, *rows[:-1]]))
-    return {trial.number: trial for trial in trials}
+    return {one.number: one for one in made}
 
 
-def _expected(problem: Problem, trials: Mapping[int, Trial]) -> float:
+def _expected(problem: Problem, made: Mapping[int, Replicate]) -> float:
     """What a replicate may take of a processor [s]: as those that are there did, else by the time of an evaluation."""
-    if trials:
-        return float(np.mean([trial.seconds for trial in trials.values()]))
+    if made:
+        return float(np.mean([one.seconds for one in made.values()]))
     theta = np.random.default_rng(0).standard_normal((_TIMED, len(problem.parameters)))
     began = time.process_time()
     log_posterior(problem, theta)

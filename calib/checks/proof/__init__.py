@@ -3,21 +3,21 @@
 from calib.checks.proof.judgement import Proof, Tested, strays
 from calib.checks.proof.presses import Press, presses_of
 from calib.checks.proof.ranks import rank_band, rank_points, rank_shares
-from calib.checks.proof.trial import LIKELIHOOD, Setting, Trial, attempt, trial_from_plain, trial_to_plain
+from calib.checks.proof.replicate import LIKELIHOOD, Replicate, Setting, attempt, replicate_from_plain, replicate_to_plain
 
 __all__ = [
     "LIKELIHOOD",
     "Press",
     "Proof",
+    "Replicate",
     "Setting",
     "Tested",
-    "Trial",
     "attempt",
     "presses_of",
     "rank_band",
     "rank_points",
     "rank_shares",
+    "replicate_from_plain",
+    "replicate_to_plain",
     "strays",
-    "trial_from_plain",
-    "trial_to_plain",
 ]

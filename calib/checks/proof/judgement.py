@@ -1,4 +1,4 @@
-"""Trials of an experiment in, whether its calibrations may be believed out: ranks, coverage, and a verdict."""
+"""Replicates of an experiment in, whether its calibrations may be believed out: ranks, coverage, and a verdict."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from calib.catalogue import UnknownName, unknowns_of
 from calib.checks.proof.ranks import coverage_interval, probability_of
-from calib.checks.proof.trial import LIKELIHOOD, Trial
+from calib.checks.proof.replicate import LIKELIHOOD, Replicate
 from calib.checks.verdict import Level, Reason, Verdict, verdict_of
 from models.sensor import FloatArray
 
@@ -52,33 +52,33 @@ class Tested:
 
 @dataclass(frozen=True, eq=False)
 class Proof:
-    """What trials say of the calibrations of an experiment.
+    """What replicates say of the calibrations of an experiment.
 
     Attributes
     ----------
-    trials : all of them, by number.
+    replicates : all of them, by number.
     """
 
-    trials: tuple[Trial, ...]
+    replicates: tuple[Replicate, ...]
 
     @cached_property
     def outcomes(self) -> Mapping[str, int]:
-        """How many trials ended how."""
-        return dict(Counter(trial.outcome for trial in self.trials))
+        """How many replicates ended how."""
+        return dict(Counter(replicate.outcome for replicate in self.replicates))
 
     @cached_property
-    def counted(self) -> tuple[Trial, ...]:
-        """The trials in which a truth is ranked, converged or not."""
-        return tuple(trial for trial in self.trials if trial.counts)
+    def counted(self) -> tuple[Replicate, ...]:
+        """The replicates in which a truth is ranked, converged or not."""
+        return tuple(replicate for replicate in self.replicates if replicate.counts)
 
     @property
     def names(self) -> tuple[str, ...]:
         """The quantities that are ranked, in the order of the unknowns."""
-        return tuple(dict.fromkeys(name for trial in self.counted for name in trial.places))
+        return tuple(dict.fromkeys(name for replicate in self.counted for name in replicate.places))
 
     def ranks(self, name: str) -> FloatArray:
-        """Rank of the truth of a quantity in every trial that has it, (n,)."""
-        return np.array([trial.places[name].rank for trial in self.counted if name in trial.places])
+        """Rank of the truth of a quantity in every replicate that has it, (n,)."""
+        return np.array([replicate.places[name].rank for replicate in self.counted if name in replicate.places])
 
     @cached_property
     def tested(self) -> tuple[Tested, ...]:
@@ -86,7 +86,7 @@ class Proof:
         return tuple(self._tested(name) for name in self.names)
 
     def _tested(self, name: str) -> Tested:
-        places = [trial.places[name] for trial in self.counted if name in trial.places]
+        places = [replicate.places[name] for replicate in self.counted if name in replicate.places]
         ranks = self.ranks(name)
         inside = sum(place.inside for place in places)
         off = float(np.sqrt(np.mean([place.off**2 for place in places])))
@@ -106,9 +106,9 @@ class Proof:
         return verdict_of(_reasons(self))
 
     def to_plain(self) -> dict[str, Any]:
-        """What a program reads of it: the verdict, how trials ended, and every quantity."""
+        """What a program reads of it: the verdict, how replicates ended, and every quantity."""
         quantities = {t.name: {k: v for k, v in asdict(t).items() if k != "name"} for t in self.tested}
-        counts = {"replicates": len(self.trials), "outcomes": dict(self.outcomes)}
+        counts = {"replicates": len(self.replicates), "outcomes": dict(self.outcomes)}
         return {"verdict": self.verdict.to_plain(), **counts, "quantities": quantities}
 
 
@@ -129,14 +129,14 @@ def in_words(tested: Tested) -> str:
 
 
 def _reasons(proof: Proof) -> list[Reason]:
-    n, counted = len(proof.trials), len(proof.counted)
+    n, counted = len(proof.replicates), len(proof.counted)
     if not counted:
-        why = next((trial.why for trial in proof.trials if trial.why), "there is none")
+        why = next((replicate.why for replicate in proof.replicates if replicate.why), "there is none")
         return [Reason("replicates", "red", f"no replicate could be calibrated: {why}", "see to that first")]
     reasons = []
     gone = n - counted
     if gone > LOST * n:
-        why, times = Counter(trial.why for trial in proof.trials if not trial.counts).most_common(1)[0]
+        why, times = Counter(replicate.why for replicate in proof.replicates if not replicate.counts).most_common(1)[0]
         finding = f"{gone} of {n} replicates could not be calibrated, {times} of them as: {why}"
         level: Level = "red" if gone > MANY_LOST * n else "amber"
         reasons.append(Reason("replicates", level, finding, "what is proved holds for the others alone; narrow the priors"))

@@ -1,4 +1,4 @@
-"""An experiment and a number in, one trial of it out: a truth drawn, a lab simulated and calibrated, and where the truth lies.
+"""An experiment and a number in, a replicate of it out: a truth drawn, its lab simulated and calibrated, where the truth lies.
 
 A truth is drawn from the prior, and its lab pressed as the experiment was; where the forward model of the calibration does not
 cover it, another is drawn, as the posterior leaves such sensors out, too. The files go through the readers, and defaults that
@@ -50,14 +50,14 @@ Outcome = Literal["done", "done by chains", "not converged", "not covered", "no 
 
 @dataclass(frozen=True, eq=False)
 class Setting:
-    """What every trial of an experiment needs, and can be sent to a worker.
+    """What every replicate of an experiment needs, and can be sent to a worker.
 
     Attributes
     ----------
     experiment, sweeps : as read.
     presses : how each of the sweeps was pressed.
     surrogate : file of a surrogate instead of the shipped one.
-    seed : of all trials.
+    seed : of all replicates.
     chains : whether to sample every calibration by chains, also where weighted draws of the first answer will do.
     """
 
@@ -88,8 +88,8 @@ class Place:
 
 
 @dataclass(frozen=True)
-class Trial:
-    """What came of one trial.
+class Replicate:
+    """What came of one replicate.
 
     Attributes
     ----------
@@ -112,18 +112,18 @@ class Trial:
         return bool(self.places)
 
 
-def attempt(setting: Setting, number: int) -> Trial:
+def attempt(setting: Setting, number: int) -> Replicate:
     """Draw a truth, simulate its lab, calibrate it, and see where the truth lies.
 
     Parameters
     ----------
     setting : the experiment.
-    number : of the trial; each has random numbers of its own.
+    number : of the replicate; each has random numbers of its own.
     """
     began = time.process_time()
     with one_thread():
         outcome, why, places = _attempt(setting, number)
-    return Trial(number, outcome, why, places, time.process_time() - began)
+    return Replicate(number, outcome, why, places, time.process_time() - began)
 
 
 def _attempt(setting: Setting, number: int) -> tuple[Outcome, str, Mapping[str, Place]]:
@@ -249,13 +249,13 @@ def _place(truth: float, draws: FloatArray, weight: FloatArray, rng: np.random.G
     return Place(truth, rank, 0.05 <= rank <= 0.95, (mean - truth) / sd if sd > 0 else 0.0)
 
 
-def trial_to_plain(trial: Trial) -> dict[str, Any]:
-    """What a file holds of a trial; the inverse is `trial_from_plain`."""
-    places = {name: [p.truth, p.rank, p.inside, p.off] for name, p in trial.places.items()}
-    row = {"number": trial.number, "outcome": trial.outcome, "why": trial.why}
-    return {**row, "places": places, "seconds": round(trial.seconds, 2)}
+def replicate_to_plain(replicate: Replicate) -> dict[str, Any]:
+    """What a file holds of a replicate; the inverse is `replicate_from_plain`."""
+    places = {name: [p.truth, p.rank, p.inside, p.off] for name, p in replicate.places.items()}
+    row = {"number": replicate.number, "outcome": replicate.outcome, "why": replicate.why}
+    return {**row, "places": places, "seconds": round(replicate.seconds, 2)}
 
 
-def trial_from_plain(row: Mapping[str, Any]) -> Trial:
-    """The trial that `trial_to_plain` wrote."""
-    return Trial(**{**row, "places": {name: Place(*numbers) for name, numbers in row["places"].items()}})
+def replicate_from_plain(row: Mapping[str, Any]) -> Replicate:
+    """The replicate that `replicate_to_plain` wrote."""
+    return Replicate(**{**row, "places": {name: Place(*numbers) for name, numbers in row["places"].items()}})
