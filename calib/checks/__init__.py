@@ -31,7 +31,6 @@ from calib.checks.proof import (
     rank_shares,
     replicate_from_plain,
     replicate_to_plain,
-    strays,
 )
 from calib.checks.reasons import (
     BAYES_LIMITS,
@@ -117,7 +116,6 @@ __all__ = [
     "scaled",
     "shift_rows",
     "stands",
-    "strays",
     "training_points",
     "unedited_reasons",
     "verdict_from_plain",

@@ -30,6 +30,9 @@ def prove(
     seed: Annotated[int, typer.Option(min=0, help="Seed of all random numbers.")] = 1,
     surrogate: Annotated[Path | None, typer.Option(help="Surrogate file to use instead of the shipped one.")] = None,
     chains: Annotated[bool, typer.Option("--chains", help="Sample every calibration by chains.")] = False,
+    around: Annotated[
+        Path | None, typer.Option(metavar="RUN", help="Draw truths from the posterior of this run, not from the prior.")
+    ] = None,
     processes: Processes = None,
     scheduler: Scheduler = None,
     strict: Strict = False,
@@ -39,6 +42,9 @@ def prove(
     Each replicate draws all that is unknown from the priors, presses that sensor by finite elements as yours was pressed,
     writes the files with the noise and the faults of the instruments, reads and calibrates them, and looks where the truth
     lies. If all is well its ranks are uniform and intervals of 90 % hold it 9 times in 10.
+
+    With --around they are drawn from the posterior of a run of the same experiment, and ranked in what the lab knows after both
+    its data and the simulated ones: whether it is right for sensors like yours, rather than for all that the priors allow.
 
     A replicate takes some seconds of a processor: chains are sampled only where weighted draws round a mode cannot be trusted.
     With --chains they always are, ten times as long. Stop it with Ctrl-C whenever you like: the same command goes on with what
@@ -73,6 +79,7 @@ def prove(
                 seed=seed,
                 surrogate=surrogate,
                 chains=chains,
+                around=around,
                 planned=planned,
                 progress=partial(told, "replicates"),
             )

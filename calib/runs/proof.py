@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -17,19 +18,23 @@ from calib.experiment import read_experiment
 from calib.files import require_folder, write_text
 from calib.problem import Problem, log_posterior
 from calib.records import record_to_text
+from calib.runs.folder import load_run
 from calib.runs.ownership import owned
 from calib.runs.preview import problem_of
-from calib.sampling import differences, identity_of
+from calib.sampling import FINGERPRINT, differences, identity_of
+from models.sensor import FloatArray
 
 #: Names of the files of a proof: its replicates as they come, what they say, and its picture.
 REPLICATES, PROOF, PICTURE = "replicates.jsonl", "proof.json", "proof.png"
 
 #: Raise it with every change that makes replicates others: the simulated lab, or what a calibration has to reach.
-PROOF_VERSION = 2
+PROOF_VERSION = 3
 
 # What a replicate takes [s of a processor]: finite elements of a sweep, the rest, and so many evaluations of the posterior.
 _PRESS, _REST = 1.5, 4.0
 _EVALUATIONS, _TIMED = 10_000, 320
+# Draws of a posterior that are sent to the workers, about.
+_DRAWS = 2000
 
 
 def prove(
@@ -41,6 +46,7 @@ def prove(
     seed: int,
     surrogate: Path | None = None,
     chains: bool = False,
+    around: Path | None = None,
     planned: Callable[[int, float], None] = lambda *_: None,
     progress: Callable[[int, int], None] = lambda *_: None,
     replicate: Callable[[Setting, int], Replicate] = attempt,
@@ -59,6 +65,7 @@ def prove(
     seed : of all of them.
     surrogate : file of a surrogate to use instead of the shipped one; its path must hold for the workers, too.
     chains : whether to sample every calibration by chains, which takes ten times as long.
+    around : folder of a run of the same experiment, whose posterior truths are drawn from; None for the prior.
     planned : told how many replicates are to be made, and the seconds of a processor that each may take, before any is.
     progress : called with the replicates done and their number.
     replicate : what is done for a replicate; the executor must be able to send it.
@@ -78,8 +85,11 @@ def prove(
         raise InputError(Fault("a proof with the finite elements would take weeks", plan.path, advice=advice))
     problem = problem_of(plan, surrogate)
     file = None if surrogate is None else surrogate.absolute()
-    setting = Setting(plan, problem.sweeps, presses_of(plan, problem.sweeps), file, seed, chains)
-    parts = {"version of the proof": str(PROOF_VERSION), "chains": str(chains), **identity_of(problem, seed).parts}
+    draws = None if around is None else _draws_of(around, problem)
+    setting = Setting(plan, problem.sweeps, presses_of(plan, problem.sweeps), file, seed, chains, draws)
+    drawn = "the prior" if draws is None else f"a posterior, {hashlib.sha256(draws.tobytes()).hexdigest()}"
+    own = {"version of the proof": str(PROOF_VERSION), "chains": str(chains), "truths are drawn from": drawn}
+    parts = {**own, **identity_of(problem, seed).parts}
     require_folder(folder, "Create it first")
     if folder.exists() and not folder.is_dir():
         raise InputError(Fault("a file of this name exists and is not overwritten", folder, advice="Choose another -o"))
@@ -96,9 +106,23 @@ def prove(
     return proof
 
 
-def _keep(
-    futures: Sequence[Future[Replicate]], path: Path, made: dict[int, Replicate], progress: Callable[[int], None]
-) -> None:
+def _draws_of(folder: Path, problem: Problem) -> FloatArray:
+    """Draws of the posterior of a run of the same problem, (n_draw, n_unknown), SI.
+
+    Raises
+    ------
+    InputError
+        If the run is of another problem.
+    """
+    posterior = load_run(folder).posterior
+    if posterior.attrs.get(FINGERPRINT) != identity_of(problem, posterior.seed).fingerprint:
+        advice = "Calibrate this experiment anew, or prove it from the prior, without --around"
+        raise InputError(Fault("this run is of another experiment, or of another version of it", folder, advice=advice))
+    draws = posterior.draws.reshape(-1, len(problem.names))
+    return draws[:: max(1, len(draws) // _DRAWS)]
+
+
+def _keep(futures: Sequence[Future[Replicate]], path: Path, made: dict[int, Replicate], told: Callable[[int], None]) -> None:
     """Keep replicates as they come in: in memory, and each as a line of a file."""
     first = 1 + len(made)
     try:

@@ -1,6 +1,6 @@
 """An experiment in, proof by simulation out that its calibrations hold the truth as often as they say, or that they do not."""
 
-from calib.checks.proof.judgement import Proof, Tested, strays
+from calib.checks.proof.judgement import Proof, Tested
 from calib.checks.proof.presses import Press, presses_of
 from calib.checks.proof.ranks import rank_band, rank_points, rank_shares
 from calib.checks.proof.replicate import LIKELIHOOD, Replicate, Setting, attempt, replicate_from_plain, replicate_to_plain
@@ -19,5 +19,4 @@ __all__ = [
     "rank_shares",
     "replicate_from_plain",
     "replicate_to_plain",
-    "strays",
 ]

@@ -100,6 +100,10 @@ class Proof:
             off,
         )
 
+    def strays(self, tested: Tested) -> bool:
+        """Whether the ranks of a quantity stray farther than those of any of its quantities would by `CHANCE`."""
+        return tested.probability < CHANCE / len(self.tested)
+
     @cached_property
     def verdict(self) -> Verdict:
         """Whether calibrations of this experiment may be believed."""
@@ -110,11 +114,6 @@ class Proof:
         quantities = {t.name: {k: v for k, v in asdict(t).items() if k != "name"} for t in self.tested}
         counts = {"replicates": len(self.replicates), "outcomes": dict(self.outcomes)}
         return {"verdict": self.verdict.to_plain(), **counts, "quantities": quantities}
-
-
-def strays(tested: Tested, n_quantity: int) -> bool:
-    """Whether ranks stray farther than those of any of so many quantities would by `CHANCE`."""
-    return tested.probability < CHANCE / n_quantity
 
 
 def in_words(tested: Tested) -> str:
@@ -145,7 +144,7 @@ def _reasons(proof: Proof) -> list[Reason]:
         level = "red" if loose > MANY_LOST * n else "amber"
         finding = f"{loose} of {n} replicates did not converge"
         reasons.append(Reason("convergence", level, finding, "their posteriors are ranked as they are; look at one of them"))
-    reasons += [_of(tested) for tested in proof.tested if strays(tested, len(proof.tested))]
+    reasons += [_of(tested) for tested in proof.tested if proof.strays(tested)]
     if counted < FEW:
         low, high = coverage_interval(round(0.9 * counted), counted)
         finding = f"{counted} replicates tell a coverage of 90 % from {low * 100:.0f} or {high * 100:.0f} % at best"

@@ -4,7 +4,8 @@ A truth is drawn from the prior, and its lab pressed as the experiment was; wher
 cover it, another is drawn, as the posterior leaves such sensors out, too. The files go through the readers, and defaults that
 the data centre are centred on theirs. Posteriors are the weighted draws of a first answer where these can be trusted, which
 takes seconds, and else chains (Talts et al., arXiv 1804.06788; Modrak et al., Bayesian Anal. 20 (2025) 461, for the rank
-of the likelihood).
+of the likelihood). Drawn from the posterior of the experiment, the truth is ranked in the posterior of both its data and the
+simulated ones, in which its rank is uniform (Saeilynoja, Schmitt, Buerkner & Vehtari, arXiv 2502.03279).
 """
 
 from __future__ import annotations
@@ -12,13 +13,14 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Literal
 
 import numpy as np
 
+from calib.catalogue import unknowns_of
 from calib.checks.proof.presses import Press
 from calib.checks.proof.simulation import TrueSweep, true_sweeps, write_lab
 from calib.errors import InputError
@@ -59,6 +61,8 @@ class Setting:
     surrogate : file of a surrogate instead of the shipped one.
     seed : of all replicates.
     chains : whether to sample every calibration by chains, also where weighted draws of the first answer will do.
+    draws : of the posterior of these sweeps that truths are taken from, (n_draw, n_unknown), SI, in the order of the problem's
+        unknowns; None to draw truths from the prior.
     """
 
     experiment: Experiment
@@ -67,6 +71,7 @@ class Setting:
     surrogate: Path | None
     seed: int
     chains: bool = False
+    draws: FloatArray | None = None
 
 
 @dataclass(frozen=True)
@@ -130,7 +135,7 @@ def _attempt(setting: Setting, number: int) -> tuple[Outcome, str, Mapping[str, 
     rng = np.random.default_rng([setting.seed, number])
     forward = forward_of_experiment(setting.experiment, setting.surrogate)
     problem = build_problem(setting.experiment, setting.sweeps, forward)
-    truth = draw_truth(problem, setting.presses, rng)
+    truth = draw_truth(problem, setting.presses, rng, setting.draws)
     if truth is None:
         return "not covered", f"none of {_DRAWN} draws of the prior is covered by the {forward.name}", {}
     values, sweeps = truth
@@ -141,7 +146,11 @@ def _attempt(setting: Setting, number: int) -> tuple[Outcome, str, Mapping[str, 
     try:
         with TemporaryDirectory(prefix="calib-proof-") as folder:
             experiment = write_lab(setting.experiment, sweeps, curves, Path(folder), rng)
-            again = build_problem(experiment, read_sweeps(experiment), forward)
+            if setting.draws is None:
+                again = build_problem(experiment, read_sweeps(experiment), forward)
+            else:
+                beside = pressed_again(experiment)
+                again = build_problem(beside, (*setting.sweeps, *read_sweeps(beside)), forward)
     except InputError as error:
         return "refused", error.faults[0].message, {}
     return _ranked(again, values, setting.chains, rng)
@@ -179,15 +188,17 @@ def _weighted(problem: Problem) -> tuple[FloatArray, FloatArray] | None:
 
 
 def draw_truth(
-    problem: Problem, presses: tuple[Press, ...], rng: np.random.Generator
+    problem: Problem, presses: tuple[Press, ...], rng: np.random.Generator, draws: FloatArray | None = None
 ) -> tuple[dict[str, float], tuple[TrueSweep, ...]] | None:
-    """Draw a truth from the prior that the forward model covers, pressed as the experiment was; None if none is found.
+    """Draw a truth that the forward model covers, pressed as the experiment was; None if none is found.
 
     Parameters
     ----------
     problem : the experiment with its sweeps.
     presses : how they were pressed.
     rng : of the truth.
+    draws : of the posterior, that truths are taken from, (n_draw, n_unknown), SI; None to draw them from the prior. The
+        same sensors are pressed again then: with contacts, load zeros and clocks of their own, from the prior.
 
     Returns
     -------
@@ -195,14 +206,29 @@ def draw_truth(
     """
     for _ in range(_DRAWN):
         z = rng.standard_normal((1, len(problem.parameters)))
-        values = {name: float(value[0]) for name, value in values_at(problem, z).items()}
+        pressed = truth = {name: float(value[0]) for name, value in values_at(problem, z).items()}
+        if draws is not None:
+            own = {p.key: pressed[p.name] for p in problem.parameters if p.parameter in unknowns_of("sweep")}
+            known = {**problem.fixed, **dict(zip(problem.names, draws[rng.integers(len(draws))].tolist(), strict=True))}
+            pressed = {**known, **{str(key): value for key, value in own.items()}}
+            truth = {**known, **{str(replace(key, sweep=_again(key.sweep))): value for key, value in own.items()}}
         try:
-            sweeps = true_sweeps(problem, values, presses)
+            sweeps = true_sweeps(problem, pressed, presses)
         except ValueError:
             continue
         if all(_covered(problem.forward, sweep) for sweep in sweeps):
-            return values, sweeps
+            return truth, sweeps
     return None
+
+
+def pressed_again(experiment: Experiment) -> Experiment:
+    """The experiment with the names that sweeps have as those of a second visit of the same sensors."""
+    specimens = (replace(s, sweeps=tuple(replace(f, name=_again(f.name)) for f in s.sweeps)) for s in experiment.specimens)
+    return replace(experiment, specimens=tuple(specimens))
+
+
+def _again(name: str) -> str:
+    return f"{name} again".strip()
 
 
 def _covered(forward: Forward, sweep: TrueSweep) -> bool:

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from calib.catalogue import UnknownName, unknowns_of
-from calib.checks import LIKELIHOOD, Proof, rank_band, rank_points, rank_shares, strays
+from calib.checks import LIKELIHOOD, Proof, rank_band, rank_points, rank_shares
 from calib.report.style import BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, SKY, VERMILION, WIDTH, styled_figure
 
 _COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY)
@@ -30,7 +30,7 @@ def proof_figure(proof: Proof) -> Figure:
     colours = iter(_COLOURS)
     for t in tested:
         material = t.name != LIKELIHOOD and UnknownName.parse(t.name).parameter in unknowns_of("material")
-        colour = VERMILION if strays(t, len(tested)) else next(colours, GREY) if material else GREY
+        colour = VERMILION if proof.strays(t) else next(colours, GREY) if material else GREY
         shown = colour != GREY
         ranks.step(
             at,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -22,6 +22,8 @@ from calib.checks.proof.replicate import (
     Replicate,
     Setting,
     attempt,
+    draw_truth,
+    pressed_again,
     replicate_from_plain,
     replicate_to_plain,
 )
@@ -69,7 +71,12 @@ def _pressed(sweep: TrueSweep) -> Curve:
 
 
 def _simulated(
-    experiment: Experiment, sweeps: Sequence[Sweep], presses: Sequence[Press], folder: Path, seed: int, **changes: float
+    experiment: Experiment,
+    sweeps: Sequence[Sweep],
+    presses: Sequence[Press],
+    folder: Path,
+    seed: int,
+    changes: Mapping[str, float],
 ) -> tuple[Problem, dict[str, float]]:
     """The problem of what a lab would have measured, and the truth."""
     problem = build_problem(experiment, sweeps, EXACT)
@@ -86,7 +93,7 @@ def test_a_simulated_lab_is_that_of_the_measurement_model(tmp_path: Path) -> Non
     for seed in range(3):
         folder = tmp_path / str(seed)
         folder.mkdir()
-        again, truth = _simulated(*_shipped(), folder, seed)
+        again, truth = _simulated(*_shipped(), folder, seed, {})
         off = residuals(again, truth)
         chi.append(float(off @ off) / off.size)
     assert np.mean(chi) == pytest.approx(1.0, abs=0.25)
@@ -95,7 +102,7 @@ def test_a_simulated_lab_is_that_of_the_measurement_model(tmp_path: Path) -> Non
 @pytest.mark.parametrize("name", ["contact_offset", "load_zero", "machine_compliance", "clock_offset", "parasitic_capacitance"])
 def test_every_nuisance_of_the_lab_is_in_its_files(tmp_path: Path, name: str) -> None:
     changed = {"contact_offset": -0.2e-3, "load_zero": 1.5, "machine_compliance": 1e-5, "clock_offset": -4.0}.get(name, 3e-12)
-    again, truth = _simulated(*_shipped(), tmp_path, 1, **{name: changed})
+    again, truth = _simulated(*_shipped(), tmp_path, 1, {name: changed})
     full = next(n for n in again.names if n.startswith(name))
     true, elsewhere = residuals(again, truth), residuals(again, {**truth, full: TRUTH[name]})
     assert true @ true < 1.5 * true.size
@@ -107,7 +114,7 @@ def test_a_discrepancy_is_planted_with_the_size_that_is_drawn(tmp_path: Path) ->
     for seed in range(4):
         folder = tmp_path / str(seed)
         folder.mkdir()
-        again, truth = _simulated(*_shipped(), folder, seed, force_discrepancy=0.05, capacitance_discrepancy=0.05)
+        again, truth = _simulated(*_shipped(), folder, seed, {"force_discrepancy": 0.05, "capacitance_discrepancy": 0.05})
         known = residuals(again, truth)
         assert known @ known < 1.6 * known.size
         unknown = residuals(again, {**truth, "force_discrepancy": 0.001, "capacitance_discrepancy": 0.001})
@@ -137,7 +144,7 @@ def test_other_ties_of_the_capacitance_are_kept(tmp_path: Path, tie: str) -> Non
     }
     experiment = experiment_from(tables)
     sweeps = read_sweeps(experiment)
-    again, truth = _simulated(experiment, sweeps, presses_of(experiment, sweeps), tmp_path, 1)
+    again, truth = _simulated(experiment, sweeps, presses_of(experiment, sweeps), tmp_path, 1, {})
     assert again.sweeps[0].tied_by("capacitance") == sweeps[0].tied_by("capacitance")
     off = residuals(again, truth)
     assert off @ off < 1.5 * off.size
@@ -162,6 +169,24 @@ def test_a_replicate_presses_calibrates_and_ranks() -> None:
     assert {"young_modulus", "padding_thickness[sensor 1]", LIKELIHOOD} <= set(replicate.places)
     assert all(0 < place.rank < 1 and abs(place.off) < 5 for place in replicate.places.values())
     assert replicate_from_plain(replicate_to_plain(replicate)).places == replicate.places
+
+
+def test_around_a_posterior_the_same_sensors_are_pressed_again_with_a_rig_of_their_own(tmp_path: Path) -> None:
+    experiment, sweeps, presses = _shipped()
+    problem = build_problem(experiment, sweeps, EXACT)
+    known = {**medians(problem), "young_modulus": 0.66e6, "contact_offset[sensor 1]": 0.2e-3}
+    draws = np.array([[known[name] for name in problem.names]])
+    drawn = draw_truth(problem, presses, np.random.default_rng(3), draws)
+    assert drawn is not None
+    truth, true = drawn
+    assert truth["young_modulus"] == 0.66e6
+    assert truth["contact_offset[sensor 1]"] == 0.2e-3
+    assert true[0].values["contact_offset"] == truth["contact_offset[sensor 1, again]"] != 0.2e-3
+    again = pressed_again(write_lab(experiment, true, [_pressed(true[0])], tmp_path, np.random.default_rng(4)))
+    both = build_problem(again, (*sweeps, *read_sweeps(again)), EXACT)
+    assert set(both.names) | set(both.fixed) == set(truth)
+    new = residuals(replace(both, sweeps=both.sweeps[1:], plans=both.plans[1:]), truth)
+    assert new @ new < 1.6 * new.size
 
 
 # --- ranks --------------------------------------------------------------------------------------------------------------

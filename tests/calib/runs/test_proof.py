@@ -7,7 +7,9 @@ from collections.abc import Iterator
 from concurrent.futures import Executor
 from pathlib import Path
 
+import numpy as np
 import pytest
+from small_run import make_lab, quick
 from typer.testing import CliRunner
 
 from calib.checks import LIKELIHOOD, Replicate, Setting
@@ -149,6 +151,26 @@ def test_the_command_says_how_long_it_will_take_what_came_of_it_and_when_it_is_r
     red = CliRunner().invoke(app, ["prove", str(experiment), "-o", str(folder), "--replicates", "40"])
     assert red.exit_code == 3
     assert "too high" in red.stdout
+
+
+def test_around_takes_the_posterior_of_this_experiment_and_of_no_other(tmp_path: Path, executor: Executor) -> None:
+    lab = make_lab(tmp_path) / "experiment.toml"
+    run = quick(tmp_path).run
+    told: list[Setting] = []
+
+    def seen(setting: Setting, number: int) -> Replicate:
+        told.append(setting)
+        return _uniform(setting, number)
+
+    prove(lab, tmp_path / "proof", executor, replicates=1, seed=1, around=run.folder, replicate=seen)
+    draws = told[0].draws
+    assert draws is not None
+    assert np.mean(draws[:, 0]) == pytest.approx(run.posterior.diagnostics.parameters["young_modulus"].mean, rel=0.05)
+    with pytest.raises(InputError, match="truths are drawn from"):
+        prove(lab, tmp_path / "proof", executor, replicates=1, seed=1, replicate=_never)
+    lab.write_text(lab.read_text(encoding="utf-8").replace("1.6", "1.7"), encoding="utf-8")
+    with pytest.raises(InputError, match="of another experiment"):
+        prove(lab, tmp_path / "other", executor, replicates=1, seed=1, around=run.folder, replicate=_never)
 
 
 def test_finite_elements_in_the_place_of_the_surrogate_are_refused(
