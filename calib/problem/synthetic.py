@@ -93,7 +93,7 @@ def synthetic_sweep(
         exact = np.interp(at + shift, path, values)
         return np.asarray(exact + noise / np.sqrt(n) * rng.standard_normal(n_points), dtype=float)
 
-    shift = 0.25 * (at[1] - at[0])  # the two instruments do not read at the same moments
+    shift = -0.25 * (at[1] - at[0])  # the two instruments do not read at the same moments; none after the end
     channels: dict[str, Points] = {}
     noise: dict[str, float] = {}
     capacitance_points = None
