@@ -23,7 +23,7 @@ from models.sensor import FloatArray
 #: Version of what the log posterior is at given unknowns and data. Raise it with every change that moves its values by more
 #: than rounding (measurement model, covariance, priors' coordinates, default priors aside, which are hashed themselves), so
 #: that no chain of the earlier density is continued with the later one.
-LIKELIHOOD_VERSION = 3
+LIKELIHOOD_VERSION = 4
 
 # Draws evaluated together: what is computed of one sweep stays in the processor's cache.
 _TOGETHER = 320

@@ -12,6 +12,12 @@ column. The errors of a channel (n points) are normal with covariance
 
     diag(s^2 / n_effective) + V V^T + delta^2 diag(g) K diag(g)                                                   (4)
 
+Where the load that (1) takes is the reading f_i itself, one that is off by e stands for a depth that is off by c_m e / g_F,
+and what is left of it after (2) is too large. To first order what the crosshead's reading alone predicts is off by
+
+    [f_i - F_0 - g_F F(d_i)] (1 - c_m s_i / g_F),   s_i = df/dreading at the point                                  (5)
+
+with s_i as it was read; and so are the last two terms of (4). The noise is not, as the frame gives way by the true load.
 s is the noise of one reading, V the forward model's own error, the last term the model discrepancy: a Gaussian process along
 the sweep of sd delta g, g = g_F F(d) or g_C (C(d) - C0), with a squared-exponential correlation K over the depth at the
 sweep's nominal points and a fixed length (`calib.problem.plan`). K is used as U U^T + diag(rest) with its few large
@@ -35,6 +41,9 @@ from calib.problem.values import Calibrated, design_columns, design_values, desi
 from models.curves import Lookup, curves_of, look_up, look_up_force, table_depths
 from models.response import Asked, Column, Curves, Forward, Response
 from models.sensor import INCOMPRESSIBLE, BoolArray, Design, FloatArray
+
+# Least factor of (5): a frame that gives way by more than the crosshead moves is none.
+_LEAST_SHARE = 0.1
 
 
 def model_sweep(
@@ -321,9 +330,13 @@ def _predict(own: _SweepValues, name: str, channel: ChannelPlan, at: Response, p
             variance = variance + (place.at(slope) * own["force_noise"]) ** 2 / points.n_effective
         depth, ideal, error = place.at(depth), place.at(ideal), place.at(error)
     own_sd = own[f"{name}_discrepancy"] * gain * model.signal(ideal, at)
+    mean = gain * ideal + own[model.zero]
+    if channel.slope is not None:
+        share = np.maximum(1 - own["machine_compliance"] * channel.slope / gain, _LEAST_SHARE)
+        mean = points.value - (points.value - mean) * share
+        own_sd, error = own_sd * share, error * share[..., None]
     variance = variance + own_sd**2 * channel.correlation.rest
-    discrepancy = Discrepancy(own_sd, channel.correlation)
-    return PredictedReadings(depth, gain * ideal + own[model.zero], variance, error, points.value, discrepancy)
+    return PredictedReadings(depth, mean, variance, error, points.value, Discrepancy(own_sd, channel.correlation))
 
 
 def _require_finite(forward: Forward, response: Response, columns: Sequence[Column]) -> None:

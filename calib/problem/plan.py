@@ -17,7 +17,7 @@ from models.sensor import FloatArray, IntArray
 CORRELATION_LENGTH = 0.3
 
 #: Share of the discrepancy's variance that its low-rank form may leave to the diagonal.
-_RANK_TOLERANCE = 1e-3
+_RANK_TOLERANCE = 1e-6
 
 _T = TypeVar("_T")
 
@@ -40,12 +40,14 @@ class ChannelPlan:
     tie : how their depth is known, see `Sweep.tied_by`.
     load : [N], (n_point,), load at points that are tied by displacement; None where no record has it.
     correlation : of the discrepancy, K of (4).
+    slope : [N/m], (n_point,), of the load over the crosshead's reading, s of (5), where the load is the reading; else None.
     """
 
     points: Points
     tie: str
     load: FloatArray | None
     correlation: Correlation
+    slope: FloatArray | None = None
 
     @property
     def needs_curve(self) -> bool:
@@ -69,6 +71,8 @@ class SweepPlan:
 def plan_sweep(sweep: Sweep) -> SweepPlan:
     """Compute once what the likelihood of a sweep needs again and again and no draw changes: ties, loads, correlations."""
     onset, load = nominal_zero(sweep)
+    if np.isfinite(sweep.contact):
+        onset = sweep.contact
     return SweepPlan(sweep, {name: _plan_channel(sweep, name, onset, load) for name in sweep.channels})
 
 
@@ -90,7 +94,8 @@ def without_points(plan: SweepPlan, channel: str, rows: IntArray) -> SweepPlan:
     points = replace(known.points, **{name: column[kept] for name, column in columns.items() if column is not None})
     load = None if known.load is None else known.load[kept]
     correlation = Correlation(np.ascontiguousarray(known.correlation.modes[kept]), known.correlation.rest[kept])
-    part = replace(known, points=points, load=load, correlation=correlation)
+    slope = None if known.slope is None else known.slope[kept]
+    part = replace(known, points=points, load=load, correlation=correlation, slope=slope)
     return replace(plan, channels={name: part if name == channel else plan.channels[name] for name in plan.channels})
 
 
@@ -111,7 +116,21 @@ def _plan_channel(sweep: Sweep, name: str, onset: float, load: float) -> Channel
     else:
         time = present(points.time) + np.nan_to_num(sweep.clock_offset)
         along = at_time(present(sweep.track), time)[0] - onset
-    return ChannelPlan(points, tie, tied_load, _correlation(along))
+    slope = _slope(present(points.displacement), points.value) if name == "force" and tie == "displacement" else None
+    return ChannelPlan(points, tie, tied_load, _correlation(along), slope)
+
+
+def _slope(reading: FloatArray, load: FloatArray) -> FloatArray:
+    """Slope of a load over readings of the crosshead [N/m], (n_point,), by lines through each point and two on each side."""
+    order = np.argsort(reading, kind="stable")
+    x, y = reading[order], load[order]
+    found = np.zeros_like(y)
+    for k in range(x.size):
+        near = slice(max(0, k - 2), k + 3)
+        off = x[near] - np.mean(x[near])
+        square = float(np.sum(off**2))
+        found[order[k]] = max(float(np.sum(off * y[near])) / square, 0.0) if square > 0 else 0.0
+    return found
 
 
 def _correlation(along: FloatArray) -> Correlation:

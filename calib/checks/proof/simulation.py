@@ -97,11 +97,15 @@ class TrueSweep:
             return None
         return self._moved(log.displacement)
 
+    @property
+    def at_contact(self) -> float:
+        """Reading of the crosshead where contact begins [m]."""
+        v = self.values
+        return v["contact_offset"] + v["machine_compliance"] * v["load_zero"] / v["force_gain"]
+
     def _moved(self, displacement: FloatArray) -> FloatArray:
         contact = self.press.contact
-        v = self.values
-        at_contact = v["contact_offset"] + v["machine_compliance"] * v["load_zero"] / v["force_gain"]
-        return displacement if np.isnan(contact) else displacement - contact + at_contact
+        return displacement if np.isnan(contact) else displacement - contact + self.at_contact
 
     @property
     def depth(self) -> float | None:
@@ -202,7 +206,11 @@ def _way(sweep: TrueSweep, curve: Curve, rng: np.random.Generator) -> _Way:
     depth = np.linspace(-0.5 * curve.end, curve.end, _FINE)
     force, capacitance = curve.at(depth)
     at_rest = float(curve.capacitance(0.0))
-    share = np.clip(depth / curve.end, 0.0, 1.0)
+    # The process runs along what the crosshead reads, as the likelihood has it, which the load zero only moves.
+    along = depth + v["machine_compliance"] * force
+    way = sweep.reading
+    deepest = float(along[-1]) if way is None else float(np.max(way) - sweep.at_contact)
+    share = np.clip(along / deepest, 0.0, None)
     load = v["force_gain"] * force * (1 + v["force_discrepancy"] * _process(share, rng)) + v["load_zero"]
     signal = (capacitance - at_rest) * (1 + v["capacitance_discrepancy"] * _process(share, rng))
     reading = depth + v["contact_offset"] + v["machine_compliance"] * load / v["force_gain"]

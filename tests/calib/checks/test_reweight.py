@@ -273,6 +273,7 @@ def test_a_table_for_the_finite_elements_ends_soon_after_the_readings(make_poste
 def test_numerical_error_is_independent_and_in_proportion(make_posterior: MakePosterior) -> None:
     p = make_posterior(n_specimen=1)
     plan, values = problem_of(p, FAST).plans[0], thin_draws(p, 2, np.random.default_rng(1))
+    values = {**values, "machine_compliance": np.zeros(2)}
     bare = ClosedForm(force_error=0.0, capacitance_error=0.0)
     without, with_error = (model_sweep(p, m, plan, values).channels["force"] for m in (bare, Toleranced(bare, 0.01)))
     added = with_error.sd**2 - without.sd**2

@@ -241,15 +241,40 @@ def test_covariance_has_noise_the_forwards_error_and_the_discrepancy() -> None:
     depth = (points.displacement - hertz_onset(points.displacement, points.value - 0.1)).clip(0)
     x = depth / depth.max()
     correlation = np.exp(-0.5 * ((x[:, None] - x) / 0.3) ** 2)
-    g = values["force_discrepancy"][0] * r.force[0]
-    expected = (
-        np.diag(values["force_noise"][0] ** 2 / sweep.channels["force"].n_effective) + r.force_error[0] @ r.force_error[0].T
-    )
+    # What the frame leaves of an error at a given reading of the crosshead: 1 / (1 + c dF/dd).
+    share = 1 / (1 + values["machine_compliance"][0] * np.gradient(r.force[0], c.depth[0]))
+    g = values["force_discrepancy"][0] * r.force[0] * share
+    own = r.force_error[0] * share[:, None]
+    expected = np.diag(values["force_noise"][0] ** 2 / sweep.channels["force"].n_effective) + own @ own.T
     expected += correlation * np.outer(g, g)
     found = np.diag(c.variance[0]) + c.modes[0] @ c.modes[0].T
     np.testing.assert_allclose(np.diag(found), np.diag(expected), rtol=0.02)
     scale = np.sqrt(np.diag(expected))
     np.testing.assert_allclose(found / np.outer(scale, scale), expected / np.outer(scale, scale), atol=0.02)
+
+
+def test_an_error_of_a_load_does_not_move_what_is_expected_of_it() -> None:
+    # The load that was read says how far the frame gave way; what is predicted from the crosshead must not follow it.
+    soft = replace(RIG, machine_compliance=2e-5, force_noise=0.0)
+    sweep = press(rig=soft)
+    points = sweep.channels["force"]
+    off = np.where(np.arange(points.value.size) == points.value.size - 5, 0.02, 0.0)
+    moved = replace(sweep, channels={**sweep.channels, "force": replace(points, value=points.value + off)})
+    means = []
+    for one in (sweep, moved):
+        problem = build_problem(experiment(), [one], EXACT)
+        values = {**values_at(problem, true_theta(problem)), "machine_compliance": np.array([2e-5])}
+        means.append(predict_sweep(problem, values, one).channels["force"].mean[0])
+    follows = np.max(np.abs(means[1] - means[0])) / 0.02
+    assert follows < 0.03  # a quarter without equation (5)
+
+
+def test_a_smooth_discrepancy_is_not_taken_for_noise() -> None:
+    # What the low-rank form leaves to the diagonal must stay below the noise of a quiet lab, at the largest discrepancy.
+    problem = build_problem(experiment(), [press()], EXACT)
+    for plan in problem.plans:
+        for channel in plan.channels.values():
+            assert np.max(channel.correlation.rest) < 1e-4
 
 
 def test_discrepancy_off_leaves_its_parameters_and_modes_out() -> None:

