@@ -69,6 +69,7 @@ QUICK: dict[str, tuple[list[str], str]] = {
         ],
         "force: 8 unknowns, NOT converged; 30 draws re-weighted",
     ),
+    "prior_conflict.py": (["sound", "--labs", "1", "--draws", "400", "--processes", "0"], "| sound | 1 |"),
     "read_large_file.py": (["-n", "3000", "--files", "ragged", "two rates"], "two rates: 0 MB, 3000 rows"),
     # Moves and peers on the shipped experiment take minutes; one target shows that the table is made.
     "sampling.py": (["targets", "three modes", "--seeds", "1"], "0 converged and wrong; 0 of 1 runs"),

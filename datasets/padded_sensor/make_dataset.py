@@ -19,8 +19,8 @@ from models.sensor import FloatArray, design_from
 FOLDER = Path(__file__).parent
 SEED = 20190304
 
-#: SI. Shared by both specimens, then per specimen. `clock_offset` is the tester's clock minus the LCR meter's. `contact_offset` is
-#: that of `calib.problem.measurement` (1), where the frame gives way by the load as it is read: the crosshead stands
+#: SI. Shared by both specimens, then per specimen. `clock_offset` is the tester's clock minus the LCR meter's. `contact_offset`
+#: is that of `calib.problem.measurement` (1), where the frame gives way by the load as it is read: the crosshead stands
 #: c_m F_0 beyond it at first touch, at 0.212 and 0.174 mm.
 TRUTH: dict[str, Any] = {
     "shared": {
