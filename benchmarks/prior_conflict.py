@@ -78,11 +78,14 @@ def judged(kind: str, seed: int, draws: int) -> dict[str, Any]:
         density = laplace_density(look.space, look.mode, random)
         x = density.draw(random, 2 * draws)
         weight = importance_weights(look.space.log_density(x) - density.log_density(x))
+        effective = 1 / float(np.sum(weight**2))
+        if effective < _FEW:
+            return {"kind": kind, "seed": seed, "effective": effective}
         x = x[random.choice(len(x), draws, p=weight)]
         theta, log_jacobian = look.space.to_theta(x)
         log_likelihood = look.space.log_density(x) - log_jacobian + 0.5 * np.sum(theta**2, axis=1)
     values = columns_at(problem, theta)
-    ess = min(draws / 2, 1 / float(np.sum(weight**2)))
+    ess = min(draws / 2, effective)
     headlines = {p.name: values[:, k] for k, p in enumerate(problem.parameters) if p.parameter in HEADLINES}
     beliefs = [k for k, p in enumerate(problem.parameters) if is_belief(p)]
     names = [problem.names[k] for k in beliefs]
@@ -97,7 +100,7 @@ def judged(kind: str, seed: int, draws: int) -> dict[str, Any]:
         "found": {name: {**asdict(s), "diagnosis": s.diagnosis} for name, s in found.items()},
         "prior": max(shifts) > conflict_limit(len(theta[0])),
         "modulus": float((np.mean(modulus) - truth) / np.std(modulus)),
-        "effective": ess,
+        "effective": effective,
         "processor": round(time.process_time() - began, 1),
     }
 
