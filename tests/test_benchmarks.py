@@ -61,6 +61,7 @@ QUICK: dict[str, tuple[list[str], str]] = {
     "likelihood.py": (["--draws", "40", "--specimens", "2", "--sweeps", "3", "--repeats", "1"], "sweeps of one specimen"),
     # What fails is told by its exit code: a seed of which all mutants are read as they may be.
     "mutate_lab_files.py": (["-n", "30", "--folder", "FOLDER", "-o", "FOLDER/mutants.csv"], "0 of 30 failed"),
+    "outliers.py": (["1 % at 10 sd", "--seeds", "1"], "| 1 % at 10 sd | 1 | 0 |"),
     "planted.py": (["nothing", "--labs", "1", "--steps", str(STEPS), "--processes", "0"], "| nothing | 1 | 0 |"),
     "posterior_against_fem.py": (
         [
