@@ -25,7 +25,7 @@ import numpy as np
 from simulated.faulty import ACCURACY, KINDS, Lab, lab_of
 from simulated.labs import rows_of
 
-from calib.checks import FILES, judge_posterior, look_elsewhere, plausibility, predict, with_elsewhere
+from calib.checks import FILES, judge_posterior, look_elsewhere, plausibility, predict, with_elsewhere, with_sensitivity
 from calib.decision import Requirement, recommend
 from calib.errors import InputError
 from calib.experiment import forward_of_experiment
@@ -61,7 +61,7 @@ def _calibrate(lab: Lab, seed: int, max_steps: int) -> dict[str, Any]:
         with suppress(ValueError):
             first = first_answer(problem)
     posterior = sample(problem, seed=seed, processes=0, max_steps=max_steps)
-    posterior = with_elsewhere(posterior, look_elsewhere(problem, first))
+    posterior = with_sensitivity(with_elsewhere(posterior, look_elsewhere(problem, first)))
     predictions = predict(posterior, forward, np.random.default_rng(seed))
     verdict = judge_posterior(posterior, predictions, [reason for reason in before.reasons if reason.gate != FILES])
     found = posterior.draws.reshape(-1, len(problem.names))[:, problem.names.index("young_modulus")]

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
         predict,
         with_departures,
         with_reweighting,
+        with_sensitivity,
         with_spot_check,
     )
     from calib.decision import Recommendation, Requirement, recommend
@@ -159,6 +160,7 @@ __all__ = [
     "values_at",
     "with_departures",
     "with_reweighting",
+    "with_sensitivity",
     "with_spot_check",
     "write_report",
 ]
@@ -242,6 +244,7 @@ _ROOMS: dict[str, tuple[str, ...]] = {
         "predict",
         "with_departures",
         "with_reweighting",
+        "with_sensitivity",
         "with_spot_check",
     ),
     "calib.decision": (

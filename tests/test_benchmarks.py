@@ -61,6 +61,7 @@ QUICK: dict[str, tuple[list[str], str]] = {
     "likelihood.py": (["--draws", "40", "--specimens", "2", "--sweeps", "3", "--repeats", "1"], "sweeps of one specimen"),
     # What fails is told by its exit code: a seed of which all mutants are read as they may be.
     "mutate_lab_files.py": (["-n", "30", "--folder", "FOLDER", "-o", "FOLDER/mutants.csv"], "0 of 30 failed"),
+    "outliers.py": (["1 % at 10 sd", "--seeds", "1"], "| 1 % at 10 sd | 1 | 0 |"),
     "planted.py": (["nothing", "--labs", "1", "--steps", str(STEPS), "--processes", "0"], "| nothing | 1 | 0 |"),
     "posterior_against_fem.py": (
         [
@@ -69,6 +70,7 @@ QUICK: dict[str, tuple[list[str], str]] = {
         ],
         "force: 8 unknowns, NOT converged; 30 draws re-weighted",
     ),
+    "prior_conflict.py": (["sound", "--labs", "1", "--draws", "400", "--processes", "0"], "| sound | 1 |"),
     "read_large_file.py": (["-n", "3000", "--files", "ragged", "two rates"], "two rates: 0 MB, 3000 rows"),
     # Moves and peers on the shipped experiment take minutes; one target shows that the table is made.
     "sampling.py": (["targets", "three modes", "--seeds", "1"], "0 converged and wrong; 0 of 1 runs"),

@@ -40,10 +40,12 @@ from calib.checks.reasons import (
     departure_in_words,
     judge_posterior,
     passed_gates,
+    pull_in_words,
     unedited_reasons,
 )
 from calib.checks.refine import error_rows, refinement_in_words, require_own_surrogate, shift_rows, stands, training_points
 from calib.checks.reweighting import ACCURACY, LEAST_DRAWS, reweight, with_reweighting
+from calib.checks.sensitivity import sensitivity_of_headlines, with_sensitivity
 from calib.checks.spotcheck import Comparison, compare_draws, with_spot_check
 from calib.checks.verdict import (
     Colour,
@@ -103,6 +105,7 @@ __all__ = [
     "plausibility",
     "predict",
     "presses_of",
+    "pull_in_words",
     "rank_band",
     "rank_points",
     "rank_shares",
@@ -114,6 +117,7 @@ __all__ = [
     "require_own_surrogate",
     "reweight",
     "scaled",
+    "sensitivity_of_headlines",
     "shift_rows",
     "stands",
     "training_points",
@@ -124,5 +128,6 @@ __all__ = [
     "with_departures",
     "with_elsewhere",
     "with_reweighting",
+    "with_sensitivity",
     "with_spot_check",
 ]

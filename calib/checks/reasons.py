@@ -15,7 +15,7 @@ from calib.catalogue import QUANTITIES, SCALES, UnknownName, display
 from calib.checks.predictive import Prediction
 from calib.checks.verdict import LEVELS, Level, Reason, Verdict, reasons_from_text, verdict_of
 from calib.experiment import Experiment, unedited_in_words
-from calib.sampling import Departure, ParameterSummary, Posterior
+from calib.sampling import Departure, ParameterSummary, Posterior, Sensitivity
 
 #: Of n numbers that are standard normal in a sound lab, posterior means in the coordinates of their priors or ratios of the
 #: moduli of specimens, one comes further than is tolerable in so many labs: amber, and red.
@@ -34,6 +34,8 @@ LEARNED = 0.5
 BEFORE_SAMPLING = "reasons before sampling"
 # What a calibration is made for, if it is unknown.
 _HEADLINES = ("young_modulus",)
+# Gates whose reasons are each a cause of priors and data that disagree, which is then said once.
+_CAUSES = ("convergence", "prior", "discrepancy", "model", "specimens", "fit")
 _ADVICE_PRIOR = "Check that prior and the files, or what the model leaves out, before using the rest"
 
 
@@ -49,7 +51,8 @@ def judge_posterior(posterior: Posterior, predictions: Sequence[Prediction] = ()
     gates = (_convergence, _surrogate, _conflict, _departures, _apart, _quality, _prior_driven, _range)
     found = [reason for gate in gates for reason in gate(posterior)]
     found += [*unedited_reasons(posterior.experiment), *_discrepancy(posterior, predictions), *_predictive(predictions)]
-    return verdict_of([*found, *_before_sampling(posterior, found), *more])
+    found += [*_before_sampling(posterior, found), *more]
+    return verdict_of([*found, *_pulled(posterior, found)])
 
 
 def passed_gates(posterior: Posterior, verdict: Verdict) -> tuple[str, ...]:
@@ -67,6 +70,7 @@ def passed_gates(posterior: Posterior, verdict: Verdict) -> tuple[str, ...]:
     looked += ["discrepancy"] if any(UnknownName.parse(n).parameter.endswith("_discrepancy") for n in d.parameters) else []
     looked += ["model"] if d.departures else []
     looked += ["specimens"] if d.apart else []
+    looked += ["prior sensitivity"] if d.sensitivity else []
     against = {reason.gate for reason in verdict.reasons}
     return tuple(gate for gate in looked if gate not in against)
 
@@ -225,6 +229,36 @@ def _prior_driven(posterior: Posterior) -> Iterator[Reason]:
                 f"the data taught {share} of what could be learned of {UnknownName.parse(name).label}: it is mostly its prior"
             )
             yield Reason("learned", "amber", finding, "Press harder, or with a second ball, or measure the thicknesses")
+
+
+def _pulled(posterior: Posterior, found: Sequence[Reason]) -> Iterator[Reason]:
+    """Headlines that priors pull away from the data, unless what was found already is a cause of that."""
+    if any(reason.gate in _CAUSES for reason in found):
+        return
+    d = posterior.diagnostics
+    pulled = [(n, s) for n, s in d.sensitivity.items() if s.diagnosis == "conflict"]
+    if pulled:
+        pulled.sort(key=lambda pair: -abs(pair[1].z))
+        told = _first([pull_in_words(n, s, d.parameters[n]) for n, s in pulled])
+        unknown = UnknownName.parse(pulled[0][1].foremost.unknown)
+        action = f"Measure {unknown.label} again, or say in its prior how uncertain it is; `calib check` tells what is expected"
+        yield Reason("prior sensitivity", "amber", f"the data pull against what was believed before: {told}", action)
+
+
+def pull_in_words(name: str, sensitivity: Sensitivity, summary: ParameterSummary) -> str:
+    """Say which prior moves a quantity most, and what the quantity would be if all beliefs were half as strong.
+
+    Parameters
+    ----------
+    name : of the quantity.
+    sensitivity : of it.
+    summary : of it.
+    """
+    unknown, by = UnknownName.parse(name), UnknownName.parse(sensitivity.foremost.unknown)
+    weaker = display(unknown.parameter, float(f"{summary.mean - sensitivity.shift * summary.sd:.3g}"))
+    now = display(unknown.parameter, float(f"{summary.mean:.3g}"))
+    whose = "its own prior" if by == unknown else f"the prior of {by.label}"
+    return f"{whose} moves {unknown.label} most, which would be {weaker} instead of {now} with beliefs half as strong"
 
 
 def _before_sampling(posterior: Posterior, found: Sequence[Reason]) -> Iterator[Reason]:

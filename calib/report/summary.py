@@ -21,8 +21,9 @@ def summary_json(posterior: Posterior, verdict: Verdict) -> str:
     SI, with nan as null. `verdict` sums up all that speaks against the numbers. `converged` is a fact of the chains alone,
     `surrogate_honest` one of the forward model (null if not known); `reasons` holds what speaks against either, `warnings` what
     may be cut off at the end of the model's range. `other_models` holds what was found of models that differ in one choice,
-    `specimens_apart` how much stiffer specimens are than the first. `first_answer` is what was estimated before sampling, and
-    where the result differs. "format" changes when a key changes its meaning or goes.
+    `specimens_apart` how much stiffer specimens are than the first, `prior_sensitivity` how much headlines hang on what was
+    believed before. `first_answer` is what was estimated before sampling, and where the result differs. "format" changes when a
+    key changes its meaning or goes.
 
     Parameters
     ----------
@@ -44,6 +45,7 @@ def summary_json(posterior: Posterior, verdict: Verdict) -> str:
         "first_answer": _first_answer(d),
         "other_models": [asdict(departure) for departure in d.departures],
         "specimens_apart": [asdict(a) for a in d.apart],
+        "prior_sensitivity": {name: {"diagnosis": s.diagnosis, **asdict(s)} for name, s in d.sensitivity.items()},
         "seed": posterior.seed,
         "versions": {k.removeprefix(_VERSION_OF): v for k, v in posterior.attrs.items() if k.startswith(_VERSION_OF)},
         "inputs": [{"file": name, "sha256": digest} for name, digest in inputs.items()],

@@ -20,6 +20,7 @@ from calib.checks import (
     reasons_to_text,
     with_elsewhere,
     with_reweighting,
+    with_sensitivity,
     with_spot_check,
 )
 from calib.decision import Recommendation
@@ -229,7 +230,7 @@ def calibrate(
                     _remove_begun(folder)
                 raise
             posterior = replace(posterior, diagnostics=replace(posterior.diagnostics, first_answer=first))
-            posterior = with_elsewhere(posterior, elsewhere)
+            posterior = with_sensitivity(with_elsewhere(posterior, elsewhere))
             watch.stage("spot check")
             posterior = stages.spot_check(posterior, forward)
             watch.stage("report")

@@ -28,7 +28,9 @@ from calib.sampling.findings import (
     FirstAnswer,
     FirstEstimate,
     ParameterSummary,
+    Pull,
     Reweighting,
+    Sensitivity,
     Shift,
     SpotCheck,
 )
@@ -116,6 +118,7 @@ class Diagnostics:
     departures : how well models that differ in one choice describe the data; empty if that was not looked at.
     apart : how much stiffer specimens are than the first; empty if there is one specimen, or it was not looked at.
     block_k_hat : how much each block of data pulls the posterior by itself, k-hat of leaving it out (PSIS); empty if not known.
+    sensitivity : how much headline quantities hang on what was believed before, by name; empty if that was not looked at.
     """
 
     converged: bool
@@ -136,6 +139,7 @@ class Diagnostics:
     departures: tuple[Departure, ...] = ()
     apart: tuple[Apart, ...] = ()
     block_k_hat: tuple[float, ...] = ()
+    sensitivity: Mapping[str, Sensitivity] = field(default_factory=dict)
 
     @property
     def surrogate_honest(self) -> bool | None:
@@ -312,4 +316,8 @@ def diagnostics_from_json(text: str) -> Diagnostics:
         for d in data.get("departures", ())
     )
     read["apart"] = tuple(Apart(**{**a, "ratio": FirstEstimate(**a["ratio"])}) for a in data.get("apart", ()))
+    read["sensitivity"] = {
+        name: Sensitivity(**{**s, "pulls": tuple(Pull(**pull) for pull in s["pulls"])})
+        for name, s in data.get("sensitivity", {}).items()
+    }
     return Diagnostics(**{**data, **tuples, **read})

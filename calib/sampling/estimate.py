@@ -75,7 +75,7 @@ class Look:
         return 1 / float(np.sum(self.weight**2))
 
 
-def first_answer(problem: Problem, near: Mapping[str, float] | None = None) -> FirstAnswer:
+def first_answer(problem: Problem, near: Mapping[str, float] | None = None, floor: float = -math.inf) -> FirstAnswer:
     """Estimate what a calibration will find, in tenths of a second: a first answer, not the result.
 
     It rests on one mode: whether there are others, and whether the forward model is honest, only `sample` and the spot check
@@ -88,6 +88,9 @@ def first_answer(problem: Problem, near: Mapping[str, float] | None = None) -> F
     near : values [SI] by name at which another model describes the same readings: climbed from first, and then no mode is
         looked for that describes the readings better, as there need be none, and a quarter of the draws do. What it does not
         name begins at its prior's median.
+    floor : logarithm of the evidence below which the problem does not matter, as far below all that would matter as a climb may
+        end too low. Where the mode that is climbed to from `near` does not describe the readings and has less by Laplace's
+        method, this is the answer.
 
     Raises
     ------
@@ -95,16 +98,16 @@ def first_answer(problem: Problem, near: Mapping[str, float] | None = None) -> F
         If every unknown is fixed, there are more than a hundred, or the posterior is so far from what
         was taken for it that there is no answer.
     """
-    return answer_of(look_at(problem, near))
+    return answer_of(look_at(problem, near, floor))
 
 
-def look_at(problem: Problem, near: Mapping[str, float] | None = None) -> Look:
+def look_at(problem: Problem, near: Mapping[str, float] | None = None, floor: float = -math.inf) -> Look:
     """Find a mode of a posterior and weighted draws near it: what a first answer is made of.
 
     Parameters
     ----------
     problem : from `build_problem`.
-    near : as in `first_answer`.
+    near, floor : as in `first_answer`; below the floor the draws are those of the density that is taken for the posterior.
 
     Raises
     ------
@@ -118,7 +121,12 @@ def look_at(problem: Problem, near: Mapping[str, float] | None = None) -> Look:
     space = coordinates(problem)
     n = len(problem.parameters)
     random = np.random.RandomState(_SEED)
-    mode, confirmed = _highest(space, random) if near is None else _higher_of_two(space, near)
+    known = None if near is None else _near_mode(space, near)
+    if known is not None and not _plausible(space, known) and (crude := log_evidence_at(space, known)) < floor:
+        draws, _ = space.to_theta(laplace_density(space, known, random).draw(random, _AT_ONCE // 2))
+        there = draws[np.all(np.isfinite(draws), axis=1)]
+        return Look(space, known, False, *_misfit(space, known), there, np.full(len(there), 1 / len(there)), crude)
+    mode, confirmed = _highest(space, random) if near is None else _higher_of_two(space, known)
     density = laplace_density(space, mode, random)
     x: FloatArray = np.empty((0, n))
     log_ratio: FloatArray = np.empty(0)
@@ -227,20 +235,20 @@ def _highest(space: Coordinates, random: np.random.RandomState) -> tuple[FloatAr
     return best, False
 
 
-def _higher_of_two(space: Coordinates, near: Mapping[str, float]) -> tuple[FloatArray, bool]:
-    """A mode (n,) near given values, and whether it can be relied on.
-
-    It is what a climb from there ends at if nothing speaks against it, else the higher of that and of a climb from the medians.
-    """
+def _near_mode(space: Coordinates, near: Mapping[str, float]) -> FloatArray | None:
+    """Where a climb from given values ends, (n,); None where the posterior has no density there."""
     z = coordinates_of(space.problem, np.array([[near.get(name, math.nan) for name in space.problem.names]]))
     begin = space.from_theta(np.where(np.isfinite(z), z, 0.0))
-    known: list[tuple[FloatArray, float]] = []
-    if np.isfinite(space.log_density(begin)[0]):
-        known.append(score(space, begin[0])[:2])
-        if _plausible(space, known[0][0]):
-            return known[0][0], True
-    mode, top, met = score(space, space.from_theta(np.zeros_like(z))[0], known)
-    return max([*known, (mode, top)], key=lambda found: found[1])[0], met is not None
+    return score(space, begin[0])[0] if np.isfinite(space.log_density(begin)[0]) else None
+
+
+def _higher_of_two(space: Coordinates, known: FloatArray | None) -> tuple[FloatArray, bool]:
+    """A mode (n,), and whether it can be relied on: one that nothing speaks against, or the higher of it and a climb's."""
+    if known is not None and _plausible(space, known):
+        return known, True
+    tops = [] if known is None else [(known, float(space.log_density(known[None])[0]))]
+    mode, top, met = score(space, space.from_theta(np.zeros((1, len(space.problem.parameters))))[0], tops)
+    return max([*tops, (mode, top)], key=lambda found: found[1])[0], met is not None
 
 
 def _plausible(space: Coordinates, x: FloatArray) -> bool:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -272,3 +273,68 @@ class Apart:
     def z(self) -> float:
         """How far the ratio is from 1, in its standard deviations."""
         return (self.ratio.mean - 1) / self.ratio.sd if self.ratio.sd > 0 else 0.0
+
+
+#: Cumulative Jensen-Shannon distance for each doubling of a power from which a quantity is sensitive (Kallioinen et al. 2023).
+SENSITIVE = 0.05
+#: Shift of the mean of a normal distribution for each doubling, in its standard deviations, that is as much by itself.
+SHIFTED = 0.25
+
+Diagnosis = Literal["none", "prior-driven", "both", "conflict", "not known"]
+
+
+@dataclass(frozen=True)
+class Pull:
+    """How one prior by itself bears on a quantity: its name, the quantity's sensitivity to its power, and shift of its mean.
+
+    As in `Sensitivity`.
+    """
+
+    unknown: str
+    sensitivity: float
+    shift: float
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """How one quantity of a posterior would move if priors, or the likelihood, were taken for a little stronger or weaker.
+
+    Attributes
+    ----------
+    prior, likelihood : sensitivity to the power of all beliefs together, and to that of the likelihood [1]: cumulative
+        Jensen-Shannon distance for each doubling; nan where the weights cannot be trusted.
+    shift : of the mean where all beliefs are twice as strong, to first order, in posterior standard deviations.
+    z : that shift over what it comes to in sound labs, those whose truth was drawn from the priors (one standard deviation).
+    pulls : the priors that it hangs on most by themselves, the foremost first.
+    k_hat : shape of the tail of the worse of their weights.
+    limit : |z| above which the beliefs contradict the data.
+    """
+
+    prior: float
+    likelihood: float
+    shift: float
+    z: float
+    pulls: tuple[Pull, ...]
+    k_hat: float
+    limit: float
+
+    @property
+    def foremost(self) -> Pull:
+        """The prior that does most of the shift."""
+        return max(self.pulls, key=lambda pull: math.copysign(pull.shift, self.shift * pull.shift))
+
+    @property
+    def diagnosis(self) -> Diagnosis:
+        """What the two sensitivities mean.
+
+        "prior-driven" where the prior counts and the data hardly do, "both" where both do and agree, "conflict" where both do
+        and the beliefs pull the mean away from the data, by as much as makes it sensitive and further than they do in sound
+        labs, "not known" where weights cannot be trusted.
+        """
+        if math.isnan(self.prior) or math.isnan(self.likelihood):
+            return "not known"
+        if self.prior < SENSITIVE:
+            return "none"
+        if self.likelihood < SENSITIVE:
+            return "prior-driven"
+        return "conflict" if abs(self.z) > self.limit and abs(self.shift) > SHIFTED else "both"

@@ -65,6 +65,24 @@ def test_padding_that_is_softer_than_the_sensor_is_asked_for_by_the_data(one: Ex
     assert own.mean == pytest.approx(0.65e6, abs=3 * own.sd)
 
 
+def test_a_hopeless_model_is_answered_after_one_climb_by_what_more_would_say(one: Experiment) -> None:
+    forward = forward_of_experiment(one)
+    problem = _problem(one, forward, forward)
+    own = first_answer(problem)
+    near = {name: estimate.mean for name, estimate in own.parameters.items()}
+    slippery = replace(problem, experiment=replace(problem.experiment, base="slippery"))
+    slippery = build_problem(slippery.experiment, problem.sweeps, forward_of_experiment(slippery.experiment))
+    whole, crude = first_answer(slippery, near), first_answer(slippery, near, own.log_evidence - 50.0)
+    assert crude.log_evidence < own.log_evidence - 50.0
+    assert crude.log_evidence == pytest.approx(whole.log_evidence, abs=5.0)
+    of_whole, of_crude = whole.parameters["young_modulus"], crude.parameters["young_modulus"]
+    assert of_crude.mean == pytest.approx(of_whole.mean, abs=2 * of_whole.sd)
+    assert crude.rough
+    # A model that describes the readings is asked to its end, whatever the floor is.
+    known = first_answer(problem, near)
+    assert first_answer(problem, near, np.inf) == known
+
+
 @pytest.mark.parametrize("second", [1.0, 1.25])
 def test_a_second_specimen_that_is_stiffer_is_told_by_how_much(second: float) -> None:
     forward = ClosedForm(force_error=0.002, capacitance_error=0.005)

@@ -356,8 +356,8 @@ def test_the_truth_is_far_likelier_than_a_wrong_clock_or_contact() -> None:
         assert log_likelihood(problem, wrong)[0] < values - 10
 
 
-@pytest.mark.parametrize("which", [0, 1])
-def test_the_likelihood_is_as_smooth_in_the_clock_offset_as_the_crosshead_moves(which: int) -> None:
+def shipped(which: int, name: str, off: FloatArray) -> FloatArray:
+    """Log likelihood of a specimen of the shipped data at its truth, but for what is off in one of its unknowns."""
     folder = Path(__file__).parents[3] / "datasets" / "padded_sensor"
     plan, truth = read_experiment(folder / "experiment.toml"), json.loads((folder / "truth.json").read_text(encoding="utf-8"))
     specimen = plan.specimens[which]
@@ -365,13 +365,26 @@ def test_the_likelihood_is_as_smooth_in_the_clock_offset_as_the_crosshead_moves(
     sweep = make_sweep(specimen.name, files.name, files.indenter_radius, files.force, files.capacitance)
     problem = build_problem(plan, (sweep,), load_surrogate())
     own = {**truth["shared"], **truth[specimen.name], "force_discrepancy": 1e-4, "capacitance_discrepancy": 1e-4}
-    late = np.linspace(-0.3, 0.3, 25)
-    values = {p.name: np.full(late.size, own[p.parameter]) for p in problem.parameters}
-    values |= {name: np.full(late.size, value) for name, value in problem.fixed.items()}
-    values[f"clock_offset[{specimen.name}]"] += late
+    values = {p.name: np.full(off.size, own[p.parameter]) for p in problem.parameters}
+    values |= {key: np.full(off.size, value) for key, value in problem.fixed.items()}
+    values[f"{name}[{specimen.name}]"] += off
+    return log_likelihood_at(problem, problem.forward, problem.plans, values)
+
+
+@pytest.mark.parametrize("which", [0, 1])
+def test_the_likelihood_is_as_smooth_in_the_clock_offset_as_the_crosshead_moves(which: int) -> None:
     # At constant speed it is a parabola; the noise of the crosshead's record, taken for motion, bends it from -9 to 2.
-    bend = np.diff(log_likelihood_at(problem, problem.forward, problem.plans, values), 2)
+    bend = np.diff(shipped(which, "clock_offset", np.linspace(-0.3, 0.3, 25)), 2)
     assert np.max(np.abs(bend / np.mean(bend) - 1)) < 0.35
+
+
+@pytest.mark.parametrize("which", [0, 1])
+@pytest.mark.parametrize(("name", "size"), [("contact_offset", 1e-6), ("load_zero", 3e-3), ("clock_offset", 0.3)])
+def test_the_truth_of_the_shipped_data_is_that_of_its_measurement_model(which: int, name: str, size: float) -> None:
+    off = np.linspace(-size, size, 9)
+    curve = np.polyfit(off, shipped(which, name, off), 2)
+    sd = 1 / np.sqrt(-2 * curve[0])
+    assert -curve[1] / (2 * curve[0]) == pytest.approx(0.0, abs=3 * sd)
 
 
 @pytest.mark.parametrize(
