@@ -32,6 +32,8 @@ RULED_OUT = -5.0
 LEARNED = 0.5
 #: Attribute of a posterior that keeps the reasons that were found before it was sampled.
 BEFORE_SAMPLING = "reasons before sampling"
+#: Attribute of a posterior that keeps the reasons against the models that it is an average of.
+OF_MODELS = "reasons of the models"
 # What a calibration is made for, if it is unknown.
 _HEADLINES = ("young_modulus",)
 _ADVICE_PRIOR = "Check that prior and the files, or what the model leaves out, before using the rest"
@@ -49,7 +51,7 @@ def judge_posterior(posterior: Posterior, predictions: Sequence[Prediction] = ()
     gates = (_convergence, _surrogate, _conflict, _departures, _apart, _quality, _prior_driven, _range)
     found = [reason for gate in gates for reason in gate(posterior)]
     found += [*unedited_reasons(posterior.experiment), *_discrepancy(posterior, predictions), *_predictive(predictions)]
-    return verdict_of([*found, *_before_sampling(posterior, found), *more])
+    return verdict_of([*found, *_kept(posterior, found), *more])
 
 
 def passed_gates(posterior: Posterior, verdict: Verdict) -> tuple[str, ...]:
@@ -227,12 +229,13 @@ def _prior_driven(posterior: Posterior) -> Iterator[Reason]:
             yield Reason("learned", "amber", finding, "Press harder, or with a second ball, or measure the thicknesses")
 
 
-def _before_sampling(posterior: Posterior, found: Sequence[Reason]) -> Iterator[Reason]:
-    """What spoke against it before it was sampled, unless the result says as much of the same."""
+def _kept(posterior: Posterior, found: Sequence[Reason]) -> Iterator[Reason]:
+    """What spoke against it before it was sampled, or against its models, unless the result says as much of the same."""
     said = {(reason.gate, reason.level) for reason in found}
-    for reason in reasons_from_text(posterior.attrs.get(BEFORE_SAMPLING, "[]")):
-        if (reason.gate, reason.level) not in said and (reason.gate, "red") not in said:
-            yield reason
+    for key in (BEFORE_SAMPLING, OF_MODELS):
+        for reason in reasons_from_text(posterior.attrs.get(key, "[]")):
+            if (reason.gate, reason.level) not in said and (reason.gate, "red") not in said:
+                yield reason
 
 
 def _range(posterior: Posterior) -> Iterator[Reason]:

@@ -9,7 +9,21 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
-from calib.cli import calibrate, check, compare, example, lab, refine, runs, schema, simulate, surrogate, verify, version
+from calib.cli import (
+    average,
+    calibrate,
+    check,
+    compare,
+    example,
+    lab,
+    refine,
+    runs,
+    schema,
+    simulate,
+    surrogate,
+    verify,
+    version,
+)
 from calib.cli.stopping import stoppable
 from calib.cli.terminal import every_character
 from calib.visible import visible
@@ -85,6 +99,7 @@ app.command("check", rich_help_panel=_CALIBRATION)(check.check)
 app.command("calibrate", rich_help_panel=_CALIBRATION)(calibrate.calibrate)
 app.command("recommend", rich_help_panel=_CALIBRATION)(runs.recommend)
 app.command("compare", rich_help_panel=_CALIBRATION)(compare.compare)
+app.command("average", rich_help_panel=_CALIBRATION)(average.average)
 app.command("report", rich_help_panel=_CALIBRATION)(runs.report)
 app.command("verify", rich_help_panel=_CALIBRATION)(verify.verify)
 app.command("simulate", rich_help_panel=_MODEL)(simulate.simulate)

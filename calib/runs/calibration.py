@@ -28,8 +28,9 @@ from calib.experiment import Experiment, Variant, read_experiment
 from calib.files import require_folder
 from calib.problem import Problem
 from calib.runs.before import kept_reasons, plausibility_of, require_plausible
-from calib.runs.folder import SURROGATE_FILE, PageError, Run, page_of, write_run
+from calib.runs.folder import PageError, Run, page_of, write_run
 from calib.runs.listing import CHECKPOINT, LISTING, Listing, inputs_of, read_listing, write_listing
+from calib.runs.members import SURROGATE_FILE
 from calib.runs.ownership import is_bare, owned, owner_of
 from calib.runs.preview import first_answer_of, problem_of
 from calib.sampling import (

@@ -12,12 +12,13 @@ from calib.lazy import on_demand
 if TYPE_CHECKING:
     from calib.sampling.archive import K_HAT, LeaveOut, smooth_weights
     from calib.sampling.checkpoint import is_begun, kept_identity, whose_checkpoint
-    from calib.sampling.diagnostics import Diagnostics, Gate
+    from calib.sampling.diagnostics import Convergence, Diagnostics, Gate, summarise
     from calib.sampling.estimate import Look, answer_of, climb_from, first_answer, log_evidence_at, look_at
     from calib.sampling.findings import (
         SHIFT_LIMIT,
         SPOT_CHECK_LIMIT,
         Apart,
+        Averaged,
         Departure,
         FirstAnswer,
         FirstEstimate,
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
         Reweighting,
         Shift,
         SpotCheck,
+        share_between,
     )
     from calib.sampling.groups import to_arviz
     from calib.sampling.identity import FINGERPRINT, Identity, differences, identity_of, usual_walkers
@@ -38,6 +40,8 @@ __all__ = [
     "SHIFT_LIMIT",
     "SPOT_CHECK_LIMIT",
     "Apart",
+    "Averaged",
+    "Convergence",
     "Departure",
     "Diagnostics",
     "FirstAnswer",
@@ -66,7 +70,9 @@ __all__ = [
     "look_at",
     "sample",
     "save_posterior",
+    "share_between",
     "smooth_weights",
+    "summarise",
     "thin_draws",
     "to_arviz",
     "usual_walkers",
@@ -87,13 +93,16 @@ __getattr__ = on_demand(
             "whose_checkpoint",
         ),
         ".diagnostics": (
+            "Convergence",
             "Diagnostics",
             "Gate",
+            "summarise",
         ),
         ".findings": (
             "SHIFT_LIMIT",
             "SPOT_CHECK_LIMIT",
             "Apart",
+            "Averaged",
             "Departure",
             "FirstAnswer",
             "FirstEstimate",
@@ -101,6 +110,7 @@ __getattr__ = on_demand(
             "Reweighting",
             "Shift",
             "SpotCheck",
+            "share_between",
         ),
         ".estimate": (
             "Look",
