@@ -1,0 +1,227 @@
+"""Whether intervals of averaged models cover where one of the models is true: `python benchmarks/averaging.py -o FILE`.
+
+Labs of `simulated.faulty` in which the experiment's own model is true, or another that differs in one choice (or nearly so: of
+friction 0.3 the candidate is a ball that sticks). Every model that `calib compare` would calibrate is asked for its posterior
+by importance draws near its mode, as the first answer is, with its evidence, and with the density of each block of data given
+the others: by weights of the draws where they can be trusted (k-hat at most 0.7), else by the evidences with and without it.
+Printed for the experiment's own model and for averages by evidence, stacking and pseudo-BMA+: how many of the central 90 % of
+Young's modulus, and of the signal at 10 N on the padding that each recommends, hold the truth; how wide they are beside those
+of the experiment's own model (median); and how much the model of the planted fault counts (mean). With -o labs are kept, a
+line of JSON each, and are not repeated.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from simulated.faulty import Lab, lab_of, true_signal
+from simulated.labs import rows_of
+
+from calib.checks import Candidate, Member, Model, Verdict, average_models
+from calib.decision import Requirement, recommend
+from calib.errors import InputError
+from calib.experiment import forward_of_experiment, variants_of
+from calib.problem import Problem, block_names, build_problem, columns_at, log_likelihood_blocks, without_block
+from calib.sampling import (
+    K_HAT,
+    Convergence,
+    Diagnostics,
+    Gate,
+    LeaveOut,
+    Look,
+    Posterior,
+    answer_of,
+    first_answer,
+    look_at,
+    smooth_weights,
+    summarise,
+)
+from models.response import Forward
+from models.threads import one_thread
+
+#: What is planted -> the candidate that holds it.
+KINDS = {
+    "sound": "as-given",
+    "slippery base": "slippery",
+    "friction 0.3": "stick",
+    "padding 20 % softer": "own-padding",
+    "padding 30 % harder": "own-padding",
+}
+WAYS = ("as given", "evidence", "stacking", "pseudo-bma")
+#: Force [N] at which the signal counts, and the paddings [m] to choose from.
+FORCE, PADDINGS, N_PADDING = 10.0, (0.5e-3, 6e-3), 23
+#: Chains and draws of each to which importance draws are resampled.
+CHAINS, DRAWS = 4, 500
+
+
+@dataclass(frozen=True, eq=False)
+class Answered:
+    """A model with its posterior by importance draws, and how well it predicts each block."""
+
+    model: Model
+    candidate: Candidate
+
+
+def lab_row(name: str, seed: int, _: int) -> dict[str, Any]:
+    """Simulate one lab, ask all models, and say what each way to average them makes of it."""
+    with one_thread():
+        began = time.process_time()
+        lab = lab_of(name, seed)
+        answered = answers(lab, seed)
+        row = {"kind": name, "seed": seed, "truth": float(np.asarray(lab.designs[0].sensor.young_modulus))}
+        if answered and answered[0].model.name == "as-given":
+            row |= {way: _of_way(lab, answered, way, seed) for way in WAYS}
+        return {**row, "processor": round(time.process_time() - began, 1)}
+
+
+def answers(lab: Lab, seed: int) -> list[Answered]:
+    """Posterior, evidence and left-out blocks of every model that has an answer, the experiment's own first."""
+    found: list[Answered] = []
+    near: dict[str, float] | None = None
+    for variant in variants_of(lab.experiment):
+        experiment = variant.of(lab.experiment)
+        forward = forward_of_experiment(experiment)
+        try:
+            problem = build_problem(experiment, lab.sweeps, forward)
+            begin = None if near is None else {"padding_young_modulus": near["young_modulus"], **near}
+            look = look_at(problem, begin)
+            posterior = _posterior(problem, look, np.random.default_rng([seed, 1]))
+        except (InputError, ValueError):
+            continue
+        means = {n: s.mean for n, s in posterior.diagnostics.parameters.items()}
+        near = means if near is None else near
+        left_out = _left_out(problem, look, means)
+        found.append(
+            Answered(Model(variant.name, posterior, forward, Verdict()), Candidate(variant.name, posterior, left_out, 0.0, 0.0))
+        )
+    return found
+
+
+def _posterior(problem: Problem, look: Look, rng: np.random.Generator) -> Posterior:
+    """Importance draws as a posterior: resampled to so many of equal weight."""
+    first = answer_of(look)
+    picked = rng.choice(look.weight.size, CHAINS * DRAWS, p=look.weight)
+    theta, values = look.theta[picked], columns_at(problem, look.theta[picked])
+    n = len(problem.names)
+    state = Convergence(*(np.full(n, x) for x in (1.0, first.effective_draws, first.effective_draws, 1.0)), steps=1)
+    diagnostics = Diagnostics(
+        True, (), (), summarise(problem.parameters, values, theta, state), 1, 0, 1, 1, (), {}, Gate(), first_answer=first
+    )
+    zeros = np.zeros((CHAINS, DRAWS))
+    blocks = block_names(problem)
+    return Posterior(
+        problem.experiment,
+        problem.sweeps,
+        problem.parameters,
+        problem.fixed,
+        problem.forward.name,
+        values.reshape(CHAINS, DRAWS, n),
+        zeros,
+        np.zeros((CHAINS, DRAWS, len(blocks))),
+        blocks,
+        1,
+        1,
+        diagnostics,
+        {},
+    )
+
+
+def _left_out(problem: Problem, look: Look, near: Mapping[str, float]) -> LeaveOut:
+    """Log density of each block given the others, 1 / E[1 / p(y_b | y_-b, draw)], or the ratio of two evidences."""
+    log_density = log_likelihood_blocks(problem, look.theta)
+    pointwise, k_hat = np.empty(log_density.shape[1]), np.empty(log_density.shape[1])
+    whole, refitted = math.nan, []
+    for b, own in enumerate(log_density.T):
+        with np.errstate(divide="ignore"):
+            weight, k_hat[b] = smooth_weights(np.log(look.weight) - own)
+        pointwise[b] = np.log(weight @ np.exp(own - np.max(own))) + np.max(own)
+        if not k_hat[b] <= K_HAT:
+            try:
+                whole = first_answer(problem, near).log_evidence if math.isnan(whole) else whole
+                pointwise[b] = whole - first_answer(without_block(problem, b), near).log_evidence
+                refitted.append(b)
+            except ValueError:
+                pass
+    return LeaveOut(float(np.sum(pointwise)), math.nan, math.nan, pointwise, k_hat, tuple(refitted))
+
+
+def _of_way(lab: Lab, answered: Sequence[Answered], way: str, seed: int) -> dict[str, Any]:
+    """What one way makes of a lab: intervals of modulus and signal, and the truth of the signal."""
+    models = [a.model for a in answered]
+    posterior, forward, members = models[0].posterior, models[0].forward, ()
+    if way != "as given":
+        posterior, members = average_models(models, [a.candidate for a in answered], way)
+    modulus = posterior.draws[..., [p.name for p in posterior.parameters].index("young_modulus")]
+    return {
+        "modulus": [float(q) for q in np.quantile(modulus, [0.05, 0.95])],
+        "weights": {m.name: round(m.weight, 4) for m in members} or {"as-given": 1.0},
+        **_signal(lab, posterior, forward, members, seed),
+    }
+
+
+def _signal(lab: Lab, posterior: Posterior, forward: Forward, members: Sequence[Member], seed: int) -> dict[str, Any]:
+    wanted = Requirement(FORCE, *PADDINGS, n_thickness=N_PADDING)
+    try:
+        best = recommend(posterior, forward, wanted, seed=seed, verdict=Verdict(), members=members)
+    except InputError:
+        return {}
+    signals = [true_signal(lab, k, best.best, FORCE) for k in range(len(lab.designs))]
+    band = best.change_at_best
+    return {
+        "padding": best.best,
+        "signal": [float(band[0]), float(band[-1])],
+        "signals": signals,
+        "sure": best.best_probability,
+    }
+
+
+def table(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    """Lines of a table in Markdown: for each kind and all of them, and each way, what it covers."""
+    yield "| planted | labs | way | modulus covered | wide | signal covered | wide | weight of the model with it |"
+    yield "|---|---|---|---|---|---|---|---|"
+    known = [row for row in rows if "as given" in row]
+    groups = [(name, [row for row in known if row["kind"] == name]) for name in KINDS]
+    for name, own in [*((n, g) for n, g in groups if g), ("all", known)]:
+        for way in WAYS:
+            modulus = [_inside(r["truth"], r[way]["modulus"]) for r in own]
+            told = [r for r in own if "signal" in r[way]]
+            signal = [_inside(s, r[way]["signal"]) for r in told for s in r[way]["signals"] if math.isfinite(s)]
+            weight = np.mean([r[way]["weights"].get(KINDS[r["kind"]], 0.0) for r in own])
+            both = [_ratio(r, way, key) for key in ("modulus", "signal") for r in told if "signal" in r["as given"]]
+            wide = [float(np.median(part)) for part in np.array_split(np.array(both), 2)] if both else [math.nan, math.nan]
+            cells = (f"{sum(modulus)} of {len(modulus)}", f"{wide[0]:.2f}", f"{sum(signal)} of {len(signal)}", f"{wide[1]:.2f}")
+            yield f"| {name} | {len(own)} | {way} | {' | '.join(cells)} | {weight:.2f} |"
+
+
+def _inside(truth: float, interval: Sequence[float]) -> bool:
+    return interval[0] <= truth <= interval[1]
+
+
+def _ratio(row: Mapping[str, Any], way: str, key: str) -> float:
+    """Width of an interval over that of the experiment's own model."""
+    return float(np.ptp(row[way][key]) / np.ptp(row["as given"][key]))
+
+
+def main(words: Sequence[str] | None = None) -> None:
+    """Ask the labs that are wanted and print the table of all."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("kinds", nargs="*", metavar="KIND", help=f"all, or some of: {'; '.join(KINDS)}")
+    parser.add_argument("--labs", type=int, default=8, help="of each kind")
+    parser.add_argument("--processes", type=int, default=1, help="0 for none beside this one")
+    parser.add_argument("-o", "--output", type=Path, help="file for the labs, a line of JSON each")
+    given = parser.parse_args(words)
+    if unknown := [name for name in given.kinds if name not in KINDS]:
+        parser.error(f"there is no kind {unknown[0]!r}; choose from: {'; '.join(KINDS)}")
+    rows = rows_of(lab_row, given.kinds or KINDS, given.labs, 0, given.processes, given.output)
+    print("\n".join(table(rows)))
+
+
+if __name__ == "__main__":
+    main()
