@@ -10,7 +10,7 @@ from pathlib import Path
 
 from calib.checks import Candidate, compare_runs, comparison_in_words, doubts
 from calib.errors import InputError
-from calib.experiment import Experiment, Variant, read_experiment, variants_of
+from calib.experiment import Experiment, Variant, candidates_of, read_experiment
 from calib.files import require_folder, write_text
 from calib.records import record_to_text
 from calib.runs.calibration import DEFAULT_SECONDS, DEFAULT_SEED, Stages, Watch, calibrate
@@ -88,7 +88,7 @@ def calibrate_rivals(
         If there is no draw of the experiment's own model when the time is over.
     """
     plan = read_experiment(experiment)
-    variants = variants_of(plan)
+    variants = candidates_of(plan)
     runs: dict[str, Run] = {}
     failed: dict[str, str] = {}
     for k, variant in enumerate(variants, 1):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -34,7 +34,7 @@ def calib(*words: str | Path, code: int = 0) -> str:
 
 
 @pytest.fixture(scope="module")
-def runs(make_posterior: MakePosterior, tmp_path_factory: pytest.TempPathFactory, all_undrawn: None) -> Iterator[Path]:
+def runs(make_posterior: MakePosterior, tmp_path_factory: pytest.TempPathFactory, all_undrawn: None) -> Path:
     """A folder with two runs of the same data, one of other data, and the average of the two."""
     folder = tmp_path_factory.mktemp("runs")
     given = believed(make_posterior(n_specimen=1), 0.0)
@@ -50,7 +50,7 @@ def runs(make_posterior: MakePosterior, tmp_path_factory: pytest.TempPathFactory
         save_posterior(posterior, folder / name / "posterior.nc")
     said = calib("average", folder / "as-given", folder / "own-padding", "-o", folder / "average")
     assert "Weighted by evidence" in said
-    yield folder
+    return folder
 
 
 def test_the_folder_names_the_models_with_their_hashes_and_is_whole(runs: Path) -> None:
