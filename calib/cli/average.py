@@ -5,14 +5,11 @@ from __future__ import annotations
 import shlex
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 import typer
 
-from calib.cli.common import Strict, exit_by, loaded, out, paging, refusing_bad_input, say, say_verdict, table
-
-if TYPE_CHECKING:
-    from calib.runs import Run
+from calib.cli.common import Strict, exit_by, loaded, paging, refusing_bad_input, say, say_average, say_verdict
 
 
 def average(
@@ -46,26 +43,10 @@ def average(
 
         command = shlex.join(["calib", *sys.argv[1:]])
         made, page_error = average_runs([loaded(run) for run in runs], output, by=by, command=command)
-        show_average(made)
+        say_average(made)
         say_verdict(made.verdict, status_in_words(made.verdict))
         say(f"Written: {output / 'posterior.nc'}, {made.report}")
         with paging():
             if page_error is not None:
                 raise page_error
     exit_by(made.verdict, strict)
-
-
-def show_average(run: Run) -> None:
-    """Print the models of an average with their weights, and what of the doubt is the choice between them."""
-    from rich.markup import escape
-
-    from calib.report import WAYS, averaged_models, modulus_share
-
-    models = run.posterior.diagnostics.models
-    shown = table("run", "model", "weight", "90 % of it", "Young's modulus (MPa)")
-    for m in averaged_models(models, None):
-        shown.add_row(*map(escape, (m.name, m.model, m.weight, m.interval, m.young_modulus)))
-    out().print(shown)
-    say(f"Weighted {WAYS[run.posterior.attrs['averaged by']]}.")
-    if share := modulus_share(models):
-        say(f"The choice of model is {share} of the variance of Young's modulus.")

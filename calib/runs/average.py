@@ -5,14 +5,15 @@ from __future__ import annotations
 import hashlib
 import json
 import shutil
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from calib.checks import Candidate, Model, Weighting, average_models, compare_runs
+from calib.decision import Recommendation
 from calib.errors import Fault, InputError
 from calib.files import require_folder
-from calib.runs.folder import PageError, Run, write_run
+from calib.runs.folder import PageError, Run, load_run, page_of, write_run
 from calib.runs.listing import LISTING, MEMBERS, POSTERIOR, RESULTS, Input, Listing, read_listing, seen_from
 from calib.runs.members import forward_of, member_file
 from calib.runs.ownership import is_bare, owned
@@ -32,6 +33,7 @@ def average_runs(
     candidates: Sequence[Candidate] | None = None,
     anew: bool = False,
     command: str = "",
+    page: Callable[[Run, Recommendation | None], str] = page_of,
 ) -> tuple[Run, PageError | None]:
     """Average runs of the same data under different models, and write the average into a run folder like any other.
 
@@ -43,8 +45,9 @@ def average_runs(
     folder : of the average; must be empty or not exist yet.
     by : what the models are weighted by, see `calib.checks.model_weights`; None for the usual way.
     candidates : the same runs compared, by the names of their folders, if that was done.
-    anew : whether an average that is there already makes room.
+    anew : whether an average that is there already makes room, unless it is the same.
     command : the command line, kept with the average.
+    page : lays out the report.
 
     Returns
     -------
@@ -74,12 +77,14 @@ def average_runs(
     listing = Listing(
         posterior.seed, {"command": command}, identity, fingerprint, tuple(dict.fromkeys(inputs)), {}, command or _WHAT
     )
+    if anew and _is_there(folder, fingerprint):
+        return load_run(folder), None
     copies = {member_file(name): run.folder / POSTERIOR for name, run in zip(names, runs, strict=True)}
     with owned(folder, command or _WHAT):
         if anew:
             _make_room(folder)
         forward = forward_of(posterior)
-        return write_run(folder, posterior, forward, listing, command or _WHAT, members=members, copies=copies)
+        return write_run(folder, posterior, forward, listing, command or _WHAT, page, members=members, copies=copies)
 
 
 def _names(runs: Sequence[Run]) -> list[str]:
@@ -108,6 +113,15 @@ def _check_folder(folder: Path, anew: bool) -> None:
     elif not is_bare(folder) and not (anew and (folder / MEMBERS).is_dir()):
         message = "this folder is not empty: the output folder exists and is not overwritten"
         raise InputError(Fault(message, folder, advice="Choose another -o"))
+
+
+def _is_there(folder: Path, fingerprint: str) -> bool:
+    """Whether a folder holds an average of this fingerprint, whole."""
+    try:
+        listing = read_listing(folder)
+        return listing is not None and listing.fingerprint == fingerprint and bool(load_run(folder).members)
+    except InputError:
+        return False
 
 
 def _make_room(folder: Path) -> None:
