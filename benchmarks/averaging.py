@@ -16,8 +16,8 @@ import argparse
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cache
+from dataclasses import dataclass, replace
+from functools import cache, partial
 from pathlib import Path
 from typing import Any, cast
 
@@ -28,7 +28,7 @@ from simulated.labs import rows_of
 from calib.checks import WEIGHTINGS, Candidate, Member, Model, Verdict, Weighting, average_models
 from calib.decision import Requirement, recommend
 from calib.errors import InputError
-from calib.experiment import forward_of_experiment, variants_of
+from calib.experiment import candidates_of, forward_of_experiment
 from calib.problem import Problem, block_names, build_problem, columns_at, log_likelihood_blocks, without_block
 from calib.sampling import (
     Convergence,
@@ -60,6 +60,10 @@ AS_GIVEN = "as given"
 FORCE, PADDINGS, N_PADDING = 10.0, (0.5e-3, 6e-3), 23
 #: A k-hat above which weights of draws say nothing of a block; a calibration, which takes longer, is content with 0.7 at most.
 FAR = 1.0
+#: A model of so much less log evidence than the best has no weight in any way, and its blocks need not be exact.
+HOPELESS = 15.0
+#: First answers of fewer effective draws are made again where models are averaged.
+FEW = 100.0
 #: Chains and draws of each to which importance draws are resampled.
 CHAINS, DRAWS = 4, 500
 
@@ -72,11 +76,12 @@ class Answered:
     candidate: Candidate
 
 
-def lab_row(name: str, seed: int, _: int) -> dict[str, Any]:
+def lab_row(name: str, seed: int, _: int, candidates: tuple[str, ...] = ()) -> dict[str, Any]:
     """Simulate one lab, ask all models, and say what each way to average them makes of it."""
     with one_thread():
         began = time.process_time()
-        lab = lab_of(name, seed)
+        made = lab_of(name, seed)
+        lab = replace(made, experiment=replace(made.experiment, candidates=candidates))
         answered = answers(lab, seed)
         row = {"kind": name, "seed": seed, "truth": float(np.asarray(lab.designs[0].sensor.young_modulus))}
         if answered and answered[0].model.name == "as-given":
@@ -91,30 +96,36 @@ def lab_row(name: str, seed: int, _: int) -> dict[str, Any]:
 
 def answers(lab: Lab, seed: int) -> list[Answered]:
     """Posterior, evidence and left-out blocks of every model that has an answer, the experiment's own first."""
-    found: list[Answered] = []
+    looks: list[tuple[str, Problem, Look, Posterior]] = []
     near: dict[str, float] | None = None
-    for variant in variants_of(lab.experiment):
+    for variant in candidates_of(lab.experiment):
         experiment = variant.of(lab.experiment)
-        forward = forward_of_experiment(experiment)
         try:
-            problem = build_problem(experiment, lab.sweeps, forward)
+            problem = build_problem(experiment, lab.sweeps, forward_of_experiment(experiment))
             begin = None if near is None else {"padding_young_modulus": near["young_modulus"], **near}
             look = look_at(problem, begin)
             posterior = _posterior(problem, look, np.random.default_rng([seed, 1]))
         except (InputError, ValueError):
             continue
-        means = {n: s.mean for n, s in posterior.diagnostics.parameters.items()}
-        near = means if near is None else near
-        left_out = _left_out(problem, look, means)
-        found.append(
-            Answered(Model(variant.name, posterior, forward, Verdict()), Candidate(variant.name, posterior, left_out, 0.0, 0.0))
-        )
+        near = _means(posterior) if near is None else near
+        looks.append((variant.name, problem, look, posterior))
+    best = max((look.log_evidence for _, _, look, _ in looks), default=0.0)
+    found = []
+    for name, problem, look, posterior in looks:
+        left_out = _left_out(problem, look, _means(posterior), anew=look.log_evidence > best - HOPELESS)
+        model = Model(name, posterior, problem.forward, Verdict())
+        found.append(Answered(model, Candidate(name, posterior, left_out, 0.0, 0.0)))
     return found
+
+
+def _means(posterior: Posterior) -> dict[str, float]:
+    return {name: s.mean for name, s in posterior.diagnostics.parameters.items()}
 
 
 def _posterior(problem: Problem, look: Look, rng: np.random.Generator) -> Posterior:
     """Importance draws as a posterior: resampled to so many of equal weight."""
-    first = answer_of(look)
+    # As it is, even if rough: nothing is computed again.
+    first = replace(answer_of(look), effective_draws=max(look.effective_draws, FEW), confirmed=True)
     picked = rng.choice(look.weight.size, CHAINS * DRAWS, p=look.weight)
     theta, values = look.theta[picked], columns_at(problem, look.theta[picked])
     n = len(problem.names)
@@ -142,8 +153,8 @@ def _posterior(problem: Problem, look: Look, rng: np.random.Generator) -> Poster
     )
 
 
-def _left_out(problem: Problem, look: Look, near: Mapping[str, float]) -> LeaveOut:
-    """Log density of each block given the others, 1 / E[1 / p(y_b | y_-b, draw)], or the ratio of two evidences."""
+def _left_out(problem: Problem, look: Look, near: Mapping[str, float], *, anew: bool) -> LeaveOut:
+    """Log density of each block given the others, 1 / E[1 / p(y_b | y_-b, draw)], or `anew` the ratio of two evidences."""
     log_density = log_likelihood_blocks(problem, look.theta)
     pointwise, k_hat = np.empty(log_density.shape[1]), np.empty(log_density.shape[1])
     whole, refitted = math.nan, []
@@ -151,7 +162,7 @@ def _left_out(problem: Problem, look: Look, near: Mapping[str, float]) -> LeaveO
         with np.errstate(divide="ignore"):
             weight, k_hat[b] = smooth_weights(np.log(look.weight) - own)
         pointwise[b] = np.log(weight @ np.exp(own - np.max(own))) + np.max(own)
-        if not k_hat[b] <= FAR:
+        if anew and not k_hat[b] <= FAR:
             try:
                 whole = first_answer(problem, near).log_evidence if math.isnan(whole) else whole
                 pointwise[b] = whole - first_answer(without_block(problem, b), near).log_evidence
@@ -228,12 +239,14 @@ def main(words: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("kinds", nargs="*", metavar="KIND", help=f"all, or some of: {'; '.join(KINDS)}")
     parser.add_argument("--labs", type=int, default=8, help="of each kind")
+    parser.add_argument("--candidates", nargs="*", default=[], help="models beside the experiment's own [default: all]")
     parser.add_argument("--processes", type=int, default=1, help="0 for none beside this one")
     parser.add_argument("-o", "--output", type=Path, help="file for the labs, a line of JSON each")
     given = parser.parse_args(words)
     if unknown := [name for name in given.kinds if name not in KINDS]:
         parser.error(f"there is no kind {unknown[0]!r}; choose from: {'; '.join(KINDS)}")
-    rows = rows_of(lab_row, given.kinds or KINDS, given.labs, 0, given.processes, given.output)
+    asked = partial(lab_row, candidates=tuple(given.candidates))
+    rows = rows_of(asked, given.kinds or KINDS, given.labs, 0, given.processes, given.output)
     print("\n".join(table(rows)))
 
 

@@ -62,7 +62,7 @@ if TYPE_CHECKING:
         trace_figure,
         write_report,
     )
-    from calib.runs import Check, Run, calibrate, check, load_run, recommend_in
+    from calib.runs import Check, Run, average_runs, calibrate, check, load_run, recommend_in
     from calib.sampling import (
         Diagnostics,
         FirstAnswer,
@@ -112,6 +112,7 @@ __all__ = [
     "Uniform",
     "UnknownName",
     "Verdict",
+    "average_runs",
     "build_problem",
     "calibrate",
     "change_figure",
@@ -263,6 +264,7 @@ _ROOMS: dict[str, tuple[str, ...]] = {
     "calib.runs": (
         "Check",
         "Run",
+        "average_runs",
         "calibrate",
         "check",
         "load_run",

@@ -67,7 +67,7 @@ def passed_gates(posterior: Posterior, verdict: Verdict) -> tuple[str, ...]:
     looked += ["surrogate"] if d.surrogate_honest is not None else []
     looked += ["finite elements"] if d.reweighting is not None else []
     looked += ["discrepancy"] if any(UnknownName.parse(n).parameter.endswith("_discrepancy") for n in d.parameters) else []
-    looked += ["model"] if d.departures else []
+    looked += ["model"] if d.departures or d.models else []
     looked += ["specimens"] if d.apart else []
     against = {reason.gate for reason in verdict.reasons}
     return tuple(gate for gate in looked if gate not in against)

@@ -136,9 +136,11 @@ class Recommendation:
         if self.verdict.colour == "red":
             return "not to be relied on"
         if self.verdict.colour == "amber":
-            return "sure within the model, but see what speaks against it"
+            return f"sure within the {'models' if self.of_models else 'model'}, but see what speaks against it"
         if self.open_models:
-            return "sure if the model is right, and these data leave others open"
+            return (
+                f"sure if {'one of the models' if self.of_models else 'the model'} is right, and these data leave others open"
+            )
         return "very sure" if p >= 0.95 else "fairly sure"
 
     @property
