@@ -22,12 +22,11 @@ if TYPE_CHECKING:
     from calib.report.page import begin_drawing, kept_drawings, write_report
     from calib.report.pictures import any_letters, write_figure
     from calib.report.rows import FirstRow, ParameterRow, first_rows, learned_in_words, parameter_rows
-    from calib.report.sections.average import WAYS, averaged_models, modulus_share
+    from calib.report.sections.average import averaged_models, modulus_share, weighting_in_words
     from calib.report.status import status_in_words
     from calib.report.summary import summary_csv, summary_json
 
 __all__ = [
-    "WAYS",
     "FirstRow",
     "ParameterRow",
     "any_letters",
@@ -54,6 +53,7 @@ __all__ = [
     "summary_csv",
     "summary_json",
     "trace_figure",
+    "weighting_in_words",
     "write_figure",
     "write_report",
     "write_vtk",
@@ -74,7 +74,7 @@ __getattr__ = on_demand(
         ".page": ("begin_drawing", "kept_drawings", "write_report"),
         ".pictures": ("any_letters", "write_figure"),
         ".rows": ("FirstRow", "ParameterRow", "first_rows", "learned_in_words", "parameter_rows"),
-        ".sections.average": ("WAYS", "averaged_models", "modulus_share"),
+        ".sections.average": ("averaged_models", "modulus_share", "weighting_in_words"),
         ".status": ("status_in_words",),
         ".summary": ("summary_csv", "summary_json"),
     },
