@@ -6,8 +6,8 @@ by importance draws near its mode, as the first answer is, with its evidence, an
 the others: by weights of the draws, or where k-hat is above 1 by the evidences with and without it.
 Printed for the experiment's own model and for averages by evidence, stacking and pseudo-BMA+: how many of the central 90 % of
 Young's modulus, and of the signal at 10 N on the padding that each recommends, hold the truth; how wide they are beside those
-of the experiment's own model (median); and how much the model of the planted fault counts (mean). With -o labs are kept, a
-line of JSON each, and are not repeated.
+of the experiment's own model (median); their score, which holds both together, over the truth (mean, the less the better); and
+how much the model of the planted fault counts (mean). With -o labs are kept, a line of JSON each, and are not repeated.
 """
 
 from __future__ import annotations
@@ -209,29 +209,32 @@ def _signal(
 
 def table(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     """Lines of a table in Markdown: for each kind and all of them, and each way, what it covers."""
-    yield "| planted | labs | way | modulus covered | wide | signal covered | wide | weight of the model with it |"
-    yield "|---|---|---|---|---|---|---|---|"
+    yield "| planted | labs | way | modulus covered | wide | score | signal covered | wide | score | weight of its model |"
+    yield "|---|---|---|---|---|---|---|---|---|---|"
     known = [row for row in rows if AS_GIVEN in row]
     groups = [(name, [row for row in known if row["kind"] == name]) for name in KINDS]
     for name, own in [*((n, g) for n, g in groups if g), ("all", known)]:
         for way in (AS_GIVEN, *WEIGHTINGS):
-            modulus = [_inside(r["truth"], r[way]["modulus"]) for r in own]
-            told = [r for r in own if "signal" in r[way]]
-            signal = [_inside(s, r[way]["signal"]) for r in told for s in r[way]["signals"] if math.isfinite(s)]
             weight = np.mean([r[way]["weights"].get(KINDS[r["kind"]], 0.0) for r in own])
-            both = [_ratio(r, way, key) for key in ("modulus", "signal") for r in told if "signal" in r[AS_GIVEN]]
-            wide = [float(np.median(part)) for part in np.array_split(np.array(both), 2)] if both else [math.nan, math.nan]
-            cells = (f"{sum(modulus)} of {len(modulus)}", f"{wide[0]:.2f}", f"{sum(signal)} of {len(signal)}", f"{wide[1]:.2f}")
+            cells = (*_cells(own, way, "modulus"), *_cells(own, way, "signal"))
             yield f"| {name} | {len(own)} | {way} | {' | '.join(cells)} | {weight:.2f} |"
 
 
-def _inside(truth: float, interval: Sequence[float]) -> bool:
-    return interval[0] <= truth <= interval[1]
+def _cells(rows: Sequence[Mapping[str, Any]], way: str, key: str) -> tuple[str, str, str]:
+    """How many intervals hold the truth, their median width over that of the experiment's own model, and the mean score."""
+    told = [r for r in rows if key in r[way]]
+    pairs = [(r[way][key], truth) for r in told for truth in ([r["truth"]] if key == "modulus" else r[way]["signals"])]
+    scores = [(_score(interval, truth), truth) for interval, truth in pairs if math.isfinite(truth)]
+    inside = sum(interval[0] <= truth <= interval[1] for interval, truth in pairs)
+    wide = [float(np.ptp(r[way][key]) / np.ptp(r[AS_GIVEN][key])) for r in told if key in r[AS_GIVEN]]
+    mean = 100 * float(np.mean([score / truth for score, truth in scores])) if scores else math.nan
+    return f"{inside} of {len(scores)}", f"{np.median(wide):.2f}" if wide else "-", f"{mean:.1f} %"
 
 
-def _ratio(row: Mapping[str, Any], way: str, key: str) -> float:
-    """Width of an interval over that of the experiment's own model."""
-    return float(np.ptp(row[way][key]) / np.ptp(row[AS_GIVEN][key]))
+def _score(interval: Sequence[float], truth: float) -> float:
+    """Score of a central 90 % interval, the less the better: Gneiting & Raftery, J. Am. Stat. Assoc. 102 (2007) 359, Eq. 43."""
+    low, high = interval
+    return high - low + 20 * max(low - truth, truth - high, 0.0)
 
 
 def main(words: Sequence[str] | None = None) -> None:

@@ -96,6 +96,7 @@ def test_the_report_lists_the_models(runs: Path) -> None:
         (["average", "as-given", "average", "-o", "new"], "is an average itself. Give the runs that it is of"),
         (["average", "as-given", "own-padding", "-o", "as-given"], "not overwritten"),
         (["compare", "average", "as-given"], "Compare the runs that it is of"),
+        (["calibrate", "experiment.toml", "-o", "average", "--resume"], "Resume the runs that it is of"),
         (["surrogate", "refine", "average"], "Refine the runs that it is of"),
     ],
 )
