@@ -119,17 +119,24 @@ def _weights(models: Sequence[Model], pointwise: Mapping[str, FloatArray]) -> Ma
 
 
 def _evidence(model: Model) -> FirstAnswer | None:
-    """The first answer of a run, for its evidence: as kept, else once more from where the draws are; None if there is none."""
-    kept = model.posterior.diagnostics.first_answer
-    if kept is not None and math.isfinite(kept.log_evidence) and not kept.rough:
+    """The first answer of a run, for its evidence: as kept, else once more from where the draws are; None if there is none.
+
+    One that is rough, or found another mode than the draws are at, has no say.
+    """
+    kept, found = model.posterior.diagnostics.first_answer, model.posterior.diagnostics.parameters
+    if kept is not None and math.isfinite(kept.log_evidence) and not (kept.rough or _is_elsewhere(kept, found)):
         return kept
     if model.posterior.experiment.model == "fem":  # which would take hours
         return None
-    near = {name: s.mean for name, s in model.posterior.diagnostics.parameters.items()}
+    near = {name: s.mean for name, s in found.items()}
     try:
         return first_answer(problem_of(model.posterior, model.forward), near)
     except ValueError:
         return None
+
+
+def _is_elsewhere(first: FirstAnswer, found: Mapping[str, ParameterSummary]) -> bool:
+    return any(abs(own.mean - found[name].mean) > found[name].sd for name, own in first.parameters.items())
 
 
 def _modulus(posterior: Posterior) -> FirstEstimate | None:

@@ -21,7 +21,7 @@ from calib.checks import Candidate, Model, Reason, Verdict, Weighting, average_m
 from calib.checks.weights import model_weights, stacking
 from calib.errors import InputError
 from calib.experiment import model_in_words
-from calib.sampling import Departure, LeaveOut, Posterior, load_posterior, save_posterior
+from calib.sampling import Departure, FirstAnswer, FirstEstimate, LeaveOut, Posterior, load_posterior, save_posterior
 from models.analytic import ClosedForm
 
 MakePosterior = Callable[..., Posterior]
@@ -146,6 +146,15 @@ def test_only_models_beside_those_averaged_are_held_against_the_average(given: P
     (left,) = averaged(departing, other).diagnostics.departures
     # The average is twice as probable as the first model, which has a quarter of its evidence.
     assert (left.model, left.log_bayes) == (beside.model, pytest.approx(3.0 - math.log(2.0)))
+
+
+def test_a_first_answer_at_another_mode_than_the_draws_has_no_say(given: Posterior) -> None:
+    own = given.diagnostics.parameters["young_modulus"]
+    elsewhere = FirstEstimate(own.mean + 5 * own.sd, own.sd)
+    first = FirstAnswer({"young_modulus": elsewhere}, 400.0, log_evidence=500.0)
+    misled, without = (replace(given, diagnostics=replace(given.diagnostics, first_answer=f)) for f in (first, None))
+    weights = [m.weights["evidence"] for m in averaged(without, misled).diagnostics.models]
+    assert weights == pytest.approx([0.5, 0.5])  # both are asked once more
 
 
 def test_without_evidence_the_models_are_stacked_or_refused(given: Posterior, make_posterior: MakePosterior) -> None:
