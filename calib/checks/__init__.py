@@ -43,7 +43,7 @@ from calib.checks.verdict import (
     verdict_from_plain,
     verdict_of,
 )
-from calib.checks.weights import WEIGHTINGS, Weighting
+from calib.checks.weights import USUAL, WEIGHTINGS, Weighting
 
 __all__ = [
     "ACCURACY",
@@ -55,6 +55,7 @@ __all__ = [
     "NOTICEABLE",
     "OF_MODELS",
     "RULED_OUT",
+    "USUAL",
     "WEIGHTINGS",
     "Bands",
     "Candidate",

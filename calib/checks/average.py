@@ -18,7 +18,7 @@ from calib.checks.member import Member, OfEach, shares
 from calib.checks.reasons import OF_MODELS
 from calib.checks.reweighting import problem_of
 from calib.checks.verdict import Reason, Verdict, reasons_to_text
-from calib.checks.weights import WEIGHTINGS, Weighting, Weights, model_weights
+from calib.checks.weights import USUAL, Weighting, Weights, model_weights
 from calib.errors import Fault, InputError
 from calib.experiment import model_in_words
 from calib.problem import ParameterInfo
@@ -66,7 +66,7 @@ class Model:
 
 
 def average_models(
-    models: Sequence[Model], candidates: Sequence[Candidate], by: Weighting | None = None
+    models: Sequence[Model], candidates: Sequence[Candidate], by: Weighting = USUAL
 ) -> tuple[Posterior, tuple[Member, ...]]:
     """Average the posteriors of several models of the same data, weighted by how well each describes them.
 
@@ -74,7 +74,7 @@ def average_models(
     ----------
     models : as calibrated, the experiment's own first.
     candidates : the same compared, from `calib.checks.compare_runs`, in any order.
-    by : what they are weighted by; None for the first of `WEIGHTINGS` that can be had.
+    by : what they are weighted by, see `calib.checks.weights`.
 
     Returns
     -------
@@ -86,11 +86,10 @@ def average_models(
         If the weights that are asked for cannot be had.
     """
     found = _weights(models, {c.name: c.left_out.pointwise for c in candidates})
-    chosen: Weighting = by if by is not None else next(way for way in WEIGHTINGS if way in found)
-    if chosen not in found:
-        message = f"the models cannot be weighted by {chosen}, as there is no evidence of all of them"
-        raise InputError(Fault(message, advice="Weight them with --by stacking"))
-    weights = found[chosen]
+    if by not in found:
+        message = f"the models cannot be weighted by {by}, as there is no evidence of all of them"
+        raise InputError(Fault(message, advice=f"Weight them with --by {USUAL}"))
+    weights = found[by]
     told = tuple(
         Averaged(
             name=m.name,
@@ -107,7 +106,7 @@ def average_models(
     members = tuple(Member(m.name, m.posterior, m.forward, t.weight) for m, t in zip(models, told, strict=True))
     posterior = _mixed(models, told, _outside(models, found, weights.value))
     reasons = reasons_to_text(tuple(_reasons(models, weights.value)))
-    attrs = {**posterior.attrs, "averaged by": chosen, OF_MODELS: reasons}
+    attrs = {**posterior.attrs, "averaged by": by, OF_MODELS: reasons}
     return replace(posterior, attrs=attrs), members
 
 

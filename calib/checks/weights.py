@@ -2,11 +2,12 @@
 
 Three ways to weight models of the same data:
 
+- pseudo-BMA+: exp of what the log densities of left-out blocks sum up to, averaged over the Bayesian bootstrap of the blocks
+  (Yao, Vehtari, Simpson & Gelman, Bayesian Anal. 13 (2018) 917, Eq. 11). The usual way: what covers is in docs/averaging.md.
+- stacking: weights w that maximise sum_b log sum_k w_k p(y_b | y_-b, k) over blocks b of the data (the same, Eq. 4). Needs no
+  model to be true; of few blocks it tends to the corners.
 - evidence: the probability of each model after the data, if all were equally probable before, p(y | k) / sum p(y | j). Right
-  where one of them is true; depends on the priors of the unknowns.
-- stacking: weights w that maximise sum_b log sum_k w_k p(y_b | y_-b, k) over blocks b of the data (Yao, Vehtari, Simpson &
-  Gelman, Bayesian Anal. 13 (2018) 917, Eq. 4). Needs no model to be true; of few blocks it tends to the corners.
-- pseudo-BMA+: exp of what the blocks sum up to, averaged over the Bayesian bootstrap of the blocks (the same, Eq. 11).
+  where one of them is true; depends on how wide the priors of the unknowns are.
 
 Blocks of one sweep are correlated, so that intervals by the bootstrap are too narrow rather than too wide.
 """
@@ -22,8 +23,10 @@ from scipy.special import softmax
 
 from models.sensor import FloatArray
 
-Weighting = Literal["evidence", "stacking", "pseudo-bma"]
+Weighting = Literal["pseudo-bma", "stacking", "evidence"]
 WEIGHTINGS: tuple[Weighting, ...] = get_args(Weighting)
+#: What models are weighted by if nothing else is said.
+USUAL: Weighting = "pseudo-bma"
 
 # Draws of the Bayesian bootstrap, and the seed of them all.
 _N_BOOTSTRAP, _SEED = 400, 20180917
@@ -59,13 +62,13 @@ def model_weights(pointwise: FloatArray, log_evidence: FloatArray, error: FloatA
     counts = rng.dirichlet(np.ones(pointwise.shape[1]), _N_BOOTSTRAP)
     bootstrapped = softmax(pointwise.shape[1] * counts @ pointwise.T, axis=1)
     found: dict[Weighting, Weights] = {
-        "stacking": _with_interval(stacking(pointwise), stacking(pointwise, counts)),
         "pseudo-bma": _with_interval(np.mean(bootstrapped, axis=0), bootstrapped),
+        "stacking": _with_interval(stacking(pointwise), stacking(pointwise, counts)),
     }
     if np.all(np.isfinite(log_evidence)):
         noisy = log_evidence + error * rng.standard_normal((_N_BOOTSTRAP, log_evidence.size))
         found["evidence"] = _with_interval(softmax(log_evidence), softmax(noisy, axis=1))
-    return {way: found[way] for way in WEIGHTINGS if way in found}
+    return found
 
 
 def stacking(pointwise: FloatArray, counts: FloatArray | None = None) -> FloatArray:

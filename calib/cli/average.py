@@ -18,16 +18,16 @@ def average(
     ],
     output: Annotated[Path, typer.Option("-o", "--output", metavar="RUN", help="Folder for the average.")],
     by: Annotated[
-        Literal["evidence", "stacking", "pseudo-bma"] | None,
-        typer.Option(help="What the models are weighted by [default: evidence, or stacking where there is none]."),
-    ] = None,
+        Literal["pseudo-bma", "stacking", "evidence"], typer.Option(help="What the models are weighted by.")
+    ] = "pseudo-bma",
     strict: Strict = False,
 ) -> None:
     """Average runs of the same data under different models, so that what is not known of the model is in the uncertainty.
 
-    Draws of each run are taken in proportion to its weight: how probable the data are under its model (evidence), or how well
-    the mixture predicts blocks of data that were left out (stacking, pseudo-BMA+). The average is a run like any other for
-    `calib recommend`, `calib report` and `calib verify`; recommendations say how much of their doubt is the choice of model.
+    Draws of each run are taken in proportion to its weight: how well it (pseudo-BMA+), or the mixture (stacking), predicts
+    blocks of data that were left out, or how probable the data are under its model (evidence). The average is a run like any
+    other for `calib recommend`, `calib report` and `calib verify`; recommendations say how much of their doubt is the choice of
+    model.
 
     Example: `calib average models/as-given models/own-padding -o averaged`
 

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from calib.checks import Candidate, Model, Weighting, average_models, compare_runs
+from calib.checks import USUAL, Candidate, Model, Weighting, average_models, compare_runs
 from calib.decision import Recommendation
 from calib.errors import Fault, InputError
 from calib.files import require_folder
@@ -29,7 +29,7 @@ def average_runs(
     runs: Sequence[Run],
     folder: Path,
     *,
-    by: Weighting | None = None,
+    by: Weighting = USUAL,
     candidates: Sequence[Candidate] | None = None,
     anew: bool = False,
     command: str = "",
@@ -43,7 +43,7 @@ def average_runs(
     ----------
     runs : the experiment's own model first.
     folder : of the average; must be empty or not exist yet.
-    by : what the models are weighted by, see `calib.checks.model_weights`; None for the usual way.
+    by : what the models are weighted by, see docs/averaging.md.
     candidates : the same runs compared, by the names of their folders, if that was done.
     anew : whether an average that is there already makes room, unless it is the same.
     command : the command line, kept with the average.

@@ -17,7 +17,7 @@ ORDER = 18
 _TITLE = "Models that were averaged"
 
 # Ways to weight models, as headings.
-_WAYS = {"evidence": "by evidence", "stacking": "by stacking", "pseudo-bma": "by pseudo-BMA+"}
+_WAYS = {"pseudo-bma": "by pseudo-BMA+", "stacking": "by stacking", "evidence": "by evidence"}
 
 
 def section(results: Results) -> Section | None:

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).parent))
 
 from averages import believed, with_own_padding
 
@@ -48,7 +48,7 @@ def runs(make_posterior: MakePosterior, tmp_path_factory: pytest.TempPathFactory
     for name, posterior in made.items():
         (folder / name).mkdir()
         save_posterior(posterior, folder / name / "posterior.nc")
-    said = calib("average", folder / "as-given", folder / "own-padding", "-o", folder / "average")
+    said = calib("average", folder / "as-given", folder / "own-padding", "-o", folder / "average", "--by", "evidence")
     assert "Weighted by evidence" in said
     return folder
 
