@@ -15,9 +15,8 @@ from typer.testing import CliRunner, Result
 from calib.cli import app
 from calib.decision.requirement import Requirement
 from calib.errors import InputError
-from calib.runs import PageError, load_recommendation, load_run, recommend_in, report_in, verify
+from calib.runs import PageError, load_recommendation, load_run, members, recommend_in, report_in, verify
 from calib.runs import folder as run_folder
-from calib.runs import members
 from calib.runs.calibration import Stages
 from calib.runs.folder import Run
 from calib.runs.ownership import owned
