@@ -7,7 +7,8 @@ the others: by weights of the draws, or where k-hat is above 1 by the evidences 
 Printed for the experiment's own model and for averages by evidence, stacking and pseudo-BMA+: how many of the central 90 % of
 Young's modulus, and of the signal at 10 N on the padding that each recommends, hold the truth; how wide they are beside those
 of the experiment's own model (median); their score, which holds both together, over the truth (mean, the less the better); and
-how much the model of the planted fault counts (mean). With -o labs are kept, a line of JSON each, and are not repeated.
+how much the model of the planted fault counts (mean). Labs in which the experiment's own model or that of the fault has no such
+answer, as it would take sampling, are left out of the table. With -o labs are kept, a line of JSON each, and are not repeated.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ import numpy as np
 from simulated.faulty import Lab, lab_of, true_signal
 from simulated.labs import rows_of
 
-from calib.checks import WEIGHTINGS, Candidate, Member, Model, Verdict, Weighting, average_models
+from calib.checks import USUAL, WEIGHTINGS, Candidate, Member, Model, Verdict, Weighting, average_models
 from calib.decision import Requirement, recommend
 from calib.errors import InputError
 from calib.experiment import candidates_of, forward_of_experiment
@@ -60,7 +61,7 @@ AS_GIVEN = "as given"
 FORCE, PADDINGS, N_PADDING = 10.0, (0.5e-3, 6e-3), 23
 #: A k-hat above which weights of draws say nothing of a block; a calibration, which takes longer, is content with 0.7 at most.
 FAR = 1.0
-#: A model of so much less log evidence than the best has no weight in any way, and its blocks need not be exact.
+#: A model of so much less log evidence than the best would have no weight in any way, and is not averaged.
 HOPELESS = 15.0
 #: First answers of fewer effective draws are made again where models are averaged.
 FEW = 100.0
@@ -70,10 +71,10 @@ CHAINS, DRAWS = 4, 500
 
 @dataclass(frozen=True, eq=False)
 class Answered:
-    """A model with its posterior by importance draws, and how well it predicts each block."""
+    """A model with its posterior by importance draws, and how well it predicts each block; None of one that is hopeless."""
 
     model: Model
-    candidate: Candidate
+    candidate: Candidate | None
 
 
 def lab_row(name: str, seed: int, _: int, candidates: tuple[str, ...] = ()) -> dict[str, Any]:
@@ -112,9 +113,10 @@ def answers(lab: Lab, seed: int) -> list[Answered]:
     best = max((look.log_evidence for _, _, look, _ in looks), default=0.0)
     found = []
     for name, problem, look, posterior in looks:
-        left_out = _left_out(problem, look, _means(posterior), anew=look.log_evidence > best - HOPELESS)
-        model = Model(name, posterior, problem.forward, Verdict())
-        found.append(Answered(model, Candidate(name, posterior, left_out, 0.0, 0.0)))
+        candidate = None
+        if look.log_evidence > best - HOPELESS:
+            candidate = Candidate(name, posterior, _left_out(problem, look, _means(posterior)), 0.0, 0.0)
+        found.append(Answered(Model(name, posterior, problem.forward, Verdict()), candidate))
     return found
 
 
@@ -153,8 +155,8 @@ def _posterior(problem: Problem, look: Look, rng: np.random.Generator) -> Poster
     )
 
 
-def _left_out(problem: Problem, look: Look, near: Mapping[str, float], *, anew: bool) -> LeaveOut:
-    """Log density of each block given the others, 1 / E[1 / p(y_b | y_-b, draw)], or `anew` the ratio of two evidences."""
+def _left_out(problem: Problem, look: Look, near: Mapping[str, float]) -> LeaveOut:
+    """Log density of each block given the others, 1 / E[1 / p(y_b | y_-b, draw)], or the ratio of two evidences."""
     log_density = log_likelihood_blocks(problem, look.theta)
     pointwise, k_hat = np.empty(log_density.shape[1]), np.empty(log_density.shape[1])
     whole, refitted = math.nan, []
@@ -162,7 +164,7 @@ def _left_out(problem: Problem, look: Look, near: Mapping[str, float], *, anew: 
         with np.errstate(divide="ignore"):
             weight, k_hat[b] = smooth_weights(np.log(look.weight) - own)
         pointwise[b] = np.log(weight @ np.exp(own - np.max(own))) + np.max(own)
-        if anew and not k_hat[b] <= FAR:
+        if not k_hat[b] <= FAR:
             try:
                 whole = first_answer(problem, near).log_evidence if math.isnan(whole) else whole
                 pointwise[b] = whole - first_answer(without_block(problem, b), near).log_evidence
@@ -176,11 +178,12 @@ def _of_way(
     lab: Lab, answered: Sequence[Answered], way: str, seed: int, truth: Callable[[int, float], float]
 ) -> dict[str, Any]:
     """What one way makes of a lab: intervals of modulus and signal, and the truth of the signal."""
-    models = [a.model for a in answered]
-    posterior, forward = models[0].posterior, models[0].forward
+    posterior, forward = answered[0].model.posterior, answered[0].model.forward
     members: tuple[Member, ...] = ()
     if way != AS_GIVEN:
-        posterior, members = average_models(models, [a.candidate for a in answered], cast(Weighting, way))
+        compared = {a.model.name: (a.model, a.candidate) for a in answered if a.candidate is not None}
+        models, candidates = zip(*compared.values(), strict=True)
+        posterior, members = average_models(models, candidates, cast(Weighting, way))
     modulus = posterior.draws[..., [p.name for p in posterior.parameters].index("young_modulus")]
     return {
         "modulus": [float(q) for q in np.quantile(modulus, [0.05, 0.95])],
@@ -211,7 +214,7 @@ def table(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     """Lines of a table in Markdown: for each kind and all of them, and each way, what it covers."""
     yield "| planted | labs | way | modulus covered | wide | score | signal covered | wide | score | weight of its model |"
     yield "|---|---|---|---|---|---|---|---|---|---|"
-    known = [row for row in rows if AS_GIVEN in row]
+    known = [row for row in rows if AS_GIVEN in row and KINDS[row["kind"]] in row[USUAL]["weights"]]
     groups = [(name, [row for row in known if row["kind"] == name]) for name in KINDS]
     for name, own in [*((n, g) for n, g in groups if g), ("all", known)]:
         for way in (AS_GIVEN, *WEIGHTINGS):

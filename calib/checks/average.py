@@ -23,6 +23,7 @@ from calib.errors import Fault, InputError
 from calib.experiment import model_in_words
 from calib.problem import ParameterInfo
 from calib.sampling import (
+    K_HAT,
     Averaged,
     Convergence,
     Departure,
@@ -105,7 +106,8 @@ def average_models(
     )
     members = tuple(Member(m.name, m.posterior, m.forward, t.weight) for m, t in zip(models, told, strict=True))
     posterior = _mixed(models, told, _outside(models, found, weights.value))
-    reasons = reasons_to_text(tuple(_reasons(models, weights.value)))
+    doubted = _doubted(models, weights.value, candidates) if by != "evidence" else ()
+    reasons = reasons_to_text((*_reasons(models, weights.value), *doubted))
     attrs = {**posterior.attrs, "averaged by": by, OF_MODELS: reasons}
     return replace(posterior, attrs=attrs), members
 
@@ -279,6 +281,16 @@ def _outside(models: Sequence[Model], found: Mapping[Weighting, Weights], weight
             if d.model not in inside and (other is None or not other.log_bayes >= log_bayes):
                 best[d.model] = replace(d, name=f"{m.name}, {d.name}", log_bayes=log_bayes)
     return tuple(best.values())
+
+
+def _doubted(models: Sequence[Model], weight: FloatArray, candidates: Sequence[Candidate]) -> Iterator[Reason]:
+    """Weights by left-out blocks are doubtful where a model that counts has blocks that cannot be left out."""
+    counting = {m.name for m, w in zip(models, weight, strict=True) if w >= NOTICEABLE}
+    bad = {c.name: len(c.left_out.doubtful) for c in candidates if c.name in counting and not c.left_out.trusted}
+    if bad:
+        told = ", ".join(f"{n} blocks of data under {name}" for name, n in bad.items())
+        finding = f"how well models predict {told} cannot be told (k-hat above {K_HAT:g}), and their weights may be wrong"
+        yield Reason("weights", "amber", finding, "Average them with --by evidence, and see whether that changes the numbers")
 
 
 def _reasons(models: Sequence[Model], weight: FloatArray) -> Iterator[Reason]:

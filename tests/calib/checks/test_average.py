@@ -168,6 +168,16 @@ def test_without_evidence_the_models_are_weighted_by_blocks_or_refused(given: Po
         averaged(given, without, by="evidence")
 
 
+def test_weights_that_rest_on_blocks_which_cannot_be_left_out_are_doubted(given: Posterior) -> None:
+    models = [Model(name, p, FORWARD, Verdict()) for name, p in (("a", given), ("b", with_own_padding(given)))]
+    pulls = LeaveOut(0.0, 0.0, 0.0, np.zeros(8), np.array([0.9, *np.zeros(7)]))
+    candidates = [Candidate(m.name, m.posterior, pulls, 0.0, 0.0) for m in models]
+    found = judge_posterior(average_models(models, candidates, "stacking")[0]).reasons
+    assert [(r.gate, r.level) for r in found] == [("weights", "amber")]
+    assert "1 blocks of data under a" in found[0].finding
+    assert judge_posterior(average_models(models, candidates, "evidence")[0]).colour == "green"
+
+
 def test_predictions_are_those_of_both_models(given: Posterior) -> None:
     # Twice the modulus in half of the draws: bands that hold both curves.
     other = with_own_padding(given, 2.0)
