@@ -288,7 +288,7 @@ def _doubted(models: Sequence[Model], weight: FloatArray, candidates: Sequence[C
     counting = {m.name for m, w in zip(models, weight, strict=True) if w >= NOTICEABLE}
     bad = {c.name: len(c.left_out.doubtful) for c in candidates if c.name in counting and not c.left_out.trusted}
     if bad:
-        told = ", ".join(f"{n} blocks of data under {name}" for name, n in bad.items())
+        told = ", ".join(f"{n} block{'s' if n > 1 else ''} of data under {name}" for name, n in bad.items())
         finding = f"how well models predict {told} cannot be told (k-hat above {K_HAT:g}), and their weights may be wrong"
         yield Reason("weights", "amber", finding, "Average them with --by evidence, and see whether that changes the numbers")
 

@@ -174,7 +174,7 @@ def test_weights_that_rest_on_blocks_which_cannot_be_left_out_are_doubted(given:
     candidates = [Candidate(m.name, m.posterior, pulls, 0.0, 0.0) for m in models]
     found = judge_posterior(average_models(models, candidates, "stacking")[0]).reasons
     assert [(r.gate, r.level) for r in found] == [("weights", "amber")]
-    assert "1 blocks of data under a" in found[0].finding
+    assert "1 block of data under a" in found[0].finding
     assert judge_posterior(average_models(models, candidates, "evidence")[0]).colour == "green"
 
 
