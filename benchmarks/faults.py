@@ -17,12 +17,11 @@ import time
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from simulated.faulty import ACCURACY, KINDS, Lab, lab_of
+from simulated.faulty import KINDS, Lab, lab_of, true_signal
 from simulated.labs import rows_of
 
 from calib.checks import FILES, judge_posterior, look_elsewhere, plausibility, predict, with_elsewhere, with_sensitivity
@@ -31,9 +30,6 @@ from calib.errors import InputError
 from calib.experiment import forward_of_experiment
 from calib.problem import build_problem
 from calib.sampling import first_answer, sample
-from models.fem import FiniteElements
-from models.layers import layered
-from models.response import ConvergenceError, OutOfRangeError
 from models.threads import one_thread
 
 #: Force [N] at which the signal counts, and the paddings [m] to choose from.
@@ -78,7 +74,7 @@ def _calibrate(lab: Lab, seed: int, max_steps: int) -> dict[str, Any]:
         best = recommend(posterior, forward, Requirement(FORCE, *PADDINGS, n_thickness=23), seed=seed, verdict=verdict)
     except InputError:
         return row
-    signals = [_signal(lab, k, best.best) for k in range(len(lab.designs))]
+    signals = [true_signal(lab, k, best.best, FORCE) for k in range(len(lab.designs))]
     band = best.change_at_best
     sd = float(band[-1] - band[0]) / (2 * 1.645)
     offs = [0.0 if band[0] <= s <= band[-1] else float(min(abs(s - band[0]), abs(s - band[-1]))) / sd for s in signals]
@@ -90,19 +86,6 @@ def _beyond(truth: float, draws: np.ndarray[Any, Any]) -> float:
     low, high = np.quantile(draws, [0.05, 0.95])
     off = truth - high if truth > high else truth - low if truth < low else 0.0
     return float(off / np.std(draws))
-
-
-def _signal(lab: Lab, specimen: int, padding: float) -> float:
-    """The true change of capacitance of a specimen on another padding; nan where the finite elements do not come so far."""
-    design = lab.designs[specimen]
-    stack = layered(replace(design, padding=replace(design.padding, thickness=padding)))
-    if lab.law is not None:
-        stack = replace(stack, layers=tuple(replace(layer, law=lab.law) for layer in stack.layers))
-    try:
-        capacitance = float(FiniteElements(ACCURACY).respond_to_force(stack, np.array([FORCE])).capacitance[0])
-    except (OutOfRangeError, ConvergenceError):
-        return math.nan
-    return capacitance / float(np.asarray(design.rest_capacitance)) - 1
 
 
 def is_wrong(row: Mapping[str, Any]) -> bool:

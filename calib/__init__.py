@@ -63,7 +63,7 @@ if TYPE_CHECKING:
         trace_figure,
         write_report,
     )
-    from calib.runs import Check, Run, calibrate, check, load_run, recommend_in
+    from calib.runs import Check, Run, average_runs, calibrate, check, load_run, recommend_in
     from calib.sampling import (
         Diagnostics,
         FirstAnswer,
@@ -113,6 +113,7 @@ __all__ = [
     "Uniform",
     "UnknownName",
     "Verdict",
+    "average_runs",
     "build_problem",
     "calibrate",
     "change_figure",
@@ -266,6 +267,7 @@ _ROOMS: dict[str, tuple[str, ...]] = {
     "calib.runs": (
         "Check",
         "Run",
+        "average_runs",
         "calibrate",
         "check",
         "load_run",

@@ -36,6 +36,10 @@ STARTING_PROCESSES = ("damage_files.py", "fem_robustness.py")
 
 #: Benchmark -> what makes it small, and a piece of what it prints in the end. FOLDER is one of the test's own.
 QUICK: dict[str, tuple[list[str], str]] = {
+    "averaging.py": (
+        ["sound", "--labs", "1", "--candidates", "own-padding", "--processes", "0"],
+        "| sound | 1 | as given |",
+    ),
     "check_faults.py": (["N called kN", "--labs", "1"], "| N called kN | 1 | force alone | 0 | 1 | 0 | 0 | 1 |"),
     "damage_files.py": (["-n", "48"], "0 failed"),
     "fem_accuracy.py": (["--finest", "1.6e-3"], "force against Hertz with a bonded layer"),

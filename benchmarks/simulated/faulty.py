@@ -22,7 +22,7 @@ from calib.problem.synthetic import Rig, synthetic_sweep
 from models.fem import FiniteElements
 from models.laws import Law, Yeoh
 from models.layers import layered
-from models.response import Response
+from models.response import ConvergenceError, OutOfRangeError, Response
 from models.sensor import Base, Design, FloatArray, design_from
 
 EXPERIMENT = Path(__file__).parents[2] / "datasets" / "padded_sensor" / "experiment.toml"
@@ -290,3 +290,24 @@ def _drifted(sweep: Sweep, drift: float) -> Sweep:
     points = replace(moved.channels["force"], value=moved.channels["force"].value + drift * (at - reading[0]) / span)
     track = replace(sweep.track, force=sweep.track.force + drift * (reading - reading[0]) / span)
     return replace(moved, channels={**moved.channels, "force": points}, track=track)
+
+
+def true_signal(lab: Lab, specimen: int, padding: float, force: float) -> float:
+    """The true change of capacitance of a specimen on another padding; nan where the finite elements do not come so far.
+
+    Parameters
+    ----------
+    lab : with its true designs.
+    specimen : which of them.
+    padding : its thickness [m].
+    force : [N].
+    """
+    design = lab.designs[specimen]
+    stack = layered(replace(design, padding=replace(design.padding, thickness=padding)))
+    if lab.law is not None:
+        stack = replace(stack, layers=tuple(replace(layer, law=lab.law) for layer in stack.layers))
+    try:
+        capacitance = float(FiniteElements(ACCURACY).respond_to_force(stack, np.array([force])).capacitance[0])
+    except (OutOfRangeError, ConvergenceError):
+        return math.nan
+    return capacitance / float(np.asarray(design.rest_capacitance)) - 1

@@ -1,7 +1,9 @@
 """A `Problem` or a `Posterior` in, whether it may be believed out, in checks and a verdict; changes no draw, knows no page."""
 
+from calib.checks.average import NOTICEABLE, Model, average_models, forward_of_average
 from calib.checks.comparison import Candidate, compare_runs, comparison_in_words, doubts
 from calib.checks.departures import Elsewhere, look_elsewhere, with_departures, with_elsewhere
+from calib.checks.member import Member, OfEach, drawn, heaviest, members_or
 from calib.checks.plausible import (
     FILES,
     Outlook,
@@ -35,6 +37,7 @@ from calib.checks.proof import (
 from calib.checks.reasons import (
     BAYES_LIMITS,
     BEFORE_SAMPLING,
+    OF_MODELS,
     RULED_OUT,
     conflict_limit,
     departure_in_words,
@@ -57,6 +60,7 @@ from calib.checks.verdict import (
     verdict_from_plain,
     verdict_of,
 )
+from calib.checks.weights import USUAL, WEIGHTINGS, Weighting
 
 __all__ = [
     "ACCURACY",
@@ -66,7 +70,11 @@ __all__ = [
     "FILES",
     "LEAST_DRAWS",
     "LIKELIHOOD",
+    "NOTICEABLE",
+    "OF_MODELS",
     "RULED_OUT",
+    "USUAL",
+    "WEIGHTINGS",
     "Bands",
     "Candidate",
     "Colour",
@@ -74,6 +82,9 @@ __all__ = [
     "Elsewhere",
     "FitCheck",
     "Level",
+    "Member",
+    "Model",
+    "OfEach",
     "Outlook",
     "Plausibility",
     "Prediction",
@@ -87,7 +98,9 @@ __all__ = [
     "Tested",
     "Told",
     "Verdict",
+    "Weighting",
     "attempt",
+    "average_models",
     "band",
     "compare_draws",
     "compare_runs",
@@ -95,12 +108,16 @@ __all__ = [
     "conflict_limit",
     "departure_in_words",
     "doubts",
+    "drawn",
     "error_rows",
     "expected_in_words",
+    "forward_of_average",
+    "heaviest",
     "in_units",
     "judge_posterior",
     "look_elsewhere",
     "measured_in_words",
+    "members_or",
     "passed_gates",
     "plausibility",
     "predict",

@@ -85,9 +85,12 @@ def compare_runs(named: Sequence[tuple[str, Posterior, Forward]]) -> tuple[Candi
     Raises
     ------
     InputError
-        If the runs are of different data.
+        If the runs are of different data, or one is an average of models.
     """
     first, reference, _ = named[0]
+    for name, posterior, _ in named:
+        if posterior.diagnostics.models:
+            raise InputError(Fault(f"{name} is an average of models itself", advice="Compare the runs that it is of"))
     for name, posterior, _ in named[1:]:
         if _data(posterior) != _data(reference):
             advice = "Calibrate both from the same lab files, with the same cycles and units"

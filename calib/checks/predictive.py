@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -10,11 +10,12 @@ import numpy as np
 from scipy.special import chdtrc, ndtri
 
 from calib.catalogue import UnknownName
+from calib.checks.member import Member, drawn, members_or
 from calib.lab import Points, Sweep
-from calib.problem import PredictedReadings, SweepModel, chi_square, lookup, model_sweep, plan_sweep, specimen_design
-from calib.sampling import Posterior, thin_draws
+from calib.problem import PredictedReadings, chi_square, lookup, model_sweep, plan_sweep, specimen_design
+from calib.sampling import Posterior
 from models.response import Forward, OutOfRangeError
-from models.sensor import FloatArray
+from models.sensor import BoolArray, FloatArray
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -161,7 +162,9 @@ def band(values: FloatArray) -> FloatArray:
     return np.asarray(np.where(missing, np.nan, quantiles), dtype=float)
 
 
-def predict(posterior: Posterior, forward: Forward, rng: np.random.Generator, *, n_draw: int = 400) -> tuple[Prediction, ...]:
+def predict(
+    posterior: Posterior, forward: Forward, rng: np.random.Generator, *, n_draw: int = 400, members: Sequence[Member] = ()
+) -> tuple[Prediction, ...]:
     """Predict every sweep from the posterior and hold the prediction against the data: does the model describe what was read?
 
     Parameters
@@ -170,6 +173,7 @@ def predict(posterior: Posterior, forward: Forward, rng: np.random.Generator, *,
     forward : the model that it was sampled with.
     rng : of the choice of draws and of new readings.
     n_draw : draws to use.
+    members : the models that the posterior is an average of, each of which predicts for its own draws; none for one model.
 
     Returns
     -------
@@ -180,18 +184,40 @@ def predict(posterior: Posterior, forward: Forward, rng: np.random.Generator, *,
     OutOfRangeError
         If the forward model does not cover the draws (it is not the one of the calibration).
     """
-    values = thin_draws(posterior, n_draw, rng)
-    return tuple(_predict_sweep(posterior, forward, values, sweep, rng) for sweep in posterior.sweeps)
+    parts = drawn(members_or(members, posterior, forward), n_draw, rng)
+    return tuple(_predict_sweep(parts, sweep, rng) for sweep in posterior.sweeps)
 
 
-def _predict_sweep(
-    posterior: Posterior, forward: Forward, values: Mapping[str, FloatArray], sweep: Sweep, rng: np.random.Generator
-) -> Prediction:
-    at_data = model_sweep(posterior, forward, plan_sweep(sweep), values)
+# Draws of each model, with the model.
+_Parts = Sequence[tuple[Member, Mapping[str, FloatArray]]]
+
+
+@dataclass(frozen=True, eq=False)
+class _Modelled:
+    """What instruments should read in a sweep by the draws of all models: which are covered, and of those the channels."""
+
+    covered: BoolArray
+    channels: Mapping[str, Sequence[PredictedReadings]]
+
+
+def _modelled(parts: _Parts, sweep: Sweep) -> _Modelled:
+    plan = plan_sweep(sweep)
+    found = [model_sweep(member.posterior, member.forward, plan, values) for member, values in parts]
+    names = [name for name in sweep.channels if any(name in model.channels for model in found)]
+    channels = {name: [model.channels[name] for model in found if name in model.channels] for name in names}
+    return _Modelled(np.concatenate([model.covered for model in found]), channels)
+
+
+def _predict_sweep(parts: _Parts, sweep: Sweep, rng: np.random.Generator) -> Prediction:
+    at_data = _modelled(parts, sweep)
     if np.mean(at_data.covered) < 1 - UNCOVERED_SHARE:
+        forwards, sampled = (
+            ", ".join(dict.fromkeys(n))
+            for n in zip(*((m.forward.name, m.posterior.forward_name) for m, _ in parts), strict=True)
+        )
         raise OutOfRangeError(
-            f"the {forward.name} covers only {np.mean(at_data.covered) * 100:.0f} % of the posterior's draws for "
-            f"{sweep.specimen}; the calibration used the {posterior.forward_name}"
+            f"the {forwards} covers only {np.mean(at_data.covered) * 100:.0f} % of the posterior's draws for "
+            f"{sweep.specimen}; the calibration used the {sampled}"
         )
     fits: dict[str, ChannelFit] = {}
     change = None
@@ -200,22 +226,20 @@ def _predict_sweep(
         if name not in at_data.channels:
             continue
         if name == "force":
-            fits[name] = _force_fit(posterior, forward, values, sweep, points, at_data.channels[name], rng)
+            fits[name] = _force_fit(parts, sweep, points, at_data.channels[name], rng)
             continue
-        x = _loads(forward, posterior, values, sweep, name)
+        x = _loads(parts, sweep, name)
         grid = np.linspace(np.min(x), np.max(x), _N_GRID)
-        dense = _over_load(posterior, forward, values, sweep, name, grid)
+        dense = _over_load(parts, sweep, name, grid)
         fits[name] = ChannelFit(_bands(grid, dense.channels.get(name), rng), _check(x, at_data.channels[name]))
         if name == "capacitance":
-            c0, zero, parasitic, force_gain, gain = _instruments(posterior, values, sweep)
+            c0, zero, parasitic, force_gain, gain = _instruments(parts, sweep)
             change_x = np.median((x - zero[:, None]) / force_gain[:, None], axis=0)
             true_grid = np.linspace(0.0, max(float(np.max(change_x)), 1e-9), _N_GRID)
-            ideal = {p: np.full_like(c0, value) for p, value in _IDEAL.items()}
-            bare = {**values, **{str(UnknownName(p, sweep.specimen, sweep.name)): column for p, column in ideal.items()}}
-            dense = _over_load(posterior, forward, bare, sweep, name, true_grid)
+            dense = _over_load([(m, {**values, **_ideal(values, sweep)}) for m, values in parts], sweep, name, true_grid)
             change = _bands(true_grid, dense.channels.get(name), rng, rest=c0[dense.covered][:, None])
             change_y = np.median((points.value - parasitic[:, None]) / (gain * c0)[:, None] - 1, axis=0)
-    several = sum(other.specimen == sweep.specimen for other in posterior.sweeps) > 1
+    several = sum(other.specimen == sweep.specimen for other in parts[0][0].posterior.sweeps) > 1
     title = f"{sweep.specimen}, {sweep.name}" if several else sweep.specimen
     n_draw = at_data.covered.size
     return Prediction(sweep.specimen, sweep.name, sweep.indenter_radius, fits, change, change_x, change_y, n_draw, title)
@@ -225,14 +249,14 @@ def _predict_sweep(
 _IDEAL = {"load_zero": 0.0, "parasitic_capacitance": 0.0, "force_gain": 1.0, "capacitance_gain": 1.0}
 
 
+def _ideal(values: Mapping[str, FloatArray], sweep: Sweep) -> dict[str, FloatArray]:
+    """Draws of such instruments for one sweep."""
+    n_draw = next(iter(values.values())).size
+    return {str(UnknownName(p, sweep.specimen, sweep.name)): np.full(n_draw, value) for p, value in _IDEAL.items()}
+
+
 def _force_fit(
-    posterior: Posterior,
-    forward: Forward,
-    values: Mapping[str, FloatArray],
-    sweep: Sweep,
-    points: Points,
-    at_data: PredictedReadings,
-    rng: np.random.Generator,
+    parts: _Parts, sweep: Sweep, points: Points, at_data: Sequence[PredictedReadings], rng: np.random.Generator
 ) -> ChannelFit:
     assert points.displacement is not None
     grid = np.linspace(np.min(points.displacement), np.max(points.displacement), _N_GRID)
@@ -240,71 +264,86 @@ def _force_fit(
     # The load matters here only through the machine's compliance: that of the data, interpolated, is good enough.
     load = np.interp(grid, points.displacement[order], points.value[order])
     along = replace(sweep, channels={"force": Points(load, np.ones(_N_GRID), displacement=grid)})
-    dense = model_sweep(posterior, forward, plan_sweep(along), values)
+    dense = _modelled(parts, along)
     return ChannelFit(_bands(grid, dense.channels.get("force"), rng), _check(points.displacement, at_data))
 
 
-def _over_load(
-    posterior: Posterior, forward: Forward, values: Mapping[str, FloatArray], sweep: Sweep, channel: str, load: FloatArray
-) -> SweepModel:
+def _over_load(parts: _Parts, sweep: Sweep, channel: str, load: FloatArray) -> _Modelled:
     """Predict a channel of a sweep at given load cell readings [N], in whichever way its own readings were tied to depth."""
     points = Points(np.zeros(load.size), np.ones(load.size), force=load)
     along = replace(sweep, channels={channel: points}, track=None)
-    return model_sweep(posterior, forward, plan_sweep(along), values)
+    return _modelled(parts, along)
 
 
-def _instruments(posterior: Posterior, values: Mapping[str, FloatArray], sweep: Sweep) -> tuple[FloatArray, ...]:
+def _instruments(parts: _Parts, sweep: Sweep) -> tuple[FloatArray, ...]:
     """Draws of C0 [F] of a sweep, and of the faults of its instruments in the order of `_IDEAL`, each (n_draw,)."""
-    c0 = np.atleast_1d(np.asarray(specimen_design(posterior, values, sweep.specimen, sweep.name).rest_capacitance, dtype=float))
-    found = {p: lookup(values, p, sweep.specimen, sweep.name) for p in _IDEAL}
-    return c0, *(np.full_like(c0, _IDEAL[p]) if column is None else column for p, column in found.items())
+    designs = (specimen_design(member.posterior, values, sweep.specimen, sweep.name) for member, values in parts)
+    c0 = np.concatenate([np.atleast_1d(np.asarray(design.rest_capacitance, dtype=float)) for design in designs])
+    return c0, *(_all_draws(parts, p, sweep, otherwise) for p, otherwise in _IDEAL.items())
 
 
-def _loads(forward: Forward, posterior: Posterior, values: Mapping[str, FloatArray], sweep: Sweep, channel: str) -> FloatArray:
+def _all_draws(parts: _Parts, parameter: str, sweep: Sweep, otherwise: float) -> FloatArray:
+    """Draws of a quantity of a sweep by all models, (n_draw,), with another value where a model does not have it."""
+    found = []
+    for _, values in parts:
+        own = lookup(values, parameter, sweep.specimen, sweep.name)
+        found.append(np.full(next(iter(values.values())).size, otherwise) if own is None else own)
+    return np.concatenate(found)
+
+
+def _loads(parts: _Parts, sweep: Sweep, channel: str) -> FloatArray:
     """Load cell reading [N] at the points of a channel, (n_point,): as read, or by clock or crosshead from the tester's record.
 
-    Where no load was recorded at all, the model's load at the medians of the posterior takes its place.
+    Where no load was recorded at all, the model's load at the medians of the posterior takes its place, of several models that
+    of most weight.
     """
     points = sweep.channels[channel]
     if points.force is not None:
         return points.force
     if sweep.tied_by(channel) == "clock" and points.time is not None and sweep.track is not None:
-        offset = lookup(values, "clock_offset", sweep.specimen, sweep.name)
-        late = 0.0 if offset is None else float(np.median(offset))
+        late = float(np.median(_all_draws(parts, "clock_offset", sweep, 0.0)))
         return np.asarray(np.interp(points.time + late, sweep.track.time, sweep.track.force), dtype=float)
     assert points.displacement is not None
     tester = sweep.channels.get("force")
     if tester is not None and tester.displacement is not None:
         order = np.argsort(tester.displacement)
         return np.asarray(np.interp(points.displacement, tester.displacement[order], tester.value[order]), dtype=float)
+    member, values = max(parts, key=lambda part: part[0].weight)
     middle = {k: np.array([np.median(v)]) for k, v in values.items()}
     offset = lookup(middle, "contact_offset", sweep.specimen, sweep.name)
     depth = np.maximum(points.displacement - (0.0 if offset is None else float(offset[0])), 0.0)
-    response = forward.respond(specimen_design(posterior, middle, sweep.specimen, sweep.name), depth[None, :])
+    response = member.forward.respond(specimen_design(member.posterior, middle, sweep.specimen, sweep.name), depth[None, :])
     return np.asarray(response.force[0], dtype=float)
 
 
 def _bands(
-    x: FloatArray, channel: PredictedReadings | None, rng: np.random.Generator, rest: FloatArray | float | None = None
+    x: FloatArray, channel: Sequence[PredictedReadings] | None, rng: np.random.Generator, rest: FloatArray | None = None
 ) -> Bands:
     """Bands of a channel at x (n_x,); with `rest` C0 (n_draw, 1) those of C/C0 - 1.
 
     One stratified standard normal per draw: exact at each x, and smooth along x.
     """
-    if channel is None:
+    if not channel:
         return Bands(x, np.full((5, x.size), np.nan), np.full((5, x.size), np.nan))
-    mean, sd = (channel.mean, channel.sd) if rest is None else (channel.mean / rest - 1, channel.sd / rest)
+    mean, sd = _moments(channel)
+    if rest is not None:
+        mean, sd = mean / rest - 1, sd / rest
     n = mean.shape[0]
     normal = ndtri((rng.permutation(n) + 0.5) / n)
     return Bands(x, band(mean), band(mean + sd * normal[:, None]))
 
 
-def _check(x: FloatArray, channel: PredictedReadings) -> FitCheck:
-    y, mean = channel.observed, channel.mean
+def _moments(channel: Sequence[PredictedReadings]) -> tuple[FloatArray, FloatArray]:
+    """Mean and standard deviation of each reading under each draw of all models, (n_covered, n_point)."""
+    return np.concatenate([part.mean for part in channel]), np.concatenate([part.sd for part in channel])
+
+
+def _check(x: FloatArray, channel: Sequence[PredictedReadings]) -> FitCheck:
+    y, (mean, spread) = channel[0].observed, _moments(channel)
     n = y.size
-    p_values = chdtrc(n, chi_square(channel))
+    p_values = np.concatenate([chdtrc(n, chi_square(part)) for part in channel])
     centre = np.mean(mean, axis=0)
-    sd = np.sqrt(np.mean(channel.sd**2, axis=0) + np.var(mean, axis=0))
+    sd = np.sqrt(np.mean(spread**2, axis=0) + np.var(mean, axis=0))
     residual = (y - centre) / sd
     inside = float(np.mean(np.abs(residual) <= ndtri(0.95)))
     return FitCheck(x, y, centre, sd, residual, inside, float(np.mean(p_values)))

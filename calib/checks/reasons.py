@@ -32,6 +32,8 @@ RULED_OUT = -5.0
 LEARNED = 0.5
 #: Attribute of a posterior that keeps the reasons that were found before it was sampled.
 BEFORE_SAMPLING = "reasons before sampling"
+#: Attribute of a posterior that keeps the reasons against the models that it is an average of.
+OF_MODELS = "reasons of the models"
 # What a calibration is made for, if it is unknown.
 _HEADLINES = ("young_modulus",)
 # Gates whose reasons are each a cause of priors and data that disagree, which is then said once.
@@ -51,7 +53,7 @@ def judge_posterior(posterior: Posterior, predictions: Sequence[Prediction] = ()
     gates = (_convergence, _surrogate, _conflict, _departures, _apart, _quality, _prior_driven, _range)
     found = [reason for gate in gates for reason in gate(posterior)]
     found += [*unedited_reasons(posterior.experiment), *_discrepancy(posterior, predictions), *_predictive(predictions)]
-    found += [*_before_sampling(posterior, found), *more]
+    found += [*_kept(posterior, found), *more]
     return verdict_of([*found, *_pulled(posterior, found)])
 
 
@@ -68,7 +70,7 @@ def passed_gates(posterior: Posterior, verdict: Verdict) -> tuple[str, ...]:
     looked += ["surrogate"] if d.surrogate_honest is not None else []
     looked += ["finite elements"] if d.reweighting is not None else []
     looked += ["discrepancy"] if any(UnknownName.parse(n).parameter.endswith("_discrepancy") for n in d.parameters) else []
-    looked += ["model"] if d.departures else []
+    looked += ["model"] if d.departures or d.models else []
     looked += ["specimens"] if d.apart else []
     looked += ["prior sensitivity"] if d.sensitivity else []
     against = {reason.gate for reason in verdict.reasons}
@@ -261,12 +263,13 @@ def pull_in_words(name: str, sensitivity: Sensitivity, summary: ParameterSummary
     return f"{whose} moves {unknown.label} most, which would be {weaker} instead of {now} with beliefs half as strong"
 
 
-def _before_sampling(posterior: Posterior, found: Sequence[Reason]) -> Iterator[Reason]:
-    """What spoke against it before it was sampled, unless the result says as much of the same."""
+def _kept(posterior: Posterior, found: Sequence[Reason]) -> Iterator[Reason]:
+    """What spoke against it before it was sampled, or against its models, unless the result says as much of the same."""
     said = {(reason.gate, reason.level) for reason in found}
-    for reason in reasons_from_text(posterior.attrs.get(BEFORE_SAMPLING, "[]")):
-        if (reason.gate, reason.level) not in said and (reason.gate, "red") not in said:
-            yield reason
+    for key in (BEFORE_SAMPLING, OF_MODELS):
+        for reason in reasons_from_text(posterior.attrs.get(key, "[]")):
+            if (reason.gate, reason.level) not in said and (reason.gate, "red") not in said:
+                yield reason
 
 
 def _range(posterior: Posterior) -> Iterator[Reason]:

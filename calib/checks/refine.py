@@ -43,6 +43,8 @@ def require_own_surrogate(posterior: Posterior, forward: Forward) -> Surrogate:
         If the posterior is that of another model, or `forward` gives its draws another density than they were sampled with.
     """
     path = posterior.experiment.path
+    if posterior.diagnostics.models:
+        raise InputError(Fault(f"the run is an {posterior.forward_name}", path, advice="Refine the runs that it is of"))
     if not isinstance(forward, Surrogate) or posterior.forward_name != forward.name:
         advice = 'There is nothing to refine; only model = "surrogate" has a surrogate'
         raise InputError(Fault(f"the run was calibrated with the {posterior.forward_name}", path, advice=advice))

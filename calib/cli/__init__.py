@@ -9,7 +9,22 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
-from calib.cli import calibrate, check, compare, example, lab, prove, refine, runs, schema, simulate, surrogate, verify, version
+from calib.cli import (
+    average,
+    calibrate,
+    check,
+    compare,
+    example,
+    lab,
+    prove,
+    refine,
+    runs,
+    schema,
+    simulate,
+    surrogate,
+    verify,
+    version,
+)
 from calib.cli.stopping import stoppable
 from calib.cli.terminal import every_character
 from calib.visible import visible
@@ -85,6 +100,7 @@ app.command("check", rich_help_panel=_CALIBRATION)(check.check)
 app.command("calibrate", rich_help_panel=_CALIBRATION)(calibrate.calibrate)
 app.command("recommend", rich_help_panel=_CALIBRATION)(runs.recommend)
 app.command("compare", rich_help_panel=_CALIBRATION)(compare.compare)
+app.command("average", rich_help_panel=_CALIBRATION)(average.average)
 app.command("report", rich_help_panel=_CALIBRATION)(runs.report)
 app.command("prove", rich_help_panel=_CALIBRATION)(prove.prove)
 app.command("verify", rich_help_panel=_CALIBRATION)(verify.verify)

@@ -94,6 +94,22 @@ def table(*headings: str) -> Table:
     return made
 
 
+def say_average(run: Run) -> None:
+    """Print the models of an average with their weights, and what of the doubt is the choice between them."""
+    from rich.markup import escape
+
+    from calib.report import averaged_models, modulus_share, weighting_in_words
+
+    models = run.posterior.diagnostics.models
+    shown = table("run", "model", "weight", "90 % of it", "Young's modulus (MPa)")
+    for m in averaged_models(models, None):
+        shown.add_row(*map(escape, (m.name, m.model, m.weight, m.interval, m.young_modulus)))
+    out().print(shown)
+    say(f"Weighted {weighting_in_words(run.posterior)}.")
+    if share := modulus_share(models):
+        say(f"The choice of model is {share} of the variance of Young's modulus.")
+
+
 def exit_by(verdict: Verdict, strict: bool) -> None:
     """Leave with exit code 3 if the numbers must not be used; otherwise go on.
 

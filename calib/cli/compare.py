@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from calib.cli.common import BUDGET, NOT_USABLE, err, loaded, out, pasted, refusing_bad_input, say
+from calib.cli.common import BUDGET, NOT_USABLE, err, loaded, out, pasted, refusing_bad_input, say, say_average
 from calib.cli.progress import progress_line
 from calib.cli.stopping import when_stopped
 from calib.errors import Fault, InputError, in_shell_path
@@ -42,15 +42,17 @@ def compare(
     """Say which model of the same data predicts them better: friction, law, and whether the padding has a modulus of its own.
 
     With an experiment file it calibrates the experiment as it is and every model that differs from it in one of these choices,
-    each into a run of its own in FOLDER: what one of them says with certainty another may contradict. Runs that are finished
-    there already are taken as they are, those that were stopped go on. With runs it compares these.
+    or those that its `candidates` name, each into a run of its own in FOLDER: what one of them says with certainty another may
+    contradict. Runs that are finished there already are taken as they are, those that were stopped go on. In the end they are
+    averaged into a run of its own, FOLDER/average, which holds what is not known of the model. With runs it compares these.
 
     Leaves out one block of a sweep after the other and asks how well each model predicts it from the rest (PSIS-LOO). A
     difference counts if it is above 4 and above twice its standard error.
 
     Examples: `calib compare experiment.toml -o models`, `calib compare run_neo run_gent run_stick`
 
-    Writes, with an experiment file: FOLDER/comparison.json, and for each model FOLDER/NAME as `calib calibrate` does.
+    Writes, with an experiment file: FOLDER/comparison.json, for each model FOLDER/NAME as `calib calibrate` does, and
+    FOLDER/average as `calib average` does.
 
     Exit codes: 0 done; 2 no usable experiment or runs there, or of different data; 3 done, but a run has not converged, its
     surrogate is off by more than it states, or a block cannot be left out (k-hat), and saying so; 130 stopped from the
@@ -87,6 +89,7 @@ def _runs(paths: Sequence[Path], output: Path | None) -> Sequence[str]:
     )
     _show(candidates)
     say(comparison_in_words(candidates))
+    say(f"To average them: {pasted(['calib average', *map(in_shell_path, paths)], {'-o': Path('averaged')})}")
     return doubts(candidates)
 
 
@@ -123,6 +126,9 @@ def _rivals(
         raise typer.Exit(NOT_USABLE) from None
     _show(rivalry.candidates)
     say(rivalry.in_words)
+    if rivalry.average is not None:
+        say_average(rivalry.average)
+        say(f"Their average is a run like any other: {rivalry.average.folder}")
     return rivalry.doubts
 
 

@@ -2,23 +2,37 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import ndtri
 
-from calib.checks import BAND_LEVELS, RULED_OUT, Verdict, band, departure_in_words, judge_posterior, verdict_of
+from calib.checks import (
+    BAND_LEVELS,
+    RULED_OUT,
+    Member,
+    Verdict,
+    band,
+    departure_in_words,
+    drawn,
+    heaviest,
+    judge_posterior,
+    members_or,
+    verdict_of,
+)
 from calib.decision.extrapolation import beyond_the_measured
-from calib.decision.recommendation import INTERVAL_PROBABILITY, Recommendation
+from calib.decision.recommendation import INTERVAL_PROBABILITY, OfModel, Recommendation
 from calib.decision.requirement import Requirement
 from calib.errors import Fault, InputError
+from calib.experiment import Experiment
 from calib.problem import lookup, specimen_design
-from calib.sampling import Posterior, thin_draws
+from calib.sampling import Posterior
 from models.analytic import caution
 from models.curves import DesignPrediction, predict_design
 from models.response import Forward
-from models.sensor import BoolArray, Design, FloatArray, design_from
+from models.sensor import BoolArray, Design, FloatArray, Scalar, design_from
 
 #: A thickness is covered when at least this share of the draws stays inside the model's range.
 COVERED_SHARE = 0.95
@@ -31,6 +45,9 @@ _N_KNOTS = 97
 _ORDER = 6
 _COLUMNS = 64
 
+# Of fewer draws a model is not said to have a best thickness of its own.
+_FEW = 20
+
 
 def recommend(
     posterior: Posterior,
@@ -40,6 +57,7 @@ def recommend(
     seed: int,
     posterior_sha256: str = "",
     verdict: Verdict | None = None,
+    members: Sequence[Member] = (),
 ) -> Recommendation:
     """Recommend a padding thickness for a sensor like those measured, and say how sure that is.
 
@@ -56,6 +74,7 @@ def recommend(
     seed : of the choice of draws and specimens.
     posterior_sha256 : hash of the posterior's file, kept with the result as a mark of the posterior that it follows from.
     verdict : on the calibration; None to judge the posterior here, without its predictions.
+    members : the models that the posterior is an average of, each of which predicts for its own draws; none for one model.
 
     Returns
     -------
@@ -67,19 +86,25 @@ def recommend(
         If no thickness of the request is covered by the model; the message names the range it covers.
     """
     rng = np.random.default_rng(seed)
-    values = thin_draws(posterior, requirement.n_draw, rng)
-    base, own = _sensors_like_those_measured(posterior, values, requirement, rng)
+    models = members_or(members, posterior, forward)
+    parts = [
+        _Part(member, *_sensors_like_those_measured(member.posterior, values, requirement, rng))
+        for member, values in drawn(models, requirement.n_draw, rng)
+    ]
     grid = np.linspace(requirement.lower, requirement.upper, requirement.n_thickness)
-    n_draw = next(iter(values.values())).size
     # The padding of the measured specimens comes last: its error is the same random function.
-    present = np.asarray(base.padding.thickness)
+    present, sensor = (
+        np.concatenate([np.asarray(layer.thickness) for layer in layers])
+        for layers in zip(*((part.base.padding, part.base.sensor) for part in parts), strict=True)
+    )
+    n_draw = present.size
     paddings = np.append(grid, np.median(present))
-    error = _smooth_normals(float(np.median(np.asarray(base.sensor.thickness))) + paddings, n_draw, rng)
+    error = _smooth_normals(float(np.median(sensor)) + paddings, n_draw, rng)
     smooth = ndtri((rng.permutation(n_draw) + 0.5) / n_draw)[:, None]
     error_now, change = error[:, -1].copy(), error[:, :-1]
     coverage, reach = np.empty(grid.size), np.empty(grid.size)
     bands = {name: np.full((len(BAND_LEVELS), grid.size), np.nan) for name in ("change", "depth", "resolution")}
-    for columns, at in _along(forward, base, grid, requirement.force, own):
+    for columns, at in _along_all(parts, grid, requirement.force):
         coverage[columns] = np.mean(np.isfinite(at.change), axis=0)
         reach[columns] = np.quantile(at.reach, 1 - COVERED_SHARE, axis=0)
         # At each thickness by itself one stratified normal per draw has the same distribution, and the bands come out smooth.
@@ -90,7 +115,7 @@ def recommend(
         change[:, columns] = at.change + at.sd * change[:, columns]
     covered = coverage >= COVERED_SHARE
     if not np.any(covered):
-        raise InputError(_not_covered(requirement, grid, coverage, reach, forward, base))
+        raise InputError(_not_covered(requirement, grid, coverage, reach, parts[0]))
 
     masked = change
     for column in (masked, *bands.values()):
@@ -102,13 +127,14 @@ def recommend(
     ties = covered & (np.nan_to_num(probability, nan=-1.0) >= np.nanmax(probability) - 0.5 / n_draw)
     pick = int(np.argmax(np.where(ties, share, -np.inf)))
 
-    now = _at_padding(forward, base, present, requirement.force, own)
+    now = _joined([_at_padding(part, part.base.padding.thickness, requirement.force) for part in parts])
     change_now = now.change + now.sd * error_now
     gain = band(change[:, pick] / np.where(change_now > 0, change_now, np.nan))
     open_models = _open_models(posterior)
-    radius = float(np.asarray(base.indenter.radius)[0])
+    radius = float(np.asarray(parts[0].base.indenter.radius)[0])
     depth = float(bands["depth"][2, pick])
-    beyond = beyond_the_measured(posterior, requirement.force, float(grid[pick]), depth, radius)
+    known_best = heaviest(models).posterior
+    beyond = beyond_the_measured(known_best, requirement.force, float(grid[pick]), depth, radius)
     known = judge_posterior(posterior) if verdict is None else verdict
     return Recommendation(
         requirement=requirement,
@@ -131,8 +157,9 @@ def recommend(
         present_change=band(now.change + now.sd * smooth[:, 0]),
         gain=gain,
         border=_border(grid, covered, pick),
-        conditions=_conditions(posterior, forward, _with_padding(base, float(np.max(grid[covered])))),
+        conditions=_conditions(parts, float(np.max(grid[covered]))),
         open_models=open_models,
+        of_models=tuple(_of_models(posterior, parts, change[:, pick], near, grid)),
         verdict=verdict_of([*known.reasons, *beyond]),
         forward_name=forward.name,
         seed=seed,
@@ -150,6 +177,18 @@ class _Own:
 
     def only(self, rows: BoolArray) -> _Own:
         return _Own(self.noise[rows], self.force_discrepancy[rows], self.capacitance_discrepancy[rows])
+
+
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """The draws of one model: a design of each, and what is not part of it."""
+
+    member: Member
+    base: Design
+    own: _Own
+
+    def only(self, rows: BoolArray) -> _Part:
+        return _Part(self.member, self.base.only(rows), self.own.only(rows))
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,14 +235,14 @@ def _sensors_like_those_measured(
     return design_from(picked, base=posterior.experiment.base), own
 
 
-def _with_padding(design: Design, thickness: FloatArray | float) -> Design:
+def _with_padding(design: Design, thickness: Scalar) -> Design:
     n_draw = np.size(design.sensor.thickness)
     return replace(design, padding=replace(design.padding, thickness=np.broadcast_to(np.asarray(thickness, float), (n_draw,))))
 
 
-def _at_padding(forward: Forward, base: Design, thickness: FloatArray | float, force: float, own: _Own) -> _AtPadding:
-    design = _with_padding(base, thickness)
-    p: DesignPrediction = predict_design(forward, design, np.array([force]))
+def _at_padding(part: _Part, thickness: Scalar, force: float) -> _AtPadding:
+    design, own = _with_padding(part.base, thickness), part.own
+    p: DesignPrediction = predict_design(part.member.forward, design, np.array([force]))
     change, slope, error = p.change[:, 0], p.change_slope[:, 0], p.change_error[:, 0]
     # Discrepancy of the force at given depth moves the depth at given force, and with it the capacitance.
     sd = np.sqrt(error**2 + (own.capacitance_discrepancy * change) ** 2 + (slope * own.force_discrepancy * force) ** 2)
@@ -211,7 +250,13 @@ def _at_padding(forward: Forward, base: Design, thickness: FloatArray | float, f
     return _AtPadding(change, sd, p.depth[:, 0], rise / np.maximum(own.noise, 1e-30), p.reach)
 
 
-def _along(forward: Forward, base: Design, grid: FloatArray, force: float, own: _Own) -> Iterator[tuple[slice, _AtPadding]]:
+def _along_all(parts: Sequence[_Part], grid: FloatArray, force: float) -> Iterator[tuple[slice, _AtPadding]]:
+    """Predict at each thickness by all models, each for its own draws."""
+    for found in zip(*(_along(part, grid, force) for part in parts), strict=True):
+        yield found[0][0], _joined([at for _, at in found])
+
+
+def _along(part: _Part, grid: FloatArray, force: float) -> Iterator[tuple[slice, _AtPadding]]:
     """Predict at each thickness of an ascending grid, some columns of it at a time.
 
     Where the grid is finer than designs change along it, they are asked at `_N_KNOTS` thicknesses h_k, at equal steps of
@@ -220,12 +265,12 @@ def _along(forward: Forward, base: Design, grid: FloatArray, force: float, own: 
     """
     if grid.size <= _N_KNOTS:
         for k, thickness in enumerate(grid):
-            yield slice(k, k + 1), _stacked([_at_padding(forward, base, thickness, force, own)])
+            yield slice(k, k + 1), _stacked([_at_padding(part, thickness, force)])
         return
-    shift = 0.25 * float(np.median(np.asarray(base.sensor.thickness)))
+    shift = 0.25 * float(np.median(np.asarray(part.base.sensor.thickness)))
     along = np.linspace(np.log(grid[0] + shift), np.log(grid[-1] + shift), _N_KNOTS)
     knots = np.clip(np.exp(along) - shift, grid[0], grid[-1])
-    at_knots = _stacked([_at_padding(forward, base, thickness, force, own) for thickness in knots])
+    at_knots = _stacked([_at_padding(part, thickness, force) for thickness in knots])
     place = (np.log(grid + shift) - along[0]) / (along[1] - along[0])
     first = np.clip(np.floor(place).astype(int) - _ORDER // 2 + 1, 0, _N_KNOTS - _ORDER)
     for begin in range(0, grid.size, _COLUMNS):
@@ -237,15 +282,13 @@ def _along(forward: Forward, base: Design, grid: FloatArray, force: float, own: 
             one = _AtPadding(*(column[:, around] @ weights for column in at_knots.columns))
             known = np.isfinite(at_knots.change[:, around])
             border = np.any(known, axis=1) & ~np.all(known, axis=1)
-            found.append(_with_border(one, border, forward, base, grid[k], force, own) if np.any(border) else one)
+            found.append(_with_border(one, border, part, grid[k], force) if np.any(border) else one)
         yield columns, _stacked(found)
 
 
-def _with_border(
-    one: _AtPadding, border: BoolArray, forward: Forward, base: Design, thickness: float, force: float, own: _Own
-) -> _AtPadding:
+def _with_border(one: _AtPadding, border: BoolArray, part: _Part, thickness: float, force: float) -> _AtPadding:
     """The same prediction with the draws at the `border` of what is covered asked of the model."""
-    exact = _at_padding(forward, base.only(border), thickness, force, own.only(border))
+    exact = _at_padding(part.only(border), thickness, force)
     columns = []
     for column, known in zip(one.columns, exact.columns, strict=True):
         whole = column.copy()
@@ -256,6 +299,11 @@ def _with_border(
 
 def _stacked(at: Sequence[_AtPadding]) -> _AtPadding:
     return _AtPadding(*(np.stack(columns, axis=1) for columns in zip(*(one.columns for one in at), strict=True)))
+
+
+def _joined(at: Sequence[_AtPadding]) -> _AtPadding:
+    """The draws of all models, one after the other."""
+    return _AtPadding(*(np.concatenate(columns) for columns in zip(*(one.columns for one in at), strict=True)))
 
 
 def _lagrange(x: float) -> FloatArray:
@@ -319,10 +367,9 @@ def _not_covered(
     grid: FloatArray,
     coverage: FloatArray,
     reach: FloatArray,
-    forward: Forward,
-    base: Design,
+    part: _Part,
 ) -> Fault:
-    mm = grid * 1e3
+    mm, forward, base = grid * 1e3, part.member.forward, part.base
     top = int(np.argmax(reach))
     if reach[top] <= 0:
         why = forward.outside(_with_padding(base, grid[grid.size // 2]), np.zeros(1)) or "the sensor itself lies outside"
@@ -342,24 +389,63 @@ def _open_models(posterior: Posterior) -> tuple[str, ...]:
     return tuple(departure_in_words(d, posterior) for d in posterior.diagnostics.departures if d.log_bayes > RULED_OUT)
 
 
-def _conditions(posterior: Posterior, forward: Forward, base: Design) -> tuple[str, ...]:
-    radius = np.asarray(base.electrode_radius) * 1e3
+def _of_models(
+    posterior: Posterior, parts: Sequence[_Part], change: FloatArray, near: BoolArray, grid: FloatArray
+) -> Iterator[OfModel]:
+    """What each model of an average says by itself: nothing for one model.
+
+    `change` (n_draw,) is that at the recommended thickness, `near` (n_draw, n_thickness) whether a thickness is near the best.
+    """
+    draws = np.split(np.arange(change.size), np.cumsum([np.size(part.base.sensor.thickness) for part in parts])[:-1])
+    rows = {part.member.name: own for part, own in zip(parts, draws, strict=True)}
+    for model in posterior.diagnostics.models:
+        own = rows.get(model.name, np.empty(0, dtype=int))
+        known = own[np.isfinite(change[own])]
+        told = known.size >= _FEW
+        found = model.young_modulus
+        yield OfModel(
+            name=model.name,
+            model=model.model,
+            weight=model.weight,
+            n_draw=int(known.size),
+            change=(float(np.mean(change[known])), float(np.std(change[known]))) if known.size else (math.nan, math.nan),
+            best=float(grid[np.argmax(np.mean(near[known], axis=0))]) if told else math.nan,
+            young_modulus=(math.nan, math.nan) if found is None else (found.mean, found.sd),
+        )
+
+
+def _conditions(parts: Sequence[_Part], thickest: float) -> tuple[str, ...]:
+    """What the recommendation holds for: what all models take for granted, and in what they differ."""
+    radius = np.concatenate([np.asarray(part.base.electrode_radius) for part in parts]) * 1e3
     spread = f"{np.median(radius):.3g} mm"
     if np.ptp(radius) > 1e-6:
         spread = (
             f"{np.median(radius):.3g} mm (90 % interval {np.quantile(radius, 0.05):.3g} to {np.quantile(radius, 0.95):.3g} mm)"
         )
-    padding = (
-        "padding of the sensor's own silicone"
-        if posterior.experiment.padding_material == "sensor"
-        else "padding of its own material, with the modulus found for it"
-    )
-    contact = "sticking to the sensor" if posterior.experiment.stick else "pressed without friction"
-    rough = caution(forward, base)
+    rough = [caution(part.member.forward, _with_padding(part.base, thickest)) for part in parts]
+    ball = f"ball radius {float(np.asarray(parts[0].base.indenter.radius)[0]) * 1e3:.3g} mm"
+    choices = [_choices(part.member.posterior.experiment) for part in parts]
+    base, contact, padding = (" or ".join(dict.fromkeys(words)) for words in zip(*choices, strict=True))
     return (
-        *([f"a first look alone: {rough}"] if rough else []),
-        "padding bonded to the rigid base: on a slippery base the sensor is softer and the optimum moves",
+        *dict.fromkeys(f"a first look alone: {words}" for words in rough if words),
+        base,
         f"electrode radius {spread}: another electrode needs its own recommendation",
-        f"ball radius {float(np.asarray(base.indenter.radius)[0]) * 1e3:.3g} mm, {contact}",
+        f"{ball}, {contact}",
         padding,
     )
+
+
+def _choices(e: Experiment) -> tuple[str, str, str]:
+    """Base, contact and padding of an experiment as conditions."""
+    base = (
+        "padding bonded to the rigid base: on a slippery base the sensor is softer and the optimum moves"
+        if e.base == "bonded"
+        else "padding that slides on the rigid base: on a bonded one the sensor is stiffer and the optimum moves"
+    )
+    contact = "sticking to the sensor" if e.stick else "pressed with friction" if e.rubs else "pressed without friction"
+    padding = (
+        "padding of the sensor's own silicone"
+        if e.padding_material == "sensor"
+        else "padding of its own material, with the modulus found for it"
+    )
+    return base, contact, padding

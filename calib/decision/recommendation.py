@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from calib.checks import BAND_LEVELS, Verdict
 from calib.decision.requirement import Requirement
+from calib.sampling import share_between
 from models.sensor import BoolArray, FloatArray
 
 if TYPE_CHECKING:
@@ -16,6 +18,29 @@ if TYPE_CHECKING:
 
 #: A thickness belongs to the recommended interval when it is near the best with at least this probability.
 INTERVAL_PROBABILITY = 0.8
+
+
+@dataclass(frozen=True)
+class OfModel:
+    """What one of the models of an average says by itself.
+
+    Attributes
+    ----------
+    name, model : of the model, and its choices in words.
+    weight : [1], how much it counts.
+    n_draw : how many of the draws are its.
+    change : [1], mean and standard deviation of the capacitance change at the recommended thickness; nan without draws.
+    best : [m], the thickness that it would recommend; nan with too few draws.
+    young_modulus : [Pa], mean and standard deviation; nan if fixed.
+    """
+
+    name: str
+    model: str
+    weight: float
+    n_draw: int
+    change: tuple[float, float]
+    best: float
+    young_modulus: tuple[float, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +73,7 @@ class Recommendation:
     border : empty, or in words that `best` lies at the end of the asked or of the covered range.
     conditions : what the recommendation holds for, in words.
     open_models : models that these data do not rule out beside the one that predicted, in words.
+    of_models : what each model says by itself, if they were averaged.
     verdict : whether it may be built on: what speaks against the calibration, and against going beyond what was measured.
     forward_name : the model that predicted.
     seed : of the choice of draws.
@@ -76,6 +102,7 @@ class Recommendation:
     border: str
     conditions: tuple[str, ...]
     open_models: tuple[str, ...]
+    of_models: tuple[OfModel, ...]
     verdict: Verdict
     forward_name: str
     seed: int
@@ -109,10 +136,35 @@ class Recommendation:
         if self.verdict.colour == "red":
             return "not to be relied on"
         if self.verdict.colour == "amber":
-            return "sure within the model, but see what speaks against it"
+            return f"sure within the {'models' if self.of_models else 'model'}, but see what speaks against it"
         if self.open_models:
-            return "sure if the model is right, and these data leave others open"
+            return (
+                f"sure if {'one of the models' if self.of_models else 'the model'} is right, and these data leave others open"
+            )
         return "very sure" if p >= 0.95 else "fairly sure"
+
+    @property
+    def share_of_choice(self) -> dict[str, float]:
+        """What of the variance of the signal and of Young's modulus is the choice of model [1]; empty without an average."""
+        found = {}
+        said = [m for m in self.of_models if m.n_draw]
+        if said:
+            found["change"] = share_between([m.n_draw for m in said], *zip(*(m.change for m in said), strict=True))
+        known = [m for m in self.of_models if math.isfinite(m.young_modulus[0])]
+        if known and len(known) == len(self.of_models):
+            found["young_modulus"] = share_between(
+                [m.weight for m in known], *zip(*(m.young_modulus for m in known), strict=True)
+            )
+        return found
+
+    @property
+    def choice_in_words(self) -> str:
+        """What of the doubt is the choice of model, in a sentence; "" without an average."""
+        names = {"change": "the signal", "young_modulus": "Young's modulus"}
+        told = [
+            f"{share:.0%} of the variance of {names[name]}".replace("%", " %") for name, share in self.share_of_choice.items()
+        ]
+        return f"The choice of model is {' and '.join(told)}." if told else ""
 
     @property
     def _open_end(self) -> str:
@@ -156,6 +208,8 @@ class Recommendation:
             )
         if self.border:
             text += f"{self.border} "
+        if self.of_models:
+            text += f"{self.choice_in_words} "
         if self.verdict.colour == "red":
             text = f"Do not build on this: {self.verdict.reasons[0].finding}. {text}"
         return text.strip()

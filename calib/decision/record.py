@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
@@ -9,13 +10,13 @@ from typing import Any
 import numpy as np
 
 from calib.checks import BAND_LEVELS, verdict_from_plain
-from calib.decision.recommendation import Recommendation
+from calib.decision.recommendation import OfModel, Recommendation
 from calib.decision.requirement import Requirement
 from calib.errors import Fault, InputError
 from calib.records import exact_record_from_text, record_to_text
 
 #: Layout version of recommendation.json.
-FORMAT = 2
+FORMAT = 3
 _KIND = "recommendation"
 
 _ADVICE = "Delete it, or run `calib recommend` again"
@@ -40,10 +41,12 @@ def recommendation_to_json(recommendation: Recommendation, fingerprint: str = ""
         "verdict": r.verdict.to_plain(),
         "said": r.in_words,
         "sureness": r.sureness,
+        "share_of_the_choice_of_model": r.share_of_choice,
         "band_levels": BAND_LEVELS,
         "requirement": asdict(r.requirement),
     }
     content |= {f.name: getattr(r, f.name) for f in fields(r) if f.name not in ("requirement", "verdict")}
+    content["of_models"] = [asdict(model) for model in r.of_models]
     return record_to_text(_KIND, FORMAT, content)
 
 
@@ -72,9 +75,23 @@ def recommendation_from_json(text: str, path: Path | None = None, fingerprint: s
         read["requirement"] = Requirement(**read["requirement"])
         read["interval"] = None if read["interval"] is None else tuple(read["interval"])
         read["conditions"], read["open_models"] = tuple(read["conditions"]), tuple(read["open_models"])
+        read["of_models"] = tuple(
+            OfModel(
+                **{
+                    **m,
+                    "best": _number(m["best"]),
+                    **{name: tuple(map(_number, m[name])) for name in ("change", "young_modulus")},
+                }
+            )
+            for m in read["of_models"]
+        )
         read["verdict"] = verdict_from_plain(read["verdict"])
         return Recommendation(**read)
     except (ValueError, KeyError, TypeError) as error:
         if isinstance(error, InputError):
             raise
         raise InputError(Fault(f"not a recommendation this version can read ({error})", path, advice=_ADVICE)) from None
+
+
+def _number(value: float | None) -> float:
+    return math.nan if value is None else value

@@ -12,7 +12,7 @@ from calib.experiment.presses import Press, Pressed
 from calib.experiment.record import experiment_from_json, experiment_to_json
 from calib.experiment.schema import design_schema, experiment_schema
 from calib.experiment.sweeps import read_sweeps
-from calib.experiment.variants import AS_GIVEN, Variant, model_in_words, variants_of
+from calib.experiment.variants import AS_GIVEN, Variant, candidates_of, model_in_words, possible_candidates, variants_of
 
 __all__ = [
     "AS_GIVEN",
@@ -27,6 +27,7 @@ __all__ = [
     "SweepFiles",
     "Unedited",
     "Variant",
+    "candidates_of",
     "design_schema",
     "experiment_from",
     "experiment_from_json",
@@ -38,6 +39,7 @@ __all__ = [
     "look_through",
     "model_in_words",
     "pair",
+    "possible_candidates",
     "read_design",
     "read_experiment",
     "read_sweeps",

@@ -54,7 +54,8 @@ def _head(guessed: Mapping[tuple[str, ...], str]) -> str:
 
 name = "Padded sensor"        # heading of the report
 # model = "surrogate"         # "surrogate" (default), "fem" (slow) or "closed form" (rough)
-# discrepancy = "on"          # "on" (default): the model may be a little wrong along a sweep; "off": noise only
+# discrepancy = "on"          # "on" (default): the model may be a little wrong along a sweep; "off": noise only; "compare"
+# candidates = ["own-padding"]  # other models that `calib compare` calibrates and averages; default all that there are
 
 [indenter]
 {table("indenter")}

@@ -6,6 +6,7 @@ import hashlib
 import json
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast, get_args
 
@@ -18,7 +19,7 @@ from calib.experiment.signposts import SIGNPOSTS, SWEEP_KEYS
 from calib.experiment.toml_file import Toml, read_toml
 from calib.experiment.toml_places import KeyPath
 from calib.experiment.toml_values import check_keys, choice_at, quantity_at, quoted, raise_faults, table_at, tables_at, text_at
-from calib.experiment.variants import model_in_words
+from calib.experiment.variants import model_in_words, possible_candidates, variants_of
 from calib.priors import Fixed, Prior, parse_prior
 from calib.visible import name_fault, shortened
 from models.sensor import Base
@@ -26,12 +27,16 @@ from models.surrogate import shipped_in_words
 
 #: Keys that a table of an experiment file may have; those of priors are the unknowns.
 KEYS: Mapping[str, tuple[str, ...]] = {
-    "": ("name", "model", "discrepancy", "base", "indenter", "sensor", "padding", "priors", "specimens"),
+    "": ("name", "model", "discrepancy", "candidates", "base", "indenter", "sensor", "padding", "priors", "specimens"),
     "indenter": ("radius", "friction_coefficient"),
     "sensor": ("radius", "law", "electrode_radius", "dielectric_thickness"),
     "padding": ("material",),
     "specimens": ("name", *SWEEP_KEYS, "sweeps", "priors"),
 }
+
+#: What `discrepancy` may be: "compare" stands for on, and off among the candidates.
+_COMPARE = "compare"
+DISCREPANCIES = (*get_args(Discrepancy), _COMPARE)
 
 # How far the median of a radius' prior may lie from the radius that is given: what is further is a diameter, or a mistake.
 _RADIUS_SLACK = 0.1
@@ -46,7 +51,9 @@ def read_experiment(path: Path) -> Experiment:
 
         name = "Padded sensor"
         model = "surrogate"              # optional: surrogate, fem, closed form
-        discrepancy = "on"               # optional: on, off
+        discrepancy = "on"               # optional: on, off, or compare: on, with "discrepancy-off" among the candidates
+        candidates = ["stick", "gent"]   # optional: models that `calib compare` calibrates beside this one, by the names of
+                                         # the folders that it gives them; default all that differ in one other choice
         base = "bonded"                  # optional: what the padding rests on: glued (bonded) or free to slide (slippery)
         [indenter]
         radius = "5 mm"
@@ -143,6 +150,7 @@ def _experiment(toml: Toml, name: str) -> Experiment:
         toml.fault(("priors", "friction_coefficient"), message, "Keep one of the two")
     elif friction is not None:
         priors["friction_coefficient"] = friction
+    discrepancy = choice_at(toml, ("discrepancy",), toml.data.get("discrepancy", "on"), DISCREPANCIES)
     base = choice_at(toml, ("base",), toml.data.get("base", "bonded"), get_args(Base))
     if "stiffening" in priors and law != "gent":
         toml.fault(
@@ -179,17 +187,36 @@ def _experiment(toml: Toml, name: str) -> Experiment:
         priors=priors,
         specimens=specimens,
         model=cast(Model, model),
-        discrepancy=cast(
-            Discrepancy, choice_at(toml, ("discrepancy",), toml.data.get("discrepancy", "on"), get_args(Discrepancy))
-        ),
+        discrepancy=cast(Discrepancy, "on" if discrepancy == _COMPARE else discrepancy),
         law=cast(MaterialLaw, law),
         stick=stick,
         base=cast(Base, base),
         unedited=unedited_lines(toml.text, toml.data, toml.places),
     )
     _check_model(toml, experiment)
+    experiment = replace(experiment, candidates=_candidates(toml, experiment, discrepancy == _COMPARE))
     raise_faults(toml)
     return experiment
+
+
+def _candidates(toml: Toml, e: Experiment, discrepancy: bool) -> tuple[str, ...]:
+    """Read which models are to be compared, none for all; note a fault for those that there are not."""
+    at = ("candidates",)
+    named = toml.data.get("candidates")
+    possible = [variant.name for variant in possible_candidates(e)][1:]
+    usual = [variant.name for variant in variants_of(e)][1:]
+    beside = [name for name in possible if name not in usual] if discrepancy else []
+    if named is None:
+        return (*usual, *beside) if discrepancy else ()
+    advice = f"Models that there are beside this one: {', '.join(possible)}"
+    if not isinstance(named, list) or not named:
+        toml.fault(at, f"candidates must be a list of models in quotes, got {quoted(named)}", advice)
+        return ()
+    for name in named:
+        if name not in possible:
+            message = f"candidates names {quoted(name)}, which this experiment has no model for or is itself"
+            toml.fault(at, message, advice)
+    return tuple(dict.fromkeys([*(name for name in named if name in possible), *beside]))
 
 
 def _check_radii(toml: Toml, priors: Mapping[str, Prior], nominal: Mapping[str, float]) -> None:

@@ -94,6 +94,7 @@ class Experiment:
     law : of sensor and padding; Gent's has an unknown of its own, `stiffening`.
     stick : whether the sensor sticks to the ball, or slides on it: without friction, or with one that is an unknown.
     base : what the padding rests on, glued or free to slide.
+    candidates : names of the models that `calib compare` calibrates beside this one; empty for all that there are.
     unedited : lines of the file that still hold a guess of its draft, see `calib.experiment.edits`.
     """
 
@@ -110,6 +111,7 @@ class Experiment:
     law: MaterialLaw = "neo-hookean"
     stick: bool = False
     base: Base = "bonded"
+    candidates: tuple[str, ...] = ()
     unedited: tuple[Unedited, ...] = ()
 
     @property

@@ -12,7 +12,7 @@ from calib.lab import Reading, Use
 from calib.priors import Prior, prior_from_json
 from calib.records import record_from_text, record_to_text
 
-_FORMAT = 7
+_FORMAT = 8
 
 
 def experiment_to_json(experiment: Experiment) -> str:
@@ -59,6 +59,7 @@ def experiment_to_json(experiment: Experiment) -> str:
         "law": experiment.law,
         "stick": experiment.stick,
         "base": experiment.base,
+        "candidates": list(experiment.candidates),
         "unedited": [[u.line, u.what, u.of] for u in experiment.unedited],
         "priors": priors(experiment.priors),
         "specimens": specimens,
@@ -115,5 +116,6 @@ def experiment_from_json(text: str) -> Experiment:
         law=document["law"],
         stick=document["stick"],
         base=document["base"],
+        candidates=tuple(document["candidates"]),
         unedited=tuple(Unedited(*u) for u in document["unedited"]),
     )

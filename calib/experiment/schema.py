@@ -8,11 +8,12 @@ from typing import get_args
 
 from calib.catalogue import UNKNOWNS, unknowns_of
 from calib.experiment.design import BESIDE, DISC, LAWS, LAYER, REQUIRED, SHAPES, TABLES
-from calib.experiment.experiment_file import KEYS
+from calib.experiment.experiment_file import DISCREPANCIES, KEYS
 from calib.experiment.lab_entries import READING_KEYS
-from calib.experiment.plan import Discrepancy, MaterialLaw, Model, PaddingMaterial
+from calib.experiment.plan import MaterialLaw, Model, PaddingMaterial
 from calib.experiment.schema_values import Schema, choice, prior_of, quantity, quantity_of, table, tables, text
 from calib.experiment.signposts import SWEEP_KEYS
+from calib.experiment.variants import CANDIDATES
 from calib.lab import QUANTITIES, SIGNED, SIGNS, USE_KEYS
 from models.sensor import Base
 
@@ -29,7 +30,14 @@ def experiment_schema() -> Schema:
         "model": choice(
             "Forward model: the fast surrogate, the finite elements, or a rough closed form.", get_args(Model), "surrogate"
         ),
-        "discrepancy": choice("Whether the model may be a little wrong along a sweep.", get_args(Discrepancy), "on"),
+        "discrepancy": choice("Whether the model may be a little wrong along a sweep.", DISCREPANCIES, "on"),
+        "candidates": {
+            "description": "Other models that `calib compare` calibrates and averages; default all that there are.",
+            "type": "array",
+            "items": choice("A model that differs in one choice.", CANDIDATES),
+            "minItems": 1,
+            "uniqueItems": True,
+        },
         "base": choice("What the padding rests on: glued, or free to slide.", get_args(Base), "bonded"),
         "indenter": _only("The ball.", KEYS["indenter"], _INDENTER, ["radius"]),
         "sensor": _only("The sensor's disc.", KEYS["sensor"], _SENSOR, ["radius"]),

@@ -12,7 +12,7 @@ SWEEP_KEYS = ("force", "capacitance", "indenter_radius", "use")
 
 # Where a key belongs that stands in the wrong table.
 _PLACES: Mapping[str, str] = {
-    **dict.fromkeys(("model", "discrepancy"), "at the top of the file, before the first [table]"),
+    **dict.fromkeys(("model", "discrepancy", "candidates"), "at the top of the file, before the first [table]"),
     **dict.fromkeys(unknowns_of("material", "rig"), "in [priors], shared by all specimens"),
     **dict.fromkeys(unknowns_of("specimen", "sweep"), "in [specimens.priors], below its [[specimens]]"),
     **dict.fromkeys(("force", "capacitance", "sweeps"), "in [[specimens]]"),

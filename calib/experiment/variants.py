@@ -21,8 +21,19 @@ _CHOICES: Mapping[str, Mapping[Any, tuple[str, str]]] = {
         "foam": ("foam", "foam as padding"),
     },
 }
+# Whether residuals of a sweep are correlated is a choice, too, which is held against the data where it is asked for.
+_DISCREPANCY: Mapping[Any, tuple[str, str]] = {
+    "on": ("discrepancy-on", ""),
+    "off": ("discrepancy-off", "no discrepancy"),
+}
 # Of steel on silicone, dry or oiled, as the prior of a variant that rubs.
 _FRICTION, _ANY_FRICTION = "friction_coefficient", {"uniform": [0, 0.6]}
+#: Names that `candidates` of an experiment file may hold; which of them depends on the experiment.
+CANDIDATES = (
+    *(name for names in _CHOICES.values() for value, (name, _) in names.items() if value != "foam"),
+    "friction",
+    *(name for name, _ in _DISCREPANCY.values()),
+)
 #: Name of the variant that an experiment itself is.
 AS_GIVEN = "as-given"
 
@@ -50,7 +61,7 @@ def variants_of(experiment: Experiment) -> tuple[Variant, ...]:
 
     Each of the others differs in one choice: the law, friction, the base, and whether the padding has a modulus of its own.
     Those that the experiment's forward model does not have, or no surrogate is shipped for, are left out; so are foams, which
-    one sees.
+    one sees. The discrepancy is not among the choices, see `possible_candidates`.
     """
     others = [
         Variant(name, {choice: value})
@@ -64,6 +75,22 @@ def variants_of(experiment: Experiment) -> tuple[Variant, ...]:
     else:
         others.append(Variant("friction", {"priors": {**without, _FRICTION: parse_prior(_FRICTION, _ANY_FRICTION)}}))
     return (Variant(AS_GIVEN, {}), *(v for v in others if _has_model(v.of(experiment))))
+
+
+def possible_candidates(experiment: Experiment) -> tuple[Variant, ...]:
+    """List the models that an experiment may name as `candidates`: those of `variants_of`, and with the other discrepancy."""
+    others = (
+        Variant(name, {"discrepancy": value}) for value, (name, _) in _DISCREPANCY.items() if value != experiment.discrepancy
+    )
+    return (*variants_of(experiment), *others)
+
+
+def candidates_of(experiment: Experiment) -> tuple[Variant, ...]:
+    """List the models that are to be calibrated and compared: those that the experiment names, else those of `variants_of`."""
+    if not experiment.candidates:
+        return variants_of(experiment)
+    named = (AS_GIVEN, *experiment.candidates)
+    return tuple(variant for variant in possible_candidates(experiment) if variant.name in named)
 
 
 def _has_model(experiment: Experiment) -> bool:
@@ -80,4 +107,5 @@ def model_in_words(experiment: Experiment) -> str:
     words = {choice: names[getattr(experiment, choice)][1] for choice, names in _CHOICES.items()}
     if experiment.rubs:
         words["stick"] = "with friction"
-    return ", ".join(words.values())
+    words["discrepancy"] = _DISCREPANCY[experiment.discrepancy][1]
+    return ", ".join(filter(None, words.values()))

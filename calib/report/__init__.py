@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from calib.report.page import begin_drawing, kept_drawings, write_report
     from calib.report.pictures import any_letters, write_figure
     from calib.report.rows import FirstRow, ParameterRow, first_rows, learned_in_words, parameter_rows
+    from calib.report.sections.average import averaged_models, modulus_share, weighting_in_words
     from calib.report.status import status_in_words
     from calib.report.summary import summary_csv, summary_json
 
@@ -30,6 +31,7 @@ __all__ = [
     "FirstRow",
     "ParameterRow",
     "any_letters",
+    "averaged_models",
     "begin_drawing",
     "change_figure",
     "channel_figure",
@@ -41,6 +43,7 @@ __all__ = [
     "first_rows",
     "kept_drawings",
     "learned_in_words",
+    "modulus_share",
     "moves_in_words",
     "padding_figure",
     "parameter_rows",
@@ -52,6 +55,7 @@ __all__ = [
     "summary_csv",
     "summary_json",
     "trace_figure",
+    "weighting_in_words",
     "write_figure",
     "write_report",
     "write_vtk",
@@ -73,6 +77,7 @@ __getattr__ = on_demand(
         ".page": ("begin_drawing", "kept_drawings", "write_report"),
         ".pictures": ("any_letters", "write_figure"),
         ".rows": ("FirstRow", "ParameterRow", "first_rows", "learned_in_words", "parameter_rows"),
+        ".sections.average": ("averaged_models", "modulus_share", "weighting_in_words"),
         ".status": ("status_in_words",),
         ".summary": ("summary_csv", "summary_json"),
     },

@@ -11,9 +11,8 @@ from importlib import resources
 import jinja2
 from markupsafe import Markup
 
-from calib.checks import Prediction, Verdict, judge_posterior
+from calib.checks import Member, Prediction, Verdict, judge_posterior
 from calib.decision import Recommendation
-from calib.experiment import Experiment
 from calib.report.pictures import Drawing, pictures_in
 from calib.report.section import Results, Section
 from calib.report.sections import drawings_of, sections_of
@@ -28,6 +27,7 @@ def write_report(
     verdict: Verdict | None = None,
     posterior_sha256: str = "",
     drawings: Mapping[str, Drawing] | None = None,
+    members: Sequence[Member] = (),
 ) -> str:
     """Lay out a calibration as one HTML page that needs nothing beside itself: no network, no script, no other file.
 
@@ -39,6 +39,7 @@ def write_report(
     verdict : on the calibration; None to judge it here.
     posterior_sha256 : hash of the posterior's file, "" if it is not kept; a recommendation from another one is marked as such.
     drawings : pictures that are not to be drawn here: from `begin_drawing` or `kept_drawings`.
+    members : the models that the posterior is an average of; none for one model.
 
     Returns
     -------
@@ -53,12 +54,12 @@ def write_report(
         lstrip_blocks=True,
     )
     verdict = judge_posterior(posterior, predictions) if verdict is None else verdict
-    results = Results(posterior, predictions, verdict, recommendation, posterior_sha256)
+    results = Results(posterior, predictions, verdict, recommendation, posterior_sha256, members=members)
     sections = sections_of(replace(results, drawings={**drawings_of(results), **(drawings or {})}))
     laid_out = [(section, _laid_out(section, environment)) for section in sections]
     return environment.get_template("page.html.j2").render(
         name=posterior.experiment.name,
-        setup=_setup(posterior.experiment),
+        setup=_setup(posterior),
         date=posterior.attrs.get("ended", "")[:10],
         run=_hash_of(posterior, posterior_sha256),
         sections=[part for part in laid_out if not part[0].appendix],
@@ -105,10 +106,11 @@ def _template(name: str) -> str:
     return (resources.files("calib.report") / "templates" / name).read_text(encoding="utf-8")
 
 
-def _setup(e: Experiment) -> str:
+def _setup(posterior: Posterior) -> str:
+    e, n_model = posterior.experiment, len(posterior.diagnostics.models)
     n = len(e.specimens)
     padding = "of the same silicone" if e.padding_material == "sensor" else "of its own material"
     return (
         f"ball of {e.indenter_radius * 1e3:g} mm radius, disc of {e.sensor_radius * 1e3:g} mm radius, "
-        f"{n} specimen{'s' if n != 1 else ''}, padding {padding}"
+        f"{n} specimen{'s' if n != 1 else ''}, {f'average of {n_model} models' if n_model else f'padding {padding}'}"
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from calib.checks import Prediction, Verdict
+from calib.checks import Member, Prediction, Verdict
 from calib.decision import Recommendation
 from calib.report.pictures import Drawing, Picture
 from calib.sampling import Posterior
@@ -23,6 +23,7 @@ class Results:
     recommendation : of a padding; None if none was asked for.
     posterior_sha256 : hash of the file that the posterior is kept in; "" if it is not kept.
     drawings : name -> picture, drawn when it is called for, or before by a worker; see `calib.report.sections`.
+    members : the models that the posterior is an average of; none for one model.
     """
 
     posterior: Posterior
@@ -31,6 +32,7 @@ class Results:
     recommendation: Recommendation | None = None
     posterior_sha256: str = ""
     drawings: Mapping[str, Drawing] = field(default_factory=dict)
+    members: Sequence[Member] = ()
 
     def picture(self, name: str, alt: str, caption: str) -> Picture:
         """One of `drawings`, drawn, as part of a page.

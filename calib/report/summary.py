@@ -20,10 +20,10 @@ def summary_json(posterior: Posterior, verdict: Verdict) -> str:
 
     SI, with nan as null. `verdict` sums up all that speaks against the numbers. `converged` is a fact of the chains alone,
     `surrogate_honest` one of the forward model (null if not known); `reasons` holds what speaks against either, `warnings` what
-    may be cut off at the end of the model's range. `other_models` holds what was found of models that differ in one choice,
-    `specimens_apart` how much stiffer specimens are than the first, `prior_sensitivity` how much headlines hang on what was
-    believed before. `first_answer` is what was estimated before sampling, and where the result differs. "format" changes when a
-    key changes its meaning or goes.
+    may be cut off at the end of the model's range. `models` holds those that were averaged, with their weights, `other_models`
+    what was found of models that differ in one choice, `specimens_apart` how much stiffer specimens are than the first,
+    `prior_sensitivity` how much headlines hang on what was believed before. `first_answer` is what was estimated before
+    sampling, and where the result differs. "format" changes when a key changes its meaning or goes.
 
     Parameters
     ----------
@@ -43,6 +43,7 @@ def summary_json(posterior: Posterior, verdict: Verdict) -> str:
         "spot_check": asdict(d.spot_check) if d.spot_check is not None else None,
         "reweighting": asdict(d.reweighting) if d.reweighting is not None else None,
         "first_answer": _first_answer(d),
+        "models": [asdict(model) for model in d.models],
         "other_models": [asdict(departure) for departure in d.departures],
         "specimens_apart": [asdict(a) for a in d.apart],
         "prior_sensitivity": {name: {"diagnosis": s.diagnosis, **asdict(s)} for name, s in d.sensitivity.items()},

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from calib.lazy import on_demand
 
 if TYPE_CHECKING:
+    from calib.runs.average import AVERAGE, average_runs
     from calib.runs.before import Check, check
     from calib.runs.calibration import STAGES, Calibration, Stages, Watch, calibrate
     from calib.runs.folder import PageError, Run, load_recommendation, load_run, recommend_in, report_in
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from calib.runs.rivals import Rivalry, calibrate_rivals
 
 __all__ = [
+    "AVERAGE",
     "STAGES",
     "Calibration",
     "Check",
@@ -31,6 +33,7 @@ __all__ = [
     "Run",
     "Stages",
     "Watch",
+    "average_runs",
     "calibrate",
     "calibrate_rivals",
     "check",
@@ -65,6 +68,10 @@ __getattr__ = on_demand(
             "load_run",
             "recommend_in",
             "report_in",
+        ),
+        ".average": (
+            "AVERAGE",
+            "average_runs",
         ),
         ".integrity": (
             "Finding",

@@ -29,8 +29,9 @@ from calib.experiment import Experiment, Variant, read_experiment
 from calib.files import require_folder
 from calib.problem import Problem
 from calib.runs.before import kept_reasons, plausibility_of, require_plausible
-from calib.runs.folder import SURROGATE_FILE, PageError, Run, page_of, write_run
-from calib.runs.listing import CHECKPOINT, LISTING, Listing, inputs_of, read_listing, write_listing
+from calib.runs.folder import PageError, Run, page_of, write_run
+from calib.runs.listing import CHECKPOINT, LISTING, MEMBERS, Listing, inputs_of, read_listing, write_listing
+from calib.runs.members import SURROGATE_FILE
 from calib.runs.ownership import is_bare, owned, owner_of
 from calib.runs.preview import first_answer_of, problem_of
 from calib.sampling import (
@@ -247,6 +248,9 @@ def _check_folder(folder: Path, resume: bool) -> None:
     if resume:
         if not folder.is_dir():
             raise InputError(Fault("there is no run to resume", folder, advice="Leave --resume out to start one"))
+        if (folder / MEMBERS).is_dir():
+            advice = "Resume the runs that it is of, and average them again with `calib average`"
+            raise InputError(Fault("the run in this folder is an average, which is not sampled", folder, advice=advice))
         if not _is_run(folder):
             advice = "Leave --resume out to start one here" if is_bare(folder) else "Start the calibration anew with another -o"
             message = "this folder was not written by `calib calibrate`: no run.json in it"

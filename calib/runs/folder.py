@@ -12,10 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
-from calib.checks import Prediction, Reason, Verdict, judge_posterior, predict
+from calib.checks import Member, Prediction, Reason, Verdict, judge_posterior, predict
 from calib.decision import Recommendation, Requirement, recommend, recommendation_from_json, recommendation_to_json
 from calib.errors import Fault, InputError, in_shell_path
-from calib.experiment import forward_of_experiment
 from calib.files import sha256_of, write_text
 from calib.report import begin_drawing, kept_drawings, summary_csv, summary_json, write_report
 from calib.runs.listing import (
@@ -31,12 +30,10 @@ from calib.runs.listing import (
     read_listing,
     writing,
 )
+from calib.runs.members import SURROGATE_FILE, changed_forwards, forward_of, load_members, write_members
 from calib.runs.ownership import owned
 from calib.sampling import FINGERPRINT, Posterior, load_posterior, save_posterior
 from models.response import Forward
-
-#: Among the texts kept with a posterior: the surrogate file it was made with, if not the shipped one.
-SURROGATE_FILE = "surrogate file"
 
 _FORWARD = "forward model"
 _RESUME = "`calib calibrate EXPERIMENT -o RUN --resume`"
@@ -60,10 +57,11 @@ class Run:
     ----------
     folder : where it is.
     posterior : what was found.
-    forward : the model to predict with, the one that the posterior was sampled with.
+    forward : the model to predict with, the one that the posterior was sampled with; of an average what refuses in its place.
     posterior_sha256 : hash of the posterior's file.
     another_forward : in words that the posterior was sampled with another model than is here now; empty if not.
     changed_inputs : in words which files the run was made from have changed since.
+    members : the models that the posterior is an average of; none if it is of one model.
     """
 
     folder: Path
@@ -72,6 +70,7 @@ class Run:
     posterior_sha256: str
     another_forward: str = ""
     changed_inputs: tuple[str, ...] = ()
+    members: tuple[Member, ...] = ()
 
     @property
     def report(self) -> Path:
@@ -81,7 +80,7 @@ class Run:
     @cached_property
     def predictions(self) -> tuple[Prediction, ...]:
         """What the posterior predicts for its sweeps, always the same."""
-        return predict(self.posterior, self.forward, np.random.default_rng(self.posterior.seed))
+        return predict(self.posterior, self.forward, np.random.default_rng(self.posterior.seed), members=self.members)
 
     @cached_property
     def verdict(self) -> Verdict:
@@ -117,11 +116,11 @@ def load_run(folder: Path) -> Run:
     posterior = load_posterior(path)
     if listing is not None:
         _require_own(listing, posterior, sha256, path)
-    # A file that another model was given, as it once could be, is none of its own.
-    file = posterior.attrs.get(SURROGATE_FILE) if posterior.experiment.model == "surrogate" else None
-    forward = forward_of_experiment(posterior.experiment, Path(file) if file else None)
+    forward = forward_of(posterior)
+    members = load_members(folder, posterior)
     changed = changed_inputs(folder, listing) if listing is not None else ()
-    return Run(folder, posterior, forward, sha256, _another_forward(forward, posterior, listing), changed)
+    another = " ".join(changed_forwards(posterior, members)) or _another_forward(forward, posterior, listing)
+    return Run(folder, posterior, forward, sha256, another, changed, members)
 
 
 def changed_inputs(folder: Path, listing: Listing) -> tuple[str, ...]:
@@ -175,6 +174,7 @@ def page_of(
         verdict=run.verdict,
         posterior_sha256=run.posterior_sha256,
         drawings=drawings,
+        members=run.members,
     )
 
 
@@ -186,6 +186,9 @@ def write_run(
     command: str,
     page: Callable[[Run, Recommendation | None], str] = page_of,
     executor: Executor | None = None,
+    *,
+    members: tuple[Member, ...] = (),
+    copies: Mapping[str, Path] | None = None,
 ) -> tuple[Run, PageError | None]:
     """Write what came of a calibration, draws first: posterior.nc, summary.json, summary.csv, report.html, run.json.
 
@@ -198,18 +201,23 @@ def write_run(
     command : that made it.
     page : lays out the report.
     executor : draws the pictures of the usual page while the draws are written; None to draw them after that.
+    members : the models that the posterior is an average of.
+    copies : their posteriors: name in the folder -> file.
 
     Returns
     -------
     The run, and why it has no page, if that could not be made.
     """
-    names = (POSTERIOR, *SUMMARIES, REPORT, *_unlisted(folder, listing), *checkpoint_names(folder))
+    copies = copies or {}
+    names = (*copies, POSTERIOR, *SUMMARIES, REPORT, *_unlisted(folder, listing), *checkpoint_names(folder))
     with writing(folder, listing, names, command):
         path = folder / POSTERIOR
         if executor is not None and page is page_of:
             page = partial(page_of, drawings=_begin_drawing(Run(folder, posterior, forward, ""), executor))
-        save_posterior(posterior, path, forward)
-        run = Run(folder, posterior, forward, sha256_of(path))
+        if copies:
+            write_members(folder, copies)
+        save_posterior(posterior, path, None if members else forward)
+        run = Run(folder, posterior, forward, sha256_of(path), members=members)
         return run, _write_rest(run, page)
 
 
@@ -272,7 +280,13 @@ def recommend_in(run: Run, requirement: Requirement, *, seed: int) -> Recommenda
         advice = "Calibrate again, or put the surrogate back that it was calibrated with"
         raise InputError(Fault(run.another_forward.rstrip("."), run.folder / POSTERIOR, advice=advice))
     found = recommend(
-        run.posterior, run.forward, requirement, seed=seed, posterior_sha256=run.posterior_sha256, verdict=run.verdict
+        run.posterior,
+        run.forward,
+        requirement,
+        seed=seed,
+        posterior_sha256=run.posterior_sha256,
+        verdict=run.verdict,
+        members=run.members,
     )
     with _owned_run(run, "calib recommend") as listing:
         drawings = _kept_drawings(run, listing)

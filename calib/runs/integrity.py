@@ -12,6 +12,7 @@ from calib.runs.folder import load_run
 from calib.runs.listing import (
     CHECKPOINT,
     LISTING,
+    MEMBERS,
     POSTERIOR,
     RESULTS,
     Listing,
@@ -67,7 +68,7 @@ def verify(folder: Path) -> tuple[Finding, ...]:
         _of_listing(listing),
         *_of_inputs(folder, listing),
         *_of_forward(folder, listing),
-        *(_of_result(folder, name, listing) for name in results),
+        *(_of_result(folder, name, listing) for name in (*_members(folder, listing), *results)),
         *(_of_checkpoint(folder, name, listing) for name in checkpoint),
     )
 
@@ -100,6 +101,12 @@ def _of_forward(folder: Path, listing: Listing) -> list[Finding]:
     except InputError as error:
         return [Finding(name, "missing", f"cannot be told: {'; '.join(f.message for f in error.faults)}")]
     return [Finding(name, "changed" if run.another_forward else "fine", run.another_forward or run.forward.name)]
+
+
+def _members(folder: Path, listing: Listing) -> list[str]:
+    """Names of the posteriors that an average is of, those that are not listed included."""
+    there = (f"{MEMBERS}/{path.name}" for path in (folder / MEMBERS).glob("[!.]*"))
+    return sorted({*there, *(name for name in listing.files if name.startswith(f"{MEMBERS}/"))})
 
 
 def _of_result(folder: Path, name: str, listing: Listing) -> Finding:

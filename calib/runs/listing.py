@@ -26,6 +26,8 @@ POSTERIOR, RECOMMENDATION, REPORT = "posterior.nc", "recommendation.json", "repo
 SUMMARIES = ("summary.json", "summary.csv")
 RESULTS = (POSTERIOR, *SUMMARIES, RECOMMENDATION, REPORT)
 CHECKPOINT = "checkpoint"
+#: Folder in that of an average, with the posteriors of its models.
+MEMBERS = "members"
 
 _KIND, _FORMAT = "run", 2
 
@@ -156,10 +158,17 @@ def inputs_of(folder: Path, experiment: Experiment, sweeps: Sequence[Sweep], sur
                 found[path] = ("lab file", digest)
     if surrogate is not None:
         found[surrogate] = ("surrogate", sha256_of(surrogate))
-    return tuple(Input(what, str(path), _seen_from(folder, path), digest) for path, (what, digest) in found.items())
+    return tuple(Input(what, str(path), seen_from(folder, path), digest) for path, (what, digest) in found.items())
 
 
-def _seen_from(folder: Path, path: Path) -> str:
+def seen_from(folder: Path, path: Path) -> str:
+    """Where a file is as seen from a folder, which may move together with it.
+
+    Parameters
+    ----------
+    folder : from which it is looked for.
+    path : of the file.
+    """
     try:
         return os.path.relpath(path, folder)
     except ValueError:  # another drive

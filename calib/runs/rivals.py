@@ -10,9 +10,10 @@ from pathlib import Path
 
 from calib.checks import Candidate, compare_runs, comparison_in_words, doubts
 from calib.errors import InputError
-from calib.experiment import Experiment, Variant, read_experiment, variants_of
+from calib.experiment import Experiment, Variant, candidates_of, read_experiment
 from calib.files import require_folder, write_text
 from calib.records import record_to_text
+from calib.runs.average import AVERAGE, average_runs
 from calib.runs.calibration import DEFAULT_SECONDS, DEFAULT_SEED, Stages, Watch, calibrate
 from calib.runs.folder import Run, load_run
 from calib.runs.listing import CHECKPOINT, LISTING
@@ -33,10 +34,12 @@ class Rivalry:
     ----------
     candidates : the models that were calibrated, best first.
     failed : name of a model that could not be -> why.
+    average : over those that were; None if there is one alone, or it could not be made.
     """
 
     candidates: tuple[Candidate, ...]
     failed: Mapping[str, str]
+    average: Run | None = None
 
     @property
     def in_words(self) -> str:
@@ -46,7 +49,7 @@ class Rivalry:
     @property
     def doubts(self) -> tuple[str, ...]:
         """Why the comparison cannot be trusted, in sentences; none if it can."""
-        return (*doubts(self.candidates), *(f"{name} was not calibrated: {why}" for name, why in self.failed.items()))
+        return (*doubts(self.candidates), *(f"{name} was not made: {why}" for name, why in self.failed.items()))
 
 
 def calibrate_rivals(
@@ -60,10 +63,10 @@ def calibrate_rivals(
     watch: Callable[[Variant, int, int], AbstractContextManager[Watch]] = lambda *_: nullcontext(Watch()),
     stages: Stages = _USUAL,
 ) -> Rivalry:
-    """Calibrate every model that the data of an experiment should be held against, and say which of them predict the data best.
+    """Calibrate every model that the data of an experiment should be held against, compare them, and average them.
 
-    Each has a run folder of its own, like any other, in `folder`. Those that have converged are not calibrated again, those
-    that were stopped go on.
+    Each has a run folder of its own, like any other, in `folder`, and so has the average (`average`). Those that have converged
+    are not calibrated again, those that were stopped go on.
 
     Parameters
     ----------
@@ -88,7 +91,7 @@ def calibrate_rivals(
         If there is no draw of the experiment's own model when the time is over.
     """
     plan = read_experiment(experiment)
-    variants = variants_of(plan)
+    variants = candidates_of(plan)
     runs: dict[str, Run] = {}
     failed: dict[str, str] = {}
     for k, variant in enumerate(variants, 1):
@@ -121,7 +124,16 @@ def calibrate_rivals(
                 continue
             run = done.run
         runs[variant.name] = run
-    rivalry = Rivalry(compare_runs([(name, run.posterior, run.forward) for name, run in runs.items()]), failed)
+    candidates = compare_runs([(name, run.posterior, run.forward) for name, run in runs.items()])
+    average = None
+    if len(runs) > 1:
+        own = folder / AVERAGE
+        average, page_error = average_runs(
+            list(runs.values()), own, candidates=candidates, anew=True, command=command, page=stages.page
+        )
+        if page_error is not None:
+            failed["the page of the average"] = str(page_error)
+    rivalry = Rivalry(candidates, failed, average)
     rows = [{"name": c.name, "model": c.model, "behind": c.behind, "error": c.error} for c in rivalry.candidates]
     content = {"said": rivalry.in_words, "doubts": list(rivalry.doubts), "candidates": rows}
     write_text(folder / COMPARISON, record_to_text("comparison", 1, content))

@@ -12,13 +12,14 @@ from calib.lazy import on_demand
 if TYPE_CHECKING:
     from calib.sampling.archive import K_HAT, LeaveOut, smooth_weights
     from calib.sampling.checkpoint import is_begun, kept_identity, whose_checkpoint
-    from calib.sampling.diagnostics import Diagnostics, Gate
+    from calib.sampling.diagnostics import Convergence, Diagnostics, Gate, summarise
     from calib.sampling.estimate import Look, answer_of, climb_from, first_answer, log_evidence_at, look_at
     from calib.sampling.findings import (
         SENSITIVE,
         SHIFT_LIMIT,
         SPOT_CHECK_LIMIT,
         Apart,
+        Averaged,
         Departure,
         Diagnosis,
         FirstAnswer,
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
         Sensitivity,
         Shift,
         SpotCheck,
+        share_between,
     )
     from calib.sampling.groups import to_arviz
     from calib.sampling.identity import ENSEMBLES, FINGERPRINT, Identity, differences, identity_of, usual_walkers
@@ -44,6 +46,8 @@ __all__ = [
     "SHIFT_LIMIT",
     "SPOT_CHECK_LIMIT",
     "Apart",
+    "Averaged",
+    "Convergence",
     "Departure",
     "Diagnosis",
     "Diagnostics",
@@ -75,7 +79,9 @@ __all__ = [
     "look_at",
     "sample",
     "save_posterior",
+    "share_between",
     "smooth_weights",
+    "summarise",
     "thin_draws",
     "to_arviz",
     "usual_walkers",
@@ -96,14 +102,17 @@ __getattr__ = on_demand(
             "whose_checkpoint",
         ),
         ".diagnostics": (
+            "Convergence",
             "Diagnostics",
             "Gate",
+            "summarise",
         ),
         ".findings": (
             "SENSITIVE",
             "SHIFT_LIMIT",
             "SPOT_CHECK_LIMIT",
             "Apart",
+            "Averaged",
             "Departure",
             "Diagnosis",
             "FirstAnswer",
@@ -114,6 +123,7 @@ __getattr__ = on_demand(
             "Sensitivity",
             "Shift",
             "SpotCheck",
+            "share_between",
         ),
         ".estimate": (
             "Look",

@@ -24,6 +24,7 @@ from calib.records import record_from_text, record_to_text
 from calib.sampling.archive import LeaveOut, effective_sample_size, leave_blocks_out, rank_r_hat
 from calib.sampling.findings import (
     Apart,
+    Averaged,
     Departure,
     FirstAnswer,
     FirstEstimate,
@@ -117,6 +118,7 @@ class Diagnostics:
     first_answer : what was estimated before sampling; None if nothing was.
     departures : how well models that differ in one choice describe the data; empty if that was not looked at.
     apart : how much stiffer specimens are than the first; empty if there is one specimen, or it was not looked at.
+    models : that the draws are an average over; empty for those of one model.
     block_k_hat : how much each block of data pulls the posterior by itself, k-hat of leaving it out (PSIS); empty if not known.
     sensitivity : how much headline quantities hang on what was believed before, by name; empty if that was not looked at.
     """
@@ -138,6 +140,7 @@ class Diagnostics:
     first_answer: FirstAnswer | None = None
     departures: tuple[Departure, ...] = ()
     apart: tuple[Apart, ...] = ()
+    models: tuple[Averaged, ...] = ()
     block_k_hat: tuple[float, ...] = ()
     sensitivity: Mapping[str, Sensitivity] = field(default_factory=dict)
 
@@ -311,13 +314,17 @@ def diagnostics_from_json(text: str) -> Diagnostics:
     if first := data.get("first_answer"):
         estimates = {name: FirstEstimate(**estimate) for name, estimate in first["parameters"].items()}
         read["first_answer"] = FirstAnswer(**{**first, "parameters": estimates})
-    read["departures"] = tuple(
-        Departure(**{**d, "young_modulus": d["young_modulus"] and FirstEstimate(**d["young_modulus"])})
-        for d in data.get("departures", ())
-    )
+    read["departures"] = tuple(Departure(**{**d, **_modulus(d)}) for d in data.get("departures", ()))
+    read["models"] = tuple(Averaged(**{**m, **_modulus(m), "interval": tuple(m["interval"])}) for m in data.get("models", ()))
     read["apart"] = tuple(Apart(**{**a, "ratio": FirstEstimate(**a["ratio"])}) for a in data.get("apart", ()))
     read["sensitivity"] = {
         name: Sensitivity(**{**s, "pulls": tuple(Pull(**pull) for pull in s["pulls"])})
         for name, s in data.get("sensitivity", {}).items()
     }
     return Diagnostics(**{**data, **tuples, **read})
+
+
+def _modulus(data: Mapping[str, Any]) -> dict[str, FirstEstimate | None]:
+    """Young's modulus under a model, as it is kept with it."""
+    found = data["young_modulus"]
+    return {"young_modulus": None if found is None else FirstEstimate(**found)}

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+import numpy.typing as npt
 
 
 @dataclass(frozen=True)
@@ -253,6 +254,54 @@ class Departure:
     model: str
     log_bayes: float
     young_modulus: FirstEstimate | None
+
+
+@dataclass(frozen=True)
+class Averaged:
+    """One of the models that an average is of: how much it counts, and what it says by itself.
+
+    Attributes
+    ----------
+    name : of the model, and of its file in the run's folder.
+    model : its choices in words.
+    forward : the forward model that it was sampled with, by name and content.
+    sha256 : hash of its posterior's file; "" if it is not kept.
+    weight : [1], share of the draws that are its.
+    interval : central 90 % of the weight over what it rests on, see `calib.checks.model_weights`.
+    weights : the weight that it would have in each way to weight models.
+    young_modulus : what Young's modulus is under it; None if fixed.
+    """
+
+    name: str
+    model: str
+    forward: str
+    sha256: str
+    weight: float
+    interval: tuple[float, float]
+    weights: Mapping[str, float]
+    young_modulus: FirstEstimate | None
+
+
+def share_between(weight: npt.ArrayLike, mean: npt.ArrayLike, sd: npt.ArrayLike) -> float:
+    """Share of the variance of a mixture that lies between its parts: what of a doubt is the choice of model.
+
+    By the law of total variance, sum_k w_k (m_k - m)^2 / [sum_k w_k s_k^2 + sum_k w_k (m_k - m)^2].
+
+    Parameters
+    ----------
+    weight : of the parts, (n_part,).
+    mean, sd : of each of them, (n_part,).
+
+    Examples
+    --------
+    >>> share_between([0.5, 0.5], [0.0, 2.0], [1.0, 1.0])
+    0.5
+    """
+    w, m, s = (np.asarray(x, dtype=float) for x in (weight, mean, sd))
+    w = w / np.sum(w)
+    between = float(w @ (m - w @ m) ** 2)
+    total = between + float(w @ s**2)
+    return between / total if total > 0 else 0.0
 
 
 @dataclass(frozen=True)

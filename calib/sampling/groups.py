@@ -173,6 +173,10 @@ def _sample_stats(posterior: Posterior) -> xarray.Dataset:
     for name, (number, label) in numbers.items():
         rows = np.tile(number.astype(np.int32), (n_chain, 1))
         variables[name] = (dims, rows, {"units": "1", "long_name": label})
+    if posterior.of_model is not None:
+        names = "; ".join(f"{k}: {m.name}" for k, m in enumerate(found.models))
+        of_model = posterior.of_model[:, order].astype(np.int32)
+        variables["model"] = (dims, of_model, {"units": "1", "long_name": f"model that a draw is of ({names})"})
     coords = {"chain": np.arange(n_chain), "draw": np.arange(n_draw)}
     attrs = {
         "inference_library": "emcee",

@@ -16,7 +16,7 @@ from calib.problem import ParameterInfo, UnknownTable, table_of
 from calib.sampling.archive import LeaveOut, leave_blocks_out
 from calib.sampling.diagnostics import Diagnostics
 from calib.sampling.layout import chain_order, unknowns
-from models.sensor import FloatArray
+from models.sensor import FloatArray, IntArray
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -44,6 +44,7 @@ class Posterior:
     seed : of the run.
     diagnostics : whether the draws may be used.
     attrs : versions, command, start and end time, ...
+    of_model : (n_ensemble, n_draw), which of `diagnostics.models` each draw is of; None for the draws of one model.
     """
 
     experiment: Experiment
@@ -59,6 +60,7 @@ class Posterior:
     seed: int
     diagnostics: Diagnostics
     attrs: Mapping[str, str]
+    of_model: IntArray | None = None
 
     @cached_property
     def table(self) -> UnknownTable:

@@ -88,7 +88,8 @@ def _restored(path: Path) -> Posterior:
         raise InputError(Fault(message, path, advice=advice))
     parameters = tuple(_parameter_from_json(p) for p in json.loads(record["parameters"]))
     n_walkers = int(record["n_walkers"])
-    log_prob = archive.group("sample_stats", ["lp"])["lp"]
+    stats = archive.group("sample_stats")
+    log_prob = stats["lp"]
     blocks = archive.group("log_likelihood", ["blocks"])["blocks"]
     return Posterior(
         experiment=experiment_from_json(record["experiment"]),
@@ -104,6 +105,7 @@ def _restored(path: Path) -> Posterior:
         seed=int(record["seed"]),
         diagnostics=diagnostics_from_json(record["diagnostics"]),
         attrs=json.loads(record["attrs"]),
+        of_model=_as_sampled("models", stats["model"].values, n_walkers).astype(int) if "model" in stats else None,
     )
 
 

@@ -20,12 +20,16 @@ ORDER = 60
 
 def drawings(results: Results) -> Mapping[str, Drawing]:
     """Traces of the chains."""
+    if results.posterior.diagnostics.models:
+        return {}
     return {"traces": drawing(trace_figure, results.posterior, _traced(results.posterior))}
 
 
-def section(results: Results) -> Section:
-    """Show what a run had to reach, the numbers of every parameter, and traces of the chains."""
+def section(results: Results) -> Section | None:
+    """Show what a run had to reach, every parameter, and traces; None of an average, which has no chains."""
     posterior = results.posterior
+    if posterior.diagnostics.models:
+        return None
     context = {
         "criteria": criteria(posterior),
         "rows": parameter_rows(posterior),

@@ -54,9 +54,13 @@ _GAINS = {
 
 def section(results: Results) -> Section:
     """Show what the numbers take for granted, as a list."""
-    return Section(
-        "limits", "What the numbers take for granted", "Limits", "limits.html.j2", {"limits": limits(results.posterior)}
-    )
+    return Section("limits", "What the numbers take for granted", "Limits", "limits.html.j2", {"limits": _shared(results)})
+
+
+def _shared(results: Results) -> list[tuple[str, str]]:
+    """What the numbers take for granted: of an average, what all of its models do."""
+    first, *others = [limits(p) for p in [m.posterior for m in results.members] or [results.posterior]]
+    return [said for said in first if all(said in other for other in others)]
 
 
 def limits(posterior: Posterior) -> list[tuple[str, str]]:

@@ -22,7 +22,7 @@ def section(results: Results) -> Section | None:
     if not d.departures and not d.apart:
         return None
     specimens = [(a.specimen, a.reference, with_uncertainty(a.ratio.mean, a.ratio.sd), f"{abs(a.z):.1f}") for a in d.apart]
-    context = {"models": other_models(results.posterior), "specimens": specimens}
+    context = {"average": bool(d.models), "models": other_models(results.posterior), "specimens": specimens}
     return Section("others", _TITLE, "Other models", "others.html.j2", context)
 
 

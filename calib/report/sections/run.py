@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import numpy as np
+
+from calib.checks import OF_MODELS
 from calib.experiment import model_in_words
 from calib.report.section import Results, Section
 from calib.sampling import Posterior
@@ -28,10 +31,23 @@ def run_facts(posterior: Posterior, posterior_sha256: str = "") -> list[tuple[st
     list of (str, str)
         Name and value of each fact.
     """
-    n_ensemble, n_draw, _ = posterior.draws.shape
     d = posterior.diagnostics
     facts = [
         ("forward model", posterior.forward_name),
+        *(_of_average(posterior) if d.models else _of_chains(posterior)),
+        ("seed", str(posterior.seed)),
+        ("experiment file", f"{posterior.experiment.file_name} (sha256 {posterior.experiment.sha256})"),
+    ]
+    if posterior_sha256:
+        facts.append(("posterior.nc", f"sha256 {posterior_sha256}"))
+    facts += [(k.replace("_", " "), v) for k, v in posterior.attrs.items() if len(v) < 2000 and k != OF_MODELS]
+    return facts
+
+
+def _of_chains(posterior: Posterior) -> list[tuple[str, str]]:
+    n_ensemble, n_draw, _ = posterior.draws.shape
+    d = posterior.diagnostics
+    return [
         ("model", model_in_words(posterior.experiment)),
         ("sampling", f"{n_ensemble} independent ensembles of {posterior.n_walkers} walkers, {n_ensemble * n_draw} draws kept"),
         (
@@ -39,10 +55,13 @@ def run_facts(posterior: Posterior, posterior_sha256: str = "") -> list[tuple[st
             f"{d.steps} steps of each walker, the first {d.burn_in} discarded, every {d.thin}. kept; share of accepted steps "
             + ", ".join(f"{a:.2f}" for a in d.acceptance_fraction),
         ),
-        ("seed", str(posterior.seed)),
-        ("experiment file", f"{posterior.experiment.file_name} (sha256 {posterior.experiment.sha256})"),
     ]
-    if posterior_sha256:
-        facts.append(("posterior.nc", f"sha256 {posterior_sha256}"))
-    facts += [(k.replace("_", " "), v) for k, v in posterior.attrs.items() if len(v) < 2000]
-    return facts
+
+
+def _of_average(posterior: Posterior) -> list[tuple[str, str]]:
+    assert posterior.of_model is not None
+    counts = np.bincount(posterior.of_model.ravel(), minlength=len(posterior.diagnostics.models))
+    return [
+        (f"model {m.name}", f"{m.model}; {n} draws; posterior sha256 {m.sha256}")
+        for m, n in zip(posterior.diagnostics.models, counts, strict=True)
+    ]

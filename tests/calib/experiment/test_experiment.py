@@ -20,6 +20,7 @@ from calib.experiment.experiment_file import read_experiment
 from calib.experiment.plan import Experiment
 from calib.experiment.record import experiment_from_json, experiment_to_json
 from calib.experiment.toml_places import KeyPath, locate_keys
+from calib.experiment.variants import candidates_of, model_in_words, variants_of
 from calib.priors.distributions import Fixed, HalfNormal, LogNormal, Normal, TruncatedNormal, Uniform
 from calib.problem.unknowns import list_unknowns
 
@@ -235,6 +236,34 @@ def test_optional_keys_are_read(folder: Path) -> None:
     assert experiment.priors["padding_young_modulus"] == LogNormal(0.3e6, 2.0)
 
 
+def test_models_to_compare_are_named_by_the_choice_in_which_they_differ(folder: Path) -> None:
+    assert read(folder, GOOD).candidates == ()
+    assert candidates_of(read(folder, GOOD)) == variants_of(read(folder, GOOD))
+    named = read(folder, 'candidates = ["stick", "own-padding"]\n' + GOOD)
+    assert [v.name for v in candidates_of(named)] == ["as-given", "stick", "own-padding"]
+    assert experiment_from_json(experiment_to_json(named)) == named
+
+
+def test_comparing_the_discrepancy_is_on_with_a_candidate_without_it(folder: Path) -> None:
+    for head, names in (("", [v.name for v in variants_of(read(folder, GOOD))][1:]), ('candidates = ["stick"]\n', ["stick"])):
+        experiment = read(folder, head + 'discrepancy = "compare"\n' + GOOD)
+        assert experiment.discrepancy == "on"
+        *others, last = candidates_of(experiment)[1:]
+        assert [v.name for v in others] == names
+        assert (last.name, last.of(experiment).discrepancy) == ("discrepancy-off", "off")
+        assert model_in_words(last.of(experiment)).endswith("no discrepancy")
+    off = read(folder, 'discrepancy = "off"\ncandidates = ["discrepancy-on"]\n' + GOOD)
+    assert candidates_of(off)[1].of(off).discrepancy == "on"
+
+
+@pytest.mark.parametrize("named", ['["sticky"]', '["bonded"]', '"stick"', "[]", "[3]"])
+def test_models_that_there_are_not_are_refused_with_those_that_there_are(folder: Path, named: str) -> None:
+    said = only_fault(folder, f"candidates = {named}\n" + GOOD)
+    assert said.startswith("experiment.toml:1:1: candidates ")
+    assert "beside this one: gent, stick, " in said
+    assert "own-padding, discrepancy-off" in said
+
+
 def test_known_dimensions_of_the_sensor_are_fixed_priors(folder: Path) -> None:
     text = GOOD.replace("[padding]", 'electrode_radius = "9 mm"\ndielectric_thickness = "0.16 mm"\n[padding]')
     experiment = read(folder, text)
@@ -318,7 +347,7 @@ def test_all_faults_are_reported_at_once_in_the_order_of_the_file(folder: Path) 
             "7:1",
             ['"own" or "foam", got "senzor"', 'mean "sensor"'],
         ),
-        ("name = ", "discrepancy = true\nname = ", None, ['discrepancy must be "off" or "on", got true']),
+        ("name = ", "discrepancy = true\nname = ", None, ['discrepancy must be "off" or "on" or "compare", got true']),
         ("name = ", 'model = "FEM"\nname = ', None, ["model must be", 'Did you mean "fem"?']),
         ("machine_", "load_zero = { fixed = '0 N' }\nmachine_", "11:1", ['"load_zero" in [priors]', "in [specimens.priors]"]),
         ("machine_", "dielectric_thickness = { fixed = '0.1 mm' }\nmachine_", "11:1", ["in [specimens.priors]"]),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -20,7 +21,7 @@ from calib.errors import InputError
 from calib.experiment import AS_GIVEN, read_experiment, variants_of
 from calib.priors import Fixed
 from calib.problem import Problem
-from calib.runs import calibrate_rivals
+from calib.runs import Watch, calibrate_rivals, load_run, verify
 from calib.sampling import Posterior, load_posterior, sample
 from models.surrogate import FAMILIES, is_shipped
 
@@ -61,9 +62,33 @@ def test_what_was_said_is_kept(compared: tuple[Path, str]) -> None:
     assert {row["name"] for row in kept["candidates"]} == {AS_GIVEN, "own-padding"}
 
 
+def test_the_models_are_averaged_into_a_run_of_its_own(compared: tuple[Path, str]) -> None:
+    lab, said = compared
+    average = load_run(lab / "models" / "average")
+    assert {m.name for m in average.members} == {AS_GIVEN, "own-padding"}
+    assert sum(m.weight for m in average.members) == pytest.approx(1.0)
+    assert "Their average is a run like any other" in said
+    assert all(finding.state == "fine" for finding in verify(average.folder))
+
+
+def test_the_experiment_says_which_models_are_calibrated(tmp_path: Path) -> None:
+    lab = make_lab(tmp_path)
+    text = 'candidates = ["own-padding", "discrepancy-on"]\n' + (lab / "experiment.toml").read_text(encoding="utf-8")
+    (lab / "experiment.toml").write_text(text, encoding="utf-8")
+
+    class Counted(Exception):
+        pass
+
+    def counted(_: object, __: int, count: int) -> nullcontext[Watch]:
+        raise Counted(count)
+
+    with pytest.raises(Counted, match="3"):
+        calibrate_rivals(lab / "experiment.toml", lab / "models", watch=counted)
+
+
 def test_runs_that_are_finished_are_not_made_again_and_changed_inputs_are(compared: tuple[Path, str]) -> None:
     lab, _ = compared
-    files = [lab / "models" / name / "posterior.nc" for name in (AS_GIVEN, "own-padding")]
+    files = [lab / "models" / name / "posterior.nc" for name in (AS_GIVEN, "own-padding", "average")]
     before = [file.stat().st_mtime_ns for file in files]
     calibrate_rivals(lab / "experiment.toml", lab / "models", processes=0, stages=STAGES)
     assert [file.stat().st_mtime_ns for file in files] == before

@@ -15,7 +15,7 @@ from typer.testing import CliRunner, Result
 from calib.cli import app
 from calib.decision.requirement import Requirement
 from calib.errors import InputError
-from calib.runs import PageError, load_recommendation, load_run, recommend_in, report_in, verify
+from calib.runs import PageError, load_recommendation, load_run, members, recommend_in, report_in, verify
 from calib.runs import folder as run_folder
 from calib.runs.calibration import Stages
 from calib.runs.folder import Run
@@ -164,7 +164,7 @@ def test_another_forward_model_is_said_and_nothing_is_recommended_with_it(run: P
     def retrained(*_: object) -> object:
         return replace(load_surrogate(), force_modes=1.01 * load_surrogate().force_modes)
 
-    monkeypatch.setattr(run_folder, "forward_of_experiment", retrained)
+    monkeypatch.setattr(members, "forward_of_experiment", retrained)
     again = load_run(run)
     assert again.notes == ("The surrogate is no longer the one that this run was calibrated with: its numbers have changed.",)
     with pytest.raises(InputError, match="no longer the one that this run was calibrated with"):

@@ -1,0 +1,131 @@
+"""Runs averaged into a run folder, which the commands on runs take like any other or refuse with advice."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from averages import believed, with_own_padding
+
+from calib.cli import app
+from calib.errors import InputError
+from calib.problem import specimen_design
+from calib.runs import load_recommendation, load_run
+from calib.sampling import Posterior, save_posterior, thin_draws
+
+MakePosterior = Callable[..., Posterior]
+
+
+def calib(*words: str | Path, code: int = 0) -> str:
+    """What a command says."""
+    result = CliRunner().invoke(app, list(map(str, words)), env={"COLUMNS": "200"})
+    assert result.exit_code == code, result.output
+    return " ".join(result.output.split())
+
+
+@pytest.fixture(scope="module")
+def runs(make_posterior: MakePosterior, tmp_path_factory: pytest.TempPathFactory, all_undrawn: None) -> Path:
+    """A folder with two runs of the same data, one of other data, and the average of the two."""
+    folder = tmp_path_factory.mktemp("runs")
+    given = believed(make_posterior(n_specimen=1), 0.0)
+    force = given.sweeps[0].channels["force"]
+    moved = replace(given.sweeps[0], channels={**given.sweeps[0].channels, "force": replace(force, value=force.value + 0.1)})
+    made = {
+        "as-given": given,
+        "own-padding": with_own_padding(given, 1.2, math.log(3.0)),
+        "elsewhere": replace(given, sweeps=(moved,)),
+    }
+    for name, posterior in made.items():
+        (folder / name).mkdir()
+        save_posterior(posterior, folder / name / "posterior.nc")
+    said = calib("average", folder / "as-given", folder / "own-padding", "-o", folder / "average", "--by", "evidence")
+    assert "Weighted by evidence" in said
+    return folder
+
+
+def test_the_folder_names_the_models_with_their_hashes_and_is_whole(runs: Path) -> None:
+    said = calib("verify", runs / "average")
+    for name in ("members/as-given.nc", "members/own-padding.nc", "posterior.nc", "summary.json"):
+        assert f"fine {name}" in said
+    summary = json.loads((runs / "average" / "summary.json").read_text(encoding="utf-8"))
+    assert {m["name"]: round(m["weight"], 2) for m in summary["models"]} == {"as-given": 0.25, "own-padding": 0.75}
+    assert all(
+        len(m["sha256"]) == 64 and set(m["weights"]) == {"evidence", "stacking", "pseudo-bma"} for m in summary["models"]
+    )
+    assert "padding_young_modulus" in summary["parameters"]
+
+
+def test_the_recommendation_is_of_both_models_and_says_what_of_its_doubt_is_their_choice(runs: Path) -> None:
+    said = calib("recommend", runs / "average", "--force", "2 N", "--padding", "1 mm:1.2 mm", "--steps", "3")
+    made = load_recommendation(runs / "average")
+    assert made is not None
+    assert {m.name: m.n_draw for m in made.of_models} == {"as-given": 100, "own-padding": 300}
+    share = made.share_of_choice
+    # Moduli a fifth apart, each known to a hundredth.
+    assert share["young_modulus"] > 0.9
+    assert f"The choice of model is {100 * share['change']:.0f} % of the variance of the signal" in said
+    plain = json.loads((runs / "average" / "recommendation.json").read_text(encoding="utf-8"))
+    assert plain["share_of_the_choice_of_model"] == pytest.approx(share)
+    assert "padding of the sensor's own silicone or padding of its own material" in " ".join(made.conditions)
+
+
+def test_the_report_lists_the_models(runs: Path) -> None:
+    calib("report", runs / "average")
+    page = (runs / "average" / "report.html").read_text(encoding="utf-8")
+    assert "Models that were averaged" in page
+    assert page.index("padding of its own modulus") < page.index("padding of the same silicone</td>")  # by weight
+    assert "One silicone for sensor and padding" not in page  # which one model alone takes for granted
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["average", "as-given", "elsewhere", "-o", "new"], "are of different data"),
+        (["average", "as-given", "as-given", "-o", "new"], "each once"),
+        (["average", "as-given", "-o", "new"], "at least two runs"),
+        (["average", "as-given", "average", "-o", "new"], "is an average itself. Give the runs that it is of"),
+        (["average", "as-given", "own-padding", "-o", "as-given"], "not overwritten"),
+        (["compare", "average", "as-given"], "Compare the runs that it is of"),
+        (["calibrate", "experiment.toml", "-o", "average", "--resume"], "Resume the runs that it is of"),
+        (["surrogate", "refine", "average"], "Refine the runs that it is of"),
+    ],
+)
+def test_what_makes_no_average_is_refused_with_advice(
+    runs: Path, monkeypatch: pytest.MonkeyPatch, words: list[str], said: str
+) -> None:
+    monkeypatch.chdir(runs)
+    assert said in calib(*words, code=2)
+    assert not (runs / "new").exists()
+
+
+def test_nobody_predicts_by_one_forward_model_for_all(runs: Path) -> None:
+    run = load_run(runs / "average")
+    assert [m.name for m in run.members] == ["as-given", "own-padding"]
+    member = run.members[0].posterior
+    design = specimen_design(member, thin_draws(member, 2, np.random.default_rng(1)), "sensor 1")
+    with pytest.raises(InputError, match="each with a forward model of its own"):
+        run.forward.respond(design, np.zeros(1))
+
+
+def test_a_model_that_was_changed_is_found(runs: Path) -> None:
+    path = runs / "average" / "members" / "as-given.nc"
+    whole = path.read_bytes()
+    try:
+        path.write_bytes((runs / "elsewhere" / "posterior.nc").read_bytes())
+        assert "changed members/as-given.nc" in calib("verify", runs / "average", code=3)
+        assert "is not the one that was averaged" in calib("report", runs / "average", code=2)
+        path.unlink()
+        assert "missing members/as-given.nc" in calib("verify", runs / "average", code=3)
+        assert "Average the runs again" in calib("report", runs / "average", code=2)
+    finally:
+        path.write_bytes(whole)
