@@ -13,18 +13,16 @@ answer, as it would take sampling, are left out of the table. With -o labs are k
 
 from __future__ import annotations
 
-import argparse
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
-from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 from simulated.faulty import Lab, lab_of, true_signal
-from simulated.labs import rows_of
+from simulated.labs import lab_parser, parsed, rows_of
 
 from calib.checks import USUAL, WEIGHTINGS, Candidate, Member, Model, Verdict, Weighting, average_models
 from calib.decision import Requirement, recommend
@@ -242,17 +240,11 @@ def _score(interval: Sequence[float], truth: float) -> float:
 
 def main(words: Sequence[str] | None = None) -> None:
     """Ask the labs that are wanted and print the table of all."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("kinds", nargs="*", metavar="KIND", help=f"all, or some of: {'; '.join(KINDS)}")
-    parser.add_argument("--labs", type=int, default=8, help="of each kind")
+    parser = lab_parser(__doc__, KINDS, 8)
     parser.add_argument("--candidates", nargs="*", default=[], help="models beside the experiment's own [default: all]")
-    parser.add_argument("--processes", type=int, default=1, help="0 for none beside this one")
-    parser.add_argument("-o", "--output", type=Path, help="file for the labs, a line of JSON each")
-    given = parser.parse_args(words)
-    if unknown := [name for name in given.kinds if name not in KINDS]:
-        parser.error(f"there is no kind {unknown[0]!r}; choose from: {'; '.join(KINDS)}")
+    given = parsed(parser, words, KINDS)
     asked = partial(lab_row, candidates=tuple(given.candidates))
-    rows = rows_of(asked, given.kinds or KINDS, given.labs, 0, given.processes, given.output)
+    rows = rows_of(asked, given.kinds, given.labs, 0, given.processes, given.output)
     print("\n".join(table(rows)))
 
 

@@ -11,18 +11,16 @@ repeated.
 
 from __future__ import annotations
 
-import argparse
 import math
 import time
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from simulated.faulty import KINDS, Lab, lab_of, true_signal
-from simulated.labs import rows_of
+from simulated.labs import lab_parser, parsed, rows_of
 
 from calib.checks import FILES, judge_posterior, look_elsewhere, plausibility, predict, with_elsewhere, with_sensitivity
 from calib.decision import Requirement, recommend
@@ -115,16 +113,10 @@ def table(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
 
 def main(words: Sequence[str] | None = None) -> None:
     """Judge the labs that are asked for and print the table of all."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("kinds", nargs="*", metavar="KIND", help=f"all, or some of: {'; '.join(KINDS)}")
-    parser.add_argument("--labs", type=int, default=14, help="of each kind")
+    parser = lab_parser(__doc__, KINDS, 14)
     parser.add_argument("--steps", type=int, default=1500, help="of each walker, at most")
-    parser.add_argument("--processes", type=int, default=2, help="0 for none beside this one")
-    parser.add_argument("-o", "--output", type=Path, help="file for the labs, a line of JSON each")
-    given = parser.parse_args(words)
-    if unknown := [name for name in given.kinds if name not in KINDS]:
-        parser.error(f"there is no kind {unknown[0]!r}; choose from: {'; '.join(KINDS)}")
-    rows = rows_of(calibrate, given.kinds or KINDS, given.labs, given.steps, given.processes, given.output)
+    given = parsed(parser, words, KINDS)
+    rows = rows_of(calibrate, given.kinds, given.labs, given.steps, given.processes, given.output)
     print("\n".join(table(sorted(rows, key=lambda row: list(KINDS).index(row["kind"])))))
 
 

@@ -10,17 +10,15 @@ a line of JSON each, and those that are there are not repeated.
 
 from __future__ import annotations
 
-import argparse
 import math
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from simulated.faulty import ACCURACY, DEPTH, EXPERIMENT, POINTS, curve_of
-from simulated.labs import rows_of
+from simulated.labs import lab_parser, parsed, rows_of
 
 from calib.decision import Requirement, recommend
 from calib.experiment import Experiment, forward_of_experiment, read_experiment
@@ -155,13 +153,9 @@ def table(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
 
 def main(words: Sequence[str] | None = None) -> None:
     """Calibrate the labs that are asked for and print the table of all."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("kinds", nargs="+", choices=[*KINDS], metavar="KIND", help=f"one of: {'; '.join(KINDS)}")
-    parser.add_argument("--labs", type=int, default=60, help="of each kind")
+    parser = lab_parser(__doc__, KINDS, 60)
     parser.add_argument("--steps", type=int, default=3000, help="of each walker, at most")
-    parser.add_argument("--processes", type=int, default=2, help="0 for none beside this one")
-    parser.add_argument("-o", "--output", type=Path, help="file for the labs, a line of JSON each")
-    given = parser.parse_args(words)
+    given = parsed(parser, words, KINDS)
     rows = rows_of(calibrate, given.kinds, given.labs, given.steps, given.processes, given.output)
     print("\n".join(table(sorted(rows, key=lambda row: list(KINDS).index(row["kind"])))))
 

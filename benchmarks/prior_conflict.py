@@ -12,17 +12,15 @@ each, and are not repeated.
 
 from __future__ import annotations
 
-import argparse
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
 from functools import lru_cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from simulated.faulty import Lab, lab_of
-from simulated.labs import rows_of
+from simulated.labs import lab_parser, parsed, rows_of
 
 from calib.catalogue import SCALES
 from calib.checks import conflict_limit
@@ -129,16 +127,10 @@ def _any(row: Mapping[str, Any], diagnosis: str) -> bool:
 
 def main(words: Sequence[str] | None = None) -> None:
     """Judge the labs that are asked for and print the table of all."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("kinds", nargs="*", metavar="KIND", help=f"all, or some of: {'; '.join(KINDS)}")
-    parser.add_argument("--labs", type=int, default=40, help="of each kind")
+    parser = lab_parser(__doc__, KINDS, 40)
     parser.add_argument("--draws", type=int, default=4000, help="of each posterior")
-    parser.add_argument("--processes", type=int, default=2, help="0 for none beside this one")
-    parser.add_argument("-o", "--output", type=Path, help="file for the labs, a line of JSON each")
-    given = parser.parse_args(words)
-    if unknown := [name for name in given.kinds if name not in KINDS]:
-        parser.error(f"there is no kind {unknown[0]!r}; choose from: {'; '.join(KINDS)}")
-    rows = rows_of(judged, given.kinds or KINDS, given.labs, given.draws, given.processes, given.output)
+    given = parsed(parser, words, KINDS)
+    rows = rows_of(judged, given.kinds, given.labs, given.draws, given.processes, given.output)
     print("\n".join(table(sorted(rows, key=lambda row: list(KINDS).index(row["kind"])))))
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import argparse
 import json
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from itertools import product
 from multiprocessing import get_context
@@ -49,3 +50,37 @@ def rows_of(
             rows.append(row)
             keep_row(output, row)
     return sorted(rows, key=lambda row: (row["kind"], row["seed"]))
+
+
+def lab_parser(doc: str | None, kinds: Iterable[str], labs: int) -> argparse.ArgumentParser:
+    """The options that all benchmarks of labs have: kinds, how many of each, processes and the file for the rows.
+
+    Parameters
+    ----------
+    doc : of the benchmark.
+    kinds : that there are.
+    labs : how many of each if nothing is said.
+    """
+    parser = argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("kinds", nargs="*", metavar="KIND", help=f"all, or some of: {'; '.join(kinds)}")
+    parser.add_argument("--labs", type=int, default=labs, help="of each kind")
+    parser.add_argument("--processes", type=int, default=2, help="0 for none beside this one")
+    parser.add_argument("-o", "--output", type=Path, help="file for the labs, a line of JSON each")
+    return parser
+
+
+def parsed(parser: argparse.ArgumentParser, words: Sequence[str] | None, kinds: Iterable[str]) -> argparse.Namespace:
+    """What was asked for, all kinds if none is named; a kind that there is not ends the benchmark.
+
+    Parameters
+    ----------
+    parser : from `lab_parser`.
+    words : of the command line; None for those of this process.
+    kinds : that there are.
+    """
+    known = list(kinds)
+    given = parser.parse_args(words)
+    if unknown := [name for name in given.kinds if name not in known]:
+        parser.error(f"there is no kind {unknown[0]!r}; choose from: {'; '.join(known)}")
+    given.kinds = given.kinds or known
+    return given
