@@ -45,7 +45,7 @@ def proof_figure(proof: Proof) -> Figure:
     ranks.set_xlim(0, 1)
     ranks.set_xlabel("rank of the truth in its posterior")
     ranks.set_title(f"ranks of {len(proof.counted)} truths, less what is uniform")
-    ranks.legend(loc="lower left", fontsize=7)
+    ranks.legend(loc="upper left", bbox_to_anchor=(-0.45, -0.22), fontsize=7, ncols=2)
     rows = np.arange(len(tested))[::-1]
     for row, t in zip(rows, tested, strict=True):
         colour = VERMILION if t.interval[1] < 0.9 or t.interval[0] > 0.9 else BLUE
