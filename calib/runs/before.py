@@ -124,14 +124,19 @@ def kept_reasons(found: Plausibility | None) -> tuple[Reason, ...]:
     return () if found is None else tuple(reason for reason in found.reasons if reason.gate != FILES)
 
 
+def seconds_of_evaluation(problem: Problem) -> float:
+    """Processor time [s] that the posterior of one draw takes here, as draws of the prior take together."""
+    theta = np.random.default_rng(0).standard_normal((_TIMED, len(problem.parameters)))
+    began = time.process_time()
+    log_posterior(problem, theta)
+    return (time.process_time() - began) / _TIMED
+
+
 def _seconds(problem: Problem, found: Plausibility) -> tuple[float, float] | None:
     """Between which times a calibration will probably take on this machine."""
     if problem.experiment.model == "fem" or found.outlook is None:
         return None
-    theta = np.random.default_rng(0).standard_normal((_TIMED, len(problem.parameters)))
-    began = time.process_time()
-    log_posterior(problem, theta)
-    each = (time.process_time() - began) / _TIMED
+    each = seconds_of_evaluation(problem)
     spread = min(ENSEMBLES, os.cpu_count() or 1)
     steps = ENSEMBLES * usual_walkers(problem) * _STEPS * each
     work = (_CLIMBS * found.seconds_of_climb + steps + _SPOT_CHECK * len(problem.sweeps)) / spread + _REST

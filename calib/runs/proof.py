@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor, Future, as_completed
 from pathlib import Path
@@ -16,8 +15,9 @@ from calib.checks import Proof, Replicate, Setting, attempt, presses_of, replica
 from calib.errors import Fault, InputError
 from calib.experiment import read_experiment
 from calib.files import require_folder, write_text
-from calib.problem import Problem, log_posterior
+from calib.problem import Problem
 from calib.records import record_to_text
+from calib.runs.before import seconds_of_evaluation
 from calib.runs.folder import load_run
 from calib.runs.ownership import owned
 from calib.runs.preview import problem_of
@@ -32,7 +32,7 @@ PROOF_VERSION = 3
 
 # What a replicate takes [s of a processor]: finite elements of a sweep, the rest, and so many evaluations of the posterior.
 _PRESS, _REST = 1.5, 4.0
-_EVALUATIONS, _TIMED = 10_000, 320
+_EVALUATIONS = 10_000
 # Draws of a posterior that are sent to the workers, about.
 _DRAWS = 2000
 
@@ -169,11 +169,7 @@ def _expected(problem: Problem, made: Mapping[int, Replicate]) -> float:
     """What a replicate may take of a processor [s]: as those that are there did, else by the time of an evaluation."""
     if made:
         return float(np.mean([one.seconds for one in made.values()]))
-    theta = np.random.default_rng(0).standard_normal((_TIMED, len(problem.parameters)))
-    began = time.process_time()
-    log_posterior(problem, theta)
-    each = (time.process_time() - began) / _TIMED
-    return _EVALUATIONS * each + _PRESS * len(problem.sweeps) + _REST
+    return _EVALUATIONS * seconds_of_evaluation(problem) + _PRESS * len(problem.sweeps) + _REST
 
 
 def _write(folder: Path, proof: Proof, setting: Setting, parts: Mapping[str, str]) -> None:
