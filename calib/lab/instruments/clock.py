@@ -14,6 +14,8 @@ from calib.lab.instruments.dates import days_since
 from models.sensor import FloatArray
 
 _DAY = 86400.0
+#: Rows that are out of order are so by less than this [s].
+_OUT_OF_ORDER = 3600.0
 _SAY = "Say what the parts of the time are: --units time="
 _DATES = "Write the dates as 2024-05-02, or export the time in seconds"
 _LOG = "Log the time in seconds"
@@ -107,8 +109,10 @@ def read_clock(cells: Sequence[str], dates: Sequence[str] = (), form: str = "") 
     if days.days is not None:
         values = values + _DAY * days.days
     else:
-        falls = np.diff(values[there], prepend=0.0) < -_DAY / 2
-        values[there] += _DAY * np.cumsum(falls)
+        steps = np.diff(values[there], prepend=values[there][:1])
+        falls = steps < -_DAY / 2
+        # No pause is told from a row that stands a little too late, in the new day: it ran backwards over midnight.
+        values[there] += _DAY * np.cumsum(falls.astype(float) - (steps > _DAY - _OUT_OF_ORDER))
         if np.any(falls):
             notes.append("time passes midnight, where it falls by nearly a day")
     conflict, row = _set_back(values, changing=changing)

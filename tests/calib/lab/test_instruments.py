@@ -276,6 +276,17 @@ def test_times_of_day_pass_midnight_and_miss_some_rows(tmp_path: Path) -> None:
     assert '"24:10:00" in column "Time" is not a number' in str(refused(tmp_path, text))
 
 
+@pytest.mark.parametrize("late", [9, 10, 11])
+def test_rows_out_of_order_over_midnight_add_no_day(tmp_path: Path, late: int) -> None:
+    stamps = [f"{(86_390 + i) // 3600 % 24:02d}:{(86_390 + i) // 60 % 60:02d}:{(86_390 + i) % 60:02d}" for i in range(40)]
+    stamps[late], stamps[late + 1] = stamps[late + 1], stamps[late]
+    table = read(tmp_path, "Time,Extension (mm),Load (N)\n" + "".join(f"{t},0.{i:03d},1\n" for i, t in enumerate(stamps)))
+    times = table.columns["time"]
+    assert np.all(times[: late - 1] == 86_390 + np.arange(late - 1))
+    assert np.all(times[late + 2 :] == 86_390 + np.arange(late + 2, 40))
+    assert np.nanmax(times) < 86_440
+
+
 # ----------------------------------------------------------------------------------------------------------- refusals
 
 
