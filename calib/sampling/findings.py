@@ -23,7 +23,8 @@ class ParameterSummary:
     interval_90 : central 90 %.
     prior_contraction : 1 - posterior variance / prior variance in the prior's standard-normal coordinate, where every prior has
         variance 1: 0 where the data taught nothing, towards 1 where they taught everything.
-    prior_shift : posterior mean in that coordinate: by how many of its standard deviations the data pulled the prior.
+    prior_shift : posterior mean in that coordinate: by how many of its standard deviations the data pulled the prior; of a
+        specimen of a lot by how many spreads it lies off its lot (or off what lot and its own reading say).
     """
 
     unit: str
@@ -387,3 +388,19 @@ class Sensitivity:
         if self.likelihood < SENSITIVE:
             return "prior-driven"
         return "conflict" if abs(self.z) > self.limit and abs(self.shift) > SHIFTED else "both"
+
+
+@dataclass(frozen=True)
+class Stranger:
+    """How far a specimen lies off what the other specimens of its lot let one expect of it (partial pooling).
+
+    Attributes
+    ----------
+    specimen : its name.
+    ratio : modulus of the specimen over what is expected of it, and what is not known of that, spread included.
+    z : how far off that is: standard normal for a specimen that belongs to the lot.
+    """
+
+    specimen: str
+    ratio: FirstEstimate
+    z: float

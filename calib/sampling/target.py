@@ -9,11 +9,11 @@ from typing import Protocol
 import numpy as np
 
 from calib.catalogue import SCALES
-from calib.problem import Problem, columns_at
+from calib.problem import Problem, columns_at, prior_coordinates
 from calib.sampling.coordinates import Coordinates, coordinates
 from calib.sampling.laplace import laplace_density
 from calib.sampling.proposal import Density, Indices
-from calib.sampling.scoring import inverse_root, score, slopes_at
+from calib.sampling.scoring import inverse_root, score, slopes_at, tempered
 from models.sensor import FloatArray
 
 # Unknowns that the means and the widths of all others depend on by more than a straight line.
@@ -130,7 +130,7 @@ class ProblemTarget:
         ----------
         rng, n_draw : see `Target`.
         """
-        x = self.space.from_theta(rng.standard_normal((n_draw, len(self.names))))
+        x = self.space.from_theta(prior_coordinates(self.space.problem, rng, n_draw))
         if self.groups:
             own = np.concatenate(self.groups)
             x[:, own] = self.space.nominal()[own]
@@ -151,10 +151,12 @@ class ProblemTarget:
         ----------
         x, known : see `Target`.
         """
-        modes = [(m.x, m.log_density) for m in known]
+        of_lot = self.space.problem.table.lot is not None  # of which a climb knows another density
+        modes = [(m.x, float(tempered(self.space, m.x[None], 1.0)[0]) if of_lot else m.log_density) for m in known]
         x, value, met = score(self.space, x, modes)
         if met is not None:
             return known[met]
+        value = float(self.log_density(x[None])[0]) if of_lot else value
         slopes = slopes_at(self.space, x, 1.0)
         information = np.eye(x.size) if slopes is None else slopes[1]
         return Mode(x, value, inverse_root(information))
