@@ -76,6 +76,9 @@ class Known:
         self.counted[0] += x.shape[0]
         return self.parts(x)
 
+    def tie(self, x: FloatArray, random: np.random.RandomState) -> None:
+        """See `Target`: nothing ties its groups."""
+
     def climb(self, x: FloatArray, known: Sequence[Mode]) -> Mode:
         """See `Target`; by Newton steps with derivatives by differences."""
         width = self.prior[0] * _STEP
