@@ -1,10 +1,11 @@
 """Calibrate simulated lots under partial pooling: `python benchmarks/lots.py -n 2 3 5 --labs 60 -o lots.jsonl`.
 
-A lab is drawn from what its experiment believes: modulus and spread of the lot, moduli and thicknesses of the specimens, rig,
-noise and discrepancies; its curves by the surrogate. One more specimen of the lot is drawn that no calibration sees. Printed for
-each size of a lot: in how many labs the truth lies within the central 90 % - of the lot's modulus, its spread, the moduli of the
-specimens, and the modulus of the next one. Posteriors are the weighted draws of a first answer where their weights can be
-trusted (k-hat below 0.7, 200 effective draws), as in `calib prove`; the others are left out and counted, or sampled with --sample.
+A lab is drawn from what its experiment believes: modulus and spread of the lot, moduli and thicknesses of the specimens,
+rig, noise and discrepancies; its curves by the surrogate. One more specimen of the lot is drawn that no calibration sees.
+Printed for each size of a lot: in how many labs the truth lies within the central 90 % - of the lot's modulus, its spread,
+the moduli of the specimens, and the modulus of the next one. Posteriors are the weighted draws of a first answer where their
+weights can be trusted (k-hat below 0.7, 200 effective draws), as in `calib prove`; the others are left out and counted, or
+sampled with --sample.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """A problem of a lot in, how far each specimen lies off what the others of its lot let one expect of it out.
 
 Its modulus in the posterior does not tell a specimen that does not belong: it widens the spread, and so looks like one that
-does. So each is held against the others alone. Of a lot whose spread is held, so wide that specimens say little of each other,
-the logarithms x of their moduli are normal before the readings, with the covariance C, and after them, by one first answer, with
-the mean m and the covariance V. The readings by themselves say y ± U then, and given a spread y is normal, too:
+does. So each is held against the others alone. Of a lot whose spread is held, so wide that specimens say little of each
+other, the logarithms x of their moduli are normal before the readings, with the covariance C, and after them, by one first
+answer, with the mean m and the covariance V. The readings by themselves say y ± U then, and given a spread y is normal, too:
 
     U = (V^-1 - C^-1)^-1,   y = mu + U V^-1 (m - mu),   y ~ N(mu, U + tau^2 1 + sigma^2 J),                            (1)
 

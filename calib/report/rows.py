@@ -81,11 +81,12 @@ class ParameterRow:
 
 
 def parameter_rows(posterior: Posterior) -> list[ParameterRow]:
-    """Make the rows of the table of parameters, in the order of the posterior's unknowns."""
+    """Make the rows of the table of parameters, in the order of the posterior's unknowns, what is of a lot first."""
     gate, limit = posterior.diagnostics.gate, conflict_limit(len(posterior.parameters))
     of_lots = posterior.experiment.pooling == "partial"
     rows = []
-    for info in posterior.parameters:
+    n = len(posterior.unknowns)
+    for info in (*posterior.parameters[n:], *posterior.unknowns):
         s = posterior.diagnostics.parameters[info.name]
         p = QUANTITIES[info.parameter]
         k = p.display_scale

@@ -157,10 +157,10 @@ def answer_of(look: Look) -> FirstAnswer:
         raise ValueError("there is no first answer: the posterior is not nearly normal, whatever noises and discrepancies are")
     values, weight = columns_at(look.problem, look.theta), look.weight
     of_lot = values_of_lot(look.problem, look.theta, np.random.default_rng(_SEED))
-    values = np.column_stack([values, *of_lot.values()])
+    values = np.column_stack([*of_lot.values(), values])
     mean = weight @ values
     sd = np.sqrt(weight @ (values - mean) ** 2)
-    names = [*look.problem.names, *of_lot]
+    names = [*of_lot, *look.problem.names]
     found = {name: FirstEstimate(float(m), float(s)) for name, m, s in zip(names, mean, sd, strict=True)}
     return FirstAnswer(found, look.effective_draws, look.confirmed, look.log_evidence)
 

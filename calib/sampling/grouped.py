@@ -7,8 +7,8 @@ or not for all together, so here the errors of the funnel add up over the groups
 discrepancies), which fifty specimens tell as well as fifty times the readings of one, are also moved one by one, with the
 specimens going along or with all else held.
 
-Specimens of one lot are independent given its modulus and spread, too. Those are drawn anew, given where the walkers are, before
-each step (`Target.tie`), and held in it.
+Specimens of one lot are independent given its modulus and spread, too. Those are drawn anew, given where the walkers are,
+before each step (`Target.tie`), and held in it.
 """
 
 from __future__ import annotations
