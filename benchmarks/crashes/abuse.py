@@ -64,7 +64,7 @@ def case(lab: Lab, number: int) -> Case:
     if odd.same and (other := difference(place / odd.output, lab.reference())):
         return with_verdict(done, "wrong", other)
     page = place / odd.output / "report.html"
-    if page.is_file() and "<script>alert" in page.read_text(encoding="utf-8"):
+    if os.path.isfile(page) and "<script>alert" in page.read_text(encoding="utf-8"):
         return with_verdict(done, "wrong", "a name is markup of the page")
     return with_verdict(done, "right", f"[{ended.code}] in {ended.seconds:.1f} s: {ended.last[:120]}")
 

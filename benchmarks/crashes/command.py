@@ -280,6 +280,7 @@ def _run(
         signal.signal(signal.SIGINT, signal.default_int_handler)
         if before is not None:
             before()
+            sys.stdout, sys.stderr = _stream(1, "surrogateescape"), _stream(2, "backslashreplace")
         from calib.__main__ import main
 
         try:
@@ -290,14 +291,28 @@ def _run(
         interpreter: Any = threading
         interpreter._shutdown()
         atexit._run_exitfuncs()
-        sys.stdout.flush()
-        sys.stderr.flush()
+        _flush()
     except BaseException as error:
         code = 130 if isinstance(error, KeyboardInterrupt) else 1
         sys.excepthook(*sys.exc_info())
-        sys.stderr.flush()
+        _flush()
     finally:
         os._exit(code)
+
+
+def _flush() -> None:
+    for stream in (sys.stdout, sys.stderr):
+        if stream is not None:
+            stream.flush()
+
+
+def _stream(number: int, errors: str) -> Any:
+    """A standard stream as an interpreter makes it when it begins: None if its descriptor is closed."""
+    try:
+        os.fstat(number)
+    except OSError:
+        return None
+    return open(number, "w", encoding="utf-8", errors=errors, closefd=False)
 
 
 def alive(pid: int) -> list[int]:

@@ -143,7 +143,7 @@ _OF_SURROUNDINGS = (
     Oddity("stdout is a closed pipe", before=broken_pipe, codes=_PIPE),
     Oddity("stdout is closed", before=closed(1)),
     Oddity("stdout and stderr are closed", before=both(closed(1), closed(2))),
-    Oddity("stdout is full", before=full("/dev/full")),
+    Oddity("stdout is full", before=full("/dev/full"), codes=(1,), names=("standard output",)),
     Oddity("unknowns to a closed pipe", ("unknowns",), before=broken_pipe, codes=_PIPE),
     *_finished(
         Oddity("report to a closed pipe", ("report", "RUN"), before=broken_pipe, codes=_PIPE),

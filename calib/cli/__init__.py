@@ -83,9 +83,10 @@ A first calibration, from lab files to recommendation:
 
 Then open run1/report.html. Without files of your own, begin with `calib example -o demo`.
 
-Exit codes: 0 done (and usable); 1 all results were written, but not the page that shows them; 2 something is wrong with the
-input, nothing was written; 3 everything was written, but the calibration has not converged, or its surrogate is off the finite
-elements by more than it states; 130 stopped by Ctrl-C, 143 by SIGTERM, what was computed is kept where it has a place.
+Exit codes: 0 done (and usable); 1 all results were written, but not the page or words that show them; 2 something is wrong
+with the input, nothing was written; 3 everything was written, but the calibration has not converged, or its surrogate is off
+the finite elements by more than it states; 130 stopped by Ctrl-C, 143 by SIGTERM, what was computed is kept where it has a
+place.
 """,
 )
 

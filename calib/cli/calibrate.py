@@ -27,6 +27,7 @@ from calib.cli.common import (
     say,
     say_verdict,
     table,
+    telling,
 )
 from calib.cli.progress import Line, first_answer_lines, progress_line
 from calib.cli.stopping import when_stopped
@@ -94,9 +95,10 @@ def calibrate(
     What came of it is summed up in a verdict: green, amber (the numbers may be used for what its reasons leave) or red (they
     must not be used), with what to do about each reason.
 
-    Exit codes: 0 done, the verdict green or amber; 1 all results written, but not the page that shows them; 2 bad input,
-    nothing written; 3 everything written, but the verdict is red, or with --strict amber, or the budget ended before there was
-    a draw (the checkpoint is kept: go on with --resume); 130 stopped from the keyboard, 143 by SIGTERM, the checkpoint kept.
+    Exit codes: 0 done, the verdict green or amber; 1 all results written, but not the page or the words that show them; 2 bad
+    input, nothing written; 3 everything written, but the verdict is red, or with --strict amber, or the budget ended before
+    there was a draw (the checkpoint is kept: go on with --resume); 130 stopped from the keyboard, 143 by SIGTERM, the
+    checkpoint kept.
     """
     deadline = time.monotonic() + 60 * budget
     told = shlex.join(["calib", *sys.argv[1:]])
@@ -154,7 +156,8 @@ def calibrate(
             more = _resuming(experiment, output, {**given, "--budget": BUDGET, "--reweight": reweight or None})
             err().print(f"{nothing} Continue with: {more}", style="red", markup=False, soft_wrap=True)
             raise typer.Exit(NOT_USABLE) from None
-        _say(output, done.run)
+        with telling(output):
+            _say(output, done.run)
         if done.page_error is not None:
             with paging():
                 raise done.page_error

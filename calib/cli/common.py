@@ -259,6 +259,30 @@ def paging() -> Iterator[None]:
         raise typer.Exit(NO_PAGE) from error
 
 
+@contextmanager
+def telling(folder: Path) -> Iterator[None]:
+    """Turn a standard output that takes nothing into its message on stderr and its exit code: the run is whole by then.
+
+    Parameters
+    ----------
+    folder : of the run.
+
+    Raises
+    ------
+    Exit
+        If that is so.
+    """
+    try:
+        yield
+    except OSError as error:
+        _drop_output()
+        reason = "its reader ended" if isinstance(error, BrokenPipeError) else error.strerror or str(error)
+        with suppress(OSError):
+            text = f"Error: standard output: {reason}. All results are written: calib report {in_shell_path(folder)}"
+            err().print(text, style="red", markup=False, soft_wrap=True)
+        raise typer.Exit(NO_PAGE) from None
+
+
 def duration(seconds: float) -> str:
     """A time in words, as exact as an estimate deserves.
 

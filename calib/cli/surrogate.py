@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from calib.cli.cluster import Scheduler, executor_of
-from calib.cli.common import Processes, counting, out, refusing_bad_input, say
+from calib.cli.common import Processes, counting, err, out, refusing_bad_input, say
 from calib.cli.stopping import when_stopped
 from calib.errors import Fault, InputError
 from calib.files import require_folder, require_writable, whole_file
@@ -195,6 +195,8 @@ def _gathered(path: Path, executor: Executor, sequence: FloatArray, n: int, accu
     from models.surrogate.store import StoreError, open_store
     from models.surrogate.training import points_wanted, run_training, store_settings, training_set
 
+    if path.is_file() and not path.stat().st_size:
+        err().print(f"Note: {path} is empty: all of its curves are computed", markup=False, soft_wrap=True)
     try:
         with open_store(path, store_settings(accuracy, family)) as runs:
             with (

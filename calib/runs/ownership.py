@@ -98,6 +98,9 @@ def _lock_of_existing(folder: Path) -> int:
         except OSError as error:
             os.close(descriptor)
             if error.errno not in _HELD:
+                with suppress(OSError):
+                    path.unlink()
+                    folder.rmdir()
                 advice = "Keep runs on a disk of this computer"
                 message = f"its file system cannot lock files ({error.strerror}), so that two calibrations could mix here"
                 raise InputError(Fault(message, folder, advice=advice)) from None

@@ -226,18 +226,22 @@ def _off(cells: Sequence[str], rows: IntArray, at: FloatArray, level: FloatArray
             continue
         mended = at[start : end + 1] / 10 ** power[j]
         low, high = float(min(before[-1], after[0])), float(max(before[-1], after[0]))
-        step = max(high - low, *(float(np.max(np.abs(np.diff(beside)), initial=0.0)) for beside in (before, after)))
+        beside = [float(np.max(np.abs(np.diff(numbers)), initial=0.0)) for numbers in (before, after)]
+        step, calm = max(high - low, *beside), max(high - low, min(beside) if start > 2 and end + 3 < n else max(beside))
         middle = abs(low + high) / 2
         digits = max(_decimals(cells[i], decimal) for i in rows[start : end + 1].tolist())
         last = min(0.5 * 10.0 ** (-digits - power[j]), _ROUNDED * middle) if power[j] < 0 else 0.0
-        slack = max(_NEAR * step, _alone(int(power[j])) * middle if end == start else 0.0) + last
-        if np.any(mended < low - slack) or np.any(mended > high + slack):
+        alone = _alone(int(power[j])) * middle if end == start else 0.0
+        missed = float(max(np.max(low - mended), np.max(mended - high)))
+        if missed > max(_NEAR * step, alone) + last:
             continue
         smooth = 0 < step < _SMALL_STEPS * middle
         near = rows[[*range(max(start - 2, 0), start), *range(end + 1, min(end + 3, n))]].tolist()
         odd = all(_decimals(cells[i], decimal) != _decimals(cells[near[0]], decimal) for i in rows[start : end + 1].tolist())
         alike = len({_decimals(cells[i], decimal) for i in near}) == 1
-        lone = end == start and _is_small(step, middle, int(power[j]))
+        # Another row beside it may be wrong, too: then those on the other side tell how large steps are.
+        smalls = [s for s in (step, calm) if missed <= max(_NEAR * s, alone) + last and _is_small(s, middle, int(power[j]))]
+        lone = end == start and bool(smalls)
         if lone or (smooth and odd) or (odd and alike and step < _COARSE_STEPS * middle):
             taken.update(range(start, end + 2))
             found.update(dict.fromkeys(rows[start : end + 1].tolist(), _in_words(int(power[j]))))

@@ -10,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from calib.errors import Choice, Fault
+from calib.lab.instruments.clock_cells import is_date
 from calib.lab.instruments.labtable import IntArray
 from calib.lab.instruments.lexicon import KEYS, OF_TESTERS, PHASES
 from calib.lab.instruments.numbers import is_missing, is_numeric
@@ -27,6 +28,8 @@ _MOSTLY = 0.8
 _MOST_SETTINGS, _ROWS_OF_SETTING = 8, 5
 # A frequency that a meter reads back differs by less from row to row.
 _ONE_FREQUENCY = 0.01
+# Records one below the other are apart by so many times the usual step of time.
+_PAUSE = 50.0
 # A change of a key is a jump where it is so many times the usual step, and this share of the span.
 _STEPS, _SHARE = 4.0, 0.03
 _JUMPING = ("displacement", "force", "capacitance", "capacitance_series")
@@ -37,7 +40,7 @@ def several_records(sheet: Sheet, used: Mapping[str, int], values: Mapping[str, 
     """List the columns by whose values the rows belong to several records: channels, specimens, frequencies of a list sweep.
 
     A column of such a name is one as soon as it has two values; any other that is not read is, where time or displacement
-    begins anew with its values, or a reading jumps with them.
+    begins anew with its values, time pauses before them, or a reading jumps with them.
 
     Parameters
     ----------
@@ -60,7 +63,8 @@ def several_records(sheet: Sheet, used: Mapping[str, int], values: Mapping[str, 
         codes = _codes(sheet.columns[index], _MOST_NAMED if named else _MOST)
         if codes is None:
             continue
-        if not named and not _parts(codes, values, phases=_is_of_phases(sheet, index)):
+        phases = _is_of_phases(sheet, index) or all(is_date(c) for c in {c.strip() for c in sheet.columns[index]} if c)
+        if not named and not _parts(codes, values, phases=phases):
             continue
         why = "names several" if named else "changes, and time or a reading jumps with it"
         faults.append(_fault(sheet, index, f'column "{sheet.names[index] or index + 1}" {why}'))
@@ -165,7 +169,7 @@ def _is_of_phases(sheet: Sheet, index: int) -> bool:
 
 
 def _parts(codes: IntArray, values: Mapping[str, FloatArray], *, phases: bool) -> bool:
-    """Whether the rows are of several records by a key: at its changes time falls or stands, or a reading jumps."""
+    """Whether the rows are of several records by a key: at its changes time falls, stands or pauses, or a reading jumps."""
     change = np.flatnonzero((codes[1:] != codes[:-1]) & (codes[1:] >= 0) & (codes[:-1] >= 0))
     if change.size == 0:
         return False
@@ -178,6 +182,8 @@ def _parts(codes: IntArray, values: Mapping[str, FloatArray], *, phases: bool) -
             return True
     if phases:
         return False
+    if time is not None and at.size and float(np.median(at)) > _PAUSE * float(np.median(np.abs(step))):
+        return True
     # Of records one below the other the place begins anew; a force may also fall where a press turns.
     in_turn = change.size > 2 * (int(codes.max()) + 1)
     jumping = _JUMPING if in_turn or "displacement" not in values else ("displacement",)

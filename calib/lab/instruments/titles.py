@@ -135,14 +135,15 @@ def _falls_after(cells: Sequence[str], rows: Sequence[Sequence[str]], time: int 
 
 
 def _written_otherwise(cells: Sequence[str], rows: Sequence[Sequence[str]]) -> bool:
-    """Whether the rows below have decimals in most columns, where these cells are whole numbers."""
+    """Whether the rows below have decimals in most columns, or all of them in two, where these cells are whole numbers."""
     rows = [row for row in rows if sum(map(is_numeric, row)) * 2 >= len(row)]
     if not rows:
         return False
     if not all(map(is_numeric, (c for c in cells if c))):
         return True
-    decimals = [sum(bool(re.search(r"[.,]\d|[eE]", c)) for c in row) for row in rows]
-    return min(decimals) * 2 >= len([c for c in cells if c])
+    decimals = [[bool(re.search(r"[.,]\d|[eE]", c)) for c in row] for row in rows]
+    always = sum(map(all, zip(*decimals, strict=False)))
+    return always > 1 or min(map(sum, decimals)) * 2 >= len([c for c in cells if c])
 
 
 def _titles(cells: Sequence[str], names: Sequence[str]) -> bool:

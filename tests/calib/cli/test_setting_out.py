@@ -115,7 +115,9 @@ def test_bash_completes_commands_options_and_choices(tmp_path: Path) -> None:
     program.chmod(0o755)
     env = {**os.environ, "HOME": str(tmp_path), "PATH": f"{program.parent}:{os.environ['PATH']}"}
     env["PYTHONPATH"] = os.pathsep.join(path for path in sys.path if path)
-    script = subprocess.run(["calib", "--show-completion", "bash"], env=env, capture_output=True, text=True, check=True).stdout
+    # The shell is the one among the processes above; "; exit" keeps bash from making way for its last command.
+    shown = ["bash", "--norc", "-c", "calib --show-completion; exit $?"]
+    script = subprocess.run(shown, env=env, capture_output=True, text=True, check=True).stdout
     for typed in COMPLETED:
         words = " ".join(shlex.quote(word) for word in ("calib", *typed))
         script += (

@@ -15,7 +15,8 @@ import typer
 from typer.testing import CliRunner
 
 from calib.cli import app
-from calib.cli.common import refusing_bad_input
+from calib.cli.common import refusing_bad_input, telling
+from models.surrogate.store import StoreError
 
 ROOT = Path(__file__).parents[3]
 LAB = ROOT / "datasets" / "padded_sensor" / "sensor1_instron.csv"
@@ -121,6 +122,27 @@ def test_a_file_that_is_none_is_named_and_refused(words: tuple[str, ...], conten
     assert isinstance(result.exception, SystemExit)
     assert result.stderr.startswith(f"Error: {bad}: ")
     assert not (tmp_path / "new.npz").exists()
+
+
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EPIPE, errno.EBADF])
+def test_what_cannot_be_told_of_a_whole_run_says_where_it_is(number: int, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(typer.Exit) as caught, telling(Path("my run")):
+        raise OSError(number, os.strerror(number))
+    assert caught.value.exit_code == 1
+    said = " ".join(capsys.readouterr().err.split())
+    assert said.startswith("Error: standard output: ")
+    assert said.endswith('All results are written: calib report "my run"')
+
+
+def test_an_emptied_store_of_curves_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def stopped(*_: object, **__: object) -> None:
+        raise StoreError("is full")
+
+    monkeypatch.setattr("models.surrogate.training.run_training", stopped)
+    store = tmp_path / "runs.sqlite"
+    store.touch()
+    words = ("surrogate", "train", "--processes", "1", "-o", str(tmp_path / "new.npz"), "--store", str(store))
+    assert f"Note: {store} is empty" in CliRunner().invoke(app, list(words)).stderr
 
 
 def test_a_reader_that_ends_early_leaves_a_sentence() -> None:

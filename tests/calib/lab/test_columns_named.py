@@ -390,6 +390,15 @@ def test_specimens_one_below_the_other_are_refused_until_one_is_chosen(tmp_path:
         assert [not r for r in table.reasons] == [False] * half + [True] * half
 
 
+def test_a_range_that_changes_over_a_pause_is_a_choice(tmp_path: Path) -> None:
+    half = N // 2
+    time = cells(np.concatenate((TIME[:half], TIME[half:] + 3600)), 2)
+    columns = [("Time (s)", time), *TESTER[1:], ("Range", ["100 pF"] * half + ["1 nF"] * half)]
+    assert '--where "Range=1 nF"' in str(refused(tmp_path, columns))
+    columns = [TESTER[0], *columns[1:]]
+    assert not any(read(tmp_path, columns).reasons)
+
+
 @pytest.mark.parametrize(
     ("name", "values"),
     [

@@ -56,6 +56,15 @@ def test_a_number_that_comes_only_near_its_still_neighbours_is_left_out_too(tmp_
     assert [r for r, why in enumerate(table.reasons) if why] == [8]
 
 
+@pytest.mark.parametrize("swapped", [38, 42])
+def test_a_number_off_by_a_power_of_ten_is_left_out_beside_a_row_out_of_order(tmp_path: Path, swapped: int) -> None:
+    rows = _rows(depth={40: f"{DEPTH[40] / 10:.4f}"})
+    rows[swapped], rows[20] = rows[20], rows[swapped]
+    table = _read(tmp_path, rows)
+    assert "off by a factor" in table.reasons[40]
+    assert {r for r, why in enumerate(table.reasons) if why} <= {20, 21, 40, swapped, swapped + 1}
+
+
 def test_a_peak_that_no_power_of_ten_explains_is_kept(tmp_path: Path) -> None:
     table = _read(tmp_path, _rows(force={8: f"{5 * FORCE[8]:.4f}"}))
     assert not any(table.reasons)

@@ -117,6 +117,13 @@ def test_counts_rulers_and_gains_below_a_header_are_no_readings(tmp_path: Path, 
     assert f"line {len(head) + below.index(line) + 1}:" in unread(table)
 
 
+def test_counts_of_many_columns_of_which_two_have_decimals_are_no_readings(tmp_path: Path) -> None:
+    rows = [f"{i},{row[1]},{row[2]},7,1" for i, row in enumerate(ROWS)]
+    table = read_lab_file(lab_file(tmp_path, "Time (s),Extension (mm),Load (N),Segment ID,Cycle", "1,2,3,4,5", *rows))
+    assert len(table.lines) == len(ROWS)
+    assert 'line 2: numbers of the columns, "1,2,3,4,5"' in unread(table)
+
+
 def test_a_units_row_may_stand_below_a_blank_line(tmp_path: Path) -> None:
     assert_right(read_lab_file(lab_file(tmp_path, "Time,Extension,Load", "", "(s),(mm),(N)", "", *joined(ROWS))))
 

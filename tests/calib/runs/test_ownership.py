@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import fcntl
 import os
 import signal
@@ -39,6 +40,17 @@ def test_a_second_owner_is_refused_and_told_who_the_first_is(tmp_path: Path) -> 
     assert owner_of(folder) == ""
     assert [p.name for p in folder.iterdir()] == ["kept"]
     assert in_a_process(lambda: _own(folder)) == DONE
+
+
+def test_a_disk_without_locks_is_refused_and_left_as_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def none(*_: object) -> None:
+        raise OSError(errno.ENOLCK, os.strerror(errno.ENOLCK))
+
+    monkeypatch.setattr(fcntl, "lockf", none)
+    monkeypatch.setattr(fcntl, "flock", none)
+    with pytest.raises(InputError, match="its file system cannot lock files"):
+        _own(tmp_path / "run")
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_lock_ends_with_its_process_and_what_it_left_is_removed(tmp_path: Path) -> None:
