@@ -63,4 +63,4 @@ def _as_log_normal(prior: Prior) -> str:
     low, median, high = (float(prior.ppf_normal(z)) for z in (-1.0, 0.0, 1.0))
     factor = math.sqrt(high / low) if 0 < low <= high < math.inf and not isinstance(prior, Fixed) else 1.0
     factor = factor if factor >= 1.01 else 1.1
-    return f'{{ lognormal = ["{display(POOLED, median)}", {factor:.3g}] }}'
+    return f'{{ lognormal = ["{display(POOLED, float(f"{median:.3g}"))}", {factor:.3g}] }}'

@@ -8,6 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from calib.catalogue import POOLED, SPREAD
+from calib.priors import Fixed
 from calib.problem.unknowns import UnknownTable
 from calib.problem.values import Unknowns, values_at
 from models.sensor import FloatArray
@@ -96,7 +97,7 @@ def prior_values(of: Unknowns, rng: np.random.Generator, n_draw: int) -> dict[st
 
 
 def values_of_lot(of: _Believed, z: FloatArray, rng: np.random.Generator) -> dict[str, FloatArray]:
-    """Draw what is of the lot given its specimens: its modulus and its spread, by name; nothing where there is no lot.
+    """Draw what is of a lot given its specimens, by name: its modulus, and its spread where that is not fixed.
 
     Parameters
     ----------
@@ -106,10 +107,13 @@ def values_of_lot(of: _Believed, z: FloatArray, rng: np.random.Generator) -> dic
 
     Returns
     -------
-    Name -> SI values (n_draw,).
+    Name -> SI values (n_draw,), in the order of `of_lot`; empty where specimens share one modulus.
     """
     lot = of.table.lot
-    return {} if lot is None else dict(zip((POOLED, SPREAD), lot.prior.draw_of(z[:, lot.columns], rng), strict=True))
+    if lot is None:
+        return {}
+    modulus, spread = lot.prior.draw_of(z[:, lot.columns], rng)
+    return {POOLED: modulus} if isinstance(lot.prior.spread, Fixed) else {POOLED: modulus, SPREAD: spread}
 
 
 def _drawn(of: Unknowns, rng: np.random.Generator, n_draw: int) -> tuple[FloatArray, Mapping[str, FloatArray]]:

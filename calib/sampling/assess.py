@@ -145,8 +145,7 @@ def finish(
     flat = theta.reshape(-1, n_parameter)
     values = columns_at(problem, flat)
     lot = of_lot(problem.experiment)
-    drawn = values_of_lot(problem, flat, np.random.default_rng([seed, _OF_LOT]))
-    of_lots = [drawn[info.name] for info in lot]
+    of_lots = list(values_of_lot(problem, flat, np.random.default_rng([seed, _OF_LOT])).values())
     parts = np.array_split(flat, max(1, math.ceil(flat.shape[0] / _BATCH)))
     shares = [parts[k : k + _SHARE] for k in range(0, len(parts), _SHARE)]
     likelihoods = (map if executor is None else executor.map)(partial(_blocks, problem), shares)

@@ -157,6 +157,21 @@ class _LotTie:
         return self.lot.log_ratio(x)
 
 
+def tie_of(lot: Lot, columns: IntArray, x: FloatArray, random: np.random.RandomState) -> Tie:
+    """Draw modulus and spread of a lot given its specimens, to hold them.
+
+    Parameters
+    ----------
+    lot : what is believed of it.
+    columns : (n_group,), the coordinate of the modulus of the specimen of each group.
+    x : (n_walker, n), the walkers.
+    random : the source of random numbers.
+    """
+    rng = np.random.default_rng(random.randint(2**32, size=4, dtype=np.uint32))
+    modulus, spread = lot.prior.draw_of(x[:, columns], rng)
+    return _LotTie(lot, columns, lot.prior.own.to_normal(modulus), spread / np.log(lot.prior.own.factor))
+
+
 @dataclass(frozen=True, eq=False)
 class ProblemTarget:
     """The posterior of a calibration problem as a `Target`."""
@@ -205,10 +220,7 @@ class ProblemTarget:
         lot = self.space.problem.table.lot
         if lot is None:
             return None
-        columns = np.array([np.intersect1d(own, lot.columns)[0] for own in self.groups])
-        rng = np.random.default_rng(random.randint(2**32, size=4, dtype=np.uint32))
-        modulus, spread = lot.prior.draw_of(x[:, columns], rng)
-        return _LotTie(lot, columns, lot.prior.own.to_normal(modulus), spread / np.log(lot.prior.own.factor))
+        return tie_of(lot, np.array([np.intersect1d(own, lot.columns)[0] for own in self.groups]), x, random)
 
     def log_density(self, x: FloatArray) -> FloatArray:
         """See `Target`."""

@@ -199,9 +199,8 @@ def make_lot(make_posterior: Callable[..., Posterior]) -> Callable[..., Posterio
         problem = build_problem(experiment, shared.sweeps, ClosedForm())
         rng = np.random.default_rng(20240502)
         z = 0.05 * rng.standard_normal((4 * 240, len(problem.names)))
-        lot = values_of_lot(problem, z, rng)
         parameters = (*problem.parameters, *of_lot(experiment))
-        columns = np.column_stack([columns_at(problem, z), *(lot[info.name] for info in of_lot(experiment))])
+        columns = np.column_stack([columns_at(problem, z), *values_of_lot(problem, z, rng).values()])
         summaries = {
             p.name: replace(
                 shared.diagnostics.parameters["young_modulus"],

@@ -184,8 +184,7 @@ def _weighted(problem: Problem) -> tuple[FloatArray, FloatArray] | None:
     weight, k_hat = smooth_weights(np.log(np.maximum(look.weight, 1e-300)))
     if not look.confirmed or look.effective_draws < WORTH or k_hat > K_HAT:
         return None
-    lot = values_of_lot(problem, look.theta, np.random.default_rng(0))
-    of_lots = [lot[info.name] for info in of_lot(problem.experiment)]
+    of_lots = values_of_lot(problem, look.theta, np.random.default_rng(0)).values()
     return np.column_stack([columns_at(problem, look.theta), *of_lots]), weight / np.sum(weight)
 
 

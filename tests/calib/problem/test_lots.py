@@ -20,7 +20,14 @@ from calib.priors.distributions import Fixed, HalfNormal, LogNormal, Prior
 from calib.problem.by_name import log_density
 from calib.problem.likelihood import log_posterior
 from calib.problem.lots import Lot, LotPrior
-from calib.problem.prior import log_prior, log_prior_as_normal, prior_coordinates, prior_covariance, prior_values
+from calib.problem.prior import (
+    log_prior,
+    log_prior_as_normal,
+    prior_coordinates,
+    prior_covariance,
+    prior_values,
+    values_of_lot,
+)
 from calib.problem.problem import Problem, build_problem
 from calib.problem.values import values_at
 from calib.sampling.coordinates import coordinates
@@ -61,7 +68,7 @@ def test_the_density_is_that_of_an_integral_over_modulus_and_spread(spread: Prio
     if isinstance(spread, Fixed):
         wanted = _normal(lot, x, spread.value)
     else:
-        around = [float(spread.to_normal(max(np.std(x), 1e-4))), 0.0]
+        around = [float(spread.to_normal(max(float(np.std(x)), 1e-4))), 0.0]
         # The density given a spread is of a closed form; that it is an integral over the modulus is tested below.
         wanted = quad(
             lambda z: float(norm.pdf(z)) * _normal(lot, x, float(spread.ppf_normal(z))), -8, 8, points=around, limit=200
@@ -136,7 +143,9 @@ def test_each_specimen_has_a_modulus_and_the_lot_is_no_unknown(make_lot: MakePos
     problem = _problem(make_lot())
     assert [n for n in problem.names if n.startswith("young")] == ["young_modulus[sensor 1]", "young_modulus[sensor 2]"]
     assert [p.name for p in make_lot().parameters[-2:]] == ["young_modulus", "young_modulus_spread"]
-    assert "young_modulus_spread" in _problem(make_lot(spread=Fixed(0.1))).fixed
+    known = _problem(make_lot(spread=Fixed(0.1)))
+    assert known.fixed == {"young_modulus_spread": 0.1}
+    assert list(values_of_lot(known, np.zeros((2, len(known.names))), np.random.default_rng(1))) == ["young_modulus"]
 
 
 def test_what_makes_specimens_alike_is_the_one_term_more_of_the_posterior(make_lot: MakePosterior) -> None:
