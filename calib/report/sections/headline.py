@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from calib.catalogue import POOLED
 from calib.checks import passed_gates
 from calib.report.rows import PRIOR_DRIVEN_WORDS, SENSOR_PARAMETERS, ParameterRow, parameter_rows, told_by_few
 from calib.report.section import Results, Section
@@ -18,7 +19,8 @@ def section(results: Results) -> Section:
     posterior, verdict, recommendation = results.posterior, results.verdict, results.recommendation
     # What speaks against the calibration speaks against what follows from it, too, and is said once.
     more = [] if recommendation is None else [r for r in recommendation.verdict.reasons if r not in verdict.reasons]
-    of_lots = posterior.experiment.pooling == "partial"  # of which the values of specimens stand in the table alone
+    of_lots = posterior.experiment.pooling == "partial"  # of which moduli of specimens stand in the table alone
+    rows = [r for r in parameter_rows(posterior) if r.parameter in SENSOR_PARAMETERS]
     context = {
         "verdict": verdict,
         "status": status_in_words(verdict),
@@ -27,7 +29,7 @@ def section(results: Results) -> Section:
         "recommendation": recommendation,
         "advice_status": "" if recommendation is None else status_in_words(recommendation.verdict, "the advice"),
         "beyond": more,
-        "rows": [r for r in parameter_rows(posterior) if r.parameter in SENSOR_PARAMETERS and not (of_lots and r.where)],
+        "rows": [r for r in rows if not (of_lots and r.where and r.parameter == POOLED)],
     }
     return Section("verdict", "", "", "headline.html.j2", context)
 
