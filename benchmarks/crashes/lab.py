@@ -225,7 +225,7 @@ def difference(run_folder: Path, reference: Path) -> str:
         return f"other draws in {len(other)} of {len(theirs)} arrays of posterior.nc, such as {other[0]}"
     for name in ("summary.json", "recommendation.json"):
         both = [folder / name for folder in (run_folder, reference)]
-        if all(p.exists() for p in both) and summary(both[0]) != summary(both[1]):
+        if all(p.is_file() for p in both) and summary(both[0]) != summary(both[1]):
             return f"{name} says otherwise"
     return (
         "" if (run_folder / "summary.csv").read_bytes() == (reference / "summary.csv").read_bytes() else "summary.csv differs"

@@ -19,7 +19,7 @@ from calib.sampling.target import Mode, Target
 from models.sensor import FloatArray
 
 #: Version of how an ensemble begins: raise it with every change that gives another start for the same seed.
-START_VERSION = 4
+START_VERSION = 5
 
 #: Places among which an ensemble looks for its starts; how many of the best it climbs from, of all that are possible, and
 #: of those that the modes known by then explain least.
@@ -97,14 +97,8 @@ def find_modes(target: Target, seed: np.random.SeedSequence) -> tuple[Mode, ...]
 
     def climb(i: int) -> None:
         mode = target.climb(x[i], found)
-        if mode in found:
-            return
-        if not target.groups and _on_a_slope(target, mode):  # of many specimens it would take minutes
-            enough = max((m.log_density for m in found), default=-np.inf) - FAR_BELOW * mode.x.size
-            mode = _scrambled(target, mode, enough, rng)
-            if mode.log_density > enough:
-                mode = _let_loose(target, mode, rng)
-        found.append(mode)
+        if mode not in found:
+            found.append(mode)
 
     for i in [*best[:N_BEST], *others]:
         climb(i)
@@ -113,7 +107,21 @@ def find_modes(target: Target, seed: np.random.SeedSequence) -> tuple[Mode, ...]
         i = left[np.argmax(_unexplained(x[left], log_density[left], found))]
         climb(i)
         left = left[left != i]
+    if not target.groups:  # of many specimens it would take minutes
+        found = _off_slopes(target, found, rng)
     return tuple(sorted(found, key=lambda m: -m.log_density))
+
+
+def _off_slopes(target: Target, found: Sequence[Mode], rng: np.random.Generator) -> list[Mode]:
+    """Let climbs that have ended on a slope go on, if their way could lead to where the others are: all are known by now."""
+    modes = list(found)
+    for k, mode in enumerate(modes):
+        if not _on_a_slope(target, mode):
+            continue
+        enough = max((m.log_density for m in modes if m is not mode), default=-np.inf) - FAR_BELOW * mode.x.size
+        mode = _scrambled(target, mode, enough, rng)
+        modes[k] = _let_loose(target, mode, rng) if mode.log_density > enough else mode
+    return modes
 
 
 def _on_a_slope(target: Target, mode: Mode) -> bool:
