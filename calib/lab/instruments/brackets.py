@@ -12,7 +12,7 @@ _OPENING, _CLOSING = "([{<", ")]}>"
 _COMMENT = re.compile(r"^(?:[#%;]+|//)\s*(?=\S)")
 # x10, 1e-1, *10^3, ×1000, :10: what the numbers of a column are to be multiplied by, or were.
 _FACTOR = re.compile(
-    r"(?:[x×*·/:]\s*(?:10\s*(?:\^|\*\*)?\s*[+-]?\d*|\d+(?:[.,]\d+)?(?:e[+-]?\d+)?)|10\s*(?:\^|\*\*)\s*[+-]?\d+|10-\d+|"
+    r"(?:[x×*·/:@]\s*(?:10\s*(?:\^|\*\*)?\s*[+-]?\d*|\d+(?:[.,]\d+)?(?:e[+-]?\d+)?)|10\s*(?:\^|\*\*)\s*[+-]?\d+|10-\d+|"
     r"\d+(?:[.,]\d+)?e[+-]?\d+|e[+-]\d+|0[.,]\d+)",
     re.IGNORECASE,
 )
@@ -72,6 +72,16 @@ def is_factor(text: str) -> bool:
     (True, True, True, False)
     """
     return _FACTOR.fullmatch(text.strip()) is not None
+
+
+def factor_in(text: str) -> str:
+    """The factor among the words of a name, "" if there is none.
+
+    >>> factor_in("Load *1E-3"), factor_in("Load/10"), factor_in("Force x1000"), factor_in("Load cell 2")
+    ('*1E-3', '/10', 'x1000', '')
+    """
+    match = re.search(rf"(?:(?<=[\s\w])(?=[*×·/])|(?<=\s)(?=[x@])){_FACTOR.pattern}(?!\w)", text, re.IGNORECASE)
+    return match[0] if match else ""
 
 
 def is_wiring(text: str) -> bool:

@@ -15,7 +15,7 @@ from models.sensor import FloatArray
 _DATE = r"\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}"
 _CLOCK = re.compile(
     rf"^\s*(?P<date>{_DATE})?[ T]*"
-    r"(?P<first>\d{1,3}):(?P<second>\d{2})(?::(?P<third>\d{2})|(?=[.,]\d))(?P<part>[.,]\d+)?\s*"
+    r"(?P<first>\d{1,3}):(?P<second>\d{2})(?::(?P<third>\d{2})|(?=[.,]\d))(?P<part>[.,]\d+|(?<=:\d\d):\d{3}(?:\d{3})?)?\s*"
     r"(?P<half>[AaPp]\.?[Mm]\.?)?\s*(?P<zone>Z|UTC|GMT|[+-]\d{2}:?\d{2})?\s*$"
 )
 # The usual one, with a date or without, recognised and read at once.
@@ -27,7 +27,7 @@ _TWO_FIELDS = re.compile(r"^\s*\d{1,3}:\d{2}\s*$", re.ASCII)
 
 
 def is_clock(cell: str) -> bool:
-    """Whether a cell is a time of day, with or without a date: "12:30:01.25", "2024-05-02 12:30:01", "30:01.2"."""
+    """Whether a cell is a time of day, with or without a date: "12:30:01.25", "2024-05-02 12:30:01:250", "30:01.2"."""
     return _CLOCK.match(cell) is not None or _TWO_FIELDS.match(cell) is not None
 
 
@@ -112,7 +112,7 @@ def clock_parts(cells: Sequence[str]) -> ClockParts:
             hour = hour % 12 + (12 if match["half"][0] in "pP" else 0)
         parts[i, :2] = hour, int(match["second"])
         if match["third"] is not None:
-            parts[i, 2] = float(match["third"] + (match["part"] or "").replace(",", "."))
+            parts[i, 2] = float(match["third"] + re.sub("[,:]", ".", match["part"] or ""))
         elif match["part"]:
             fraction[i] = float("0" + match["part"].replace(",", "."))
         if match["zone"]:

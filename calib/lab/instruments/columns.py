@@ -21,6 +21,7 @@ from calib.lab.instruments.rescaled import rescaled
 from calib.lab.instruments.rivals import holds_clock
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.size import implausible
+from calib.lab.instruments.spikes import SMOOTH, alone, in_words
 from calib.lab.instruments.started import started_at
 from calib.lab.instruments.unit_choice import source_of_column, unit_of_column
 from calib.lab.instruments.where import only_rows, rows_asked
@@ -137,11 +138,18 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     if "capacitance" in values:
         more, unclear = untold_circuit(sheet, *choice.chosen["capacitance"], values.get("dissipation"))
         notes, faults = notes + more, faults + unclear
-    faults += several_records(sheet, places, values)
+    faults += several_records(sheet, {q: index for q, index in places.items() if q in values}, values)
     faults += remarks_on_scale(sheet, places)
     faults = capped(sorted(faults, key=lambda f: (f.line or 0, f.column or 0)), "faults", 12) if len(faults) > 12 else faults
     if not faults:
         faults += implausible(sheet, values, places, reading)
+    if not faults:
+        good = np.array([not why for why in reasons])
+        for quantity, rows in alone({q: np.where(good, v, np.nan) for q, v in values.items() if q in SMOOTH}).items():
+            column = next(c for c in columns if c.quantity == quantity)
+            for r, near in rows.items():
+                _append(reasons, r, in_words(cells[quantity][r], near / column.factor))
+                values[quantity][r] = np.nan
     if not faults:
         told, faults = rescaled(sheet, columns, values, decimals, reading)
         notes += told

@@ -161,7 +161,8 @@ KEYS = _set(
     "channel chan ch kanal canal canale kanaal kanał sensor sensore capteur sensors specimen sample prüfling probe "
     "probekörper éprouvette échantillon probeta muestra provino campione próbka run trial test device dut port mux "
     "electrode elektrode électrode pad taxel pixel cell unit replicate repeat experiment indent indentation site location "
-    "punkt messpunkt point 通道 传感器 试样 チャンネル センサ 試料 채널 센서 시편"
+    "punkt messpunkt point freq frequency frequenz fréquence frecuencia frequenza częstotliwość 频率 周波数 주파수 "
+    "通道 传感器 试样 チャンネル センサ 試料 채널 센서 시편"
 )
 #: Words by which a testing machine says what it does, in a column of its status.
 OF_TESTERS = _set(

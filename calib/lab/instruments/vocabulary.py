@@ -10,6 +10,7 @@ from functools import lru_cache
 from types import MappingProxyType
 
 from calib.lab.instruments.brackets import (
+    factor_in,
     index_in,
     is_factor,
     is_letter,
@@ -192,7 +193,10 @@ def heading_as(quantity: str, cell: str, unit_below: str = "") -> Heading:
     if unit is None and not doubt and not unit_below:
         odd = [b for b in brackets if looks_like_unit(b) and not is_letter(b)]
         unit = odd[-1] if odd else None
-    return Heading(quantity, 0, words(name), unit, unit_doubt=doubt)
+    factor = factor_in(outside)
+    return Heading(
+        quantity, 0, words(name), unit, unit_doubt=doubt or (f'the factor "{factor}" beside its unit' if factor else "")
+    )
 
 
 @lru_cache(maxsize=4096)

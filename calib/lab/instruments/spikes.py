@@ -1,0 +1,129 @@
+"""From the readings of a record to those that stand alone: a lost contact, an over-range mark, a damaged number."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from models.sensor import FloatArray
+
+#: Quantities of which each reading is near to those beside it.
+SMOOTH = ("displacement", "force", "capacitance", "capacitance_series")
+# What a motor drives does not jump and come back from one reading to the next.
+_DRIVEN = ("displacement",)
+# A reading stands alone if it is so far from the line between those beside it: in the noise of all readings, in the last digit
+# of all, in the steps beside it.
+_NOISES, _DIGITS, _STEPS = 15.0, 4.0, 6.0
+# Readings in succession that may do so together, and readings on either side that are looked at.
+_RUN, _BESIDE = 3, 4
+# Of those on a side so many may be beyond an end of the record.
+_BEYOND = 2
+# Of the steps on both sides so many may be larger: another reading that stands alone makes two.
+_LARGER = 2
+# A reading at an end stands alone if it is beyond all others by so many times their range.
+_RANGES = 1.0
+# Where a larger share of a record seems to stand alone, it is what the record is like.
+_SHARE = 0.1
+
+
+def alone(values: Mapping[str, FloatArray]) -> dict[str, dict[int, float]]:
+    """Find readings that leave those beside them and come back at once, as nothing does that a tester presses on.
+
+    At a turn, a touch or a snap the steps beside a reading are as large as its own, and it is left alone; and so is what force
+    and capacitance show both, as something has happened then. No crosshead comes back at once.
+
+    Parameters
+    ----------
+    values : quantity -> readings, nan where there is none, (n_row,).
+
+    Returns
+    -------
+    Quantity -> row -> what the readings beside it are near to, in their unit.
+    """
+    channels = {q: values[q] for q in SMOOTH if q in values}
+    found = {q: {length: _runs(y, length) for length in range(1, _RUN + 1)} for q, y in channels.items()}
+    leaving = {q: {r for rows in of.values() for run in rows for r in run} for q, of in found.items()}
+    kept: dict[str, dict[int, float]] = {}
+    for quantity, runs in found.items():
+        rows: dict[int, float] = {}
+        for length, by_rows in runs.items():
+            beside = {r for q in found if q != quantity and (length > 1 or q not in _DRIVEN) for r in leaving[q]}
+            for run, near in by_rows.items():
+                if (length == 1 and quantity in _DRIVEN) or not beside & set(run):
+                    rows.update((r, rows.get(r, near)) for r in run)
+        rows |= {r: near for r, near in _at_ends(channels[quantity]).items() if r not in rows}
+        if 0 < len(rows) <= max(1, _SHARE * np.count_nonzero(np.isfinite(channels[quantity]))):
+            kept[quantity] = rows
+    return kept
+
+
+def _runs(values: FloatArray, length: int) -> dict[tuple[int, ...], float]:
+    """Rows of so many readings in succession that stand alone -> the middle of those on either side."""
+    rows = np.flatnonzero(np.isfinite(values))
+    y = values[rows]
+    if y.size < length + 2 * _BESIDE:
+        return {}
+    floor = max(_NOISES * _noise(y), _DIGITS * _last_step(y))
+    # Beside an end fewer are looked at: beyond it the course goes on as mirrored there.
+    y, rows = np.pad(y, _BEYOND, mode="reflect", reflect_type="odd"), np.pad(rows, _BEYOND)
+    first = np.arange(_BESIDE, y.size - _BESIDE - length + 1)
+    before, after = y[first - 1], y[first + length]
+    share = np.arange(1, length + 1) / (length + 1)
+    line = before[:, None] + (after - before)[:, None] * share
+    off = np.min(np.abs(y[first[:, None] + np.arange(length)] - line), axis=1)
+    slope = np.abs(after - before) / (length + 1)
+    first, off, slope = (v[(off > floor) & (off > _STEPS * slope)] for v in (first, off, slope))
+    if not first.size:
+        return {}
+    sides = [first[:, None] - 1 - np.arange(_BESIDE - 1), first[:, None] + length + np.arange(_BESIDE - 1)]
+    steps = np.concatenate(
+        [np.abs(y[sides[0]] - y[sides[0] - 1]), np.abs(y[sides[1] + 1] - y[sides[1]]), slope[:, None]], axis=1
+    )
+    usual = np.maximum(np.sort(steps, axis=1)[:, -1 - _LARGER], slope)
+    found = first[off > _STEPS * usual]
+    return {tuple(rows[k : k + length].tolist()): float(y[k - 1] + y[k + length]) / 2 for k in found.tolist()}
+
+
+def _at_ends(values: FloatArray) -> dict[int, float]:
+    """Readings at the ends of a record that are far beyond all others -> the first one that is not."""
+    rows = np.flatnonzero(np.isfinite(values))
+    y = values[rows]
+    found: dict[int, float] = {}
+    if y.size < 2 * _BESIDE + _RUN:
+        return found
+    for order in (np.arange(y.size), np.arange(y.size)[::-1]):
+        for length in range(1, _RUN + 1):
+            rest = y[order[length:]]
+            low, high = float(np.min(rest)), float(np.max(rest))
+            room = max(_RANGES * (high - low), _NOISES * _noise(rest))
+            ends = y[order[:length]]
+            if np.all((ends < low - room) | (ends > high + room)):
+                found.update((int(rows[k]), float(rest[0])) for k in order[:length].tolist())
+    return found
+
+
+def _noise(y: FloatArray) -> float:
+    """Scatter of readings about a smooth course, by their second differences."""
+    return 1.4826 * float(np.median(np.abs(np.diff(y, 2)))) / 6.0**0.5
+
+
+def _last_step(y: FloatArray) -> float:
+    """The least that two readings beside each other differ by, if they do."""
+    steps = np.abs(np.diff(y))
+    steps = steps[steps > 1e-9 * float(np.max(np.abs(y), initial=0.0))]
+    return float(np.min(steps)) if steps.size else 0.0
+
+
+def in_words(cell: str, near: float) -> str:
+    """Why a row is not used, for people.
+
+    Parameters
+    ----------
+    cell : as it is written.
+    near : what the readings beside it are near to, in the unit in which they are written.
+
+    >>> in_words(" 0.0000", 33.1243)
+    '"0.0000" stands alone: the readings beside it are near 33.12'
+    """
+    return f'"{cell.strip()[:40]}" stands alone: the readings beside it are near {near:.4g}'

@@ -1,0 +1,87 @@
+"""Readings that stand alone are left out with the reason; turns, snaps, steps and what two instruments show are kept."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from calib.lab import LabTable, Reading, read_lab_file
+from models.sensor import FloatArray
+
+N = 160
+RNG = np.random.default_rng(5)
+TURN = 1 - np.abs(np.linspace(-1, 1, N))
+DEPTH = 1.15 * TURN
+FORCE = 8 * np.maximum(DEPTH - 0.15, 0.0) ** 1.5 + 0.002 * RNG.standard_normal(N)
+CAP = 30 + FORCE + 0.003 * RNG.standard_normal(N)
+HEADS = {"force": "Load (N)", "displacement": "Extension (mm)", "capacitance": "Cp (pF)"}
+VALUES = {"force": FORCE, "displacement": DEPTH, "capacitance": CAP}
+
+
+def _read(folder: Path, **changed: dict[int, str]) -> LabTable:
+    cells = {q: [f"{v:.4f}" for v in values] for q, values in VALUES.items()}
+    for quantity, texts in changed.items():
+        for row, text in texts.items():
+            cells[quantity][row] = text
+    rows = zip((f"{0.3 * i:.1f}" for i in range(N)), *cells.values(), strict=True)
+    path = folder / "press.csv"
+    head = ",".join(("Time (s)", *(HEADS[q] for q in cells)))
+    path.write_text("\n".join([head, *map(",".join, rows)]) + "\n", encoding="utf-8")
+    return read_lab_file(path, Reading())
+
+
+def _left_out(table: LabTable) -> list[int]:
+    return [row for row, why in enumerate(table.reasons) if why]
+
+
+def test_a_press_as_it_is_keeps_all_its_readings(tmp_path: Path) -> None:
+    assert _left_out(_read(tmp_path)) == []
+
+
+@pytest.mark.parametrize("cell", ["0.0000", "-1", "-99.99", "999.9999", "-9.99E+02", "0", "12"])
+@pytest.mark.parametrize("quantity", ["force", "capacitance", "displacement"])
+@pytest.mark.parametrize("rows", [(60,), (55, 60, 61, 90)])
+def test_marks_of_no_reading_are_left_out(tmp_path: Path, cell: str, quantity: str, rows: tuple[int, ...]) -> None:
+    table = _read(tmp_path, **{quantity: dict.fromkeys(rows, cell)})
+    assert _left_out(table) == list(rows)
+    assert all(table.reasons[r].startswith(f'"{cell}" ') for r in rows)
+
+
+def test_an_outlier_of_many_noises_is_left_out_and_one_of_five_is_kept(tmp_path: Path) -> None:
+    for size, left in ((100, [10]), (5, [])):  # before contact, where no step hides it
+        assert _left_out(_read(tmp_path, force={10: f"{FORCE[10] + size * 0.002:.4f}"})) == left
+
+
+def test_cells_of_one_row_that_changed_places_are_left_out(tmp_path: Path) -> None:
+    table = _read(tmp_path, force={70: f"{DEPTH[70]:.4f}"}, displacement={70: f"{FORCE[70]:.4f}"})
+    assert _left_out(table) == [70]
+
+
+def test_two_readings_far_beyond_all_others_near_the_start_are_left_out(tmp_path: Path) -> None:
+    for first in (0, 2):
+        assert _left_out(_read(tmp_path, force={first: "-40.0011", first + 1: "-40.0025"})) == [first, first + 1]
+
+
+def test_what_force_and_capacitance_show_both_has_happened(tmp_path: Path) -> None:
+    table = _read(tmp_path, force={60: f"{FORCE[60] + 1:.4f}"}, capacitance={60: f"{CAP[60] + 1:.4f}"})
+    assert _left_out(table) == []
+
+
+@pytest.mark.parametrize(
+    "course",
+    [
+        np.where(DEPTH > 0.3, 8 * (DEPTH - 0.3), 0.0),
+        np.where((DEPTH > 0.3) & (np.arange(N) < 80), 3.0, 0.0) + DEPTH,
+        np.where(np.arange(N) == 40, -0.3, 0.0) + np.where(np.arange(N) > 40, np.linspace(-0.25, 3, N), 0.0),
+        5 * np.abs(np.sin(np.arange(N) / 1.5)),
+    ],
+    ids=["a corner", "a pulse", "a snap", "a coarse oscillation"],
+)
+def test_corners_steps_snaps_and_coarse_records_are_kept(
+    tmp_path: Path, course: FloatArray, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(VALUES, "force", course)
+    monkeypatch.setitem(VALUES, "capacitance", 30 + course)
+    assert not any("stands alone" in why for why in _read(tmp_path).reasons)
