@@ -241,11 +241,7 @@ def shortcomings(state: Convergence, names: Sequence[str], gate: Gate) -> tuple[
 
 
 def summarise(
-    parameters: Sequence[ParameterInfo],
-    values: FloatArray,
-    theta: FloatArray,
-    state: Convergence,
-    alone: FloatArray | None = None,
+    parameters: Sequence[ParameterInfo], values: FloatArray, theta: FloatArray, state: Convergence
 ) -> dict[str, ParameterSummary]:
     """Put the posterior of every parameter in a few numbers.
 
@@ -255,8 +251,6 @@ def summarise(
     values : (n, n_parameter), draws in SI.
     theta : (n, n_parameter), the same draws in the priors' standard-normal coordinates.
     state : of the run that they are from.
-    alone : (n, n_parameter), the same in the coordinates of `calib.problem.by_themselves`, by which contraction is told; None
-        for `theta`.
 
     Returns
     -------
@@ -276,7 +270,7 @@ def summarise(
             r_hat=float(state.r_hat[k]),
             ess_bulk=float(state.ess_bulk[k]),
             ess_tail=float(state.ess_tail[k]),
-            prior_contraction=float(1 - np.var((theta if alone is None else alone)[:, k], ddof=1)),
+            prior_contraction=float(1 - np.var(theta[:, k], ddof=1)),
             prior_shift=float(np.mean(theta[:, k])),
         )
     return found

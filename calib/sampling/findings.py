@@ -23,8 +23,7 @@ class ParameterSummary:
     interval_90 : central 90 %.
     prior_contraction : 1 - posterior variance / prior variance in the prior's standard-normal coordinate, where every prior has
         variance 1: 0 where the data taught nothing, towards 1 where they taught everything.
-    prior_shift : posterior mean in that coordinate: by how many of its standard deviations the data pulled the prior; of a
-        specimen of a lot by how many spreads it lies off its lot (or off what lot and its own reading say).
+    prior_shift : posterior mean in that coordinate: by how many of its standard deviations the data pulled the prior.
     """
 
     unit: str
