@@ -11,7 +11,7 @@ from __future__ import annotations
 import argparse
 import resource
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -67,11 +67,18 @@ def lot(experiment: Experiment, forward: Forward, n: int, seed: int) -> tuple[Pr
         rig_names = ("machine_compliance", "parasitic_capacitance", "force_noise", "capacitance_noise")
         rig = Rig(**zeros, **{name: truth[name] for name in rig_names})
         sweeps.append(synthetic_sweep(forward, design, DEPTH, rig, rng, specimen=specimen.name, n_points=POINTS))
-    return build_problem(whole, _with_discrepancy(build_problem(whole, sweeps, forward), truth, rng), forward), truth
+    return build_problem(whole, with_discrepancy(build_problem(whole, sweeps, forward), truth, rng), forward), truth
 
 
-def _with_discrepancy(problem: Problem, truth: dict[str, float], rng: np.random.Generator) -> list[Sweep]:
-    """The sweeps of a problem with what the likelihood calls the errors that neighbouring points share."""
+def with_discrepancy(problem: Problem, truth: Mapping[str, float], rng: np.random.Generator) -> list[Sweep]:
+    """The sweeps of a problem with what the likelihood calls the errors that neighbouring points share.
+
+    Parameters
+    ----------
+    problem : with sweeps that have noise alone.
+    truth : values of all its unknowns, by name, SI.
+    rng : of the errors.
+    """
     values = {name: np.array([value]) for name, value in truth.items()}
     models = model_sweeps(problem, problem.forward, problem.plans, values)
     found = []

@@ -63,6 +63,10 @@ CHANNELS: Mapping[str, Channel] = MappingProxyType(
 #: Unknowns that are the width of something: of the scatter of readings, of what the model leaves out.
 SCALES = frozenset(f"{channel}_{kind}" for channel in CHANNELS for kind in ("noise", "discrepancy"))
 
+#: The quantity of which each specimen of a lot has a value of its own under partial pooling, and the lot one that they lie
+#: about; and the unknown that says how far specimens differ in it.
+POOLED, SPREAD = "young_modulus", "young_modulus_spread"
+
 
 # --- unknowns -----------------------------------------------------------------------------------------------------------
 
@@ -78,7 +82,7 @@ class Setting:
     channels : names of the channels measured: in all sweeps for an unknown of the material or the rig, in the sweeps of the
         specimen for one of a specimen, in the sweep for one of a sweep.
     ties : how the depth of these channels' readings is known: from "displacement", "force" or "clock".
-    padding, law, discrepancy : as the experiment has them.
+    padding, law, discrepancy, pooling : as the experiment has them.
     given : whether the experiment names the unknown, with a prior or as a known number.
     """
 
@@ -87,6 +91,7 @@ class Setting:
     padding: str = "sensor"
     law: str = "neo-hookean"
     discrepancy: str = "on"
+    pooling: str = "complete"
     given: Literal["", "prior", "fixed"] = ""
 
 
@@ -359,6 +364,16 @@ _ROWS: tuple[Unknown, ...] = (
         example="{ halfnormal = 0.02 }",
         exists=lambda s: s.discrepancy == "on" and _electrical(s),
         when='there is capacitance and discrepancy = "on"',
+    ),
+    Unknown(
+        Parameter(SPREAD, "τ_E", "", "%", 1e2, "Young's modulus, spread between specimens (sd)"),
+        "material",
+        "not negative",
+        default="{ lognormal = [0.04, 2] }",
+        reason="judgement: batches and cures of one silicone scatter by 3 to 5 % within a lab, and never by nothing",
+        example="{ lognormal = [0.04, 2] }",
+        exists=lambda s: s.pooling == "partial",
+        when='pooling = "partial"',
     ),
     Unknown(
         PARAMETERS["sensor_thickness"],

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.stats import kurtosis, norm
 
 from calib.sampling.proposal import Indices
-from calib.sampling.target import Mode
+from calib.sampling.target import Mode, Tie
 from models.sensor import BoolArray, FloatArray
 
 #: Exact draws that the moments are taken from.
@@ -75,6 +75,10 @@ class Known:
             return self.log_density(x)[:, None]
         self.counted[0] += x.shape[0]
         return self.parts(x)
+
+    def tie(self, x: FloatArray, random: np.random.RandomState) -> Tie | None:
+        """See `Target`: nothing ties its groups."""
+        return None
 
     def climb(self, x: FloatArray, known: Sequence[Mode]) -> Mode:
         """See `Target`; by Newton steps with derivatives by differences."""

@@ -21,7 +21,7 @@ from calib.checks.verdict import Reason, Verdict, reasons_to_text
 from calib.checks.weights import USUAL, Weighting, Weights, model_weights
 from calib.errors import Fault, InputError
 from calib.experiment import model_in_words
-from calib.problem import ParameterInfo
+from calib.problem import ParameterInfo, of_lot
 from calib.sampling import (
     K_HAT,
     Averaged,
@@ -170,7 +170,8 @@ def _mixed(models: Sequence[Model], told: tuple[Averaged, ...], departures: tupl
     infos = {info.name: info for p in reversed(posteriors) for info in p.parameters}
     parameters = tuple(info for name, info in infos.items() if all(name in c for c in columns))
     order_of = [p.name for p in first.parameters] + list(infos)
-    parameters = tuple(sorted(parameters, key=lambda info: order_of.index(info.name)))
+    lot = [info.name for info in of_lot(first.experiment)]  # which posteriors have last
+    parameters = tuple(sorted(parameters, key=lambda info: (info.name in lot, order_of.index(info.name))))
     draws = np.stack([mixed([c[info.name] for c in columns]) for info in parameters], axis=-1)
     fixed = {n: v for n, v in first.fixed.items() if all(p.fixed.get(n) == v for p in posteriors)}
     of_model: IntArray = mixed([np.full(p.draws.shape[:2], k) for k, p in enumerate(posteriors)]).astype(np.int64)

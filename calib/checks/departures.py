@@ -4,7 +4,8 @@ A posterior is sure within its model. Whether the data would rather have another
 choice (`calib.experiment.variants_of`), by the evidence p(data | model), the integral of the likelihood over the priors: models
 are compared by its ratio, the Bayes factor, which holds against a model what it has to be told to fit. It is computed as the
 first answer is, by importance sampling near the mode, in about a second of processor time for each model, and nothing is
-sampled. Likewise specimens that share a material may each have a modulus of their own.
+sampled. Likewise specimens that share a material may each have a modulus of their own; those of one lot, which
+have, are held against each other.
 """
 
 from __future__ import annotations
@@ -17,12 +18,13 @@ import numpy as np
 
 from calib.catalogue import UnknownName
 from calib.checks.reweighting import problem_of
+from calib.checks.strangers import strangers_of
 from calib.errors import InputError
 from calib.experiment import Variant, forward_of_experiment, model_in_words, variants_of
 from calib.lab import Sweep
 from calib.priors import Prior, parse_prior
 from calib.problem import ParameterInfo, Problem, build_problem
-from calib.sampling import Apart, Departure, FirstAnswer, Posterior, first_answer
+from calib.sampling import Apart, Departure, FirstAnswer, Posterior, Stranger, first_answer
 from models.response import Forward
 
 # What is believed of how much stiffer one specimen of a lot is than another: 20 % either way.
@@ -34,10 +36,11 @@ _HOPELESS = -50.0
 
 @dataclass(frozen=True, eq=False)
 class Elsewhere:
-    """What the data would say under other models, and of specimens that differ; see `Departure` and `Apart`."""
+    """What the data would say under other models, and of specimens that differ; see `Departure`, `Apart` and `Stranger`."""
 
     departures: tuple[Departure, ...] = ()
     apart: tuple[Apart, ...] = ()
+    strangers: tuple[Stranger, ...] = ()
 
 
 def look_elsewhere(problem: Problem, own: FirstAnswer | None, executor: Executor | None = None) -> Elsewhere:
@@ -61,13 +64,14 @@ def look_elsewhere(problem: Problem, own: FirstAnswer | None, executor: Executor
     near = {name: estimate.mean for name, estimate in own.parameters.items()}
     floor = own.log_evidence + _HOPELESS
     if executor is None:
-        apart = _apart(problem, near)
+        specimens = _specimens(problem, near)
         answers = [_under(problem, variant, near, floor) for variant in variants]
     else:
         asked = [executor.submit(_under, problem, variant, near, floor) for variant in variants]
-        waited = executor.submit(_apart, problem, near)
-        answers, apart = [future.result() for future in asked], waited.result()
-    return Elsewhere(tuple(_departure(problem, v, own, a) for v, a in zip(variants, answers, strict=True)), apart)
+        waited = executor.submit(_specimens, problem, near)
+        answers, specimens = [future.result() for future in asked], waited.result()
+    departures = tuple(_departure(problem, v, own, a) for v, a in zip(variants, answers, strict=True))
+    return replace(specimens, departures=departures)
 
 
 def with_elsewhere(posterior: Posterior, found: Elsewhere) -> Posterior:
@@ -78,7 +82,9 @@ def with_elsewhere(posterior: Posterior, found: Elsewhere) -> Posterior:
     posterior : as sampled.
     found : of its problem.
     """
-    return replace(posterior, diagnostics=replace(posterior.diagnostics, departures=found.departures, apart=found.apart))
+    d = posterior.diagnostics
+    kept = replace(d, departures=found.departures, apart=found.apart, strangers=found.strangers)
+    return replace(posterior, diagnostics=kept)
 
 
 def with_departures(posterior: Posterior, forward: Forward, executor: Executor | None = None) -> Posterior:
@@ -116,6 +122,13 @@ def _departure(problem: Problem, variant: Variant, own: FirstAnswer | None, foun
     if own is None or found is None:
         return Departure(variant.name, model, float("nan"), None)
     return Departure(variant.name, model, found.log_evidence - own.log_evidence, found.parameters.get("young_modulus"))
+
+
+def _specimens(problem: Problem, near: Mapping[str, float]) -> Elsewhere:
+    """How specimens differ: those that share a material, or those of one lot."""
+    if problem.table.lot is not None:
+        return Elsewhere(strangers=strangers_of(problem, near))
+    return Elsewhere(apart=_apart(problem, near))
 
 
 def _apart(problem: Problem, near: Mapping[str, float]) -> tuple[Apart, ...]:

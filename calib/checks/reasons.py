@@ -50,7 +50,7 @@ def judge_posterior(posterior: Posterior, predictions: Sequence[Prediction] = ()
     predictions : of its sweeps; without them it is not looked at whether the model describes the data.
     more : what speaks against it besides.
     """
-    gates = (_convergence, _surrogate, _conflict, _departures, _apart, _quality, _prior_driven, _range)
+    gates = (_convergence, _surrogate, _conflict, _departures, _apart, _strangers, _quality, _prior_driven, _range)
     found = [reason for gate in gates for reason in gate(posterior)]
     found += [*unedited_reasons(posterior.experiment), *_discrepancy(posterior, predictions), *_predictive(predictions)]
     found += [*_kept(posterior, found), *more]
@@ -71,7 +71,7 @@ def passed_gates(posterior: Posterior, verdict: Verdict) -> tuple[str, ...]:
     looked += ["finite elements"] if d.reweighting is not None else []
     looked += ["discrepancy"] if any(UnknownName.parse(n).parameter.endswith("_discrepancy") for n in d.parameters) else []
     looked += ["model"] if d.departures or d.models else []
-    looked += ["specimens"] if d.apart else []
+    looked += ["specimens"] if d.apart or d.strangers else []
     looked += ["prior sensitivity"] if d.sensitivity else []
     against = {reason.gate for reason in verdict.reasons}
     return tuple(gate for gate in looked if gate not in against)
@@ -190,7 +190,26 @@ def _apart(posterior: Posterior) -> Iterator[Reason]:
     finding = f"the specimens are not of one material: {_first(sizes)} than {compared[0].reference}"
     if len(compared) > 1 and 2 * len(found) > len(compared):
         finding += ", which differs from most of them and may be the one that does not belong"
-    yield Reason("specimens", level, finding, "Check their files and thicknesses; if these are right calibrate them one by one")
+    advice = 'Check their files and thicknesses; if these are right, pooling = "partial" gives each a material of its own'
+    yield Reason("specimens", level, finding, advice)
+
+
+def _strangers(posterior: Posterior) -> Iterator[Reason]:
+    """Specimens that do not belong to their lot, held against the others."""
+    compared = sorted(posterior.diagnostics.strangers, key=lambda s: -abs(s.z))
+    limits = _rare_limits(len(compared))
+    if not compared or (level := _level(abs(compared[0].z), limits)) is None:
+        return
+    sizes = [
+        f"{s.specimen} is {abs(s.ratio.mean - 1):.0%} ± {s.ratio.sd:.0%} {'stiffer' if s.z > 0 else 'softer'}"
+        for s in compared
+        if abs(s.z) > limits["amber"]
+    ]
+    finding = f"not all specimens are of one lot: {_first(sizes)} than the others let one expect"
+    if len(compared) == 2:
+        finding += ", and of two specimens the data do not tell which one does not belong"
+    action = "Check its files, its thicknesses and what it was cast from; if it is of another lot calibrate it by itself"
+    yield Reason("specimens", level, finding, action)
 
 
 def _quality(posterior: Posterior) -> Iterator[Reason]:

@@ -50,8 +50,9 @@ def require_own_surrogate(posterior: Posterior, forward: Forward) -> Surrogate:
         raise InputError(Fault(f"the run was calibrated with the {posterior.forward_name}", path, advice=advice))
     flat, sampled = posterior.draws.reshape(-1, posterior.draws.shape[-1]), posterior.log_prob.ravel()
     some = np.linspace(0, len(flat) - 1, _N_SAME).astype(int)
-    theta = coordinates_of(posterior, flat[some])
-    off = np.abs(log_posterior(problem_of(posterior, forward), theta) - sampled[some])
+    problem = problem_of(posterior, forward)
+    theta = coordinates_of(problem, flat[some, : len(problem.parameters)])
+    off = np.abs(log_posterior(problem, theta) - sampled[some])
     if not np.all(off < _SAME):
         told = f"up to {np.max(off):.3g} off in log density" if np.all(np.isfinite(off)) else "some draws are not covered"
         advice = "Calibrate again with this surrogate, or put the earlier file back"

@@ -160,7 +160,7 @@ def problem_of(posterior: Posterior, forward: Forward) -> Problem:
     forward : the model of the problem.
     """
     plans = tuple(plan_sweep(s) for s in posterior.sweeps)
-    return Problem(posterior.experiment, posterior.sweeps, forward, posterior.parameters, posterior.fixed, plans)
+    return Problem(posterior.experiment, posterior.sweeps, forward, posterior.unknowns, posterior.fixed, plans)
 
 
 def log_ratio(problem: Problem, exact: Forward, values: Mapping[str, FloatArray]) -> tuple[float, str]:

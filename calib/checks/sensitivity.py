@@ -29,7 +29,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from calib.catalogue import SCALES, UNKNOWNS
-from calib.problem import ParameterInfo, coordinates_of
+from calib.problem import ParameterInfo, coordinates_of, log_prior, prior_covariance
 from calib.sampling import K_HAT, Posterior, Pull, Sensitivity, smooth_weights
 from models.sensor import FloatArray, IntArray
 
@@ -60,10 +60,12 @@ def sensitivity_of_headlines(posterior: Posterior) -> dict[str, Sensitivity]:
     columns = posterior.draws.reshape(-1, posterior.draws.shape[-1])
     every = max(1, len(columns) // _DRAWS)
     columns, log_prob = columns[::every], posterior.log_prob.reshape(-1)[::every]
-    theta = coordinates_of(posterior, columns)
-    log_likelihood = log_prob + 0.5 * np.sum(theta**2, axis=1)
+    unknowns = posterior.unknowns
+    theta = coordinates_of(posterior, columns)[:, : len(unknowns)]
+    log_likelihood = log_prob - log_prior(posterior, theta)
+    theta = _independent(posterior, theta)
     there = np.isfinite(log_likelihood)
-    beliefs = [k for k, p in enumerate(posterior.parameters) if is_belief(p)]
+    beliefs = [k for k, p in enumerate(unknowns) if is_belief(p)]
     headlines = {p.name: columns[there, k] for k, p in enumerate(posterior.parameters) if p.parameter in HEADLINES}
     if not beliefs or not headlines or np.count_nonzero(there) < 2:
         return {}
@@ -72,6 +74,14 @@ def sensitivity_of_headlines(posterior: Posterior) -> dict[str, Sensitivity]:
     names = [posterior.parameters[k].name for k in beliefs]
     limit = pull_limit(len(posterior.experiment.specimens))
     return sensitivities(headlines, names, theta[there][:, beliefs], log_likelihood[there], ess, limit)
+
+
+def _independent(posterior: Posterior, theta: FloatArray) -> FloatArray:
+    """Coordinates (n_draw, n) that are independent before the data: those of specimens of one lot are alike."""
+    if posterior.table.lot is None:
+        return theta
+    value, vector = np.linalg.eigh(prior_covariance(posterior, theta.shape[1]))
+    return np.asarray(theta @ (vector / np.sqrt(value)) @ vector.T, dtype=float)
 
 
 def pull_limit(n_specimen: int) -> float:

@@ -24,7 +24,9 @@ def recommend(
     seed: Annotated[int, typer.Option(min=0, help="Seed of the choice of draws.")] = 1,
     strict: Strict = False,
 ) -> None:
-    """Recommend a padding thickness for a sensor like those measured, and say how sure that is.
+    """Recommend a padding thickness for a sensor like those measured, or the next one of their lot, and say how sure that is.
+
+    For the next one, which nobody has measured, where the experiment has pooling = "partial".
 
     For each draw of the posterior the capacitance change at the given force is computed for every thickness. The
     recommendation is the thickness that is most probably within 5 % of the best. Thicknesses that the model does not cover are

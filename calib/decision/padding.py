@@ -23,6 +23,7 @@ from calib.checks import (
     verdict_of,
 )
 from calib.decision.extrapolation import beyond_the_measured
+from calib.decision.next_specimen import as_next_specimen
 from calib.decision.recommendation import INTERVAL_PROBABILITY, OfModel, Recommendation
 from calib.decision.requirement import Requirement
 from calib.errors import Fault, InputError
@@ -36,6 +37,8 @@ from models.sensor import BoolArray, Design, FloatArray, Scalar, design_from
 
 #: A thickness is covered when at least this share of the draws stays inside the model's range.
 COVERED_SHARE = 0.95
+# Stream of random numbers beside the seed's, for the specimen that was not measured.
+_NEXT = 3
 # The error of a model is alike for alike designs: its correlation falls off over this factor in total thickness.
 _ERROR_FACTOR = 1.5
 
@@ -59,10 +62,11 @@ def recommend(
     verdict: Verdict | None = None,
     members: Sequence[Member] = (),
 ) -> Recommendation:
-    """Recommend a padding thickness for a sensor like those measured, and say how sure that is.
+    """Recommend a padding thickness for a sensor like those measured, or the next one of their lot, and say how sure that is.
 
     Each draw of the posterior takes the thicknesses of one specimen (picked at random), so that the spread from specimen to
-    specimen is part of the answer; its padding is replaced by each thickness of the grid. The model's own error and the
+    specimen is part of the answer; its padding is replaced by each thickness of the grid. Under partial pooling its modulus is
+    that of a specimen that was not measured, drawn from lot and spread. The model's own error and the
     discrepancy found in calibration are added as a smooth random function of thickness (correlation exp(-x^2/2) with
     x = ln(h_i/h_j) / ln 1.5, h the total thickness).
 
@@ -87,15 +91,20 @@ def recommend(
     """
     rng = np.random.default_rng(seed)
     models = members_or(members, posterior, forward)
-    parts = [
-        _Part(member, *_sensors_like_those_measured(member.posterior, values, requirement, rng))
-        for member, values in drawn(models, requirement.n_draw, rng)
+    chosen = drawn(models, requirement.n_draw, rng)
+    measured = [
+        _Part(member, *_sensors_like_those_measured(member.posterior, values, requirement, rng)) for member, values in chosen
     ]
+    parts, of_next = measured, posterior.experiment.pooling == "partial"
+    if of_next:
+        own = np.random.default_rng([seed, _NEXT])
+        following = [(member, as_next_specimen(values, own)) for member, values in chosen]
+        parts = [_Part(m, *_sensors_like_those_measured(m.posterior, values, requirement, own)) for m, values in following]
     grid = np.linspace(requirement.lower, requirement.upper, requirement.n_thickness)
     # The padding of the measured specimens comes last: its error is the same random function.
     present, sensor = (
         np.concatenate([np.asarray(layer.thickness) for layer in layers])
-        for layers in zip(*((part.base.padding, part.base.sensor) for part in parts), strict=True)
+        for layers in zip(*((part.base.padding, part.base.sensor) for part in measured), strict=True)
     )
     n_draw = present.size
     paddings = np.append(grid, np.median(present))
@@ -127,7 +136,7 @@ def recommend(
     ties = covered & (np.nan_to_num(probability, nan=-1.0) >= np.nanmax(probability) - 0.5 / n_draw)
     pick = int(np.argmax(np.where(ties, share, -np.inf)))
 
-    now = _joined([_at_padding(part, part.base.padding.thickness, requirement.force) for part in parts])
+    now = _joined([_at_padding(part, part.base.padding.thickness, requirement.force) for part in measured])
     change_now = now.change + now.sd * error_now
     gain = band(change[:, pick] / np.where(change_now > 0, change_now, np.nan))
     open_models = _open_models(posterior)
@@ -162,6 +171,7 @@ def recommend(
         of_models=tuple(_of_models(posterior, parts, change[:, pick], near, grid)),
         verdict=verdict_of([*known.reasons, *beyond]),
         forward_name=forward.name,
+        sensor="next" if of_next else "measured",
         seed=seed,
         posterior_sha256=posterior_sha256,
     )

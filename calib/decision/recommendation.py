@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -76,6 +76,8 @@ class Recommendation:
     of_models : what each model says by itself, if they were averaged.
     verdict : whether it may be built on: what speaks against the calibration, and against going beyond what was measured.
     forward_name : the model that predicted.
+    sensor : whose padding it is: "measured" for a sensor like those measured, of their material; "next" for one that has
+        not been measured, of the same lot (partial pooling), with how its modulus may differ in the intervals.
     seed : of the choice of draws.
     posterior_sha256 : hash of the posterior's file, empty if there is none.
     """
@@ -105,6 +107,7 @@ class Recommendation:
     of_models: tuple[OfModel, ...]
     verdict: Verdict
     forward_name: str
+    sensor: Literal["measured", "next"]
     seed: int
     posterior_sha256: str
 
@@ -126,6 +129,19 @@ class Recommendation:
         ):
             columns |= {f"{name}_{round(100 * q):02d}{unit}": row for q, row in zip(BAND_LEVELS, quantiles, strict=True)}
         return pd.DataFrame({**columns, "probability": self.probability})
+
+    @property
+    def sensor_in_words(self) -> str:
+        """Whose sensor it is for, in a sentence."""
+        if self.sensor == "next":
+            return (
+                "It is for the next sensor of this lot, which nobody has measured: its modulus may differ from those measured "
+                "as the spread of the lot says; its thicknesses are like theirs."
+            )
+        return (
+            "It is for the measured sensors, on new padding: the modulus of another sensor of their lot may differ, which is "
+            'not in the intervals (pooling = "partial" has it).'
+        )
 
     @property
     def sureness(self) -> str:
@@ -210,6 +226,7 @@ class Recommendation:
             text += f"{self.border} "
         if self.of_models:
             text += f"{self.choice_in_words} "
+        text += f"{self.sensor_in_words} "
         if self.verdict.colour == "red":
             text = f"Do not build on this: {self.verdict.reasons[0].finding}. {text}"
         return text.strip()

@@ -6,6 +6,7 @@ from calib.experiment.edits import MARK, Unedited, unedited_in_words
 from calib.experiment.experiment_file import experiment_from, read_experiment
 from calib.experiment.forward import forward_of_design, forward_of_experiment, require_use_of, surrogate_from
 from calib.experiment.lab_files import Found, Looked, look_through
+from calib.experiment.lots import lot_prior, spread_prior
 from calib.experiment.pairing import pair
 from calib.experiment.plan import Experiment, MaterialLaw, Specimen, SweepFiles
 from calib.experiment.presses import Press, Pressed
@@ -37,6 +38,7 @@ __all__ = [
     "forward_of_design",
     "forward_of_experiment",
     "look_through",
+    "lot_prior",
     "model_in_words",
     "pair",
     "possible_candidates",
@@ -44,6 +46,7 @@ __all__ = [
     "read_experiment",
     "read_sweeps",
     "require_use_of",
+    "spread_prior",
     "surrogate_from",
     "unedited_in_words",
     "variants_of",

@@ -14,7 +14,8 @@ from calib.catalogue import UNKNOWNS, display, unknowns_of
 from calib.errors import InputError
 from calib.experiment.edits import unedited_lines
 from calib.experiment.lab_paths import check_name, read_sweeps_of
-from calib.experiment.plan import Discrepancy, Experiment, MaterialLaw, Model, PaddingMaterial, Specimen, SweepFiles
+from calib.experiment.lots import lot_faults
+from calib.experiment.plan import Discrepancy, Experiment, MaterialLaw, Model, PaddingMaterial, Pooling, Specimen, SweepFiles
 from calib.experiment.signposts import SIGNPOSTS, SWEEP_KEYS
 from calib.experiment.toml_file import Toml, read_toml
 from calib.experiment.toml_places import KeyPath
@@ -27,7 +28,19 @@ from models.surrogate import shipped_in_words
 
 #: Keys that a table of an experiment file may have; those of priors are the unknowns.
 KEYS: Mapping[str, tuple[str, ...]] = {
-    "": ("name", "model", "discrepancy", "candidates", "base", "indenter", "sensor", "padding", "priors", "specimens"),
+    "": (
+        "name",
+        "model",
+        "discrepancy",
+        "candidates",
+        "base",
+        "pooling",
+        "indenter",
+        "sensor",
+        "padding",
+        "priors",
+        "specimens",
+    ),
     "indenter": ("radius", "friction_coefficient"),
     "sensor": ("radius", "law", "electrode_radius", "dielectric_thickness"),
     "padding": ("material",),
@@ -55,6 +68,8 @@ def read_experiment(path: Path) -> Experiment:
         candidates = ["stick", "gent"]   # optional: models that `calib compare` calibrates beside this one, by the names of
                                          # the folders that it gives them; default all that differ in one other choice
         base = "bonded"                  # optional: what the padding rests on: glued (bonded) or free to slide (slippery)
+        pooling = "complete"             # optional: complete (one modulus for all specimens), or partial (they are of one lot,
+                                         # each with its own)
         [indenter]
         radius = "5 mm"
         friction_coefficient = 0         # optional: Coulomb's, or "stick" for a ball that the sensor sticks to; where it is
@@ -151,6 +166,7 @@ def _experiment(toml: Toml, name: str) -> Experiment:
     elif friction is not None:
         priors["friction_coefficient"] = friction
     discrepancy = choice_at(toml, ("discrepancy",), toml.data.get("discrepancy", "on"), DISCREPANCIES)
+    pooling = choice_at(toml, ("pooling",), toml.data.get("pooling", "complete"), get_args(Pooling))
     base = choice_at(toml, ("base",), toml.data.get("base", "bonded"), get_args(Base))
     if "stiffening" in priors and law != "gent":
         toml.fault(
@@ -191,9 +207,12 @@ def _experiment(toml: Toml, name: str) -> Experiment:
         law=cast(MaterialLaw, law),
         stick=stick,
         base=cast(Base, base),
+        pooling=cast(Pooling, pooling),
         unedited=unedited_lines(toml.text, toml.data, toml.places),
     )
     _check_model(toml, experiment)
+    for unknown, wrong in lot_faults(experiment):
+        toml.add(("priors", unknown), [wrong])
     experiment = replace(experiment, candidates=_candidates(toml, experiment, discrepancy == _COMPARE))
     raise_faults(toml)
     return experiment

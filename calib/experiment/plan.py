@@ -18,6 +18,7 @@ Model = Literal["surrogate", "fem", "closed form"]
 Discrepancy = Literal["off", "on"]
 PaddingMaterial = Literal["sensor", "own", "foam"]
 MaterialLaw = Literal["neo-hookean", "gent"]
+Pooling = Literal["complete", "partial"]
 
 
 @dataclass(frozen=True)
@@ -95,6 +96,7 @@ class Experiment:
     stick : whether the sensor sticks to the ball, or slides on it: without friction, or with one that is an unknown.
     base : what the padding rests on, glued or free to slide.
     candidates : names of the models that `calib compare` calibrates beside this one; empty for all that there are.
+    pooling : "complete" if all specimens have one modulus; "partial" if they are of one lot, with a modulus of their own each.
     unedited : lines of the file that still hold a guess of its draft, see `calib.experiment.edits`.
     """
 
@@ -112,6 +114,7 @@ class Experiment:
     stick: bool = False
     base: Base = "bonded"
     candidates: tuple[str, ...] = ()
+    pooling: Pooling = "complete"
     unedited: tuple[Unedited, ...] = ()
 
     @property

@@ -60,6 +60,7 @@ def experiment_to_json(experiment: Experiment) -> str:
         "stick": experiment.stick,
         "base": experiment.base,
         "candidates": list(experiment.candidates),
+        "pooling": experiment.pooling,
         "unedited": [[u.line, u.what, u.of] for u in experiment.unedited],
         "priors": priors(experiment.priors),
         "specimens": specimens,
@@ -117,5 +118,6 @@ def experiment_from_json(text: str) -> Experiment:
         stick=document["stick"],
         base=document["base"],
         candidates=tuple(document["candidates"]),
+        pooling=document.get("pooling", "complete"),  # records of before there was a choice do not have it
         unedited=tuple(Unedited(*u) for u in document["unedited"]),
     )

@@ -6,11 +6,11 @@ import inspect
 from collections.abc import Mapping
 from typing import get_args
 
-from calib.catalogue import UNKNOWNS, unknowns_of
+from calib.catalogue import SPREAD, UNKNOWNS, unknowns_of
 from calib.experiment.design import BESIDE, DISC, LAWS, LAYER, REQUIRED, SHAPES, TABLES
 from calib.experiment.experiment_file import DISCREPANCIES, KEYS
 from calib.experiment.lab_entries import READING_KEYS
-from calib.experiment.plan import MaterialLaw, Model, PaddingMaterial
+from calib.experiment.plan import MaterialLaw, Model, PaddingMaterial, Pooling
 from calib.experiment.schema_values import Schema, choice, prior_of, quantity, quantity_of, table, tables, text
 from calib.experiment.signposts import SWEEP_KEYS
 from calib.experiment.variants import CANDIDATES
@@ -39,6 +39,11 @@ def experiment_schema() -> Schema:
             "uniqueItems": True,
         },
         "base": choice("What the padding rests on: glued, or free to slide.", get_args(Base), "bonded"),
+        "pooling": choice(
+            "Whether all specimens share one modulus, or are of one lot with a modulus of their own each.",
+            get_args(Pooling),
+            "complete",
+        ),
         "indenter": _only("The ball.", KEYS["indenter"], _INDENTER, ["radius"]),
         "sensor": _only("The sensor's disc.", KEYS["sensor"], _SENSOR, ["radius"]),
         "padding": _only("What the sensor lies on.", KEYS["padding"], _PADDING),
@@ -49,7 +54,9 @@ def experiment_schema() -> Schema:
         "specimens": tables("The sensors that were measured.", _specimen()),
     }
     found = _only("Experiment file of `calib calibrate`.", KEYS[""], top, ["indenter", "sensor", "specimens"])
-    return {"$schema": _DRAFT, "title": "Experiment"} | found
+    partial: Schema = {"properties": {"pooling": {"const": "partial"}}, "required": ["pooling"]}
+    complete: Schema = {"properties": {"priors": {"not": {"required": [SPREAD]}}}}
+    return {"$schema": _DRAFT, "title": "Experiment"} | found | {"if": partial, "else": complete}
 
 
 _FRICTION: Schema = {

@@ -15,13 +15,22 @@ from calib.problem.likelihood import (
     range_use,
     without_block,
 )
+from calib.problem.lots import Lot, LotPrior
 from calib.problem.measurement import model_sweep, model_sweeps
 from calib.problem.plan import CORRELATION_LENGTH, SweepPlan, plan_sweep
+from calib.problem.prior import log_prior, log_prior_as_normal, prior_coordinates, prior_covariance, prior_values, values_of_lot
 from calib.problem.problem import Problem, build_problem, problem_from
 from calib.problem.readings import PredictedReadings, SweepModel
 from calib.problem.specimens import LogPosteriorParts, Scopes, log_posterior_parts, scopes_of
-from calib.problem.unknowns import ParameterInfo, UnknownTable, table_of
-from calib.problem.values import Calibrated, columns_at, coordinates_of, lookup, specimen_design, values_at
+from calib.problem.unknowns import ParameterInfo, UnknownTable, list_unknowns, of_lot, table_of
+from calib.problem.values import (
+    Calibrated,
+    columns_at,
+    coordinates_of,
+    lookup,
+    specimen_design,
+    values_at,
+)
 
 __all__ = [
     "CORRELATION_LENGTH",
@@ -29,6 +38,8 @@ __all__ = [
     "Calibrated",
     "Glance",
     "LogPosteriorParts",
+    "Lot",
+    "LotPrior",
     "ParameterInfo",
     "PredictedReadings",
     "Problem",
@@ -43,6 +54,7 @@ __all__ = [
     "coordinates_of",
     "given_other_points",
     "glances",
+    "list_unknowns",
     "log_density",
     "log_likelihood",
     "log_likelihood_at",
@@ -52,13 +64,19 @@ __all__ = [
     "log_normal",
     "log_posterior",
     "log_posterior_parts",
+    "log_prior",
+    "log_prior_as_normal",
     "lookup",
     "medians",
     "model_sweep",
     "model_sweeps",
     "nominal_zero",
+    "of_lot",
     "plan_sweep",
     "point_densities",
+    "prior_coordinates",
+    "prior_covariance",
+    "prior_values",
     "problem_from",
     "range_use",
     "readings",
@@ -67,5 +85,6 @@ __all__ = [
     "specimen_design",
     "table_of",
     "values_at",
+    "values_of_lot",
     "without_block",
 ]

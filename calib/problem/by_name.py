@@ -13,6 +13,7 @@ from calib.errors import Fault, InputError
 from calib.priors import parse_value
 from calib.problem.likelihood import log_likelihood_at
 from calib.problem.measurement import model_sweeps, why_outside
+from calib.problem.prior import log_prior
 from calib.problem.problem import Problem
 from calib.problem.readings import PredictedReadings, SweepModel
 from calib.problem.values import coordinates_of
@@ -126,8 +127,12 @@ def log_density(problem: Problem, values: Mapping[str, Value]) -> float:
         (p.prior.ppf_normal(z[0, k] - steps), p.prior.ppf_normal(z[0, k] + steps)) for k, p in enumerate(problem.parameters)
     ]
     slopes = np.array([float(high - low) / (2 * steps) for low, high in around])
-    log_prior = float(np.sum(-0.5 * z[0] ** 2 - np.log(slopes)))
-    return log_prior + float(log_likelihood_at(problem, problem.forward, problem.plans, columns)[0])
+    log_density_of_z = float(log_prior(problem, z)[0])
+    return (
+        log_density_of_z
+        - float(np.sum(np.log(slopes)))
+        + float(log_likelihood_at(problem, problem.forward, problem.plans, columns)[0])
+    )
 
 
 def _columns(problem: Problem, values: Mapping[str, Value]) -> dict[str, FloatArray]:

@@ -14,6 +14,7 @@ from calib.lab import Sweep
 from calib.problem.density import blocks_of, log_normal, log_normal_blocks
 from calib.problem.measurement import model_sweep, model_sweeps, ways_down
 from calib.problem.plan import SweepPlan, without_points
+from calib.problem.prior import log_prior
 from calib.problem.problem import Problem
 from calib.problem.readings import SweepModel
 from calib.problem.values import Calibrated, values_at
@@ -32,7 +33,8 @@ _TOGETHER = 320
 def log_posterior(problem: Problem, theta: FloatArray) -> FloatArray:
     """Log posterior density of draws of the unknowns: how probable they are after the data, which is what the sampler explores.
 
-    log p(theta | data) = log likelihood - theta^T theta / 2, up to a constant: the prior is standard normal in theta.
+    log p(theta | data) = log likelihood - theta^T theta / 2, up to a constant: the prior is standard normal in theta, but for
+    what makes specimens of one lot alike (`log_prior`).
 
     Parameters
     ----------
@@ -43,7 +45,7 @@ def log_posterior(problem: Problem, theta: FloatArray) -> FloatArray:
     -------
     (n_draw,); -inf where `log_likelihood` is.
     """
-    return np.asarray(log_likelihood(problem, theta) - 0.5 * np.sum(theta**2, axis=1), dtype=float)
+    return np.asarray(log_likelihood(problem, theta) + log_prior(problem, theta), dtype=float)
 
 
 def log_likelihood(problem: Problem, theta: FloatArray) -> FloatArray:

@@ -14,6 +14,7 @@ from calib.experiment import Experiment, forward_of_experiment, read_sweeps
 from calib.lab import Sweep
 from calib.problem.measurement import model_sweep, reach, ways_down, why_outside
 from calib.problem.plan import SweepPlan, plan_sweep
+from calib.problem.prior import prior_coordinates
 from calib.problem.unknowns import ParameterInfo, UnknownTable, list_unknowns, table_of
 from calib.problem.values import values_at
 from models.response import Forward
@@ -31,7 +32,8 @@ class Problem:
     """A calibration ready to be sampled: the data, the forward model, and the unknowns with their priors.
 
     `build_problem` makes one. The sampler sees a vector theta of one coordinate z for each unknown, standard normal under the
-    prior: value = prior.ppf_normal(z), log prior = -z^2/2 summed. `values_at` gives the values by name.
+    prior: value = prior.ppf_normal(z), log prior = -z^2/2 summed; specimens of one lot are alike, see `calib.problem.lots`.
+    `values_at` gives the values by name.
 
     Attributes
     ----------
@@ -53,7 +55,7 @@ class Problem:
     @cached_property
     def table(self) -> UnknownTable:
         """The unknowns made ready to be given values, see `values_at`."""
-        return table_of(self.parameters)
+        return table_of(self.parameters, self.experiment)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -127,7 +129,7 @@ def _unusable(sweep: Sweep) -> list[tuple[str, str]]:
 def _outside_faults(problem: Problem) -> list[Fault]:
     """Find the sweeps that the forward model does not cover, at the medians or for most draws of the prior."""
     n = len(problem.parameters)
-    draws = np.random.default_rng(20190304).standard_normal((_N_PRIOR_CHECK, n))
+    draws = prior_coordinates(problem, np.random.default_rng(20190304), _N_PRIOR_CHECK)
     faults = []
     for theta, share_allowed in ((np.zeros((1, n)), 0.0), (draws, 0.5)):
         values = values_at(problem, theta)
@@ -159,7 +161,7 @@ def _outside_faults(problem: Problem) -> list[Fault]:
 def _what_fits(problem: Problem, plan: SweepPlan) -> str:
     """How much of a press the forward model would cover, as the use that says so; no number where another thing is wrong."""
     n = len(problem.parameters)
-    draws = np.random.default_rng(20190304).standard_normal((_N_PRIOR_CHECK, n))
+    draws = prior_coordinates(problem, np.random.default_rng(20190304), _N_PRIOR_CHECK)
     reached = reach(problem, problem.forward, plan, values_at(problem, np.concatenate([np.zeros((1, n)), draws])))
     # At the medians, and for more of the prior than must be; less what the contact and the default priors shift with the data.
     reading, load = (_FITS * min(float(of[0]), float(np.quantile(of[1:], _FITTING_SHARE, method="lower"))) for of in reached)

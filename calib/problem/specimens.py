@@ -33,6 +33,8 @@ class Scopes:
 class LogPosteriorParts:
     """Log posterior of draws in parts, up to the same constant as `log_posterior`.
 
+    What makes specimens of one lot alike is in none of them: it ties them to each other.
+
     Attributes
     ----------
     prior_shared : of the shared unknowns, (n_draw,).

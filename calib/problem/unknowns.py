@@ -6,11 +6,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from calib.catalogue import CHANNELS, UNKNOWNS, Setting, UnknownName, unknowns_of
+import numpy as np
+
+from calib.catalogue import CHANNELS, POOLED, SPREAD, UNKNOWNS, Setting, UnknownName, unknowns_of
 from calib.experiment import Experiment
 from calib.lab import Sweep
 from calib.priors import Fixed, Prior, StackedPriors, default_prior, stack_priors
 from calib.problem.centred import noise_default, sweep_defaults
+from calib.problem.lots import Lot, lot_of
 
 
 @dataclass(frozen=True)
@@ -57,22 +60,47 @@ class UnknownTable:
     ----------
     columns : name -> its number in the order of z.
     priors : of all of them, in that order.
+    lot : those that are of one lot, and what is believed of them together; None where specimens share one modulus.
     """
 
     columns: Mapping[str, int]
     priors: StackedPriors
+    lot: Lot | None = None
 
 
-def table_of(parameters: Sequence[ParameterInfo]) -> UnknownTable:
-    """Make unknowns ready to be given values."""
-    return UnknownTable({p.name: k for k, p in enumerate(parameters)}, stack_priors([p.prior for p in parameters]))
+def table_of(parameters: Sequence[ParameterInfo], experiment: Experiment) -> UnknownTable:
+    """Make unknowns ready to be given values.
+
+    Parameters
+    ----------
+    parameters : the unknowns, in the order of z.
+    experiment : that they are of.
+    """
+    believed = lot_of(experiment)
+    own = np.array([k for k, p in enumerate(parameters) if p.parameter == POOLED and p.specimen], dtype=np.int64)
+    lot = None if believed is None else Lot(believed, own)
+    return UnknownTable({p.name: k for k, p in enumerate(parameters)}, stack_priors([p.prior for p in parameters]), lot)
+
+
+def of_lot(experiment: Experiment) -> tuple[ParameterInfo, ...]:
+    """What is of a lot, and follows from its specimens, so that it is no unknown of a problem: its modulus, and its spread.
+
+    Posteriors list them after the unknowns. Nothing where specimens share one modulus, no spread that is fixed.
+    """
+    believed = lot_of(experiment)
+    if believed is None:
+        return ()
+    found = ((POOLED, believed.modulus), (SPREAD, believed.spread))
+    infos = (_info(UnknownName(name), experiment.priors.get(name), (prior, "default")) for name, prior in found)
+    return tuple(info for info in infos if not isinstance(info.prior, Fixed))
 
 
 def list_unknowns(experiment: Experiment, sweeps: Sequence[Sweep]) -> tuple[tuple[ParameterInfo, ...], dict[str, float]]:
     """List all unknowns of an experiment in a fixed order, and the values of those that are fixed.
 
     Shared ones come first, then those of each specimen, then those of each of its sweeps. An unknown of the catalogue is listed
-    if its row's `exists` says so: for example nothing electrical without capacitance readings.
+    if its row's `exists` says so: for example nothing electrical without capacitance readings. Of a lot each specimen has a
+    modulus of its own; see `of_lot` for that of the lot.
 
     Parameters
     ----------
@@ -85,7 +113,10 @@ def list_unknowns(experiment: Experiment, sweeps: Sequence[Sweep]) -> tuple[tupl
     """
     found: list[ParameterInfo] = []
     noises = {f"{channel}_noise": noise_default(channel, sweeps) for channel in CHANNELS}
+    lot = lot_of(experiment)
     for parameter in unknowns_of("material", "rig"):
+        if lot is not None and parameter in (POOLED, SPREAD):
+            continue
         given = experiment.priors.get(parameter)
         if UNKNOWNS[parameter].exists(_setting(experiment, sweeps, given)):
             found.append(_info(UnknownName(parameter), given, noises.get(parameter)))
@@ -93,6 +124,8 @@ def list_unknowns(experiment: Experiment, sweeps: Sequence[Sweep]) -> tuple[tupl
         own = [s for s in sweeps if s.specimen == specimen.name]
         if not own:
             continue
+        if lot is not None:
+            found.append(ParameterInfo(UnknownName(POOLED, specimen.name), lot.own, "its lot"))
         for parameter in unknowns_of("specimen"):
             given = specimen.priors.get(parameter, experiment.priors.get(parameter))
             if UNKNOWNS[parameter].exists(_setting(experiment, own, given)):
@@ -105,6 +138,8 @@ def list_unknowns(experiment: Experiment, sweeps: Sequence[Sweep]) -> tuple[tupl
                     name = UnknownName(parameter, specimen.name, sweep.name if len(own) > 1 else "")
                     found.append(_info(name, given, defaults.get(parameter)))
     fixed = {i.name: i.prior.value for i in found if isinstance(i.prior, Fixed)}
+    if lot is not None and isinstance(lot.spread, Fixed):
+        fixed[SPREAD] = lot.spread.value
     return tuple(i for i in found if i.name not in fixed), fixed
 
 
@@ -116,6 +151,7 @@ def _setting(experiment: Experiment, sweeps: Sequence[Sweep], given: Prior | Non
         padding=experiment.padding_material,
         law=experiment.law,
         discrepancy=experiment.discrepancy,
+        pooling=experiment.pooling,
         given=named,
     )
 

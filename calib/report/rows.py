@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from calib.catalogue import QUANTITIES, UNKNOWNS, UnknownName
+from calib.catalogue import POOLED, QUANTITIES, SPREAD, UNKNOWNS, UnknownName
 from calib.checks import conflict_limit
 from calib.report.digits import interval_text, number_or_unknown, shortened, with_uncertainty
 from calib.sampling import FirstAnswer, Posterior
@@ -19,9 +19,13 @@ AGAINST_PRIOR_WORDS = "against its prior"
 #: A parameter whose prior lost more than this share of its variance is called settled by the data.
 SETTLED = 0.9
 
+#: So many specimens leave how specimens of a lot differ mostly to its prior.
+FEW_SPECIMENS = 3
+
 #: Parameters of the sensor, which are asked for; the others are of the rig and of the noise.
 SENSOR_PARAMETERS = (
     "young_modulus",
+    SPREAD,
     "padding_young_modulus",
     "stiffening",
     "relative_permittivity",
@@ -42,7 +46,7 @@ class ParameterRow:
     name : as in files.
     parameter : without specimen and sweep.
     where : those, "" if it is shared by all.
-    label, symbol : what it is called.
+    label, symbol : what it is called, a quantity of a lot as such.
     prior, origin, reason : what was believed before, where that was said, and why, if it is a default.
     value, interval, unit : mean with standard deviation, and central 90 %, in the unit of display.
     contraction : share of the prior's variance that the data took away.
@@ -77,10 +81,12 @@ class ParameterRow:
 
 
 def parameter_rows(posterior: Posterior) -> list[ParameterRow]:
-    """Make the rows of the table of parameters, in the order of the posterior's unknowns."""
+    """Make the rows of the table of parameters, in the order of the posterior's unknowns, what is of a lot first."""
     gate, limit = posterior.diagnostics.gate, conflict_limit(len(posterior.parameters))
+    of_lots = posterior.experiment.pooling == "partial"
     rows = []
-    for info in posterior.parameters:
+    n = len(posterior.unknowns)
+    for info in (*posterior.parameters[n:], *posterior.unknowns):
         s = posterior.diagnostics.parameters[info.name]
         p = QUANTITIES[info.parameter]
         k = p.display_scale
@@ -89,7 +95,7 @@ def parameter_rows(posterior: Posterior) -> list[ParameterRow]:
             ParameterRow(
                 name=info.name,
                 parameter=info.parameter,
-                label=p.label,
+                label=f"{p.label}, lot" if of_lots and info.parameter == POOLED and not info.specimen else p.label,
                 symbol=_html_symbol(p.symbol),
                 where=", ".join(w for w in (info.specimen, info.sweep) if w),
                 prior=shortened(info.prior.describe(info.parameter)),
@@ -164,6 +170,15 @@ def learned_in_words(contraction: float, shift: float, limit: float = 3.5) -> st
     if contraction < PRIOR_DRIVEN and abs(shift) < 1:
         return PRIOR_DRIVEN_WORDS
     return "settled by the data" if contraction > SETTLED else "moved by the data"
+
+
+def told_by_few(posterior: Posterior) -> str:
+    """What few specimens cannot tell of how specimens differ, as the end of a sentence; empty where there are many."""
+    n = len({sweep.specimen for sweep in posterior.sweeps})
+    if n > FEW_SPECIMENS:
+        return ""
+    who = "one specimen cannot" if n == 1 else f"{n} specimens can hardly"
+    return f", which {who} tell: it is mostly what was believed before"
 
 
 def label_of(name: str) -> str:

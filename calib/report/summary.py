@@ -22,8 +22,9 @@ def summary_json(posterior: Posterior, verdict: Verdict) -> str:
     `surrogate_honest` one of the forward model (null if not known); `reasons` holds what speaks against either, `warnings` what
     may be cut off at the end of the model's range. `models` holds those that were averaged, with their weights, `other_models`
     what was found of models that differ in one choice, `specimens_apart` how much stiffer specimens are than the first,
-    `prior_sensitivity` how much headlines hang on what was believed before. `first_answer` is what was estimated before
-    sampling, and where the result differs. "format" changes when a key changes its meaning or goes.
+    `specimens_of_lot` how far each is off the others of its lot (`pooling` "partial", where the parameter `young_modulus` is
+    that of the lot), `prior_sensitivity` how much headlines hang on what was believed before. `first_answer` is what was
+    estimated before sampling, and where the result differs. "format" changes when a key changes its meaning or goes.
 
     Parameters
     ----------
@@ -47,6 +48,8 @@ def summary_json(posterior: Posterior, verdict: Verdict) -> str:
         "other_models": [asdict(departure) for departure in d.departures],
         "specimens_apart": [asdict(a) for a in d.apart],
         "prior_sensitivity": {name: {"diagnosis": s.diagnosis, **asdict(s)} for name, s in d.sensitivity.items()},
+        "pooling": posterior.experiment.pooling,
+        "specimens_of_lot": [asdict(s) for s in d.strangers],
         "seed": posterior.seed,
         "versions": {k.removeprefix(_VERSION_OF): v for k, v in posterior.attrs.items() if k.startswith(_VERSION_OF)},
         "inputs": [{"file": name, "sha256": digest} for name, digest in inputs.items()],

@@ -118,7 +118,7 @@ def _draws_of(folder: Path, problem: Problem) -> FloatArray:
     if posterior.attrs.get(FINGERPRINT) != identity_of(problem, posterior.seed).fingerprint:
         advice = "Calibrate this experiment anew, or prove it from the prior, without --around"
         raise InputError(Fault("this run is of another experiment, or of another version of it", folder, advice=advice))
-    draws = posterior.draws.reshape(-1, len(problem.names))
+    draws = posterior.draws.reshape(-1, len(posterior.parameters))
     return draws[:: max(1, len(draws) // _DRAWS)]
 
 

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
         Sensitivity,
         Shift,
         SpotCheck,
+        Stranger,
         share_between,
     )
     from calib.sampling.groups import to_arviz
@@ -66,6 +67,7 @@ __all__ = [
     "Sensitivity",
     "Shift",
     "SpotCheck",
+    "Stranger",
     "answer_of",
     "climb_from",
     "differences",
@@ -124,6 +126,7 @@ __getattr__ = on_demand(
             "Shift",
             "SpotCheck",
             "share_between",
+            "Stranger",
         ),
         ".estimate": (
             "Look",

@@ -12,10 +12,20 @@ from functools import partial
 
 import numpy as np
 
-from calib.problem import Problem, block_names, columns_at, log_likelihood_blocks, range_use
+from calib.problem import (
+    ParameterInfo,
+    Problem,
+    block_names,
+    columns_at,
+    log_likelihood_blocks,
+    of_lot,
+    range_use,
+    values_of_lot,
+)
 from calib.sampling.checkpoint import CheckpointFolder, load_accepted, load_chain, load_proposal
 from calib.sampling.diagnostics import Convergence, Diagnostics, Gate, convergence, shortcomings, summarise
 from calib.sampling.ensemble import KINDS, STORE_EVERY, autocorrelation_time, standing_time
+from calib.sampling.findings import ParameterSummary
 from calib.sampling.importance import contradictions, second_opinion
 from calib.sampling.posterior import Posterior, leave_out
 from calib.sampling.target import Mode, Target
@@ -35,6 +45,8 @@ RANGE_TOUCH_SHARE = 0.01
 # Most steps of a chain that the autocorrelation time is computed from.
 _MAX_TAU_STEPS = 500
 _BATCH = 512
+# Stream of random numbers beside the seed's for what is of a lot, so that no other draws depend on it.
+_OF_LOT = 3
 # Batches of draws that a worker computes at a time.
 _SHARE = 4
 
@@ -132,6 +144,8 @@ def finish(
     theta = np.stack([chain.reshape(-1, n_parameter) for chain, _ in loaded])
     flat = theta.reshape(-1, n_parameter)
     values = columns_at(problem, flat)
+    lot = of_lot(problem.experiment)
+    of_lots = list(values_of_lot(problem, flat, np.random.default_rng([seed, _OF_LOT])).values())
     parts = np.array_split(flat, max(1, math.ceil(flat.shape[0] / _BATCH)))
     shares = [parts[k : k + _SHARE] for k in range(0, len(parts), _SHARE)]
     likelihoods = (map if executor is None else executor.map)(partial(_blocks, problem), shares)
@@ -141,6 +155,7 @@ def finish(
     tried, accepted = (np.stack(part) for part in zip(*counts, strict=True))
     reasons = shortcomings(state, problem.names, gate)
     summaries = summarise(problem.parameters, values, flat, state)
+    summaries |= _summaries_of_lot(lot, of_lots, (n_ensemble, -1, run.n_walker), state)
     diagnostics = Diagnostics(
         converged=not reasons,
         reasons=reasons,
@@ -160,10 +175,10 @@ def finish(
     found = Posterior(
         experiment=problem.experiment,
         sweeps=problem.sweeps,
-        parameters=problem.parameters,
+        parameters=(*problem.parameters, *lot),
         fixed=dict(problem.fixed),
         forward_name=problem.forward.name,
-        draws=values.reshape(theta.shape),
+        draws=np.column_stack([values, *of_lots]).reshape(n_ensemble, -1, n_parameter + len(lot)),
         log_prob=np.stack([log_prob.reshape(-1) for _, log_prob in loaded]),
         log_likelihood=blocks.reshape(n_ensemble, -1, blocks.shape[1]),
         blocks=block_names(problem),
@@ -175,6 +190,18 @@ def finish(
     with np.errstate(over="ignore"):  # ArviZ lets exponentials of hopeless draws overflow on purpose
         influence = tuple(float(k) for k in leave_out(found).k_hat)
     return replace(found, diagnostics=replace(diagnostics, block_k_hat=influence))
+
+
+def _summaries_of_lot(
+    lot: Sequence[ParameterInfo], draws: Sequence[FloatArray], shape: tuple[int, int, int], state: Convergence
+) -> dict[str, ParameterSummary]:
+    """What is of a lot in numbers, from draws (n,) of each, which are no chains of their own but follow those of specimens."""
+    if not lot:
+        return {}
+    columns = np.column_stack(draws)
+    found = convergence(columns.reshape(*shape, len(lot)), np.full(len(lot), np.max(state.tau)), state.steps)
+    z = np.column_stack([info.prior.to_normal(column) for info, column in zip(lot, draws, strict=True)])
+    return summarise(lot, columns, z, found)
 
 
 def _blocks(problem: Problem, parts: Sequence[FloatArray]) -> FloatArray:

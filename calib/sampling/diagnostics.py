@@ -34,6 +34,7 @@ from calib.sampling.findings import (
     Sensitivity,
     Shift,
     SpotCheck,
+    Stranger,
 )
 from calib.sampling.layout import chain_order
 from models.sensor import FloatArray
@@ -119,6 +120,7 @@ class Diagnostics:
     departures : how well models that differ in one choice describe the data; empty if that was not looked at.
     apart : how much stiffer specimens are than the first; empty if there is one specimen, or it was not looked at.
     models : that the draws are an average over; empty for those of one model.
+    strangers : how far specimens lie off the others of their lot; empty under complete pooling, and as for `apart`.
     block_k_hat : how much each block of data pulls the posterior by itself, k-hat of leaving it out (PSIS); empty if not known.
     sensitivity : how much headline quantities hang on what was believed before, by name; empty if that was not looked at.
     """
@@ -141,6 +143,7 @@ class Diagnostics:
     departures: tuple[Departure, ...] = ()
     apart: tuple[Apart, ...] = ()
     models: tuple[Averaged, ...] = ()
+    strangers: tuple[Stranger, ...] = ()
     block_k_hat: tuple[float, ...] = ()
     sensitivity: Mapping[str, Sensitivity] = field(default_factory=dict)
 
@@ -321,6 +324,7 @@ def diagnostics_from_json(text: str) -> Diagnostics:
         name: Sensitivity(**{**s, "pulls": tuple(Pull(**pull) for pull in s["pulls"])})
         for name, s in data.get("sensitivity", {}).items()
     }
+    read["strangers"] = tuple(Stranger(**{**s, "ratio": FirstEstimate(**s["ratio"])}) for s in data.get("strangers", ()))
     return Diagnostics(**{**data, **tuples, **read})
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from calib.catalogue import SCALES
-from calib.problem import Problem, chi_square, columns_at, coordinates_of, model_sweeps, values_at
+from calib.problem import Problem, chi_square, columns_at, coordinates_of, model_sweeps, values_at, values_of_lot
 from calib.sampling.coordinates import Coordinates, coordinates
 from calib.sampling.findings import FirstAnswer, FirstEstimate
 from calib.sampling.laplace import importance_weights, laplace_density
@@ -156,9 +156,11 @@ def answer_of(look: Look) -> FirstAnswer:
     if look.effective_draws < _TOO_FEW:
         raise ValueError("there is no first answer: the posterior is not nearly normal, whatever noises and discrepancies are")
     values, weight = columns_at(look.problem, look.theta), look.weight
+    of_lot = values_of_lot(look.problem, look.theta, np.random.default_rng(_SEED))
+    values = np.column_stack([*of_lot.values(), values])
     mean = weight @ values
     sd = np.sqrt(weight @ (values - mean) ** 2)
-    names = look.problem.names
+    names = [*of_lot, *look.problem.names]
     found = {name: FirstEstimate(float(m), float(s)) for name, m, s in zip(names, mean, sd, strict=True)}
     return FirstAnswer(found, look.effective_draws, look.confirmed, look.log_evidence)
 

@@ -387,3 +387,19 @@ class Sensitivity:
         if self.likelihood < SENSITIVE:
             return "prior-driven"
         return "conflict" if abs(self.z) > self.limit and abs(self.shift) > SHIFTED else "both"
+
+
+@dataclass(frozen=True)
+class Stranger:
+    """How far a specimen lies off what the other specimens of its lot let one expect of it (partial pooling).
+
+    Attributes
+    ----------
+    specimen : its name.
+    ratio : modulus of the specimen over what is expected of it, and what is not known of that, spread included.
+    z : how far off that is: standard normal for a specimen that belongs to the lot.
+    """
+
+    specimen: str
+    ratio: FirstEstimate
+    z: float

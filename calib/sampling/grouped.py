@@ -6,6 +6,9 @@ residuals t of the funnel held: groups go along, as their means and widths given
 or not for all together, so here the errors of the funnel add up over the groups, but not their widths. The scales (noises,
 discrepancies), which fifty specimens tell as well as fifty times the readings of one, are also moved one by one, with the
 specimens going along or with all else held.
+
+Specimens of one lot are independent given its modulus and spread, too. Those are drawn anew, given where the walkers are,
+before each step (`Target.tie`), and held in it.
 """
 
 from __future__ import annotations
@@ -14,8 +17,8 @@ import numpy as np
 import numpy.typing as npt
 
 from calib.sampling.proposal import Funnel, Indices
-from calib.sampling.target import Target
-from models.sensor import BoolArray, FloatArray
+from calib.sampling.target import Target, Tie
+from models.sensor import BoolArray, FloatArray, IntArray
 
 #: Kinds of moves of groups, and of what they share.
 OF_GROUPS = ("specimens", "specimens nearby")
@@ -43,6 +46,7 @@ class GroupedWalkers:
         shared = np.flatnonzero(funnel.block == 0)
         self._scales, self._others = shared[: funnel.n_scale], shared[funnel.n_scale :]  # lines of y
         self._seen: tuple[FloatArray, FloatArray] | None = None
+        self._tie: Tie | None = None
 
     def step(
         self, kind: str, x: FloatArray, random: np.random.RandomState
@@ -61,6 +65,8 @@ class GroupedWalkers:
         """
         if self._seen is None or not np.array_equal(self._seen[0], x):
             self._seen = x, self._target.log_parts(x)
+        self._tie = self._target.tie(x, random)
+        every = np.arange(len(x))
         parts = self._seen[1]
         if kind in OF_GROUPS:
             x, parts, accepted = self._step_of_groups(kind, x, parts, random)
@@ -73,9 +79,16 @@ class GroupedWalkers:
             t = self._funnel.residuals(x)
             new = self._new(kind == "shared", t, random)
             ratio = (self._funnel.log_blocks(t) - self._funnel.log_blocks(new))[:, 0]
-            x, parts, accepted = self._step_of_shared(x, parts, t, new, ratio, random)
+            x, parts, accepted = self._step_of_shared(x, parts, t, new, ratio, random, every)
         self._seen = x, parts
-        return x, np.asarray(np.sum(parts, axis=1), dtype=float), accepted
+        log_density = np.sum(parts, axis=1) + (0.0 if self._tie is None else self._tie.log_density(x))
+        return x, np.asarray(log_density, dtype=float), accepted
+
+    def _tied(self, x: FloatArray, rows: IntArray) -> FloatArray:
+        """What ties the groups adds to the parts of the log density of some walkers, (n_row, 1 + n_group)."""
+        if self._tie is None:
+            return np.zeros((len(x), 1))
+        return np.concatenate([np.zeros((len(x), 1)), self._tie.log_parts(x, rows)], axis=1)
 
     def _new(self, fresh: bool, t: FloatArray, random: np.random.RandomState) -> FloatArray:
         return self._funnel.fresh(random, t.shape[0]) if fresh else self._funnel.nearby(random, t, _NEARBY)
@@ -88,8 +101,11 @@ class GroupedWalkers:
         t = funnel.residuals(x)
         new = np.where(funnel.block > 0, self._new(kind == "specimens", t, random), t)
         y = np.where(self._group > 0, funnel.at(new), x)
+        every = np.arange(len(x))
         parts_there = self._target.log_parts(y)
-        ratio = (parts_there - parts + funnel.log_blocks(t) - funnel.log_blocks(new))[:, 1:]
+        ratio = (
+            parts_there + self._tied(y, every) - parts - self._tied(x, every) + funnel.log_blocks(t) - funnel.log_blocks(new)
+        )[:, 1:]
         accepted = np.log(random.random_sample(ratio.shape)) < ratio
         of = np.concatenate([np.zeros((x.shape[0], 1), dtype=bool), accepted], axis=1)
         return np.where(of[:, self._group], y, x), np.where(of, parts_there, parts), accepted
@@ -102,11 +118,12 @@ class GroupedWalkers:
         new: FloatArray,
         log_ratio: FloatArray,
         random: np.random.RandomState,
+        rows: IntArray,
     ) -> tuple[FloatArray, FloatArray, BoolArray]:
         """New residuals of what groups share, those of the groups held; with the ratio of the proposal's densities there."""
         funnel = self._funnel
         y = funnel.at(np.where(funnel.block > 0, t, new))
-        return self._accept(x, parts, y, log_ratio + funnel.log_volume(y) - funnel.log_volume(x), random)
+        return self._accept(x, parts, y, log_ratio + funnel.log_volume(y) - funnel.log_volume(x), random, rows)
 
     def _differential_evolution(
         self, moving: Indices, alone: bool, x: FloatArray, parts: FloatArray, random: np.random.RandomState
@@ -130,17 +147,24 @@ class GroupedWalkers:
             new = here.copy()
             new[:, columns] += length * (far[first] - far[second])[:, columns]
             if alone:
-                made = self._accept(x[own], parts[own], new, np.zeros(own.size), random)
+                made = self._accept(x[own], parts[own], new, np.zeros(own.size), random, own)
             else:
-                made = self._step_of_shared(x[own], parts[own], here, new, np.zeros(own.size), random)
+                made = self._step_of_shared(x[own], parts[own], here, new, np.zeros(own.size), random, own)
             x[own], parts[own], accepted[own] = made
         return x, parts, accepted
 
     def _accept(
-        self, x: FloatArray, parts: FloatArray, y: FloatArray, log_ratio: FloatArray, random: np.random.RandomState
+        self,
+        x: FloatArray,
+        parts: FloatArray,
+        y: FloatArray,
+        log_ratio: FloatArray,
+        random: np.random.RandomState,
+        rows: IntArray,
     ) -> tuple[FloatArray, FloatArray, BoolArray]:
         """Go from x to y, or not, each walker with all its groups; with what the ratio of densities is to be multiplied by."""
         parts_there = self._target.log_parts(y)
         gain = np.sum(parts_there, axis=1) - np.sum(parts, axis=1) + log_ratio
+        gain += np.sum(self._tied(y, rows) - self._tied(x, rows), axis=1)
         accepted = (np.log(random.random_sample(gain.size)) < gain)[:, None]
         return np.where(accepted, y, x), np.where(accepted, parts_there, parts), accepted

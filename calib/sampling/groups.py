@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from calib.problem import values_at
+from calib.problem import prior_values
 from calib.sampling.archive import inference_data
 from calib.sampling.layout import Kind, constants, observed, of_readings, unknowns
 from calib.sampling.posterior import Posterior, named_draws
@@ -118,16 +118,15 @@ def make_groups(posterior: Posterior, forward: Forward | None = None) -> dict[st
 def _prior_groups(posterior: Posterior, forward: Forward | None) -> tuple[xarray.Dataset, xarray.Dataset | None]:
     """Draws of the prior and, with a forward model, what would be read under them."""
     rng = np.random.default_rng([posterior.seed, _PRIOR])
-    n_parameter = len(posterior.parameters)
     if forward is None:
-        draws = _table(posterior, values_at(posterior, rng.standard_normal((N_PRIOR, n_parameter))))
+        draws = _table(posterior, prior_values(posterior, rng, N_PRIOR))
         said = "drawn from the priors; whether a forward model covers them was not asked"
         return unknowns(posterior.parameters, posterior.sweeps, draws[None]).assign_attrs(draws=said), None
     tables: list[FloatArray] = []
     found: list[Replicates] = []
     n_tried = n_covered = 0
     for _ in range(_PRIOR_BATCHES):
-        values = values_at(posterior, rng.standard_normal((N_PRIOR, n_parameter)))
+        values = prior_values(posterior, rng, N_PRIOR)
         found.append(replicate(posterior, forward, values, rng))
         tables.append(_table(posterior, values)[found[-1].covered])
         n_tried, n_covered = n_tried + N_PRIOR, n_covered + tables[-1].shape[0]

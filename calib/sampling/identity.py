@@ -11,7 +11,7 @@ from importlib.metadata import version
 
 from calib.lab import sweeps_to_json
 from calib.priors import prior_from_json
-from calib.problem import LIKELIHOOD_VERSION, Problem, scopes_of
+from calib.problem import LIKELIHOOD_VERSION, Problem, of_lot, scopes_of
 from calib.sampling.coordinates import MANY_SPECIMENS
 from calib.sampling.ensemble import GROUPWISE, SHAPELESS, SHAPELY, STORE_EVERY
 from calib.sampling.start import START_VERSION
@@ -77,6 +77,7 @@ def identity_of(problem: Problem, seed: int, n_ensemble: int = ENSEMBLES, n_walk
             "radius of the sensor": f"{e.sensor_radius!r} m",
             "material of the padding": e.padding_material,
             "discrepancy": e.discrepancy,
+            **_pooling(problem),
             "unknowns": ", ".join(problem.names),
             **{f"{_PRIOR}{p.name}": json.dumps(p.prior.to_json(), sort_keys=True) for p in problem.parameters},
             **{f"{_FIXED}{name}": repr(value) for name, value in problem.fixed.items()},
@@ -86,6 +87,14 @@ def identity_of(problem: Problem, seed: int, n_ensemble: int = ENSEMBLES, n_walk
             },
         }
     )
+
+
+def _pooling(problem: Problem) -> dict[str, str]:
+    """That specimens are of one lot, and what is believed of it; nothing where they share one modulus."""
+    infos = of_lot(problem.experiment)
+    if problem.table.lot is None:
+        return {}
+    return {"pooling": "partial", **{f"{_PRIOR}{i.name}": json.dumps(i.prior.to_json(), sort_keys=True) for i in infos}}
 
 
 def usual_walkers(problem: Problem) -> int:

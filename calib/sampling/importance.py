@@ -61,6 +61,9 @@ def second_opinion(target: Target, proposals: Sequence[Proposal], seed: np.rando
     """
     random = np.random.RandomState(np.random.MT19937(seed))
     if target.groups:
+        nothing = np.full(len(target.names), np.nan)
+        if target.tie(target.places(np.random.default_rng(0), 1), random) is not None:
+            return SecondOpinion(np.inf, nothing, nothing)  # draws of each by itself are none of groups that are tied
         return _opinion_on_groups(target, [proposal.parts[0] for proposal in proposals], random)
     x = np.concatenate([proposal.draw(random, _DRAWS) for proposal in proposals])
     log_mixture = logsumexp([proposal.log_density(x) for proposal in proposals], axis=0)

@@ -3,7 +3,8 @@
 - A quantity of a specimen has the dimension `specimen`, one of a sweep `sweep`: one flat dimension of all sweeps, labelled by
   their titles. The specimen of each is the coordinate `sweep_specimen` of the constants (beside the draws it would stop
   `az.summary` of ArviZ 1.x). An unknown that only some of them have gets a dimension of its own, such as
-  `clock_offset_sweep`: there is nothing to fill the gaps with.
+  `clock_offset_sweep`: there is nothing to fill the gaps with. A quantity of a lot is a variable by itself, and those of its
+  specimens are another: `young_modulus` and `young_modulus_of_specimens`.
 - Readings have a flat dimension for each channel, such as `force_point`, over all sweeps, with the coordinates
   `force_specimen`, `force_sweep` and `force_number` (from 1 within the sweep).
 - Draws of an ensemble, which is a chain here, are in the order of `chain_order`.
@@ -72,15 +73,15 @@ def unknowns(parameters: Sequence[ParameterInfo], sweeps: Sequence[Sweep], draws
 
     variables: dict[str, object] = {}
     coords = _chain_and_draw(draws)
-    for parameter, columns in _columns(parameters).items():
-        row = QUANTITIES[parameter]
+    for variable, columns in _columns(parameters).items():
+        row = QUANTITIES[parameters[columns[0]].parameter]
         attrs = {"units": row.unit or "1", "long_name": row.label}
         dimension, labels = _owners([parameters[k] for k in columns], sweeps)
         if dimension:
-            variables[parameter] = (("chain", "draw", dimension), draws[..., columns], attrs)
+            variables[variable] = (("chain", "draw", dimension), draws[..., columns], attrs)
             coords[dimension] = _texts(labels)
         else:
-            variables[parameter] = (("chain", "draw"), draws[..., columns[0]], attrs)
+            variables[variable] = (("chain", "draw"), draws[..., columns[0]], attrs)
     return xarray.Dataset(variables, coords)
 
 
@@ -97,18 +98,20 @@ def stacked(parameters: Sequence[ParameterInfo], dataset: xarray.Dataset) -> Flo
     (n_chain, n_draw, n_parameter), SI.
     """
     found: list[FloatArray] = [np.empty(0)] * len(parameters)
-    for parameter, columns in _columns(parameters).items():
-        values = np.asarray(dataset[parameter].values, dtype=float)
+    for variable, columns in _columns(parameters).items():
+        values = np.asarray(dataset[variable].values, dtype=float)
         for position, k in enumerate(columns):
             found[k] = values if values.ndim == 2 else values[..., position]
     return np.stack(found, axis=-1)
 
 
 def _columns(parameters: Sequence[ParameterInfo]) -> dict[str, list[int]]:
-    """Quantity -> which unknowns are values of it, in the order of the unknowns."""
+    """Variable -> which unknowns are values of it, in the order of the unknowns."""
     found: dict[str, list[int]] = {}
+    of_lots = {p.parameter for p in parameters if not p.specimen}
     for k, p in enumerate(parameters):
-        found.setdefault(p.parameter, []).append(k)
+        of_specimens = p.specimen and p.parameter in of_lots
+        found.setdefault(f"{p.parameter}_of_specimens" if of_specimens else p.parameter, []).append(k)
     return found
 
 

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from calib.experiment import Experiment
 from calib.lab import Sweep
-from calib.problem import ParameterInfo, UnknownTable, table_of
+from calib.problem import ParameterInfo, UnknownTable, of_lot, table_of
 from calib.sampling.archive import LeaveOut, leave_blocks_out
 from calib.sampling.diagnostics import Diagnostics
 from calib.sampling.layout import chain_order, unknowns
@@ -33,7 +33,7 @@ class Posterior:
     Attributes
     ----------
     experiment, sweeps : what was calibrated, and its data.
-    parameters : the unknowns, in the order of the last axis of `draws`.
+    parameters : the unknowns, then what is of a lot (`calib.problem.of_lot`), in the order of the last axis of `draws`.
     fixed : name -> value [SI] of the unknowns that a prior fixed.
     forward_name : the model of the sensor.
     draws : (n_ensemble, n_draw, n_parameter), SI, all walkers of one step, then of the next kept step.
@@ -65,7 +65,7 @@ class Posterior:
     @cached_property
     def table(self) -> UnknownTable:
         """The unknowns made ready to be given values, see `values_at`."""
-        return table_of(self.parameters)
+        return table_of(self.parameters, self.experiment)
 
     def to_xarray(self) -> xarray.Dataset:
         """The draws as an `xarray.Dataset`, the group "posterior" of `posterior.nc`: for plots, and for ArviZ's functions.
@@ -86,6 +86,11 @@ class Posterior:
         rows = pd.MultiIndex.from_product([range(n_chain), range(n_draw)], names=["chain", "draw"])
         values = self.draws[:, self.order].reshape(-1, n_parameter)
         return pd.DataFrame(values, index=rows, columns=[p.name for p in self.parameters])
+
+    @property
+    def unknowns(self) -> tuple[ParameterInfo, ...]:
+        """Those of `parameters` that were sampled, whose draws come first."""
+        return self.parameters[: len(self.parameters) - len(of_lot(self.experiment))]
 
     @property
     def order(self) -> npt.NDArray[np.intp]:

@@ -12,6 +12,9 @@ into false modes; to a small power, which grows to 1, it has not.
 
 Many specimens, independent of each other given what they share, take steps of their own lengths, and one that has strayed is
 put where another of them stands, relative to its own readings.
+
+What is believed of specimens of one lot is taken as normal (`calib.problem.lots`): where they are all alike its density has a
+ridge that holds next to nothing. Of many specimens it is left out, as it ties them together.
 """
 
 from __future__ import annotations
@@ -22,7 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.catalogue import SCALES
-from calib.problem import PredictedReadings, log_likelihood, log_normal, model_sweeps, values_at
+from calib.problem import Lot, PredictedReadings, log_likelihood, log_normal, log_prior_as_normal, model_sweeps, values_at
 from calib.sampling.coordinates import CONTACT, Coordinates
 from models.sensor import BoolArray, FloatArray, IntArray
 
@@ -225,8 +228,18 @@ def tempered(space: Coordinates, x: FloatArray, power: float) -> FloatArray:
         theta = theta[possible]
         # Far out on a ladder of steps an unknown may be as large as no number is, or nothing.
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            log_density[possible] += power * log_likelihood(space.problem, theta) - 0.5 * np.sum(theta**2, axis=1)
+            log_density[possible] += power * log_likelihood(space.problem, theta) + _log_prior(space, theta)
     return np.where(np.isfinite(log_density), log_density, -np.inf)
+
+
+def _lot_of(space: Coordinates) -> Lot | None:
+    """The specimens of a lot that a climb takes as alike: of many specimens, which climb one by one, none."""
+    return None if space.scopes.specimens else space.problem.table.lot
+
+
+def _log_prior(space: Coordinates, theta: FloatArray) -> FloatArray:
+    """Logarithm of the prior as climbs take it, up to a constant, (n_draw,)."""
+    return -0.5 * np.sum(theta**2, axis=1) if _lot_of(space) is None else log_prior_as_normal(space.problem, theta)
 
 
 def slopes_at(space: Coordinates, x: FloatArray, power: float) -> tuple[FloatArray, FloatArray] | None:
@@ -263,6 +276,9 @@ def slopes_at(space: Coordinates, x: FloatArray, power: float) -> tuple[FloatArr
         exchanged = [k for k, e in enumerate(space.exchanges) if e.column in ways.own[specimen]]
         log_prior = np.sum(log_slopes[:, exchanged], axis=1) - 0.5 * np.sum(own**2, axis=1)
         gradient[columns] += central_slope(log_prior[rows], there[rows])
+    if (lot := _lot_of(space)) is not None:  # whose coordinates are those of theta
+        gradient[lot.columns] -= lot.bend @ theta[0, lot.columns]
+        information[np.ix_(lot.columns, lot.columns)] += lot.bend
     scales = np.flatnonzero([p.parameter in SCALES for p in space.problem.parameters])
     for sweep, model in zip(space.problem.sweeps, models, strict=True):
         columns, rows = ways.of_specimens[sweep.specimen if space.scopes.specimens else ""]

@@ -9,12 +9,12 @@ from typing import Protocol
 import numpy as np
 
 from calib.catalogue import SCALES
-from calib.problem import Problem, columns_at
+from calib.problem import Lot, Problem, columns_at, prior_coordinates
 from calib.sampling.coordinates import CONTACT, Coordinates, coordinates
 from calib.sampling.laplace import laplace_density
 from calib.sampling.proposal import Density, Indices
-from calib.sampling.scoring import inverse_root, score, slopes_at
-from models.sensor import FloatArray
+from calib.sampling.scoring import inverse_root, score, slopes_at, tempered
+from models.sensor import FloatArray, IntArray
 
 # Unknowns that the means and the widths of all others depend on by more than a straight line.
 _LEADING = SCALES | {"stiffening", "friction_coefficient", "padding_poisson_ratio"}
@@ -37,6 +37,24 @@ class Mode:
         return self.log_density + float(np.linalg.slogdet(self.factor)[1])
 
 
+class Tie(Protocol):
+    """What ties the groups of a target to each other, held for each walker: given it they are independent."""
+
+    def log_parts(self, x: FloatArray, rows: IntArray) -> FloatArray:
+        """What it adds to the log density of each group at x, (n_row, n_group).
+
+        Parameters
+        ----------
+        x : (n_row, n).
+        rows : (n_row,), the walkers.
+        """
+        ...
+
+    def log_density(self, x: FloatArray) -> FloatArray:
+        """What it adds to the log density at x, whatever it is, (n_walker,)."""
+        ...
+
+
 class Target(Protocol):
     """A density that can be sampled: in coordinates x (n_draw, n)."""
 
@@ -52,7 +70,10 @@ class Target(Protocol):
 
     @property
     def groups(self) -> tuple[Indices, ...]:
-        """Coordinates of each of many groups that are independent of each other given those in none; () if there are none."""
+        """Coordinates of each of many groups that are independent of each other given those in none and what `tie` draws.
+
+        () if there are none.
+        """
         ...
 
     def places(self, rng: np.random.Generator, n_draw: int) -> FloatArray:
@@ -68,7 +89,21 @@ class Target(Protocol):
     def log_parts(self, x: FloatArray) -> FloatArray:
         """Log density in parts that sum to it: of the coordinates in no group, then of each group given those.
 
-        (n_draw, 1 + n_group); -inf for a group where it has none.
+        (n_draw, 1 + n_group); -inf for a group where it has none. What `tie` is of is in no part.
+        """
+        ...
+
+    def tie(self, x: FloatArray, random: np.random.RandomState) -> Tie | None:
+        """Draw what ties the groups given where the walkers are, so that steps of groups are those of a Gibbs sampler.
+
+        Parameters
+        ----------
+        x : (n_walker, n), the walkers.
+        random : the source of random numbers.
+
+        Returns
+        -------
+        None where nothing ties them.
         """
         ...
 
@@ -106,6 +141,41 @@ class Target(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
+class _LotTie:
+    """Modulus and spread of a lot for each walker, as centre and width (n_walker,) of the coordinates of its specimens."""
+
+    lot: Lot
+    columns: IntArray
+    centre: FloatArray
+    width: FloatArray
+
+    def log_parts(self, x: FloatArray, rows: IntArray) -> FloatArray:
+        """See `Tie`."""
+        z, width = x[:, self.columns], self.width[rows, None]
+        away = (z - self.centre[rows, None]) / width
+        return np.asarray(0.5 * z**2 - 0.5 * away**2 - np.log(width), dtype=float)
+
+    def log_density(self, x: FloatArray) -> FloatArray:
+        """See `Tie`."""
+        return self.lot.log_ratio(x)
+
+
+def tie_of(lot: Lot, columns: IntArray, x: FloatArray, random: np.random.RandomState) -> Tie:
+    """Draw modulus and spread of a lot given its specimens, to hold them.
+
+    Parameters
+    ----------
+    lot : what is believed of it.
+    columns : (n_group,), the coordinate of the modulus of the specimen of each group.
+    x : (n_walker, n), the walkers.
+    random : the source of random numbers.
+    """
+    rng = np.random.default_rng(random.randint(2**32, size=4, dtype=np.uint32))
+    modulus, spread = lot.prior.draw_of(x[:, columns], rng)
+    return _LotTie(lot, columns, lot.prior.own.to_normal(modulus), spread / np.log(lot.prior.own.factor))
+
+
+@dataclass(frozen=True, eq=False)
 class ProblemTarget:
     """The posterior of a calibration problem as a `Target`."""
 
@@ -136,7 +206,7 @@ class ProblemTarget:
         ----------
         rng, n_draw : see `Target`.
         """
-        x, seen = self.space.from_theta(rng.standard_normal((n_draw, len(self.names)))), self.space.nominal()
+        x, seen = self.space.from_theta(prior_coordinates(self.space.problem, rng, n_draw)), self.space.nominal()
         contact = [k for k, p in enumerate(self.space.problem.parameters) if p.parameter in CONTACT]
         near = _NEAR_SEEN * rng.standard_normal((n_draw, len(contact)))[::2]
         x[::2, contact] = seen[contact] + near
@@ -149,6 +219,18 @@ class ProblemTarget:
         """See `Target`."""
         return self.space.log_parts(x)
 
+    def tie(self, x: FloatArray, random: np.random.RandomState) -> Tie | None:
+        """See `Target`: modulus and spread of a lot.
+
+        Parameters
+        ----------
+        x, random : see `Target`.
+        """
+        lot = self.space.problem.table.lot
+        if lot is None:
+            return None
+        return tie_of(lot, np.array([np.intersect1d(own, lot.columns)[0] for own in self.groups]), x, random)
+
     def log_density(self, x: FloatArray) -> FloatArray:
         """See `Target`."""
         return self.space.log_density(x)
@@ -160,10 +242,12 @@ class ProblemTarget:
         ----------
         x, known : see `Target`.
         """
-        modes = [(m.x, m.log_density) for m in known]
+        of_lot = self.space.problem.table.lot is not None  # of which a climb knows another density
+        modes = [(m.x, float(tempered(self.space, m.x[None], 1.0)[0]) if of_lot else m.log_density) for m in known]
         x, value, met = score(self.space, x, modes)
         if met is not None:
             return known[met]
+        value = float(self.log_density(x[None])[0]) if of_lot else value
         slopes = slopes_at(self.space, x, 1.0)
         information = np.eye(x.size) if slopes is None else slopes[1]
         return Mode(x, value, inverse_root(information))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -12,13 +13,15 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from calib.catalogue import QUANTITIES, bounds_of
+from calib.catalogue import QUANTITIES, SPREAD, bounds_of
 from calib.experiment.plan import Experiment, Specimen, SweepFiles
 from calib.lab.sweep import Points, Sweep, Track
 from calib.priors.distributions import HalfNormal, LogNormal, Normal, Prior, Uniform
-from calib.problem.likelihood import block_names, log_likelihood_blocks
+from calib.problem.likelihood import block_names, log_likelihood_blocks, log_posterior
+from calib.problem.prior import values_of_lot
 from calib.problem.problem import build_problem
-from calib.problem.unknowns import list_unknowns
+from calib.problem.unknowns import list_unknowns, of_lot
+from calib.problem.values import columns_at
 from calib.report.sections import section_modules
 from calib.sampling.diagnostics import Diagnostics, Gate
 from calib.sampling.findings import ParameterSummary, SpotCheck
@@ -179,6 +182,43 @@ def make_posterior() -> Callable[..., Posterior]:
                 else SpotCheck("closed form", 12, 0.05, 0.01, 0.8 if honest else 9.0, 0.9, ()),
             ),
             attrs={"command": "calib calibrate experiment.toml -o RUN --seed 7", "version of numpy": np.__version__},
+        )
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def make_lot(make_posterior: Callable[..., Posterior]) -> Callable[..., Posterior]:
+    """Function that makes a posterior by hand of specimens of one lot, near the medians of their priors."""
+
+    @cache
+    def make(spread: Prior | None = None, n_specimen: int = 2) -> Posterior:
+        shared = make_posterior(n_specimen=n_specimen)
+        priors = shared.experiment.priors if spread is None else {**shared.experiment.priors, SPREAD: spread}
+        experiment = replace(shared.experiment, pooling="partial", priors=priors)
+        problem = build_problem(experiment, shared.sweeps, ClosedForm())
+        rng = np.random.default_rng(20240502)
+        z = 0.05 * rng.standard_normal((4 * 240, len(problem.names)))
+        parameters = (*problem.parameters, *of_lot(experiment))
+        columns = np.column_stack([columns_at(problem, z), *values_of_lot(problem, z, rng).values()])
+        summaries = {
+            p.name: replace(
+                shared.diagnostics.parameters["young_modulus"],
+                prior_shift=0.1,
+                mean=float(np.mean(columns[:, k])),
+                median=float(np.median(columns[:, k])),
+                sd=float(np.std(columns[:, k])),
+            )
+            for k, p in enumerate(parameters)
+        }
+        return replace(
+            shared,
+            experiment=experiment,
+            parameters=parameters,
+            fixed=problem.fixed,
+            draws=columns.reshape(4, 240, -1),
+            log_prob=log_posterior(problem, z).reshape(4, 240),
+            diagnostics=replace(shared.diagnostics, parameters=summaries, tau=dict.fromkeys(problem.names, 38.0)),
         )
 
     return make

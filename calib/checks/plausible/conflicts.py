@@ -8,7 +8,7 @@ import numpy as np
 from scipy.special import chdtrc, ndtri_exp
 
 from calib.catalogue import SCALES
-from calib.problem import ParameterInfo
+from calib.problem import ParameterInfo, prior_covariance
 from calib.sampling import Look
 from models.sensor import FloatArray
 
@@ -78,7 +78,8 @@ class Conflicts:
 def conflicts_in(look: Look) -> Conflicts:
     """Measure how surprising a posterior is for those who believed in the priors.
 
-    The coordinates z of the truth are standard normal before the data. If the priors are right, posterior means m of z, with
+    The coordinates z of the truth are standard normal before the data (of specimens of one lot, which are alike, others are
+    taken for them that are). If the priors are right, posterior means m of z, with
     posterior covariance S, are therefore normal with covariance 1 - S (the law of total variance). So in a direction v that the
     data tell of, v.m / sqrt(v.(1 - S) v) is a standard-normal number, and the squares over all such directions add up to a
     chi square. Scales count on one side alone: a sound lab may well be less noisy than was feared.
@@ -89,6 +90,7 @@ def conflicts_in(look: Look) -> Conflicts:
     covariance = (away.T * weight) @ away
     variance = np.diagonal(covariance)
     scale = np.array([p.parameter in SCALES for p in problem.parameters])
+    believed = prior_covariance(problem, mean.size)
     found = []
     for k, parameter in enumerate(problem.parameters):
         told = 1 - variance[k]
@@ -97,7 +99,8 @@ def conflicts_in(look: Look) -> Conflicts:
         elif told > _LEARNED:
             found.append(_conflict(parameter, mean[k], mean[k] / np.sqrt(told)))
     rest = np.flatnonzero(~scale)
-    together = _together(mean[rest], covariance[np.ix_(rest, rest)]) if rest.size else 0.0
+    among = np.ix_(rest, rest)
+    together = _together(mean[rest], covariance[among], believed[among]) if rest.size else 0.0
     by_size = tuple(sorted(found, key=lambda c: -abs(c.away)))
     return Conflicts(by_size, together, _as_normal(look.misfit, look.n_point))
 
@@ -107,7 +110,11 @@ def _conflict(parameter: ParameterInfo, z: float, away: float) -> Conflict:
     return Conflict(parameter, float(parameter.prior.ppf_normal(z)), (low, high), float(away))
 
 
-def _together(mean: FloatArray, covariance: FloatArray) -> float:
+def _together(mean: FloatArray, covariance: FloatArray, believed: FloatArray) -> float:
+    if not np.array_equal(believed, np.eye(mean.size)):  # in coordinates that are independent before the data
+        root = np.linalg.cholesky(believed)
+        mean = np.linalg.solve(root, mean)
+        covariance = np.linalg.solve(root, np.linalg.solve(root, covariance).T)
     value, vector = np.linalg.eigh(covariance)
     told = value < _LEARNED
     along = (vector.T @ mean)[told]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calib.problem import Glance, Problem, glances
+from calib.problem import Glance, Problem, glances, prior_coordinates
 from models.sensor import FloatArray
 
 #: Draws of the prior, and their seed.
@@ -56,7 +56,7 @@ class Range:
 def ranges_of(problem: Problem) -> tuple[Range, ...]:
     """Hold what stands out of every sweep against the priors: would a force, a depth, a capacitance as read be expected?"""
     rng = np.random.default_rng(_SEED)
-    theta = rng.standard_normal((N_DRAW, len(problem.parameters)))
+    theta = prior_coordinates(problem, rng, N_DRAW)
     found = (_range(glance) for glance in glances(problem, theta, rng))
     return tuple(r for r in found if r is not None)
 

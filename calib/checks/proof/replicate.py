@@ -26,7 +26,7 @@ from calib.checks.proof.simulation import TrueSweep, true_sweeps, write_lab
 from calib.errors import InputError
 from calib.experiment import Experiment, forward_of_experiment, read_sweeps
 from calib.lab import Sweep
-from calib.problem import Problem, build_problem, columns_at, log_likelihood_at, values_at
+from calib.problem import Problem, build_problem, columns_at, log_likelihood_at, of_lot, prior_values, values_of_lot
 from calib.sampling import K_HAT, Gate, NothingSampled, look_at, sample, smooth_weights
 from models.response import ConvergenceError, Forward, OutOfRangeError
 from models.sensor import FloatArray
@@ -167,7 +167,7 @@ def _ranked(
         posterior = sample(problem, seed=int(rng.integers(2**31)), processes=0, gate=GATE, max_steps=MAX_STEPS)
     except NothingSampled as error:
         return "not converged", str(error), {}
-    draws = posterior.draws.reshape(-1, len(problem.names))
+    draws = posterior.draws.reshape(-1, len(posterior.parameters))
     chosen = draws[rng.choice(len(draws), min(RANKED, len(draws)), replace=False)]
     places = places_of(problem, chosen, np.full(len(chosen), 1 / len(chosen)), truth, rng)
     diagnostics = posterior.diagnostics
@@ -184,7 +184,8 @@ def _weighted(problem: Problem) -> tuple[FloatArray, FloatArray] | None:
     weight, k_hat = smooth_weights(np.log(np.maximum(look.weight, 1e-300)))
     if not look.confirmed or look.effective_draws < WORTH or k_hat > K_HAT:
         return None
-    return columns_at(problem, look.theta), weight / np.sum(weight)
+    of_lots = values_of_lot(problem, look.theta, np.random.default_rng(0)).values()
+    return np.column_stack([columns_at(problem, look.theta), *of_lots]), weight / np.sum(weight)
 
 
 def draw_truth(
@@ -205,11 +206,10 @@ def draw_truth(
     Name of an unknown -> SI value, fixed ones included, and what is true of every press.
     """
     for _ in range(_DRAWN):
-        z = rng.standard_normal((1, len(problem.parameters)))
-        pressed = truth = {name: float(value[0]) for name, value in values_at(problem, z).items()}
+        pressed = truth = {name: float(value[0]) for name, value in prior_values(problem, rng, 1).items()}
         if draws is not None:
             own = {p.key: pressed[p.name] for p in problem.parameters if p.parameter in unknowns_of("sweep")}
-            known = {**problem.fixed, **dict(zip(problem.names, draws[rng.integers(len(draws))].tolist(), strict=True))}
+            known = {**problem.fixed, **dict(zip(_names(problem), draws[rng.integers(len(draws))].tolist(), strict=True))}
             pressed = {**known, **{str(key): value for key, value in own.items()}}
             truth = {**known, **{str(replace(key, sweep=_again(key.sweep))): value for key, value in own.items()}}
         try:
@@ -254,8 +254,9 @@ def places_of(
     truth : name of an unknown -> SI value, fixed ones included.
     rng : for ties.
     """
-    found = {name: _place(truth[name], draws[:, k], weight, rng) for k, name in enumerate(problem.names) if name in truth}
-    values = {name: draws[:, k] for k, name in enumerate(problem.names)}
+    names = _names(problem)
+    found = {name: _place(truth[name], draws[:, k], weight, rng) for k, name in enumerate(names) if name in truth}
+    values = {name: draws[:, k] for k, name in enumerate(names)}
     values |= {name: np.full(len(draws), value) for name, value in problem.fixed.items()}
     if all(name in truth for name in values):
         one = {name: np.array([truth[name]]) for name in values}
@@ -264,6 +265,11 @@ def places_of(
             of_draws = log_likelihood_at(problem, problem.forward, problem.plans, values)
             found[LIKELIHOOD] = _place(at_truth, of_draws, weight, rng)
     return found
+
+
+def _names(problem: Problem) -> tuple[str, ...]:
+    """Names of the columns of draws: the unknowns, then what is of a lot."""
+    return (*problem.names, *(info.name for info in of_lot(problem.experiment)))
 
 
 def _place(truth: float, draws: FloatArray, weight: FloatArray, rng: np.random.Generator) -> Place:

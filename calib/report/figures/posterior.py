@@ -37,7 +37,8 @@ def corner_figure(posterior: Posterior) -> Figure:
     columns = [
         i
         for i, p in enumerate(posterior.parameters)
-        if (p.parameter in wanted or (p.parameter in thickness and p.specimen == first)) and np.ptp(flat[:, i]) > 0
+        if ((p.parameter in wanted and not p.specimen) or (p.parameter in thickness and p.specimen == first))
+        and np.ptp(flat[:, i]) > 0
     ]
     rows = [QUANTITIES[posterior.parameters[i].parameter] for i in columns]
     shown = flat[:, columns] * np.array([r.display_scale for r in rows])

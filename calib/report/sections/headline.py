@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from calib.catalogue import POOLED
 from calib.checks import passed_gates
-from calib.report.rows import PRIOR_DRIVEN_WORDS, SENSOR_PARAMETERS, ParameterRow, parameter_rows
+from calib.report.rows import PRIOR_DRIVEN_WORDS, SENSOR_PARAMETERS, ParameterRow, parameter_rows, told_by_few
 from calib.report.section import Results, Section
 from calib.report.status import status_in_words
 from calib.sampling import Posterior
@@ -18,6 +19,8 @@ def section(results: Results) -> Section:
     posterior, verdict, recommendation = results.posterior, results.verdict, results.recommendation
     # What speaks against the calibration speaks against what follows from it, too, and is said once.
     more = [] if recommendation is None else [r for r in recommendation.verdict.reasons if r not in verdict.reasons]
+    of_lots = posterior.experiment.pooling == "partial"  # of which moduli of specimens stand in the table alone
+    rows = [r for r in parameter_rows(posterior) if r.parameter in SENSOR_PARAMETERS]
     context = {
         "verdict": verdict,
         "status": status_in_words(verdict),
@@ -26,7 +29,7 @@ def section(results: Results) -> Section:
         "recommendation": recommendation,
         "advice_status": "" if recommendation is None else status_in_words(recommendation.verdict, "the advice"),
         "beyond": more,
-        "rows": [r for r in parameter_rows(posterior) if r.parameter in SENSOR_PARAMETERS],
+        "rows": [r for r in rows if not (of_lots and r.where and r.parameter == POOLED)],
     }
     return Section("verdict", "", "", "headline.html.j2", context)
 
@@ -40,11 +43,15 @@ def summary_sentences(posterior: Posterior) -> str:
     """
     rows = {row.name: row for row in parameter_rows(posterior)}
     parts = []
+    whose = "lot" if posterior.experiment.pooling == "partial" else "silicone"
     if "young_modulus" in rows:
-        parts.append(f"Young's modulus of the silicone is {rows['young_modulus'].value} {rows['young_modulus'].unit}")
+        parts.append(f"Young's modulus of the {whose} is {rows['young_modulus'].value} {rows['young_modulus'].unit}")
     if "relative_permittivity" in rows:
         parts.append(f"its relative permittivity {rows['relative_permittivity'].value}")
     text = " and ".join(parts) + " (mean ± one standard deviation). " if parts else ""
+    spread = rows.get("young_modulus_spread")
+    if spread is not None:
+        text += f"Moduli of its specimens differ by {spread.value} %{told_by_few(posterior)}. "
     driven = [_called(r) for r in rows.values() if r.learned == PRIOR_DRIVEN_WORDS]
     if driven:
         text += f"The data hardly moved {_listed(driven)}: there the result is the prior, not the measurement."

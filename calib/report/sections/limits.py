@@ -82,6 +82,7 @@ def limits(posterior: Posterior) -> list[tuple[str, str]]:
         ),
         LIMITS_OF_LAWS[e.law],
         _padding_material(e),
+        *_pooling(e),
         *_derived(e, unknown),
         *_instruments(posterior, unknown),
         *_model(e),
@@ -120,6 +121,19 @@ def _padding_material(e: Experiment) -> tuple[str, str]:
             "Its modulus and Poisson's ratio are parameters of their own, neo-Hookean: cells that buckle are not modelled.",
         )
     return "Padding of its own material", "Its modulus is a parameter of its own; it trades off against the sensor's."
+
+
+def _pooling(e: Experiment) -> list[tuple[str, str]]:
+    """What specimens of one lot take for granted."""
+    if e.pooling == "complete":
+        return []
+    return [
+        (
+            "The specimens are of one lot",
+            "Moduli of specimens scatter about that of the lot, log-normally and independently of each other; permittivity, "
+            "stiffening and a padding of another material are the same in all.",
+        )
+    ]
 
 
 def _derived(e: Experiment, unknown: set[str]) -> list[tuple[str, str]]:

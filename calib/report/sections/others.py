@@ -1,4 +1,4 @@
-"""What else the data would say: models that differ in one choice, and specimens that are stiffer than others."""
+"""What else the data would say: models that differ in one choice, and specimens that differ from others."""
 
 from __future__ import annotations
 
@@ -14,15 +14,21 @@ from calib.sampling import Departure, Posterior
 ORDER = 55
 
 _TITLE = "Other models of these data"
+# Specimens held against the others of their lot that are shown: those that lie furthest off.
+_MOST_STRANGERS = 5
 
 
 def section(results: Results) -> Section | None:
     """Show the models that were held against the data, and specimens against each other; None if neither was done."""
     d = results.posterior.diagnostics
-    if not d.departures and not d.apart:
+    if not d.departures and not d.apart and not d.strangers:
         return None
     specimens = [(a.specimen, a.reference, with_uncertainty(a.ratio.mean, a.ratio.sd), f"{abs(a.z):.1f}") for a in d.apart]
-    context = {"average": bool(d.models), "models": other_models(results.posterior), "specimens": specimens}
+    of_lot = [
+        (s.specimen, f"{s.ratio.mean:.3f}", f"{s.ratio.sd:.3f}", f"{abs(s.z):.1f}")
+        for s in sorted(d.strangers, key=lambda s: -abs(s.z))[:_MOST_STRANGERS]
+    ]
+    context = {"average": bool(d.models), "models": other_models(results.posterior), "specimens": specimens, "of_lot": of_lot}
     return Section("others", _TITLE, "Other models", "others.html.j2", context)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from calib.catalogue import display
 from calib.report.figures.posterior import corner_figure, prior_figure
 from calib.report.pictures import Drawing, dense_drawing, drawing
-from calib.report.rows import PRIOR_DRIVEN_WORDS, label_of, parameter_rows
+from calib.report.rows import PRIOR_DRIVEN_WORDS, label_of, parameter_rows, told_by_few
 from calib.report.section import Results, Section
 from calib.sampling import Posterior
 
@@ -33,6 +33,8 @@ def section(results: Results) -> Section:
     rows = parameter_rows(posterior)
     context = {
         "rows": rows,
+        "of_lots": posterior.experiment.pooling == "partial",
+        "few": told_by_few(posterior),
         "prior_driven": any(r.learned == PRIOR_DRIVEN_WORDS for r in rows),
         "fixed": [(label_of(name), display(name.split("[")[0], value)) for name, value in posterior.fixed.items()],
         "prior_pictures": [

@@ -9,12 +9,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
+from calib.decision.next_specimen import as_next_specimen
 from calib.decision.padding import recommend
 from calib.decision.recommendation import Recommendation, percent
 from calib.decision.record import recommendation_from_json, recommendation_to_json
 from calib.decision.requirement import Requirement
 from calib.errors import InputError
-from calib.sampling.posterior import Posterior
+from calib.priors.distributions import Fixed
+from calib.sampling.posterior import Posterior, thin_draws
 from models.analytic import ClosedForm
 from models.response import Response
 from models.sensor import Design, FloatArray
@@ -195,7 +197,7 @@ def test_json_round_trip_keeps_everything(make_posterior: MakePosterior) -> None
     assert recommendation_to_json(again) == text
     assert again.verdict == r.verdict
     plain = json.loads(text)
-    assert (plain["kind"], plain["format"]) == ("recommendation", 3)
+    assert (plain["kind"], plain["format"]) == ("recommendation", 4)
     assert plain["change"][0][0] is None  # nothing that JSON does not know
     assert plain["best"] == r.best
 
@@ -243,3 +245,42 @@ def test_requirements_say_what_is_wrong_with_them(numbers: tuple[float, float, f
 
 def test_no_probability_is_called_certain() -> None:
     assert [percent(p) for p in (1.0, 0.5, 0.0)] == ["more than 99 %", "50 %", "less than 1 %"]
+
+
+# --- the next specimen of a lot -----------------------------------------------------------------------------------------
+
+
+def test_a_recommendation_says_whose_sensor_it_is_for(make_posterior: MakePosterior, make_lot: MakePosterior) -> None:
+    for posterior, sensor, said in (
+        (make_posterior(), "measured", "It is for the measured sensors"),
+        (make_lot(), "next", "It is for the next sensor of this lot, which nobody has measured"),
+    ):
+        r = _recommend(posterior, Hill(), 3.0, 1e-3, 9e-3)
+        assert said in r.in_words
+        assert json.loads(recommendation_to_json(r))["sensor"] == sensor
+        assert recommendation_from_json(recommendation_to_json(r)).sensor == sensor
+
+
+def test_the_next_specimen_scatters_about_its_lot_by_the_spread(make_lot: MakePosterior) -> None:
+    values = thin_draws(make_lot(spread=Fixed(0.2)), 900, np.random.default_rng(1))
+    following = as_next_specimen(values, np.random.default_rng(2))
+    away = np.log(following["young_modulus[sensor 1]"] / values["young_modulus"]) / 0.2
+    assert np.mean(away) == pytest.approx(0, abs=0.12)
+    assert np.std(away) == pytest.approx(1, abs=0.08)
+    np.testing.assert_array_equal(following["young_modulus[sensor 1]"], following["young_modulus[sensor 2]"])
+    np.testing.assert_array_equal(following["machine_compliance"], values["machine_compliance"])
+
+
+def test_the_next_specimen_is_less_certain_the_more_specimens_differ(make_lot: MakePosterior) -> None:
+    alike, differing = (
+        _recommend(_exact(make_lot(spread=Fixed(spread))), ClosedForm(capacitance_error=0.0), 1.5, 0.5e-3, 6e-3)
+        for spread in (1e-3, 0.3)
+    )
+    assert np.ptp(differing.change_at_best[[0, 4]]) > 1.5 * np.ptp(alike.change_at_best[[0, 4]])
+    assert differing.present_padding == pytest.approx(alike.present_padding, rel=0.05)
+
+
+def test_the_next_specimen_is_the_same_for_the_same_seed(make_lot: MakePosterior) -> None:
+    one, same, other = (_recommend(make_lot(), Hill(), 3.0, 1e-3, 9e-3, seed=seed) for seed in (1, 1, 2))
+    np.testing.assert_array_equal(one.change, same.change)
+    assert not np.array_equal(one.change, other.change)

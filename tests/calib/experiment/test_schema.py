@@ -55,7 +55,7 @@ def _list(value: object) -> list[Any]:
 
 def _full() -> dict[str, Any]:
     """An experiment with everything that may be said in it."""
-    tables = _documented(read_experiment)
+    tables = _documented(read_experiment) | {"pooling": "partial"}
     tables["padding"]["material"] = "own"
     specimen = tables["specimens"][0]
     said = {"units": {"capacitance": "pF"}, "columns": {"time": 1, "capacitance": "Cp (pF)"}, "specimen": 2, "sheet": "1"}
@@ -130,6 +130,15 @@ def test_it_knows_the_keys_that_the_reader_knows(at: KeyPath, keys: dict[str, An
         experiment_from(_with(_full(), at, "zzzz", 1), DATASET)
     (advice,) = (fault.advice for fault in caught.value.faults if 'unknown key "zzzz"' in fault.message)
     assert set(advice.removeprefix("Known here: ").split(", ")) == keys.keys()
+
+
+def test_a_spread_is_allowed_where_the_reader_allows_it() -> None:
+    tables = _with(_full(), ("priors",), "young_modulus_spread", {"lognormal": [0.04, 2]})
+    assert EXPERIMENT.is_valid(tables)
+    assert _read(tables)
+    for complete in (tables | {"pooling": "complete"}, {key: value for key, value in tables.items() if key != "pooling"}):
+        assert not EXPERIMENT.is_valid(complete)
+        assert not _read(complete)
 
 
 def test_all_tables_of_an_experiment_are_compared_with_the_reader() -> None:

@@ -32,6 +32,7 @@ from calib.report.page import write_report
 from calib.report.pictures import figure_address
 from calib.report.rows import parameter_rows
 from calib.report.sections.convergence import criteria
+from calib.report.sections.headline import summary_sentences
 from calib.report.sections.limits import LIMITS_OF_LAWS, limits
 from calib.report.summary import summary_csv, summary_json
 from calib.sampling.diagnostics import Gate
@@ -470,3 +471,35 @@ def test_summary_csv_has_one_line_per_parameter(make_posterior: MakePosterior) -
     rows = list(csv.DictReader(io.StringIO(summary_csv(posterior))))
     assert [r["parameter"] for r in rows] == [p.name for p in posterior.parameters]
     assert float(rows[0]["interval_90_low"]) < float(rows[0]["mean"]) < float(rows[0]["interval_90_high"])
+
+
+# --- specimens of one lot -----------------------------------------------------------------------------------------------
+
+
+def test_the_table_of_a_lot_shows_the_lot_its_spread_and_the_moduli_of_specimens(make_lot: Callable[..., Posterior]) -> None:
+    found = parameter_rows(make_lot())
+    assert [row.name for row in found[:2]] == ["young_modulus", "young_modulus_spread"]
+    rows = {row.name: row for row in found}
+    assert rows["young_modulus"].label == "Young's modulus of the sensor, lot"
+    assert rows["young_modulus_spread"].unit == "%"
+    assert rows["young_modulus[sensor 1]"].where == "sensor 1"
+    assert rows["young_modulus[sensor 1]"].origin == "its lot"
+
+
+@pytest.mark.parametrize(("n", "said"), [(1, "one specimen cannot tell"), (2, "2 specimens can hardly tell")])
+def test_few_specimens_hardly_tell_a_spread_and_the_report_says_so(
+    make_lot: Callable[..., Posterior], n: int, said: str
+) -> None:
+    assert said in summary_sentences(make_lot(n_specimen=n))
+    assert "Young's modulus of the lot is" in summary_sentences(make_lot(n_specimen=n))
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_the_page_of_a_lot_says_whose_padding_it_is_and_what_the_specimens_are(make_lot: Callable[..., Posterior]) -> None:
+    posterior = make_lot()
+    advice = recommend(posterior, ClosedForm(), Requirement(1.0, 0.5e-3, 3e-3, n_thickness=9, n_draw=60), seed=1)
+    text = _text(write_report(posterior, (), advice))
+    assert "It is for the next sensor of this lot" in text
+    assert "each a sensor of this lot that was not measured" in text
+    assert "The specimens are of one lot: each has a modulus of its own" in text
+    assert json.loads(summary_json(posterior, Verdict()))["pooling"] == "partial"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,11 +13,13 @@ from calib.catalogue import UnknownName
 from calib.experiment.experiment_file import read_experiment
 from calib.priors.distributions import Normal
 from calib.problem.likelihood import log_posterior
-from calib.problem.problem import Problem, problem_from
+from calib.problem.problem import Problem, build_problem, problem_from
 from calib.problem.unknowns import ParameterInfo
 from calib.problem.values import columns_at, coordinates_of
-from calib.sampling.estimate import first_answer
+from calib.sampling.estimate import answer_of, first_answer, look_at
 from calib.sampling.findings import FirstAnswer, FirstEstimate, ParameterSummary
+from calib.sampling.posterior import Posterior
+from models.analytic import ClosedForm
 from models.sensor import FloatArray
 
 DATASET = Path(__file__).parents[3] / "datasets" / "padded_sensor" / "experiment.toml"
@@ -143,3 +145,16 @@ def test_where_the_result_differs_is_said_worst_first() -> None:
 def test_what_does_not_vary_is_no_difference() -> None:
     first = FirstAnswer({"a": FirstEstimate(1.0, 0.0)}, 400.0)
     assert "agrees" in first.against({"a": _summary(1.0, 0.0)}, converged=True)
+
+
+def test_specimens_of_a_lot_have_a_first_answer_with_lot_and_spread(make_lot: Callable[..., Posterior]) -> None:
+    lot = make_lot()
+    look = look_at(build_problem(lot.experiment, lot.sweeps, ClosedForm()))
+    assert look.effective_draws > 200
+    found = answer_of(look).parameters
+    for name in ("young_modulus", "young_modulus[sensor 1]", "young_modulus[sensor 2]"):
+        assert found[name].mean == pytest.approx(0.62e6, abs=2 * found[name].sd)
+    # Two specimens hardly tell how specimens differ.
+    assert 0.01 < found["young_modulus_spread"].mean < 0.06
+    assert found["young_modulus_spread"].sd > 0.01
+    assert found["young_modulus"].sd > found["young_modulus[sensor 1]"].sd

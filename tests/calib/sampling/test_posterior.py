@@ -15,6 +15,8 @@ from small_run import BLOCK, has_ended, in_short_blocks, in_small_steps
 from small_run import begin as begin_process
 from small_run import end as end_process
 
+from calib.checks.reweighting import problem_of
+from calib.checks.sensitivity import sensitivity_of_headlines
 from calib.errors import InputError
 from calib.experiment.experiment_file import read_experiment
 from calib.experiment.plan import Experiment, Specimen, SweepFiles
@@ -23,7 +25,7 @@ from calib.priors.distributions import Fixed, LogNormal, Normal, Prior
 from calib.problem.likelihood import log_posterior
 from calib.problem.problem import Problem, build_problem
 from calib.problem.synthetic import Rig, synthetic_sweep
-from calib.problem.values import specimen_design
+from calib.problem.values import coordinates_of, specimen_design
 from calib.sampling import scoring
 from calib.sampling.coordinates import coordinates
 from calib.sampling.diagnostics import Gate
@@ -448,3 +450,49 @@ def test_thinned_draws_have_all_parameters_and_make_a_design(posterior: Posterio
     assert np.all(np.asarray(design.sensor.thickness) == 0.74e-3)
     with pytest.raises(KeyError, match="no sweep"):
         specimen_design(posterior, values, "c")
+
+
+# --- specimens of one lot -----------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def of_a_lot(tmp_path_factory: pytest.TempPathFactory) -> tuple[Problem, Posterior]:
+    """Two specimens of one lot, of which the second is 10 % stiffer, and some steps of their posterior."""
+    parts = [small_problem(), small_problem("sensor 2", seed=1)]
+    harder = design_from({**TRUTH, "young_modulus": 0.77e6})
+    rng = np.random.default_rng(2)
+    sweep = synthetic_sweep(QUICK, harder, 0.6e-3, RIG, rng, specimen="sensor 2", n_points=24, tie="none")
+    known = {"padding_thickness": Fixed(1.1e-3), "contact_offset": Fixed(0.05e-3)}
+    specimens = tuple(replace(s, priors={**s.priors, **known}) for p in parts for s in p.experiment.specimens)
+    experiment = replace(parts[0].experiment, pooling="partial", specimens=specimens)
+    problem = build_problem(experiment, [parts[0].sweeps[0], sweep], QUICK)
+    return problem, quick(problem, tmp_path_factory.mktemp("lot"))
+
+
+def test_lot_and_spread_follow_the_draws_of_the_specimens(of_a_lot: tuple[Problem, Posterior]) -> None:
+    problem, posterior = of_a_lot
+    assert [p.name for p in posterior.parameters] == [*problem.names, "young_modulus", "young_modulus_spread"]
+    assert posterior.unknowns == problem.parameters
+    assert set(posterior.diagnostics.parameters) == {p.name for p in posterior.parameters}
+    found = {name: s.mean for name, s in posterior.diagnostics.parameters.items()}
+    assert found["young_modulus[sensor 1]"] < found["young_modulus"] < found["young_modulus[sensor 2]"]
+    assert 0.02 < found["young_modulus_spread"] < 0.15
+    together = {name: posterior.draws[..., k].ravel() for k, name in enumerate(p.name for p in posterior.parameters)}
+    apart = np.abs(np.log(together["young_modulus[sensor 2]"] / together["young_modulus[sensor 1]"]))
+    assert np.corrcoef(apart, np.log(together["young_modulus_spread"]))[0, 1] > 0.02
+    assert len(np.unique(together["young_modulus"])) == together["young_modulus"].size  # each draw has one of its own
+
+
+def test_a_posterior_of_a_lot_is_turned_back_into_its_problem(of_a_lot: tuple[Problem, Posterior]) -> None:
+    problem, posterior = of_a_lot
+    again = problem_of(posterior, QUICK)
+    assert again.names == problem.names
+    z = coordinates_of(again, posterior.draws.reshape(-1, len(posterior.parameters))[:20, : len(problem.names)])
+    np.testing.assert_allclose(log_posterior(again, z), posterior.log_prob.ravel()[:20], rtol=1e-9)
+
+
+def test_headlines_of_a_lot_hang_on_their_priors_as_on_independent_beliefs(of_a_lot: tuple[Problem, Posterior]) -> None:
+    found = sensitivity_of_headlines(of_a_lot[1])
+    assert {"young_modulus", "young_modulus[sensor 1]", "young_modulus[sensor 2]"} <= found.keys()
+    assert all(np.isfinite(s.z) for s in found.values())
+    assert found["young_modulus[sensor 1]"].likelihood > found["young_modulus[sensor 1]"].prior

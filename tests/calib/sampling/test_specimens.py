@@ -12,11 +12,12 @@ import pytest
 sys.path.insert(0, str(Path(__file__).resolve().parents[3] / "benchmarks"))
 
 from samplers.gallery import specimens
-from samplers.known import truth_of
+from samplers.known import Known, truth_of
 from specimens import EXPERIMENT, lot
 
 from calib.experiment import forward_of_experiment, read_experiment
-from calib.problem import Problem, Scopes, coordinates_of
+from calib.priors import LogNormal
+from calib.problem import Lot, LotPrior, Problem, Scopes, build_problem, coordinates_of
 from calib.sampling.checkpoint import CheckpointFolder, load_chain
 from calib.sampling.coordinates import Coordinates, coordinates
 from calib.sampling.diagnostics import Gate
@@ -26,7 +27,7 @@ from calib.sampling.importance import second_opinion
 from calib.sampling.proposal import Proposal, fit_funnel
 from calib.sampling.sampler import sample_target
 from calib.sampling.scoring import score, slopes_at
-from calib.sampling.target import target_of
+from calib.sampling.target import Tie, target_of, tie_of
 from models.sensor import FloatArray
 
 
@@ -111,6 +112,64 @@ def test_each_kind_of_move_leaves_the_target_as_it_is_even_with_a_proposal_that_
     moved = end - np.mean(exact, axis=0), exact - np.mean(exact, axis=0)
     squares = (moved[0] ** 2 - moved[1] ** 2) / sd**2
     assert np.all(np.abs(np.mean(squares, axis=0)) <= 5 * np.std(squares, axis=0) / root + 1e-9)
+
+
+class Tied(Known):
+    """Two shared unknowns, and specimens of one lot of which nothing was read."""
+
+    def tie(self, x: FloatArray, random: np.random.RandomState) -> Tie | None:
+        """See `Target`."""
+        return tie_of(LOT, LOT.columns, x, random)
+
+
+LOT = Lot(LotPrior(LogNormal(1.0, 1.2), LogNormal(0.1, 1.5)), np.arange(2, 7))
+TIED = Tied(
+    "lot",
+    lambda rng, n_draw: np.concatenate([rng.standard_normal((n_draw, 2)), LOT.prior.draw(5, rng, n_draw)[0]], axis=1),
+    lambda x: LOT.log_ratio(x) - 0.5 * np.sum(x**2, axis=1),
+    np.array([np.ones(7), np.zeros(7)]),
+    scales=(0,),
+    groups=tuple(np.array([k], dtype=np.intp) for k in LOT.columns),
+    parts=lambda x: -0.5 * np.concatenate([np.sum(x[:, :2] ** 2, axis=1, keepdims=True), x[:, 2:] ** 2], axis=1),
+)
+
+
+@pytest.mark.parametrize("kind", GROUPWISE)
+def test_each_kind_of_move_leaves_specimens_of_a_lot_as_they_are(kind: str) -> None:
+    exact = TIED.exact(np.random.default_rng(5), 2500)
+    funnel = fit_funnel(exact * 1.2 + 0.1, TIED.scales, groups=TIED.groups)
+    state = EnsembleState.of(exact, TIED.log_density(exact), np.random.RandomState(3))
+    path = walk(TIED, state, Moves({kind: 1.0}, Proposal((funnel,), np.ones(1))), 6)
+    assert path.accepted_of(kind) > 0.02
+    end = path.end.coords
+    np.testing.assert_allclose(path.end.log_prob, TIED.log_density(end), rtol=1e-9, atol=1e-9)
+
+    def seen(x: FloatArray) -> FloatArray:
+        """Means, squares, and how far specimens are apart, which the spread decides."""
+        own = x[:, 2:]
+        scatter = np.log(np.std(own, axis=1, keepdims=True))
+        return np.concatenate([x, x**2, np.mean(own, axis=1, keepdims=True) ** 2, scatter, scatter**2], axis=1)
+
+    off = seen(end) - seen(exact)
+    assert np.all(np.abs(np.mean(off, axis=0)) <= 4.5 * np.std(off, axis=0) / np.sqrt(len(exact)) + 1e-9)
+
+
+def test_independent_draws_say_nothing_of_specimens_that_are_tied() -> None:
+    funnel = fit_funnel(TIED.exact(np.random.default_rng(2), 2000), TIED.scales, groups=TIED.groups)
+    assert not second_opinion(TIED, [Proposal((funnel,), np.ones(1))] * 4, np.random.SeedSequence(1)).trusted
+
+
+def test_moduli_of_many_specimens_are_tied_by_their_lot(simulated: tuple[Problem, dict[str, float]]) -> None:
+    whole = simulated[0].experiment
+    problem = build_problem(replace(whole, pooling="partial"), simulated[0].sweeps, simulated[0].forward)
+    target = target_of(problem)
+    x = np.tile(target.space.nominal(), (3, 1)) + 0.01 * np.random.default_rng(1).standard_normal((3, len(problem.names)))
+    tie = target.tie(x, np.random.RandomState(1))
+    assert tie is not None
+    assert tie.log_parts(x[:2], np.arange(2)).shape == (2, 5)
+    assert target_of(simulated[0]).tie(x, np.random.RandomState(1)) is None
+    parts = np.sum(target.log_parts(x), axis=1) + tie.log_density(x)
+    np.testing.assert_allclose(parts, target.log_density(x), rtol=1e-9)
 
 
 @pytest.mark.parametrize("kind", GROUPWISE)

@@ -493,3 +493,22 @@ def test_arviz_1_reads_the_file_and_finds_the_same(file: Path, data: Any) -> Non
     assert found["elpd"] == pytest.approx(float(quietly(lambda: az.loo(data, var_name="force")).elpd_loo), rel=1e-3)
     assert found["pit"] == 80
     assert found["rows"] == len(load_posterior(file).parameters)
+
+
+def test_draws_of_a_lot_and_of_its_specimens_are_kept_apart(make_lot: Callable[..., Posterior], tmp_path: Path) -> None:
+    posterior = make_lot()
+    save_posterior(posterior, tmp_path / "posterior.nc", ClosedForm())
+    found = load_posterior(tmp_path / "posterior.nc")
+    np.testing.assert_array_equal(found.draws, posterior.draws)
+    assert found.experiment.pooling == "partial"
+    assert [p.name for p in found.parameters[len(found.unknowns) :]] == ["young_modulus", "young_modulus_spread"]
+    variables = posterior.to_xarray()
+    assert variables["young_modulus"].dims == ("chain", "draw")
+    assert variables["young_modulus_of_specimens"].dims == ("chain", "draw", "specimen")
+
+
+def test_draws_of_the_prior_of_a_lot_are_of_lots_with_their_specimens(make_lot: Callable[..., Posterior]) -> None:
+    prior = make_groups(make_lot(spread=Fixed(0.01)))["prior"]
+    away = np.log(prior["young_modulus_of_specimens"].values / prior["young_modulus"].values[..., None])
+    assert np.std(away) == pytest.approx(0.01, rel=0.1)
+    assert np.std(np.log(prior["young_modulus"].values)) == pytest.approx(np.log(1.6), rel=0.1)

@@ -1,0 +1,125 @@
+"""A problem and coordinates z in, how probable they are before the data out, and draws of what is believed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Protocol
+
+import numpy as np
+
+from calib.catalogue import POOLED, SPREAD
+from calib.priors import Fixed
+from calib.problem.unknowns import UnknownTable
+from calib.problem.values import Unknowns, values_at
+from models.sensor import FloatArray
+
+
+class _Believed(Protocol):
+    """Anything of which something is believed: a `Problem` or a `Posterior`."""
+
+    @property
+    def table(self) -> UnknownTable:
+        """The free unknowns made ready to be given values."""
+        ...
+
+
+def log_prior(of: _Believed, z: FloatArray) -> FloatArray:
+    """Log density of what is believed before the data, up to a constant: standard normal, but for specimens of one lot.
+
+    Parameters
+    ----------
+    of : a problem or a posterior.
+    z : (n_draw, n_unknown).
+
+    Returns
+    -------
+    (n_draw,), as high over its integral as -z^T z / 2.
+    """
+    standard: FloatArray = -0.5 * np.sum(z**2, axis=1)
+    lot = of.table.lot
+    return standard if lot is None else standard + lot.log_ratio(z)
+
+
+def log_prior_as_normal(of: _Believed, z: FloatArray) -> FloatArray:
+    """As `log_prior`, with what is believed of a lot as the normal density of the same covariance: where climbs end.
+
+    Parameters
+    ----------
+    of : a problem or a posterior.
+    z : (n_draw, n_unknown).
+    """
+    standard: FloatArray = -0.5 * np.sum(z**2, axis=1)
+    lot = of.table.lot
+    return standard if lot is None else standard + lot.log_ratio_as_normal(z)
+
+
+def prior_covariance(of: _Believed, n: int) -> FloatArray:
+    """Covariance (n, n) of the coordinates before the data: 1, but for specimens of one lot, which are alike.
+
+    Parameters
+    ----------
+    of : a problem or a posterior.
+    n : how many unknowns there are.
+    """
+    found = np.eye(n)
+    if (lot := of.table.lot) is not None:
+        found[np.ix_(lot.columns, lot.columns)] = lot.prior.covariance(lot.columns.size)
+    return found
+
+
+def prior_coordinates(of: Unknowns, rng: np.random.Generator, n_draw: int) -> FloatArray:
+    """Draw coordinates of what is believed before the data, (n_draw, n_unknown).
+
+    Parameters
+    ----------
+    of : a problem or a posterior.
+    rng : of the draws.
+    n_draw : how many.
+    """
+    return _drawn(of, rng, n_draw)[0]
+
+
+def prior_values(of: Unknowns, rng: np.random.Generator, n_draw: int) -> dict[str, FloatArray]:
+    """Draw values of what is believed before the data, those of a lot with its specimens'.
+
+    Parameters
+    ----------
+    of : a problem or a posterior.
+    rng : of the draws.
+    n_draw : how many.
+
+    Returns
+    -------
+    Name -> SI values (n_draw,), fixed ones included.
+    """
+    z, of_lot = _drawn(of, rng, n_draw)
+    return {**values_at(of, z), **of_lot}
+
+
+def values_of_lot(of: _Believed, z: FloatArray, rng: np.random.Generator) -> dict[str, FloatArray]:
+    """Draw what is of a lot given its specimens, by name: its modulus, and its spread where that is not fixed.
+
+    Parameters
+    ----------
+    of : a problem or a posterior.
+    z : (n_draw, n_unknown), draws of the unknowns.
+    rng : of the lot's.
+
+    Returns
+    -------
+    Name -> SI values (n_draw,), in the order of `of_lot`; empty where specimens share one modulus.
+    """
+    lot = of.table.lot
+    if lot is None:
+        return {}
+    modulus, spread = lot.prior.draw_of(z[:, lot.columns], rng)
+    return {POOLED: modulus} if isinstance(lot.prior.spread, Fixed) else {POOLED: modulus, SPREAD: spread}
+
+
+def _drawn(of: Unknowns, rng: np.random.Generator, n_draw: int) -> tuple[FloatArray, Mapping[str, FloatArray]]:
+    z = rng.standard_normal((n_draw, len(of.parameters)))
+    lot = of.table.lot
+    if lot is None:
+        return z, {}
+    z[:, lot.columns], modulus, spread = lot.prior.draw(lot.columns.size, rng, n_draw)
+    return z, {POOLED: modulus, SPREAD: spread}
