@@ -224,7 +224,7 @@ def loaded(folder: Path) -> Run:
     from calib.runs import load_run
 
     run = load_run(folder)
-    for note in run.notes:
+    for note in (*run.notes, *run.gone):
         err().print(f"Note: {note}", markup=False, soft_wrap=True)
     return run
 

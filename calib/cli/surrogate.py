@@ -56,6 +56,8 @@ def info(file: SurrogateFile = None, family: WhichFamily = FamilyName.neo_hookea
 
         from calib.experiment import surrogate_from
 
+        if file is not None:
+            say(f"{file}:")
         shown = Table.grid(padding=(0, 2))
         for key, value in surrogate_from(file, FAMILIES[family]).info().items():
             shown.add_row(escape(key), escape(value))
@@ -195,14 +197,13 @@ def _gathered(path: Path, executor: Executor, sequence: FloatArray, n: int, accu
     from models.surrogate.store import StoreError, open_store
     from models.surrogate.training import points_wanted, run_training, store_settings, training_set
 
-    if path.is_file() and not path.stat().st_size:
-        err().print(f"Note: {path} is empty: all of its curves are computed", markup=False, soft_wrap=True)
     try:
         with open_store(path, store_settings(accuracy, family)) as runs:
             with (
                 when_stopped(lambda: f"Stopped with {len(runs)} curves in {path}. The same command goes on."),
                 counting() as told,
             ):
+                err().print(f"{path}: {len(runs):,} loading curves of {n:,} are there", markup=False, soft_wrap=True)
                 wanted, counted = points_wanted(runs, sequence, n), partial(told, "loading curves")
                 run_training(wanted, executor, runs, accuracy=accuracy, family=family, progress=counted)
             return training_set(runs, accuracy, family)

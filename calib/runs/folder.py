@@ -62,6 +62,7 @@ class Run:
     another_forward : in words that the posterior was sampled with another model than is here now; empty if not.
     changed_inputs : in words which files the run was made from have changed since.
     members : the models that the posterior is an average of; none if it is of one model.
+    gone : in words which files of the run are not there any more, though nothing rests on them.
     """
 
     folder: Path
@@ -71,6 +72,7 @@ class Run:
     another_forward: str = ""
     changed_inputs: tuple[str, ...] = ()
     members: tuple[Member, ...] = ()
+    gone: tuple[str, ...] = ()
 
     @property
     def report(self) -> Path:
@@ -120,7 +122,16 @@ def load_run(folder: Path) -> Run:
     members = load_members(folder, posterior)
     changed = changed_inputs(folder, listing) if listing is not None else ()
     another = " ".join(changed_forwards(posterior, members)) or _another_forward(forward, posterior, listing)
-    return Run(folder, posterior, forward, sha256, another, changed, members)
+    return Run(folder, posterior, forward, sha256, another, changed, members, _gone(folder, listing))
+
+
+def _gone(folder: Path, listing: Listing | None) -> tuple[str, ...]:
+    """What a command on a finished run does without, in words."""
+    if listing is None:
+        return (f"{folder / LISTING} is not there: nothing tells whether the files of this run are as they were written.",)
+    if RECOMMENDATION in listing.files and not (folder / RECOMMENDATION).is_file():
+        return (f"{folder / RECOMMENDATION} is not there any more: make it again with `calib recommend`.",)
+    return ()
 
 
 def changed_inputs(folder: Path, listing: Listing) -> tuple[str, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -105,7 +106,7 @@ def _at_ends(values: FloatArray) -> dict[int, float]:
 
 def _noise(y: FloatArray) -> float:
     """Scatter of readings about a smooth course, by their second differences."""
-    return 1.4826 * float(np.median(np.abs(np.diff(y, 2)))) / 6.0**0.5
+    return 1.4826 * float(np.median(np.abs(np.diff(y, 2)))) / math.sqrt(6.0)
 
 
 def _last_step(y: FloatArray) -> float:

@@ -20,6 +20,9 @@ _NAMES = {"gb18030": "gbk", "cp932": "shift-jis"}
 # Characters that no table has: bytes of another kind of file.
 _CONTROL = re.compile("[\x00-\x08\x0e-\x1f\x7f]")
 _LONGEST_LINE = 20_000
+# A cell in quotes that goes on in the next line, and its end; lines among which they are looked for, and that one may have.
+_OPEN, _CLOSE = re.compile(r'(?:^|[,;\t])\s*"[^"]*$'), re.compile(r'[^"]*"\s*(?:[,;\t]|$)')
+_HEAD, _BREAKS = 60, 40
 # As many bytes as hold no line of that length without a line end, in any encoding.
 _CHUNK = 1 << 20
 # Bytes of the largest file: a press of a day at 100 readings a second.
@@ -89,13 +92,25 @@ def read_lab_text(path: Path) -> LabText:
     encoding, text = _decode(path, data)
     if "\r" in text:
         text = text.replace("\r\n", "\n").replace("\r", "\n")
-    lines = tuple(text.split("\n"))
+    lines = _with_whole_cells(text.split("\n"))
     long = next((i for i, line in enumerate(lines) if len(line) > _LONGEST_LINE), None)
     if long is not None:
         raise InputError(
             Fault(f"a line of {len(lines[long])} characters is not a row of a lab's table", path, long + 1, advice=_EXPORT)
         )
     return LabText(path, hashlib.sha256(data).hexdigest(), encoding, lines, text.endswith("\n"))
+
+
+def _with_whole_cells(lines: list[str]) -> tuple[str, ...]:
+    """Lines where cells of a header that hold line breaks, in quotes, stand in one; blank ones take the place of others."""
+    for first in range(min(len(lines), _HEAD)):
+        last = first
+        while _OPEN.search(lines[first]) and last + 1 < len(lines) and last - first < _BREAKS:
+            if not _CLOSE.match(lines[last + 1]):
+                break
+            last += 1
+            lines[first], lines[last] = f"{lines[first].rstrip()} {lines[last].lstrip()}", ""
+    return tuple(lines)
 
 
 _EXPORT = "Export a CSV file or a workbook from the instrument's software"

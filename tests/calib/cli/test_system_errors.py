@@ -134,15 +134,15 @@ def test_what_cannot_be_told_of_a_whole_run_says_where_it_is(number: int, capsys
     assert said.endswith('All results are written: calib report "my run"')
 
 
-def test_an_emptied_store_of_curves_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_a_store_of_curves_holds_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def stopped(*_: object, **__: object) -> None:
         raise StoreError("is full")
 
     monkeypatch.setattr("models.surrogate.training.run_training", stopped)
     store = tmp_path / "runs.sqlite"
     store.touch()
-    words = ("surrogate", "train", "--processes", "1", "-o", str(tmp_path / "new.npz"), "--store", str(store))
-    assert f"Note: {store} is empty" in CliRunner().invoke(app, list(words)).stderr
+    words = ("surrogate", "train", "--processes", "1", "--points", "80", "-o", str(tmp_path / "new.npz"), "--store", str(store))
+    assert f"{store}: 0 loading curves of 80 are there" in CliRunner().invoke(app, list(words)).stderr
 
 
 def test_a_reader_that_ends_early_leaves_a_sentence() -> None:

@@ -124,6 +124,13 @@ def test_counts_of_many_columns_of_which_two_have_decimals_are_no_readings(tmp_p
     assert 'line 2: numbers of the columns, "1,2,3,4,5"' in unread(table)
 
 
+@pytest.mark.parametrize("above", [[], ['"a remark', 'over lines"'], ['the pad is 5" wide']])
+def test_cells_of_a_header_may_hold_line_breaks(tmp_path: Path, above: list[str]) -> None:
+    table = read_lab_file(lab_file(tmp_path, *above, '"Time', '(s)","Extension', '(mm)","Load', '(N)"', *joined(ROWS)))
+    assert_right(table)
+    assert table.lines[0] == len(above) + 5
+
+
 def test_a_units_row_may_stand_below_a_blank_line(tmp_path: Path) -> None:
     assert_right(read_lab_file(lab_file(tmp_path, "Time,Extension,Load", "", "(s),(mm),(N)", "", *joined(ROWS))))
 

@@ -155,6 +155,14 @@ def test_report_says_on_screen_and_page_what_has_changed_since(run: Path) -> Non
     assert _wrong(run) == {"force.csv": "changed"}
 
 
+@pytest.mark.parametrize("name", ["run.json", "recommendation.json"])
+def test_a_command_says_what_it_does_without(run: Path, name: str) -> None:
+    assert load_run(run).gone == ()
+    (run / name).unlink()
+    assert len(load_run(run).gone) == 1
+    assert f"Note: {run / name} is not there" in _command("report", run).stderr
+
+
 def test_another_forward_model_is_said_and_nothing_is_recommended_with_it(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     found = load_run(run)
     assert found.notes == ()
