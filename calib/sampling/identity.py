@@ -98,7 +98,7 @@ def _pooling(problem: Problem) -> dict[str, str]:
 
 
 def usual_walkers(problem: Problem) -> int:
-    """Walkers of an ensemble that is not told their number: four for each unknown, and at least 160.
+    """Walkers of an ensemble that is not told their number: four for each unknown, and at least 96.
 
     Of many specimens, which move independently of each other, only the unknowns of one count and those that all share, and 96
     will do: a step costs as much as there are specimens, and every one of them moves at each.
@@ -107,7 +107,7 @@ def usual_walkers(problem: Problem) -> int:
     sizes = [own.size for own in scopes.specimens.values()]
     if len(sizes) >= MANY_SPECIMENS:
         return max(96, 4 * (scopes.shared.size + max(sizes)))
-    return max(160, 4 * len(problem.parameters))
+    return max(96, 4 * len(problem.parameters))
 
 
 def differences(found: Mapping[str, str], wanted: Mapping[str, str]) -> str:

@@ -116,7 +116,7 @@ def sample(
         resumed.
     resume : whether to go on with the run in the folder.
     n_ensembles : at least four, to judge convergence.
-    n_walkers : of each ensemble, default `usual_walkers`: four for each unknown, and at least 160.
+    n_walkers : of each ensemble, default `usual_walkers`: four for each unknown, and at least 96.
     gate : what the run has to reach; default `Gate()`.
     max_steps, max_seconds : budget, of each walker over the whole run and of this call; steps that are not done in time are
         dropped, and made again when the run is resumed.
