@@ -16,8 +16,6 @@ from models.sensor import BoolArray, FloatArray
 _JUMP = 2.8
 # Numbers with a mark and without beside each other: steps in powers of ten as written, and once the lost mark is put back.
 _APART, _TOGETHER = 0.9, 0.3
-# Steps on one side of a number so many times as large as on the other are those of another wrong one.
-_WILD = 8.0
 # How near a number must come to its neighbours once its mark is moved, in steps between these, and how small these must be.
 _NEAR, _SMALL_STEPS, _COARSE_STEPS = 2.0, 0.03, 0.5
 # A single number may miss its neighbours by this share of them once its mark is moved, by one place or by more.
@@ -229,10 +227,7 @@ def _off(cells: Sequence[str], rows: IntArray, at: FloatArray, level: FloatArray
         mended = at[start : end + 1] / 10 ** power[j]
         low, high = float(min(before[-1], after[0])), float(max(before[-1], after[0]))
         beside = [float(np.max(np.abs(np.diff(numbers)), initial=0.0)) for numbers in (before, after)]
-        step = max(high - low, *beside)
-        # Another row beside it may be wrong, too: then those on the other side tell how large steps are.
-        calm = max(high - low, min(beside))
-        told_by = (step, calm) if start > 2 and end + 3 < n and step > _WILD * calm else (step,)
+        step, calm = max(high - low, *beside), max(high - low, min(beside) if start > 2 and end + 3 < n else max(beside))
         middle = abs(low + high) / 2
         digits = max(_decimals(cells[i], decimal) for i in rows[start : end + 1].tolist())
         last = min(0.5 * 10.0 ** (-digits - power[j]), _ROUNDED * middle) if power[j] < 0 else 0.0
@@ -244,7 +239,8 @@ def _off(cells: Sequence[str], rows: IntArray, at: FloatArray, level: FloatArray
         near = rows[[*range(max(start - 2, 0), start), *range(end + 1, min(end + 3, n))]].tolist()
         odd = all(_decimals(cells[i], decimal) != _decimals(cells[near[0]], decimal) for i in rows[start : end + 1].tolist())
         alike = len({_decimals(cells[i], decimal) for i in near}) == 1
-        smalls = [s for s in told_by if missed <= max(_NEAR * s, alone) + last and _is_small(s, middle, int(power[j]))]
+        # Another row beside it may be wrong, too: then those on the other side tell how large steps are.
+        smalls = [s for s in (step, calm) if missed <= max(_NEAR * s, alone) + last and _is_small(s, middle, int(power[j]))]
         lone = end == start and bool(smalls)
         if lone or (smooth and odd) or (odd and alike and step < _COARSE_STEPS * middle):
             taken.update(range(start, end + 2))

@@ -7,7 +7,6 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from calib.lab.instruments.labtable import IntArray
 from models.sensor import FloatArray
 
 #: Quantities of which each reading is near to those beside it.
@@ -44,15 +43,7 @@ def alone(values: Mapping[str, FloatArray]) -> dict[str, dict[int, float]]:
     Quantity -> row -> what the readings beside it are near to, in their unit.
     """
     channels = {q: values[q] for q in SMOOTH if q in values}
-    found: dict[str, dict[int, dict[tuple[int, ...], float]]] = {}
-    ends: dict[str, dict[int, float]] = {}
-    for quantity, readings in channels.items():
-        rows_there = np.flatnonzero(np.isfinite(readings))
-        y = readings[rows_there]
-        noise = _NOISES * _noise(y) if y.size > 2 else 0.0
-        floor = max(noise, _DIGITS * _last_step(y))
-        found[quantity] = {length: _runs(rows_there, y, floor, length) for length in range(1, _RUN + 1)}
-        ends[quantity] = _at_ends(rows_there, y, noise)
+    found = {q: {length: _runs(y, length) for length in range(1, _RUN + 1)} for q, y in channels.items()}
     leaving = {q: {r for rows in of.values() for run in rows for r in run} for q, of in found.items()}
     kept: dict[str, dict[int, float]] = {}
     for quantity, runs in found.items():
@@ -62,21 +53,22 @@ def alone(values: Mapping[str, FloatArray]) -> dict[str, dict[int, float]]:
             for run, near in by_rows.items():
                 if (length == 1 and quantity in _DRIVEN) or not beside & set(run):
                     rows.update((r, rows.get(r, near)) for r in run)
-        rows |= {r: near for r, near in ends[quantity].items() if r not in rows}
+        rows |= {r: near for r, near in _at_ends(channels[quantity]).items() if r not in rows}
         if 0 < len(rows) <= max(1, _SHARE * np.count_nonzero(np.isfinite(channels[quantity]))):
             kept[quantity] = rows
     return kept
 
 
-def _runs(rows: IntArray, y: FloatArray, floor: float, length: int) -> dict[tuple[int, ...], float]:
+def _runs(values: FloatArray, length: int) -> dict[tuple[int, ...], float]:
     """Rows of so many readings in succession that stand alone -> the middle of those on either side."""
+    rows = np.flatnonzero(np.isfinite(values))
+    y = values[rows]
     if y.size < length + 2 * _BESIDE:
         return {}
-    # A reading that is further off than this lies nearly as far from the one before it.
-    far = np.flatnonzero(np.abs(np.diff(y)) > (1 - 1 / _STEPS) * floor) + 1 + _BEYOND
+    floor = max(_NOISES * _noise(y), _DIGITS * _last_step(y))
     # Beside an end fewer are looked at: beyond it the course goes on as mirrored there.
     y, rows = np.pad(y, _BEYOND, mode="reflect", reflect_type="odd"), np.pad(rows, _BEYOND)
-    first = far[(far >= _BESIDE) & (far <= y.size - _BESIDE - length)]
+    first = np.arange(_BESIDE, y.size - _BESIDE - length + 1)
     before, after = y[first - 1], y[first + length]
     share = np.arange(1, length + 1) / (length + 1)
     line = before[:, None] + (after - before)[:, None] * share
@@ -94,17 +86,22 @@ def _runs(rows: IntArray, y: FloatArray, floor: float, length: int) -> dict[tupl
     return {tuple(rows[k : k + length].tolist()): float(y[k - 1] + y[k + length]) / 2 for k in found.tolist()}
 
 
-def _at_ends(rows: IntArray, y: FloatArray, noise: float) -> dict[int, float]:
+def _at_ends(values: FloatArray) -> dict[int, float]:
     """Readings at the ends of a record that are far beyond all others -> the first one that is not."""
+    rows = np.flatnonzero(np.isfinite(values))
+    y = values[rows]
+    found: dict[int, float] = {}
     if y.size < 2 * _BESIDE + _RUN:
-        return {}
-    inner = y[_RUN:-_RUN]
-    low, high = float(np.min(inner)), float(np.max(inner))
-    room = max(_RANGES * (high - low), noise)
-    beyond = (y < low - room) | (y > high + room)
-    head, tail = int(np.argmin(beyond)), int(np.argmin(beyond[::-1]))
-    near = {int(r): float(y[head]) for r in rows[:head]}
-    return near | {int(r): float(y[-1 - tail]) for r in rows[y.size - tail :]}
+        return found
+    for order in (np.arange(y.size), np.arange(y.size)[::-1]):
+        for length in range(1, _RUN + 1):
+            rest = y[order[length:]]
+            low, high = float(np.min(rest)), float(np.max(rest))
+            room = max(_RANGES * (high - low), _NOISES * _noise(rest))
+            ends = y[order[:length]]
+            if np.all((ends < low - room) | (ends > high + room)):
+                found.update((int(rows[k]), float(rest[0])) for k in order[:length].tolist())
+    return found
 
 
 def _noise(y: FloatArray) -> float:
