@@ -153,11 +153,11 @@ def refusing_bad_input() -> Iterator[None]:
         _refuse([f"a worker process was ended from outside, as systems do that run out of memory. {advice}"])
 
 
-def _refuse(messages: list[str]) -> None:
+def _refuse(messages: list[str], code: int = BAD_INPUT) -> None:
     with suppress(OSError):  # nobody may be there to read them either
         for message in messages:
             err().print(f"Error: {message}", style="red", markup=False, soft_wrap=True)
-    raise typer.Exit(BAD_INPUT)
+    raise typer.Exit(code)
 
 
 def _drop_output() -> None:
@@ -277,10 +277,7 @@ def telling(folder: Path) -> Iterator[None]:
     except OSError as error:
         _drop_output()
         reason = "its reader ended" if isinstance(error, BrokenPipeError) else error.strerror or str(error)
-        with suppress(OSError):
-            text = f"Error: standard output: {reason}. All results are written: calib report {in_shell_path(folder)}"
-            err().print(text, style="red", markup=False, soft_wrap=True)
-        raise typer.Exit(NO_PAGE) from None
+        _refuse([f"standard output: {reason}. All results are written: calib report {in_shell_path(folder)}"], NO_PAGE)
 
 
 def duration(seconds: float) -> str:

@@ -63,8 +63,7 @@ def several_records(sheet: Sheet, used: Mapping[str, int], values: Mapping[str, 
         codes = _codes(sheet.columns[index], _MOST_NAMED if named else _MOST)
         if codes is None:
             continue
-        phases = _is_of_phases(sheet, index) or all(is_date(c) for c in {c.strip() for c in sheet.columns[index]} if c)
-        if not named and not _parts(codes, values, phases=phases):
+        if not named and not _parts(codes, values, phases=_is_of_phases(sheet, index)):
             continue
         why = "names several" if named else "changes, and time or a reading jumps with it"
         faults.append(_fault(sheet, index, f'column "{sheet.names[index] or index + 1}" {why}'))
@@ -162,10 +161,11 @@ def _is_named_key(sheet: Sheet, index: int) -> bool:
 
 
 def _is_of_phases(sheet: Sheet, index: int) -> bool:
-    """Whether a column counts or names the phases of one record, at whose ends a reading may jump."""
+    """Whether a column counts, names or dates the phases of one record, at whose ends a reading may jump."""
     parts = {w for w in re.split(r"[\s_.()\[\]#:/-]+", sheet.names[index].lower()) if w}
     cells = {c.strip().lower() for c in sheet.columns[index]} - {""}
-    return bool(parts & PHASES) or all(any(w in OF_TESTERS for w in re.split(r"[\s_-]+", c)) for c in cells)
+    dated = all(is_date(c) for c in cells)
+    return bool(parts & PHASES) or dated or all(any(w in OF_TESTERS for w in re.split(r"[\s_-]+", c)) for c in cells)
 
 
 def _parts(codes: IntArray, values: Mapping[str, FloatArray], *, phases: bool) -> bool:
