@@ -7,6 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from calib.lab.instruments.labtable import IntArray
 from models.sensor import FloatArray
 
 #: Quantities of which each reading is near to those beside it.
@@ -43,7 +44,7 @@ def alone(values: Mapping[str, FloatArray]) -> dict[str, dict[int, float]]:
     Quantity -> row -> what the readings beside it are near to, in their unit.
     """
     channels = {q: values[q] for q in SMOOTH if q in values}
-    found = {q: {length: _runs(y, length) for length in range(1, _RUN + 1)} for q, y in channels.items()}
+    found = {q: _runs_of(y) for q, y in channels.items()}
     leaving = {q: {r for rows in of.values() for run in rows for r in run} for q, of in found.items()}
     kept: dict[str, dict[int, float]] = {}
     for quantity, runs in found.items():
@@ -59,13 +60,19 @@ def alone(values: Mapping[str, FloatArray]) -> dict[str, dict[int, float]]:
     return kept
 
 
-def _runs(values: FloatArray, length: int) -> dict[tuple[int, ...], float]:
-    """Rows of so many readings in succession that stand alone -> the middle of those on either side."""
+def _runs_of(values: FloatArray) -> dict[int, dict[tuple[int, ...], float]]:
+    """Of each number of readings in succession: rows of those that stand alone -> the middle of those on either side."""
     rows = np.flatnonzero(np.isfinite(values))
     y = values[rows]
-    if y.size < length + 2 * _BESIDE:
+    if y.size <= 2 * _BESIDE:
         return {}
     floor = max(_NOISES * _noise(y), _DIGITS * _last_step(y))
+    return {length: _runs(rows, y, floor, length) for length in range(1, _RUN + 1)}
+
+
+def _runs(rows: IntArray, y: FloatArray, floor: float, length: int) -> dict[tuple[int, ...], float]:
+    if y.size < length + 2 * _BESIDE:
+        return {}
     # Beside an end fewer are looked at: beyond it the course goes on as mirrored there.
     y, rows = np.pad(y, _BEYOND, mode="reflect", reflect_type="odd"), np.pad(rows, _BEYOND)
     first = np.arange(_BESIDE, y.size - _BESIDE - length + 1)
