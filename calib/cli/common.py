@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import BrokenExecutor
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TextIO
 
 import typer
 
@@ -142,7 +142,6 @@ def refusing_bad_input() -> Iterator[None]:
     except (OutOfRangeError, ConvergenceError) as error:
         _refuse([str(error)])
     except BrokenPipeError:
-        _drop_output()
         _refuse(["standard output: its reader ended before all was said. Send it to a file: calib ... > output.txt"])
     except OSError as error:
         _refuse([_os_error_in_words(error)])
@@ -157,15 +156,22 @@ def _refuse(messages: list[str], code: int = BAD_INPUT) -> None:
     with suppress(OSError):  # nobody may be there to read them either
         for message in messages:
             err().print(f"Error: {message}", style="red", markup=False, soft_wrap=True)
+    for stream in (sys.stdout, sys.stderr):
+        _drop_pending(stream)
     raise typer.Exit(code)
 
 
-def _drop_output() -> None:
-    """Let what was not read go nowhere, as Python would complain of it in the end."""
-    with suppress(OSError, ValueError):
-        nowhere = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(nowhere, sys.stdout.fileno())
-        os.close(nowhere)
+def _drop_pending(stream: TextIO | None) -> None:
+    """Let what a stream cannot take go nowhere, as Python would complain of it in the end, with an exit code of its own."""
+    if stream is None:
+        return
+    try:
+        stream.flush()
+    except (OSError, ValueError):
+        with suppress(OSError, ValueError):
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(nowhere, stream.fileno())
+            os.close(nowhere)
 
 
 # What the system says -> what it means, and what to do.
@@ -275,7 +281,6 @@ def telling(folder: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        _drop_output()
         reason = "its reader ended" if isinstance(error, BrokenPipeError) else error.strerror or str(error)
         _refuse([f"standard output: {reason}. All results are written: calib report {in_shell_path(folder)}"], NO_PAGE)
 

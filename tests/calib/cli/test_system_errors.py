@@ -167,3 +167,22 @@ def test_a_reader_that_ends_early_leaves_a_sentence() -> None:
     assert " ".join(said.split()).startswith("Error: standard output: its reader ended before all was said.")
     assert "Traceback" not in said
     assert "Exception" not in said
+
+
+@pytest.mark.parametrize("word", ["stdout", "stderr"])
+def test_a_refusal_beside_a_stream_that_takes_nothing_keeps_its_exit_code(word: str) -> None:
+    code = f"""
+        import sys, typer
+        from calib.cli.common import refusing_bad_input
+        from calib.errors import Fault, InputError
+        def talk() -> None:
+            with refusing_bad_input():
+                sys.{word}.reconfigure(line_buffering=False, write_through=False)
+                sys.{word}.write("pending")
+                raise InputError(Fault("no"))
+        typer.run(talk)
+    """
+    buffered = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
+    words = [sys.executable, "-c", textwrap.dedent(code)]
+    with open("/dev/full", "wb") as full:
+        assert subprocess.run(words, cwd=ROOT, env=buffered, stdout=full, stderr=full, check=False).returncode == 2
