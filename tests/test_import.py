@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import inspect
 import subprocess
 import sys
+from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
 import calib
+from models.surrogate import load_surrogate
+
+ROOT = Path(__file__).parents[1]
 
 #: What a name of the API or a calculation may load, and neither `import calib` nor help.
 HEAVY = ("numpy", "scipy", "pandas", "xarray", "matplotlib", "arviz")
@@ -36,6 +42,23 @@ def test_every_name_is_there(name: str) -> None:
 
 def test_names_are_sorted_and_each_is_there_once() -> None:
     assert dir(calib) == sorted(set(calib.__all__))
+
+
+FUNCTIONS = [getattr(calib, name) for name in calib.__all__ if inspect.isfunction(getattr(calib, name))]
+
+
+@pytest.mark.parametrize("function", [*FUNCTIONS, load_surrogate], ids=lambda f: str(f.__name__))
+def test_a_path_may_be_a_text(function: Callable[..., object]) -> None:
+    for parameter in inspect.signature(function).parameters.values():
+        assert "Path" not in parameter.annotation or "str" in parameter.annotation, parameter
+
+
+def test_an_experiment_in_a_text_is_read_and_a_run_that_is_not_there_is_named(tmp_path: Path) -> None:
+    assert calib.read_experiment(str(ROOT / "datasets" / "padded_sensor" / "experiment.toml")).specimens
+    with pytest.raises(calib.InputError, match="no-run"):
+        calib.load_run(str(tmp_path / "no-run"))
+    with pytest.raises(calib.InputError, match="no-run"):
+        calib.load_posterior(str(tmp_path / "no-run.nc"))
 
 
 def test_a_name_that_is_not_there_is_refused_as_python_does() -> None:

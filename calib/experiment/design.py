@@ -79,7 +79,7 @@ _SOFT_SENSOR = Signposts(
 _LAW_EXAMPLE = 'Write for example law = "neo-hookean", { gent = { locking = 40 } } or { yeoh = { c2 = 0.02, c3 = 0.001 } }'
 
 
-def read_design(path: Path) -> Design | LayeredDesign:
+def read_design(path: Path | str) -> Design | LayeredDesign:
     """Read and check a design file.
 
     Parameters
@@ -131,6 +131,7 @@ def read_design(path: Path) -> Design | LayeredDesign:
     InputError
         With every fault of the file, each with line and column.
     """
+    path = Path(path)
     toml = read_toml(path)
     stacked = "layers" in toml.data or "disc" in toml.data
     parts = ("disc", "layers") if stacked else ("sensor", "padding")

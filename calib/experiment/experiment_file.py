@@ -55,7 +55,7 @@ DISCREPANCIES = (*get_args(Discrepancy), _COMPARE)
 _RADIUS_SLACK = 0.1
 
 
-def read_experiment(path: Path) -> Experiment:
+def read_experiment(path: Path | str) -> Experiment:
     """Read and check an experiment file; lab files are looked for relative to it, and must exist, but are not opened.
 
     Parameters
@@ -103,6 +103,7 @@ def read_experiment(path: Path) -> Experiment:
     InputError
         With every fault of the file, each with line and column.
     """
+    path = Path(path)
     return _experiment(read_toml(path), path.stem)
 
 

@@ -21,7 +21,7 @@ from models.surrogate import (
 )
 
 
-def forward_of_experiment(experiment: Experiment, surrogate: Path | None = None) -> Forward:
+def forward_of_experiment(experiment: Experiment, surrogate: Path | str | None = None) -> Forward:
     """Load the forward model that an experiment is to be calibrated with.
 
     Parameters
@@ -34,7 +34,7 @@ def forward_of_experiment(experiment: Experiment, surrogate: Path | None = None)
     InputError
         If there is no such surrogate, it cannot be read, or the model is none.
     """
-    return _forward(experiment.model, surrogate, experiment.family)
+    return _forward(experiment.model, Path(surrogate) if surrogate is not None else None, experiment.family)
 
 
 def forward_of_design(design: Design, model: str, surrogate: Path | None = None) -> Forward:

@@ -26,8 +26,8 @@ def make_sweep(
     specimen: str,
     name: str,
     indenter_radius: float,
-    force_file: Path | None,
-    capacitance_file: Path | None,
+    force_file: Path | str | None,
+    capacitance_file: Path | str | None,
     n_points: int = 40,
     *,
     force_reading: Reading = AS_FOUND,
@@ -70,6 +70,7 @@ def make_sweep(
         asked for that is not there, or a limit of something that neither file has; if the clock offset is ambiguous by
         discrete steps.
     """
+    force_file, capacitance_file = (None if file is None else Path(file) for file in (force_file, capacitance_file))
     if force_file is None and capacitance_file is None:
         raise InputError(Fault(f"sweep {name} of {specimen} has neither a force nor a capacitance file"))
     same = force_file is not None and capacitance_file is not None and _same_file(force_file, capacitance_file)

@@ -27,7 +27,7 @@ _WHAT = "calib average"
 
 def average_runs(
     runs: Sequence[Run],
-    folder: Path,
+    folder: Path | str,
     *,
     by: Weighting = USUAL,
     candidates: Sequence[Candidate] | None = None,
@@ -58,6 +58,7 @@ def average_runs(
     InputError
         If the runs are not of the same data, are averages themselves, or the folder is not free.
     """
+    folder = Path(folder)
     names = _names(runs)
     for run in runs:
         if run.members:

@@ -55,7 +55,7 @@ class Check:
         return {**self.verdict.to_plain(), "ranges": ranges, "unknowns": unknowns, "ridges": ridges, "seconds": seconds}
 
 
-def check(experiment: Path | str, surrogate: Path | None = None) -> Check:
+def check(experiment: Path | str, surrogate: Path | str | None = None) -> Check:
     """Check an experiment before it is calibrated: files, geometry and priors, and what its data will tell; nothing is sampled.
 
     Parameters
@@ -72,7 +72,7 @@ def check(experiment: Path | str, surrogate: Path | None = None) -> Check:
     InputError
         If an input cannot be used: with every fault, and with the slip of the pen that may be behind it.
     """
-    plan = read_experiment(Path(experiment))
+    plan = read_experiment(experiment)
     problem = problem_of(plan, surrogate)
     found = plausibility_of(problem)
     edits = unedited_reasons(plan)

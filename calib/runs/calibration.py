@@ -121,14 +121,14 @@ class Calibration:
 
 
 def calibrate(
-    experiment: Path,
-    folder: Path,
+    experiment: Path | str,
+    folder: Path | str,
     *,
     seed: int | None = None,
     resume: bool = False,
     deadline: float | None = None,
     processes: int | None = None,
-    surrogate: Path | None = None,
+    surrogate: Path | str | None = None,
     reweight: int = 0,
     command: str = "",
     watch: Watch = _SILENT,
@@ -168,6 +168,7 @@ def calibrate(
         If an input cannot be used, files or priors are implausible, a run with other inputs is to be resumed, or another
         process writes into the folder.
     """
+    experiment, folder, surrogate = Path(experiment), Path(folder), Path(surrogate) if surrogate is not None else None
     deadline = time.monotonic() + DEFAULT_SECONDS if deadline is None else deadline
     if said := owner_of(folder):
         advice = "Wait until it has ended, or choose another folder"

@@ -97,7 +97,7 @@ class Run:
         return (*([self.another_forward] if self.another_forward else []), *self.changed_inputs)
 
 
-def load_run(folder: Path) -> Run:
+def load_run(folder: Path | str) -> Run:
     """Load the posterior of a finished run and the forward model that it was sampled with.
 
     Raises
@@ -105,6 +105,7 @@ def load_run(folder: Path) -> Run:
     InputError
         If there is no finished run, its posterior is not the one that it wrote, or the surrogate file it was made with is gone.
     """
+    folder = Path(folder)
     path = folder / POSTERIOR
     if not path.is_file():
         advice = (

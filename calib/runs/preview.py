@@ -40,7 +40,7 @@ def quick(
         raise InputError(Fault(str(error), plan.path, advice="Calibrate without --quick")) from error
 
 
-def problem_of(plan: Experiment, surrogate: Path | None) -> Problem:
+def problem_of(plan: Experiment, surrogate: Path | str | None) -> Problem:
     """The problem of an experiment, all of whose files are read here.
 
     Parameters

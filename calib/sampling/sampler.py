@@ -89,7 +89,7 @@ def sample(
     problem: Problem,
     *,
     seed: int,
-    checkpoint: Path | None = None,
+    checkpoint: Path | str | None = None,
     resume: bool = False,
     n_ensembles: int = ENSEMBLES,
     n_walkers: int | None = None,

@@ -30,7 +30,7 @@ _VERSION = "calib_format"
 _AGAIN = "Put a copy of it back, or write it anew from its checkpoints: `calib calibrate EXPERIMENT -o RUN --resume`"
 
 
-def save_posterior(posterior: Posterior, path: Path, forward: Forward | None = None) -> None:
+def save_posterior(posterior: Posterior, path: Path | str, forward: Forward | None = None) -> None:
     """Write a posterior to one NetCDF 4 file, atomically, which ArviZ (`az.from_netcdf`) and `load_posterior` read.
 
     Parameters
@@ -47,6 +47,7 @@ def save_posterior(posterior: Posterior, path: Path, forward: Forward | None = N
     OSError
         If the file cannot be written; an earlier one stays as it was.
     """
+    path = Path(path)
     record = {
         _VERSION: str(FORMAT),
         "experiment": experiment_to_json(posterior.experiment),
@@ -62,7 +63,7 @@ def save_posterior(posterior: Posterior, path: Path, forward: Forward | None = N
     write_groups(make_groups(posterior, forward), describe(posterior, forward) | record, path)
 
 
-def load_posterior(path: Path) -> Posterior:
+def load_posterior(path: Path | str) -> Posterior:
     """Load the posterior that `save_posterior` wrote, its draws in the order in which they were sampled.
 
     Raises
@@ -71,6 +72,7 @@ def load_posterior(path: Path) -> Posterior:
         If the file does not exist, is not to the last byte what `save_posterior` wrote, holds numbers that are not finite, or
         was written by another version of the program.
     """
+    path = Path(path)
     try:
         return _restored(path)
     except InputError:

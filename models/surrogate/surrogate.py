@@ -305,7 +305,7 @@ def _shipped(family: Family) -> Traversable:
 _NETWORKS = ("end", "mechanics", "capacitance", "force_sd", "capacitance_sd")
 
 
-def load_surrogate(path: Path | None = None, family: Family = NEO_HOOKEAN) -> Surrogate:
+def load_surrogate(path: Path | str | None = None, family: Family = NEO_HOOKEAN) -> Surrogate:
     """Read a surrogate from its file, or the one that is shipped with the package.
 
     Parameters
@@ -330,7 +330,7 @@ def load_surrogate(path: Path | None = None, family: Family = NEO_HOOKEAN) -> Su
         with as_file(_shipped(family)) as shipped:
             return load_surrogate(shipped)
     try:
-        with np.load(io.BytesIO(unsealed(path.read_bytes())), allow_pickle=False) as file:
+        with np.load(io.BytesIO(unsealed(Path(path).read_bytes())), allow_pickle=False) as file:
             data = {name: file[name] for name in file.files}
         written = int(data["format"])
         if written == _FORMAT:

@@ -25,7 +25,7 @@ from calib.lab.instruments.vocabulary import understand
 QUANTITIES = tuple(q for q in SI_UNIT if q not in IN_PLACE_OF)
 
 
-def read_lab_file(path: Path, reading: Reading = AS_FOUND) -> LabTable:
+def read_lab_file(path: Path | str, reading: Reading = AS_FOUND) -> LabTable:
     """Read one record of a file of a testing machine or an LCR meter into columns in SI.
 
     Encoding, delimiter, decimal mark, header and units are found in the file; what was found is stated in the table.
