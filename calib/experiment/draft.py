@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from calib.errors import Choice
-from calib.experiment.edits import BONDED, GUESSES, MARK
+from calib.experiment.edits import GUESSES, MARK
 from calib.experiment.lab_files import Found, Looked, said
 from calib.experiment.presses import Press, Pressed
 from calib.lab import Reading
@@ -58,6 +58,7 @@ name = "Padded sensor"        # heading of the report
 # candidates = ["own-padding"]  # other models that `calib compare` calibrates and averages; default all that there are
 # pooling = "partial"         # "complete" (default): all specimens have one modulus; "partial": they are of one lot, each
                               # with its own, and `calib recommend` is for the next one, which nobody has measured
+{table("base")}
 
 [indenter]
 {table("indenter")}
@@ -68,8 +69,6 @@ name = "Padded sensor"        # heading of the report
 
 [padding]
 {table("padding")}
-# {BONDED[1]}
-{MARK} {BONDED[0]}
 
 # What is known before the data, shared by all specimens. Forms: {{ normal = [mean, sd] }}, {{ lognormal = [median, factor] }},
 # {{ halfnormal = scale }}, {{ uniform = [low, high] }}, {{ truncated_normal = [mean, sd, low, high] }}, {{ fixed = value }}.

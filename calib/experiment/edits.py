@@ -42,6 +42,11 @@ def _default(name: str) -> str:
 
 #: By the keys that lead to it, in the order of a draft.
 GUESSES: Mapping[tuple[str, ...], Guess] = {
+    ("base",): Guess(
+        '"bonded"',
+        '"bonded" if the padding is glued to a rigid base, "slippery" if it may slide on it',
+        "On a slippery base the same curve means 1.9 times the Young's modulus. Not sure? `calib compare` asks the data.",
+    ),
     ("indenter", "radius"): Guess(
         '"5 mm"',
         "radius of the ball, half its diameter",
@@ -109,12 +114,6 @@ GUESSES: Mapping[tuple[str, ...], Guess] = {
         electrical=True,
     ),
 }
-
-#: What a draft takes for granted and has no key for: what to do about it, and why it matters.
-BONDED = (
-    "sensor and padding are glued to a rigid base; remove this line if yours are",
-    "Nothing else is modelled: on a slippery base the same curve would mean about 1.9 times the Young's modulus.",
-)
 
 
 @dataclass(frozen=True)

@@ -110,7 +110,7 @@ def test_a_draft_of_a_folder_can_be_read_and_has_a_mark_on_all_that_decides(tmp_
             "relative_permittivity",
             "parasitic_capacitance",
             "machine_compliance",
-            "sensor and padding are glued to a rigid base",
+            "base",
         ),
         "force",
     ):

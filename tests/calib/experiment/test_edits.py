@@ -15,14 +15,14 @@ from calib.experiment.toml_places import comments_in, locate_keys
 DATASET = Path(__file__).parents[3] / "datasets" / "padded_sensor" / "experiment.toml"
 
 TEXT = f"""\
-# Lines marked EDIT hold guesses.
+base = "bonded"   {MARK} what it rests on
 [indenter]
 radius = "5 mm"   {MARK} radius of the ball
 [sensor]
 radius = "10 mm"
 # electrode_radius = "10 mm"   {MARK} radius of the electrodes
 [padding]
-{MARK} sensor and padding are glued to a rigid base; remove this line if yours are
+{MARK} nothing else is known; remove this line if so
 [[specimens]]
 name = "a {MARK} b"
 force = "a.csv"   {MARK} choose where, one of the lines above
@@ -44,9 +44,10 @@ def _whats(text: str) -> list[str]:
 def test_every_line_that_is_as_the_draft_made_it_is_found_with_its_number() -> None:
     of = f"a {MARK} b"
     assert _left(TEXT) == (
+        Unedited(1, "base"),
         Unedited(3, "indenter radius"),
         Unedited(6, "electrode_radius"),
-        Unedited(8, "sensor and padding are glued to a rigid base"),
+        Unedited(8, "nothing else is known"),
         Unedited(11, "force", of),
         Unedited(13, "sensor_thickness", of),
         Unedited(15, "dielectric_thickness", of),
@@ -62,7 +63,8 @@ def test_every_line_that_is_as_the_draft_made_it_is_found_with_its_number() -> N
         (f"{MARK} radius of the ball", "", "indenter radius"),
         ('# electrode_radius = "10 mm"', 'electrode_radius = "9 mm"', "electrode_radius"),
         ("# electrode_radius", '# as measured\nelectrode_radius = "9 mm"\n# electrode_radius', "electrode_radius"),
-        (f"{MARK} sensor and padding are glued", "# glued", "sensor and padding are glued to a rigid base"),
+        (f"{MARK} nothing else is known", "# known", "nothing else is known"),
+        ('base = "bonded"', 'base = "slippery"', "base"),
         ('"a.csv"', '{ file = "a.csv", where = { "Frequency (Hz)" = "1000" } }', "force"),
         ('{ lognormal = ["0.8 mm", 1.5] }', '{ normal = ["0.8 mm", "0.1 mm"] }', "sensor_thickness"),
         ("# dielectric_thickness = { normal = [", "dielectric_thickness = { normal = [0, ", "dielectric_thickness"),
@@ -102,7 +104,7 @@ def test_a_hash_in_a_text_is_no_comment() -> None:
 
 def test_a_line_of_a_draft_is_as_it_was_whatever_its_quantity() -> None:
     for at, guess in GUESSES.items():
-        table = {"specimens": "[[specimens]]\n[specimens.priors]"}.get(at[0], f"[{at[0]}]")
+        table = {"specimens": "[[specimens]]\n[specimens.priors]", "base": ""}.get(at[0], f"[{at[0]}]")
         line = f"{at[-1]} = {guess.value}   {MARK} {guess.task}"
         assert len(_left(f"{table}\n{line}\n")) == 1, at
         assert len(_left(f"{table}\n# {line}\n")) == 1, at
