@@ -86,26 +86,26 @@ class Coordinates:
         """As `to_theta`, the logarithm as a sum over the `exchanges`, (n_draw, n_exchange)."""
         theta = x.copy()
         log_slopes = np.zeros((x.shape[0], len(self.exchanges)))
-        for k, e in enumerate(self.exchanges):
-            prior = self.problem.parameters[e.column].prior
-            theta[:, e.column] = 0.0
-            c0, parasitic = self._capacitances(theta, e.specimen)
-            total = e.seen * np.exp(x[:, e.column] * e.width)
-            wanted = total - parasitic
-            possible = wanted > 0
-            value = prior.ppf_normal(0.0) * (np.where(possible, wanted, c0) / c0) ** e.power
-            low, high = prior.support
-            possible &= (value > low) & (value < high)
-            z = prior.to_normal(np.where(possible, value, prior.ppf_normal(0.0)))
-            possible &= np.isfinite(z)
-            z = np.where(possible, z, 0.0)
-            # d log(value) / d log(total) = power total / wanted; the prior's own map z -> value by central differences.
-            with np.errstate(divide="ignore", invalid="ignore"):
+        # Far out on a ladder of steps an unknown may be as large as no number is, or nothing.
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            for k, e in enumerate(self.exchanges):
+                prior = self.problem.parameters[e.column].prior
+                theta[:, e.column] = 0.0
+                c0, parasitic = self._capacitances(theta, e.specimen)
+                total = e.seen * np.exp(x[:, e.column] * e.width)
+                wanted = total - parasitic
+                possible = wanted > 0
+                value = prior.ppf_normal(0.0) * (np.where(possible, wanted, c0) / c0) ** e.power
+                low, high = prior.support
+                possible &= (value > low) & (value < high)
+                z = prior.to_normal(np.where(possible, value, prior.ppf_normal(0.0)))
+                possible &= np.isfinite(z)
+                z = np.where(possible, z, 0.0)
+                # d log(value) / d log(total) = power total / wanted; the prior's own map z -> value by central differences.
                 slope = (prior.ppf_normal(z + _STEP) - prior.ppf_normal(z - _STEP)) / (2 * _STEP)
                 step = np.log(value * total / wanted * e.width / slope)
-            theta[:, e.column] = np.where(possible, z, np.nan)
-            log_slopes[:, k] = np.where(possible & np.isfinite(step), step, -np.inf)
-            theta[~possible, e.column] = np.nan
+                log_slopes[:, k] = np.where(possible & np.isfinite(step), step, -np.inf)
+                theta[:, e.column] = np.where(possible, z, np.nan)
         return theta, log_slopes
 
     def from_theta(self, theta: FloatArray) -> FloatArray:

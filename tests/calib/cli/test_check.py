@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from calib.runs import load_run
 from calib.runs.before import plausibility_of
 from calib.runs.calibration import Stages
 
+DATASET = Path(__file__).parents[3] / "datasets" / "padded_sensor"
 CHECKED = replace(QUICK, check=plausibility_of)
 ODD = Reason("ball", "red", "with half this radius all would be well", "Measure the ball")
 DOUBT = Reason("thicknesses", "amber", "a thickness is doubtful", "Measure it")
@@ -138,3 +140,14 @@ def test_amber_does_not_stop_a_calibration_and_stays_in_the_verdict(lab: Path, t
     stages = replace(QUICK, check=lambda _: Plausibility((DOUBT,), (), None, None))
     _run("calibrate", lab / "experiment.toml", "-o", run, "--processes", 0, stages=stages)
     assert DOUBT in load_run(run).verdict.reasons
+
+
+def test_a_draft_as_it_was_written_is_amber_for_its_marks_and_says_nothing_else(tmp_path: Path) -> None:
+    draft = tmp_path / "draft.toml"
+    assert _run("init", *sorted(DATASET.glob("sensor1_*.csv")), "-o", draft).exit_code == 0
+    result = _run("check", draft)
+    assert result.exit_code == 3, result.output
+    assert re.search(
+        r"experiment file: 1\d lines marked EDIT are unchanged: line \d+ base, line", " ".join(result.stdout.split())
+    )
+    assert not result.stderr
