@@ -96,7 +96,7 @@ def test_every_requirement_has_a_lower_bound_and_a_version_in_the_constraints() 
     lines = (ROOT / "constraints.txt").read_text().splitlines()
     pinned = {module_of(line) for line in lines if "==" in line}
     extras = PROJECT["optional-dependencies"]
-    for requirement in (*PROJECT["dependencies"], *extras["test"], *extras["cluster"], *extras["view"]):
+    for requirement in (*PROJECT["dependencies"], *extras["test"], *extras["cluster"], *extras["docs"], *extras["view"]):
         assert ">=" in requirement
         assert module_of(requirement) in pinned, f"add {requirement} to constraints.txt"
 
