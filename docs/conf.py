@@ -32,18 +32,30 @@ autodoc_typehints = "none"
 autodoc_member_order = "bysource"
 napoleon_google_docstring = False
 napoleon_use_rtype = False
+autodoc_preserve_defaults = True
+
+_GIVEN = ("Parameters", "Attributes")
+_RETURNED = {"Returns": "returns", "Yields": "yields"}
 
 
 def _with_descriptions(app: Any, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:
-    """Parameters stand as `name : what it is` in the docstrings; what reads them here expects a type behind the colon."""
-    inside = False
+    """Put sections of docstrings into the form that Sphinx reads: here they say what is given and returned, and no types."""
+    section = ""
     kept: list[str] = []
     for line, below in zip(lines, [*lines[1:], ""], strict=True):
-        if set(below.strip()) == {"-"} and line.strip():
-            inside = line.strip() in ("Parameters", "Attributes")
-        found = re.match(r"^(\s*)([\w*, ]+) : (.*)$", line) if inside else None
-        kept += [f"{found[1]}{found[2]}", f"{found[1]}    {found[3]}"] if found else [line]
-    lines[:] = [line.replace("|", r"\|") for line in kept]  # magnitudes, and no substitutions
+        text = line.replace("|", r"\|")  # magnitudes, and no substitutions
+        if below and set(below) == {"-"} and line:
+            section = line
+            kept.append("" if line in _RETURNED else line)
+        elif section in _GIVEN and (found := re.match(r"([\w*, ]+) : (.*)$", text)):
+            kept += [found[1], f"    {found[2]}"]
+        elif section in _RETURNED and line and set(line) == {"-"}:
+            kept.append(f":{_RETURNED[section]}:")
+        elif section in _RETURNED:
+            kept.append(f"    {text}" if text else "")
+        else:
+            kept.append(text)
+    lines[:] = kept
 
 
 def _beside_the_docs(app: Any, name: str, text: list[str]) -> None:
@@ -57,16 +69,16 @@ def _write_references() -> None:
     words = [sys.executable, "-m", "typer", "calib.cli", "utils", "docs", "--name", "calib", "--title", "Commands"]
     commands = subprocess.run(words, capture_output=True, text=True, check=True, cwd=HERE.parent).stdout
     _write(folder / "commands.md", commands)
-    named = [getattr(calib, name) for name in calib.__all__]
+    named = {name: getattr(calib, name) for name in calib.__all__}
     kinds: dict[str, Callable[[object], bool]] = {"Functions": inspect.isfunction, "Results and settings": inspect.isclass}
     blocks = ["# Python\n\n`import calib` offers these names, each loaded when it is asked for.\n"]
     for heading, is_one in kinds.items():
         blocks.append(f"## {heading}\n")
-        for obj in named:
+        for name, obj in named.items():
             if is_one(obj):
                 directive = "autofunction" if inspect.isfunction(obj) else "autoclass"
                 members = "" if inspect.isfunction(obj) else "   :members:\n"
-                blocks.append(f"```{{eval-rst}}\n.. {directive}:: {obj.__module__}.{obj.__qualname__}\n{members}```\n")
+                blocks.append(f"```{{eval-rst}}\n.. {directive}:: calib.{name}\n{members}```\n")
     _write(folder / "python.md", "\n".join(blocks))
     _write(HERE / "contributing.md", (HERE.parent / "CONTRIBUTING.md").read_text(encoding="utf-8").replace("](docs/", "]("))
 
