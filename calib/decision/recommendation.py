@@ -133,15 +133,7 @@ class Recommendation:
     @property
     def sensor_in_words(self) -> str:
         """Whose sensor it is for, in a sentence."""
-        if self.sensor == "next":
-            return (
-                "It is for the next sensor of this lot, which nobody has measured: its modulus may differ from those measured "
-                "as the spread of the lot says; its thicknesses are like theirs."
-            )
-        return (
-            "It is for the measured sensors, on new padding: the modulus of another sensor of their lot may differ, which is "
-            'not in the intervals (pooling = "partial" has it).'
-        )
+        return sensor_in_words(of_next=self.sensor == "next")
 
     @property
     def sureness(self) -> str:
@@ -230,6 +222,27 @@ class Recommendation:
         if self.verdict.colour == "red":
             text = f"Do not build on this: {self.verdict.reasons[0].finding}. {text}"
         return text.strip()
+
+
+def sensor_in_words(*, of_next: bool, spread: bool = False) -> str:
+    """Whose sensor an answer is for, in a sentence.
+
+    Parameters
+    ----------
+    of_next : whether for one of a lot that has not been measured, as partial pooling tells of it.
+    spread : whether for another one, whose modulus differs by a spread that was stated.
+    """
+    if of_next:
+        return (
+            "It is for the next sensor of this lot, which nobody has measured: its modulus may differ from those measured "
+            "as the spread of the lot says; its thicknesses are like theirs."
+        )
+    if spread:
+        return "It is for another sensor like those measured, whose modulus differs from theirs by the spread that was stated."
+    return (
+        "It is for the measured sensors, on new padding: the modulus of another sensor of their lot may differ, which is "
+        'not in the intervals (pooling = "partial" has it).'
+    )
 
 
 def percent(probability: float) -> str:
