@@ -1,15 +1,14 @@
 """Learn how thin dielectrics become, and how well that is known: `python benchmarks/thinning.py --paths FILE -o thinning.npz`.
 
 Paths of the finite elements at points all over the range of the surrogates, each kept as a line of JSON in FILE and not done
-twice, with the largest thinning of the dielectrics at six ratios t_d/h_s along each. A network learns it from four fifths of the
-paths; printed is how far it is off the others, by how large the thinning is. With -o one that has learnt from all of them is
-written: models/surrogate/data/thinning.npz.
+twice, with the largest thinning of the dielectrics at six ratios t_d/h_s along each. A network learns it from four fifths of
+the paths; printed is how far it is off the others, by how large the thinning is. With -o one that has learnt from all of them
+is written: models/surrogate/data/thinning.npz.
 """
 
 from __future__ import annotations
 
 import argparse
-import json
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -45,7 +44,7 @@ def path_of(groups: FloatArray) -> list[list[float]]:
             break
 
         def line(height: float, u: FloatArray = state.u) -> FloatArray:
-            return row_positions(model.mesh, u, h_p + h_s / 2 + height)[1]
+            return np.asarray(row_positions(model.mesh, u, h_p + h_s / 2 + height)[1], dtype=float)
 
         thinned = []
         for t in DIELECTRIC_POINTS * h_s:

@@ -26,17 +26,22 @@ if TYPE_CHECKING:
         with_sensitivity,
         with_spot_check,
     )
-    from calib.decision import Recommendation, Requirement, recommend
+    from calib.decision import Conformity, Recommendation, Requirement, conform, recommend
     from calib.errors import Fault, InputError
     from calib.experiment import (
         Experiment,
+        Limit,
+        Specification,
         Specimen,
         SweepFiles,
+        Tolerance,
         experiment_from,
         forward_of_experiment,
         read_design,
         read_experiment,
+        read_specification,
         read_sweeps,
+        specification_from,
     )
     from calib.lab import Grade, Observations, Points, Reading, Sweep, judge, make_sweep, observe, read_lab_file
     from calib.priors import Fixed, HalfNormal, LogNormal, Normal, Prior, TruncatedNormal, Uniform, default_prior, parse_prior
@@ -83,6 +88,7 @@ __all__ = [
     "CHANNELS",
     "UNKNOWNS",
     "Check",
+    "Conformity",
     "Diagnostics",
     "Experiment",
     "Fault",
@@ -92,6 +98,7 @@ __all__ = [
     "Grade",
     "HalfNormal",
     "InputError",
+    "Limit",
     "LogNormal",
     "Normal",
     "Observations",
@@ -106,9 +113,11 @@ __all__ = [
     "Recommendation",
     "Requirement",
     "Run",
+    "Specification",
     "Specimen",
     "Sweep",
     "SweepFiles",
+    "Tolerance",
     "TruncatedNormal",
     "Uniform",
     "UnknownName",
@@ -121,6 +130,7 @@ __all__ = [
     "check",
     "compare_runs",
     "comparison_in_words",
+    "conform",
     "corner_figure",
     "default_prior",
     "doubts",
@@ -146,6 +156,7 @@ __all__ = [
     "read_design",
     "read_experiment",
     "read_lab_file",
+    "read_specification",
     "read_sweeps",
     "readings",
     "recommend",
@@ -153,6 +164,7 @@ __all__ = [
     "residuals",
     "sample",
     "save_posterior",
+    "specification_from",
     "specimen_design",
     "summary_json",
     "thin_draws",
@@ -200,13 +212,18 @@ _ROOMS: dict[str, tuple[str, ...]] = {
     ),
     "calib.experiment": (
         "Experiment",
+        "Limit",
+        "Specification",
         "Specimen",
         "SweepFiles",
+        "Tolerance",
         "experiment_from",
         "forward_of_experiment",
         "read_design",
         "read_experiment",
+        "read_specification",
         "read_sweeps",
+        "specification_from",
     ),
     "calib.problem": (
         "Problem",
@@ -249,8 +266,10 @@ _ROOMS: dict[str, tuple[str, ...]] = {
         "with_spot_check",
     ),
     "calib.decision": (
+        "Conformity",
         "Recommendation",
         "Requirement",
+        "conform",
         "recommend",
     ),
     "calib.report": (

@@ -1,4 +1,4 @@
-"""Draws of what an answer depends on and of the answer in, which of them its doubt comes from out, as shares of its variance."""
+"""Draws of an answer and of what it depends on in, which of them its doubt comes from, as shares of its variance, out."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _SIGNIFICANT = 2.5
 
 @dataclass(frozen=True)
 class Cause:
-    """One thing that an answer depends on, and the share of the answer's variance that it explains alone [1], with its error."""
+    """One thing that an answer depends on, and the share of its variance that it explains alone [1], with the error of that."""
 
     name: str
     share: float

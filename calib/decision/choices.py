@@ -53,7 +53,7 @@ class Choice:
 
 
 def choices_of(specification: Specification) -> list[list[Choice]]:
-    """All combinations of the design variables; those of one list share their mechanics and differ in their electrodes alone."""
+    """All combinations of the design variables; those of one list share their mechanics and differ in electrodes alone."""
     materials = (None, *specification.materials)
     thicknesses = specification.sensor_thicknesses or (None,)
     electrodes = specification.electrode_radii or (None,)
@@ -156,9 +156,8 @@ def built(part: Part, specification: Specification, choice: Choice, z: Coordinat
         if alike:
             own["padding_young_modulus"] = own["padding_young_modulus"] * factor
     if specification.permittivity_spread > 0:
-        own["relative_permittivity"] = own["relative_permittivity"] * np.exp(
-            specification.permittivity_spread * z[PERMITTIVITY]
-        )
+        factor = np.exp(specification.permittivity_spread * z[PERMITTIVITY])
+        own["relative_permittivity"] = own["relative_permittivity"] * factor
     if choice.material is not None:
         modulus = choice.material.young_modulus
         own["padding_young_modulus"] = (

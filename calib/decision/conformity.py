@@ -12,7 +12,7 @@ import numpy as np
 from calib.checks import BAND_LEVELS, Verdict, verdict_from_plain
 from calib.decision.causes import Cause
 from calib.decision.guard_band import Drawing
-from calib.decision.recommendation import percent
+from calib.decision.words import percent
 from calib.experiment import Limit, Specification, limited_in_words, specification_from_plain
 from models.sensor import BoolArray, FloatArray
 
@@ -84,7 +84,15 @@ class Needed:
 
 @dataclass(frozen=True)
 class OfMember:
-    """What one of the models of an average says by itself: its draws, P at the thickness advised, its own best thickness and P."""
+    """What one model of an average says by itself.
+
+    Attributes
+    ----------
+    name : of the model.
+    n_draw : how many of the draws are its.
+    probability : [1], of conforming at the thickness that is advised; nan with too few draws, as are the others.
+    best, best_probability : [m], [1], thickness that it would advise, and of conforming there.
+    """
 
     name: str
     n_draw: int
@@ -198,6 +206,11 @@ class Conformity:
         return pd.concat(parts, ignore_index=True)
 
     @property
+    def unserved_in_words(self) -> tuple[str, ...]:
+        """Sensors that were asked for and are left out, each with the reason."""
+        return tuple(f"{b.name}: {b.left_out}" for b in self.built if b.left_out)
+
+    @property
     def asked_in_words(self) -> str:
         """The limits, in a sentence."""
         return "; ".join(limit.in_words for limit in self.specification.limits)
@@ -206,7 +219,7 @@ class Conformity:
     def in_words(self) -> str:
         """What to build and how sure that is, or why it cannot be met and what is nearest, in a few sentences."""
         s, b, k = self.specification, self.best, self.at_best
-        wanted = percent(s.probability)
+        wanted = f"{100 * s.probability:g} %"
         chosen = "" if b.name == "as measured" else f" ({b.name})"
         p = f"{percent(b.best_probability)}{_give_or_take(b.best_error)}"
         if self.met:
@@ -221,8 +234,8 @@ class Conformity:
                 text += f"Nominal thicknesses from {self._span(b.interval)} conform with at least {wanted}. "
         else:
             text = (
-                f"The specification is not met: no thickness conforms with {wanted}. The most probable is {b.best * 1e3:.2f} mm "
-                f"of padding{chosen}, with {p}. "
+                f"The specification is not met: no thickness conforms with {wanted}. The most probable is "
+                f"{b.best * 1e3:.2f} mm of padding{chosen}, with {p}. "
             )
         if self.close_call:
             text += f"{self.n_draw} draws leave open on which side of {wanted} that is: give more of them (--draws). "
@@ -282,7 +295,7 @@ class Conformity:
         if b.not_carried[k] > 0:
             text += (
                 f"{percent(b.not_carried[k])} of the draws do not carry the load within what the model covers (the sensor "
-                "bottoms out): they count as failures. "
+                "bottoms out, or the ball is in by half its radius): they count as failures. "
             )
         return text
 
@@ -299,7 +312,7 @@ class Conformity:
             told = [_would(limits[n.limit], n.value) for n in self.needed]
             return f"It would still hold with one of: {'; '.join(told)}. "
         told = [f"{_would(limits[n.limit], n.value)} (at {n.thickness * 1e3:.2f} mm)" for n in self.needed[:3]]
-        return f"It would be met with {percent(self.specification.probability)} with {', or '.join(told)}. "
+        return f"It would be met with {100 * self.specification.probability:g} %, if asked for {', or '.join(told)}. "
 
     @property
     def _causes_in_words(self) -> str:
@@ -374,4 +387,5 @@ def _risk(share: float) -> str:
 def _would(limit: Limit, value: float) -> str:
     load = "" if limit.at is None else f" at {limit.at:.4g} N"
     name, side = limit.quantity.replace("_", " "), limit.side.replace("_", " ")
-    return f"{name} {side} {limited_in_words(limit.quantity, value)} instead of {limited_in_words(limit.quantity, limit.value)}{load}"
+    new, old = (limited_in_words(limit.quantity, v) for v in (value, limit.value))
+    return f"{name} {side} {new} instead of {old}{load}"

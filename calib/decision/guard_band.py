@@ -31,7 +31,7 @@ class Drawing:
     tolerance : thicknesses that conform with the probability asked for, T_L and T_U.
     accepted : readings that are accepted, A_L and A_U; None where the guard bands leave nothing.
     guard_band : w.
-    open_below, open_above : whether the tolerance ends only because no thinner, or thicker, padding was asked for or is covered.
+    open_below, open_above : whether the tolerance ends only because no thinner, or thicker, padding was asked for or covered.
     accepted_share : [1], pads that are accepted; nan where it is not known how pads scatter.
     consumers_risk : [1], global: that a pad is accepted and its sensor does not conform.
     producers_risk : [1], global: that a pad is rejected and its sensor would conform.

@@ -182,7 +182,7 @@ def _at_padding(part: Part, thickness: Scalar, force: float) -> _AtPadding:
 def _along_all(parts: Sequence[Part], grid: FloatArray, force: float) -> Iterator[tuple[int, _AtPadding]]:
     """Predict at each thickness by all models, each for its own draws."""
     for k, columns in enumerate(zip(*(_along(part, grid, force) for part in parts), strict=True)):
-        yield k, _AtPadding(*np.concatenate(columns).T)
+        yield k, _AtPadding(*np.concatenate(columns)[:, 0].T)
 
 
 def _along(part: Part, grid: FloatArray, force: float) -> Iterator[FloatArray]:
@@ -190,10 +190,10 @@ def _along(part: Part, grid: FloatArray, force: float) -> Iterator[FloatArray]:
 
     def ask(thickness: FloatArray, rows: BoolArray) -> FloatArray:
         some = part if np.all(rows) else part.only(rows)
-        return np.stack(_at_padding(some, thickness, force).columns, axis=1)
+        return np.stack(_at_padding(some, thickness, force).columns, axis=1)[:, None]
 
     shift = 0.25 * float(np.median(np.asarray(part.base.sensor.thickness)))
-    return along(ask, grid, part.size, shift)
+    return along(ask, np.full((part.size, 1), force), grid, shift)
 
 
 def _joined(at: Sequence[_AtPadding]) -> _AtPadding:

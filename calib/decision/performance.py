@@ -60,34 +60,9 @@ class Performance:
     stroke: FloatArray
 
 
-@dataclass(frozen=True, eq=False)
-class _Layout:
-    """Where things stand in the columns of a table: `n_ball` blocks of mechanics, then blocks of each electrode and ball."""
-
-    n_ball: int
-    n_load: int
-    n_choice: int
-
-    #: depth, compliance, sd of force, thinning, sd of thinning
-    MECHANICAL = 5
-    #: change, slope, sd of change
-    ELECTRIC = 3
-
-    def mechanical(self, columns: FloatArray) -> FloatArray:
-        """(n_draw, n_ball, 5, n_load)."""
-        n = self.n_ball * self.MECHANICAL * self.n_load
-        return columns[:, :n].reshape(-1, self.n_ball, self.MECHANICAL, self.n_load)
-
-    def reach(self, columns: FloatArray) -> FloatArray:
-        """(n_draw, n_ball)."""
-        n = self.n_ball * self.MECHANICAL * self.n_load
-        return columns[:, n : n + self.n_ball]
-
-    def electric(self, columns: FloatArray, choice: int) -> FloatArray:
-        """(n_draw, n_ball, 3, n_load)."""
-        size = self.n_ball * self.ELECTRIC * self.n_load
-        first = self.n_ball * (self.MECHANICAL * self.n_load + 1) + choice * size
-        return columns[:, first : first + size].reshape(-1, self.n_ball, self.ELECTRIC, self.n_load)
+# What stands in a table at each load: the mechanics that all electrodes share, then three quantities of each, then the reach.
+_MECHANICAL = ("depth", "compliance", "sd of the force", "thinning", "sd of the thinning")
+_ELECTRIC = ("change", "slope", "sd of the change")
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +74,7 @@ class Group:
     part, choices, designs : the draws, what is chosen, and what is built of each choice.
     specification : what is asked.
     forces : [N], (n_draw, n_load).
-    layout, table : of the answers at the knots.
+    tables : under each ball.
     offset : [m], (n_draw,), by which pads are off their nominal thickness.
     """
 
@@ -108,8 +83,7 @@ class Group:
     designs: Sequence[Design]
     specification: Specification
     forces: FloatArray
-    layout: _Layout
-    table: Tabled
+    tables: Sequence[Tabled]
     offset: FloatArray
 
     def at(self, thickness: float, errors: Errors, k: int, *, exact: bool = False) -> Iterator[Performance]:
@@ -125,14 +99,15 @@ class Group:
         own = np.full(self.offset.size, thickness)
         if not exact and thickness > 0:  # no padding at all has no tolerance
             own = own + self.offset
-        columns = self.table.at(own)
+        answers = np.stack([table.at(own) for table in self.tables], axis=1)  # (n_draw, n_ball, n_load, n_quantity)
         for index in range(len(self.choices)):
-            yield self._of(index, columns, own, errors, k)
+            yield self._of(index, answers, own, errors, k)
 
-    def _of(self, index: int, columns: FloatArray, thickness: FloatArray, errors: Errors, k: int) -> Performance:
-        depth, compliance, force_sd, thin, thin_sd = np.moveaxis(self.layout.mechanical(columns), 2, 0)
-        change, slope, change_sd = np.moveaxis(self.layout.electric(columns, index), 2, 0)
-        reach = self.layout.reach(columns)
+    def _of(self, index: int, answers: FloatArray, thickness: FloatArray, errors: Errors, k: int) -> Performance:
+        depth, compliance, force_sd, thin, thin_sd = np.moveaxis(answers[..., : len(_MECHANICAL)], 3, 0)
+        first = len(_MECHANICAL) + index * len(_ELECTRIC)
+        change, slope, change_sd = np.moveaxis(answers[..., first : first + len(_ELECTRIC)], 3, 0)
+        reach = np.min(answers[..., -1], axis=(1, 2))
         own, design, forces = self.part.own, self.designs[index], self.forces[:, None]
         e_force, e_change, e_thin = (e[:, k, None, None] for e in (errors.force, errors.capacitance, errors.thinning))
         gap_force, gap_change = own.force_discrepancy[:, None, None], own.capacitance_discrepancy[:, None, None]
@@ -159,8 +134,8 @@ class Group:
         needed = np.max(self.forces, axis=1)
         return Performance(
             margins,
-            np.min(reach, axis=1) / needed - 1,
-            np.min(reach, axis=1) > 0,
+            reach / needed - 1,
+            reach > 0,
             signal[:, 0, largest],
             stroke[:, 0, largest],
         )
@@ -206,34 +181,29 @@ def pressed(part: Part, specification: Specification, choices: Sequence[Choice],
     if strained and (why := thinning_refusal(designs[0])):
         return Refused(choices, why)
     balls, forces = balls_of(specification, part.base, z), forces_of(specification, part.size, z)
-    layout = _Layout(len(balls), forces.shape[1], len(choices))
-
-    def ask(thickness: FloatArray, rows: BoolArray) -> FloatArray:
-        some = [with_padding(design.only(rows), thickness) for design in designs]
-        return _asked(forward, some, [ball[rows] for ball in balls], forces[rows], strained)
-
     tolerance = specification.padding_tolerance
     offset = np.zeros(part.size) if tolerance is None else tolerance.offset(z[PADDING])
     shift = 0.25 * float(np.median(np.asarray(designs[0].sensor.thickness)))
     low = max(0.0, specification.lower + min(0.0, float(np.min(offset))))
     high = specification.upper + max(0.0, float(np.max(offset)))
-    table = tabled(ask, low, high, part.size, shift, _N_KNOT)
-    return Group(part, choices, designs, specification, forces, layout, table, offset)
+
+    def under(ball: FloatArray) -> Tabled:
+        def ask(thickness: FloatArray, rows: BoolArray) -> FloatArray:
+            some = [with_padding(design.only(rows), thickness) for design in designs]
+            pressing = [replace(d, indenter=replace(d.indenter, radius=ball[rows])) for d in some]
+            return _asked(forward, pressing, forces[rows], strained)
+
+        return tabled(ask, forces, low, high, shift, _N_KNOT)
+
+    return Group(part, choices, designs, specification, forces, [under(ball) for ball in balls], offset)
 
 
-def _asked(
-    forward: Forward, designs: Sequence[Design], balls: Sequence[FloatArray], forces: FloatArray, strained: bool
-) -> FloatArray:
-    """Columns in the order of `_Layout`."""
-    mechanical, reach = [], []
-    electric: list[list[FloatArray]] = [[] for _ in designs]
-    for ball in balls:
-        under = [replace(d, indenter=replace(d.indenter, radius=ball)) for d in designs]
-        first = press_to(curves_of(forward, under[0]), forces)
-        thin = load_thinning().of(under[0], first.depth) if strained else (np.zeros_like(first.depth),) * 2
-        mechanical += [first.depth, first.compliance, first.force_error, *thin]
-        reach.append(first.reach)
-        for index, design in enumerate(under):
-            at = signal_at(first, curves_of(forward, design) if index else None)
-            electric[index] += [at.change, at.change_slope, at.change_error]
-    return np.concatenate([*mechanical, np.stack(reach, axis=1), *(column for one in electric for column in one)], axis=1)
+def _asked(forward: Forward, designs: Sequence[Design], forces: FloatArray, strained: bool) -> FloatArray:
+    """What designs that differ in their electrodes alone do at loads, (n_draw, n_load, n_quantity)."""
+    first = press_to(curves_of(forward, designs[0]), forces)
+    thin = load_thinning().of(designs[0], first.depth) if strained else (0 * first.depth,) * 2
+    found = [first.depth, first.compliance, first.force_error, *thin]
+    for index, design in enumerate(designs):
+        at = signal_at(first, curves_of(forward, design) if index else None)
+        found += [at.change, at.change_slope, at.change_error]
+    return np.stack([*found, np.broadcast_to(first.reach[:, None], first.depth.shape)], axis=2)

@@ -1,4 +1,4 @@
-"""Draws of posteriors in, designs of the sensors that an answer is for out: like those measured, or the next one of their lot."""
+"""Draws of posteriors in, designs of the sensors that an answer is for, those measured or the next of their lot, out."""
 
 from __future__ import annotations
 

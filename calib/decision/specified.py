@@ -1,10 +1,11 @@
-"""From a posterior and a specification to its `Conformity`: which padding conforms, how probably, and what stands in the way."""
+"""From a posterior and a specification to its `Conformity`: which padding conforms, how probably, and what is in the way."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -12,33 +13,36 @@ from calib.checks import (
     Member,
     Reason,
     Verdict,
-    band,
     heaviest,
     judge_posterior,
     members_or,
     verdict_of,
 )
 from calib.decision.causes import causes
-from calib.decision.choices import Choice, Coordinates, balls_of, choices_of, coordinates_of, require_spread_once
-from calib.decision.conditions import COVERED_SHARE, conditions_of, open_models_of
-from calib.decision.conformity import Built, Conformity, Needed, OfMember
+from calib.decision.choices import Coordinates, balls_of, choices_of, coordinates_of, require_spread_once
+from calib.decision.conditions import conditions_of, open_models_of
+from calib.decision.conformity import Built, Conformity, OfMember
 from calib.decision.extrapolation import MARGIN, beyond_the_measured
-from calib.decision.guard_band import Drawing, crossings, guarded, risks
+from calib.decision.needed import drawing_of, needed_for
+from calib.decision.padding import recommend
 from calib.decision.performance import Errors, Group, Refused, pressed
-from calib.decision.recommendation import sensor_in_words
-from calib.decision.sensors import Part, Sensors, sensors_of, smooth_normals, with_padding
+from calib.decision.recommendation import Recommendation
+from calib.decision.requirement import Requirement
+from calib.decision.sensors import Part, Sensors, sensors_of, smooth_normals
+from calib.decision.trials import Tried, left_out, try_all
+from calib.decision.words import sensor_in_words
 from calib.errors import Fault, InputError
 from calib.experiment import Specification
 from calib.sampling import Posterior
 from models.response import Forward
-from models.sensor import BoolArray, Design, FloatArray
+from models.sensor import FloatArray
 
 # Streams of random numbers beside the seed's: of what scatters, of the errors of the model.
 _SCATTER, _ERRORS = 5, 6
 # Of fewer draws a model of an average is not said to have a best thickness of its own; fewer altogether are no answer.
 _FEW, _FEWEST = 20, 50
-# Pads over which risks are averaged.
-_N_PAD = 2001
+# Draws for the padding of the largest signal.
+_SIGNAL_DRAWS = 400
 
 
 def conform(
@@ -54,8 +58,8 @@ def conform(
 
     A draw is one sensor of the posterior, as it would be built: with the tolerances and the spread of the specification, on its
     pad, under its load and its ball, with the model's own error and the discrepancy found in calibration as smooth random
-    functions of thickness. It conforms if every limit holds at every load and under every ball. A draw that does not carry a load
-    inside the model's range fails.
+    functions of thickness. It conforms if every limit holds at every load and under every ball. A draw that does not carry a
+    load inside the model's range fails.
 
     Parameters
     ----------
@@ -68,7 +72,7 @@ def conform(
 
     Returns
     -------
-    The result, with a verdict of its own: what speaks against the calibration, what was not measured, and an unmet specification.
+    The result, with a verdict of its own: what speaks against the calibration, what was not measured, what is not met.
 
     Raises
     ------
@@ -90,8 +94,8 @@ def conform(
     errors = _errors(sensors, grid, n_draw, np.random.default_rng([seed, _ERRORS]))
     rows = _rows(sensors.parts)
     n_effective = _effective(posterior, n_draw)
-    found: list[_Tried] = []
-    left_out: list[Built] = []
+    found: list[Tried] = []
+    unserved: list[Built] = []
     for choices in choices_of(specification):
         groups = [
             pressed(part, specification, choices, {name: own[r] for name, own in z.items()})
@@ -99,25 +103,25 @@ def conform(
         ]
         refused = next((group for group in groups if isinstance(group, Refused)), None)
         if refused is not None:
-            left_out += [_left_out(choice, refused.why, grid, specification) for choice in choices]
+            unserved += [left_out(choice, refused.why, grid, specification) for choice in choices]
             continue
-        for tried in _tried([g for g in groups if isinstance(g, Group)], choices, grid, errors, rows, n_effective):
+        for tried in try_all([g for g in groups if isinstance(g, Group)], choices, grid, errors, rows, n_effective):
             if math.isfinite(tried.built.best):
                 found.append(tried)
             else:
-                left_out.append(tried.built)
+                unserved.append(tried.built)
     if not found:
-        raise InputError(_nothing(left_out, specification))
+        raise InputError(_nothing(unserved, specification))
     order = sorted(found, key=lambda tried: (-tried.built.best_probability, tried.built.shortfall[tried.at]))
     best = order[0]
-    needed, all_needed = _needed(best, specification)
+    needed, all_needed = needed_for(best, grid, specification)
     known = judge_posterior(posterior) if verdict is None else verdict
     beyond = [*_beyond(models, specification, best, z), *_unmet(best.built, specification)]
     return Conformity(
         specification=specification,
         thickness=grid,
-        built=(*(tried.built for tried in order), *left_out),
-        drawing=_drawing(best, grid, specification),
+        built=(*(tried.built for tried in order), *unserved),
+        drawing=drawing_of(best, grid, specification),
         needed=needed,
         all_needed=all_needed,
         causes=causes(_inputs(best, sensors.parts, z, errors), best.worst[:, best.at]),
@@ -132,27 +136,63 @@ def conform(
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _Tried:
-    """One sensor that may be built, with its draws.
+def recommend_for(
+    posterior: Posterior,
+    forward: Forward,
+    wanted: Requirement | Specification,
+    *,
+    seed: int,
+    posterior_sha256: str = "",
+    verdict: Verdict | None = None,
+    members: Sequence[Member] = (),
+) -> Recommendation:
+    """Recommend a padding for a requirement, or for a specification.
 
-    Attributes
+    For a specification what conforms, and beside it which padding gives the largest signal at the largest load.
+
+    Parameters
     ----------
-    choice, built : what is chosen, and what is said of it.
-    designs : of each model's draws.
-    margins : (n_draw, n_thickness, n_limit), see `Performance`.
-    reach : (n_draw, n_thickness).
-    worst : (n_draw, n_thickness), the smallest margin; where a load is not carried, `reach`. Not below nothing: conforms.
-    at : index of the best thickness.
+    posterior, forward : of the calibration.
+    wanted : of the padding.
+    seed : of the choice of draws.
+    posterior_sha256 : hash of the posterior's file, kept with the result.
+    verdict, members : as in `recommend` and `conform`.
+
+    Returns
+    -------
+    The recommendation; for a specification with its `conformity`, whose verdict it has.
+
+    Raises
+    ------
+    InputError
+        If `conform` or `recommend` refuses: no thickness carries the largest load inside the model's range.
     """
 
-    choice: Choice
-    built: Built
-    designs: Sequence[Design]
-    margins: FloatArray
-    reach: FloatArray
-    worst: FloatArray
-    at: int
+    def largest_signal(requirement: Requirement) -> Recommendation:
+        return recommend(
+            posterior,
+            forward,
+            requirement,
+            seed=seed,
+            posterior_sha256=posterior_sha256,
+            verdict=verdict,
+            members=members,
+        )
+
+    if isinstance(wanted, Requirement):
+        return largest_signal(wanted)
+    conformity = conform(posterior, forward, wanted, seed=seed, verdict=verdict, members=members)
+    found = largest_signal(
+        Requirement(
+            force=wanted.largest_force,
+            lower=wanted.lower,
+            upper=wanted.upper,
+            n_thickness=wanted.steps,
+            indenter_radius=wanted.ball[0] if isinstance(wanted.ball, tuple) else None,
+            n_draw=min(wanted.n_draw, _SIGNAL_DRAWS),
+        )
+    )
+    return replace(found, conformity=conformity, verdict=conformity.verdict)
 
 
 def _require_noise(specification: Specification, parts: Sequence[Part]) -> None:
@@ -164,7 +204,7 @@ def _require_noise(specification: Specification, parts: Sequence[Part]) -> None:
 
 def _rows(parts: Sequence[Part]) -> list[slice]:
     ends = np.cumsum([0, *(part.size for part in parts)])
-    return [slice(int(a), int(b)) for a, b in zip(ends[:-1], ends[1:], strict=True)]
+    return [slice(int(a), int(b)) for a, b in pairwise(ends)]
 
 
 def _errors(sensors: Sensors, grid: FloatArray, n_draw: int, rng: np.random.Generator) -> Errors:
@@ -179,217 +219,10 @@ def _effective(posterior: Posterior, n_draw: int) -> int:
     return max(1, min(n_draw, round(min(known)))) if known else n_draw
 
 
-def _tried(
-    groups: Sequence[Group],
-    choices: Sequence[Choice],
-    grid: FloatArray,
-    errors: Errors,
-    rows: Sequence[slice],
-    n_effective: int,
-) -> Iterator[_Tried]:
-    """Go through the thicknesses, for all choices of a group at once."""
-    s = groups[0].specification
-    n_draw, shape = rows[-1].stop, (len(choices), rows[-1].stop, grid.size)
-    margins, reach = np.empty((*shape, len(s.limits))), np.empty(shape)
-    inside, signal, stroke = np.empty(shape, dtype=bool), np.empty(shape), np.empty(shape)
-    exact = np.empty((len(choices), grid.size))
-    thinnest = min(float(np.min(group.offset)) for group in groups)
-    buildable = (grid == 0) | (grid + thinnest >= 0)
-    for k, thickness in enumerate(grid):
-        if not buildable[k]:
-            margins[:, :, k], reach[:, :, k], inside[:, :, k] = np.nan, -1.0, False
-            signal[:, :, k], stroke[:, :, k], exact[:, k] = np.nan, np.nan, np.nan
-            continue
-        for group, own in zip(groups, rows, strict=True):
-            for i, at in enumerate(group.at(float(thickness), errors.only(own), k)):
-                margins[i, own, k], reach[i, own, k], inside[i, own, k] = at.margins, at.reach, at.inside
-                signal[i, own, k], stroke[i, own, k] = at.signal, at.stroke
-        if s.padding_tolerance is None:
-            exact[:, k] = np.mean(_worst(margins[:, :, k], reach[:, :, k]) >= 0, axis=1)
-        else:
-            each = [
-                [_worst(a.margins, a.reach) for a in g.at(float(thickness), errors.only(own), k, exact=True)]
-                for g, own in zip(groups, rows, strict=True)
-            ]
-            exact[:, k] = [np.mean(np.concatenate(one) >= 0) for one in zip(*each, strict=True)]
-    for i, choice in enumerate(choices):
-        worst = _worst(margins[i], reach[i])
-        covered = np.mean(inside[i], axis=0) >= COVERED_SHARE
-        made, at = _summary(
-            choice.name, s, grid, covered, margins[i], reach[i], worst, exact[i], signal[i], stroke[i], min(n_effective, n_draw)
-        )
-        if at is None:
-            made = replace(made, left_out=_why_not_covered(groups, i, grid))
-        yield _Tried(choice, made, [group.designs[i] for group in groups], margins[i], reach[i], worst, 0 if at is None else at)
-
-
-def _worst(margins: FloatArray, reach: FloatArray) -> FloatArray:
-    """The smallest margin, and where a load is not carried how far that is off."""
-    return np.asarray(np.where(reach < 0, reach, np.min(margins, axis=-1)))
-
-
-def _summary(
-    name: str,
-    s: Specification,
-    grid: FloatArray,
-    covered: BoolArray,
-    margins: FloatArray,
-    reach: FloatArray,
-    worst: FloatArray,
-    exact: FloatArray,
-    signal: FloatArray,
-    stroke: FloatArray,
-    n_effective: int,
-) -> tuple[Built, int | None]:
-    """What is said of one sensor, and the index of its best thickness; None where no thickness is covered."""
-    known = np.where(covered, 1.0, np.nan)
-    conforms = worst >= 0
-    probability = np.mean(conforms, axis=0) * known
-    # Agresti & Coull's standard error, which is not zero where all draws agree.
-    p = (np.mean(conforms, axis=0) * n_effective + 2) / (n_effective + 4)
-    error = np.sqrt(p * (1 - p) / (n_effective + 4)) * known
-    outside = np.isfinite(margins) & (margins < 0)
-    kept = np.sum(outside, axis=2) == 1
-    short = np.maximum(-worst, 0.0)
-    least = np.min(np.where(covered, short, np.inf), axis=1, initial=np.inf)
-    anywhere = np.any(conforms & covered, axis=1)
-    left = short - least[:, None] if np.any(covered) else short
-    at = None
-    if np.any(covered):
-        # Of thicknesses that are as probable, the one with most room for the worst draw in twenty.
-        room = np.quantile(worst, 0.05, axis=0)
-        tied = covered & (np.nan_to_num(probability, nan=-1.0) >= np.nanmax(probability) - 0.5 / len(worst))
-        at = int(np.argmax(np.where(tied, room, -np.inf)))
-    span = None if at is None else crossings(grid, probability, s.probability, at)
-    bands = [np.full((5, grid.size), np.nan) for _ in range(2)]
-    for into, value in zip(bands, (signal, stroke), strict=True):
-        carried = covered & (np.mean(np.isfinite(value), axis=0) >= COVERED_SHARE)
-        into[:, carried] = band(value[:, carried])
-    return (
-        Built(
-            name=name,
-            left_out="",
-            covered=covered,
-            probability=probability,
-            error=error,
-            exact=exact * known,
-            not_carried=np.mean(reach < 0, axis=0) * known,
-            fails=np.mean(outside, axis=0).T * known,
-            alone=np.mean(outside & kept[:, :, None] & (reach >= 0)[:, :, None], axis=0).T * known,
-            shortfall=np.mean(short, axis=0) * known,
-            regret=np.mean(left, axis=0) * known,
-            avoidable=np.mean(~conforms & anywhere[:, None], axis=0) * known,
-            signal=bands[0],
-            stroke=bands[1],
-            best=math.nan if at is None else float(grid[at]),
-            best_probability=math.nan if at is None else float(probability[at]),
-            best_error=math.nan if at is None else float(error[at]),
-            interval=span,
-        ),
-        at,
-    )
-
-
-def _left_out(choice: Choice, why: str, grid: FloatArray, s: Specification) -> Built:
-    nothing, several = np.full(grid.size, np.nan), np.full((len(s.limits), grid.size), np.nan)
-    five = np.full((5, grid.size), np.nan)
-    nan = math.nan
-    return Built(
-        choice.name,
-        why,
-        np.zeros(grid.size, dtype=bool),
-        *(nothing,) * 4,
-        several,
-        several,
-        *(nothing,) * 3,
-        five,
-        five,
-        nan,
-        nan,
-        nan,
-        None,
-    )
-
-
-def _why_not_covered(groups: Sequence[Group], i: int, grid: FloatArray) -> str:
-    middle = with_padding(groups[0].designs[i], float(grid[grid.size // 2]))
-    forward = groups[0].part.member.forward
-    why = forward.outside(middle, np.zeros(1))
-    return f"the {forward.name} covers none of these thicknesses for 95 % of the draws" + (f": {why}" if why else "")
-
-
-def _nothing(left_out: Sequence[Built], s: Specification) -> list[Fault]:
-    """Why nothing of what is asked for can be told."""
-    asked = f"padding from {s.lower * 1e3:.3g} to {s.upper * 1e3:.3g} mm"
-    advice = "Ask for other thicknesses, balls or sensors, or calibrate with another model"
-    return [Fault(f"{b.name}, {asked}: {b.left_out}", advice=advice) for b in left_out]
-
-
 # --- what stands in the way ---------------------------------------------------------------------------------------------
 
 
-def _needed(best: _Tried, s: Specification) -> tuple[tuple[Needed, ...], float]:
-    """What each limit alone would have to be, and by which share all of them together, for the probability asked for."""
-    covered = np.flatnonzero(best.built.covered)
-    count = math.ceil(s.probability * len(best.worst) - 1e-9)
-    columns = covered if best.built.best_probability < s.probability else np.array([best.at])
-    found = []
-    for index, limit in enumerate(s.limits):
-        own = best.margins[:, columns, index]
-        others = np.delete(best.margins[:, columns], index, axis=2)
-        free = (best.reach[:, columns] >= 0) & np.all(others >= 0, axis=2)
-        # The count-th largest margin among draws that keep all else: what must be given way to.
-        level = -np.sort(-np.where(free, own, -np.inf), axis=0)[count - 1]
-        k = int(np.argmax(level))
-        if not math.isfinite(level[k]):
-            continue
-        value = limit.value * (1 + level[k] if limit.side == "at_least" else 1 - level[k])
-        if value > 0 and level[k] != 0:
-            found.append((abs(float(level[k])), Needed(index, float(value), float(_grid_of(best, s)[columns[k]]))))
-    together = -np.sort(-np.where(best.reach[:, columns] >= 0, np.min(best.margins[:, columns], axis=2), -np.inf), axis=0)[
-        count - 1
-    ]
-    return tuple(n for _, n in sorted(found, key=lambda pair: pair[0])), -float(np.max(together))
-
-
-def _grid_of(best: _Tried, s: Specification) -> FloatArray:
-    return np.linspace(s.lower, s.upper, best.built.probability.size)
-
-
-def _drawing(best: _Tried, grid: FloatArray, s: Specification) -> Drawing | None:
-    """Tolerance, guard bands and risks of the advised pads."""
-    tolerance = crossings(grid, best.built.exact, s.probability, best.at)
-    if tolerance is None or best.built.best_probability < s.probability:
-        return None
-    covered = grid[best.built.covered]
-    open_below = tolerance[0] <= covered[0] and covered[0] > 0
-    open_above = tolerance[1] >= covered[-1]
-    # Nothing ends a tolerance at no padding at all.
-    accepted, w = guarded(tolerance, s.gauge, s.guard_band)
-    nan = math.nan
-    if s.padding_tolerance is None:
-        return Drawing(float(grid[best.at]), tolerance, accepted, w, open_below, open_above, nan, nan, nan, nan)
-    from scipy.special import ndtri
-
-    made = grid[best.at] + s.padding_tolerance.offset(ndtri((np.arange(_N_PAD) + 0.5) / _N_PAD))
-    exact = best.built.exact[best.built.covered]
-    found = risks(made, np.interp(made, covered, exact), accepted, s.gauge)
-    delivered = found.consumers / found.accepted if found.accepted > 0 else nan
-    return Drawing(
-        float(grid[best.at]),
-        tolerance,
-        accepted,
-        w,
-        open_below,
-        open_above,
-        found.accepted,
-        found.consumers,
-        found.producers,
-        delivered,
-    )
-
-
-def _inputs(best: _Tried, parts: Sequence[Part], z: Coordinates, errors: Errors) -> dict[str, FloatArray]:
+def _inputs(best: Tried, parts: Sequence[Part], z: Coordinates, errors: Errors) -> dict[str, FloatArray]:
     """What the worst margin of a draw depends on, by name."""
     names = {
         "young_modulus": "Young's modulus",
@@ -415,12 +248,12 @@ def _inputs(best: _Tried, parts: Sequence[Part], z: Coordinates, errors: Errors)
         )
         if not same and not replaced and np.all(np.isfinite(values)):
             inputs[label] = values
-    for label, values in (
+    for label, columns in (
         ("noise of the capacitance meter", [part.own.noise for part in parts]),
         ("force discrepancy", [part.own.force_discrepancy for part in parts]),
         ("capacitance discrepancy", [part.own.capacitance_discrepancy for part in parts]),
     ):
-        column = np.concatenate(values)
+        column = np.concatenate(columns)
         if np.all(np.isfinite(column)):
             inputs[label] = column
     inputs |= {"error of the model in force": errors.force[:, best.at]}
@@ -431,7 +264,7 @@ def _inputs(best: _Tried, parts: Sequence[Part], z: Coordinates, errors: Errors)
 
 
 def _of_models(
-    best: _Tried, models: Sequence[Member], parts: Sequence[Part], rows: Sequence[slice], grid: FloatArray
+    best: Tried, models: Sequence[Member], parts: Sequence[Part], rows: Sequence[slice], grid: FloatArray
 ) -> Iterator[OfMember]:
     """What each model of an average says by itself."""
     own = {part.member.name: r for part, r in zip(parts, rows, strict=True)}
@@ -447,10 +280,17 @@ def _of_models(
         yield OfMember(member.name, n, float(p[best.at]), float(grid[k]), float(p[k]))
 
 
+def _nothing(unserved: Sequence[Built], s: Specification) -> list[Fault]:
+    """Why nothing of what is asked for can be told."""
+    asked = f"padding from {s.lower * 1e3:.3g} to {s.upper * 1e3:.3g} mm"
+    advice = "Ask for other thicknesses, balls or sensors, or calibrate with another model"
+    return [Fault(f"{b.name}, {asked}: {b.left_out}", advice=advice) for b in unserved]
+
+
 # --- what it holds for --------------------------------------------------------------------------------------------------
 
 
-def _beyond(models: Sequence[Member], s: Specification, best: _Tried, z: Coordinates) -> Iterator[Reason]:
+def _beyond(models: Sequence[Member], s: Specification, best: Tried, z: Coordinates) -> Iterator[Reason]:
     """What of the answer was held against no data."""
     posterior = heaviest(models).posterior
     base = best.designs[0]
@@ -485,11 +325,12 @@ def _column(posterior: Posterior, parameter: str) -> list[int]:
 
 def _unmet(made: Built, s: Specification) -> Iterator[Reason]:
     if made.best_probability < s.probability:
-        finding = f"no thickness conforms with a probability of {100 * s.probability:g} %: at best {100 * made.best_probability:.0f} %"
+        most = 100 * made.best_probability
+        finding = f"no thickness conforms with a probability of {100 * s.probability:g} %: at best {most:.0f} %"
         yield Reason("specification", "amber", finding, "Change what the advice names, or build and accept that share")
 
 
-def _conditions(best: _Tried, parts: Sequence[Part], s: Specification, grid: FloatArray) -> tuple[str, ...]:
+def _conditions(best: Tried, parts: Sequence[Part], s: Specification, grid: FloatArray) -> tuple[str, ...]:
     shown = [replace(part, base=design) for part, design in zip(parts, best.designs, strict=True)]
     chosen = best.choice
     found = conditions_of(

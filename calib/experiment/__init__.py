@@ -11,7 +11,7 @@ from calib.experiment.pairing import pair
 from calib.experiment.plan import Experiment, MaterialLaw, Specimen, SweepFiles
 from calib.experiment.presses import Press, Pressed
 from calib.experiment.record import experiment_from_json, experiment_to_json
-from calib.experiment.schema import design_schema, experiment_schema
+from calib.experiment.schema import design_schema, experiment_schema, specification_schema
 from calib.experiment.specification import (
     LIMITED,
     Limit,
@@ -65,6 +65,7 @@ __all__ = [
     "require_use_of",
     "specification_from",
     "specification_from_plain",
+    "specification_schema",
     "spread_prior",
     "surrogate_from",
     "unedited_in_words",

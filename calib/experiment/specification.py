@@ -1,4 +1,4 @@
-"""What somebody demands of a sensor on its padding in, one self-checked `Specification` (SI) out, or all that is wrong with it."""
+"""What somebody demands of a sensor on its padding in, one self-checked `Specification` (SI), or its faults, out."""
 
 from __future__ import annotations
 
@@ -262,17 +262,16 @@ def faults_of(values: Mapping[str, Any]) -> list[tuple[KeyPath, Fault]]:
         _values(found, ("loads", name), values["ball"], name, scale, unit)
     _limits(found, values["limits"], values["force"])
     _padding(found, values)
-    for name in ("sensor_thicknesses", "electrode_radii"):
-        at = ("sensor", "thickness" if name == "sensor_thicknesses" else "electrode_radius")
-        _list(found, at, values[name], str(at[1]), 1e3, "mm")
-    for name, at in _TOLERANCES.items():
+    for name, key in (("sensor_thicknesses", "thickness"), ("electrode_radii", "electrode_radius")):
+        _list(found, ("sensor", key), values[name], key, 1e3, "mm")
+    for name, where in _TOLERANCES.items():
         if values[name] is not None:
             size = values[name].size
-            got = f"got {size * 1e3:.6g} mm"
-            found.unless(math.isfinite(size) and size > 0, at, f"{at[-1]} must be positive, {got}", "Leave it out for none")
-    for name, at in (("modulus_spread", "young_modulus"), ("permittivity_spread", "relative_permittivity")):
-        said = f"spread of {at} must lie between 0 and 0.5, got {values[name]:.6g}"
-        found.unless(0 <= values[name] <= 0.5, ("spread", at), said, "0.05 is a standard deviation of 5 %")
+            message = f"{where[-1]} must be positive, got {size * 1e3:.6g} mm"
+            found.unless(math.isfinite(size) and size > 0, where, message, "Leave it out for none")
+    for name, key in (("modulus_spread", "young_modulus"), ("permittivity_spread", "relative_permittivity")):
+        said = f"spread of {key} must lie between 0 and 0.5, got {values[name]:.6g}"
+        found.unless(0 <= values[name] <= 0.5, ("spread", key), said, "0.05 is a standard deviation of 5 %")
     found.unless(values["n_draw"] >= 50, (), f"n_draw must be at least 50, got {values['n_draw']}")
     return found.faults
 

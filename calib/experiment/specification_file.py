@@ -7,8 +7,9 @@ import hashlib
 import json
 import math
 from collections.abc import Mapping
+from dataclasses import MISSING, fields
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
@@ -35,7 +36,7 @@ from calib.experiment.toml_values import (
     tables_at,
     text_at,
 )
-from calib.priors import FORMS, LogNormal, Normal, Prior, TruncatedNormal, Uniform
+from calib.priors import FORMS, PRIORS, Normal, Prior, TruncatedNormal
 
 #: Table -> its keys; "" is the top of the file.
 KEYS: Mapping[str, tuple[str, ...]] = {
@@ -85,8 +86,8 @@ def read_specification(path: Path, n_draw: int = 1000) -> Specification:
         name = "Finger tip"                          # optional
         probability = 0.95                           # of conforming that is asked for; default 0.95
         [loads]
-        force = "10 N"                               # a list ["1 N", "10 N"], { range = ["1 N", "10 N"], steps = 5 }: each must
-                                                     # conform; or a distribution { uniform = ["5 N", "10 N"] } of the load in use
+        force = "10 N"                               # a list ["1 N", "10 N"], { range = ["1 N", "10 N"], steps = 5 }: all of
+                                                     # them must conform; or of the load in use { uniform = ["5 N", "10 N"] }
         ball = "5 mm"                                # optional, default that of the run; a list, a distribution, or curvature
         [limits]                                     # at_least and at_most; with at = "10 N" at one load, else at every load
         signal = { at_least = 0.08, at = "10 N" }    # C/C0 - 1
@@ -151,7 +152,8 @@ def _specification(toml: Toml, n_draw: int) -> Specification:
     for table, keys in KEYS.items():
         if table:
             check_keys(toml, (table,), keys, _SIGNPOSTS)
-    values: dict[str, Any] = {"n_draw": n_draw, "name": text_at(toml, ("name",))}
+    values: dict[str, Any] = {f.name: f.default for f in fields(Specification) if f.default is not MISSING}
+    values |= {"n_draw": n_draw, "name": text_at(toml, ("name",))}
     values["probability"] = _share(toml, ("probability",), 0.95)
     values["force"] = _force(toml, quiet="loads" in meant)
     values["ball"], values["by_curvature"] = _ball(toml)
@@ -248,31 +250,21 @@ def _distribution(toml: Toml, at: KeyPath, unit: str, example: str) -> Prior | N
     if not isinstance(given, list) or len(given) != len(names):
         toml.fault((*at, kind), f"{kind} of {name} takes [{', '.join(names)}], got {quoted(given)}", advice)
         return None
-    numbers = [
-        positive_at(
-            toml,
-            (*at, kind, i),
-            "" if part == "geometric sd" else unit,
-            "1.2" if part == "geometric sd" else example,
-            quiet=True,
-        )
-        for i, part in enumerate(names)
-    ]
+    numbers = []
+    for i, part in enumerate(names):
+        plain = part == "geometric sd"
+        numbers.append(positive_at(toml, (*at, kind, i), "" if plain else unit, "1.2" if plain else example, quiet=True))
     if any(math.isnan(number) for number in numbers):
         return None
-    made = {
-        "uniform": Uniform,
-        "normal": lambda mean, sd: TruncatedNormal(mean, sd, 0.0, math.inf),
-        "lognormal": LogNormal,
-        "truncated_normal": TruncatedNormal,
-    }
     below = float(Normal(numbers[0], numbers[1]).to_normal(0.0)) if kind == "normal" else -math.inf
     if below > -3.0:
         message = f"{name} is positive, but {numbers[1]:.3g} is too wide a standard deviation about {numbers[0]:.3g} {unit}"
         toml.fault(at, message, "Write { lognormal = [median, factor] } or { uniform = [low, high] }")
         return None
     try:
-        return cast(Prior, made[kind](*numbers))
+        if kind == "normal":
+            return TruncatedNormal(numbers[0], numbers[1], 0.0, math.inf)
+        return PRIORS[kind](*numbers)
     except ValueError as error:
         toml.fault(at, f"{name}: {error}", advice)
         return None

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from calib.report.figures.posterior import corner_figure, prior_figure, trace_figure
     from calib.report.figures.predictive import change_figure, channel_figure
     from calib.report.figures.proof import proof_figure
+    from calib.report.figures.specification import conformity_figure, front_figure
     from calib.report.moves import moves_in_words
     from calib.report.page import begin_drawing, kept_drawings, write_report
     from calib.report.pictures import any_letters, write_figure
@@ -36,11 +37,13 @@ __all__ = [
     "change_figure",
     "channel_figure",
     "check_in_words",
+    "conformity_figure",
     "corner_figure",
     "cross_section_figure",
     "curve_csv",
     "file_figure",
     "first_rows",
+    "front_figure",
     "kept_drawings",
     "learned_in_words",
     "modulus_share",
@@ -73,6 +76,7 @@ __getattr__ = on_demand(
         ".figures.posterior": ("corner_figure", "prior_figure", "trace_figure"),
         ".figures.predictive": ("change_figure", "channel_figure"),
         ".figures.proof": ("proof_figure",),
+        ".figures.specification": ("conformity_figure", "front_figure"),
         ".moves": ("moves_in_words",),
         ".page": ("begin_drawing", "kept_drawings", "write_report"),
         ".pictures": ("any_letters", "write_figure"),

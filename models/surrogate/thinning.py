@@ -1,12 +1,12 @@
 """A design and depths in, how much thinner its dielectrics become at most out, with the error of that: a small network.
 
-What a ball of radius R that goes in by d makes of the dielectrics, each of thickness t_d on either side of mid-plane, is written
+What a ball of radius R that goes in by d makes of the dielectrics, each of thickness t_d beside mid-plane, is written
 
     T = (d / h) exp(n),     h = h_s + h_p,
 
 T = 1 - t/t_d the largest thinning of either, and n a network of the groups of the design and of d. It learnt T from
-finite-element paths all over the range of the surrogates (`benchmarks/thinning.py`). Off the axis, where a thin stack bulges, the
-largest thinning is that of the distance across both dielectrics.
+finite-element paths all over the range of the surrogates (`benchmarks/thinning.py`). Off the axis, where a thin stack bulges,
+the largest thinning is that of the distance across both dielectrics.
 """
 
 from __future__ import annotations
@@ -74,9 +74,12 @@ class Thinning:
     def save(self, path: Path) -> None:
         """Write as npz with a checksum behind it."""
         file = io.BytesIO()
-        numbers = {"format": _FORMAT, "relative_sd": self.relative_sd, "small": self.small}
-        np.savez_compressed(file, **numbers, **_named(self.network))
+        np.savez_compressed(file, **self._arrays())
         path.write_bytes(sealed(file.getvalue()))
+
+    def _arrays(self) -> dict[str, Any]:
+        numbers = {"format": _FORMAT, "relative_sd": self.relative_sd, "small": self.small}
+        return {**numbers, **self.network.arrays("network")}
 
 
 def thinning_features(groups: FloatArray, depth: FloatArray) -> FloatArray:
@@ -124,7 +127,3 @@ def load_thinning() -> Thinning:
     if int(arrays["format"]) != _FORMAT:
         raise ValueError(f"thinning.npz has format {int(arrays['format'])}, this version reads {_FORMAT}")
     return Thinning(network_from(arrays, "network"), float(arrays["relative_sd"]), float(arrays["small"]))
-
-
-def _named(network: Network) -> dict[str, Any]:
-    return network.arrays("network")
