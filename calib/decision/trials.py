@@ -170,6 +170,15 @@ def _summary(
 
 
 def left_out(choice: Choice, why: str, grid: FloatArray, s: Specification) -> Built:
+    """What is said of a sensor that no model serves.
+
+    Parameters
+    ----------
+    choice : of the design variables.
+    why : it is left out.
+    grid : [m], (n_thickness,).
+    s : the specification.
+    """
     nothing, several = np.full(grid.size, np.nan), np.full((len(s.limits), grid.size), np.nan)
     five = np.full((5, grid.size), np.nan)
     nan = math.nan

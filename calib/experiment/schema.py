@@ -297,7 +297,13 @@ def _pads() -> Schema:
         "poisson_ratio": _POISSON_RATIO,
     }
     one = _only("One material.", MATERIAL, material, ["name", "young_modulus"])
-    ends: Schema = {"description": "Paddings to choose from.", "type": "array", "items": thickness, "minItems": 2, "maxItems": 2}
+    ends: Schema = {
+        "description": "Paddings to choose from.",
+        "type": "array",
+        "items": thickness,
+        "minItems": 2,
+        "maxItems": 2,
+    }
     keys = {
         "thickness": ends,
         "steps": {"description": "Thicknesses that are tried.", "type": "integer", "minimum": 3, "maximum": MOST_STEPS},
