@@ -180,7 +180,12 @@ def _asked(
     known = np.array([_real(design, h, forward, quick, seed) for h in grid])
     truth = Truth(CubicSpline(grid, known[:, 0]), CubicSpline(grid, known[:, 1]))
     middle = asked(posterior, [Limit("signal", "at_least", 0.01)], LOWER, UPPER, STEPS)
-    signal, stroke = (CubicSpline(middle.thickness, values[2]) for values in (middle.best.signal, middle.best.stroke))
+    carried = np.isfinite(middle.best.signal[2])
+    if not np.all(carried[(middle.thickness >= 2.4e-3) & (middle.thickness <= 4.1e-3)]):
+        return {"refused": f"the load is not carried on the paddings of the windows: {np.sum(carried)} of {carried.size}"}
+    signal, stroke = (
+        CubicSpline(middle.thickness[carried], values[2, carried]) for values in (middle.best.signal, middle.best.stroke)
+    )
     fine = np.linspace(LOWER, UPPER, 801)
     for kind, w in WINDOWS.items():
         least, most = w.signal * float(signal(w.signal_padding)), w.stroke * float(stroke(w.stroke_padding))

@@ -74,6 +74,7 @@ class Group:
     part, choices, designs : the draws, what is chosen, and what is built of each choice.
     specification : what is asked.
     forces : [N], (n_draw, n_load).
+    balls : radii [m], (n_draw,) each.
     tables : under each ball.
     offset : [m], (n_draw,), by which pads are off their nominal thickness.
     """
@@ -83,6 +84,7 @@ class Group:
     designs: Sequence[Design]
     specification: Specification
     forces: FloatArray
+    balls: Sequence[FloatArray]
     tables: Sequence[Tabled]
     offset: FloatArray
 
@@ -195,7 +197,7 @@ def pressed(part: Part, specification: Specification, choices: Sequence[Choice],
 
         return tabled(ask, forces, low, high, shift, _N_KNOT)
 
-    return Group(part, choices, designs, specification, forces, [under(ball) for ball in balls], offset)
+    return Group(part, choices, designs, specification, forces, balls, [under(ball) for ball in balls], offset)
 
 
 def _asked(forward: Forward, designs: Sequence[Design], forces: FloatArray, strained: bool) -> FloatArray:

@@ -200,7 +200,9 @@ def left_out(choice: Choice, why: str, grid: FloatArray, s: Specification) -> Bu
 
 
 def _why_not_covered(groups: Sequence[Group], i: int, grid: FloatArray) -> str:
-    middle = with_padding(groups[0].designs[i], float(grid[grid.size // 2]))
-    forward = groups[0].part.member.forward
-    why = forward.outside(middle, np.zeros(1))
-    return f"the {forward.name} covers none of these thicknesses for 95 % of the draws" + (f": {why}" if why else "")
+    group, forward = groups[0], groups[0].part.member.forward
+    middle = with_padding(group.designs[i], float(grid[grid.size // 2]))
+    under = [replace(middle, indenter=replace(middle.indenter, radius=ball)) for ball in group.balls]
+    reasons = [why for design in under if (why := forward.outside(design, np.zeros(1)))]
+    said = f"the {forward.name} covers none of these thicknesses for 95 % of the draws"
+    return f"{said}: {reasons[0]}" if reasons else said

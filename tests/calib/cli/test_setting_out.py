@@ -39,6 +39,7 @@ def test_what_to_do_next_can_be_pasted(tmp_path: Path) -> None:
     assert said == [
         ["calib", "calibrate", f"{folder}/experiment.toml", "-o", f"{folder}/RUN"],
         ["calib", "recommend", f"{folder}/RUN", "--force", "10 N", "--padding", "0 mm:9 mm"],
+        ["calib", "recommend", f"{folder}/RUN", "--spec", f"{folder}/specification.toml"],
     ]
 
 
