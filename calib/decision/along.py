@@ -20,7 +20,7 @@ _SURELY = 0.95
 _Indices = npt.NDArray[np.intp]
 
 #: What answers: thicknesses [m] (n_row,), one for each draw that is marked (n_draw,), to quantities at each load, of shape
-#: (n_row, n_load, n_quantity). All but the last are nan where the load is not carried; the last is the largest force that is.
+#: (n_row, n_load, n_quantity). The first is nan where the load is not carried; the last is the largest force that is.
 Ask = Callable[[FloatArray, BoolArray], FloatArray]
 
 
@@ -107,7 +107,7 @@ def tabled(ask: Ask, wanted: FloatArray, low: float, high: float, shift: float, 
     knots = np.clip(np.exp(place) - shift, low, high)
     everyone = np.ones(len(wanted), dtype=bool)
     answers = np.stack([ask(np.full(len(wanted), knot), everyone) for knot in knots], axis=1)
-    known = np.all(np.isfinite(answers[..., :-1]), axis=3)
+    known = np.isfinite(answers[..., 0])
     index = np.arange(n_knot)[:, None]
     first = np.maximum.accumulate(np.where(known, 0, index + 1), axis=1)
     last = np.minimum.accumulate(np.where(known, n_knot - 1, index - 1)[:, ::-1], axis=1)[:, ::-1]

@@ -244,7 +244,7 @@ class Conformity:
         if not self.met or b.avoidable[k] >= 0.005:
             text += (
                 f"On another padding {percent(b.avoidable[k])} of the draws would conform that fail on this one; the expected "
-                f"shortfall is {100 * b.shortfall[k]:.3g} % of a limit, {100 * b.regret[k]:.3g} % less on what is best for each. "
+                f"shortfall is {100 * b.shortfall[k]:.3g} % of a limit, {100 * b.regret[k]:.3g} % less on the best for each. "
             )
         if self.of_models:
             told = ", ".join(f"{m.name} {percent(m.probability)}" for m in self.of_models if m.n_draw)

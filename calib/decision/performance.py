@@ -18,6 +18,8 @@ from models.surrogate.thinning import load_thinning, thinning_refusal
 
 # Knots over the range of paddings: with these what lies between is off by 1e-4 of itself at most (tests).
 _N_KNOT = 41
+# By how little, as a share of itself, a load is missed at least that is not carried.
+_NOT = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,8 +50,8 @@ class Performance:
     margins : (n_draw, n_limit), how far the worst load and ball are inside a limit, as a share of it; negative outside. Loads
         that are not carried do not count here; inf where none is.
     reach : (n_draw,), largest force that every ball is carried to inside the model's range, over the load wanted, less 1:
-        negative where a load is not carried.
-    inside : (n_draw,), whether the model covers the design at all.
+        negative where a load is not carried; -1 where the model does not cover the design.
+    inside : (n_draw,), whether the model covers the design, with its electrodes.
     signal, stroke : (n_draw,), at the largest load, under the first ball; nan where not carried.
     """
 
@@ -134,10 +136,17 @@ class Group:
         margins = np.stack([self._margin(limit, values[limit.quantity]) for limit in self.specification.limits], axis=1)
         largest = int(np.argmax(self.forces[0]))
         needed = np.max(self.forces, axis=1)
+        # Where a load is carried and what is limited there is not known, nothing may be said of the draw.
+        limited = np.stack([change, *(values[limit.quantity] for limit in self.specification.limits)])
+        carried = np.isfinite(depth)
+        known = np.all(~carried | ~np.any(np.isnan(limited), axis=0), axis=(1, 2)) & (reach > 0)
+        room = np.where(
+            np.all(carried, axis=(1, 2)), np.maximum(reach / needed - 1, 0.0), np.minimum(reach / needed - 1, -_NOT)
+        )
         return Performance(
             margins,
-            reach / needed - 1,
-            reach > 0,
+            np.where(known, room, -1.0),
+            known,
             signal[:, 0, largest],
             stroke[:, 0, largest],
         )
@@ -202,10 +211,12 @@ def pressed(part: Part, specification: Specification, choices: Sequence[Choice],
 
 def _asked(forward: Forward, designs: Sequence[Design], forces: FloatArray, strained: bool) -> FloatArray:
     """What designs that differ in their electrodes alone do at loads, (n_draw, n_load, n_quantity)."""
-    first = press_to(curves_of(forward, designs[0]), forces)
-    thin = load_thinning().of(designs[0], first.depth) if strained else (0 * first.depth,) * 2
+    # The widest electrode tells the mechanics: if the model covers any of them, it covers that.
+    widest = int(np.argmax([np.median(np.asarray(design.electrode_radius)) for design in designs]))
+    first = press_to(curves_of(forward, designs[widest]), forces)
+    thin = load_thinning().of(designs[widest], first.depth) if strained else (0 * first.depth,) * 2
     found = [first.depth, first.compliance, first.force_error, *thin]
     for index, design in enumerate(designs):
-        at = signal_at(first, curves_of(forward, design) if index else None)
+        at = signal_at(first, curves_of(forward, design) if index != widest else None)
         found += [at.change, at.change_slope, at.change_error]
     return np.stack([*found, np.broadcast_to(first.reach[:, None], first.depth.shape)], axis=2)

@@ -59,7 +59,7 @@ def conformity_figure(conformity: Conformity) -> Figure:
     limits.set_ylabel("draws that miss it (%)")
     limits.set_xlabel("nominal padding thickness (mm)")
     limits.set_xlim(mm[0], mm[-1])
-    limits.legend(loc="best", fontsize=7)
+    limits.legend(loc="best")
     fig.align_ylabels([main, limits])
     return fig
 
@@ -87,5 +87,5 @@ def front_figure(conformity: Conformity) -> Figure:
     load = c.specification.largest_force
     ax.set_xlabel(f"stroke at {load:.4g} N (mm)")
     ax.set_ylabel(f"capacitance change at {load:.4g} N (%)")
-    ax.legend(loc="best", fontsize=7)
+    ax.legend(loc="best")
     return fig

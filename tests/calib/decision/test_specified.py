@@ -255,6 +255,13 @@ def test_what_lies_between_knots_is_what_the_model_says_there(make_posterior: Ma
             np.testing.assert_allclose(found[..., quantity], exact[..., quantity], rtol=5e-4, atol=1e-12)
 
 
+def test_an_electrode_outside_the_models_range_is_left_out_and_takes_no_other_with_it(make_posterior: MakePosterior) -> None:
+    spec = replace(_BASE, limits=(Limit("stroke", "at_most", 9e-3),), n_draw=60, steps=5, electrode_radii=(3e-3, 10e-3))
+    c = conform(make_posterior(), load_surrogate(), spec, seed=1, verdict=Verdict())
+    assert [(b.name, b.best_probability == 1) for b in c.built] == [("electrode 10 mm", True), ("electrode 3 mm", False)]
+    assert c.unserved_in_words[0].endswith("for 95 % of the draws: the surrogate covers a_e/a from 0.5 to 1, got 0.3")
+
+
 def test_electrodes_that_share_their_mechanics_have_the_signal_of_each_alone(make_posterior: MakePosterior) -> None:
     spec = replace(_BASE, limits=(Limit("signal", "at_least", 0.01),), n_draw=60, steps=5, electrode_radii=(8e-3, 10e-3))
     both = conform(make_posterior(), load_surrogate(), spec, seed=1, verdict=Verdict())

@@ -148,7 +148,7 @@ def test_letters_of_the_page_are_not_too_small() -> None:
 
 def test_letters_in_figures_can_be_read_on_a_phone(page: str, drawn: dict[str, Figure]) -> None:
     images = [(said, inside) for tag, said, inside in Tree(page).found if tag == "img"]
-    assert len(images) == len(drawn) == 9
+    assert len(images) == len(drawn) == 11
     for said, inside in images:
         figure = drawn[said["src"].split(",")[1]]
         least = re.search(r"--least: (\d+)px", said.get("style", ""))
@@ -170,7 +170,7 @@ def test_statistics_are_folded_at_the_end_and_open_on_paper(page: str) -> None:
 
 def test_the_first_sheet_is_the_verdict_with_the_padding(page: str) -> None:
     names = [said["id"] for tag, said, _ in Tree(page).found if tag == "section"]
-    assert names[:3] == ["verdict", "padding", "parameters"]
+    assert names[:3] == ["verdict", "specification", "padding"]
 
 
 def test_every_sheet_has_its_number_and_the_hash_of_the_run(
