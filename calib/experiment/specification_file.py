@@ -76,7 +76,7 @@ _FORCE, _BALL, _CURVATURE, _MODULUS = '"10 N"', '"5 mm"', '"0.2 1/mm"', '"0.3 MP
 _TOLERANCE = 'Write { uniform = "0.1 mm" } for anywhere within ± 0.1 mm, { normal = "0.05 mm" } for a standard deviation'
 
 
-def read_specification(path: Path, n_draw: int = 1000) -> Specification:
+def read_specification(path: Path | str, n_draw: int = 1000) -> Specification:
     """Read and check a specification file.
 
     Parameters
@@ -122,7 +122,7 @@ def read_specification(path: Path, n_draw: int = 1000) -> Specification:
     InputError
         With every fault of the file, each with line and column.
     """
-    return _specification(read_toml(path), n_draw)
+    return _specification(read_toml(Path(path)), n_draw)
 
 
 def specification_from(tables: Mapping[str, Any], n_draw: int = 1000) -> Specification:
