@@ -20,13 +20,15 @@ def drawings(results: Results) -> Mapping[str, Drawing]:
 
 def section(results: Results) -> Section | None:
     """Show what of a specification is met; None if none was asked for."""
-    c = _conformity(results)
-    if c is None:
+    r, c = results.recommendation, _conformity(results)
+    if r is None or c is None:
         return None
+    known = results.posterior_sha256 and r.posterior_sha256
     wanted = f"{100 * c.specification.probability:g} %"
     counted = [cause for cause in c.causes if cause.counts]
     context = {
         "conformity": c,
+        "stale": bool(known) and r.posterior_sha256 != results.posterior_sha256,
         "rows": _rows(c),
         "causes": [(cause.name, f"{100 * cause.share:.0f} %", f"{100 * cause.error:.0f} %") for cause in counted],
         "sensors": _sensors(c),
