@@ -33,6 +33,8 @@ LIMITED: Mapping[Limited, Parameter] = MappingProxyType(
 
 #: Share of draws of a distribution of loads, balls or moduli that it must keep within a factor, and that factor.
 _KEPT, _FACTOR = 0.999, 1000.0
+# Magnitudes [SI] beyond which only a slip of the unit explains a number: "10 mN" for N, "5 m" for mm.
+_CONCEIVABLE = {"N": (1e-3, 1e4), "mm": (1e-6, 0.15), "1/mm": (5.0, 1e6), "MPa": (1.0, 1e12)}
 #: Most loads, balls, and combinations of design variables that are gone through.
 MOST_VALUES, MOST_CANDIDATES = 50, 60
 #: Thicknesses that are tried, at most.
@@ -294,6 +296,9 @@ def _list(found: _Found, at: KeyPath, values: Sequence[float], name: str, scale:
     for value in values[:MOST_VALUES]:
         holds = math.isfinite(value) and value > 0
         found.unless(holds, at, f"{name} must be positive, got {value * scale:.6g} {unit}")
+        smallest, largest = _CONCEIVABLE[unit]
+        likely = not holds or smallest <= value <= largest
+        found.unless(likely, at, f"{name} cannot be {value * scale:.3g} {unit}", "Check the letters of the unit")
     found.unless(len(set(values)) == len(values), at, f"{name} names a value twice", "Give each once")
 
 

@@ -233,7 +233,7 @@ def test_materials_that_no_surrogate_serves_are_left_out_with_the_reason(make_po
 
 
 def test_balls_beyond_the_models_range_are_refused_with_it(make_posterior: MakePosterior) -> None:
-    spec = replace(_BASE, limits=(Limit("signal", "at_least", 0.01),), ball=(0.5,), n_draw=60, steps=5)
+    spec = replace(_BASE, limits=(Limit("signal", "at_least", 0.01),), ball=(0.1,), n_draw=60, steps=5)
     with pytest.raises(InputError, match="as measured, padding from 1 to 5 mm: the surrogate covers none of these thicknesses"):
         conform(make_posterior(), load_surrogate(), spec, seed=1, verdict=Verdict())
 

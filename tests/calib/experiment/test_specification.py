@@ -119,6 +119,8 @@ BAD: tuple[tuple[dict[str, Any], str], ...] = (
     ({"limits": {}}, "there are no limits"),
     ({"loads": {"force": []}}, "force is an empty list"),
     ({"loads": {"force": "0 N"}}, "force must be positive, got 0 N"),
+    ({"loads": {"force": "10 uN"}}, "force cannot be 1e-05 N. Check the letters of the unit"),
+    ({"loads": {"ball": "5 m"}}, "ball cannot be 5e+03 mm"),
     ({"loads": {"force": 10}}, "force must be a quantity in quotes, got 10"),
     ({"loads": {"force": {"range": ["10 N", "1 N"]}}}, "the range of forces is upside down or empty: 10 N to 1 N"),
     ({"loads": {"force": {"range": ["1 N", "10 N"], "steps": 1}}}, "steps must be a whole number from 2 to 50, got 1"),
