@@ -37,11 +37,13 @@ class Built:
     not_carried : [1], share of draws that do not carry a load inside the model's range; each counts as a failure.
     fails : [1], (n_limit, n_thickness), share of draws outside each limit.
     alone : [1], (n_limit, n_thickness), share of draws that are outside this limit and keep all others.
-    shortfall : [1], expected shortfall: by which share of a limit draws miss it in the mean, those that conform with none.
+    shortfall : [1], expected shortfall: by which share of a limit draws miss it in the mean; one that does not carry a load
+        misses by a whole limit and more.
     regret : [1], by how much less a draw would fall short on the padding that is best for it, in the mean.
     avoidable : [1], share of draws that fail here, and would conform on another padding.
     signal, stroke : [1], [m], (5, n_thickness), quantiles 5, 25, 50, 75, 95 % at the largest load under the first ball.
-    best : [m], thickness that conforms most probably; nan if left out.
+    best : [m], of the thicknesses that conform most probably, as far as the draws can tell, that of the least expected
+        shortfall; nan if left out.
     best_probability, best_error : [1], there.
     interval : [m], thicknesses about `best` whose pads, made to them, conform with the probability asked for; None for none.
     """
@@ -234,7 +236,7 @@ class Conformity:
                 text += f"Nominal thicknesses from {self._span(b.interval)} conform with at least {wanted}. "
         else:
             text = (
-                f"The specification is not met: no thickness conforms with {wanted}. The most probable is "
+                f"The specification is not met: no thickness conforms with {wanted}. The best is "
                 f"{b.best * 1e3:.2f} mm of padding{chosen}, with {p}. "
             )
         if self.close_call:

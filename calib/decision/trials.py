@@ -29,7 +29,8 @@ class Tried:
     designs : of each model's draws.
     margins : (n_draw, n_thickness, n_limit), see `Performance`.
     reach : (n_draw, n_thickness).
-    worst : (n_draw, n_thickness), the smallest margin; where a load is not carried, `reach`. Not below nothing: conforms.
+    worst : (n_draw, n_thickness), the smallest margin; where a load is not carried `reach` less 1, a whole limit. Not below
+        nothing: conforms.
     at : index of the best thickness.
     """
 
@@ -112,8 +113,8 @@ class _Draws:
 
 
 def _worst(margins: FloatArray, reach: FloatArray) -> FloatArray:
-    """The smallest margin, and where a load is not carried how far that is off."""
-    return np.asarray(np.where(reach < 0, reach, np.min(margins, axis=-1)))
+    """The smallest margin; where a load is not carried a whole limit and how far the load is off, as no padding is better."""
+    return np.asarray(np.where(reach < 0, reach - 1, np.min(margins, axis=-1)))
 
 
 def _summary(
@@ -133,12 +134,7 @@ def _summary(
     least = np.min(np.where(covered, short, np.inf), axis=1, initial=np.inf)
     anywhere = np.any(conforms & covered, axis=1)
     left = short - least[:, None] if np.any(covered) else short
-    at = None
-    if np.any(covered):
-        # Of thicknesses that are as probable, the one with most room for the worst draw in twenty.
-        room = np.quantile(worst, 0.05, axis=0)
-        tied = covered & (np.nan_to_num(probability, nan=-1.0) >= np.nanmax(probability) - 0.5 / len(worst))
-        at = int(np.argmax(np.where(tied, room, -np.inf)))
+    at = _best(s, covered, probability, error, worst) if np.any(covered) else None
     span = None if at is None else crossings(grid, probability, s.probability, at)
     bands = [np.full((5, grid.size), np.nan) for _ in range(2)]
     for into, value in zip(bands, (draws.signal, draws.stroke), strict=True):
@@ -167,6 +163,22 @@ def _summary(
         ),
         at,
     )
+
+
+def _best(s: Specification, covered: BoolArray, probability: FloatArray, error: FloatArray, worst: FloatArray) -> int:
+    """Of thicknesses that conform as probably as the draws can tell, that of the least expected shortfall.
+
+    Where several have none, that with most room for the worst draw in twenty. A thickness that does not conform with the
+    probability that was asked for is not preferred to one that does.
+    """
+    known = np.nan_to_num(probability, nan=-1.0)
+    top = int(np.argmax(known))
+    tied = covered & (known >= known[top] - 2 * error[top])
+    if known[top] >= s.probability:
+        tied &= known >= s.probability
+    short = np.mean(np.maximum(-worst, 0.0), axis=0)
+    tied &= short <= np.min(short[tied]) + 1e-12
+    return int(np.argmax(np.where(tied, np.quantile(worst, 0.05, axis=0), -np.inf)))
 
 
 def left_out(choice: Choice, why: str, grid: FloatArray, s: Specification) -> Built:

@@ -141,6 +141,25 @@ def test_a_load_that_is_not_carried_is_a_failure_and_said_to_be_one(posterior: P
     assert [reason.gate for reason in none.verdict.reasons if reason.gate != "extrapolation"] == ["specification"]
 
 
+class Thin(Spring):
+    """A spring that bottoms out just below 2 N on less than 2 mm of padding."""
+
+    def max_depth(self, design: Design) -> FloatArray:
+        reach = np.where(np.asarray(design.draws().padding.thickness) < 2e-3, 1.9, 20.0)
+        return np.asarray(reach / self._stiffness(design))
+
+
+def test_padding_on_which_the_load_is_just_not_carried_is_no_way_out_of_a_signal_that_is_too_small(
+    posterior: Posterior,
+) -> None:
+    c = _conform(posterior, Limit("signal", "at_least", 0.05), forward=Thin())
+    assert not c.met
+    assert c.best.best == pytest.approx(5e-3)
+    assert c.best.shortfall[-1] == pytest.approx(1 - 0.03 / 0.05, rel=1e-3)
+    assert c.best.shortfall[0] > 1
+    assert c.best.not_carried.tolist() == [1, 1, *[0] * 7]
+
+
 # --- what stands in the way ---------------------------------------------------------------------------------------------
 
 
