@@ -296,7 +296,7 @@ class Conformity:
             text = f"What binds: {told}. "
         if b.not_carried[k] > 0:
             text += (
-                f"{percent(b.not_carried[k])} of the draws do not carry the load within what the model covers (the sensor "
+                f"Of the draws {percent(b.not_carried[k])} do not carry the load within what the model covers (the sensor "
                 "bottoms out, or the ball is in by half its radius): they count as failures. "
             )
         return text
