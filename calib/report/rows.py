@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from calib.catalogue import POOLED, QUANTITIES, SPREAD, UNKNOWNS, UnknownName
+from calib.catalogue import POOLED, QUANTITIES, SPREADS, UNKNOWNS, UnknownName
 from calib.checks import conflict_limit
+from calib.problem import ParameterInfo
 from calib.report.digits import interval_text, number_or_unknown, shortened, with_uncertainty
 from calib.sampling import FirstAnswer, Posterior
 
@@ -25,7 +26,6 @@ FEW_SPECIMENS = 3
 #: Parameters of the sensor, which are asked for; the others are of the rig and of the noise.
 SENSOR_PARAMETERS = (
     "young_modulus",
-    SPREAD,
     "padding_young_modulus",
     "stiffening",
     "relative_permittivity",
@@ -34,6 +34,7 @@ SENSOR_PARAMETERS = (
     "dielectric_thickness",
     "electrode_radius",
     "sensor_radius",
+    *SPREADS,
 )
 
 
@@ -83,7 +84,6 @@ class ParameterRow:
 def parameter_rows(posterior: Posterior) -> list[ParameterRow]:
     """Make the rows of the table of parameters, in the order of the posterior's unknowns, what is of a lot first."""
     gate, limit = posterior.diagnostics.gate, conflict_limit(len(posterior.parameters))
-    of_lots = posterior.experiment.pooling == "partial"
     rows = []
     n = len(posterior.unknowns)
     for info in (*posterior.parameters[n:], *posterior.unknowns):
@@ -95,7 +95,7 @@ def parameter_rows(posterior: Posterior) -> list[ParameterRow]:
             ParameterRow(
                 name=info.name,
                 parameter=info.parameter,
-                label=f"{p.label}, lot" if of_lots and info.parameter == POOLED and not info.specimen else p.label,
+                label=_label(posterior, info),
                 symbol=_html_symbol(p.symbol),
                 where=", ".join(w for w in (info.specimen, info.sweep) if w),
                 prior=shortened(info.prior.describe(info.parameter)),
@@ -114,6 +114,18 @@ def parameter_rows(posterior: Posterior) -> list[ParameterRow]:
             )
         )
     return rows
+
+
+def _label(posterior: Posterior, info: ParameterInfo) -> str:
+    """What a parameter is called: of a lot as such, and where its specimens were not meant to be alike, as which one."""
+    label = QUANTITIES[info.parameter].label
+    if info.specimen or posterior.experiment.pooling == "complete" or info.parameter not in POOLED:
+        return label
+    nominal = {
+        s.nominal[info.parameter]: s.name for s in reversed(posterior.experiment.specimens) if info.parameter in s.nominal
+    }
+    first = next((s.name for s in posterior.experiment.specimens if info.parameter in s.nominal), "")
+    return f"{label}, lot, as {first} was meant" if len(nominal) > 1 else f"{label}, lot"
 
 
 @dataclass(frozen=True)
