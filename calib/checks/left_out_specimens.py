@@ -20,9 +20,10 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from calib.catalogue import CHANNELS, UnknownName
+from calib.checks.looks import look_near
 from calib.priors import LogNormal
 from calib.problem import ParameterInfo, Problem
-from calib.sampling import FirstEstimate, Foretold, look_at
+from calib.sampling import FirstEstimate, Foretold
 
 # Prior of a factor: far wider than what specimens differ by, as (1) takes it away again.
 _FACTOR = 1.3
@@ -48,9 +49,8 @@ def foretold(problem: Problem, near: Mapping[str, float], specimen: str) -> tupl
     channels = [channel for channel in CHANNELS if _has(problem, specimen, channel)]
     prior = LogNormal(1.0, _FACTOR)
     factors = tuple(ParameterInfo(UnknownName(f"{channel}_gain", specimen), prior) for channel in channels)
-    try:
-        look = look_at(replace(problem, parameters=(*problem.parameters, *factors)), near)
-    except ValueError:
+    look = look_near(replace(problem, parameters=(*problem.parameters, *factors)), near)
+    if look is None:
         return ()
     found = []
     for k, channel in enumerate(channels, start=len(problem.parameters)):

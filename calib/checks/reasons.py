@@ -192,6 +192,8 @@ def _specimens(posterior: Posterior) -> Iterator[Reason]:
     if strangers and (level := _level(abs(strangers[0].z), limits)) is not None:
         told = _first([_stranger_in_words(s) for s in strangers if abs(s.z) > limits["amber"]])
         action = "Check its files, its thicknesses and what it was cast from; if it is of another lot calibrate it by itself"
+        if strangers[0].quantity.endswith("_thickness"):
+            action += ", and if it was not meant to be like the others say what was wanted of each (`nominal`)"
         finding = f"not all specimens are of one lot: {told} than the others let one expect{which}"
         yield Reason("specimens", level, finding, action)
         return

@@ -23,9 +23,10 @@ import numpy as np
 from scipy.special import log_ndtr, logsumexp, ndtri, ndtri_exp
 
 from calib.catalogue import spread_of
+from calib.checks.looks import look_near
 from calib.priors import Fixed
 from calib.problem import Lot, Problem, list_unknowns
-from calib.sampling import FirstEstimate, Stranger, look_at
+from calib.sampling import FirstEstimate, Stranger
 from models.sensor import FloatArray
 
 # Spread of a lot whose specimens say little of each other.
@@ -53,9 +54,8 @@ def strangers_of(problem: Problem, near: Mapping[str, float], quantity: str) -> 
     experiment = replace(problem.experiment, priors={**problem.experiment.priors, spread_of(quantity): Fixed(_WIDE)})
     parameters, fixed = list_unknowns(experiment, problem.sweeps)
     loose = replace(problem, experiment=experiment, parameters=parameters, fixed=fixed)
-    try:
-        look = look_at(loose, near)
-    except ValueError:
+    look = look_near(loose, near)
+    if look is None:
         return ()
     before = next(lot for lot in loose.table.lots if lot.quantity == quantity)
     x = before.prior.away(look.theta[:, before.columns])

@@ -343,7 +343,8 @@ def _optimum(grid: FloatArray, change: FloatArray) -> FloatArray:
     row = np.arange(i.size)
     left, middle, right = (filled[row, np.clip(i + k, 0, grid.size - 1)] for k in (-1, 0, 1))
     inner = (i > 0) & (i < grid.size - 1) & np.isfinite(left) & np.isfinite(right)
-    bend = np.where(inner, left - 2 * middle + right, -1.0)
+    with np.errstate(invalid="ignore"):  # of a draw of which no thickness is covered
+        bend = np.where(inner, left - 2 * middle + right, -1.0)
     shift = np.where(inner & (bend < 0), 0.5 * (np.where(inner, left - right, 0.0)) / np.where(bend < 0, bend, -1.0), 0.0)
     return np.asarray(grid[i] + shift * (grid[1] - grid[0]), dtype=float)
 

@@ -136,7 +136,13 @@ class LotPrior:
         return np.asarray(of_lot + by_itself - self._log_evidence + np.sum(np.log(self._widths)), dtype=float)
 
     def log_given(self, z: FloatArray, mean: FloatArray, spread: FloatArray) -> FloatArray:
-        """Log density of z (n_draw, n_specimen) specimen by specimen, given mu and tau (n_draw,), but for what these add."""
+        """Log density of z (n_draw, n_specimen) specimen by specimen, given mu and tau, but for what these add.
+
+        Parameters
+        ----------
+        z : coordinates of the specimens.
+        mean, spread : mu and tau, (n_draw,).
+        """
         x = self.away(z)
         return np.asarray(-0.5 * ((x - mean[:, None]) / spread[:, None]) ** 2 + self._log_known(x), dtype=float)
 
