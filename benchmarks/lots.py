@@ -5,8 +5,10 @@ specimens, what a microscope reads of these, rig, noise and discrepancies; its c
 lot is drawn that no calibration sees. Every second lot has specimens that were meant to have different padding.
 Printed for each size of a lot and each quantity: in how many labs the truth lies within the central 90 % - of the lot's value,
 its spread, those of the specimens, and that of the next one; and how often a sound lab is amber or red by the gate "specimens",
-by how far specimens lie off the others. Posteriors are the weighted draws of a first answer where their
-weights can be trusted (k-hat below 0.7, 200 effective draws), as in `calib prove`; the others are left out and counted, or
+by how far specimens lie off the others. With --same the specimens of a lab are one sensor's worth of silicone, calibrated under
+complete pooling, and --off makes the last of them so many times as stiff: printed is how well specimens are predicted by the
+others. Posteriors are the weighted draws of a first answer where their
+weights can be trusted (k-hat below 0.7, 100 effective draws); the others are left out and counted, or
 sampled with --sample.
 """
 
@@ -35,7 +37,7 @@ from calib.experiment import Experiment, Specimen, forward_of_experiment, read_e
 from calib.priors import HalfNormal, LogNormal, Normal, Prior, default_prior
 from calib.problem import Problem, build_problem, values_at, values_of_lot
 from calib.problem.synthetic import Rig, synthetic_sweep
-from calib.sampling import K_HAT, Gate, look_at, sample, smooth_weights
+from calib.sampling import K_HAT, Gate, first_answer, look_at, sample, smooth_weights
 from models.response import Forward
 from models.sensor import FloatArray, design_from
 
@@ -43,7 +45,7 @@ EXPERIMENT = Path(__file__).parents[1] / "datasets" / "padded_sensor" / "experim
 #: How deep the ball is pressed [m], and points of each channel.
 DEPTH, POINTS = 0.55e-3, 25
 #: Effective draws from which a first answer is taken for the posterior, and what chains have to reach; most steps of them.
-WORTH, GATE, MOST_STEPS = 200.0, Gate(r_hat=1.02, ess=200.0), 4000
+WORTH, GATE, MOST_STEPS = 100.0, Gate(r_hat=1.02, ess=200.0), 4000
 # Of lots of more specimens it is not looked at how far these lie off the others, which takes longer than all else.
 _ALARMS = 3
 # What is believed of the lot and the rig: of thicknesses, about what was wanted. The spreads have their defaults.
@@ -62,26 +64,28 @@ _WANTED = (1.0, 2.0, 1.0, 2.0, 1.5)
 _RIG = ("machine_compliance", "parasitic_capacitance", "force_noise", "capacitance_noise")
 
 
-def lab(n: int, seed: int) -> tuple[Problem, dict[str, float]]:
+def lab(n: int, seed: int, same: bool = False, off: float = 1.0) -> tuple[Problem, dict[str, float]]:
     """The calibration of a simulated lot of n specimens, and the true values [SI] of its unknowns and of the next one."""
     plain = read_experiment(EXPERIMENT)
     forward = forward_of_experiment(plain)
     for attempt in range(50):
         try:
-            return _drawn(plain, forward, n, seed, attempt)
+            return _drawn(plain, forward, np.random.default_rng([n, seed, attempt]), n, bool(seed % 2), same, off)
         except (InputError, ValueError):  # a sensor that cannot be, or that the surrogate does not cover: no lab has it
             continue
     raise ValueError("no lab could be drawn")
 
 
-def _drawn(plain: Experiment, forward: Forward, n: int, seed: int, attempt: int) -> tuple[Problem, dict[str, float]]:
-    rng = np.random.default_rng([n, seed, attempt])
-
+def _drawn(
+    plain: Experiment, forward: Forward, rng: np.random.Generator, n: int, various: bool, same: bool, off: float
+) -> tuple[Problem, dict[str, float]]:
     def of(prior: Prior) -> float:
         return float(prior.ppf_normal(rng.standard_normal()))
 
     spreads = {spread_of(quantity): default_prior(spread_of(quantity)) for quantity in _LOT}
     truth = {name: of(prior) for name, prior in {**_LOT, **spreads, **_BESIDE}.items()}
+    if same:
+        truth |= dict.fromkeys(spreads, 0.0)
     truth |= {"force_noise": 5e-3, "capacitance_noise": 1e-14}
     truth |= {f"{channel}_discrepancy": of(default_prior(f"{channel}_discrepancy")) for channel in ("force", "capacitance")}
 
@@ -96,8 +100,9 @@ def _drawn(plain: Experiment, forward: Forward, n: int, seed: int, attempt: int)
 
     specimens, sweeps = [], []
     for k in range(n):
-        name, wanted = f"sensor {k}", _WANTED[k] if seed % 2 else 1.0
+        name, wanted = f"sensor {k}", _WANTED[k] if various else 1.0
         own = cast(wanted)
+        own["young_modulus"] *= off if k == n - 1 else 1.0
         zeros = {
             "contact_offset": 0.2e-3,
             "load_zero": 0.3 * rng.standard_normal(),
@@ -105,12 +110,14 @@ def _drawn(plain: Experiment, forward: Forward, n: int, seed: int, attempt: int)
         }
         truth |= {f"{quantity}[{name}]": value for quantity, value in (own | zeros).items()}
         read: dict[str, Prior] = {q: Normal(own[q] + sd * rng.standard_normal(), sd) for q, sd in _READ.items()}
-        nominal = {"padding_thickness": 1.1e-3 * wanted} if seed % 2 else {}
+        nominal = {"padding_thickness": 1.1e-3 * wanted} if various and not same else {}
         specimens.append(Specimen(name, plain.specimens[0].sweeps, read, nominal))
         design = design_from({**own, "indenter_radius": 5e-3, "sensor_radius": plain.sensor_radius})
         rig = Rig(**zeros, **{of_rig: truth[of_rig] for of_rig in _RIG})
         sweeps.append(synthetic_sweep(forward, design, DEPTH, rig, rng, specimen=name, n_points=POINTS))
-    whole = replace(plain, pooling="partial", specimens=tuple(specimens), priors={**plain.priors, **_LOT, **_BESIDE})
+    of_all = {q: prior for q, prior in _LOT.items() if not (same and q in _READ)}
+    priors = {**plain.priors, **of_all, **_BESIDE}
+    whole = replace(plain, pooling="complete" if same else "partial", specimens=tuple(specimens), priors=priors)
     problem = build_problem(whole, sweeps, forward)
     truth |= {f"next {quantity}": value for quantity, value in cast(1.0).items()}
     return build_problem(whole, with_discrepancy(problem, truth, rng), forward), truth
@@ -156,6 +163,34 @@ def answer(n: int, seed: int, sampled: bool) -> dict[str, Any]:
     return row
 
 
+def predicted(n: int, seed: int, off: float) -> dict[str, Any]:
+    """One lab of one silicone, whose last specimen is so many times as stiff: how far specimens lie off what others predict."""
+    problem, _ = lab(n, seed, same=True, off=off)
+    began = time.process_time()
+    row: dict[str, Any] = {"specimens": n, "seed": seed, "off": off, "foretold": {}}
+    try:
+        near = {name: estimate.mean for name, estimate in first_answer(problem).parameters.items()}
+    except ValueError:
+        return row
+    told = [f for k in range(n) for f in foretold(problem, near, f"sensor {k}")]
+    row["foretold"] = {f"{f.channel}[{f.specimen}]": round(f.z, 3) for f in told}
+    return {**row, "processor": round(time.process_time() - began, 2)}
+
+
+def report_predicted(rows: Sequence[Mapping[str, Any]]) -> None:
+    """Print how far specimens lie off what the others predict, and how often the right one is named."""
+    for n, off in sorted({(row["specimens"], row["off"]) for row in rows}):
+        every = [row for row in rows if (row["specimens"], row["off"]) == (n, off)]
+        own = [row["foretold"] for row in every if row["foretold"]]
+        z = np.array([z for told in own for z in told.values()])
+        found = [told for told in own if max(map(abs, told.values())) > _limit(len(told))]
+        named = sum(abs(told[f"force[sensor {n - 1}]"]) == max(map(abs, told.values())) for told in found)
+        print(
+            f"{n} specimens, the last {off:g} times as stiff: {len(own)} of {len(every)} labs; mean {np.mean(z):+.2f}, sd "
+            f"{np.std(z):.2f}; {len(found)} amber or red, the last one's force the furthest off in {named}"
+        )
+
+
 def report(rows: Sequence[Mapping[str, Any]]) -> None:
     """Print how often 90 % intervals hold the truth, for each size of a lot, and how far specimens lie off the others."""
     for n in sorted({row["specimens"] for row in rows}):
@@ -185,8 +220,8 @@ def report(rows: Sequence[Mapping[str, Any]]) -> None:
 def _held(rows: Sequence[Mapping[str, Any]], name: str) -> float:
     """Share of the truths of a quantity, or of all whose names begin so, that lie in their central 90 %."""
     ranks = ((of, rank) for row in rows for of, rank in row["ranks"].items())
-    found = [rank for of, rank in ranks if (of.startswith(name) if name[-1] == "[" else of == name)]
-    return sum(0.05 < rank < 0.95 for rank in found) / max(len(found), 1)
+    found = np.array([rank for of, rank in ranks if (of.startswith(name) if name[-1] == "[" else of == name)])
+    return float(np.mean((found > 0.05) & (found < 0.95))) if found.size else math.nan
 
 
 def _limit(n: int) -> float:
@@ -201,7 +236,21 @@ def main(words: Sequence[str] | None = None) -> None:
     parser.add_argument("--labs", type=int, default=60, help="of each size")
     parser.add_argument("--sample", action="store_true", help="sample labs whose weighted draws cannot be trusted")
     parser.add_argument("-o", "--output", type=Path, help="file for the labs, a line of JSON each")
+    parser.add_argument("--same", action="store_true", help="specimens of one silicone, predicted by each other")
+    parser.add_argument(
+        "--off", type=float, nargs="+", default=[1.0], help="with --same, stiffness of the last over the others"
+    )
     given = parser.parse_args(words)
+    if given.same:
+        labs = [(n, seed, off) for seed in range(given.labs) for n in given.n for off in given.off]
+        rows = kept_rows(given.output)
+        done = {(row["specimens"], row["seed"], row["off"]) for row in rows}
+        for one in labs:
+            if one not in done:
+                rows.append(predicted(*one))
+                keep_row(given.output, rows[-1])
+        report_predicted(rows)
+        return
     rows = kept_rows(given.output)
     known = {(row["specimens"], row["seed"]) for row in rows}
     for seed in range(given.labs):

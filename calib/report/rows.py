@@ -190,7 +190,7 @@ def told_by_few(posterior: Posterior) -> str:
     if n > FEW_SPECIMENS:
         return ""
     who = "one specimen cannot" if n == 1 else f"{n} specimens can hardly"
-    return f", which {who} tell: it is mostly what was believed before"
+    return f", which {who} tell: that is mostly what was believed before"
 
 
 def label_of(name: str) -> str:

@@ -284,16 +284,11 @@ def test_a_density_by_name_is_that_of_the_values(make_lot: MakePosterior) -> Non
 def test_a_chain_is_not_continued_as_that_of_another_lot(make_lot: MakePosterior, make_posterior: MakePosterior) -> None:
     problems = [_problem(p) for p in (make_lot(), make_lot(spread=HalfNormal(0.05)), make_posterior())]
     experiment = make_lot().experiment
-    for name, changed in (
-        ("priors", {"sensor_thickness": Normal(0.75e-3, 0.03e-3)}),
-        ("nominal", {"padding_thickness": 1.3e-3}),
-    ):
-        other = replace(experiment.specimens[1], **{name: {**getattr(experiment.specimens[1], name), **changed}})
-        first = experiment.specimens[0]
-        if name == "nominal":
-            first = replace(first, nominal={"padding_thickness": 1.1e-3})
-        whole = replace(experiment, specimens=(first, other))
-        problems.append(build_problem(whole, make_lot().sweeps, ClosedForm()))
+    first, second = experiment.specimens
+    read = replace(second, priors={**second.priors, "sensor_thickness": Normal(0.75e-3, 0.03e-3)})
+    meant = [replace(s, nominal={"padding_thickness": wanted}) for s, wanted in ((first, 1.1e-3), (second, 1.3e-3))]
+    for specimens in ((first, read), tuple(meant)):
+        problems.append(build_problem(replace(experiment, specimens=specimens), make_lot().sweeps, ClosedForm()))
     assert len({identity_of(problem, 1).fingerprint for problem in problems}) == 5
 
 
