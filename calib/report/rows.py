@@ -8,6 +8,7 @@ from markupsafe import Markup
 
 from calib.catalogue import POOLED, QUANTITIES, SPREADS, UNKNOWNS, UnknownName
 from calib.checks import conflict_limit
+from calib.priors import Fixed
 from calib.problem import ParameterInfo
 from calib.report.digits import interval_text, number_or_unknown, shortened, with_uncertainty
 from calib.sampling import FirstAnswer, Posterior
@@ -121,11 +122,10 @@ def _label(posterior: Posterior, info: ParameterInfo) -> str:
     label = QUANTITIES[info.parameter].label
     if info.specimen or posterior.experiment.pooling == "complete" or info.parameter not in POOLED:
         return label
-    nominal = {
-        s.nominal[info.parameter]: s.name for s in reversed(posterior.experiment.specimens) if info.parameter in s.nominal
-    }
-    first = next((s.name for s in posterior.experiment.specimens if info.parameter in s.nominal), "")
-    return f"{label}, lot, as {first} was meant" if len(nominal) > 1 else f"{label}, lot"
+    pooled = (s for s in posterior.experiment.specimens if not isinstance(s.priors.get(info.parameter), Fixed))
+    meant = [s for s in pooled if info.parameter in s.nominal]
+    alike = len({s.nominal[info.parameter] for s in meant}) < 2
+    return f"{label}, lot" if alike else f"{label}, lot, as {meant[0].name} was meant"
 
 
 @dataclass(frozen=True)
