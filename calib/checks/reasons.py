@@ -200,13 +200,13 @@ def _specimens(posterior: Posterior) -> Iterator[Reason]:
     predicted, limits = sorted(d.foretold, key=lambda f: -abs(f.z)), _rare_limits(len(d.foretold))
     if not predicted or (level := _level(abs(predicted[0].z), limits)) is None:
         return
-    told = _first([foretold_in_words(f) for f in predicted if abs(f.z) > limits["amber"]])
+    told = _first([_foretold_in_words(f) for f in predicted if abs(f.z) > limits["amber"]])
     advice = "Check its files and thicknesses"
     more = '; if these are right, pooling = "partial" gives each specimen a material and thicknesses about those of their lot'
     yield Reason("specimens", "amber" if of_lot else level, f"{told}{which}", advice if of_lot else advice + more)
 
 
-def foretold_in_words(found: Foretold) -> str:
+def _foretold_in_words(found: Foretold) -> str:
     """Say how far what was read of a specimen lies off what the others predict."""
     side = "higher" if found.ratio.mean > 1 else "lower"
     off = f"{abs(found.ratio.mean - 1):.1%} ± {found.ratio.sd:.1%}"
