@@ -23,7 +23,7 @@ from calib.checks import (
     verdict_of,
 )
 from calib.decision.extrapolation import beyond_the_measured
-from calib.decision.next_specimen import as_next_specimen
+from calib.decision.next_specimen import as_next_specimen, padding_about_mean
 from calib.decision.recommendation import INTERVAL_PROBABILITY, OfModel, Recommendation
 from calib.decision.requirement import Requirement
 from calib.errors import Fault, InputError
@@ -65,8 +65,9 @@ def recommend(
     """Recommend a padding thickness for a sensor like those measured, or the next one of their lot, and say how sure that is.
 
     Each draw of the posterior takes the thicknesses of one specimen (picked at random), so that the spread from specimen to
-    specimen is part of the answer; its padding is replaced by each thickness of the grid. Under partial pooling its modulus is
-    that of a specimen that was not measured, drawn from lot and spread. The model's own error and the
+    specimen is part of the answer; its padding is replaced by each thickness of the grid. Under partial pooling it is one
+    that was not measured: its modulus, permittivity and thicknesses are drawn from lot and spread, and its padding is as thick
+    as the grid says on average, and scatters as that of the lot does. The model's own error and the
     discrepancy found in calibration are added as a smooth random function of thickness (correlation exp(-x^2/2) with
     x = ln(h_i/h_j) / ln 1.5, h the total thickness).
 
@@ -98,8 +99,12 @@ def recommend(
     parts, of_next = measured, posterior.experiment.pooling == "partial"
     if of_next:
         own = np.random.default_rng([seed, _NEXT])
-        following = [(member, as_next_specimen(values, own)) for member, values in chosen]
-        parts = [_Part(m, *_sensors_like_those_measured(m.posterior, values, requirement, own)) for m, values in following]
+        parts = []
+        for member, values in chosen:
+            lots = member.posterior.table.lots
+            following = as_next_specimen(values, lots, own)
+            made = _sensors_like_those_measured(member.posterior, following, requirement, own)
+            parts.append(_Part(member, *made, padding_about_mean(values, following, lots)))
     grid = np.linspace(requirement.lower, requirement.upper, requirement.n_thickness)
     # The padding of the measured specimens comes last: its error is the same random function.
     present, sensor = (
@@ -191,14 +196,15 @@ class _Own:
 
 @dataclass(frozen=True, eq=False)
 class _Part:
-    """The draws of one model: a design of each, and what is not part of it."""
+    """The draws of one model: a design of each, what is not part of it, and its padding over what was wanted, (n_draw,)."""
 
     member: Member
     base: Design
     own: _Own
+    cast: FloatArray | None = None  # None: as wanted
 
     def only(self, rows: BoolArray) -> _Part:
-        return _Part(self.member, self.base.only(rows), self.own.only(rows))
+        return _Part(self.member, self.base.only(rows), self.own.only(rows), None if self.cast is None else self.cast[rows])
 
 
 @dataclass(frozen=True, eq=False)
@@ -251,7 +257,7 @@ def _with_padding(design: Design, thickness: Scalar) -> Design:
 
 
 def _at_padding(part: _Part, thickness: Scalar, force: float) -> _AtPadding:
-    design, own = _with_padding(part.base, thickness), part.own
+    design, own = _with_padding(part.base, thickness if part.cast is None else thickness * part.cast), part.own
     p: DesignPrediction = predict_design(part.member.forward, design, np.array([force]))
     change, slope, error = p.change[:, 0], p.change_slope[:, 0], p.change_error[:, 0]
     # Discrepancy of the force at given depth moves the depth at given force, and with it the capacitance.
@@ -337,7 +343,8 @@ def _optimum(grid: FloatArray, change: FloatArray) -> FloatArray:
     row = np.arange(i.size)
     left, middle, right = (filled[row, np.clip(i + k, 0, grid.size - 1)] for k in (-1, 0, 1))
     inner = (i > 0) & (i < grid.size - 1) & np.isfinite(left) & np.isfinite(right)
-    bend = np.where(inner, left - 2 * middle + right, -1.0)
+    with np.errstate(invalid="ignore"):  # of a draw of which no thickness is covered
+        bend = np.where(inner, left - 2 * middle + right, -1.0)
     shift = np.where(inner & (bend < 0), 0.5 * (np.where(inner, left - right, 0.0)) / np.where(bend < 0, bend, -1.0), 0.0)
     return np.asarray(grid[i] + shift * (grid[1] - grid[0]), dtype=float)
 

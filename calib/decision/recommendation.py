@@ -77,7 +77,7 @@ class Recommendation:
     verdict : whether it may be built on: what speaks against the calibration, and against going beyond what was measured.
     forward_name : the model that predicted.
     sensor : whose padding it is: "measured" for a sensor like those measured, of their material; "next" for one that has
-        not been measured, of the same lot (partial pooling), with how its modulus may differ in the intervals.
+        not been measured, of the same lot (partial pooling), with how it may differ in the intervals.
     seed : of the choice of draws.
     posterior_sha256 : hash of the posterior's file, empty if there is none.
     """
@@ -135,12 +135,12 @@ class Recommendation:
         """Whose sensor it is for, in a sentence."""
         if self.sensor == "next":
             return (
-                "It is for the next sensor of this lot, which nobody has measured: its modulus may differ from those measured "
-                "as the spread of the lot says; its thicknesses are like theirs."
+                "It is for the next sensor of this lot, which nobody has measured: its modulus, permittivity and thicknesses "
+                "may differ from those measured as the spreads of the lot say, and its padding from what was wanted."
             )
         return (
-            "It is for the measured sensors, on new padding: the modulus of another sensor of their lot may differ, which is "
-            'not in the intervals (pooling = "partial" has it).'
+            "It is for the measured sensors, on new padding: another one of their lot may differ in modulus and thicknesses, "
+            'which is not in the intervals (pooling = "partial" has it).'
         )
 
     @property

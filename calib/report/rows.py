@@ -6,8 +6,10 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from calib.catalogue import POOLED, QUANTITIES, SPREAD, UNKNOWNS, UnknownName
+from calib.catalogue import POOLED, QUANTITIES, SPREADS, UNKNOWNS, UnknownName
 from calib.checks import conflict_limit
+from calib.priors import Fixed
+from calib.problem import ParameterInfo
 from calib.report.digits import interval_text, number_or_unknown, shortened, with_uncertainty
 from calib.sampling import FirstAnswer, Posterior
 
@@ -25,7 +27,6 @@ FEW_SPECIMENS = 3
 #: Parameters of the sensor, which are asked for; the others are of the rig and of the noise.
 SENSOR_PARAMETERS = (
     "young_modulus",
-    SPREAD,
     "padding_young_modulus",
     "stiffening",
     "relative_permittivity",
@@ -34,6 +35,7 @@ SENSOR_PARAMETERS = (
     "dielectric_thickness",
     "electrode_radius",
     "sensor_radius",
+    *SPREADS,
 )
 
 
@@ -83,7 +85,6 @@ class ParameterRow:
 def parameter_rows(posterior: Posterior) -> list[ParameterRow]:
     """Make the rows of the table of parameters, in the order of the posterior's unknowns, what is of a lot first."""
     gate, limit = posterior.diagnostics.gate, conflict_limit(len(posterior.parameters))
-    of_lots = posterior.experiment.pooling == "partial"
     rows = []
     n = len(posterior.unknowns)
     for info in (*posterior.parameters[n:], *posterior.unknowns):
@@ -95,7 +96,7 @@ def parameter_rows(posterior: Posterior) -> list[ParameterRow]:
             ParameterRow(
                 name=info.name,
                 parameter=info.parameter,
-                label=f"{p.label}, lot" if of_lots and info.parameter == POOLED and not info.specimen else p.label,
+                label=_label(posterior, info),
                 symbol=_html_symbol(p.symbol),
                 where=", ".join(w for w in (info.specimen, info.sweep) if w),
                 prior=shortened(info.prior.describe(info.parameter)),
@@ -114,6 +115,17 @@ def parameter_rows(posterior: Posterior) -> list[ParameterRow]:
             )
         )
     return rows
+
+
+def _label(posterior: Posterior, info: ParameterInfo) -> str:
+    """What a parameter is called: of a lot as such, and where its specimens were not meant to be alike, as which one."""
+    label = QUANTITIES[info.parameter].label
+    if info.specimen or posterior.experiment.pooling == "complete" or info.parameter not in POOLED:
+        return label
+    pooled = (s for s in posterior.experiment.specimens if not isinstance(s.priors.get(info.parameter), Fixed))
+    meant = [s for s in pooled if info.parameter in s.nominal]
+    alike = len({s.nominal[info.parameter] for s in meant}) < 2
+    return f"{label}, lot" if alike else f"{label}, lot, as {meant[0].name} was meant"
 
 
 @dataclass(frozen=True)
@@ -178,7 +190,7 @@ def told_by_few(posterior: Posterior) -> str:
     if n > FEW_SPECIMENS:
         return ""
     who = "one specimen cannot" if n == 1 else f"{n} specimens can hardly"
-    return f", which {who} tell: it is mostly what was believed before"
+    return f", which {who} tell: that is mostly what was believed before"
 
 
 def label_of(name: str) -> str:
