@@ -148,6 +148,11 @@ def naming(path: Path, part: Path | None = None) -> Iterator[None]:
     ----------
     path : of the file.
     part : name of the unfinished file that is written in its place, if there is one.
+
+    Raises
+    ------
+    OSError
+        What was raised inside, with that name.
     """
     try:
         yield
