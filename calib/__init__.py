@@ -26,7 +26,7 @@ if TYPE_CHECKING:
         with_sensitivity,
         with_spot_check,
     )
-    from calib.decision import Recommendation, Requirement, recommend
+    from calib.decision import ForceTable, Gripper, GripperTables, Recommendation, Requirement, invert, recommend
     from calib.errors import Fault, InputError
     from calib.experiment import (
         Experiment,
@@ -63,7 +63,7 @@ if TYPE_CHECKING:
         trace_figure,
         write_report,
     )
-    from calib.runs import Check, Run, average_runs, calibrate, check, load_run, recommend_in
+    from calib.runs import Check, Run, average_runs, calibrate, check, export_in, load_run, recommend_in
     from calib.sampling import (
         Diagnostics,
         FirstAnswer,
@@ -88,8 +88,11 @@ __all__ = [
     "Fault",
     "FirstAnswer",
     "Fixed",
+    "ForceTable",
     "Gate",
     "Grade",
+    "Gripper",
+    "GripperTables",
     "HalfNormal",
     "InputError",
     "LogNormal",
@@ -125,9 +128,11 @@ __all__ = [
     "default_prior",
     "doubts",
     "experiment_from",
+    "export_in",
     "file_figure",
     "first_answer",
     "forward_of_experiment",
+    "invert",
     "judge",
     "judge_posterior",
     "leave_out",
@@ -249,6 +254,10 @@ _ROOMS: dict[str, tuple[str, ...]] = {
         "with_spot_check",
     ),
     "calib.decision": (
+        "ForceTable",
+        "Gripper",
+        "GripperTables",
+        "invert",
         "Recommendation",
         "Requirement",
         "recommend",
@@ -270,6 +279,7 @@ _ROOMS: dict[str, tuple[str, ...]] = {
         "average_runs",
         "calibrate",
         "check",
+        "export_in",
         "load_run",
         "recommend_in",
     ),

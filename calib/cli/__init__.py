@@ -15,6 +15,7 @@ from calib.cli import (
     check,
     compare,
     example,
+    export,
     lab,
     prove,
     refine,
@@ -103,6 +104,7 @@ app.command("recommend", rich_help_panel=_CALIBRATION)(runs.recommend)
 app.command("compare", rich_help_panel=_CALIBRATION)(compare.compare)
 app.command("average", rich_help_panel=_CALIBRATION)(average.average)
 app.command("report", rich_help_panel=_CALIBRATION)(runs.report)
+app.command("export", rich_help_panel=_CALIBRATION)(export.export)
 app.command("prove", rich_help_panel=_CALIBRATION)(prove.prove)
 app.command("verify", rich_help_panel=_CALIBRATION)(verify.verify)
 app.command("simulate", rich_help_panel=_MODEL)(simulate.simulate)

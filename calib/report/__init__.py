@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from calib.report.figures.posterior import corner_figure, prior_figure, trace_figure
     from calib.report.figures.predictive import change_figure, channel_figure
     from calib.report.figures.proof import proof_figure
+    from calib.report.gripper import gripper_files
     from calib.report.moves import moves_in_words
     from calib.report.page import begin_drawing, kept_drawings, write_report
     from calib.report.pictures import any_letters, write_figure
@@ -41,6 +42,7 @@ __all__ = [
     "curve_csv",
     "file_figure",
     "first_rows",
+    "gripper_files",
     "kept_drawings",
     "learned_in_words",
     "modulus_share",
@@ -73,6 +75,7 @@ __getattr__ = on_demand(
         ".figures.posterior": ("corner_figure", "prior_figure", "trace_figure"),
         ".figures.predictive": ("change_figure", "channel_figure"),
         ".figures.proof": ("proof_figure",),
+        ".gripper": ("gripper_files",),
         ".moves": ("moves_in_words",),
         ".page": ("begin_drawing", "kept_drawings", "write_report"),
         ".pictures": ("any_letters", "write_figure"),

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from calib.runs.average import AVERAGE, average_runs
     from calib.runs.before import Check, check
     from calib.runs.calibration import STAGES, Calibration, Stages, Watch, calibrate
+    from calib.runs.export import NotUsableError, export_in
     from calib.runs.folder import PageError, Run, load_recommendation, load_run, recommend_in, report_in
     from calib.runs.integrity import Finding, verify
     from calib.runs.preview import quick
@@ -27,6 +28,7 @@ __all__ = [
     "Check",
     "Finding",
     "Means",
+    "NotUsableError",
     "PageError",
     "Refinement",
     "Rivalry",
@@ -37,6 +39,7 @@ __all__ = [
     "calibrate",
     "calibrate_rivals",
     "check",
+    "export_in",
     "load_recommendation",
     "load_run",
     "prove",
@@ -72,6 +75,10 @@ __getattr__ = on_demand(
         ".average": (
             "AVERAGE",
             "average_runs",
+        ),
+        ".export": (
+            "NotUsableError",
+            "export_in",
         ),
         ".integrity": (
             "Finding",
