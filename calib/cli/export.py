@@ -7,7 +7,20 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from calib.cli.common import NOT_USABLE, RunFolder, Strict, err, exit_by, loaded, out, quantity, refusing_bad_input, say, say_verdict, table
+from calib.cli.common import (
+    NOT_USABLE,
+    RunFolder,
+    Strict,
+    err,
+    exit_by,
+    loaded,
+    out,
+    quantity,
+    refusing_bad_input,
+    say,
+    say_verdict,
+    table,
+)
 from calib.errors import Fault, InputError
 
 if TYPE_CHECKING:
@@ -46,7 +59,7 @@ def export(
 
     Example: `calib export run1 --padding "5.5 mm" -o gripper`
 
-    Writes: gripper/force_tables.h, force_tables.py, force_tables.csv, force_tables.json, taxels.json, README.md; all or nothing.
+    Writes: gripper/README.md, force_tables.h, force_tables.py, force_tables.csv, force_tables.json, taxels.json; all or none.
 
     The verdict is that of the calibration, amber at best beyond what was measured, and stands in every file.
 

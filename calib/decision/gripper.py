@@ -18,7 +18,7 @@ class Gripper:
     ----------
     force : [N], the largest that is to be read; None for the largest that was measured.
     padding : [m], thickness of the padding of a design that is to be built; None if there is none.
-    parasitic : [F], mean and standard deviation of what the gripper's leads add to every reading; None for the leads of the lab.
+    parasitic : [F], mean and standard deviation of what the gripper's leads add to every reading; None for those of the lab.
     noise : [F], standard deviation of one reading; None for that of the lab's meter.
     n_tare : how many readings c0 is the mean of.
     n_draw : how many draws of the posterior are used.
@@ -49,7 +49,11 @@ class Gripper:
                 f"padding thickness must not be negative, got {(self.padding or 0) * 1e3:.6g} mm",
                 'Write for example --padding "5.5 mm".',
             ),
-            (leads >= 0, f"parasitic capacitance must not be negative, got {leads * 1e12:.6g} pF", "Measure it without sensor."),
+            (
+                leads >= 0,
+                f"parasitic capacitance must not be negative, got {leads * 1e12:.6g} pF",
+                "Measure it without sensor.",
+            ),
             (sd >= 0, f"standard deviation of the parasitic capacitance must not be negative, got {sd * 1e12:.6g} pF", ""),
             (
                 self.noise is None or self.noise > 0,

@@ -66,8 +66,8 @@ def invert(
 ) -> GripperTables:
     """Turn a calibration round: what force a reading of a gripper means, and how sure that is.
 
-    There is a table for each specimen that was measured, one for the next of the same lot, and, if the gripper has a padding, one
-    for the next on that. Forces that were not measured, or thicknesses, are allowed, and the verdict says so.
+    There is a table for each specimen that was measured, one for the next of the same lot, and, if the gripper has a padding,
+    one for the next on that. Forces and thicknesses that were not measured are allowed, and the verdict says so.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ def invert(
     models = members_or(members, posterior, forward)
     chosen = drawn(models, gripper.n_draw, rng)
     known = judge_posterior(posterior) if verdict is None else verdict
-    rated = gripper.force or largest_force(posterior)
+    rated = gripper.force or float(f"{largest_force(posterior):.3g}")
     own = np.random.default_rng([seed, _NEXT])
 
     capacitive = {sweep.specimen for sweep in posterior.sweeps if "capacitance" in sweep.channels}
@@ -168,7 +168,8 @@ def table_of(name: str, sensor: Kind, draws: Sequence[SensorDraws], gripper: Gri
     nearest = 1 + int(np.argmin(np.abs(rows[1:-1] - touch)))
     rows[nearest] = touch
     held = slice(0, top + 1)
-    c0, leads, noise = (np.concatenate(columns) for columns in zip(*((_rest(d), d.parasitic, d.noise) for d in draws), strict=True))
+    c0 = np.concatenate([np.asarray(d.design.rest_capacitance, dtype=float) for d in draws])
+    leads, noise = (np.concatenate([getattr(d, column) for d in draws]) for column in ("parasitic", "noise"))
     at_rest = noise * math.sqrt(1 + 1 / gripper.n_tare) / (c0 + leads)
     nanonewtons = 9  # below which nothing but rounding is
     table = ForceTable(
@@ -265,8 +266,7 @@ def _covered(name: str, draws: Sequence[SensorDraws]) -> float:
     if covered > 0:
         return covered
     why = next(filter(None, (d.forward.outside(d.design, np.zeros(1)) for d in draws)), "too many of its draws are outside")
-    padding = _median([d.design.padding.thickness for d in draws])
-    message = f"the {draws[0].forward.name} does not cover {name} ({padding * 1e3:.3g} mm of padding): {why}"
+    message = f"the {draws[0].forward.name} does not cover {name}: {why}"
     raise InputError(Fault(message, advice="Ask for another padding, or calibrate and export with another model"))
 
 
@@ -328,10 +328,6 @@ def _three(values: FloatArray) -> tuple[float, float, float]:
     return float(middle), float(low), float(high)
 
 
-def _rest(draws: SensorDraws) -> FloatArray:
-    return np.asarray(draws.design.rest_capacitance, dtype=float)
-
-
 def _median(columns: Sequence[Scalar]) -> float:
     return float(np.median(np.concatenate([np.atleast_1d(np.asarray(column)) for column in columns])))
 
@@ -357,15 +353,16 @@ def _conditions(experiment: Experiment, table: ForceTable, gripper: Gripper) -> 
         "design": "that specimen on padding of exactly this thickness",
     }[table.sensor]
     mean, sd = table.parasitic
+    on = "bonded to" if e.base == "bonded" else "sliding on"
     leads = "leads of the lab" if gripper.parasitic is None else "leads as stated"
     beyond = f"{table.end:.4g} N" if math.isnan(table.turn) else f"{table.end:.4g} N; from {table.turn:.4g} N on they fold back"
     return (
         f"sensor: {who}",
         f"ball of {table.indenter_radius * 1e3:.4g} mm radius in the middle: another shape or place is another table",
-        f"padding of {table.padding_thickness * 1e3:.4g} mm, {'bonded to' if e.base == 'bonded' else 'sliding on'} a rigid base",
+        f"{table.padding_thickness * 1e3:.4g} mm of padding, {on} a rigid base",
         f"{leads}: they add {mean * 1e12:.3g} pF (sd {sd * 1e12:.2g} pF); 1 pF more makes every force read "
         f"{_share_of_a_picofarad(table):.1%} too small".replace("%", " %"),
-        f"one reading with a noise of {table.noise * 1e15:.3g} fF, tare by the mean of {gripper.n_tare} readings without contact",
+        f"one reading with a noise of {table.noise * 1e15:.3g} fF, tare the mean of {gripper.n_tare} readings without contact",
         f"forces that may be read: up to {beyond}; the model was asked up to {table.looked:.4g} N",
         "loading only, as slowly as in the lab: hysteresis, relaxation and creep are not covered",
         "temperature and humidity as at power-on: tare again when they change",

@@ -1,4 +1,4 @@
-"""Draws of a posterior in, the same draws of a specimen that nobody has measured out: of its lot, with thicknesses of its own."""
+"""Draws of a posterior in, the same draws of a specimen that nobody has measured out: of its lot, with layers of its own."""
 
 from __future__ import annotations
 

@@ -72,8 +72,8 @@ def next_sensor(
 ) -> SensorDraws:
     """One more specimen of the same lot that nobody has measured: of the lot's material, with thicknesses as believed before.
 
-    Its modulus is the one that all share, or, under partial pooling, drawn from lot and spread. Each draw is made like one of the
-    specimens, picked at random; draws that are no sensor, as a dielectric thicker than half of it, are left out.
+    Its modulus is the one that all share, or, under partial pooling, drawn from lot and spread. Each draw is made like one of
+    the specimens, picked at random; draws that are no sensor, as a dielectric thicker than half of it, are left out.
 
     Parameters
     ----------
@@ -98,9 +98,7 @@ def next_sensor(
 def _sensible(values: Mapping[str, FloatArray], specimen: str) -> dict[str, FloatArray]:
     """The draws whose layers are those of a sensor."""
     good: BoolArray = np.ones(next(iter(values.values())).shape, dtype=bool)
-    found = {
-        name: lookup(values, name, specimen) for name in ("sensor_thickness", "padding_thickness", "dielectric_thickness")
-    }
+    found = {name: lookup(values, name, specimen) for name in ("sensor_thickness", "padding_thickness", "dielectric_thickness")}
     for name, column in found.items():
         if column is not None:
             good &= (column >= 0) if name == "padding_thickness" else (column > 0)

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass, replace
 from importlib import resources
 from typing import Any
 
 import jinja2
 import numpy as np
-
 
 from calib.decision import LEVEL, N_ROW, WIDTH_IN_SD, ForceTable, GripperTables
 from calib.errors import Fault, InputError
@@ -59,8 +58,6 @@ def gripper_files(made: GripperTables) -> dict[str, str]:
     tables = [_laid_out(table, name) for table, name in zip(made.tables, _identifiers(made.tables), strict=True)]
     size = _BYTES * (_COLUMNS * N_ROW + _LIMITS)
     context = {
-        "title": _line(made.experiment),
-        "about": about,
         "n_tare": made.gripper.n_tare,
         "percent": f"{LEVEL * 100:g} %",
         "width": f"{WIDTH_IN_SD:g}",
@@ -70,10 +67,9 @@ def gripper_files(made: GripperTables) -> dict[str, str]:
         "bytes_integer": size,
     }
 
-    def rendered(template: str, write: Any = str) -> str:
-        shown = {**context, "about": [write(line) for line in about], "title": write(context["title"])}
-        of_tables = [{**vars(t), **{k: [write(x) for x in getattr(t, k)] for k in ("about", "conditions", "reasons")}} for t in tables]
-        return environment.get_template(template).render(shown, tables=[{**t, "title": write(t["title"])} for t in of_tables])
+    def rendered(template: str, write: Callable[[str], str] = str) -> str:
+        shown = {**context, "about": [write(line) for line in about], "title": write(_line(made.experiment))}
+        return environment.get_template(template).render(shown, tables=[_written(table, write) for table in tables])
 
     return {
         "force_tables.h": rendered("force_tables.h.j2", _in_comment),
@@ -106,12 +102,18 @@ class _LaidOut:
     number_limits: tuple[str, ...]
 
 
+def _written(table: _LaidOut, write: Callable[[str], str]) -> _LaidOut:
+    """A table with its texts written as a format takes them."""
+    about, conditions, reasons = (tuple(map(write, lines)) for lines in (table.about, table.conditions, table.reasons))
+    return replace(table, title=write(table.title), about=about, conditions=conditions, reasons=reasons)
+
+
 def _laid_out(table: ForceTable, identifier: str) -> _LaidOut:
     columns = (table.ratio, table.force, table.lower, table.upper)
     limits = (table.below, table.touch)
     scales = (_PPB, _MICRO, _MICRO, _MICRO)
     if table.end * _MICRO > _LARGEST_INTEGER or table.ratio[-1] * _PPB > _LARGEST_INTEGER:
-        message = f"{table.name}: {table.end:.6g} N at a reading of {table.ratio[-1]:.3g} times the tare is more than a table holds"
+        message = f"{table.name}: {table.end:.6g} N at {table.ratio[-1]:.3g} times the tare is more than a table holds"
         raise InputError(Fault(message, advice="Ask for a smaller --force"))
     conditions = tuple(_line(text) for text in table.conditions)
     reasons = tuple(_line(f"{r.level}, {r.gate}: {r.in_words}") for r in table.verdict.reasons)

@@ -46,7 +46,7 @@ def export_in(run: Run, gripper: Gripper, folder: Path, *, seed: int = 1) -> Gri
     NotUsableError
         If the verdict on the calibration is red.
     InputError
-        If the folder exists, the model does not cover a sensor or is not the one of the calibration, or see `calib.decision.invert`.
+        If the folder exists, the model is not the one of the calibration, or as `calib.decision.invert` says.
     """
     require_new(folder)
     if run.another_forward:
