@@ -35,6 +35,7 @@ from calib.decision.sensors import SensorDraws, measured_sensor, next_sensor
 from calib.errors import Fault, InputError
 from calib.experiment import Experiment
 from calib.sampling import FINGERPRINT, Posterior
+from models.analytic import caution
 from models.curves import curves_of, predict_design
 from models.response import Asked, Forward
 from models.sensor import FloatArray, Scalar
@@ -99,24 +100,30 @@ def invert(
     own = np.random.default_rng([seed, _NEXT])
 
     capacitive = {sweep.specimen for sweep in posterior.sweeps if "capacitance" in sweep.channels}
-    found = []
+    sensors: list[tuple[str, Kind, Sequence[SensorDraws]]] = []
     for specimen in posterior.experiment.specimens:
         if specimen.name in capacitive:
             draws = [measured_sensor(m.posterior, m.forward, values, specimen.name, gripper, rng) for m, values in chosen]
-            found.append(table_of(specimen.name, "specimen", draws, gripper, rated))
+            sensors.append((specimen.name, "specimen", draws))
     following = [next_sensor(m.posterior, m.forward, values, m.posterior.parameters, gripper, own) for m, values in chosen]
-    found.append(table_of("next specimen", "next", following, gripper, rated))
+    # A specimen may have this name, too.
+    name = next(n for n in ("next specimen", "the next specimen", "") if n not in capacitive) or "next specimen of the lot"
+    sensors.append((name, "next", following))
     if gripper.padding is not None:
         built = [draws.on(gripper.padding) for draws in following]
-        name = f"next specimen on {gripper.padding * 1e3:.6g} mm of padding"
-        found.append(table_of(name, "design", built, gripper, rated))
+        sensors.append((f"{name} on {gripper.padding * 1e3:.6g} mm of padding", "design", built))
     of_data = heaviest(models).posterior
     tables = []
-    for table in found:
+    for name, sensor, draws in sensors:
+        table = table_of(name, sensor, draws, gripper, rated)
         depth = table.points[-1].depth
         beyond = beyond_the_measured(of_data, rated, table.padding_thickness, depth, table.indenter_radius)
         judged = verdict_of([*known.reasons, *beyond, *_doubts(table)])
-        tables.append(replace(table, verdict=judged, conditions=_conditions(posterior.experiment, table, gripper)))
+        rough = [
+            f"a first look alone: {words}" for words in dict.fromkeys(caution(d.forward, d.design) for d in draws) if words
+        ]
+        conditions = _conditions([m.posterior.experiment for m, _ in chosen], table, gripper)
+        tables.append(replace(table, verdict=judged, conditions=(*rough, *conditions)))
     reasons = dict.fromkeys(reason for found in tables for reason in found.verdict.reasons)
     versions = {k.removeprefix("version of "): v for k, v in posterior.attrs.items() if k.startswith("version of ")}
     return GripperTables(
@@ -161,7 +168,7 @@ def table_of(name: str, sensor: Kind, draws: Sequence[SensorDraws], gripper: Gri
     top = int(np.argmax(low[: asked + 1]))
     end, last, touch = float(force[top]), float(low[top]), float(high[0])
     if not last > touch:
-        raise InputError(_lost(name, draws, float(middle[top]), touch, end))
+        raise InputError(_lost(name, draws, (float(low[top]), float(middle[top]), float(high[top])), touch, end))
     after = np.flatnonzero(low[top + 1 :] < last)
     first = float(np.min(low[: top + 1]))
     rows = np.concatenate([[first], last * np.linspace(0.0, 1.0, N_ROW - 1) ** _POWER])
@@ -270,12 +277,13 @@ def _covered(name: str, draws: Sequence[SensorDraws]) -> float:
     raise InputError(Fault(message, advice="Ask for another padding, or calibrate and export with another model"))
 
 
-def _lost(name: str, draws: Sequence[SensorDraws], signal: float, touch: float, force: float) -> Fault:
+def _lost(name: str, draws: Sequence[SensorDraws], signal: tuple[float, float, float], touch: float, force: float) -> Fault:
     """Why no reading tells anything of a sensor."""
     noise = float(np.median(np.concatenate([d.noise for d in draws])))
+    low, middle, high = (f"{x * 1e6:.0f}" for x in signal)
     message = (
-        f"no reading of {name} tells that it is pressed: up to {force:.3g} N it rises by {signal * 1e6:.0f} ppm, and by "
-        f"{touch * 1e6:.0f} ppm through the noise of {noise * 1e15:.3g} fF alone"
+        f"no reading of {name} tells that it is pressed: up to {force:.3g} N it rises by {middle} ppm (90 %: {low} to {high}), "
+        f"and by {touch * 1e6:.0f} ppm through the noise of {noise * 1e15:.3g} fF alone"
     )
     return Fault(message, advice="Read with less noise, or average readings: --noise is that of what the table is given")
 
@@ -343,9 +351,9 @@ def _doubts(table: ForceTable) -> Iterator[Reason]:
         yield Reason("turn", "amber", finding, "Keep such forces from the sensor: no reading tells of them")
 
 
-def _conditions(experiment: Experiment, table: ForceTable, gripper: Gripper) -> tuple[str, ...]:
-    """What a table holds for, in words."""
-    e = experiment
+def _conditions(experiments: Sequence[Experiment], table: ForceTable, gripper: Gripper) -> tuple[str, ...]:
+    """What a table holds for, in words: of the models of an average, too."""
+    e = experiments[0]
     who = {
         "specimen": f'the measured specimen "{table.name}", with the padding that it was measured on',
         "next": "a specimen of the same lot that nobody has measured: layers as the priors have them, "
@@ -353,7 +361,7 @@ def _conditions(experiment: Experiment, table: ForceTable, gripper: Gripper) -> 
         "design": "that specimen on padding of exactly this thickness",
     }[table.sensor]
     mean, sd = table.parasitic
-    on = "bonded to" if e.base == "bonded" else "sliding on"
+    on = " or ".join(dict.fromkeys("bonded to" if e.base == "bonded" else "sliding on" for e in experiments))
     leads = "leads of the lab" if gripper.parasitic is None else "leads as stated"
     beyond = f"{table.end:.4g} N" if math.isnan(table.turn) else f"{table.end:.4g} N; from {table.turn:.4g} N on they fold back"
     return (

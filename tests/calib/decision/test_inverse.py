@@ -164,7 +164,7 @@ def test_a_table_ends_where_draws_end_and_counts_those_that_do_not_reach_as_the_
 
 def test_a_noise_that_drowns_the_signal_is_refused_with_both() -> None:
     draws = replace(_draws(Spring(), np.full(200, 1e6)), noise=np.full(200, 1e-11))
-    with pytest.raises(InputError, match=r"up to 5.5 N it rises by 55000 ppm, and by .* ppm through the noise of 1e\+04 fF"):
+    with pytest.raises(InputError, match=r"up to 5.5 N it rises by 55000 ppm .*, and by .* ppm through the noise of 1e\+04 fF"):
         table_of("spring", "specimen", [draws], Gripper(), 5.0)
 
 
