@@ -13,11 +13,13 @@ from calib.lazy import on_demand
 if TYPE_CHECKING:
     from calib.catalogue import CHANNELS, UNKNOWNS, UnknownName
     from calib.checks import (
+        Difference,
         Prediction,
         Reason,
         Verdict,
         compare_runs,
         comparison_in_words,
+        differences_of,
         doubts,
         judge_posterior,
         predict,
@@ -56,6 +58,7 @@ if TYPE_CHECKING:
         change_figure,
         channel_figure,
         corner_figure,
+        difference_figure,
         file_figure,
         padding_figure,
         prior_figure,
@@ -63,7 +66,7 @@ if TYPE_CHECKING:
         trace_figure,
         write_report,
     )
-    from calib.runs import Check, Run, average_runs, calibrate, check, export_in, load_run, recommend_in
+    from calib.runs import Check, Run, average_runs, calibrate, check, diff_runs, export_in, load_run, recommend_in
     from calib.sampling import (
         Diagnostics,
         FirstAnswer,
@@ -84,6 +87,7 @@ __all__ = [
     "UNKNOWNS",
     "Check",
     "Diagnostics",
+    "Difference",
     "Experiment",
     "Fault",
     "FirstAnswer",
@@ -126,6 +130,9 @@ __all__ = [
     "comparison_in_words",
     "corner_figure",
     "default_prior",
+    "diff_runs",
+    "difference_figure",
+    "differences_of",
     "doubts",
     "experiment_from",
     "export_in",
@@ -240,11 +247,13 @@ _ROOMS: dict[str, tuple[str, ...]] = {
         "to_arviz",
     ),
     "calib.checks": (
+        "Difference",
         "Prediction",
         "Reason",
         "Verdict",
         "compare_runs",
         "comparison_in_words",
+        "differences_of",
         "doubts",
         "judge_posterior",
         "predict",
@@ -266,6 +275,7 @@ _ROOMS: dict[str, tuple[str, ...]] = {
         "change_figure",
         "channel_figure",
         "corner_figure",
+        "difference_figure",
         "file_figure",
         "padding_figure",
         "prior_figure",
@@ -279,6 +289,7 @@ _ROOMS: dict[str, tuple[str, ...]] = {
         "average_runs",
         "calibrate",
         "check",
+        "diff_runs",
         "export_in",
         "load_run",
         "recommend_in",

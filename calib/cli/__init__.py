@@ -14,6 +14,7 @@ from calib.cli import (
     calibrate,
     check,
     compare,
+    diff,
     example,
     export,
     lab,
@@ -102,6 +103,7 @@ app.command("check", rich_help_panel=_CALIBRATION)(check.check)
 app.command("calibrate", rich_help_panel=_CALIBRATION)(calibrate.calibrate)
 app.command("recommend", rich_help_panel=_CALIBRATION)(runs.recommend)
 app.command("compare", rich_help_panel=_CALIBRATION)(compare.compare)
+app.command("diff", rich_help_panel=_CALIBRATION)(diff.diff)
 app.command("average", rich_help_panel=_CALIBRATION)(average.average)
 app.command("report", rich_help_panel=_CALIBRATION)(runs.report)
 app.command("export", rich_help_panel=_CALIBRATION)(export.export)

@@ -1,5 +1,6 @@
 """A `Posterior` and what is wanted of it in, what to build, or what a reading on a gripper means, out; knows no page."""
 
+from calib.decision.extrapolation import largest_force
 from calib.decision.force_table import (
     LEVEL,
     N_ROW,
@@ -32,6 +33,7 @@ __all__ = [
     "Status",
     "WorkingPoint",
     "invert",
+    "largest_force",
     "percent",
     "recommend",
     "recommendation_from_json",

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from calib.runs.average import AVERAGE, average_runs
     from calib.runs.before import Check, check
     from calib.runs.calibration import STAGES, Calibration, Stages, Watch, calibrate
+    from calib.runs.difference import diff_runs
     from calib.runs.export import NotUsableError, export_in
     from calib.runs.folder import PageError, Run, load_recommendation, load_run, recommend_in, report_in
     from calib.runs.integrity import Finding, verify
@@ -39,6 +40,7 @@ __all__ = [
     "calibrate",
     "calibrate_rivals",
     "check",
+    "diff_runs",
     "export_in",
     "load_recommendation",
     "load_run",
@@ -76,6 +78,7 @@ __getattr__ = on_demand(
             "AVERAGE",
             "average_runs",
         ),
+        ".difference": ("diff_runs",),
         ".export": (
             "NotUsableError",
             "export_in",
