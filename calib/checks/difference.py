@@ -131,8 +131,8 @@ class Difference:
         """What differs, in a few sentences."""
         if self.shared:
             return (
-                f"No difference is weighed: both runs rest on {', '.join(self.shared)}, which makes them alike, and neither knows "
-                "how much. Models of the same data are compared by `calib compare`."
+                f"No difference is weighed: both runs rest on {', '.join(self.shared)}, which makes them alike, and neither "
+                "knows how much. Models of the same data are compared by `calib compare`."
             )
         compared = [pair for pair in self.pairs if pair.z is not None]
         if not compared:
@@ -255,7 +255,7 @@ def _weighed(
     common: Sequence[FloatArray],
     alike: bool,
 ) -> tuple[float | None, str]:
-    """Difference of an unknown by (2), given draws of what is the same in both (n_same, n_draw), and what is to be said of it."""
+    """Difference of an unknown by (2), with draws of what is the same in both (n_same, n_draw), and what is to be said."""
     means, variances, across, errors = [], [], [], []
     for posterior, own, others in zip(posteriors, infos, common, strict=True):
         if name not in own:  # it is fixed
