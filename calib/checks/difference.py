@@ -273,7 +273,7 @@ def _weighed(
     variance = sum(variances) - (2 * float(across[0] @ across[1]) if len(across) > 1 else 0.0)  # (2)
     if variance <= sum(errors):
         return None, "too few draws to tell"
-    said = "" if alike else "fixed in one" if len(learned) < 2 else "priors differ: each counts for itself"
+    said = "" if alike else "fixed in one" if len(learned) < 2 else "priors differ"
     return (means[0] - means[1]) / math.sqrt(variance + sum(errors)), said
 
 

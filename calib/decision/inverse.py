@@ -27,7 +27,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import ndtr
 
-from calib.checks import Member, Reason, Verdict, drawn, heaviest, judge_posterior, members_or, verdict_of
+from calib.checks import (
+    RULED_OUT,
+    Member,
+    Reason,
+    Verdict,
+    departure_in_words,
+    drawn,
+    heaviest,
+    judge_posterior,
+    members_or,
+    verdict_of,
+)
 from calib.decision.extrapolation import MARGIN, beyond_the_measured, largest_force
 from calib.decision.force_table import LEVEL, N_ROW, ForceTable, GripperTables, Kind, WorkingPoint
 from calib.decision.gripper import Gripper
@@ -113,6 +124,7 @@ def invert(
         built = [draws.on(gripper.padding) for draws in following]
         sensors.append((f"{name} on {gripper.padding * 1e3:.6g} mm of padding", "design", built))
     of_data = heaviest(models).posterior
+    left_open = [departure_in_words(d, posterior) for d in posterior.diagnostics.departures if d.log_bayes > RULED_OUT]
     tables = []
     for name, sensor, draws in sensors:
         table = table_of(name, sensor, draws, gripper, rated)
@@ -122,6 +134,7 @@ def invert(
         rough = [
             f"a first look alone: {words}" for words in dict.fromkeys(caution(d.forward, d.design) for d in draws) if words
         ]
+        rough += [f"not ruled out by these data: {words}" for words in left_open]
         conditions = _conditions([m.posterior.experiment for m, _ in chosen], table, gripper)
         tables.append(replace(table, verdict=judged, conditions=(*rough, *conditions)))
     reasons = dict.fromkeys(reason for found in tables for reason in found.verdict.reasons)
