@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from calib.errors import Fault, InputError
@@ -40,13 +41,13 @@ class Gripper:
         leads, sd = (0.0, 0.0) if self.parasitic is None else self.parasitic
         rules = (
             (
-                self.force is None or self.force > 0,
+                self.force is None or 0 < self.force < math.inf,
                 f"force must be positive, got {self.force or 0:.6g} N",
                 'Write for example --force "5 N".',
             ),
             (
-                self.padding is None or self.padding >= 0,
-                f"padding thickness must not be negative, got {(self.padding or 0) * 1e3:.6g} mm",
+                self.padding is None or 0 <= self.padding < math.inf,
+                f"padding thickness must not be negative or infinite, got {(self.padding or 0) * 1e3:.6g} mm",
                 'Write for example --padding "5.5 mm".',
             ),
             (
@@ -56,7 +57,7 @@ class Gripper:
             ),
             (sd >= 0, f"standard deviation of the parasitic capacitance must not be negative, got {sd * 1e12:.6g} pF", ""),
             (
-                self.noise is None or self.noise > 0,
+                self.noise is None or 0 < self.noise < math.inf,
                 f"noise must be positive, got {(self.noise or 0) * 1e15:.6g} fF",
                 'Write for example --noise "10 fF".',
             ),

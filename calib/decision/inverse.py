@@ -59,6 +59,9 @@ _N_FORCE, _LOOK = 129, 3.0
 _NO_NOISE = 5.0
 # Rows lie closer where readings are small: at powers of equal steps.
 _POWER = 1.4
+# Part of the range that has to lie above the noise, the least signal, and the least step between rows at rest: a table of
+# integers counts billionths.
+_LEAST_PART, _LEAST_SIGNAL, _LEAST_STEP = 1e-3, 1e-5, 1e-8
 # Shares of the rated force at which a sensor is described.
 _POINTS = (0.1, 0.25, 0.5, 0.75, 1.0)
 # Stream of random numbers beside the seed's, of specimens that were not measured.
@@ -126,13 +129,13 @@ def invert(
     of_data = heaviest(models).posterior
     left_open = [departure_in_words(d, posterior) for d in posterior.diagnostics.departures if d.log_bayes > RULED_OUT]
     tables = []
-    for name, sensor, draws in sensors:
-        table = table_of(name, sensor, draws, gripper, rated)
+    for title, sensor, those in sensors:
+        table = table_of(title, sensor, those, gripper, rated)
         depth = table.points[-1].depth
         beyond = beyond_the_measured(of_data, rated, table.padding_thickness, depth, table.indenter_radius)
         judged = verdict_of([*known.reasons, *beyond, *_doubts(table)])
         rough = [
-            f"a first look alone: {words}" for words in dict.fromkeys(caution(d.forward, d.design) for d in draws) if words
+            f"a first look alone: {words}" for words in dict.fromkeys(caution(d.forward, d.design) for d in those) if words
         ]
         rough += [f"not ruled out by these data: {words}" for words in left_open]
         conditions = _conditions([m.posterior.experiment for m, _ in chosen], table, gripper)
@@ -180,10 +183,10 @@ def table_of(name: str, sensor: Kind, draws: Sequence[SensorDraws], gripper: Gri
     asked = int(np.searchsorted(force, limit * (1 - 1e-12), side="left"))
     top = int(np.argmax(low[: asked + 1]))
     end, last, touch = float(force[top]), float(low[top]), float(high[0])
-    if not last > touch:
+    if not (1 - _LEAST_PART) * last > touch or last < _LEAST_SIGNAL:
         raise InputError(_lost(name, draws, (float(low[top]), float(middle[top]), float(high[top])), touch, end))
     after = np.flatnonzero(low[top + 1 :] < last)
-    first = float(np.min(low[: top + 1]))
+    first = min(float(np.min(low[: top + 1])), -_LEAST_STEP)
     rows = np.concatenate([[first], last * np.linspace(0.0, 1.0, N_ROW - 1) ** _POWER])
     nearest = 1 + int(np.argmin(np.abs(rows[1:-1] - touch)))
     rows[nearest] = touch

@@ -47,6 +47,8 @@ def export_in(run: Run, gripper: Gripper, folder: Path, *, seed: int = 1) -> Gri
         If the verdict on the calibration is red.
     InputError
         If the folder exists, the model is not the one of the calibration, or as `calib.decision.invert` says.
+    OSError
+        If a file cannot be written, with the name of the folder.
     """
     require_new(folder)
     if run.another_forward:

@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from calib.cli import app
-from calib.runs import export
+from calib.files import write_text
 from calib.sampling.posterior import Posterior
 from calib.sampling.storage import save_posterior
 from models.analytic import ClosedForm
@@ -66,7 +66,7 @@ def test_a_red_run_is_not_exported(runs: Path, tmp_path: Path) -> None:
     ("words", "said"),
     [
         (("--padding", "5.5"), "--padding"),
-        (("--padding", "-1 mm"), "padding thickness must not be negative, got -1 mm"),
+        (("--padding", "-1 mm"), "padding thickness must not be negative or infinite, got -1 mm"),
         (("--force", "0 N"), "force must be positive"),
         (("--parasitic", "2 pF"), 'Write "2 pF, 0.2 pF"'),
         (("--parasitic", "2 pF, 1 mm"), "--parasitic"),
@@ -94,15 +94,15 @@ def test_a_folder_that_exists_or_has_no_place_is_refused(runs: Path, tmp_path: P
 
 @pytest.mark.parametrize("files", [0, 3, 5])
 def test_a_full_disk_leaves_nothing_behind(runs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, files: int) -> None:
-    write, written = export.write_text, []
+    written: list[Path] = []
 
     def full(path: Path, text: str) -> None:
         if len(written) == files:
             raise OSError(28, "No space left on device", str(path))
         written.append(path)
-        write(path, text)
+        write_text(path, text)
 
-    monkeypatch.setattr(export, "write_text", full)
+    monkeypatch.setattr("calib.runs.export.write_text", full)
     result = _run("export", runs / "good", "--draws", 100, "-o", tmp_path / "gripper")
     assert result.exit_code == 2
     assert "gripper: " in _said(result)

@@ -162,6 +162,13 @@ def test_a_table_ends_where_draws_end_and_counts_those_that_do_not_reach_as_the_
     assert table.read(last).upper >= whole.read(last).upper - 1e-6
 
 
+def test_a_reading_almost_without_noise_has_a_table_whose_rows_integers_tell_apart() -> None:
+    draws = replace(_draws(Spring(), np.full(200, 1e6)), noise=np.full(200, 1e-24))
+    table = table_of("spring", "specimen", [draws], Gripper(), 5.0)
+    assert np.all(np.diff(np.round(table.ratio * 1e9)) > 0)
+    assert table.read(0.03).force == pytest.approx(3.0, rel=1e-4)
+
+
 def test_a_noise_that_drowns_the_signal_is_refused_with_both() -> None:
     draws = replace(_draws(Spring(), np.full(200, 1e6)), noise=np.full(200, 1e-11))
     with pytest.raises(InputError, match=r"up to 5.5 N it rises by 55000 ppm .*, and by .* ppm through the noise of 1e\+04 fF"):
@@ -278,7 +285,8 @@ def test_working_points_of_a_spring_are_its_own(make_posterior: MakePosterior) -
     [
         ({"force": 0.0}, "force must be positive, got 0 N"),
         ({"force": float("nan")}, "force must be positive, got nan N"),
-        ({"padding": -1e-3}, "padding thickness must not be negative, got -1 mm"),
+        ({"force": float("inf")}, "force must be positive, got inf N"),
+        ({"padding": -1e-3}, "padding thickness must not be negative or infinite, got -1 mm"),
         ({"parasitic": (-1e-12, 0.0)}, "parasitic capacitance must not be negative, got -1 pF"),
         ({"parasitic": (1e-12, -1e-13)}, "standard deviation of the parasitic capacitance must not be negative"),
         ({"noise": 0.0}, "noise must be positive, got 0 fF"),
