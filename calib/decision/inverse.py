@@ -120,26 +120,25 @@ def invert(
             draws = [measured_sensor(m.posterior, m.forward, values, specimen.name, gripper, rng) for m, values in chosen]
             sensors.append((specimen.name, "specimen", draws))
     following = [next_sensor(m.posterior, m.forward, values, m.posterior.parameters, gripper, own) for m, values in chosen]
-    # A specimen may have this name, too.
-    name = next(n for n in ("next specimen", "the next specimen", "") if n not in capacitive) or "next specimen of the lot"
+    name = "next specimen"
+    while name in capacitive:  # which is how somebody called one
+        name = f"the {name}"
     sensors.append((name, "next", following))
     if gripper.padding is not None:
         built = [draws.on(gripper.padding) for draws in following]
         sensors.append((f"{name} on {gripper.padding * 1e3:.6g} mm of padding", "design", built))
     of_data = heaviest(models).posterior
-    left_open = [departure_in_words(d, posterior) for d in posterior.diagnostics.departures if d.log_bayes > RULED_OUT]
+    models_left = [departure_in_words(d, posterior) for d in posterior.diagnostics.departures if d.log_bayes > RULED_OUT]
     tables = []
     for title, sensor, those in sensors:
         table = table_of(title, sensor, those, gripper, rated)
         depth = table.points[-1].depth
         beyond = beyond_the_measured(of_data, rated, table.padding_thickness, depth, table.indenter_radius)
         judged = verdict_of([*known.reasons, *beyond, *_doubts(table)])
-        rough = [
-            f"a first look alone: {words}" for words in dict.fromkeys(caution(d.forward, d.design) for d in those) if words
-        ]
-        rough += [f"not ruled out by these data: {words}" for words in left_open]
+        rough = dict.fromkeys(f"a first look alone: {said}" for d in those if (said := caution(d.forward, d.design)))
+        left_open = (f"not ruled out by these data: {said}" for said in models_left)
         conditions = _conditions([m.posterior.experiment for m, _ in chosen], table, gripper)
-        tables.append(replace(table, verdict=judged, conditions=(*rough, *conditions)))
+        tables.append(replace(table, verdict=judged, conditions=(*rough, *left_open, *conditions)))
     reasons = dict.fromkeys(reason for found in tables for reason in found.verdict.reasons)
     versions = {k.removeprefix("version of "): v for k, v in posterior.attrs.items() if k.startswith("version of ")}
     return GripperTables(

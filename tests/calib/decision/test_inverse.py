@@ -233,6 +233,18 @@ def test_what_was_not_measured_is_amber_in_its_own_table(make_posterior: MakePos
     assert all("extrapolation" in [r.gate for r in t.verdict.reasons] for t in more.tables)
 
 
+def test_a_specimen_may_be_called_next(make_posterior: MakePosterior) -> None:
+    posterior = make_posterior(n_specimen=1)
+    experiment = replace(posterior.experiment, specimens=(replace(posterior.experiment.specimens[0], name="next specimen"),))
+    sweeps = tuple(replace(sweep, specimen="next specimen") for sweep in posterior.sweeps)
+    infos = tuple(replace(p, key=replace(p.key, specimen="next specimen")) if p.specimen else p for p in posterior.parameters)
+    summaries = posterior.diagnostics.parameters
+    named = {new.name: summaries[old.name] for old, new in zip(posterior.parameters, infos, strict=True)}
+    diagnostics = replace(posterior.diagnostics, parameters=named)
+    renamed = replace(posterior, experiment=experiment, sweeps=sweeps, parameters=infos, diagnostics=diagnostics)
+    assert [table.name for table in _made(renamed).tables] == ["next specimen", "the next specimen"]
+
+
 def test_a_range_that_ends_before_what_was_asked_is_amber(make_posterior: MakePosterior) -> None:
     # The spring's draws end at about 0.62 times its reach.
     made = _made(_exact(make_posterior()), Spring(reach=4.0), force=5.0)
