@@ -23,7 +23,7 @@ from simulated.labs import lab_parser, parsed, rows_of
 
 from calib.decision import Gripper, Status
 from calib.decision.inverse import table_of
-from calib.decision.sensors import measured_sensor, next_sensor
+from calib.decision.readable import measured_sensor, next_sensor
 from calib.experiment import Experiment, forward_of_experiment, read_experiment
 from calib.priors import Prior, default_prior
 from calib.problem import CORRELATION_LENGTH, build_problem, values_at

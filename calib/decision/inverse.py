@@ -42,7 +42,7 @@ from calib.checks import (
 from calib.decision.extrapolation import MARGIN, beyond_the_measured, largest_force
 from calib.decision.force_table import LEVEL, N_ROW, ForceTable, GripperTables, Kind, WorkingPoint
 from calib.decision.gripper import Gripper
-from calib.decision.sensors import SensorDraws, measured_sensor, next_sensor
+from calib.decision.readable import SensorDraws, measured_sensor, next_sensor
 from calib.errors import Fault, InputError
 from calib.experiment import Experiment
 from calib.sampling import FINGERPRINT, Posterior

@@ -12,7 +12,7 @@ import pytest
 from calib.checks import Member
 from calib.decision import ForceTable, Gripper, GripperTables, Status, invert
 from calib.decision.inverse import table_of
-from calib.decision.sensors import SensorDraws, next_sensor
+from calib.decision.readable import SensorDraws, next_sensor
 from calib.errors import InputError
 from calib.priors.distributions import Fixed
 from calib.sampling.posterior import Posterior, thin_draws
