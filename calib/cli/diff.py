@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from calib.cli.common import NOT_USABLE, err, loaded, out, refusing_bad_input, say, table
+from calib.errors import Fault, InputError
 from calib.files import require_writable
 
 if TYPE_CHECKING:
@@ -43,6 +44,8 @@ def diff(
         from calib.runs import diff_runs
 
         if output is not None:
+            if output.suffix not in (".png", ".svg", ".pdf"):
+                raise InputError(Fault("a picture ends in .png, .svg or .pdf", output))
             require_writable(output)
         found = diff_runs(loaded(first), loaded(second), same_specimens=same_specimens)
         if output is not None:

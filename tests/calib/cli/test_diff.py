@@ -81,7 +81,9 @@ def test_diff_with_a_red_run_exits_with_3_and_says_which(runs: Path) -> None:
     assert "the verdict on red is red" in _said(result)
 
 
-@pytest.mark.parametrize(("output", "said"), [("a.txt", ".png, .pdf or .svg"), ("no/a.png", "does not exist")])
+@pytest.mark.parametrize(
+    ("output", "said"), [("a.txt", "a picture ends in .png, .svg or .pdf"), ("no/a.png", "does not exist")]
+)
 def test_diff_refuses_a_picture_that_it_cannot_write(runs: Path, tmp_path: Path, output: str, said: str) -> None:
     result = _run("diff", runs / "lot 1", runs / "lot [2]", "-o", tmp_path / output)
     assert result.exit_code == 2
