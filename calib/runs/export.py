@@ -27,7 +27,7 @@ class NotUsableError(Exception):
         return type(self), (self.folder, self.verdict)
 
 
-def export_in(run: Run, gripper: Gripper, folder: Path, *, seed: int = 1) -> GripperTables:
+def export_in(run: Run, gripper: Gripper, folder: Path | str, *, seed: int = 1) -> GripperTables:
     """Turn the calibration of a run round for a gripper, and write what it needs into a new folder, all of it or nothing.
 
     Parameters
@@ -50,6 +50,7 @@ def export_in(run: Run, gripper: Gripper, folder: Path, *, seed: int = 1) -> Gri
     OSError
         If a file cannot be written, with the name of the folder.
     """
+    folder = Path(folder)
     require_new(folder)
     if run.another_forward:
         advice = "Calibrate again, or put the surrogate back that it was calibrated with"
