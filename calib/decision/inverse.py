@@ -305,39 +305,37 @@ def _lost(name: str, draws: Sequence[SensorDraws], signal: tuple[float, float, f
 
 def _points(table: ForceTable, draws: Sequence[SensorDraws]) -> Iterator[WorkingPoint]:
     """Describe a sensor at some of its forces."""
-    top = min(table.rated, table.end)
-    for force in (share * top for share in _POINTS):
-        depth, stiffness, ratio, gain, by_capacitance, noise = _at(draws, force)
-        sigma = float(np.interp(force, *_growing(table.force, table.sigma)))
+    forces = min(table.rated, table.end) * np.array(_POINTS)
+    described = [np.concatenate(columns) for columns in zip(*(_described(d, forces) for d in draws), strict=True)]
+    for k, force in enumerate(forces):
+        depth, stiffness, ratio, gain, by_capacitance, noise = (column[:, k] for column in described)
         yield WorkingPoint(
-            force=force,
+            force=float(force),
             depth=float(np.nanmedian(depth)),
             stiffness=_three(stiffness),
             ratio=float(np.nanmedian(ratio)),
             gain=_three(gain),
             capacitance_gain=float(np.nanmedian(by_capacitance)),
             noise=float(np.nanmedian(noise)),
-            sigma=sigma,
+            sigma=float(np.interp(force, *_growing(table.force, table.sigma))),
         )
 
 
-def _at(draws: Sequence[SensorDraws], force: float) -> tuple[FloatArray, ...]:
-    """Depth [m], stiffness [N/m], reading [1], gains [1/N], [F/N], and force that is noise [N], of each draw."""
-    rows = []
-    for d in draws:
-        p = predict_design(d.forward, d.design, np.array([force]))
-        depth = p.depth[:, 0]
-        stiffness = np.full(depth.size, np.nan)
-        if np.any(there := np.isfinite(depth)):
-            near = depth[there, None] * np.array([0.99, 1.0])
-            (r,) = curves_of(d.forward, d.design.only(there)).press([Asked(near, ("force",))])
-            stiffness[there] = (r.force[:, 1] - r.force[:, 0]) / (near[:, 1] - near[:, 0])
-        tare = p.rest_capacitance + d.parasitic
-        kappa, slope = p.rest_capacitance / tare, p.change_slope[:, 0]
-        gain = kappa * slope
-        noise = d.noise / tare / np.maximum(gain, 1e-30)
-        rows.append((depth, stiffness, kappa * p.change[:, 0], gain, p.rest_capacitance * slope, noise))
-    return tuple(np.concatenate(columns) for columns in zip(*rows, strict=True))
+def _described(draws: SensorDraws, force: FloatArray) -> tuple[FloatArray, ...]:
+    """Depth [m], stiffness [N/m], reading [1], gains [1/N], [F/N], and the force that is noise [N], each (n_draw, n_force)."""
+    p = predict_design(draws.forward, draws.design, force)
+    there = np.isfinite(p.depth)
+    some = np.any(there, axis=1)
+    at = np.where(there, p.depth, np.nanmin(np.where(some[:, None], p.depth, 0.0), axis=1)[:, None])[some]
+    (r,) = curves_of(draws.forward, draws.design.only(some)).press([Asked(np.hstack([0.99 * at, at]), ("force",))])
+    stiffness = np.full(p.depth.shape, np.nan)
+    stiffness[some] = (r.force[:, force.size :] - r.force[:, : force.size]) / (0.01 * at)
+    tare = (p.rest_capacitance + draws.parasitic)[:, None]
+    rest = p.rest_capacitance[:, None]
+    gain = rest / tare * p.change_slope
+    noise = draws.noise[:, None] / tare / np.maximum(gain, 1e-30)
+    columns = (p.depth, stiffness, rest / tare * p.change, gain, rest * p.change_slope, noise)
+    return tuple(np.where(there, column, np.nan) for column in columns)
 
 
 def _growing(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
