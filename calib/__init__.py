@@ -13,11 +13,13 @@ from calib.lazy import on_demand
 if TYPE_CHECKING:
     from calib.catalogue import CHANNELS, UNKNOWNS, UnknownName
     from calib.checks import (
+        Difference,
         Prediction,
         Reason,
         Verdict,
         compare_runs,
         comparison_in_words,
+        differences_of,
         doubts,
         judge_posterior,
         predict,
@@ -26,7 +28,7 @@ if TYPE_CHECKING:
         with_sensitivity,
         with_spot_check,
     )
-    from calib.decision import Recommendation, Requirement, recommend
+    from calib.decision import ForceTable, Gripper, GripperTables, Recommendation, Requirement, invert, recommend
     from calib.errors import Fault, InputError
     from calib.experiment import (
         Experiment,
@@ -56,6 +58,7 @@ if TYPE_CHECKING:
         change_figure,
         channel_figure,
         corner_figure,
+        difference_figure,
         file_figure,
         padding_figure,
         prior_figure,
@@ -63,7 +66,7 @@ if TYPE_CHECKING:
         trace_figure,
         write_report,
     )
-    from calib.runs import Check, Run, average_runs, calibrate, check, load_run, recommend_in
+    from calib.runs import Check, Run, average_runs, calibrate, check, diff_runs, export_in, load_run, recommend_in
     from calib.sampling import (
         Diagnostics,
         FirstAnswer,
@@ -84,12 +87,16 @@ __all__ = [
     "UNKNOWNS",
     "Check",
     "Diagnostics",
+    "Difference",
     "Experiment",
     "Fault",
     "FirstAnswer",
     "Fixed",
+    "ForceTable",
     "Gate",
     "Grade",
+    "Gripper",
+    "GripperTables",
     "HalfNormal",
     "InputError",
     "LogNormal",
@@ -123,11 +130,16 @@ __all__ = [
     "comparison_in_words",
     "corner_figure",
     "default_prior",
+    "diff_runs",
+    "difference_figure",
+    "differences_of",
     "doubts",
     "experiment_from",
+    "export_in",
     "file_figure",
     "first_answer",
     "forward_of_experiment",
+    "invert",
     "judge",
     "judge_posterior",
     "leave_out",
@@ -235,11 +247,13 @@ _ROOMS: dict[str, tuple[str, ...]] = {
         "to_arviz",
     ),
     "calib.checks": (
+        "Difference",
         "Prediction",
         "Reason",
         "Verdict",
         "compare_runs",
         "comparison_in_words",
+        "differences_of",
         "doubts",
         "judge_posterior",
         "predict",
@@ -249,6 +263,10 @@ _ROOMS: dict[str, tuple[str, ...]] = {
         "with_spot_check",
     ),
     "calib.decision": (
+        "ForceTable",
+        "Gripper",
+        "GripperTables",
+        "invert",
         "Recommendation",
         "Requirement",
         "recommend",
@@ -257,6 +275,7 @@ _ROOMS: dict[str, tuple[str, ...]] = {
         "change_figure",
         "channel_figure",
         "corner_figure",
+        "difference_figure",
         "file_figure",
         "padding_figure",
         "prior_figure",
@@ -270,6 +289,8 @@ _ROOMS: dict[str, tuple[str, ...]] = {
         "average_runs",
         "calibrate",
         "check",
+        "diff_runs",
+        "export_in",
         "load_run",
         "recommend_in",
     ),

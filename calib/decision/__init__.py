@@ -1,5 +1,18 @@
-"""A `Posterior` and a `Requirement` in, a `Recommendation` of what to build and how sure that is out; knows no page."""
+"""A `Posterior` and what is wanted of it in, what to build, or what a reading on a gripper means, out; knows no page."""
 
+from calib.decision.extrapolation import largest_force
+from calib.decision.force_table import (
+    LEVEL,
+    N_ROW,
+    WIDTH_IN_SD,
+    ForceReading,
+    ForceTable,
+    GripperTables,
+    Status,
+    WorkingPoint,
+)
+from calib.decision.gripper import Gripper
+from calib.decision.inverse import invert
 from calib.decision.padding import recommend
 from calib.decision.recommendation import INTERVAL_PROBABILITY, OfModel, Recommendation, percent
 from calib.decision.record import recommendation_from_json, recommendation_to_json
@@ -7,9 +20,20 @@ from calib.decision.requirement import Requirement
 
 __all__ = [
     "INTERVAL_PROBABILITY",
+    "LEVEL",
+    "N_ROW",
+    "WIDTH_IN_SD",
+    "ForceReading",
+    "ForceTable",
+    "Gripper",
+    "GripperTables",
     "OfModel",
     "Recommendation",
     "Requirement",
+    "Status",
+    "WorkingPoint",
+    "invert",
+    "largest_force",
     "percent",
     "recommend",
     "recommendation_from_json",

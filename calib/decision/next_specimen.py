@@ -1,4 +1,4 @@
-"""Draws of a posterior of a lot in, the same draws of a specimen of that lot that nobody has measured out."""
+"""Draws of a posterior in, the same draws of a specimen that nobody has measured out: of its lot, with layers of its own."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from calib.catalogue import UnknownName, spread_of
-from calib.problem import Lot
+from calib.catalogue import UnknownName, spread_of, unknowns_of
+from calib.problem import Lot, ParameterInfo
 from models.sensor import BoolArray, FloatArray
 
 # How often a specimen that cannot be is drawn again.
@@ -70,3 +70,24 @@ def padding_about_mean(values: Mapping[str, FloatArray], of_next: Mapping[str, F
             first = next(n for n in of_next if (key := UnknownName.parse(n)).parameter == lot.quantity and key.specimen)
             return np.asarray(of_next[first] / values[lot.quantity], dtype=float)
     return np.ones(next(iter(values.values())).size)
+
+
+def as_unmeasured_specimen(
+    values: Mapping[str, FloatArray], parameters: Sequence[ParameterInfo], rng: np.random.Generator
+) -> dict[str, FloatArray]:
+    """Give every specimen the layers of one that nobody has measured: what was believed of its own before the data.
+
+    Parameters
+    ----------
+    values : draws by name, SI (n_draw,), fixed ones included.
+    parameters : the unknowns with their priors.
+    rng : of the specimen.
+
+    Returns
+    -------
+    Draws by name, in which thicknesses, and whatever else each specimen has of its own, are drawn from its priors; what a prior
+    fixes stays.
+    """
+    n_draw = next(iter(values.values())).size
+    own = [p for p in parameters if p.specimen and not p.sweep and p.parameter in unknowns_of("specimen")]
+    return {**values, **{p.name: p.prior.ppf_normal(rng.standard_normal(n_draw)) for p in own}}

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from markupsafe import Markup
 
 from calib.catalogue import POOLED, QUANTITIES, SPREADS, UNKNOWNS, UnknownName
-from calib.checks import conflict_limit
+from calib.checks import Difference, conflict_limit
 from calib.priors import Fixed
 from calib.problem import ParameterInfo
 from calib.report.digits import interval_text, number_or_unknown, shortened, with_uncertainty
@@ -154,6 +154,20 @@ def first_rows(first: FirstAnswer, *, sensor_only: bool = False) -> list[FirstRo
         k = p.display_scale
         rows.append(FirstRow(name, with_uncertainty(estimate.mean * k, estimate.sd * k), p.display_unit))
     return rows
+
+
+def pair_rows(difference: Difference) -> list[tuple[str, str, str, str, str]]:
+    """Make the rows of the table of two runs: name, median and standard deviation of each, unit of display, z or why not."""
+    rows = []
+    for pair in difference.pairs:
+        q = QUANTITIES[UnknownName.parse(pair.name).parameter]
+        sides = [
+            "-" if s is None else with_uncertainty(s.median * q.display_scale, s.sd * q.display_scale)
+            for s in (pair.first, pair.second)
+        ]
+        weighed = pair.why if pair.z is None else f"{pair.z:+.1f}" + (f" ({pair.why})" if pair.why else "")
+        rows.append((pair.name, *sides, q.display_unit, weighed))
+    return [(name, one, other, unit, z) for name, one, other, unit, z in rows]
 
 
 def learned_in_words(contraction: float, shift: float, limit: float = 3.5) -> str:
