@@ -13,11 +13,13 @@ from calib.lazy import on_demand
 if TYPE_CHECKING:
     from calib.catalogue import CHANNELS, UNKNOWNS, UnknownName
     from calib.checks import (
+        Difference,
         Prediction,
         Reason,
         Verdict,
         compare_runs,
         comparison_in_words,
+        differences_of,
         doubts,
         judge_posterior,
         predict,
@@ -26,7 +28,17 @@ if TYPE_CHECKING:
         with_sensitivity,
         with_spot_check,
     )
-    from calib.decision import Conformity, Recommendation, Requirement, conform, recommend
+    from calib.decision import (
+        Conformity,
+        ForceTable,
+        Gripper,
+        GripperTables,
+        Recommendation,
+        Requirement,
+        conform,
+        invert,
+        recommend,
+    )
     from calib.errors import Fault, InputError
     from calib.experiment import (
         Experiment,
@@ -61,6 +73,7 @@ if TYPE_CHECKING:
         change_figure,
         channel_figure,
         corner_figure,
+        difference_figure,
         file_figure,
         padding_figure,
         prior_figure,
@@ -68,7 +81,7 @@ if TYPE_CHECKING:
         trace_figure,
         write_report,
     )
-    from calib.runs import Check, Run, average_runs, calibrate, check, load_run, recommend_in
+    from calib.runs import Check, Run, average_runs, calibrate, check, diff_runs, export_in, load_run, recommend_in
     from calib.sampling import (
         Diagnostics,
         FirstAnswer,
@@ -90,12 +103,16 @@ __all__ = [
     "Check",
     "Conformity",
     "Diagnostics",
+    "Difference",
     "Experiment",
     "Fault",
     "FirstAnswer",
     "Fixed",
+    "ForceTable",
     "Gate",
     "Grade",
+    "Gripper",
+    "GripperTables",
     "HalfNormal",
     "InputError",
     "Limit",
@@ -133,11 +150,16 @@ __all__ = [
     "conform",
     "corner_figure",
     "default_prior",
+    "diff_runs",
+    "difference_figure",
+    "differences_of",
     "doubts",
     "experiment_from",
+    "export_in",
     "file_figure",
     "first_answer",
     "forward_of_experiment",
+    "invert",
     "judge",
     "judge_posterior",
     "leave_out",
@@ -252,11 +274,13 @@ _ROOMS: dict[str, tuple[str, ...]] = {
         "to_arviz",
     ),
     "calib.checks": (
+        "Difference",
         "Prediction",
         "Reason",
         "Verdict",
         "compare_runs",
         "comparison_in_words",
+        "differences_of",
         "doubts",
         "judge_posterior",
         "predict",
@@ -267,6 +291,10 @@ _ROOMS: dict[str, tuple[str, ...]] = {
     ),
     "calib.decision": (
         "Conformity",
+        "ForceTable",
+        "Gripper",
+        "GripperTables",
+        "invert",
         "Recommendation",
         "Requirement",
         "conform",
@@ -276,6 +304,7 @@ _ROOMS: dict[str, tuple[str, ...]] = {
         "change_figure",
         "channel_figure",
         "corner_figure",
+        "difference_figure",
         "file_figure",
         "padding_figure",
         "prior_figure",
@@ -289,6 +318,8 @@ _ROOMS: dict[str, tuple[str, ...]] = {
         "average_runs",
         "calibrate",
         "check",
+        "diff_runs",
+        "export_in",
         "load_run",
         "recommend_in",
     ),

@@ -63,9 +63,24 @@ CHANNELS: Mapping[str, Channel] = MappingProxyType(
 #: Unknowns that are the width of something: of the scatter of readings, of what the model leaves out.
 SCALES = frozenset(f"{channel}_{kind}" for channel in CHANNELS for kind in ("noise", "discrepancy"))
 
-#: The quantity of which each specimen of a lot has a value of its own under partial pooling, and the lot one that they lie
-#: about; and the unknown that says how far specimens differ in it.
-POOLED, SPREAD = "young_modulus", "young_modulus_spread"
+#: Quantities of which each specimen of a lot has a value of its own under partial pooling, and the lot one that they lie about:
+#: what silicone and casting make of a sensor.
+POOLED = ("young_modulus", "relative_permittivity", "sensor_thickness", "padding_thickness", "dielectric_thickness")
+
+_SPREAD = "_spread"
+
+
+def spread_of(quantity: str) -> str:
+    """Name of the unknown that says how far specimens of a lot differ in a quantity, as a share of it.
+
+    >>> spread_of("padding_thickness")
+    'padding_thickness_spread'
+    """
+    return f"{quantity}{_SPREAD}"
+
+
+#: The spreads of all quantities that are pooled.
+SPREADS = tuple(spread_of(quantity) for quantity in POOLED)
 
 
 # --- unknowns -----------------------------------------------------------------------------------------------------------
@@ -171,6 +186,49 @@ _SILICONES = (
     "factor of 2 and more (Varner and Cohen, arXiv 2404.16960), hence the factor 1.8 (90 %: 0.3-2.1 MPa)"
 )
 _SCATTER = "wide around the scatter of the sweep's own readings: a factor of 3 either way"
+
+
+def _spread(quantity: str, symbol: str, share: float, reason: str, exists: Callable[[Setting], bool] = _always) -> Unknown:
+    """How far specimens of a lot differ in a quantity, about so much of it, twice or half as much within one sd."""
+    prior = f"{{ lognormal = [{share:g}, 2] }}"
+    of = PARAMETERS[quantity].label.removesuffix(" of the sensor")
+    return Unknown(
+        Parameter(spread_of(quantity), symbol, "", "%", 1e2, f"{of}, spread between specimens (sd)"),
+        "material",
+        "not negative",
+        default=prior,
+        reason=reason,
+        example=prior,
+        exists=lambda s: s.pooling == "partial" and exists(s),
+        when='pooling = "partial"',
+    )
+
+
+_CAST = "judgement: hand-cast layers of one recipe come out alike to 2 to 5 %, as the gap of the blade or what was poured does"
+_SPREADS = (
+    _spread(
+        "young_modulus",
+        "τ_E",
+        0.04,
+        "judgement: batches and cures of one silicone scatter by 3 to 5 % within a lab, and never by nothing",
+    ),
+    _spread(
+        "relative_permittivity",
+        "τ_ε",
+        0.01,
+        "judgement: the permittivity of one silicone hardly depends on mix and cure, by 1 % or so",
+        _electrical,
+    ),
+    _spread("sensor_thickness", "τ_s", 0.03, _CAST),
+    _spread("padding_thickness", "τ_p", 0.03, _CAST),
+    _spread(
+        "dielectric_thickness",
+        "τ_d",
+        0.04,
+        "judgement: the same gap or wetness of the film is a larger share of a thin layer",
+        _electrical,
+    ),
+)
 
 _ROWS: tuple[Unknown, ...] = (
     Unknown(
@@ -365,16 +423,7 @@ _ROWS: tuple[Unknown, ...] = (
         exists=lambda s: s.discrepancy == "on" and _electrical(s),
         when='there is capacitance and discrepancy = "on"',
     ),
-    Unknown(
-        Parameter(SPREAD, "τ_E", "", "%", 1e2, "Young's modulus, spread between specimens (sd)"),
-        "material",
-        "not negative",
-        default="{ lognormal = [0.04, 2] }",
-        reason="judgement: batches and cures of one silicone scatter by 3 to 5 % within a lab, and never by nothing",
-        example="{ lognormal = [0.04, 2] }",
-        exists=lambda s: s.pooling == "partial",
-        when='pooling = "partial"',
-    ),
+    *_SPREADS,
     Unknown(
         PARAMETERS["sensor_thickness"],
         "specimen",

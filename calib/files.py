@@ -40,7 +40,7 @@ def whole_file(path: Path, advice: str = "Create it, or choose another") -> Iter
     """
     require_folder(path, advice)
     part = _part(path)
-    with _named(part, path):
+    with naming(path, part):
         part.open("xb").close()
         try:
             yield part
@@ -112,7 +112,7 @@ def require_writable(path: Path, advice: str = "Create it, or choose another") -
     if path.is_dir():
         raise InputError(Fault("this is a folder, and a file is to be written", path, advice="Choose another name"))
     part = _part(path)
-    with _named(part, path):
+    with naming(path, part):
         part.open("xb").close()
         part.unlink()
 
@@ -141,8 +141,19 @@ def _part(path: Path) -> Path:
 
 
 @contextmanager
-def _named(part: Path, path: Path) -> Iterator[None]:
-    """Let what the system cannot do with an unfinished file be said of the file to be; a full disk names none itself."""
+def naming(path: Path, part: Path | None = None) -> Iterator[None]:
+    """Let what the system cannot do with a file be said of its path: of one that is open the system names none.
+
+    Parameters
+    ----------
+    path : of the file.
+    part : name of the unfinished file that is written in its place, if there is one.
+
+    Raises
+    ------
+    OSError
+        What was raised inside, with that name.
+    """
     try:
         yield
     except OSError as error:

@@ -62,7 +62,8 @@ QUICK: dict[str, tuple[list[str], str]] = {
         ["FOLDER/runs.sqlite", "--accuracy", str(ACCURACY), "--fits", "ours", "--runs", "64", "--kept", "8", "--steps", "20"],
         "error that 95 % of 8 designs stay below",
     ),
-    "lots.py": (["-n", "1", "--labs", "1"], "modulus of the next"),
+    "gripper.py": (["exact", "--labs", "1", "--draws", "100", "--processes", "0"], "| exact | design | 1 | 0 |"),
+    "lots.py": (["-n", "1", "--labs", "1"], "padding_thickness"),
     "likelihood.py": (["--draws", "40", "--specimens", "2", "--sweeps", "3", "--repeats", "1"], "sweeps of one specimen"),
     # What fails is told by its exit code: a seed of which all mutants are read as they may be.
     "mutate_lab_files.py": (["-n", "30", "--folder", "FOLDER", "-o", "FOLDER/mutants.csv"], "0 of 30 failed"),

@@ -143,7 +143,8 @@ def _act(way: str, which: int) -> Callable[[int, str], None]:
             _die()
         if name.split()[0] in ("remove", "rmdir") and way == "disk full":
             return  # a full disk lets files be removed
-        raise OSError(number, os.strerror(number), name.partition(" ")[2] or None)
+        what = name.partition(" ")[2]
+        raise OSError(number, os.strerror(number), None if what.isdigit() else what or None)  # of an open file none is said
 
     return act
 

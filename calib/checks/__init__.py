@@ -3,6 +3,7 @@
 from calib.checks.average import NOTICEABLE, Model, average_models, forward_of_average
 from calib.checks.comparison import Candidate, compare_runs, comparison_in_words, doubts
 from calib.checks.departures import Elsewhere, look_elsewhere, with_departures, with_elsewhere
+from calib.checks.difference import Changed, Difference, Loading, Pair, Side, differences_of
 from calib.checks.member import Member, OfEach, drawn, heaviest, members_or
 from calib.checks.plausible import (
     FILES,
@@ -77,15 +78,19 @@ __all__ = [
     "WEIGHTINGS",
     "Bands",
     "Candidate",
+    "Changed",
     "Colour",
     "Comparison",
+    "Difference",
     "Elsewhere",
     "FitCheck",
     "Level",
+    "Loading",
     "Member",
     "Model",
     "OfEach",
     "Outlook",
+    "Pair",
     "Plausibility",
     "Prediction",
     "Press",
@@ -95,6 +100,7 @@ __all__ = [
     "Replicate",
     "Ridge",
     "Setting",
+    "Side",
     "Tested",
     "Told",
     "Verdict",
@@ -107,6 +113,7 @@ __all__ = [
     "comparison_in_words",
     "conflict_limit",
     "departure_in_words",
+    "differences_of",
     "doubts",
     "drawn",
     "error_rows",

@@ -170,7 +170,7 @@ def _mixed(models: Sequence[Model], told: tuple[Averaged, ...], departures: tupl
     infos = {info.name: info for p in reversed(posteriors) for info in p.parameters}
     parameters = tuple(info for name, info in infos.items() if all(name in c for c in columns))
     order_of = [p.name for p in first.parameters] + list(infos)
-    lot = [info.name for info in of_lot(first.experiment)]  # which posteriors have last
+    lot = [info.name for info in of_lot(first)]  # which posteriors have last
     parameters = tuple(sorted(parameters, key=lambda info: (info.name in lot, order_of.index(info.name))))
     draws = np.stack([mixed([c[info.name] for c in columns]) for info in parameters], axis=-1)
     fixed = {n: v for n, v in first.fixed.items() if all(p.fixed.get(n) == v for p in posteriors)}
@@ -238,7 +238,8 @@ def _diagnostics(
         gate=every[0].gate,
         spot_check=worst,
         departures=departures,
-        apart=heaviest.apart,
+        foretold=heaviest.foretold,
+        strangers=heaviest.strangers,
         models=tuple(told),
     )
 

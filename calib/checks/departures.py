@@ -4,42 +4,41 @@ A posterior is sure within its model. Whether the data would rather have another
 choice (`calib.experiment.variants_of`), by the evidence p(data | model), the integral of the likelihood over the priors: models
 are compared by its ratio, the Bayes factor, which holds against a model what it has to be told to fit. It is computed as the
 first answer is, by importance sampling near the mode, in about a second of processor time for each model, and nothing is
-sampled. Likewise specimens that share a material may each have a modulus of their own; those of one lot, which
-have, are held against each other.
+sampled. Likewise each specimen is left out and predicted by the others, and those of one lot are held against each other.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from functools import partial
+from typing import TypeVar
 
 import numpy as np
 
-from calib.catalogue import UnknownName
+from calib.checks.left_out_specimens import foretold
 from calib.checks.reweighting import problem_of
 from calib.checks.strangers import strangers_of
 from calib.errors import InputError
 from calib.experiment import Variant, forward_of_experiment, model_in_words, variants_of
-from calib.lab import Sweep
-from calib.priors import Prior, parse_prior
-from calib.problem import ParameterInfo, Problem, build_problem
-from calib.sampling import Apart, Departure, FirstAnswer, Posterior, Stranger, first_answer
+from calib.problem import Problem, build_problem
+from calib.sampling import Departure, FirstAnswer, Foretold, Posterior, Stranger, first_answer
 from models.response import Forward
 
-# What is believed of how much stiffer one specimen of a lot is than another: 20 % either way.
-_RATIO: Prior = parse_prior("force_gain", {"lognormal": [1, 1.2]})
 # A model whose first climb ends with a Bayes factor of which this is the logarithm is not asked further: ten times the limit at
 # which it is ruled out. Second climbs gained 11 at most in 14 labs of `benchmarks/simulated`.
 _HOPELESS = -50.0
 
+_Found = TypeVar("_Found")
+
 
 @dataclass(frozen=True, eq=False)
 class Elsewhere:
-    """What the data would say under other models, and of specimens that differ; see `Departure`, `Apart` and `Stranger`."""
+    """What the data would say under other models, and of specimens that differ; see `Departure`, `Foretold` and `Stranger`."""
 
     departures: tuple[Departure, ...] = ()
-    apart: tuple[Apart, ...] = ()
+    foretold: tuple[Foretold, ...] = ()
     strangers: tuple[Stranger, ...] = ()
 
 
@@ -63,15 +62,20 @@ def look_elsewhere(problem: Problem, own: FirstAnswer | None, executor: Executor
         return Elsewhere(tuple(_departure(problem, variant, own, None) for variant in variants))
     near = {name: estimate.mean for name, estimate in own.parameters.items()}
     floor = own.log_evidence + _HOPELESS
-    if executor is None:
-        specimens = _specimens(problem, near)
-        answers = [_under(problem, variant, near, floor) for variant in variants]
-    else:
-        asked = [executor.submit(_under, problem, variant, near, floor) for variant in variants]
-        waited = executor.submit(_specimens, problem, near)
-        answers, specimens = [future.result() for future in asked], waited.result()
-    departures = tuple(_departure(problem, v, own, a) for v, a in zip(variants, answers, strict=True))
-    return replace(specimens, departures=departures)
+    names = dict.fromkeys(sweep.specimen for sweep in problem.sweeps)
+    predicted = _all_of([partial(foretold, problem, near, name) for name in names], executor)
+    strangers = _all_of([partial(strangers_of, problem, near, lot.quantity) for lot in problem.table.lots], executor)
+    answers = _all_of([partial(_under, problem, variant, near, floor) for variant in variants], executor)
+    return Elsewhere(
+        tuple(_departure(problem, variant, own, answer()) for variant, answer in zip(variants, answers, strict=True)),
+        tuple(one for found in predicted for one in found()),
+        tuple(one for found in strangers for one in found()),
+    )
+
+
+def _all_of(asked: Sequence[Callable[[], _Found]], executor: Executor | None) -> list[Callable[[], _Found]]:
+    """Begin with all that is asked, side by side if there is an executor, and say how to get the answers."""
+    return list(asked) if executor is None else [executor.submit(one).result for one in asked]
 
 
 def with_elsewhere(posterior: Posterior, found: Elsewhere) -> Posterior:
@@ -83,7 +87,7 @@ def with_elsewhere(posterior: Posterior, found: Elsewhere) -> Posterior:
     found : of its problem.
     """
     d = posterior.diagnostics
-    kept = replace(d, departures=found.departures, apart=found.apart, strangers=found.strangers)
+    kept = replace(d, departures=found.departures, foretold=found.foretold, strangers=found.strangers)
     return replace(posterior, diagnostics=kept)
 
 
@@ -122,32 +126,3 @@ def _departure(problem: Problem, variant: Variant, own: FirstAnswer | None, foun
     if own is None or found is None:
         return Departure(variant.name, model, float("nan"), None)
     return Departure(variant.name, model, found.log_evidence - own.log_evidence, found.parameters.get("young_modulus"))
-
-
-def _specimens(problem: Problem, near: Mapping[str, float]) -> Elsewhere:
-    """How specimens differ: those that share a material, or those of one lot."""
-    if problem.table.lot is not None:
-        return Elsewhere(strangers=strangers_of(problem, near))
-    return Elsewhere(apart=_apart(problem, near))
-
-
-def _apart(problem: Problem, near: Mapping[str, float]) -> tuple[Apart, ...]:
-    """How much stiffer each specimen is than the first; nothing where that cannot be told.
-
-    The modulus scales the force of a specimen, and so does a gain of the load cell that holds for this specimen alone.
-    """
-    pressed = [s.name for s in problem.experiment.specimens if any(_loaded(sweep, s.name) for sweep in problem.sweeps)]
-    reference, *others = pressed or [""]
-    gains = [ParameterInfo(UnknownName("force_gain", name), _RATIO) for name in others]
-    if not gains:
-        return ()
-    try:
-        found = first_answer(replace(problem, parameters=(*problem.parameters, *gains)), near)
-    except ValueError:
-        return ()
-    return tuple(Apart(g.specimen, reference, found.parameters[g.name]) for g in gains)
-
-
-def _loaded(sweep: Sweep, specimen: str) -> bool:
-    by_force = "force" in sweep.channels or any(sweep.tied_by(channel) == "force" for channel in sweep.channels)
-    return by_force and sweep.specimen == specimen

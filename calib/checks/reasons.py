@@ -15,7 +15,7 @@ from calib.catalogue import QUANTITIES, SCALES, UnknownName, display
 from calib.checks.predictive import Prediction
 from calib.checks.verdict import LEVELS, Level, Reason, Verdict, reasons_from_text, verdict_of
 from calib.experiment import Experiment, unedited_in_words
-from calib.sampling import Departure, ParameterSummary, Posterior, Sensitivity
+from calib.sampling import Departure, Foretold, ParameterSummary, Posterior, Sensitivity, Stranger
 
 #: Of n numbers that are standard normal in a sound lab, posterior means in the coordinates of their priors or ratios of the
 #: moduli of specimens, one comes further than is tolerable in so many labs: amber, and red.
@@ -50,7 +50,7 @@ def judge_posterior(posterior: Posterior, predictions: Sequence[Prediction] = ()
     predictions : of its sweeps; without them it is not looked at whether the model describes the data.
     more : what speaks against it besides.
     """
-    gates = (_convergence, _surrogate, _conflict, _departures, _apart, _strangers, _quality, _prior_driven, _range)
+    gates = (_convergence, _surrogate, _conflict, _departures, _specimens, _quality, _prior_driven, _range)
     found = [reason for gate in gates for reason in gate(posterior)]
     found += [*unedited_reasons(posterior.experiment), *_discrepancy(posterior, predictions), *_predictive(predictions)]
     found += [*_kept(posterior, found), *more]
@@ -71,7 +71,7 @@ def passed_gates(posterior: Posterior, verdict: Verdict) -> tuple[str, ...]:
     looked += ["finite elements"] if d.reweighting is not None else []
     looked += ["discrepancy"] if any(UnknownName.parse(n).parameter.endswith("_discrepancy") for n in d.parameters) else []
     looked += ["model"] if d.departures or d.models else []
-    looked += ["specimens"] if d.apart or d.strangers else []
+    looked += ["specimens"] if d.foretold or d.strangers else []
     looked += ["prior sensitivity"] if d.sensitivity else []
     against = {reason.gate for reason in verdict.reasons}
     return tuple(gate for gate in looked if gate not in against)
@@ -178,38 +178,50 @@ def departure_in_words(departure: Departure, posterior: Posterior) -> str:
     )
 
 
-def _apart(posterior: Posterior) -> Iterator[Reason]:
-    compared = sorted(posterior.diagnostics.apart, key=lambda a: -abs(a.z))
-    limits = _rare_limits(len(compared))
-    if not compared or (level := _level(abs(compared[0].z), limits)) is None:
+def _specimens(posterior: Posterior) -> Iterator[Reason]:
+    """Specimens that do not belong to the others: those that are not of their lot, else those that they do not predict.
+
+    How far a specimen of a lot may lie off what the others predict has wider tails than a normal distribution, as the spread is
+    hardly known: that alone is amber at most.
+    """
+    d = posterior.diagnostics
+    of_lot = posterior.experiment.pooling == "partial"
+    n = len({s.specimen for s in d.strangers} | {f.specimen for f in d.foretold})
+    which = ", and of two specimens the data do not tell which one does not belong" if n == 2 else ""
+    strangers, limits = sorted(d.strangers, key=lambda s: -abs(s.z)), _rare_limits(len(d.strangers))
+    if strangers and (level := _level(abs(strangers[0].z), limits)) is not None:
+        told = _first([_stranger_in_words(s) for s in strangers if abs(s.z) > limits["amber"]])
+        action = "Check its files, its thicknesses and what it was cast from; if it is of another lot calibrate it by itself"
+        if strangers[0].quantity.endswith("_thickness"):
+            action += ", and if it was not meant to be like the others say what was wanted of each (`nominal`)"
+        finding = f"not all specimens are of one lot: {told} than the others let one expect{which}"
+        yield Reason("specimens", level, finding, action)
         return
-    found = [a for a in compared if abs(a.z) > limits["amber"]]
-    sizes = [
-        f"{a.specimen} is {abs(a.ratio.mean - 1):.1%} ± {a.ratio.sd:.1%} {'stiffer' if a.z > 0 else 'softer'}" for a in found
-    ]
-    finding = f"the specimens are not of one material: {_first(sizes)} than {compared[0].reference}"
-    if len(compared) > 1 and 2 * len(found) > len(compared):
-        finding += ", which differs from most of them and may be the one that does not belong"
-    advice = 'Check their files and thicknesses; if these are right, pooling = "partial" gives each a material of its own'
-    yield Reason("specimens", level, finding, advice)
+    predicted, limits = sorted(d.foretold, key=lambda f: -abs(f.z)), _rare_limits(len(d.foretold))
+    if not predicted or (level := _level(abs(predicted[0].z), limits)) is None:
+        return
+    told = _first([_foretold_in_words(f) for f in predicted if abs(f.z) > limits["amber"]])
+    advice = "Check its files and thicknesses"
+    more = '; if these are right, pooling = "partial" gives each specimen a material and thicknesses about those of their lot'
+    yield Reason("specimens", "amber" if of_lot else level, f"{told}{which}", advice if of_lot else advice + more)
 
 
-def _strangers(posterior: Posterior) -> Iterator[Reason]:
-    """Specimens that do not belong to their lot, held against the others."""
-    compared = sorted(posterior.diagnostics.strangers, key=lambda s: -abs(s.z))
-    limits = _rare_limits(len(compared))
-    if not compared or (level := _level(abs(compared[0].z), limits)) is None:
-        return
-    sizes = [
-        f"{s.specimen} is {abs(s.ratio.mean - 1):.0%} ± {s.ratio.sd:.0%} {'stiffer' if s.z > 0 else 'softer'}"
-        for s in compared
-        if abs(s.z) > limits["amber"]
-    ]
-    finding = f"not all specimens are of one lot: {_first(sizes)} than the others let one expect"
-    if len(compared) == 2:
-        finding += ", and of two specimens the data do not tell which one does not belong"
-    action = "Check its files, its thicknesses and what it was cast from; if it is of another lot calibrate it by itself"
-    yield Reason("specimens", level, finding, action)
+def _foretold_in_words(found: Foretold) -> str:
+    """Say how far what was read of a specimen lies off what the others predict."""
+    side = "higher" if found.ratio.mean > 1 else "lower"
+    off = f"{abs(found.ratio.mean - 1):.1%} ± {found.ratio.sd:.1%}"
+    return (
+        f"{found.specimen} is not predicted by the others: its {found.channel} is {off} {side} than expected, "
+        f"{abs(found.z):.1f} standard deviations"
+    )
+
+
+def _stranger_in_words(s: Stranger) -> str:
+    size = f"{abs(s.ratio.mean - 1):.0%} ± {s.ratio.sd:.0%}"
+    if s.quantity == "young_modulus":
+        return f"{s.specimen} is {size} {'stiffer' if s.z > 0 else 'softer'}"
+    sides = ("higher", "lower") if s.quantity == "relative_permittivity" else ("larger", "smaller")
+    return f"{QUANTITIES[s.quantity].label} of {s.specimen} is {size} {sides[0] if s.z > 0 else sides[1]}"
 
 
 def _quality(posterior: Posterior) -> Iterator[Reason]:

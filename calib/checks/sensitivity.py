@@ -78,7 +78,7 @@ def sensitivity_of_headlines(posterior: Posterior) -> dict[str, Sensitivity]:
 
 def _independent(posterior: Posterior, theta: FloatArray) -> FloatArray:
     """Coordinates (n_draw, n) that are independent before the data: those of specimens of one lot are alike."""
-    if posterior.table.lot is None:
+    if not posterior.table.lots:
         return theta
     value, vector = np.linalg.eigh(prior_covariance(posterior, theta.shape[1]))
     return np.asarray(theta @ (vector / np.sqrt(value)) @ vector.T, dtype=float)

@@ -1,30 +1,32 @@
 """A problem of a lot in, how far each specimen lies off what the others of its lot let one expect of it out.
 
-Its modulus in the posterior does not tell a specimen that does not belong: it widens the spread, and so looks like one that
-does. So each is held against the others alone. Of a lot whose spread is held, so wide that specimens say little of each
-other, the logarithms x of their moduli are normal before the readings, with the covariance C, and after them, by one first
-answer, with the mean m and the covariance V. The readings by themselves say y ± U then, and given a spread y is normal, too:
+Its value in the posterior does not tell a specimen that does not belong: it widens the spread, and so looks like one that
+does. So each is held against the others alone, in one quantity after the other, the modulus say. Of a lot whose spread of it is
+held, so wide that specimens say little of each other, their coordinates x (`calib.problem.lots`) are normal before anything is
+known of a specimen, with the covariance C and the mean 0, and after the readings, by one first answer, with the mean m and the
+covariance V. What is known of specimens by themselves, by the readings and by a microscope, says y ± U then, and given a spread
+y is normal, too:
 
-    U = (V^-1 - C^-1)^-1,   y = mu + U V^-1 (m - mu),   y ~ N(mu, U + tau^2 1 + sigma^2 J),                            (1)
+    U = (V^-1 - C^-1)^-1,   y = U V^-1 m,   y ~ N(0, U + tau^2 1 + sigma^2 J),                                         (1)
 
-mu and sigma of the lot's prior, and so is y_s given the others. The spread is taken over what the others leave of its prior.
+sigma of the lot's prior, and so is y_s given the others. The spread is taken over what the others leave of its prior.
 Where a specimen lies in this predictive distribution, F(y_s), is even for those that belong, so that Phi^-1 of it is standard
 normal.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 from scipy.special import log_ndtr, logsumexp, ndtri, ndtri_exp
 
-from calib.catalogue import SPREAD
+from calib.catalogue import spread_of
+from calib.checks.looks import look_near
 from calib.priors import Fixed
-from calib.problem import LotPrior, Problem, list_unknowns
-from calib.sampling import FirstEstimate, Stranger, look_at
+from calib.problem import Lot, Problem, list_unknowns
+from calib.sampling import FirstEstimate, Stranger
 from models.sensor import FloatArray
 
 # Spread of a lot whose specimens say little of each other.
@@ -33,58 +35,57 @@ _WIDE = 0.3
 _PARTS = 200
 
 
-def strangers_of(problem: Problem, near: Mapping[str, float]) -> tuple[Stranger, ...]:
+def strangers_of(problem: Problem, near: Mapping[str, float], quantity: str) -> tuple[Stranger, ...]:
     """Hold every specimen of a lot against the others.
 
     Parameters
     ----------
     problem : under partial pooling.
     near : values [SI] by name, where to look for a mode first.
+    quantity : that is pooled.
 
     Returns
     -------
     Nothing of a specimen that is alone, or where there is no first answer.
     """
-    lot = problem.table.lot
-    if lot is None or lot.columns.size < 2:
+    lot = next(lot for lot in problem.table.lots if lot.quantity == quantity)
+    if lot.columns.size < 2:
         return ()
-    experiment = replace(problem.experiment, priors={**problem.experiment.priors, SPREAD: Fixed(_WIDE)})
+    experiment = replace(problem.experiment, priors={**problem.experiment.priors, spread_of(quantity): Fixed(_WIDE)})
     parameters, fixed = list_unknowns(experiment, problem.sweeps)
     loose = replace(problem, experiment=experiment, parameters=parameters, fixed=fixed)
-    try:
-        look = look_at(loose, near)
-    except ValueError:
+    look = look_near(loose, near)
+    if look is None:
         return ()
-    before = loose.table.lot
-    if before is None:
-        return ()
-    width = math.log(before.prior.own.factor)
-    z = look.theta[:, before.columns]
-    mean = look.weight @ z
-    after = ((z - mean).T * look.weight) @ (z - mean)
-    told = np.linalg.inv(after) - np.linalg.inv(before.prior.covariance(mean.size))
-    if np.min(np.linalg.eigvalsh(told)) <= 0:  # of some specimen the readings say nothing
+    before = next(lot for lot in loose.table.lots if lot.quantity == quantity)
+    x = before.prior.away(look.theta[:, before.columns])
+    mean = look.weight @ x
+    after = ((x - mean).T * look.weight) @ (x - mean)
+    of_lot = before.prior.sd**2 + _WIDE**2 * np.eye(mean.size)
+    told = np.linalg.inv(after) - np.linalg.inv(of_lot)
+    if np.min(np.linalg.eigvalsh(told)) <= 0:  # of some specimen nothing is known
         return ()
     error = np.linalg.inv(told)
     names = [parameters[k].specimen for k in before.columns]
-    return tuple(held_against_others(lot.prior, names, width * error @ np.linalg.solve(after, mean), width**2 * error))
+    return tuple(held_against_others(lot, names, error @ np.linalg.solve(after, mean), error))
 
 
-def held_against_others(lot: LotPrior, names: Sequence[str], away: FloatArray, error: FloatArray) -> Iterator[Stranger]:
+def held_against_others(lot: Lot, names: Sequence[str], away: FloatArray, error: FloatArray) -> Iterator[Stranger]:
     """Hold each specimen against the others by (1).
 
     Parameters
     ----------
     lot : what is believed of it.
     names : of the specimens.
-    away, error : y - mu (n_specimen,) and U (n_specimen, n_specimen).
+    away, error : y (n_specimen,) and U (n_specimen, n_specimen).
 
     Yields
     ------
     One for each specimen.
     """
-    spread = lot.spread.ppf_normal(ndtri((np.arange(_PARTS) + 0.5) / _PARTS))
-    whole = error + lot.sd**2 + spread[:, None, None] ** 2 * np.eye(len(names))
+    prior = lot.prior
+    spread = prior.spread.ppf_normal(ndtri((np.arange(_PARTS) + 0.5) / _PARTS))
+    whole = error + prior.sd**2 + spread[:, None, None] ** 2 * np.eye(len(names))
     for s, name in enumerate(names):
         others = np.delete(np.arange(len(names)), s)
         known, across = whole[:, others[:, None], others], whole[:, others, s]
@@ -99,5 +100,5 @@ def held_against_others(lot: LotPrior, names: Sequence[str], away: FloatArray, e
         weight = np.exp(log_weight)
         middle = float(weight @ expected)
         sd = float(np.sqrt(weight @ (width**2 + (expected - middle) ** 2)))
-        ratio = float(np.exp(away[s] - middle))
-        yield Stranger(name, FirstEstimate(ratio, ratio * sd), z)
+        value, wanted, above_it = (float(v) for v in prior.at(np.array([away[s], middle, middle + sd])))
+        yield Stranger(name, FirstEstimate(value / wanted, value / wanted * (above_it / wanted - 1)), z, lot.quantity)

@@ -14,7 +14,9 @@ from calib.cli import (
     calibrate,
     check,
     compare,
+    diff,
     example,
+    export,
     lab,
     prove,
     refine,
@@ -101,8 +103,10 @@ app.command("check", rich_help_panel=_CALIBRATION)(check.check)
 app.command("calibrate", rich_help_panel=_CALIBRATION)(calibrate.calibrate)
 app.command("recommend", rich_help_panel=_CALIBRATION)(runs.recommend)
 app.command("compare", rich_help_panel=_CALIBRATION)(compare.compare)
+app.command("diff", rich_help_panel=_CALIBRATION)(diff.diff)
 app.command("average", rich_help_panel=_CALIBRATION)(average.average)
 app.command("report", rich_help_panel=_CALIBRATION)(runs.report)
+app.command("export", rich_help_panel=_CALIBRATION)(export.export)
 app.command("prove", rich_help_panel=_CALIBRATION)(prove.prove)
 app.command("verify", rich_help_panel=_CALIBRATION)(verify.verify)
 app.command("simulate", rich_help_panel=_MODEL)(simulate.simulate)

@@ -39,7 +39,7 @@ def compare(
         int | None, typer.Option(min=0, help="Worker processes; 0 for none [default: number of CPUs, at most 4].")
     ] = None,
 ) -> None:
-    """Say which model of the same data predicts them better: friction, law, and whether the padding has a modulus of its own.
+    """Say which model of the same data predicts them better: friction, law, a padding of its own. Other data: `calib diff`.
 
     With an experiment file it calibrates the experiment as it is and every model that differs from it in one of these choices,
     or those that its `candidates` name, each into a run of its own in FOLDER: what one of them says with certainty another may

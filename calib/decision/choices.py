@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -221,19 +221,34 @@ def forward_for(part: Part, design: Design) -> tuple[Forward, str]:
     return load_surrogate(None, FAMILIES[family.name]), ""
 
 
-def require_spread_once(specification: Specification, pooling: str) -> None:
-    """Refuse a spread of moduli that the run has inferred already.
+#: Quantity that may be pooled -> the field of a specification that would have its spread a second time, and its key in a file.
+_POOLED = {
+    "young_modulus": ("modulus_spread", "young_modulus in [spread]"),
+    "relative_permittivity": ("permittivity_spread", "relative_permittivity in [spread]"),
+    "padding_thickness": ("padding_tolerance", "tolerance in [padding]"),
+    "sensor_thickness": ("sensor_tolerance", "thickness_tolerance in [sensor]"),
+    "dielectric_thickness": ("dielectric_tolerance", "dielectric_tolerance in [sensor]"),
+}
+
+
+def require_spread_once(specification: Specification, pooled: Sequence[str]) -> None:
+    """Refuse a spread or a tolerance that the run has inferred already.
 
     Parameters
     ----------
     specification : that may state one.
-    pooling : of the run's experiment.
+    pooled : quantities of which the run has the spread of its lot.
 
     Raises
     ------
     InputError
         If both have it.
     """
-    if pooling == "partial" and specification.modulus_spread > 0:
-        message = "the run has inferred how moduli of a lot differ, and the specification states it again, as a spread"
-        raise InputError(Fault(message, advice="Leave young_modulus out of [spread]"))
+    message = "the run has inferred how the {} of a lot differs, and the specification states it again"
+    faults = []
+    for quantity in pooled:
+        field, key = _POOLED.get(quantity, ("", ""))
+        if field and getattr(specification, field):
+            faults.append(Fault(message.format(quantity), advice=f"Leave {key} out"))
+    if faults:
+        raise InputError(faults)

@@ -27,10 +27,7 @@ def beyond_the_measured(posterior: Posterior, force: float, padding: float, dept
     depth : that the ball sinks in there [m].
     ball : radius [m].
     """
-    middle = {name: np.array([s.median]) for name, s in posterior.diagnostics.parameters.items()}
-    middle |= {name: np.array([value]) for name, value in posterior.fixed.items()}
-    presses = [_press(posterior, middle, sweep) for sweep in posterior.sweeps]
-    forces, depths, paddings, totals, balls = (np.array(column) for column in zip(*presses, strict=True))
+    forces, depths, paddings, totals, balls = (np.array(column) for column in zip(*_presses(posterior), strict=True))
     total = padding + float(np.median(totals - paddings))
     found = []
     if force > MARGIN * np.max(forces):
@@ -48,6 +45,17 @@ def beyond_the_measured(posterior: Posterior, force: float, padding: float, dept
         finding = f"the advice is for {', '.join(found)}: there the model was held against no data"
         action = f"Press one pad of about {padding * 1e3:.2g} mm to {force:g} N and calibrate with it, to confirm"
         yield Reason("extrapolation", "amber", finding, action)
+
+
+def largest_force(posterior: Posterior) -> float:
+    """The largest true force [N] of all presses that a posterior rests on, at its medians."""
+    return max(press[0] for press in _presses(posterior))
+
+
+def _presses(posterior: Posterior) -> list[tuple[float, float, float, float, float]]:
+    middle = {name: np.array([s.median]) for name, s in posterior.diagnostics.parameters.items()}
+    middle |= {name: np.array([value]) for name, value in posterior.fixed.items()}
+    return [_press(posterior, middle, sweep) for sweep in posterior.sweeps]
 
 
 def _press(posterior: Posterior, middle: Mapping[str, FloatArray], sweep: Sweep) -> tuple[float, float, float, float, float]:

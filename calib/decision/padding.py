@@ -170,7 +170,7 @@ class _AtPadding:
 
 
 def _at_padding(part: Part, thickness: Scalar, force: float) -> _AtPadding:
-    design, own = with_padding(part.base, thickness), part.own
+    design, own = with_padding(part.base, thickness if part.cast is None else thickness * part.cast), part.own
     p: DesignPrediction = predict_design(part.member.forward, design, np.array([force]))
     change, slope, error = p.change[:, 0], p.change_slope[:, 0], p.change_error[:, 0]
     # Discrepancy of the force at given depth moves the depth at given force, and with it the capacitance.

@@ -103,6 +103,7 @@ class Group:
         own = np.full(self.offset.size, thickness)
         if not exact and thickness > 0:  # no padding at all has no tolerance
             own = own + self.offset
+            own = own if self.part.cast is None else own * self.part.cast
         answers = np.stack([table.at(own) for table in self.tables], axis=1)  # (n_draw, n_ball, n_load, n_quantity)
         for index in range(len(self.choices)):
             yield self._of(index, answers, own, errors, k)
@@ -195,8 +196,9 @@ def pressed(part: Part, specification: Specification, choices: Sequence[Choice],
     tolerance = specification.padding_tolerance
     offset = np.zeros(part.size) if tolerance is None else tolerance.offset(z[PADDING])
     shift = 0.25 * float(np.median(np.asarray(designs[0].sensor.thickness)))
-    low = max(0.0, specification.lower + min(0.0, float(np.min(offset))))
-    high = specification.upper + max(0.0, float(np.max(offset)))
+    cast = np.ones(1) if part.cast is None else part.cast
+    low = max(0.0, specification.lower + min(0.0, float(np.min(offset)))) * min(1.0, float(np.min(cast)))
+    high = (specification.upper + max(0.0, float(np.max(offset)))) * max(1.0, float(np.max(cast)))
 
     def under(ball: FloatArray) -> Tabled:
         def ask(thickness: FloatArray, rows: BoolArray) -> FloatArray:

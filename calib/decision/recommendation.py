@@ -79,7 +79,7 @@ class Recommendation:
     verdict : whether it may be built on: what speaks against the calibration, and against going beyond what was measured.
     forward_name : the model that predicted.
     sensor : whose padding it is: "measured" for a sensor like those measured, of their material; "next" for one that has
-        not been measured, of the same lot (partial pooling), with how its modulus may differ in the intervals.
+        not been measured, of the same lot (partial pooling), with how it may differ in the intervals.
     seed : of the choice of draws.
     posterior_sha256 : hash of the posterior's file, empty if there is none.
     conformity : whether a specification will be met, and by which padding, if one was given: then that is the advice, and all

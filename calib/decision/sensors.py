@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.checks import Member, drawn
-from calib.decision.next_specimen import as_next_specimen
+from calib.decision.next_specimen import as_next_specimen, padding_about_mean
 from calib.problem import lookup, specimen_design
 from calib.sampling import Posterior
 from models.sensor import BoolArray, Design, FloatArray, Scalar, design_from
@@ -34,11 +34,12 @@ class Own:
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """The draws of one model: a design of each, and what is not part of it."""
+    """The draws of one model: a design of each, what is not part of it, and its padding over what was wanted, (n_draw,)."""
 
     member: Member
     base: Design
     own: Own
+    cast: FloatArray | None = None  # None: as wanted
 
     @property
     def size(self) -> int:
@@ -47,7 +48,7 @@ class Part:
 
     def only(self, rows: BoolArray) -> Part:
         """Those of some draws."""
-        return Part(self.member, self.base.only(rows), self.own.only(rows))
+        return Part(self.member, self.base.only(rows), self.own.only(rows), None if self.cast is None else self.cast[rows])
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +72,7 @@ def sensors_of(
 ) -> Sensors:
     """Draw sensors: each draw of a posterior takes the thicknesses of one specimen, picked at random.
 
-    Under partial pooling the modulus is that of a specimen that was not measured, drawn from lot and spread.
+    Under partial pooling what is pooled is that of a specimen that was not measured, drawn from lot and spread.
 
     Parameters
     ----------
@@ -87,9 +88,13 @@ def sensors_of(
     if pooling != "partial":
         return Sensors(measured, measured, False)
     own = np.random.default_rng([seed, _NEXT])
-    following = [(member, as_next_specimen(values, own)) for member, values in chosen]
-    parts = tuple(Part(m, *_like_those_measured(m.posterior, values, indenter_radius, own)) for m, values in following)
-    return Sensors(measured, parts, True)
+    parts = []
+    for member, values in chosen:
+        lots = member.posterior.table.lots
+        following = as_next_specimen(values, lots, own)
+        made = _like_those_measured(member.posterior, following, indenter_radius, own)
+        parts.append(Part(member, *made, padding_about_mean(values, following, lots)))
+    return Sensors(measured, tuple(parts), True)
 
 
 def _like_those_measured(

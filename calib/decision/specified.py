@@ -80,7 +80,7 @@ def conform(
         If the specification does not fit the run, there are too few draws, or no thickness of no sensor is covered by a model.
     """
     pooling = posterior.experiment.pooling
-    require_spread_once(specification, pooling)
+    require_spread_once(specification, [lot.quantity for lot in posterior.table.lots])
     rng = np.random.default_rng(seed)
     models = members_or(members, posterior, forward)
     sensors = sensors_of(models, pooling, specification.n_draw, None, rng, seed)

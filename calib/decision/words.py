@@ -13,14 +13,14 @@ def sensor_in_words(*, of_next: bool, spread: bool = False) -> str:
     """
     if of_next:
         return (
-            "It is for the next sensor of this lot, which nobody has measured: its modulus may differ from those measured "
-            "as the spread of the lot says; its thicknesses are like theirs."
+            "It is for the next sensor of this lot, which nobody has measured: its modulus, permittivity and thicknesses "
+            "may differ from those measured as the spreads of the lot say, and its padding from what was wanted."
         )
     if spread:
         return "It is for another sensor like those measured, whose modulus differs from theirs by the spread that was stated."
     return (
-        "It is for the measured sensors, on new padding: the modulus of another sensor of their lot may differ, which is "
-        'not in the intervals (pooling = "partial" has it).'
+        "It is for the measured sensors, on new padding: another one of their lot may differ in modulus and thicknesses, "
+        'which is not in the intervals (pooling = "partial" has it).'
     )
 
 

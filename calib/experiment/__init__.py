@@ -6,7 +6,7 @@ from calib.experiment.edits import MARK, Unedited, unedited_in_words
 from calib.experiment.experiment_file import experiment_from, read_experiment
 from calib.experiment.forward import forward_of_design, forward_of_experiment, require_use_of, surrogate_from
 from calib.experiment.lab_files import Found, Looked, look_through
-from calib.experiment.lots import lot_prior, spread_prior
+from calib.experiment.lots import lot_prior, nominal_ratios, own_priors, spread_prior
 from calib.experiment.pairing import pair
 from calib.experiment.plan import Experiment, MaterialLaw, Specimen, SweepFiles
 from calib.experiment.presses import Press, Pressed
@@ -60,6 +60,8 @@ __all__ = [
     "look_through",
     "lot_prior",
     "model_in_words",
+    "nominal_ratios",
+    "own_priors",
     "pair",
     "possible_candidates",
     "read_design",

@@ -56,8 +56,9 @@ name = "Padded sensor"        # heading of the report
 # model = "surrogate"         # "surrogate" (default), "fem" (slow) or "closed form" (rough)
 # discrepancy = "on"          # "on" (default): the model may be a little wrong along a sweep; "off": noise only; "compare"
 # candidates = ["own-padding"]  # other models that `calib compare` calibrates and averages; default all that there are
-# pooling = "partial"         # "complete" (default): all specimens have one modulus; "partial": they are of one lot, each
-                              # with its own, and `calib recommend` is for the next one, which nobody has measured
+# pooling = "partial"         # "complete" (default): all specimens are of one material; "partial": they are of one lot, each
+                              # with material and thicknesses of its own, and `calib recommend` is for the next one, which
+                              # nobody has measured
 {table("base")}
 
 [indenter]

@@ -14,7 +14,7 @@ from calib.catalogue import UNKNOWNS, display, unknowns_of
 from calib.errors import InputError
 from calib.experiment.edits import unedited_lines
 from calib.experiment.lab_paths import check_name, read_sweeps_of
-from calib.experiment.lots import lot_faults
+from calib.experiment.lots import CAST, lot_faults, wanted_faults
 from calib.experiment.plan import Discrepancy, Experiment, MaterialLaw, Model, PaddingMaterial, Pooling, Specimen, SweepFiles
 from calib.experiment.signposts import SIGNPOSTS, SWEEP_KEYS
 from calib.experiment.toml_file import Toml, read_toml
@@ -44,7 +44,7 @@ KEYS: Mapping[str, tuple[str, ...]] = {
     "indenter": ("radius", "friction_coefficient"),
     "sensor": ("radius", "law", "electrode_radius", "dielectric_thickness"),
     "padding": ("material",),
-    "specimens": ("name", *SWEEP_KEYS, "sweeps", "priors"),
+    "specimens": ("name", *SWEEP_KEYS, "sweeps", "priors", "nominal"),
 }
 
 #: What `discrepancy` may be: "compare" stands for on, and off among the candidates.
@@ -68,8 +68,8 @@ def read_experiment(path: Path | str) -> Experiment:
         candidates = ["stick", "gent"]   # optional: models that `calib compare` calibrates beside this one, by the names of
                                          # the folders that it gives them; default all that differ in one other choice
         base = "bonded"                  # optional: what the padding rests on: glued (bonded) or free to slide (slippery)
-        pooling = "complete"             # optional: complete (one modulus for all specimens), or partial (they are of one lot,
-                                         # each with its own)
+        pooling = "partial"              # optional: complete (one material for all specimens), or partial (they are of one lot,
+                                         # each with a modulus, a permittivity and thicknesses about those of the lot)
         [indenter]
         radius = "5 mm"
         friction_coefficient = 0         # optional: Coulomb's, or "stick" for a ball that the sensor sticks to; where it is
@@ -97,6 +97,8 @@ def read_experiment(path: Path | str) -> Experiment:
         [specimens.priors]
         sensor_thickness = { normal = ["0.74 mm", "0.02 mm"] }
         padding_thickness = { normal = ["1.10 mm", "0.03 mm"] }
+        [specimens.nominal]              # optional, under partial pooling: what was wanted, where specimens were not meant to
+        padding_thickness = "1 mm"       # be alike
 
     Raises
     ------
@@ -145,7 +147,9 @@ def _experiment(toml: Toml, name: str) -> Experiment:
     check_keys(toml, ("padding",), KEYS["padding"], SIGNPOSTS)
     material = choice_at(toml, ("padding", "material"), padding.get("material", "sensor"), get_args(PaddingMaterial))
 
-    priors = _priors(toml, ("priors",), unknowns_of("material", "rig"))
+    pooling = choice_at(toml, ("pooling",), toml.data.get("pooling", "complete"), get_args(Pooling))
+    of_lot = CAST if pooling == "partial" else ()
+    priors = _priors(toml, ("priors",), (*unknowns_of("material", "rig"), *of_lot))
     if material == "sensor" and "padding_young_modulus" in priors:
         message = 'padding_young_modulus has no meaning for padding of the material "sensor"'
         toml.fault(("priors", "padding_young_modulus"), message, 'Write material = "own" in [padding] or leave the prior out')
@@ -167,7 +171,6 @@ def _experiment(toml: Toml, name: str) -> Experiment:
     elif friction is not None:
         priors["friction_coefficient"] = friction
     discrepancy = choice_at(toml, ("discrepancy",), toml.data.get("discrepancy", "on"), DISCREPANCIES)
-    pooling = choice_at(toml, ("pooling",), toml.data.get("pooling", "complete"), get_args(Pooling))
     base = choice_at(toml, ("base",), toml.data.get("base", "bonded"), get_args(Base))
     if "stiffening" in priors and law != "gent":
         toml.fault(
@@ -186,7 +189,8 @@ def _experiment(toml: Toml, name: str) -> Experiment:
         got = f"{display('electrode_radius', _median(electrode))} on a disc of {display('sensor_radius', sensor_radius)}"
         toml.fault(place, f"electrode_radius must not exceed the disc radius, got {got}")
 
-    specimens = _specimens(toml, indenter_radius, known.get("dielectric_thickness"), quiet="specimens" in meant)
+    needed = [name for name, row in UNKNOWNS.items() if row.required and name not in priors]
+    specimens = _specimens(toml, indenter_radius, known.get("dielectric_thickness"), needed, quiet="specimens" in meant)
     balls = {sweep.indenter_radius for specimen in specimens for sweep in specimen.sweeps}
     if "indenter_radius" in priors and len(balls) > 1:
         message = f"one prior of indenter_radius cannot hold for balls of {len(balls)} radii"
@@ -212,8 +216,8 @@ def _experiment(toml: Toml, name: str) -> Experiment:
         unedited=unedited_lines(toml.text, toml.data, toml.places),
     )
     _check_model(toml, experiment)
-    for unknown, wrong in lot_faults(experiment):
-        toml.add(("priors", unknown), [wrong])
+    for where, wrong in lot_faults(experiment):
+        toml.add(where, [wrong])
     experiment = replace(experiment, candidates=_candidates(toml, experiment, discrepancy == _COMPARE))
     raise_faults(toml)
     return experiment
@@ -302,7 +306,9 @@ def _known_geometry(toml: Toml) -> dict[str, Fixed]:
     return known
 
 
-def _specimens(toml: Toml, radius: float, dielectric: Fixed | None, *, quiet: bool) -> tuple[Specimen, ...]:
+def _specimens(
+    toml: Toml, radius: float, dielectric: Fixed | None, needed: Sequence[str], *, quiet: bool
+) -> tuple[Specimen, ...]:
     required = "" if quiet else 'Give at least one, with name = "sensor 1" and its force or capacitance file'
     tables = tables_at(toml, ("specimens",), required=required)
     specimens: list[Specimen] = []
@@ -317,9 +323,8 @@ def _specimens(toml: Toml, radius: float, dielectric: Fixed | None, *, quiet: bo
                 (*at, "name"), f'specimen "{name}" is given twice, first in line {lines[name]}', "Give each its own name"
             )
         lines.setdefault(name, toml.place((*at, "name"))[0])
-        priors = _priors(
-            toml, (*at, "priors"), unknowns_of("specimen", "sweep"), required=[u for u, row in UNKNOWNS.items() if row.required]
-        )
+        priors = _priors(toml, (*at, "priors"), unknowns_of("specimen", "sweep"), required=needed)
+        nominal = _nominal(toml, (*at, "nominal"))
         if dielectric is not None and "dielectric_thickness" in priors:
             message = "dielectric_thickness is given twice, here and in [sensor]"
             toml.fault((*at, "priors", "dielectric_thickness"), message, "Keep one of the two")
@@ -336,8 +341,18 @@ def _specimens(toml: Toml, radius: float, dielectric: Fixed | None, *, quiet: bo
                 toml.fault(place, message, f"Data counted twice make the result too certain: {advice}")
             else:
                 seen.append((sweep, f'specimen "{name}"' + (f', sweep "{sweep.name}"' if sweep.name else "")))
-        specimens.append(Specimen(name, tuple(sweep for sweep, _ in sweeps), priors))
+        specimens.append(Specimen(name, tuple(sweep for sweep, _ in sweeps), priors, nominal))
     return tuple(specimens)
+
+
+def _nominal(toml: Toml, at: KeyPath) -> dict[str, float]:
+    """Read the thicknesses that were wanted of a specimen."""
+    table = table_at(toml, at)
+    check_keys(toml, at, CAST, SIGNPOSTS)
+    found = {q: value for q in CAST if q in table and math.isfinite(value := quantity_at(toml, (*at, q), q))}
+    for quantity, wrong in wanted_faults(found):
+        toml.add((*at, quantity), [wrong])
+    return found
 
 
 def _check_dielectric(toml: Toml, at: KeyPath, priors: Mapping[str, Prior]) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
@@ -58,11 +58,15 @@ class SweepFiles:
 
 @dataclass(frozen=True)
 class Specimen:
-    """One sensor on its padding: its sweeps, and the priors that hold for it alone, by the name of the unknown."""
+    """One sensor on its padding: its sweeps, and the priors that hold for it alone, by the name of the unknown.
+
+    `nominal` has the thicknesses [m] that were wanted of it, by name, where specimens of a lot were not meant to be alike.
+    """
 
     name: str
     sweeps: tuple[SweepFiles, ...]
     priors: Mapping[str, Prior]
+    nominal: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -88,7 +92,7 @@ class Experiment:
     indenter_radius, sensor_radius : [m], of the ball and of the sensor's disc.
     padding_material : "sensor" for the sensor's silicone (one modulus), "own" for a modulus of its own, "foam" for a modulus
         and a Poisson's ratio of its own.
-    priors : shared by all specimens, by the name of the unknown.
+    priors : shared by all specimens, by the name of the unknown; under partial pooling also of the lot's thicknesses.
     specimens : the sensors measured, each with its sweeps and the priors that hold for it alone.
     model : the forward model to calibrate with.
     discrepancy : whether the residuals of a sweep are modelled as correlated.
@@ -96,7 +100,8 @@ class Experiment:
     stick : whether the sensor sticks to the ball, or slides on it: without friction, or with one that is an unknown.
     base : what the padding rests on, glued or free to slide.
     candidates : names of the models that `calib compare` calibrates beside this one; empty for all that there are.
-    pooling : "complete" if all specimens have one modulus; "partial" if they are of one lot, with a modulus of their own each.
+    pooling : "complete" if all specimens are of one material; "partial" if they are of one lot, each with a modulus, a
+        permittivity and thicknesses of its own that lie about the lot's.
     unedited : lines of the file that still hold a guess of its draft, see `calib.experiment.edits`.
     """
 

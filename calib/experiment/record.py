@@ -44,6 +44,7 @@ def experiment_to_json(experiment: Experiment) -> str:
                 for sweep in specimen.sweeps
             ],
             "priors": priors(specimen.priors),
+            "nominal": dict(specimen.nominal),
         }
         for specimen in experiment.specimens
     ]
@@ -100,6 +101,7 @@ def experiment_from_json(text: str) -> Experiment:
                 for sweep in specimen["sweeps"]
             ),
             priors(specimen["priors"]),
+            specimen.get("nominal", {}),  # records of before there were lots do not have it
         )
         for specimen in document["specimens"]
     )

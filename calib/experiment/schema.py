@@ -6,10 +6,11 @@ import inspect
 from collections.abc import Mapping
 from typing import get_args
 
-from calib.catalogue import SPREAD, UNKNOWNS, unknowns_of
+from calib.catalogue import SPREADS, UNKNOWNS, unknowns_of
 from calib.experiment.design import BESIDE, DISC, LAWS, LAYER, REQUIRED, SHAPES, TABLES
 from calib.experiment.experiment_file import DISCREPANCIES, KEYS
 from calib.experiment.lab_entries import READING_KEYS
+from calib.experiment.lots import CAST
 from calib.experiment.plan import MaterialLaw, Model, PaddingMaterial, Pooling
 from calib.experiment.schema_values import Schema, choice, prior_of, quantity, quantity_of, table, tables, text
 from calib.experiment.signposts import SWEEP_KEYS
@@ -44,7 +45,7 @@ def experiment_schema() -> Schema:
         },
         "base": choice("What the padding rests on: glued, or free to slide.", get_args(Base), "bonded"),
         "pooling": choice(
-            "Whether all specimens share one modulus, or are of one lot with a modulus of their own each.",
+            "Whether all specimens are of one material, or of one lot with modulus, permittivity and thicknesses of their own.",
             get_args(Pooling),
             "complete",
         ),
@@ -53,13 +54,20 @@ def experiment_schema() -> Schema:
         "padding": _only("What the sensor lies on.", KEYS["padding"], _PADDING),
         "priors": table(
             "What is known before the data of material and rig, shared by all specimens. What is left out gets its default.",
-            {name: prior_of(name) for name in unknowns_of("material", "rig")},
+            {name: prior_of(name) for name in (*unknowns_of("material", "rig"), *CAST)},
         ),
         "specimens": tables("The sensors that were measured.", _specimen()),
     }
     found = _only("Experiment file of `calib calibrate`.", KEYS[""], top, ["indenter", "sensor", "specimens"])
     partial: Schema = {"properties": {"pooling": {"const": "partial"}}, "required": ["pooling"]}
-    complete: Schema = {"properties": {"priors": {"not": {"required": [SPREAD]}}}}
+    of_lots: list[Schema] = [{"required": [name]} for name in (*SPREADS, *CAST)]
+    needed = [name for name, row in UNKNOWNS.items() if row.required]
+    measured: Schema = {
+        "properties": {"priors": {"required": needed}},
+        "required": ["priors"],
+        "not": {"required": ["nominal"]},
+    }
+    complete: Schema = {"properties": {"priors": {"not": {"anyOf": of_lots}}, "specimens": {"items": measured}}}
     return {"$schema": _DRAFT, "title": "Experiment"} | found | {"if": partial, "else": complete}
 
 
@@ -101,7 +109,6 @@ def _only(description: str, keys: tuple[str, ...], of: Mapping[str, Schema], req
 
 def _specimen() -> Schema:
     priors = {name: prior_of(name) for name in unknowns_of("specimen", "sweep")}
-    needed = [name for name, row in UNKNOWNS.items() if row.required]
     sweep = _sweep()
     of = {
         "name": text("Name of the specimen, for the report; each has its own."),
@@ -110,9 +117,13 @@ def _specimen() -> Schema:
             "Several presses of this specimen, each with its files.",
             _only("One press.", ("name", *SWEEP_KEYS), {"name": text("Name of the press."), **sweep}),
         ),
-        "priors": table("What is known before the data of this specimen.", priors, needed),
+        "priors": table("What is known before the data of this specimen.", priors),
+        "nominal": table(
+            "What was wanted of this specimen of a lot, where its specimens were not meant to be alike.",
+            {name: quantity_of(name) for name in CAST},
+        ),
     }
-    found = _only("One sensor on its padding.", KEYS["specimens"], of, ["name", "priors"])
+    found = _only("One sensor on its padding.", KEYS["specimens"], of, ["name"])
     return found | {"anyOf": [{"required": [key]} for key in ("force", "capacitance", "sweeps")]}
 
 

@@ -18,7 +18,15 @@ from calib.problem.likelihood import (
 from calib.problem.lots import Lot, LotPrior
 from calib.problem.measurement import model_sweep, model_sweeps
 from calib.problem.plan import CORRELATION_LENGTH, SweepPlan, plan_sweep
-from calib.problem.prior import log_prior, log_prior_as_normal, prior_coordinates, prior_covariance, prior_values, values_of_lot
+from calib.problem.prior import (
+    log_prior,
+    log_prior_as_normal,
+    prior_bend,
+    prior_coordinates,
+    prior_covariance,
+    prior_values,
+    values_of_lot,
+)
 from calib.problem.problem import Problem, build_problem, problem_from
 from calib.problem.readings import PredictedReadings, SweepModel
 from calib.problem.specimens import LogPosteriorParts, Scopes, log_posterior_parts, scopes_of
@@ -74,6 +82,7 @@ __all__ = [
     "of_lot",
     "plan_sweep",
     "point_densities",
+    "prior_bend",
     "prior_coordinates",
     "prior_covariance",
     "prior_values",

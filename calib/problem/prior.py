@@ -7,7 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from calib.catalogue import POOLED, SPREAD
+from calib.catalogue import spread_of
 from calib.priors import Fixed
 from calib.problem.unknowns import UnknownTable
 from calib.problem.values import Unknowns, values_at
@@ -36,8 +36,9 @@ def log_prior(of: _Believed, z: FloatArray) -> FloatArray:
     (n_draw,), as high over its integral as -z^T z / 2.
     """
     standard: FloatArray = -0.5 * np.sum(z**2, axis=1)
-    lot = of.table.lot
-    return standard if lot is None else standard + lot.log_ratio(z)
+    for lot in of.table.lots:
+        standard = standard + lot.log_ratio(z)
+    return standard
 
 
 def log_prior_as_normal(of: _Believed, z: FloatArray) -> FloatArray:
@@ -49,8 +50,9 @@ def log_prior_as_normal(of: _Believed, z: FloatArray) -> FloatArray:
     z : (n_draw, n_unknown).
     """
     standard: FloatArray = -0.5 * np.sum(z**2, axis=1)
-    lot = of.table.lot
-    return standard if lot is None else standard + lot.log_ratio_as_normal(z)
+    for lot in of.table.lots:
+        standard = standard + lot.log_ratio_as_normal(z)
+    return standard
 
 
 def prior_covariance(of: _Believed, n: int) -> FloatArray:
@@ -62,8 +64,22 @@ def prior_covariance(of: _Believed, n: int) -> FloatArray:
     n : how many unknowns there are.
     """
     found = np.eye(n)
-    if (lot := of.table.lot) is not None:
-        found[np.ix_(lot.columns, lot.columns)] = lot.prior.covariance(lot.columns.size)
+    for lot in of.table.lots:
+        found[np.ix_(lot.columns, lot.columns)] = lot.prior.covariance
+    return found
+
+
+def prior_bend(of: _Believed, n: int) -> FloatArray:
+    """What specimens' being alike adds to the curvature (n, n) of -log prior in the coordinates, which is 1, taken as normal.
+
+    Parameters
+    ----------
+    of : a problem or a posterior.
+    n : how many unknowns there are.
+    """
+    found = np.zeros((n, n))
+    for lot in of.table.lots:
+        found[np.ix_(lot.columns, lot.columns)] = lot.bend
     return found
 
 
@@ -97,7 +113,7 @@ def prior_values(of: Unknowns, rng: np.random.Generator, n_draw: int) -> dict[st
 
 
 def values_of_lot(of: _Believed, z: FloatArray, rng: np.random.Generator) -> dict[str, FloatArray]:
-    """Draw what is of a lot given its specimens, by name: its modulus, and its spread where that is not fixed.
+    """Draw what is of a lot given its specimens, by name: value and spread of each quantity that is pooled.
 
     Parameters
     ----------
@@ -107,19 +123,19 @@ def values_of_lot(of: _Believed, z: FloatArray, rng: np.random.Generator) -> dic
 
     Returns
     -------
-    Name -> SI values (n_draw,), in the order of `of_lot`; empty where specimens share one modulus.
+    Name -> SI values (n_draw,), in the order of `of_lot`, no spread that is fixed; empty under complete pooling.
     """
-    lot = of.table.lot
-    if lot is None:
-        return {}
-    modulus, spread = lot.prior.draw_of(z[:, lot.columns], rng)
-    return {POOLED: modulus} if isinstance(lot.prior.spread, Fixed) else {POOLED: modulus, SPREAD: spread}
+    found = {}
+    for lot in of.table.lots:
+        found[lot.quantity], spread = lot.prior.draw_of(z[:, lot.columns], rng)
+        if not isinstance(lot.prior.spread, Fixed):
+            found[spread_of(lot.quantity)] = spread
+    return found
 
 
 def _drawn(of: Unknowns, rng: np.random.Generator, n_draw: int) -> tuple[FloatArray, Mapping[str, FloatArray]]:
     z = rng.standard_normal((n_draw, len(of.parameters)))
-    lot = of.table.lot
-    if lot is None:
-        return z, {}
-    z[:, lot.columns], modulus, spread = lot.prior.draw(lot.columns.size, rng, n_draw)
-    return z, {POOLED: modulus, SPREAD: spread}
+    of_lots = {}
+    for lot in of.table.lots:
+        z[:, lot.columns], of_lots[lot.quantity], of_lots[spread_of(lot.quantity)] = lot.prior.draw(rng, n_draw)
+    return z, of_lots

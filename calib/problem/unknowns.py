@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, Protocol
 
 import numpy as np
 
-from calib.catalogue import CHANNELS, POOLED, SPREAD, UNKNOWNS, Setting, UnknownName, unknowns_of
-from calib.experiment import Experiment
+from calib.catalogue import CHANNELS, POOLED, SPREADS, UNKNOWNS, Setting, UnknownName, spread_of, unknowns_of
+from calib.experiment import Experiment, Specimen, lot_prior
 from calib.lab import Sweep
 from calib.priors import Fixed, Prior, StackedPriors, default_prior, stack_priors
 from calib.problem.centred import noise_default, sweep_defaults
@@ -60,12 +60,12 @@ class UnknownTable:
     ----------
     columns : name -> its number in the order of z.
     priors : of all of them, in that order.
-    lot : those that are of one lot, and what is believed of them together; None where specimens share one modulus.
+    lots : those that are of one lot, and what is believed of them together, for each quantity; none under complete pooling.
     """
 
     columns: Mapping[str, int]
     priors: StackedPriors
-    lot: Lot | None = None
+    lots: tuple[Lot, ...] = ()
 
 
 def table_of(parameters: Sequence[ParameterInfo], experiment: Experiment) -> UnknownTable:
@@ -76,22 +76,47 @@ def table_of(parameters: Sequence[ParameterInfo], experiment: Experiment) -> Unk
     parameters : the unknowns, in the order of z.
     experiment : that they are of.
     """
-    believed = lot_of(experiment)
-    own = np.array([k for k, p in enumerate(parameters) if p.parameter == POOLED and p.specimen], dtype=np.int64)
-    lot = None if believed is None else Lot(believed, own)
-    return UnknownTable({p.name: k for k, p in enumerate(parameters)}, stack_priors([p.prior for p in parameters]), lot)
+    lots = []
+    for quantity in POOLED if experiment.pooling == "partial" else ():
+        own = [k for k, p in enumerate(parameters) if p.parameter == quantity and p.specimen]
+        if own:
+            prior = lot_of(experiment, quantity, [parameters[k].specimen for k in own])
+            lots.append(Lot(quantity, prior, np.array(own, dtype=np.int64)))
+    stacked = stack_priors([p.prior for p in parameters])
+    return UnknownTable({p.name: k for k, p in enumerate(parameters)}, stacked, tuple(lots))
 
 
-def of_lot(experiment: Experiment) -> tuple[ParameterInfo, ...]:
-    """What is of a lot, and follows from its specimens, so that it is no unknown of a problem: its modulus, and its spread.
+class _OfLots(Protocol):
+    """Anything that has lots: a `Problem` or a `Posterior`."""
 
-    Posteriors list them after the unknowns. Nothing where specimens share one modulus, no spread that is fixed.
+    @property
+    def experiment(self) -> Experiment:
+        """What is calibrated."""
+        ...
+
+    @property
+    def table(self) -> UnknownTable:
+        """The free unknowns made ready to be given values."""
+        ...
+
+
+def of_lot(of: _OfLots) -> tuple[ParameterInfo, ...]:
+    """What is of a lot, and follows from its specimens, so that it is no unknown of a problem: value and spread of quantities.
+
+    Posteriors list them after the unknowns. Nothing under complete pooling, no spread that is fixed.
+
+    Parameters
+    ----------
+    of : a problem or a posterior.
     """
-    believed = lot_of(experiment)
-    if believed is None:
-        return ()
-    found = ((POOLED, believed.modulus), (SPREAD, believed.spread))
-    infos = (_info(UnknownName(name), experiment.priors.get(name), (prior, "default")) for name, prior in found)
+    infos = []
+    for lot in of.table.lots:
+        names = list(dict.fromkeys(UnknownName.parse(n).specimen for n, k in of.table.columns.items() if k in lot.columns))
+        _, origin = lot_prior(of.experiment, lot.quantity, names)
+        origin += ", and what was measured of specimens" if any(lot.prior.known) else ""
+        infos.append(ParameterInfo(UnknownName(lot.quantity), lot.prior.before, origin))
+        spread = spread_of(lot.quantity)
+        infos.append(_info(UnknownName(spread), of.experiment.priors.get(spread), None))
     return tuple(info for info in infos if not isinstance(info.prior, Fixed))
 
 
@@ -99,8 +124,8 @@ def list_unknowns(experiment: Experiment, sweeps: Sequence[Sweep]) -> tuple[tupl
     """List all unknowns of an experiment in a fixed order, and the values of those that are fixed.
 
     Shared ones come first, then those of each specimen, then those of each of its sweeps. An unknown of the catalogue is listed
-    if its row's `exists` says so: for example nothing electrical without capacitance readings. Of a lot each specimen has a
-    modulus of its own; see `of_lot` for that of the lot.
+    if its row's `exists` says so: for example nothing electrical without capacitance readings. Of what is pooled each specimen
+    of a lot has a value of its own; see `of_lot` for those of the lot. What is fixed is known, and not pooled.
 
     Parameters
     ----------
@@ -113,9 +138,9 @@ def list_unknowns(experiment: Experiment, sweeps: Sequence[Sweep]) -> tuple[tupl
     """
     found: list[ParameterInfo] = []
     noises = {f"{channel}_noise": noise_default(channel, sweeps) for channel in CHANNELS}
-    lot = lot_of(experiment)
+    pooled = _pooled(experiment, sweeps)
     for parameter in unknowns_of("material", "rig"):
-        if lot is not None and parameter in (POOLED, SPREAD):
+        if parameter in pooled or parameter in SPREADS:
             continue
         given = experiment.priors.get(parameter)
         if UNKNOWNS[parameter].exists(_setting(experiment, sweeps, given)):
@@ -124,11 +149,11 @@ def list_unknowns(experiment: Experiment, sweeps: Sequence[Sweep]) -> tuple[tupl
         own = [s for s in sweeps if s.specimen == specimen.name]
         if not own:
             continue
-        if lot is not None:
-            found.append(ParameterInfo(UnknownName(POOLED, specimen.name), lot.own, "its lot"))
-        for parameter in unknowns_of("specimen"):
+        for parameter in (*(q for q in POOLED if q in pooled and UNKNOWNS[q].scope == "material"), *unknowns_of("specimen")):
             given = specimen.priors.get(parameter, experiment.priors.get(parameter))
-            if UNKNOWNS[parameter].exists(_setting(experiment, own, given)):
+            if (prior := pooled.get(parameter, {}).get(specimen.name)) is not None:
+                found.append(ParameterInfo(UnknownName(parameter, specimen.name), prior, _origin(specimen, parameter)))
+            elif UNKNOWNS[parameter].exists(_setting(experiment, own, given)):
                 found.append(_info(UnknownName(parameter, specimen.name), given, None))
         for sweep in own:
             defaults = sweep_defaults(sweep)
@@ -138,9 +163,30 @@ def list_unknowns(experiment: Experiment, sweeps: Sequence[Sweep]) -> tuple[tupl
                     name = UnknownName(parameter, specimen.name, sweep.name if len(own) > 1 else "")
                     found.append(_info(name, given, defaults.get(parameter)))
     fixed = {i.name: i.prior.value for i in found if isinstance(i.prior, Fixed)}
-    if lot is not None and isinstance(lot.spread, Fixed):
-        fixed[SPREAD] = lot.spread.value
-    return tuple(i for i in found if i.name not in fixed), fixed
+    spreads = {spread_of(quantity): experiment.priors.get(spread_of(quantity)) for quantity in pooled}
+    known = fixed | {name: prior.value for name, prior in spreads.items() if isinstance(prior, Fixed)}
+    return tuple(i for i in found if i.name not in fixed), known
+
+
+def _pooled(experiment: Experiment, sweeps: Sequence[Sweep]) -> dict[str, dict[str, Prior]]:
+    """Quantity that is pooled -> name of each specimen that has an unknown value of it, and what is believed of that."""
+    found = {}
+    for quantity in POOLED if experiment.pooling == "partial" else ():
+        names = []
+        for specimen in experiment.specimens:
+            own = [s for s in sweeps if s.specimen == specimen.name]
+            given = specimen.priors.get(quantity, experiment.priors.get(quantity))
+            there = bool(own) and UNKNOWNS[quantity].exists(_setting(experiment, own, given))
+            if there and not isinstance(given, Fixed):
+                names.append(specimen.name)
+        if names:
+            found[quantity] = dict(zip(names, lot_of(experiment, quantity, names).own, strict=True))
+    return found
+
+
+def _origin(specimen: Specimen, parameter: str) -> str:
+    """Where what is believed of a specimen of a lot comes from."""
+    return "its lot, and what was measured of it" if parameter in specimen.priors else "its lot"
 
 
 def _setting(experiment: Experiment, sweeps: Sequence[Sweep], given: Prior | None) -> Setting:

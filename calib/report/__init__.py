@@ -14,16 +14,18 @@ if TYPE_CHECKING:
     from calib.report.deformed.cross_section import cross_section_figure
     from calib.report.deformed.paraview import write_vtk
     from calib.report.deformed.revolved import revolved_figure, revolved_picture
+    from calib.report.figures.difference import difference_figure
     from calib.report.figures.lab_file import file_figure
     from calib.report.figures.padding import padding_figure
     from calib.report.figures.posterior import corner_figure, prior_figure, trace_figure
     from calib.report.figures.predictive import change_figure, channel_figure
     from calib.report.figures.proof import proof_figure
     from calib.report.figures.specification import conformity_figure, front_figure
+    from calib.report.gripper import gripper_files
     from calib.report.moves import moves_in_words
     from calib.report.page import begin_drawing, kept_drawings, write_report
     from calib.report.pictures import any_letters, write_figure
-    from calib.report.rows import FirstRow, ParameterRow, first_rows, learned_in_words, parameter_rows
+    from calib.report.rows import FirstRow, ParameterRow, first_rows, learned_in_words, pair_rows, parameter_rows
     from calib.report.sections.average import averaged_models, modulus_share, weighting_in_words
     from calib.report.status import status_in_words
     from calib.report.summary import summary_csv, summary_json
@@ -41,14 +43,17 @@ __all__ = [
     "corner_figure",
     "cross_section_figure",
     "curve_csv",
+    "difference_figure",
     "file_figure",
     "first_rows",
     "front_figure",
+    "gripper_files",
     "kept_drawings",
     "learned_in_words",
     "modulus_share",
     "moves_in_words",
     "padding_figure",
+    "pair_rows",
     "parameter_rows",
     "prior_figure",
     "proof_figure",
@@ -71,16 +76,18 @@ __getattr__ = on_demand(
         ".deformed.cross_section": ("cross_section_figure",),
         ".deformed.paraview": ("write_vtk",),
         ".deformed.revolved": ("revolved_figure", "revolved_picture"),
+        ".figures.difference": ("difference_figure",),
         ".figures.lab_file": ("file_figure",),
         ".figures.padding": ("padding_figure",),
         ".figures.posterior": ("corner_figure", "prior_figure", "trace_figure"),
         ".figures.predictive": ("change_figure", "channel_figure"),
         ".figures.proof": ("proof_figure",),
         ".figures.specification": ("conformity_figure", "front_figure"),
+        ".gripper": ("gripper_files",),
         ".moves": ("moves_in_words",),
         ".page": ("begin_drawing", "kept_drawings", "write_report"),
         ".pictures": ("any_letters", "write_figure"),
-        ".rows": ("FirstRow", "ParameterRow", "first_rows", "learned_in_words", "parameter_rows"),
+        ".rows": ("FirstRow", "ParameterRow", "first_rows", "learned_in_words", "pair_rows", "parameter_rows"),
         ".sections.average": ("averaged_models", "modulus_share", "weighting_in_words"),
         ".status": ("status_in_words",),
         ".summary": ("summary_csv", "summary_json"),

@@ -6,8 +6,10 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from calib.catalogue import POOLED, QUANTITIES, SPREAD, UNKNOWNS, UnknownName
-from calib.checks import conflict_limit
+from calib.catalogue import POOLED, QUANTITIES, SPREADS, UNKNOWNS, UnknownName
+from calib.checks import Difference, conflict_limit
+from calib.priors import Fixed
+from calib.problem import ParameterInfo
 from calib.report.digits import interval_text, number_or_unknown, shortened, with_uncertainty
 from calib.sampling import FirstAnswer, Posterior
 
@@ -25,7 +27,6 @@ FEW_SPECIMENS = 3
 #: Parameters of the sensor, which are asked for; the others are of the rig and of the noise.
 SENSOR_PARAMETERS = (
     "young_modulus",
-    SPREAD,
     "padding_young_modulus",
     "stiffening",
     "relative_permittivity",
@@ -34,6 +35,7 @@ SENSOR_PARAMETERS = (
     "dielectric_thickness",
     "electrode_radius",
     "sensor_radius",
+    *SPREADS,
 )
 
 
@@ -83,7 +85,6 @@ class ParameterRow:
 def parameter_rows(posterior: Posterior) -> list[ParameterRow]:
     """Make the rows of the table of parameters, in the order of the posterior's unknowns, what is of a lot first."""
     gate, limit = posterior.diagnostics.gate, conflict_limit(len(posterior.parameters))
-    of_lots = posterior.experiment.pooling == "partial"
     rows = []
     n = len(posterior.unknowns)
     for info in (*posterior.parameters[n:], *posterior.unknowns):
@@ -95,7 +96,7 @@ def parameter_rows(posterior: Posterior) -> list[ParameterRow]:
             ParameterRow(
                 name=info.name,
                 parameter=info.parameter,
-                label=f"{p.label}, lot" if of_lots and info.parameter == POOLED and not info.specimen else p.label,
+                label=_label(posterior, info),
                 symbol=_html_symbol(p.symbol),
                 where=", ".join(w for w in (info.specimen, info.sweep) if w),
                 prior=shortened(info.prior.describe(info.parameter)),
@@ -114,6 +115,17 @@ def parameter_rows(posterior: Posterior) -> list[ParameterRow]:
             )
         )
     return rows
+
+
+def _label(posterior: Posterior, info: ParameterInfo) -> str:
+    """What a parameter is called: of a lot as such, and where its specimens were not meant to be alike, as which one."""
+    label = QUANTITIES[info.parameter].label
+    if info.specimen or posterior.experiment.pooling == "complete" or info.parameter not in POOLED:
+        return label
+    pooled = (s for s in posterior.experiment.specimens if not isinstance(s.priors.get(info.parameter), Fixed))
+    meant = [s for s in pooled if info.parameter in s.nominal]
+    alike = len({s.nominal[info.parameter] for s in meant}) < 2
+    return f"{label}, lot" if alike else f"{label}, lot, as {meant[0].name} was meant"
 
 
 @dataclass(frozen=True)
@@ -142,6 +154,20 @@ def first_rows(first: FirstAnswer, *, sensor_only: bool = False) -> list[FirstRo
         k = p.display_scale
         rows.append(FirstRow(name, with_uncertainty(estimate.mean * k, estimate.sd * k), p.display_unit))
     return rows
+
+
+def pair_rows(difference: Difference) -> list[tuple[str, str, str, str, str]]:
+    """Make the rows of the table of two runs: name, median and standard deviation of each, unit of display, z or why not."""
+    rows = []
+    for pair in difference.pairs:
+        q = QUANTITIES[UnknownName.parse(pair.name).parameter]
+        sides = [
+            "-" if s is None else with_uncertainty(s.median * q.display_scale, s.sd * q.display_scale)
+            for s in (pair.first, pair.second)
+        ]
+        weighed = pair.why if pair.z is None else f"{pair.z:+.1f}" + (f" ({pair.why})" if pair.why else "")
+        rows.append((pair.name, *sides, q.display_unit, weighed))
+    return [(name, one, other, unit, z) for name, one, other, unit, z in rows]
 
 
 def learned_in_words(contraction: float, shift: float, limit: float = 3.5) -> str:
@@ -178,7 +204,7 @@ def told_by_few(posterior: Posterior) -> str:
     if n > FEW_SPECIMENS:
         return ""
     who = "one specimen cannot" if n == 1 else f"{n} specimens can hardly"
-    return f", which {who} tell: it is mostly what was believed before"
+    return f", which {who} tell: that is mostly what was believed before"
 
 
 def label_of(name: str) -> str:

@@ -21,7 +21,8 @@ def summary_json(posterior: Posterior, verdict: Verdict) -> str:
     SI, with nan as null. `verdict` sums up all that speaks against the numbers. `converged` is a fact of the chains alone,
     `surrogate_honest` one of the forward model (null if not known); `reasons` holds what speaks against either, `warnings` what
     may be cut off at the end of the model's range. `models` holds those that were averaged, with their weights, `other_models`
-    what was found of models that differ in one choice, `specimens_apart` how much stiffer specimens are than the first,
+    what was found of models that differ in one choice, `specimens_foretold` how well each specimen is predicted by the
+    others, channel by channel, `specimens_apart` how much stiffer that makes them than the others (`pooling` "complete"),
     `specimens_of_lot` how far each is off the others of its lot (`pooling` "partial", where the parameter `young_modulus` is
     that of the lot), `prior_sensitivity` how much headlines hang on what was believed before. `first_answer` is what was
     estimated before sampling, and where the result differs. "format" changes when a key changes its meaning or goes.
@@ -46,7 +47,8 @@ def summary_json(posterior: Posterior, verdict: Verdict) -> str:
         "first_answer": _first_answer(d),
         "models": [asdict(model) for model in d.models],
         "other_models": [asdict(departure) for departure in d.departures],
-        "specimens_apart": [asdict(a) for a in d.apart],
+        "specimens_foretold": [asdict(f) for f in d.foretold],
+        "specimens_apart": _apart(posterior),
         "prior_sensitivity": {name: {"diagnosis": s.diagnosis, **asdict(s)} for name, s in d.sensitivity.items()},
         "pooling": posterior.experiment.pooling,
         "specimens_of_lot": [asdict(s) for s in d.strangers],
@@ -57,6 +59,14 @@ def summary_json(posterior: Posterior, verdict: Verdict) -> str:
         "parameters": {name: asdict(s) for name, s in d.parameters.items()},
     }
     return record_to_text("summary", _FORMAT, record)
+
+
+def _apart(posterior: Posterior) -> list[dict[str, object]]:
+    """Forces that others do not predict as moduli that differ, where specimens share one."""
+    if posterior.experiment.pooling == "partial":
+        return []
+    forces = [found for found in posterior.diagnostics.foretold if found.channel == "force"]
+    return [{"specimen": f.specimen, "reference": "the others", "ratio": asdict(f.ratio)} for f in forces]
 
 
 def _first_answer(d: Diagnostics) -> dict[str, object] | None:

@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from calib.runs.average import AVERAGE, average_runs
     from calib.runs.before import Check, check
     from calib.runs.calibration import STAGES, Calibration, Stages, Watch, calibrate
+    from calib.runs.difference import diff_runs
+    from calib.runs.export import NotUsableError, export_in
     from calib.runs.folder import PageError, Run, load_recommendation, load_run, recommend_in, report_in
     from calib.runs.integrity import Finding, verify
     from calib.runs.preview import quick
@@ -27,6 +29,7 @@ __all__ = [
     "Check",
     "Finding",
     "Means",
+    "NotUsableError",
     "PageError",
     "Refinement",
     "Rivalry",
@@ -37,6 +40,8 @@ __all__ = [
     "calibrate",
     "calibrate_rivals",
     "check",
+    "diff_runs",
+    "export_in",
     "load_recommendation",
     "load_run",
     "prove",
@@ -72,6 +77,11 @@ __getattr__ = on_demand(
         ".average": (
             "AVERAGE",
             "average_runs",
+        ),
+        ".difference": ("diff_runs",),
+        ".export": (
+            "NotUsableError",
+            "export_in",
         ),
         ".integrity": (
             "Finding",

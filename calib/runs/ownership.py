@@ -18,7 +18,7 @@ from datetime import datetime
 from pathlib import Path
 
 from calib.errors import Fault, InputError
-from calib.files import remove_leftovers
+from calib.files import naming, remove_leftovers
 
 _LOCK = ".lock"
 
@@ -51,8 +51,9 @@ def owned(folder: Path, command: str) -> Iterator[None]:
     try:
         remove_leftovers(folder)
         said = {"pid": os.getpid(), "host": socket.gethostname(), "since": f"{datetime.now():%Y-%m-%d %H:%M:%S}"}
-        os.ftruncate(descriptor, 0)
-        os.write(descriptor, json.dumps({**said, "command": command}).encode())
+        with naming(folder / _LOCK):
+            os.ftruncate(descriptor, 0)
+            os.write(descriptor, json.dumps({**said, "command": command}).encode())
         yield
     finally:
         _release(folder, descriptor)

@@ -144,7 +144,7 @@ def finish(
     theta = np.stack([chain.reshape(-1, n_parameter) for chain, _ in loaded])
     flat = theta.reshape(-1, n_parameter)
     values = columns_at(problem, flat)
-    lot = of_lot(problem.experiment)
+    lot = of_lot(problem)
     of_lots = list(values_of_lot(problem, flat, np.random.default_rng([seed, _OF_LOT])).values())
     parts = np.array_split(flat, max(1, math.ceil(flat.shape[0] / _BATCH)))
     shares = [parts[k : k + _SHARE] for k in range(0, len(parts), _SHARE)]

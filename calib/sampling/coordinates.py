@@ -8,8 +8,9 @@ sheet, along which straight steps leave it at once. So for each specimen one coo
 
 g_C the gain of the LCR meter, 1 unless it is unknown, C_seen and w constants: a reading, and the prior's sd of the logarithm,
 so that c is about as wide as theta. Which one: the thickness of the dielectric where it is unknown; where it follows from the
-sensor's, the permittivity (for the first specimen) or the sensor's thickness (for the others). All else stays as it is in
-theta. On 20 parameters of two specimens the exchange brings the autocorrelation time of the permittivity from 360 steps to 90.
+sensor's, the permittivity (for each specimen that has one of its own, else for the first) or the sensor's thickness (for the
+others). All else stays as it is in theta. On 20 parameters of two specimens the exchange brings the autocorrelation time of the
+permittivity from 360 steps to 90.
 
 Of many specimens each has its own coordinate exchanged, the first one, too: so given what they share the specimens stay
 independent of each other, and are sampled as such (`Coordinates.scopes`).
@@ -189,7 +190,8 @@ def coordinates(problem: Problem) -> Coordinates:
         if not readings:
             continue
         own = str(UnknownName("dielectric_thickness", specimen))
-        choices = [(own, -1), *([] if many else [("relative_permittivity", 1)])]
+        choices = [(own, -1), (str(UnknownName("relative_permittivity", specimen)), 1)]
+        choices += [] if many else [("relative_permittivity", 1)]
         choices += [(str(UnknownName("sensor_thickness", specimen)), -1)] if own not in problem.fixed else []
         taken = {e.column for e in found}
         free = [(columns[name], power) for name, power in choices if name in columns and columns[name] not in taken]

@@ -23,11 +23,11 @@ from calib.problem import ParameterInfo
 from calib.records import record_from_text, record_to_text
 from calib.sampling.archive import LeaveOut, effective_sample_size, leave_blocks_out, rank_r_hat
 from calib.sampling.findings import (
-    Apart,
     Averaged,
     Departure,
     FirstAnswer,
     FirstEstimate,
+    Foretold,
     ParameterSummary,
     Pull,
     Reweighting,
@@ -118,9 +118,9 @@ class Diagnostics:
     acceptance_by_move : share of accepted steps after the burn-in of each kind of move, over all ensembles.
     first_answer : what was estimated before sampling; None if nothing was.
     departures : how well models that differ in one choice describe the data; empty if that was not looked at.
-    apart : how much stiffer specimens are than the first; empty if there is one specimen, or it was not looked at.
+    foretold : how well specimens are predicted by the others; empty if there is one specimen, or it was not looked at.
     models : that the draws are an average over; empty for those of one model.
-    strangers : how far specimens lie off the others of their lot; empty under complete pooling, and as for `apart`.
+    strangers : how far specimens lie off the others of their lot; empty under complete pooling, and as for `foretold`.
     block_k_hat : how much each block of data pulls the posterior by itself, k-hat of leaving it out (PSIS); empty if not known.
     sensitivity : how much headline quantities hang on what was believed before, by name; empty if that was not looked at.
     """
@@ -141,7 +141,7 @@ class Diagnostics:
     acceptance_by_move: Mapping[str, float] = field(default_factory=dict)
     first_answer: FirstAnswer | None = None
     departures: tuple[Departure, ...] = ()
-    apart: tuple[Apart, ...] = ()
+    foretold: tuple[Foretold, ...] = ()
     models: tuple[Averaged, ...] = ()
     strangers: tuple[Stranger, ...] = ()
     block_k_hat: tuple[float, ...] = ()
@@ -319,13 +319,14 @@ def diagnostics_from_json(text: str) -> Diagnostics:
         read["first_answer"] = FirstAnswer(**{**first, "parameters": estimates})
     read["departures"] = tuple(Departure(**{**d, **_modulus(d)}) for d in data.get("departures", ()))
     read["models"] = tuple(Averaged(**{**m, **_modulus(m), "interval": tuple(m["interval"])}) for m in data.get("models", ()))
-    read["apart"] = tuple(Apart(**{**a, "ratio": FirstEstimate(**a["ratio"])}) for a in data.get("apart", ()))
+    read["foretold"] = tuple(Foretold(**{**f, "ratio": FirstEstimate(**f["ratio"])}) for f in data.get("foretold", ()))
     read["sensitivity"] = {
         name: Sensitivity(**{**s, "pulls": tuple(Pull(**pull) for pull in s["pulls"])})
         for name, s in data.get("sensitivity", {}).items()
     }
     read["strangers"] = tuple(Stranger(**{**s, "ratio": FirstEstimate(**s["ratio"])}) for s in data.get("strangers", ()))
-    return Diagnostics(**{**data, **tuples, **read})
+    kept = {key: value for key, value in data.items() if key != "apart"}  # which earlier versions had in place of `foretold`
+    return Diagnostics(**{**kept, **tuples, **read})
 
 
 def _modulus(data: Mapping[str, Any]) -> dict[str, FirstEstimate | None]:

@@ -305,23 +305,21 @@ def share_between(weight: npt.ArrayLike, mean: npt.ArrayLike, sd: npt.ArrayLike)
 
 
 @dataclass(frozen=True)
-class Apart:
-    """How much stiffer one specimen is than another of the same material, by their readings.
+class Foretold:
+    """How well the other specimens predict what was read of one, in one channel.
 
     Attributes
     ----------
-    specimen, reference : the two.
-    ratio : modulus of the specimen over that of the reference, where the two may differ.
+    specimen : its name.
+    channel : a key of `calib.catalogue.CHANNELS`.
+    ratio : what was read over what the others let one expect, and what is not known of that, spread of a lot included.
+    z : how far off that is: standard normal for a specimen that the others predict.
     """
 
     specimen: str
-    reference: str
+    channel: str
     ratio: FirstEstimate
-
-    @property
-    def z(self) -> float:
-        """How far the ratio is from 1, in its standard deviations."""
-        return (self.ratio.mean - 1) / self.ratio.sd if self.ratio.sd > 0 else 0.0
+    z: float
 
 
 #: Cumulative Jensen-Shannon distance for each doubling of a power from which a quantity is sensitive (Kallioinen et al. 2023).
@@ -396,10 +394,12 @@ class Stranger:
     Attributes
     ----------
     specimen : its name.
-    ratio : modulus of the specimen over what is expected of it, and what is not known of that, spread included.
+    ratio : value of the quantity over what is expected of it, and what is not known of that, spread included.
     z : how far off that is: standard normal for a specimen that belongs to the lot.
+    quantity : one of `calib.catalogue.POOLED`.
     """
 
     specimen: str
     ratio: FirstEstimate
     z: float
+    quantity: str = "young_modulus"

@@ -90,11 +90,18 @@ def identity_of(problem: Problem, seed: int, n_ensemble: int = ENSEMBLES, n_walk
 
 
 def _pooling(problem: Problem) -> dict[str, str]:
-    """That specimens are of one lot, and what is believed of it; nothing where they share one modulus."""
-    infos = of_lot(problem.experiment)
-    if problem.table.lot is None:
+    """That specimens are of one lot, and what is believed of it; nothing under complete pooling."""
+    if not problem.table.lots:
         return {}
-    return {"pooling": "partial", **{f"{_PRIOR}{i.name}": json.dumps(i.prior.to_json(), sort_keys=True) for i in infos}}
+    of_lots = {f"{_PRIOR}{i.name}": json.dumps(i.prior.to_json(), sort_keys=True) for i in of_lot(problem)}
+    nominal = {f"nominal of {s.name}": json.dumps(dict(s.nominal), sort_keys=True) for s in problem.experiment.specimens}
+    measured = {
+        f"measured {quantity}[{s.name}]": json.dumps(s.priors[quantity].to_json(), sort_keys=True)
+        for s in problem.experiment.specimens
+        for quantity in (lot.quantity for lot in problem.table.lots)
+        if quantity in s.priors
+    }
+    return {"pooling": "partial", **of_lots, **nominal, **measured}
 
 
 def usual_walkers(problem: Problem) -> int:

@@ -19,7 +19,7 @@ from scipy.linalg import solve_triangular
 from scipy.special import gammaln
 
 from calib.catalogue import SCALES
-from calib.problem import PredictedReadings, log_prior_as_normal, model_sweeps, values_at
+from calib.problem import PredictedReadings, log_prior_as_normal, model_sweeps, prior_bend, values_at
 from calib.sampling.coordinates import Coordinates
 from calib.sampling.scoring import STEP, central_slope, inverse_root, slopes_at
 from models.sensor import FloatArray, IntArray
@@ -160,10 +160,7 @@ def _linearised(space: Coordinates, x: FloatArray) -> LaplaceDensity:
             slopes.append(central_slope(channel.mean[rows], there)[rest].T)
     gradient = central_slope(log_jacobian + log_prior_as_normal(problem, theta), there)[rest]
     spread = _WIDEN * _spread_of_scales(space, x, scales)
-    bend = across @ across.T
-    if (lot := problem.table.lot) is not None:  # whose coordinates are those of theta
-        own = np.searchsorted(rest, lot.columns)
-        bend[np.ix_(own, own)] += lot.bend
+    bend = across @ across.T + across @ prior_bend(problem, n) @ across.T
     return LaplaceDensity(space, x, scales, rest, gradient, bend, tuple(misfits), tuple(slopes), x[scales], spread)
 
 

@@ -90,7 +90,7 @@ class Posterior:
     @property
     def unknowns(self) -> tuple[ParameterInfo, ...]:
         """Those of `parameters` that were sampled, whose draws come first."""
-        return self.parameters[: len(self.parameters) - len(of_lot(self.experiment))]
+        return self.parameters[: len(self.parameters) - len(of_lot(self))]
 
     @property
     def order(self) -> npt.NDArray[np.intp]:

@@ -25,7 +25,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.catalogue import SCALES
-from calib.problem import Lot, PredictedReadings, log_likelihood, log_normal, log_prior_as_normal, model_sweeps, values_at
+from calib.problem import (
+    PredictedReadings,
+    log_likelihood,
+    log_normal,
+    log_prior_as_normal,
+    model_sweeps,
+    prior_bend,
+    values_at,
+)
 from calib.sampling.coordinates import CONTACT, Coordinates
 from models.sensor import BoolArray, FloatArray, IntArray
 
@@ -232,14 +240,14 @@ def tempered(space: Coordinates, x: FloatArray, power: float) -> FloatArray:
     return np.where(np.isfinite(log_density), log_density, -np.inf)
 
 
-def _lot_of(space: Coordinates) -> Lot | None:
-    """The specimens of a lot that a climb takes as alike: of many specimens, which climb one by one, none."""
-    return None if space.scopes.specimens else space.problem.table.lot
+def _tied(space: Coordinates) -> bool:
+    """Whether a climb takes specimens as those of a lot: not many of them, which climb one by one."""
+    return bool(space.problem.table.lots) and not space.scopes.specimens
 
 
 def _log_prior(space: Coordinates, theta: FloatArray) -> FloatArray:
     """Logarithm of the prior as climbs take it, up to a constant, (n_draw,)."""
-    return -0.5 * np.sum(theta**2, axis=1) if _lot_of(space) is None else log_prior_as_normal(space.problem, theta)
+    return log_prior_as_normal(space.problem, theta) if _tied(space) else -0.5 * np.sum(theta**2, axis=1)
 
 
 def slopes_at(space: Coordinates, x: FloatArray, power: float) -> tuple[FloatArray, FloatArray] | None:
@@ -270,15 +278,16 @@ def slopes_at(space: Coordinates, x: FloatArray, power: float) -> tuple[FloatArr
     gradient, information = np.zeros(x.size), np.zeros((x.size, x.size))
 
     for specimen, (columns, rows) in ways.of_specimens.items():
-        own = theta[:, ways.own[specimen]]
+        own = theta[:, ways.own[specimen]]  # all of them where specimens are few
         across = central_slope(own[rows], there[rows])
         information[np.ix_(columns, columns)] += across @ across.T
+        if _tied(space):
+            information += across @ prior_bend(space.problem, x.size) @ across.T
         exchanged = [k for k, e in enumerate(space.exchanges) if e.column in ways.own[specimen]]
-        log_prior = np.sum(log_slopes[:, exchanged], axis=1) - 0.5 * np.sum(own**2, axis=1)
+        log_prior = np.sum(log_slopes[:, exchanged], axis=1) + (
+            _log_prior(space, own) if _tied(space) else -0.5 * np.sum(own**2, axis=1)
+        )
         gradient[columns] += central_slope(log_prior[rows], there[rows])
-    if (lot := _lot_of(space)) is not None:  # whose coordinates are those of theta
-        gradient[lot.columns] -= lot.bend @ theta[0, lot.columns]
-        information[np.ix_(lot.columns, lot.columns)] += lot.bend
     scales = np.flatnonzero([p.parameter in SCALES for p in space.problem.parameters])
     for sweep, model in zip(space.problem.sweeps, models, strict=True):
         columns, rows = ways.of_specimens[sweep.specimen if space.scopes.specimens else ""]

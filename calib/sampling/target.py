@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -142,37 +142,59 @@ class Target(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class _LotTie:
-    """Modulus and spread of a lot for each walker, as centre and width (n_walker,) of the coordinates of its specimens."""
+    """Values and spreads of a lot, held for each walker.
 
-    lot: Lot
-    columns: IntArray
-    centre: FloatArray
-    width: FloatArray
+    Attributes
+    ----------
+    lots : each quantity of it.
+    groups : the coordinates of each group.
+    to_theta : from coordinates of the target to those of the priors.
+    held : mean and spread, (n_walker,) each, of each quantity.
+    """
+
+    lots: tuple[Lot, ...]
+    groups: tuple[Indices, ...]
+    to_theta: Callable[[FloatArray], FloatArray]
+    held: tuple[tuple[FloatArray, FloatArray], ...]
 
     def log_parts(self, x: FloatArray, rows: IntArray) -> FloatArray:
         """See `Tie`."""
-        z, width = x[:, self.columns], self.width[rows, None]
-        away = (z - self.centre[rows, None]) / width
-        return np.asarray(0.5 * z**2 - 0.5 * away**2 - np.log(width), dtype=float)
+        theta = self.to_theta(x)
+        found = np.zeros((len(x), len(self.groups)))
+        for lot, (mean, spread) in zip(self.lots, self.held, strict=True):
+            z = theta[:, lot.columns]
+            of = [k for column in lot.columns for k, group in enumerate(self.groups) if column in group]
+            found[:, of] += 0.5 * z**2 + lot.prior.log_given(z, mean[rows], spread[rows])
+        return found
 
     def log_density(self, x: FloatArray) -> FloatArray:
         """See `Tie`."""
-        return self.lot.log_ratio(x)
+        theta = self.to_theta(x)
+        return np.asarray(sum(lot.log_ratio(theta) for lot in self.lots), dtype=float)
 
 
-def tie_of(lot: Lot, columns: IntArray, x: FloatArray, random: np.random.RandomState) -> Tie:
-    """Draw modulus and spread of a lot given its specimens, to hold them.
+def tie_of(
+    lots: tuple[Lot, ...],
+    groups: tuple[Indices, ...],
+    to_theta: Callable[[FloatArray], FloatArray],
+    x: FloatArray,
+    random: np.random.RandomState,
+) -> Tie:
+    """Draw values and spreads of a lot given its specimens, to hold them.
 
     Parameters
     ----------
-    lot : what is believed of it.
-    columns : (n_group,), the coordinate of the modulus of the specimen of each group.
+    lots : each quantity that is pooled, and what is believed of it.
+    groups : the coordinates of each group, one of which is a specimen's of each quantity.
+    to_theta : from coordinates of the target to those of the priors.
     x : (n_walker, n), the walkers.
     random : the source of random numbers.
     """
     rng = np.random.default_rng(random.randint(2**32, size=4, dtype=np.uint32))
-    modulus, spread = lot.prior.draw_of(x[:, columns], rng)
-    return _LotTie(lot, columns, lot.prior.own.to_normal(modulus), spread / np.log(lot.prior.own.factor))
+    theta = to_theta(x)
+    drawn = (lot.prior.draw_of(theta[:, lot.columns], rng) for lot in lots)
+    held = tuple((lot.prior.away_of(value), spread) for lot, (value, spread) in zip(lots, drawn, strict=True))
+    return _LotTie(lots, groups, to_theta, held)
 
 
 @dataclass(frozen=True, eq=False)
@@ -220,16 +242,19 @@ class ProblemTarget:
         return self.space.log_parts(x)
 
     def tie(self, x: FloatArray, random: np.random.RandomState) -> Tie | None:
-        """See `Target`: modulus and spread of a lot.
+        """See `Target`: values and spreads of a lot.
 
         Parameters
         ----------
         x, random : see `Target`.
         """
-        lot = self.space.problem.table.lot
-        if lot is None:
-            return None
-        return tie_of(lot, np.array([np.intersect1d(own, lot.columns)[0] for own in self.groups]), x, random)
+        lots = self.space.problem.table.lots
+        return tie_of(lots, self.groups, self._theta, x, random) if lots else None
+
+    def _theta(self, x: FloatArray) -> FloatArray:
+        """Coordinates of the priors, 0 where there are none: the other parts of the density are nothing there."""
+        theta, _ = self.space.to_theta(x)
+        return np.nan_to_num(theta, nan=0.0, posinf=0.0, neginf=0.0)
 
     def log_density(self, x: FloatArray) -> FloatArray:
         """See `Target`."""
@@ -242,7 +267,7 @@ class ProblemTarget:
         ----------
         x, known : see `Target`.
         """
-        of_lot = self.space.problem.table.lot is not None  # of which a climb knows another density
+        of_lot = bool(self.space.problem.table.lots)  # of which a climb knows another density
         modes = [(m.x, float(tempered(self.space, m.x[None], 1.0)[0]) if of_lot else m.log_density) for m in known]
         x, value, met = score(self.space, x, modes)
         if met is not None:

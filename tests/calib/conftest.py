@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from calib.catalogue import QUANTITIES, SPREAD, bounds_of
+from calib.catalogue import QUANTITIES, bounds_of
 from calib.experiment.plan import Experiment, Specimen, SweepFiles
 from calib.lab.sweep import Points, Sweep, Track
 from calib.priors.distributions import HalfNormal, LogNormal, Normal, Prior, Uniform
@@ -194,12 +194,12 @@ def make_lot(make_posterior: Callable[..., Posterior]) -> Callable[..., Posterio
     @cache
     def make(spread: Prior | None = None, n_specimen: int = 2) -> Posterior:
         shared = make_posterior(n_specimen=n_specimen)
-        priors = shared.experiment.priors if spread is None else {**shared.experiment.priors, SPREAD: spread}
+        priors = {**shared.experiment.priors, **({} if spread is None else {"young_modulus_spread": spread})}
         experiment = replace(shared.experiment, pooling="partial", priors=priors)
         problem = build_problem(experiment, shared.sweeps, ClosedForm())
         rng = np.random.default_rng(20240502)
         z = 0.05 * rng.standard_normal((4 * 240, len(problem.names)))
-        parameters = (*problem.parameters, *of_lot(experiment))
+        parameters = (*problem.parameters, *of_lot(problem))
         columns = np.column_stack([columns_at(problem, z), *values_of_lot(problem, z, rng).values()])
         summaries = {
             p.name: replace(

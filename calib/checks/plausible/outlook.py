@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 
 from calib.catalogue import SCALES, UNKNOWNS, UnknownName, unknowns_of
-from calib.problem import columns_at
+from calib.problem import columns_at, of_lot, values_of_lot
 from calib.sampling import Look
 from models.sensor import FloatArray
 
@@ -16,6 +17,8 @@ from models.sensor import FloatArray
 RIDGE = 0.6
 # Ridges that are told at most.
 _MOST = 5
+# Of the draws of what is of a lot.
+_SEED = 20190304
 _SENSOR = frozenset(unknowns_of("material", "specimen"))
 _LENGTHS = frozenset({"sensor_thickness", "padding_thickness"})
 _MODULI = frozenset({"young_modulus", "padding_young_modulus", "stiffening", "padding_poisson_ratio"})
@@ -83,7 +86,7 @@ class Outlook:
 
     Attributes
     ----------
-    unknowns : all but noises and discrepancies, in the order of the problem.
+    unknowns : all but noises and discrepancies, those of a lot first, then in the order of the problem.
     ridges : the sharpest first.
     """
 
@@ -103,7 +106,20 @@ def outlook_of(look: Look) -> Outlook:
         for k, p in enumerate(problem.parameters)
         if p.parameter not in SCALES
     )
-    return Outlook(told, _ridges(look, _correlation(theta, weight)))
+    return Outlook((*_of_lot(look), *told), _ridges(look, _correlation(theta, weight)))
+
+
+def _of_lot(look: Look) -> tuple[Told, ...]:
+    """What the data will tell of values and spreads of a lot."""
+    values = values_of_lot(look.problem, look.theta, np.random.default_rng(_SEED))
+    found = []
+    for info in of_lot(look.problem):
+        own = values[info.name]
+        z = info.prior.to_normal(own)
+        low, high = (float(info.prior.ppf_normal(end)) for end in (-1.0, 1.0))
+        variance, sd = (float(look.weight @ (x - look.weight @ x) ** 2) for x in (z, own))
+        found.append(Told(info.key, (high - low) / 2, math.sqrt(sd), 1 - variance))
+    return tuple(found)
 
 
 def _correlation(theta: FloatArray, weight: FloatArray) -> FloatArray:

@@ -269,7 +269,7 @@ def places_of(
 
 def _names(problem: Problem) -> tuple[str, ...]:
     """Names of the columns of draws: the unknowns, then what is of a lot."""
-    return (*problem.names, *(info.name for info in of_lot(problem.experiment)))
+    return (*problem.names, *(info.name for info in of_lot(problem)))
 
 
 def _place(truth: float, draws: FloatArray, weight: FloatArray, rng: np.random.Generator) -> Place:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
-from calib.catalogue import POOLED
+from calib.catalogue import POOLED, QUANTITIES, SPREADS, spread_of
 from calib.checks import passed_gates
 from calib.decision import percent
 from calib.report.rows import PRIOR_DRIVEN_WORDS, SENSOR_PARAMETERS, ParameterRow, parameter_rows, told_by_few
@@ -21,7 +21,7 @@ def section(results: Results) -> Section:
     conformity = None if recommendation is None else recommendation.conformity
     # What speaks against the calibration speaks against what follows from it, too, and is said once.
     more = [] if recommendation is None else [r for r in recommendation.verdict.reasons if r not in verdict.reasons]
-    of_lots = posterior.experiment.pooling == "partial"  # of which moduli of specimens stand in the table alone
+    of_lots = posterior.experiment.pooling == "partial"  # of which what is of specimens stands in the table alone
     rows = [r for r in parameter_rows(posterior) if r.parameter in SENSOR_PARAMETERS]
     context = {
         "verdict": verdict,
@@ -32,7 +32,7 @@ def section(results: Results) -> Section:
         "advice_status": "" if recommendation is None else status_in_words(recommendation.verdict, "the advice"),
         "beyond": more,
         "conforms": "" if conformity is None else percent(conformity.best.best_probability),
-        "rows": [r for r in rows if not (of_lots and r.where and r.parameter == POOLED)],
+        "rows": [r for r in rows if not (of_lots and r.where and r.parameter in POOLED)],
     }
     return Section("verdict", "", "", "headline.html.j2", context)
 
@@ -52,13 +52,22 @@ def summary_sentences(posterior: Posterior) -> str:
     if "relative_permittivity" in rows:
         parts.append(f"its relative permittivity {rows['relative_permittivity'].value}")
     text = " and ".join(parts) + " (mean ± one standard deviation). " if parts else ""
-    spread = rows.get("young_modulus_spread")
-    if spread is not None:
-        text += f"Moduli of its specimens differ by {spread.value} %{told_by_few(posterior)}. "
-    driven = [_called(r) for r in rows.values() if r.learned == PRIOR_DRIVEN_WORDS]
+    few = told_by_few(posterior)
+    text += _spreads(rows, few)
+    said = SPREADS if few else ()  # that they are what was believed
+    driven = [_called(r) for r in rows.values() if r.learned == PRIOR_DRIVEN_WORDS and r.parameter not in said]
     if driven:
         text += f"The data hardly moved {_listed(driven)}: there the result is the prior, not the measurement."
     return text.strip()
+
+
+def _spreads(rows: Mapping[str, ParameterRow], few: str) -> str:
+    """How far specimens of a lot differ, in a sentence, with what few of them cannot tell; empty under complete pooling."""
+    labels = {q: QUANTITIES[q].label.removesuffix(" of the sensor") for q in POOLED if spread_of(q) in rows}
+    if not labels:
+        return ""
+    told = [f"{rows[spread_of(q)].value} % in {label}" for q, label in labels.items()]
+    return f"Its specimens differ by {', '.join(told)} (one standard deviation of the lot){few}. "
 
 
 def _called(row: ParameterRow) -> str:

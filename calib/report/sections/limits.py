@@ -130,8 +130,8 @@ def _pooling(e: Experiment) -> list[tuple[str, str]]:
     return [
         (
             "The specimens are of one lot",
-            "Moduli of specimens scatter about that of the lot, log-normally and independently of each other; permittivity, "
-            "stiffening and a padding of another material are the same in all.",
+            "Moduli, permittivities and thicknesses of specimens scatter about those of the lot, normally or log-normally and "
+            "independently of each other; stiffening and a padding of another material are the same in all.",
         )
     ]
 

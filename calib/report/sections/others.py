@@ -1,4 +1,4 @@
-"""What else the data would say: models that differ in one choice, and specimens that differ from others."""
+"""What else the data would say: models that differ in one choice, and specimens that the others do not predict."""
 
 from __future__ import annotations
 
@@ -9,27 +9,38 @@ from calib.catalogue import QUANTITIES
 from calib.checks import BAYES_LIMITS, RULED_OUT
 from calib.report.digits import with_uncertainty
 from calib.report.section import Results, Section
-from calib.sampling import Departure, Posterior
+from calib.sampling import Departure, FirstEstimate, Posterior
 
 ORDER = 55
 
 _TITLE = "Other models of these data"
-# Specimens held against the others of their lot that are shown: those that lie furthest off.
-_MOST_STRANGERS = 5
+# Specimens held against the others that are shown: those that lie furthest off.
+_MOST = 5
 
 
 def section(results: Results) -> Section | None:
     """Show the models that were held against the data, and specimens against each other; None if neither was done."""
     d = results.posterior.diagnostics
-    if not d.departures and not d.apart and not d.strangers:
+    if not d.departures and not d.foretold and not d.strangers:
         return None
-    specimens = [(a.specimen, a.reference, with_uncertainty(a.ratio.mean, a.ratio.sd), f"{abs(a.z):.1f}") for a in d.apart]
-    of_lot = [
-        (s.specimen, f"{s.ratio.mean:.3f}", f"{s.ratio.sd:.3f}", f"{abs(s.z):.1f}")
-        for s in sorted(d.strangers, key=lambda s: -abs(s.z))[:_MOST_STRANGERS]
+    predicted = [
+        (f.specimen, f.channel, *_sized(f.ratio), f"{abs(f.z):.1f}") for f in sorted(d.foretold, key=lambda f: -abs(f.z))
     ]
-    context = {"average": bool(d.models), "models": other_models(results.posterior), "specimens": specimens, "of_lot": of_lot}
+    of_lot = [
+        (s.specimen, QUANTITIES[s.quantity].label, *_sized(s.ratio), f"{abs(s.z):.1f}")
+        for s in sorted(d.strangers, key=lambda s: -abs(s.z))
+    ]
+    context = {
+        "average": bool(d.models),
+        "models": other_models(results.posterior),
+        "predicted": predicted[:_MOST],
+        "of_lot": of_lot[:_MOST],
+    }
     return Section("others", _TITLE, "Other models", "others.html.j2", context)
+
+
+def _sized(ratio: FirstEstimate) -> tuple[str, str]:
+    return f"{ratio.mean:.3f}", f"{ratio.sd:.3f}"
 
 
 @dataclass(frozen=True)

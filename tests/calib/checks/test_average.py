@@ -194,8 +194,9 @@ def test_predictions_are_those_of_both_models(given: Posterior) -> None:
 def test_what_is_of_a_lot_comes_last_in_an_average_of_lots(make_lot: MakePosterior) -> None:
     lot = believed(make_lot(), 0.0)
     found = averaged(lot, with_own_padding(lot))
-    assert [p.name for p in found.parameters[-2:]] == ["young_modulus", "young_modulus_spread"]
-    assert found.unknowns == found.parameters[:-2]
+    of_lots = [p.name for p in found.parameters[len(found.unknowns) :]]
+    assert of_lots == [p.name for p in lot.parameters[len(lot.unknowns) :]]
+    assert of_lots[:2] == ["young_modulus", "young_modulus_spread"]
     own = {p.name: found.draws[..., k] for k, p in enumerate(found.parameters)}
-    assert np.mean(own["young_modulus"]) == pytest.approx(1.1 * np.mean(lot.draws[..., -2]), rel=0.02)
+    assert np.mean(own["young_modulus"]) == pytest.approx(1.1 * np.mean(lot.draws[..., len(lot.unknowns)]), rel=0.02)
     assert np.isfinite(found.diagnostics.parameters["young_modulus_spread"].r_hat)

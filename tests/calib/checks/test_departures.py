@@ -10,6 +10,7 @@ import pytest
 
 from calib.checks.departures import look_elsewhere
 from calib.checks.left_out import leave_out_exactly
+from calib.checks.left_out_specimens import foretold
 from calib.experiment.experiment_file import read_experiment
 from calib.experiment.forward import forward_of_experiment
 from calib.experiment.plan import Experiment
@@ -84,14 +85,31 @@ def test_a_hopeless_model_is_answered_after_one_climb_by_what_more_would_say(one
 
 
 @pytest.mark.parametrize("second", [1.0, 1.25])
-def test_a_second_specimen_that_is_stiffer_is_told_by_how_much(second: float) -> None:
+def test_a_specimen_that_is_stiffer_is_not_predicted_by_the_other_and_by_how_much(second: float) -> None:
     forward = ClosedForm(force_error=0.002, capacitance_error=0.005)
     plan = replace(read_experiment(DATASET), model="closed form")
     problem = _problem(plan, forward, ClosedForm(), second=second)
-    (apart,) = look_elsewhere(problem, first_answer(problem)).apart
-    assert (apart.specimen, apart.reference) == ("sensor 2", "sensor 1")
-    assert apart.ratio.mean == pytest.approx(second, abs=3 * apart.ratio.sd)
-    assert (abs(apart.z) > 3) == (second != 1)
+    found = {(f.specimen, f.channel): f for f in look_elsewhere(problem, first_answer(problem)).foretold}
+    assert len(found) == 4
+    for name, ratio in (("sensor 1", 1 / second), ("sensor 2", second)):
+        force, capacitance = (found[name, channel] for channel in ("force", "capacitance"))
+        assert force.ratio.mean == pytest.approx(ratio, abs=3 * force.ratio.sd)
+        assert (abs(force.z) > 3) == (second != 1)
+        assert abs(capacitance.z) < 3
+
+
+def test_a_specimen_of_a_lot_is_predicted_less_well_than_one_of_the_same_material() -> None:
+    forward = ClosedForm(force_error=0.002, capacitance_error=0.005)
+    plan = replace(read_experiment(DATASET), model="closed form")
+    found = {}
+    for pooling in ("complete", "partial"):
+        problem = _problem(replace(plan, pooling=pooling), forward, ClosedForm(), second=1.12)
+        found[pooling] = {f.channel: f for f in foretold(problem, {}, "sensor 2")}
+    force = {pooling: told["force"] for pooling, told in found.items()}
+    assert force["partial"].ratio.sd > 2 * force["complete"].ratio.sd
+    assert force["complete"].z > 3 > force["partial"].z > 0
+    alone = replace(plan, specimens=plan.specimens[:1])
+    assert foretold(_problem(alone, forward, ClosedForm()), {}, "sensor 1") == ()
 
 
 def test_nothing_is_asked_of_the_finite_elements_and_nothing_known_without_a_first_answer(one: Experiment) -> None:

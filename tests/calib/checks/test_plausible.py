@@ -275,6 +275,19 @@ def test_what_the_data_will_tell_is_what_they_tell() -> None:
     assert not any(name.endswith(("_noise", "_discrepancy")) for name in told)
 
 
+def test_what_the_data_will_tell_of_a_lot_stands_before_what_they_tell_of_its_specimens() -> None:
+    lab = _lab(force_alone=True)
+    found = replace(lab, experiment=replace(lab.experiment, pooling="partial")).check()
+    assert found.outlook is not None
+    told = {str(t.name): t for t in found.outlook.unknowns}
+    assert list(told)[:4] == ["young_modulus", "young_modulus_spread", "sensor_thickness", "sensor_thickness_spread"]
+    assert told["young_modulus"].contraction > 0.9
+    assert told["young_modulus"].expected_sd > told["young_modulus[sensor 1]"].expected_sd
+    # Of one specimen nothing is learned of a spread, and of the lot's thickness hardly more than a microscope did.
+    assert told["young_modulus_spread"].contraction < 0.15
+    assert told["padding_thickness"].contraction < 0.6
+
+
 def test_a_ridge_is_told_in_words_with_what_would_break_it() -> None:
     found = _lab().check()
     assert found.outlook is not None

@@ -17,7 +17,7 @@ from calib.decision.padding import recommend
 from calib.decision.requirement import Requirement
 from calib.experiment import Unedited
 from calib.lab import Grade
-from calib.sampling import Apart, Departure, FirstEstimate, Posterior
+from calib.sampling import Departure, FirstEstimate, Foretold, Posterior
 from models.analytic import ClosedForm
 
 MakePosterior = Callable[..., Posterior]
@@ -97,13 +97,22 @@ def test_models_that_could_not_be_asked_take_the_green_away(make_posterior: Make
     assert _gates(_with(make_posterior(), departures=(unknown, known))) == {}
 
 
-@pytest.mark.parametrize(("ratio", "level"), [(1.02, None), (1.08, "amber"), (0.80, "red")])
-def test_a_specimen_of_another_modulus_is_named(make_posterior: MakePosterior, ratio: float, level: str | None) -> None:
-    posterior = _with(make_posterior(), apart=(Apart("sensor 2", "sensor 1", FirstEstimate(ratio, 0.025)),))
-    found = [r for r in judge_posterior(posterior).reasons if r.gate == "specimens"]
+@pytest.mark.parametrize(("z", "level"), [(0.8, None), (3.9, "amber"), (-7.0, "red")])
+def test_a_specimen_that_the_others_do_not_predict_is_named(make_posterior: MakePosterior, z: float, level: str | None) -> None:
+    ratio = FirstEstimate(1 + 0.03 * z, 0.03)
+    told = (Foretold("sensor 1", "force", FirstEstimate(1.01, 0.03), 0.3), Foretold("sensor 2", "force", ratio, z))
+    found = [r for r in judge_posterior(_with(make_posterior(), foretold=told)).reasons if r.gate == "specimens"]
     assert [r.level for r in found] == ([level] if level else [])
-    side = "stiffer" if ratio > 1 else "softer"
-    assert all(f"sensor 2 is {abs(ratio - 1):.1%} ± 2.5% {side} than sensor 1" in r.finding for r in found)
+    side = f"11.7% ± 3.0% higher than expected, {z:.1f}" if z > 0 else f"21.0% ± 3.0% lower than expected, {-z:.1f}"
+    wanted = f"sensor 2 is not predicted by the others: its force is {side} standard deviations, and of two specimens"
+    assert all(r.finding.startswith(wanted) and 'pooling = "partial"' in r.action for r in found)
+
+
+def test_of_three_the_one_that_is_not_predicted_is_meant(make_posterior: MakePosterior) -> None:
+    told = [Foretold(f"sensor {k}", "capacitance", FirstEstimate(1.0, 0.03), z) for k, z in ((1, 0.5), (2, -1.0), (3, 4.1))]
+    (reason,) = judge_posterior(_with(make_posterior(), foretold=tuple(told))).reasons
+    assert "sensor 3" in reason.finding
+    assert "of two specimens" not in reason.finding
 
 
 def test_a_misfit_says_where_along_the_press_it_lies(make_posterior: MakePosterior) -> None:

@@ -816,7 +816,8 @@ def test_what_help_texts_say_of_the_training_is_what_it_does() -> None:
 
 
 @pytest.mark.parametrize(
-    "command", ["init", "read", "calibrate", "recommend", "report", "simulate", "surrogate train", "surrogate refine"]
+    "command",
+    ["init", "read", "calibrate", "recommend", "export", "diff", "report", "simulate", "surrogate train", "surrogate refine"],
 )
 def test_help_teaches_with_an_example_and_the_exit_codes(command: str) -> None:
     result = _run(*command.split(), "--help")

@@ -9,14 +9,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from calib.decision.next_specimen import as_next_specimen
+from calib.decision.next_specimen import as_next_specimen, padding_about_mean
 from calib.decision.padding import recommend
 from calib.decision.recommendation import Recommendation
 from calib.decision.record import recommendation_from_json, recommendation_to_json
 from calib.decision.requirement import Requirement
 from calib.decision.words import percent
 from calib.errors import InputError
-from calib.priors.distributions import Fixed
+from calib.priors.distributions import Fixed, Normal
+from calib.problem.lots import Lot, LotPrior
 from calib.sampling.posterior import Posterior, thin_draws
 from models.analytic import ClosedForm
 from models.response import Response
@@ -263,13 +264,49 @@ def test_a_recommendation_says_whose_sensor_it_is_for(make_posterior: MakePoster
 
 
 def test_the_next_specimen_scatters_about_its_lot_by_the_spread(make_lot: MakePosterior) -> None:
-    values = thin_draws(make_lot(spread=Fixed(0.2)), 900, np.random.default_rng(1))
-    following = as_next_specimen(values, np.random.default_rng(2))
+    posterior = make_lot(spread=Fixed(0.2))
+    values, lots = thin_draws(posterior, 900, np.random.default_rng(1)), posterior.table.lots
+    following = as_next_specimen(values, lots, np.random.default_rng(2))
     away = np.log(following["young_modulus[sensor 1]"] / values["young_modulus"]) / 0.2
     assert np.mean(away) == pytest.approx(0, abs=0.12)
     assert np.std(away) == pytest.approx(1, abs=0.08)
     np.testing.assert_array_equal(following["young_modulus[sensor 1]"], following["young_modulus[sensor 2]"])
     np.testing.assert_array_equal(following["machine_compliance"], values["machine_compliance"])
+    for quantity in ("relative_permittivity", "sensor_thickness", "padding_thickness"):
+        of_next, of_lot = following[f"{quantity}[sensor 1]"], values[quantity]
+        off = (of_next / of_lot - 1) / values[f"{quantity}_spread"]
+        assert np.mean(off) == pytest.approx(0, abs=0.12)
+        assert np.std(off) == pytest.approx(1, abs=0.15)
+        np.testing.assert_array_equal(of_next, following[f"{quantity}[sensor 2]"])
+    cast = padding_about_mean(values, following, lots)
+    np.testing.assert_allclose(cast * values["padding_thickness"], following["padding_thickness[sensor 1]"])
+
+
+def test_the_next_specimen_is_one_that_can_be(make_lot: MakePosterior) -> None:
+    lots = make_lot().table.lots
+    lots = (*lots, Lot("dielectric_thickness", LotPrior(Normal(0.36e-3, 0.05e-3), Fixed(0.1), (None, None)), np.array([0, 1])))
+    sensor = {f"sensor_thickness[sensor {k}]": np.full(500, 0.74e-3) for k in (1, 2)}
+    dielectric = {f"dielectric_thickness[sensor {k}]": np.full(500, 0.36e-3) for k in (1, 2)}
+    of_lot = {"dielectric_thickness": np.full(500, 0.36e-3), "dielectric_thickness_spread": np.full(500, 0.1)}
+    values = {**sensor, **dielectric, **of_lot}
+    following = as_next_specimen(values, lots[-1:], np.random.default_rng(1))
+    assert np.max(following["dielectric_thickness[sensor 2]"]) <= 0.37e-3
+    assert np.std(following["dielectric_thickness[sensor 2]"]) > 0.01e-3
+    with pytest.raises(ValueError, match="two dielectrics do not fit into a sensor of this lot"):
+        as_next_specimen({**values, "dielectric_thickness": np.full(500, 0.9e-3)}, lots[-1:], np.random.default_rng(1))
+
+
+def test_the_next_padding_scatters_about_what_is_asked_for(make_lot: MakePosterior) -> None:
+    lot = _exact(make_lot(spread=Fixed(1e-3)))
+    names = [p.name for p in lot.parameters]
+    fine = lot.draws.copy()
+    fine[..., [k for k, name in enumerate(names) if name.endswith("_spread")]] = 1e-3
+    rough = fine.copy()
+    rough[..., names.index("padding_thickness_spread")] = 0.05
+    fine_width, rough_width = (
+        np.ptp(_recommend(replace(lot, draws=draws), Hill(), 3.0, 2e-3, 3e-3).change_at_best[[0, 4]]) for draws in (fine, rough)
+    )
+    assert rough_width > 5 * fine_width
 
 
 def test_the_next_specimen_is_less_certain_the_more_specimens_differ(make_lot: MakePosterior) -> None:

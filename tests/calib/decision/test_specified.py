@@ -231,7 +231,7 @@ def test_tolerances_that_make_what_cannot_be_are_refused(posterior: Posterior, f
 
 
 def test_a_spread_that_the_run_has_inferred_is_not_counted_twice(make_lot: MakePosterior) -> None:
-    with pytest.raises(InputError, match="the run has inferred how moduli of a lot differ"):
+    with pytest.raises(InputError, match="the run has inferred how the young_modulus of a lot differs"):
         _conform(make_lot(), Limit("stroke", "at_most", 1e-2), modulus_spread=0.05)
 
 

@@ -36,7 +36,7 @@ from calib.report.sections.headline import summary_sentences
 from calib.report.sections.limits import LIMITS_OF_LAWS, limits
 from calib.report.summary import summary_csv, summary_json
 from calib.sampling.diagnostics import Gate
-from calib.sampling.findings import Apart, Departure, FirstEstimate
+from calib.sampling.findings import Departure, FirstEstimate, Foretold
 from calib.sampling.posterior import Posterior
 from models.analytic import ClosedForm
 
@@ -261,8 +261,8 @@ def test_other_models_stand_in_a_table_with_the_modulus_that_each_would_give(
         Departure("own-padding", "padding of its own modulus", -1.2, FirstEstimate(0.63e6, 0.022e6)),
         Departure("gent", "Gent", 2.0, FirstEstimate(0.61e6, 0.01e6)),
     )
-    apart = (Apart("sensor 2", "sensor 1", FirstEstimate(1.03, 0.012)),)
-    told = replace(posterior, diagnostics=replace(posterior.diagnostics, departures=found, apart=apart))
+    foretold = (Foretold("sensor 2", "force", FirstEstimate(1.03, 0.012), 2.5),)
+    told = replace(posterior, diagnostics=replace(posterior.diagnostics, departures=found, foretold=foretold))
     text = _text(write_report(told, predictions)).partition("Other models of these data")[2]
     assert (
         text.index("Gent 7.4 ask for it 0.610 ± 0.010")
@@ -270,7 +270,8 @@ def test_other_models_stand_in_a_table_with_the_modulus_that_each_would_give(
         < text.index("slippery base 3.5e-57 rule it out 1.200 ± 0.020")
         < text.index("sticking not known")
     )
-    assert "sensor 2 has 1.030 ± 0.012 times that of sensor 1 (2.5 standard deviations from 1)" in text
+    wanted = "the force of sensor 2 is 1.030 ± 0.012 times what they let one expect (2.5 standard deviations from 1)"
+    assert wanted in text
 
 
 GRADES = (
@@ -484,14 +485,33 @@ def test_the_table_of_a_lot_shows_the_lot_its_spread_and_the_moduli_of_specimens
     assert rows["young_modulus_spread"].unit == "%"
     assert rows["young_modulus[sensor 1]"].where == "sensor 1"
     assert rows["young_modulus[sensor 1]"].origin == "its lot"
+    assert rows["padding_thickness"].label == "padding thickness, lot"
+    assert rows["padding_thickness[sensor 1]"].origin == "its lot, and what was measured of it"
+    experiment = make_lot().experiment
+    wanted = zip(experiment.specimens, (1.1e-3, 1.3e-3), strict=True)
+    meant = tuple(replace(s, nominal={"padding_thickness": value}) for s, value in wanted)
+    differing = replace(make_lot(), experiment=replace(experiment, specimens=meant))
+    labels = {row.name: row.label for row in parameter_rows(differing)}
+    assert labels["padding_thickness"] == "padding thickness, lot, as sensor 1 was meant"
+    assert labels["sensor_thickness"] == "sensor thickness, lot"
 
 
 @pytest.mark.parametrize(("n", "said"), [(1, "one specimen cannot tell"), (2, "2 specimens can hardly tell")])
 def test_few_specimens_hardly_tell_a_spread_and_the_report_says_so(
     make_lot: Callable[..., Posterior], n: int, said: str
 ) -> None:
-    assert said in summary_sentences(make_lot(n_specimen=n))
-    assert "Young's modulus of the lot is" in summary_sentences(make_lot(n_specimen=n))
+    posterior = make_lot(n_specimen=n)
+    parameters = {
+        name: replace(s, prior_contraction=0.02) if name.endswith("_spread") else s
+        for name, s in posterior.diagnostics.parameters.items()
+    }
+    posterior = replace(posterior, diagnostics=replace(posterior.diagnostics, parameters=parameters))
+    text = summary_sentences(posterior)
+    assert said in text
+    assert "Young's modulus of the lot is" in text
+    for quantity in ("Young's modulus", "relative permittivity", "sensor thickness", "padding thickness"):
+        assert f"% in {quantity}" in text
+    assert "hardly moved" not in text  # which is said once
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -501,5 +521,5 @@ def test_the_page_of_a_lot_says_whose_padding_it_is_and_what_the_specimens_are(m
     text = _text(write_report(posterior, (), advice))
     assert "It is for the next sensor of this lot" in text
     assert "each a sensor of this lot that was not measured" in text
-    assert "The specimens are of one lot: each has a modulus of its own" in text
+    assert "The specimens are of one lot: each has a modulus, a permittivity and thicknesses of its own" in text
     assert json.loads(summary_json(posterior, Verdict()))["pooling"] == "partial"

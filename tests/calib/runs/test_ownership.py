@@ -53,6 +53,16 @@ def test_a_disk_without_locks_is_refused_and_left_as_it_was(tmp_path: Path, monk
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_full_disk_is_said_of_the_lock_file_and_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "write", full)
+    with pytest.raises(OSError, match=r"No space left on device: '.*run.*lock"):
+        _own(tmp_path / "run")
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_lock_ends_with_its_process_and_what_it_left_is_removed(tmp_path: Path) -> None:
     folder = tmp_path / "run"
     read, write = os.pipe()

@@ -119,13 +119,14 @@ class Tied(Known):
 
     def tie(self, x: FloatArray, random: np.random.RandomState) -> Tie | None:
         """See `Target`."""
-        return tie_of(LOT, LOT.columns, x, random)
+        return tie_of((LOT,), self.groups, lambda x: x, x, random)
 
 
-LOT = Lot(LotPrior(LogNormal(1.0, 1.2), LogNormal(0.1, 1.5)), np.arange(2, 7))
+_MEASURED = (None, LogNormal(1.1, 1.05), None, LogNormal(0.95, 1.2), None)
+LOT = Lot("young_modulus", LotPrior(LogNormal(1.0, 1.2), LogNormal(0.1, 1.5), _MEASURED), np.arange(2, 7))
 TIED = Tied(
     "lot",
-    lambda rng, n_draw: np.concatenate([rng.standard_normal((n_draw, 2)), LOT.prior.draw(5, rng, n_draw)[0]], axis=1),
+    lambda rng, n_draw: np.concatenate([rng.standard_normal((n_draw, 2)), LOT.prior.draw(rng, n_draw)[0]], axis=1),
     lambda x: LOT.log_ratio(x) - 0.5 * np.sum(x**2, axis=1),
     np.array([np.ones(7), np.zeros(7)]),
     scales=(0,),

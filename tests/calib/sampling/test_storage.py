@@ -501,10 +501,13 @@ def test_draws_of_a_lot_and_of_its_specimens_are_kept_apart(make_lot: Callable[.
     found = load_posterior(tmp_path / "posterior.nc")
     np.testing.assert_array_equal(found.draws, posterior.draws)
     assert found.experiment.pooling == "partial"
-    assert [p.name for p in found.parameters[len(found.unknowns) :]] == ["young_modulus", "young_modulus_spread"]
+    of_lots = [p.name for p in found.parameters[len(found.unknowns) :]]
+    assert of_lots[:2] == ["young_modulus", "young_modulus_spread"]
+    assert of_lots[-2:] == ["padding_thickness", "padding_thickness_spread"]
     variables = posterior.to_xarray()
     assert variables["young_modulus"].dims == ("chain", "draw")
-    assert variables["young_modulus_of_specimens"].dims == ("chain", "draw", "specimen")
+    for quantity in ("young_modulus", "padding_thickness"):
+        assert variables[f"{quantity}_of_specimens"].dims == ("chain", "draw", "specimen")
 
 
 def test_draws_of_the_prior_of_a_lot_are_of_lots_with_their_specimens(make_lot: Callable[..., Posterior]) -> None:

@@ -1,0 +1,188 @@
+"""Hold tables of a gripper against sweeps that they have not seen: `python benchmarks/gripper.py --labs 60 -o gripper.jsonl`.
+
+A lab has two specimens as the shipped experiment has them: all that is unknown is drawn from its prior, curves are those of
+the finite elements. In the kind `as believed` they are off by a discrepancy, as the likelihood takes for granted, in `exact`
+they are not. Posteriors are the weighted draws of a first answer where these can be trusted (k-hat below 0.7, 200 effective
+draws); the other labs are left out and counted. Then the same specimen, one more of the lot, and that on 5.5 mm of padding are
+pressed to 25 forces up to the largest that was measured, by the finite elements, each with a discrepancy, a tare and noise of
+its own. Printed for each: how often bounds of 90 % hold the force, how far the force is off in shares of the full scale, and
+how many readings are said to be valid.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from simulated.faulty import ACCURACY, DEPTH, EXPERIMENT, POINTS, SPEED, Curve, curve_of
+from simulated.labs import lab_parser, parsed, rows_of
+
+from calib.decision import Gripper, Status
+from calib.decision.inverse import table_of
+from calib.decision.readable import measured_sensor, next_sensor
+from calib.experiment import Experiment, forward_of_experiment, read_experiment
+from calib.priors import Prior, default_prior
+from calib.problem import CORRELATION_LENGTH, build_problem, values_at
+from calib.problem.synthetic import Rig, synthetic_sweep
+from calib.sampling import K_HAT, look_at, smooth_weights
+from models.fem import FiniteElements
+from models.response import ConvergenceError, OutOfRangeError
+from models.sensor import Design, FloatArray, design_from
+from models.threads import one_thread
+
+#: What is planted.
+KINDS = ("as believed", "exact")
+#: Effective draws from which a first answer is taken for the posterior, forces of a held-out press, padding of a design [m].
+WORTH, N_FORCE, PADDING = 200.0, 25, 5.5e-3
+_SENSORS = ("specimen", "next", "design")
+_OF_SPECIMEN = ("sensor_thickness", "padding_thickness", "dielectric_thickness")
+_FORCE_NOISE, _CAPACITANCE_NOISE = 5e-3, 1e-14
+_FARTHEST = 2.5
+
+
+def answer(kind: str, seed: int, n_draw: int) -> dict[str, Any]:
+    """Simulate and calibrate one lab, and read its sensors on a gripper."""
+    with one_thread():
+        return _answer(kind, seed, n_draw)
+
+
+def _answer(kind: str, seed: int, n_draw: int) -> dict[str, Any]:
+    began = time.process_time()
+    row: dict[str, Any] = {"kind": kind, "seed": seed, "by": "none"}
+    experiment = read_experiment(EXPERIMENT)
+    forward = forward_of_experiment(experiment)
+    rng = np.random.default_rng([seed, 20190306])
+    shared = {name: _of(prior, rng) for name, prior in experiment.priors.items()}
+    width = {name: _of(default_prior(f"{name}_discrepancy"), rng) * (kind != "exact") for name in ("force", "capacitance")}
+    designs = [_design(experiment, shared, k, rng) for k in (0, 1, 0)]
+    designs.append(replace(designs[2], padding=replace(designs[2].padding, thickness=PADDING)))
+    try:
+        curves = [curve_of(design, 1.01 * DEPTH) for design in designs[:2]]
+        rated = float(curves[0].force(np.sqrt(DEPTH)))
+        pressed = [_pressed(design, rated) for design in (designs[0], *designs[2:])]
+    except (OutOfRangeError, ConvergenceError) as error:
+        return {**row, "why": str(error)}
+    sweeps = []
+    for specimen, design, curve in zip(experiment.specimens, designs[:2], curves, strict=True):
+        rig = Rig(
+            0.2 * _of(default_prior("contact_offset"), rng),
+            shared["machine_compliance"],
+            0.3 * rng.standard_normal(),
+            shared["parasitic_capacitance"],
+            rng.standard_normal(),
+            force_noise=_FORCE_NOISE,
+            capacitance_noise=_CAPACITANCE_NOISE,
+            speed=SPEED,
+        )
+        off = _off(curve, width, rng)
+        sweep = synthetic_sweep(off, design, DEPTH, rig, rng, specimen=specimen.name, n_points=POINTS)
+        estimated = sweep.clock_offset + sweep.clock_offset_sd * rng.standard_normal()
+        sweeps.append(replace(sweep, clock_offset=estimated))
+    problem = build_problem(experiment, sweeps, forward)
+    try:
+        look = look_at(problem)
+    except ValueError as error:
+        return {**row, "why": str(error)}
+    weight, k_hat = smooth_weights(np.log(np.maximum(look.weight, 1e-300)))
+    row |= {"k_hat": round(float(k_hat), 2), "effective": round(look.effective_draws)}
+    if not look.confirmed or look.effective_draws < WORTH or k_hat > K_HAT:
+        return {**row, "why": "its weighted draws cannot be trusted"}
+    chosen = rng.choice(len(weight), n_draw, p=weight / np.sum(weight))
+    values = values_at(problem, look.theta[chosen])
+    gripper = Gripper(padding=PADDING)
+    following = next_sensor(problem, forward, values, problem.parameters, gripper, rng)
+    draws = [
+        measured_sensor(problem, forward, values, experiment.specimens[0].name, gripper, rng),
+        following,
+        following.on(PADDING),
+    ]
+    for sensor, one, curve, design in zip(_SENSORS, draws, pressed, (designs[0], *designs[2:]), strict=True):
+        table = table_of(sensor, "next", [one], gripper, rated)
+        off = _off(curve, width, rng)
+        force = rated * (np.arange(N_FORCE) + 0.5) / N_FORCE
+        depth = np.linspace(0.0, float(curve.force.x[-1]) ** 2, 4001)
+        there = off.respond(design, depth)
+        capacitance = np.interp(force, there.force, there.capacitance) + shared["parasitic_capacitance"]
+        at_rest = float(there.rest_capacitance) + shared["parasitic_capacitance"]
+        tare = at_rest + _CAPACITANCE_NOISE * rng.standard_normal() / np.sqrt(gripper.n_tare)
+        found = table.force_at(capacitance + _CAPACITANCE_NOISE * rng.standard_normal(N_FORCE), tare)
+        inside = (found.lower <= force) & (force <= found.upper)
+        row[sensor] = {
+            "inside": round(float(np.mean(inside[found.status < Status.BEYOND_RANGE])), 4),
+            "valid": round(float(np.mean(found.status == Status.VALID)), 4),
+            "off": [round(float(x), 5) for x in (found.force - force) / rated],
+            "width": round(float(np.mean(found.upper - found.lower)) / rated, 5),
+        }
+    return {**row, "by": "first answer", "rated": rated, "processor": round(time.process_time() - began, 1)}
+
+
+def _of(prior: Prior, rng: np.random.Generator) -> float:
+    return float(prior.ppf_normal(np.clip(rng.standard_normal(), -_FARTHEST, _FARTHEST)))
+
+
+def _design(experiment: Experiment, shared: Mapping[str, float], k: int, rng: np.random.Generator) -> Design:
+    own = {name: _of(experiment.specimens[k].priors[name], rng) for name in _OF_SPECIMEN}
+    whole = {**shared, **own, "indenter_radius": experiment.indenter_radius, "sensor_radius": experiment.sensor_radius}
+    return design_from(whole)
+
+
+def _pressed(design: Design, force: float) -> Curve:
+    """The loading curve by finite elements, a little beyond a force."""
+    end = FiniteElements(ACCURACY).respond_to_force(design, np.array([1.1 * force])).depth[0]
+    return curve_of(design, float(end))
+
+
+def _off(curve: Curve, width: Mapping[str, float], rng: np.random.Generator) -> Curve:
+    """A curve that is off by discrepancies: a Gaussian process along the depth times force and change."""
+    share = curve.force.x**2 / curve.force.x[-1] ** 2
+    covariance = np.exp(-0.5 * ((share[:, None] - share) / CORRELATION_LENGTH) ** 2)
+    value, vector = np.linalg.eigh(covariance)
+
+    def process() -> FloatArray:
+        return np.asarray(vector @ (np.sqrt(np.maximum(value, 0.0)) * rng.standard_normal(share.size)), dtype=float)
+
+    s, rest = curve.force.x, float(curve.capacitance(0.0))
+    force = curve.force(s) * (1 + width["force"] * process())
+    capacitance = rest + (curve.capacitance(s) - rest) * (1 + width["capacitance"] * process())
+    return Curve(CubicSpline(s, force), CubicSpline(s, capacitance))
+
+
+def table(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    """Lines of a table in Markdown, one for each kind and sensor."""
+    heads = ("labs", "left out", "in 90 % bounds", "their width", "off, rms", "off, 95 %", "within 1.7 %", "valid")
+    yield f"| planted | sensor | {' | '.join(heads)} |"
+    yield "|---" * (len(heads) + 2) + "|"
+    for kind in dict.fromkeys(row["kind"] for row in rows):
+        every = [row for row in rows if row["kind"] == kind]
+        own = [row for row in every if row["by"] != "none"]
+        for sensor in _SENSORS if own else ():
+            found = [row[sensor] for row in own]
+            off = np.abs(np.concatenate([f["off"] for f in found]))
+            inside = np.array([f["inside"] for f in found])
+            error = np.std(inside) / np.sqrt(len(found))
+            numbers = [
+                f"{np.mean(inside):.1%} ± {error:.1%}",
+                f"{np.mean([f['width'] for f in found]):.1%}",
+                f"{np.sqrt(np.mean(off**2)):.2%}",
+                f"{np.quantile(off, 0.95):.2%}",
+                f"{np.mean(off <= 0.017):.1%}",
+                f"{np.mean([f['valid'] for f in found]):.0%}",
+            ]
+            yield f"| {kind} | {sensor} | {len(own)} | {len(every) - len(own)} | {' | '.join(numbers)} |"
+
+
+def main(words: Sequence[str] | None = None) -> None:
+    """Answer the labs that are asked for and print the table of all."""
+    parser = lab_parser(__doc__, KINDS, 60)
+    parser.add_argument("--draws", type=int, default=1000, help="of each posterior")
+    given = parsed(parser, words, KINDS)
+    rows = rows_of(answer, given.kinds, given.labs, given.draws, given.processes, given.output)
+    print("\n".join(table(sorted(rows, key=lambda row: KINDS.index(row["kind"])))))
+
+
+if __name__ == "__main__":
+    main()

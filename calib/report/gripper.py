@@ -1,0 +1,299 @@
+"""Tables of a gripper in, the texts of the files that its firmware, its robot and its simulator need out."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass, replace
+from importlib import resources
+from typing import Any
+
+import jinja2
+import numpy as np
+
+from calib.decision import LEVEL, N_ROW, WIDTH_IN_SD, ForceTable, GripperTables
+from calib.errors import Fault, InputError
+from calib.records import record_to_text
+from calib.report.status import status_in_words
+from calib.visible import visible
+from models.sensor import FloatArray
+
+_FORMAT = 1
+# Most letters of an identifier; C99 tells 63 apart.
+_LONGEST = 40
+# Bytes of a number in a table, and numbers of it beside its rows.
+_BYTES, _COLUMNS, _LIMITS = 4, 4, 2
+# Numbers in a line of a file.
+_IN_LINE = 8
+_PPB, _MICRO = 1e9, 1e6
+_LARGEST_INTEGER = 2**31 - 1
+
+
+def gripper_files(made: GripperTables) -> dict[str, str]:
+    """Write what a gripper needs of a calibration, ready to be compiled, imported or read.
+
+    Parameters
+    ----------
+    made : from `calib.decision.invert`; its verdict must not be red.
+
+    Returns
+    -------
+    Name of a file -> its text: tables as C99 header, Python, CSV and JSON, simulated taxels as JSON, and how to use them.
+
+    Raises
+    ------
+    InputError
+        If forces are too large for the integers of the header.
+    """
+    environment = jinja2.Environment(
+        loader=jinja2.FunctionLoader(_template),
+        autoescape=False,  # none of these is a page
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    about = tuple(_about(made))
+    tables = [_laid_out(table, name) for table, name in zip(made.tables, _identifiers(made.tables), strict=True)]
+    size = _BYTES * (_COLUMNS * N_ROW + _LIMITS)
+    context = {
+        "n_tare": made.gripper.n_tare,
+        "percent": f"{LEVEL * 100:g} %",
+        "width": f"{WIDTH_IN_SD:g}",
+        "width_thousandths": round(1000 * WIDTH_IN_SD),
+        "n_row": N_ROW,
+        "bytes_float": size,
+        "bytes_integer": size,
+    }
+
+    def rendered(template: str, write: Callable[[str], str] = str) -> str:
+        shown = {**context, "about": [write(line) for line in about], "title": write(_line(made.experiment))}
+        return environment.get_template(template).render(shown, tables=[_written(table, write) for table in tables])
+
+    return {
+        "force_tables.h": rendered("force_tables.h.j2", _in_comment),
+        "force_tables.py": rendered("force_tables.py.j2"),
+        "force_tables.csv": _csv(made, about),
+        "force_tables.json": _json(made, tables),
+        "taxels.json": _taxels(made, tables),
+        "README.md": rendered("gripper.md.j2", _in_markdown),
+    }
+
+
+@dataclass(frozen=True)
+class _LaidOut:
+    """A table as the templates take it: everything is text."""
+
+    title: str
+    quoted: str
+    identifier: str
+    about: tuple[str, ...]
+    conditions: tuple[str, ...]
+    reasons: tuple[str, ...]
+    colour: str
+    range_ppm: str
+    range_force: str
+    floats: tuple[tuple[str, ...], ...]
+    limits: tuple[str, ...]
+    integers: tuple[tuple[str, ...], ...]
+    integer_limits: tuple[str, ...]
+    numbers: tuple[tuple[str, ...], ...]
+    number_limits: tuple[str, ...]
+
+
+def _written(table: _LaidOut, write: Callable[[str], str]) -> _LaidOut:
+    """A table with its texts written as a format takes them."""
+    about, conditions, reasons = (tuple(map(write, lines)) for lines in (table.about, table.conditions, table.reasons))
+    return replace(table, title=write(table.title), about=about, conditions=conditions, reasons=reasons)
+
+
+def _laid_out(table: ForceTable, identifier: str) -> _LaidOut:
+    columns = (table.ratio, table.force, table.lower, table.upper)
+    limits = (table.below, table.touch)
+    scales = (_PPB, _MICRO, _MICRO, _MICRO)
+    if table.end * _MICRO > _LARGEST_INTEGER or table.ratio[-1] * _PPB > _LARGEST_INTEGER:
+        message = f"{table.name}: {table.end:.6g} N at {table.ratio[-1]:.3g} times the tare is more than a table holds"
+        raise InputError(Fault(message, advice="Ask for a smaller --force"))
+    conditions = tuple(_line(text) for text in table.conditions)
+    reasons = tuple(_line(f"{r.level}, {r.gate}: {r.in_words}") for r in table.verdict.reasons)
+    title = _line(table.name)
+    ppm = f"{table.touch * 1e6:.0f} to {table.ratio[-1] * 1e6:.0f}"
+    forces = f"{float(np.interp(table.touch, table.ratio, table.force)):.3g} to {table.largest:.4g}"
+    range_ = f"valid: readings of {ppm} ppm above the tare, forces of {forces} N"
+    tare = " to ".join(f"{c * 1e12:.4g}" for c in table.tare[[0, 2]])
+    expected = f"tare to be expected: {tare} pF ({LEVEL * 100:g} %)"
+    return _LaidOut(
+        title=title,
+        quoted=ascii(table.name),
+        identifier=identifier,
+        about=(title, *conditions, range_, expected, status_in_words(table.verdict, "the table"), *reasons),
+        conditions=(*conditions, range_, expected),
+        reasons=reasons,
+        colour=table.verdict.colour,
+        range_ppm=ppm,
+        range_force=forces,
+        floats=tuple(_lines([f"{x:.8e}f" for x in column]) for column in columns),
+        limits=tuple(f"{x:.8e}f" for x in limits),
+        integers=tuple(
+            _lines([str(n) for n in _integers(column, scale)]) for column, scale in zip(columns, scales, strict=True)
+        ),
+        integer_limits=tuple(str(round(x * _PPB)) for x in limits),
+        numbers=tuple(_lines([f"{x:.12g}" for x in column]) for column in columns),
+        number_limits=tuple(f"{x:.12g}" for x in limits),
+    )
+
+
+def _integers(column: FloatArray, scale: float) -> list[int]:
+    return [round(float(x) * scale) for x in column]
+
+
+def _lines(numbers: Sequence[str]) -> tuple[str, ...]:
+    """Numbers, so many in a line."""
+    return tuple(", ".join(numbers[k : k + _IN_LINE]) for k in range(0, len(numbers), _IN_LINE))
+
+
+def _about(made: GripperTables) -> Iterator[str]:
+    """What every file says of itself: whether it may be used, and where it comes from."""
+    yield _line(status_in_words(made.verdict, "the tables"))
+    for reason in made.verdict.reasons:
+        yield _line(f"{reason.level}, {reason.gate}: {reason.in_words}")
+    versions = dict(made.versions)
+    package = versions.get("dielectric-elastomer-calibration", "unknown")
+    yield f"Made by calib export (calib {package}) from the run {made.fingerprint or 'without a fingerprint'}"
+    yield f"(posterior.nc: SHA-256 {made.posterior_sha256 or 'not kept'}; {_line(made.forward_name)}; seed {made.seed})."
+
+
+def _csv(made: GripperTables, about: Sequence[str]) -> str:
+    """All tables, row by row, below lines that begin with #."""
+    lines = [f"# {line}" for line in about]
+    for table in made.tables:
+        lines += [f"# {_line(table.name)}: {line}" for line in (*map(_line, table.conditions), table.verdict.colour)]
+        lines += [f"# {_line(table.name)}: {_line(f'{r.level}, {r.gate}: {r.in_words}')}" for r in table.verdict.reasons]
+    lines.append("sensor,ratio,force_N,lower_N,upper_N,sigma_N")
+    for table in made.tables:
+        name = '"' + _line(table.name).replace('"', '""') + '"'
+        columns = (table.ratio, table.force, table.lower, table.upper, table.sigma)
+        lines += [f"{name},{','.join(f'{x:.9g}' for x in row)}" for row in zip(*columns, strict=True)]
+    return "\n".join(lines) + "\n"
+
+
+def _origin(made: GripperTables) -> dict[str, Any]:
+    return {
+        "verdict": made.verdict.to_plain(),
+        "experiment": made.experiment,
+        "fingerprint": made.fingerprint,
+        "posterior_sha256": made.posterior_sha256,
+        "versions": dict(made.versions),
+        "forward_name": made.forward_name,
+        "seed": made.seed,
+        "gripper": asdict(made.gripper),
+    }
+
+
+def _of_table(table: ForceTable, laid_out: _LaidOut) -> dict[str, Any]:
+    return {
+        "name": table.name,
+        "identifier": laid_out.identifier,
+        "sensor": table.sensor,
+        "verdict": table.verdict.to_plain(),
+        "conditions": table.conditions,
+        "padding_thickness_m": table.padding_thickness,
+        "indenter_radius_m": table.indenter_radius,
+    }
+
+
+def _json(made: GripperTables, laid_out: Sequence[_LaidOut]) -> str:
+    tables = [
+        {
+            **_of_table(table, as_text),
+            "below": table.below,
+            "touch": table.touch,
+            "rated_N": table.rated,
+            "end_N": table.end,
+            "looked_N": table.looked,
+            "turn_N": table.turn,
+            "rest_capacitance_F": table.rest_capacitance,
+            "tare_F": table.tare,
+            "parasitic_F": table.parasitic,
+            "noise_F": table.noise,
+            "ratio": table.ratio,
+            "force_N": table.force,
+            "lower_N": table.lower,
+            "upper_N": table.upper,
+            "sigma_N": table.sigma,
+        }
+        for table, as_text in zip(made.tables, laid_out, strict=True)
+    ]
+    status = {"valid": 0, "no contact": 1, "beyond range": 2, "below rest": 3, "bad input": 4}
+    input_ = "capacitance over the tare, the mean of readings without contact, minus 1"
+    content = {**_origin(made), "input": input_, "level": LEVEL, "interpolation": "linear", "status": status, "tables": tables}
+    return record_to_text("force tables", _FORMAT, content)
+
+
+def _taxels(made: GripperTables, laid_out: Sequence[_LaidOut]) -> str:
+    """What a simulator needs of a sensor: a contact stiffness, a gain and a noise; what is not known of it is null."""
+    taxels = []
+    for table, as_text in zip(made.tables, laid_out, strict=True):
+        points = [
+            {
+                "force_N": p.force,
+                "depth_m": p.depth,
+                "stiffness_N_per_m": p.stiffness[0],
+                "stiffness_interval_90": p.stiffness[1:],
+                "ratio": p.ratio,
+                "gain_per_N": p.gain[0],
+                "gain_interval_90": p.gain[1:],
+                "capacitance_gain_F_per_N": p.capacitance_gain,
+                "noise_sd_N": p.noise,
+                "force_sd_N": p.sigma,
+            }
+            for p in table.points
+        ]
+        taxels.append(
+            {
+                **_of_table(table, as_text),
+                "rest_capacitance_F": table.rest_capacitance[1],
+                "noise_sd_F": table.noise,
+                "threshold_N": float(np.interp(table.touch, table.ratio, table.force)),
+                "saturation_N": table.largest,
+                "working_points": points,
+                "hysteresis": None,
+                "relaxation": None,
+                "temperature": None,
+            }
+        )
+    return record_to_text("simulated taxels", _FORMAT, {**_origin(made), "taxels": taxels})
+
+
+def _identifiers(tables: Sequence[ForceTable]) -> list[str]:
+    """Names of C for tables, none twice."""
+    found: list[str] = []
+    for table in tables:
+        plain = unicodedata.normalize("NFKD", table.name).encode("ascii", "ignore").decode()
+        words = re.sub(r"[^a-z0-9]+", "_", plain.lower()).strip("_")[:_LONGEST].strip("_")
+        name, n = f"force_of_{words or 'sensor'}", 2
+        while name in found or any(f"{other}_int" == name or other == f"{name}_int" for other in found):
+            name, n = f"force_of_{words or 'sensor'}_{n}", n + 1
+        found.append(name)
+    return found
+
+
+def _line(text: str) -> str:
+    """A text as a part of one line that any editor shows as it is."""
+    return " ".join(visible(text).split())
+
+
+def _in_comment(text: str) -> str:
+    """A line that a comment of C can hold: it neither ends it, nor begins another, nor is a trigraph."""
+    plain = text.encode("ascii", "backslashreplace").decode("ascii")
+    return plain.replace("*/", "* /").replace("/*", "/ *").replace("??", "? ?").rstrip("\\")
+
+
+def _in_markdown(text: str) -> str:
+    """A line that Markdown shows as it is."""
+    return re.sub(r"([\\`*_{}\[\]<>|#])", r"\\\1", text)
+
+
+def _template(name: str) -> str:
+    return (resources.files("calib.report") / "templates" / name).read_text(encoding="utf-8")
