@@ -9,6 +9,7 @@ from types import MappingProxyType
 import numpy as np
 
 from calib.errors import Fault, InputError, capped
+from calib.lab.instruments.another_zero import another_zero
 from calib.lab.instruments.choice import choose_columns, missing_columns
 from calib.lab.instruments.circuit import impossible_loss, untold_circuit
 from calib.lab.instruments.family import InstrumentFamily
@@ -153,6 +154,14 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     if not faults:
         told, faults = rescaled(sheet, columns, values, decimals, reading)
         notes += told
+    if not faults:
+        good = np.array([not why for why in reasons])
+        told, faults, lost = another_zero(sheet, columns, {q: np.where(good, v, np.nan) for q, v in values.items()}, reading)
+        notes += told
+        for quantity, rows_lost in lost.items():
+            for r, why in rows_lost.items():
+                _append(reasons, r, why)
+                values[quantity][r] = np.nan
     if faults:
         raise InputError(faults)
     if "status" in choice.chosen:
