@@ -47,8 +47,8 @@ _SEEN = 1.0
 _COMPRESSED = 0.1
 # Share of the changes of force that must go one way with the displacement, for the two signs to hang together.
 _TOGETHER = 0.5
-# Share of all its travel that a crosshead which goes one way is displaced by in the end.
-_ONE_WAY = 0.9
+# Share of all its travel that a crosshead which goes one way is displaced by in the end, and rows that show it.
+_ONE_WAY, _FEWEST = 0.9, 8
 _LAST_ROWS = "the last rows, in which force changes most, go the other way with the displacement than all others"
 
 
@@ -70,7 +70,9 @@ class SignDecision:
     note: str
 
 
-def decide_signs(table: LabTable, displacement: FloatArray | None, good: BoolArray) -> dict[str, SignDecision]:
+def decide_signs(
+    table: LabTable, displacement: FloatArray | None, force: FloatArray | None, good: BoolArray
+) -> dict[str, SignDecision]:
     """Decide which way compression is in force and displacement of a lab file, from all that its record shows.
 
     In contact the force grows with the depth, so that the two signs hang together; a press stiffens, so that the force bends
@@ -80,7 +82,7 @@ def decide_signs(table: LabTable, displacement: FloatArray | None, good: BoolArr
     Parameters
     ----------
     table : one lab file.
-    displacement : [m], its displacement without jumps where its zero was set anew, (n_row,); None if it has none.
+    displacement, force : [m] and [N], its own without jumps where a zero was set anew, (n_row,); None if it has none.
     good : rows that can be used, (n_row,).
 
     Returns
@@ -92,7 +94,7 @@ def decide_signs(table: LabTable, displacement: FloatArray | None, good: BoolArr
     InputError
         If the record speaks for both signs, or for none, and `Reading.sign` does not say which it is.
     """
-    columns = {"displacement": displacement, **{n: table.columns.get(n) for n in ("force", "capacitance")}}
+    columns = {"displacement": displacement, "force": force, "capacitance": table.columns.get("capacitance")}
     found = {n: v for n, v in columns.items() if v is not None and np.sum(good & np.isfinite(v)) >= 2}
     time = table.columns.get("time")
     shown = {name: _moves(values[good & np.isfinite(values)]) for name, values in found.items()}
@@ -123,7 +125,8 @@ def decide_signs(table: LabTable, displacement: FloatArray | None, good: BoolArr
     if press is not None and (open_ := [q for q in SIGNED if q not in said]):
         raise InputError(_unrelated(table, press, open_))
     if press is None and not said and _leaves_and_comes_back(found, shown, good) and sensed["force"] is None:
-        raise InputError(_unrelated(table, None, tuple(SIGNED), "force leaves where it began, and comes back, as the ball goes one way"))
+        words = "force leaves where it began, and comes back to it, as the ball goes one way"
+        raise InputError(_unrelated(table, None, tuple(SIGNED), words))
     decided: dict[str, SignDecision] = {}
     for quantity in SIGNED:
         if quantity not in found:
@@ -317,6 +320,8 @@ def _leaves_and_comes_back(found: Mapping[str, FloatArray], shown: Mapping[str, 
     if not all(shown.get(q) for q in SIGNED):
         return False
     rows = good & np.isfinite(found["force"]) & np.isfinite(found["displacement"])
+    if np.count_nonzero(rows) < _FEWEST:
+        return False
     place, force = calm(found["displacement"][rows]), calm(found["force"][rows])
     moves = np.diff(place)
     one_way = abs(float(place[-1] - place[0])) >= _ONE_WAY * float(np.sum(np.abs(moves)))

@@ -66,8 +66,14 @@ def _among_all(table: LabTable, sheet: Sheet, kept: BoolArray, reasons: Mapping[
         columns[quantity].flags.writeable = False
     own = iter(table.reasons)
     all_reasons = tuple(next(own) if k else reasons[r] for r, k in enumerate(kept.tolist()))
+    rows = np.flatnonzero(kept)
     return replace(
-        table, columns=MappingProxyType(columns), lines=sheet.lines, reasons=all_reasons, notes=(*notes, *table.notes)
+        table,
+        columns=MappingProxyType(columns),
+        lines=sheet.lines,
+        reasons=all_reasons,
+        notes=(*notes, *table.notes),
+        zeroed={q: tuple(rows[list(of)].tolist()) for q, of in table.zeroed.items()},
     )
 
 
@@ -154,16 +160,17 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     if not faults:
         told, faults = rescaled(sheet, columns, values, decimals, reading)
         notes += told
-    if not faults:
-        good = np.array([not why for why in reasons])
-        told, faults, lost = another_zero(sheet, columns, {q: np.where(good, v, np.nan) for q, v in values.items()}, reading)
-        notes += told
-        for quantity, rows_lost in lost.items():
-            for r, why in rows_lost.items():
-                _append(reasons, r, why)
-                values[quantity][r] = np.nan
     if faults:
         raise InputError(faults)
+    good = np.array([not why for why in reasons])
+    zeros = another_zero(sheet, columns, {q: np.where(good, v, np.nan) for q, v in values.items()}, reading)
+    if zeros.faults:
+        raise InputError(zeros.faults)
+    notes += zeros.notes
+    for quantity, lost in zeros.lost.items():
+        for r, why in lost.items():
+            _append(reasons, r, why)
+            values[quantity][r] = np.nan
     if "status" in choice.chosen:
         for r, cell in enumerate(_cells(sheet, places["status"])):
             if cell.lower() not in _STATUS_GOOD and not is_missing(cell):
@@ -195,6 +202,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         unread=(*sheet.unread, *(_unread(sheet, index, why) for index, why in sorted(unread.items()))),
         started=started_at(sheet, values.get("time")),
         sign=reading.sign,
+        zeroed=MappingProxyType(zeros.rows),
     )
 
 

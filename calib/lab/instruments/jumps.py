@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -28,16 +28,28 @@ _SEEN_STEPS, _SEEN_NOISES, _SEEN_DIGITS = 3.0, 4.0, 1.5
 _STEEP, _MOVES = 4.0, 0.05
 # It goes on if it is so many times as steep behind the jump as before.
 _ALIKE = 2.5
-# A jump of the whole range, as of a counter; of both its sides beyond zero; to zero; as shares of the jump.
-_WHOLE, _BEYOND, _TO_ZERO = 0.75, 0.1, 0.06
+# A jump of the whole range, as of a counter; to both sides of zero; beyond zero; to zero; as shares of the jump.
+_WHOLE, _BOTH, _BEYOND, _TO_ZERO = 0.75, 0.25, 0.1, 0.06
+# A load that goes on in contact is so steep, in the steps of the press; a drift is not.
+_IN_PRESS = 0.25
+# A ball rests that moves by so little of its usual steps.
+_RESTS = 0.2
+# Jumps of one counter differ by less than this share; so many of different sizes may be zeros that were set anew.
+_SAME, _FEW = 0.05, 3
 # What moved with the other channels by its share of the range would be seen in so many of their noises and digits.
 _WOULD_SHOW = 5.0
+# A load shows nothing of a jump if it is off its course by less than this share of what it would show.
+_UNSEEN = 0.1
 # Steps of time that are a pause.
 _PAUSE = 4.0
 # A force that is so far, as a share of its range, from where it began is one of contact.
 _IN_CONTACT = 0.2
 # A capacitance that is back on its course within this share of the jump, and after such a share of the rows, was lost.
 _BACK, _LOST = 0.2, 0.2
+
+
+#: A counter that overflowed or a range that changed; a zero that was set anew; what may also have happened.
+OVERFLOW, ZERO, OPEN = "overflow", "zero", "open"
 
 
 @dataclass(frozen=True)
@@ -48,7 +60,7 @@ class Jump:
     ----------
     row, last : the first row behind it, and the last before.
     size : by how much, in the unit of the readings.
-    sure : whether it cannot have happened; else it may have.
+    kind : OVERFLOW or ZERO, if it cannot have happened; else OPEN.
     why : what it may be, for people.
     back : the row from which on the channel is on its course again; 0 if it stays.
     """
@@ -56,7 +68,7 @@ class Jump:
     row: int
     last: int
     size: float
-    sure: bool
+    kind: str
     why: str
     back: int = 0
 
@@ -89,6 +101,24 @@ class _Course:
     def span(self) -> float:
         """Range of the readings."""
         return float(np.ptp(self.y))
+
+    @cached_property
+    def usual(self) -> float:
+        """A step of the steeper part of the record, from a few readings to the next few."""
+        few = min(_NEAR, self.y.size - 1)
+        return float(np.quantile(np.abs(self.y[few:] - self.y[:-few]), 0.9)) / few
+
+    def rests(self, i: int, *, besides: bool = False) -> bool:
+        """Whether the readings around a step stand still; `besides` the step itself."""
+        low, high = max(i - _NEAR, 0), min(i + 1 + _NEAR, self.y.size - 1)
+        change = float(self.y[high] - self.y[low]) - (float(self.y[i + 1] - self.y[i]) if besides else 0.0)
+        steps = np.abs(self.steps)
+        return abs(change) <= max(_RESTS * (high - low) * float(np.median(steps)), 3 * self.noise, self.digit)
+
+    def off(self, i: int) -> float:
+        """How far a step is from the middle of those beside it."""
+        steps = self.steps[max(i - _NEAR, 0) : i + _NEAR + 1]
+        return abs(float(self.steps[i] - np.median(steps)))
 
     def slopes(self, i: int, others: IntArray) -> tuple[float, float, float]:
         """Steps per reading before the one from i to i + 1 and behind it, without other jumps, and what noise makes of them."""
@@ -182,8 +212,7 @@ def jumps_of(values: Mapping[str, FloatArray]) -> dict[str, list[Jump]]:
             if judged is not None:
                 size = float(course.y[i + 1] - course.y[i])
                 jumps.append(Jump(int(course.first[i + 1]), int(course.end[i]), size, *judged))
-        if quantity in CAPACITANCES:
-            jumps = _with_returns(jumps, course)
+        jumps = _with_returns(jumps, course) if quantity in CAPACITANCES else _as_one(jumps)
         if jumps:
             found[quantity] = jumps
     return found
@@ -211,87 +240,97 @@ def _resampled(values: FloatArray, course: _Course) -> _Course:
     return _Course(np.interp(course.first, rows, values[rows]), course.first, course.end)
 
 
-_Judged = tuple[bool, str]
-_ZERO = "a counter that overflowed, or a zero that was set anew"
+_Judged = tuple[str, str]
+_ANEW = "its zero was set anew there"
+_COUNTER = "a counter that overflowed"
+_SLIP = "a slip, a pull-off, or another zero of the load cell"
+_METER = "a meter's range or offset that changed, or a counter that overflowed"
+_NONE = np.zeros(0, dtype=np.int64)
+
+
+def _is_seen(course: _Course | None) -> bool:
+    return course is not None and course.span > _WOULD_SHOW * (course.noise + course.digit)
+
+
+def _witness(others: Mapping[str, _Course], quantity: str) -> _Course | None:
+    """The channel that would show what a quantity does: it, or else the capacitance."""
+    found = others.get(quantity) or next((others[q] for q in CAPACITANCES if q in others), None)
+    return found if _is_seen(found) else None
 
 
 def _of_force(course: _Course, i: int, at: IntArray, others: Mapping[str, _Course], pause: bool) -> _Judged | None:
-    """Judge a jump of the force: sure if it goes on behind it as before, though the ball goes on, too, or rests."""
+    """Judge a jump of the force: it has not happened if it goes on as before while the ball goes on, or rests, as before."""
     before, after = float(course.y[i]), float(course.y[i + 1])
-    jump = after - before
-    none = np.zeros(0, dtype=np.int64)
-    does = course.moves(i, at)
-    slope = np.nanmax(np.abs(course.slopes(i, at)[:2])) if does else 0.0
+    jump, does = after - before, course.moves(i, at)
     whole = abs(jump) >= _WHOLE * course.span
-    opposite = before * after < 0 and min(abs(before), abs(after)) > _BEYOND * abs(jump)
-    zero = abs(after) <= _TO_ZERO * abs(jump) + 3 * course.noise + 2 * slope and abs(before) > 0.5 * abs(jump)
-    up = before * after > 0 and abs(after) > abs(before)
-    witness = others.get("displacement") or next((others[q] for q in CAPACITANCES if q in others), None)
-    if witness is None or witness.span <= _WOULD_SHOW * (witness.noise + witness.digit):
+    both = before * after < 0 and min(abs(before), abs(after)) > _BOTH * abs(jump)
+    steep = float(np.nanmax(np.abs(course.slopes(i, at)[:2]))) if does else 0.0
+    zero = abs(after) <= _TO_ZERO * abs(jump) + 3 * course.noise + 2 * steep and abs(before) > 0.5 * abs(jump)
+    witness = _witness(others, "displacement")
+    if witness is None:
         if does != "on" or pause or not whole:
             return None
-        if opposite and min(abs(before), abs(after)) > 0.25 * abs(jump):
-            return True, _ZERO
-        return (False, f"a fast retreat, {_ZERO}") if zero else None
-    ball = witness.moves(i, none)
-    would_show = abs(jump) / course.span * witness.span > _WOULD_SHOW * (witness.noise + witness.digit)
-    if opposite and whole and min(abs(before), abs(after)) > 0.25 * abs(jump) and would_show:
-        return not pause, _ZERO
-    if does == "on" and ball in ("on", "other"):
-        if zero or opposite or up:
-            return not pause, _ZERO
-        return False, "a slip, or another zero of the load cell"
-    if does == "rests" and ball == "rests":
-        if (zero or opposite or up) and would_show:
-            return not pause, _ZERO
-        return False, "a slip, or another zero of the load cell"
-    if does == "rests" and ball == "on":
-        return False, "another zero of the load cell, out of contact"
-    return None
+        return (OVERFLOW, _COUNTER) if both else (OPEN, f"a fast retreat, or {_COUNTER}") if zero else None
+    if does == "on" and steep < _IN_PRESS * course.usual:
+        return OPEN, _SLIP  # as of a drift
+    if both and whole and does in ("on", "other") and witness.moves(i, _NONE) != "":
+        return (OPEN, f"{_COUNTER}, over a pause") if pause else (OVERFLOW, _COUNTER)
+    if does == "on" or (does == "rests" and witness.rests(i)):
+        up = before * after > 0 and abs(after) > abs(before)
+        beyond = before * after < 0 and min(abs(before), abs(after)) > _BEYOND * abs(jump)
+        return (ZERO, _ANEW) if (zero or up or beyond) and not pause else (OPEN, _SLIP)
+    return (OPEN, _SLIP) if does == "rests" else None
 
 
 def _of_displacement(course: _Course, i: int, at: IntArray, others: Mapping[str, _Course], pause: bool) -> _Judged | None:
-    """Judge a jump of the displacement: sure if a load or a capacitance of contact goes on over it as before."""
-    none = np.zeros(0, dtype=np.int64)
-    witness = others.get("force") or next((others[q] for q in CAPACITANCES if q in others), None)
-    if witness is None or witness.span <= _WOULD_SHOW * (witness.noise + witness.digit):
+    """Judge a jump of the displacement: it has not happened if a load, or a capacitance, of contact goes on over it as before."""
+    witness = _witness(others, "force")
+    if witness is None:
         return None
     jump = abs(float(course.y[i + 1] - course.y[i]))
     least = _WOULD_SHOW * (witness.noise + witness.digit)
-    own, load = course.moves(i, at), witness.moves(i, none)
-    steep, moved = (np.abs(np.array(c.slopes(i, o)[:2])) for c, o in ((witness, none), (course, at)))
-    if load == "on" and own == "on":
-        per_step = float(np.max(moved))
-        shown = jump / per_step * float(np.min(steep)) if per_step > 0 else 0.0
-        step = abs(float(witness.y[i + 1] - witness.y[i]))
-        if shown > least and shown > 3 * step:
-            return not pause, _ZERO
-    away = abs(float(witness.y[i] - np.median(witness.y[:_NEAR])))
-    if load == "rests" and own == "rests" and away > _IN_CONTACT * witness.span and jump / course.span * witness.span > least:
-        return not pause, _ZERO
-    return None
+    own, load = course.moves(i, at), witness.moves(i, _NONE)
+    found = False
+    if load == own == "on":
+        moved, steep = (np.abs(np.array(c.slopes(i, o)[:2])) for c, o in ((course, at), (witness, _NONE)))
+        shown = jump / float(np.max(moved)) * float(np.min(steep))
+        found = shown > max(least, 3 * abs(float(witness.y[i + 1] - witness.y[i])))
+    elif load == "rests" and course.rests(i, besides=True):
+        away = abs(float(witness.y[i] - np.median(witness.y[:_NEAR])))
+        found = away > _IN_CONTACT * witness.span and jump / course.span * witness.span > least
+    return None if not found else (OPEN, "another zero of the displacement, over a pause") if pause else (ZERO, _ANEW)
 
 
 def _of_capacitance(course: _Course, i: int, at: IntArray, others: Mapping[str, _Course], pause: bool) -> _Judged | None:
-    """Judge a jump of the capacitance: sure if load and ball go on over it, and are no touch."""
-    none = np.zeros(0, dtype=np.int64)
-    jump = abs(float(course.y[i + 1] - course.y[i]))
-    does = course.moves(i, at)
-    why = "a meter's range or offset that changed, or a counter that overflowed"
-    doubt = f"something that no other column shows, or {why}"
+    """Judge a jump of the capacitance: it has not happened if load and ball go on over it, and are at no touch."""
+    jump, does = abs(float(course.y[i + 1] - course.y[i])), course.moves(i, at)
+    doubt = f"something that no other column shows, or {_METER}"
     force, ball = others.get("force"), others.get("displacement")
-    rest = course.span - jump if course.span > 1.5 * jump else course.span
-    if force is not None and force.span > _WOULD_SHOW * (force.noise + force.digit):
-        touch = force.moves(i, none) == "other"
-        would_show = jump / max(rest, jump / 10) * force.span > _WOULD_SHOW * (force.noise + force.digit)
-        return (True, why) if would_show and not touch and not pause else (False, doubt)
-    if ball is not None and ball.span > _WOULD_SHOW * (ball.noise + ball.digit):
-        goes = ball.moves(i, none)
-        sure = does == "on" or (does == "rests" and goes in ("on", "rests"))
-        return sure and not pause, why if sure else doubt
-    if pause or not does:
+    rest = max(course.span - jump, jump / 10)
+    if force is not None and _is_seen(force):
+        expected = jump / rest * force.span
+        would_show = expected > _WOULD_SHOW * (force.noise + force.digit)
+        sure = would_show and force.moves(i, _NONE) != "other" and force.off(i) < _UNSEEN * expected
+    elif does or (ball is not None and _is_seen(ball)):
+        # Without a load on record a snap, a slip and a break look alike, but none is larger than the press.
+        sure = does == "on" and jump > rest
+    else:
         return None
-    return (True, why) if does == "on" else (False, doubt)
+    return (OVERFLOW, _METER) if sure and not pause else (OPEN, doubt)
+
+
+def _as_one(jumps: list[Jump]) -> list[Jump]:
+    """Jumps of a place or a load: of the whole range again and again, by as much, as a counter's; open if by other amounts."""
+    sure = [j for j in jumps if j.kind != OPEN]
+    if len(sure) < 2:
+        return jumps
+    sizes = np.abs([j.size for j in sure])
+    alike = float(np.ptp(sizes)) <= _SAME * float(np.median(sizes))
+    if alike:
+        return [replace(j, kind=OVERFLOW, why=_COUNTER) if j in sure else j for j in jumps]
+    if len(sure) <= _FEW:
+        return jumps
+    return [replace(j, kind=OPEN, why="another zero, or steps that no other column shows") for j in jumps]
 
 
 def _with_returns(jumps: list[Jump], course: _Course) -> list[Jump]:
@@ -299,10 +338,10 @@ def _with_returns(jumps: list[Jump], course: _Course) -> list[Jump]:
     found: list[Jump] = []
     for jump in jumps:
         last = found[-1] if found else None
-        if last is not None and not last.back and last.sure and jump.sure and abs(jump.size + last.size) < _BACK * abs(last.size):
+        if last is not None and not last.back and last.kind == jump.kind == OVERFLOW and abs(jump.size + last.size) < _BACK * abs(last.size):
             rows = int(np.count_nonzero((course.first >= last.row) & (course.first < jump.row)))
             if rows <= _LOST * course.y.size:
-                found[-1] = Jump(last.row, last.last, last.size, True, "a lead that was lost", jump.row)
+                found[-1] = Jump(last.row, last.last, last.size, OVERFLOW, "a lead that was lost", jump.row)
                 continue
         found.append(jump)
     return found
