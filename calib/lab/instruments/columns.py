@@ -25,6 +25,7 @@ from calib.lab.instruments.size import implausible
 from calib.lab.instruments.spikes import SMOOTH, alone, in_words
 from calib.lab.instruments.started import started_at
 from calib.lab.instruments.unit_choice import source_of_column, unit_of_column
+from calib.lab.instruments.units import is_pound
 from calib.lab.instruments.where import only_rows, rows_asked
 from models.sensor import BoolArray, FloatArray
 
@@ -99,6 +100,8 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
             faults.append(fault)
             without_unit.add(quantity)
         columns.append(ReadColumn(index, heading, factor, clock))
+        if quantity == "force" and is_pound(heading.unit or sheet.unit_below(index) or ""):
+            notes.append(f'"{sheet.names[index]}" is in pounds, which are read as pounds-force (lbf)')
         if heading.unit_doubt and fault is None:
             notes.append(f'"{sheet.names[index]}" is read in the unit asked for, though it has {heading.unit_doubt}')
     cells = {c.quantity: _cells(sheet, c.index) for c in columns}
@@ -231,9 +234,9 @@ def _unread(sheet: Sheet, index: int, reason: str) -> Unread:
 # The likelier mark that may be asked for -> what to say; ".," if either may be right, "" if the user cannot decide.
 _SAY_MARK = {
     "": "",
-    ",": 'Say which it is: --decimal ",". ',
-    ".": 'Say which it is: --decimal ".". ',
-    ".,": "Say which it is, a point or a comma, by the option --decimal. ",
+    ",": 'Say --decimal "," if the comma is the decimal mark, --decimal "." if it sets thousands apart ("1,243" for 1243). ',
+    ".": 'Say --decimal "." if the point is the decimal mark, --decimal "," if it sets thousands apart ("1.243" for 1243). ',
+    ".,": 'Say which it is: --decimal "." or --decimal ",". ',
 }
 
 
