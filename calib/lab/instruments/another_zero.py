@@ -97,8 +97,6 @@ def _in_words(sheet: Sheet, column: ReadColumn, jumps: Sequence[Jump], values: M
     beside = [q for q in kind.get(column.quantity, ("force", "displacement")) if q in values and q != column.quantity]
     others = " and ".join(dict.fromkeys(IN_PLACE_OF.get(q, q) for q in beside))
     alone = f", which {others} do{'es' if len(set(others.split(' and '))) == 1 else ''} not show" if others else ""
-    return (
-        f'column "{sheet.names[column.index]}": the readings jump by {first.size / column.factor:.5g} '
-        f'("{cells[first.last].strip()}", then "{cells[first.row].strip()}" in line {int(sheet.lines[first.row])}){alone}{more}: '
-        f"{first.why}"
-    )
+    place = f'"{cells[first.last].strip()}", then "{cells[first.row].strip()}" in line {int(sheet.lines[first.row])}'
+    size = f"{first.size / column.factor:.5g}"
+    return f'column "{sheet.names[column.index]}": the readings jump by {size} ({place}){alone}{more}: {first.why}'

@@ -1,4 +1,4 @@
-"""From the cells of a column to those that were cut to fewer digits than the others have and that their neighbours contradict."""
+"""From the cells of a column to those that were cut to fewer digits than the others, and that their neighbours contradict."""
 
 from __future__ import annotations
 

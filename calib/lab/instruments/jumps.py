@@ -1,4 +1,4 @@
-"""From the readings of a record to the rows from which on one channel has another zero: an overflow, a tare, a meter's range."""
+"""From the readings of a record to the rows from which on one channel has another zero: an overflow, a tare, a new range."""
 
 from __future__ import annotations
 
@@ -175,7 +175,8 @@ def _steps_apart(steps: FloatArray, span: float, apart: float, size: float, floo
     spread = np.sort(np.abs(near - middle[:, None]), axis=1)  # nan last
     counts = np.count_nonzero(np.isfinite(near), axis=1)
     spread = spread[np.arange(found.size), np.maximum(counts - 1 - _LARGER, 0)] if found.size else middle
-    return found[(off > apart * spread) & (off > size * np.abs(middle)) & (off > floor)]
+    apart_from = (off > apart * spread) & (off > size * np.abs(middle)) & (off > floor)
+    return np.asarray(found[apart_from], dtype=np.int64)
 
 
 def jumps_of(values: Mapping[str, FloatArray]) -> dict[str, list[Jump]]:
@@ -283,7 +284,7 @@ def _of_force(course: _Course, i: int, at: IntArray, others: Mapping[str, _Cours
 
 
 def _of_displacement(course: _Course, i: int, at: IntArray, others: Mapping[str, _Course], pause: bool) -> _Judged | None:
-    """Judge a jump of the displacement: it has not happened if a load, or a capacitance, of contact goes on over it as before."""
+    """Judge a jump of the displacement: it has not happened if a load, or a capacitance, of contact goes on over it."""
     witness = _witness(others, "force")
     if witness is None:
         return None
@@ -338,7 +339,12 @@ def _with_returns(jumps: list[Jump], course: _Course) -> list[Jump]:
     found: list[Jump] = []
     for jump in jumps:
         last = found[-1] if found else None
-        if last is not None and not last.back and last.kind == jump.kind == OVERFLOW and abs(jump.size + last.size) < _BACK * abs(last.size):
+        if (
+            last is not None
+            and not last.back
+            and last.kind == jump.kind == OVERFLOW
+            and abs(jump.size + last.size) < _BACK * abs(last.size)
+        ):
             rows = int(np.count_nonzero((course.first >= last.row) & (course.first < jump.row)))
             if rows <= _LOST * course.y.size:
                 found[-1] = Jump(last.row, last.last, last.size, OVERFLOW, "a lead that was lost", jump.row)
