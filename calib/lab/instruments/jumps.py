@@ -347,7 +347,7 @@ def _with_returns(jumps: list[Jump], course: _Course) -> list[Jump]:
         ):
             rows = int(np.count_nonzero((course.first >= last.row) & (course.first < jump.row)))
             if rows <= _LOST * course.y.size:
-                found[-1] = Jump(last.row, last.last, last.size, OVERFLOW, "a lead that was lost", jump.row)
+                found[-1] = Jump(last.row, last.last, last.size, OVERFLOW, f"a lead that was lost, {_METER}", jump.row)
                 continue
         found.append(jump)
     return found
