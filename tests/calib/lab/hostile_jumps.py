@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import Literal
 
 import numpy as np
 from hostile_cases import Case, truth
@@ -13,7 +14,8 @@ SI = ("1", "1e-3", "1", "1e-12")
 QUANTITIES = ("time", "displacement", "force", "capacitance")
 DECIMALS = (2, 4, 3, 3)
 P = press(160, seed=71)
-T, X, F, C = (np.array(column, dtype=float) for column in (P.t, P.d, P.f, P.c))
+WITNESSES: tuple[tuple[int, ...], ...] = ((0, 1, 2, 3), (0, 2, 3), (0, 3), (0, 1, 3))
+T, X, F, C = (np.array(column, dtype=np.float64) for column in (P.t, P.d, P.f, P.c))
 TOP = 96  # the row in which the press turns
 NOISE = np.random.default_rng(72).normal(size=(4, 600))
 ROWS = np.arange(T.size)
@@ -23,7 +25,7 @@ def _case(
     name: str,
     kind: str,
     columns: Sequence[FloatArray],
-    may: str,
+    may: Literal["must_read", "must_refuse", "may_refuse"],
     *,
     which: Sequence[int] = (0, 1, 2, 3),
     told: tuple[str, ...] = (),
@@ -35,8 +37,7 @@ def _case(
     excused = frozenset(numbers[r] for r in lost)
     if may == "must_refuse":
         return Case(name, kind, content(lines), "must_refuse", None, blame=("jump", "jumps", "from this line on"))
-    must = "may_refuse" if may == "may_refuse" else "must_read"
-    return Case(name, kind, content(lines), must, truth(numbers, **right), told=told, excused=excused)
+    return Case(name, kind, content(lines), may, truth(numbers, **right), told=told, excused=excused)
 
 
 def _wrapped(values: FloatArray, limit: float, span: float) -> FloatArray:
@@ -55,7 +56,7 @@ def _overflows() -> Iterator[Case]:
                     yield _case(told, kind, (T, X, wrapped, C), "must_refuse", which=which)
         limit = float(np.min(C)) + share * float(np.ptp(C))
         for span, what in ((float(np.ptp(C)), "12_bits"), (1.5 * float(np.ptp(C)), "8_bits")):
-            for which in ((0, 1, 2, 3), (0, 2, 3), (0, 3), (0, 1, 3)):
+            for which in WITNESSES:
                 name = f"capacitance_{what}_{share}_{'_'.join(map(str, which))}"
                 wrapped = _wrapped(C, limit, span)
                 # A short stretch that is beyond the limit is left out.
@@ -122,8 +123,13 @@ def _happened() -> Iterator[Case]:
         pause = np.where(row <= ROWS, T + 60.0, T)
         yield _case(f"pause_{row}", kind, (pause, X, np.where(row <= ROWS, 0.93 * F, F), C - 0.05 * (row <= ROWS)), "must_read")
     level = np.repeat([0.0, 0.2, 0.5, 0.8, 1.0, 0.6, 0.3, 0.0], n // 8)
-    relaxing = level**1.5 * (1 - 0.1 * (1 - np.exp(-(ROWS % (n // 8)) / 5)))
-    stairs = (T, 1.2 * level + 1e-4 * NOISE[1, :n], 6 * relaxing + 0.003 * NOISE[2, :n], 97 + 2 * level + 0.004 * NOISE[3, :n])
+    relaxing = np.asarray(level**1.5, dtype=np.float64) * (1 - 0.1 * (1 - np.exp(-(ROWS % (n // 8)) / 5)))
+    stairs: tuple[FloatArray, ...] = (
+        T,
+        1.2 * level + 1e-4 * NOISE[1, :n],
+        6 * relaxing + 0.003 * NOISE[2, :n],
+        97 + 2 * level + 0.004 * NOISE[3, :n],
+    )
     for which in ((0, 1, 2, 3), (0, 1, 2), (0, 3)):
         yield _case(f"steps_and_holds_{len(which)}", kind, stairs, "must_read", which=which)
     for broken in (0.0, 0.3, 0.6):
@@ -131,7 +137,7 @@ def _happened() -> Iterator[Case]:
         gone = 97.4 + 3.1 * (np.clip(left, 0, None) / 5) ** 0.8 + 0.004 * NOISE[1, :n]
         yield _case(f"break_to_{broken}", kind, (T, X, left + 0.003 * NOISE[2, :n], gone), "must_read")
     cycles = press(120, seed=73)
-    repeated = [np.tile(np.array(c, dtype=float), 4) for c in (cycles.d, cycles.f, cycles.c)]
+    repeated = [np.tile(np.array(c, dtype=np.float64), 4) for c in (cycles.d, cycles.f, cycles.c)]
     yield _case("four_cycles", kind, (0.1 * np.arange(480), *repeated), "must_read")
     far = np.where(ROWS < 8, X - 9.0, X)
     yield _case("fast_approach", kind, (T, far, F, C), "must_read")
