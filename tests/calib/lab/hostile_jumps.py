@@ -51,9 +51,9 @@ def _overflows() -> Iterator[Case]:
         for name, span in (("signed", 2 * limit), ("unsigned", limit)):
             for sign in (1.0, -1.0):
                 wrapped = sign * _wrapped(F, limit, span)
-                for which in ((0, 1, 2, 3), (0, 1, 2)):
-                    told = f"force_{name}_{share}_{sign:+.0f}_{len(which)}"
-                    yield _case(told, kind, (T, X, wrapped, C), "must_refuse", which=which)
+                for there in ((0, 1, 2, 3), (0, 1, 2)):
+                    told = f"force_{name}_{share}_{sign:+.0f}_{len(there)}"
+                    yield _case(told, kind, (T, X, wrapped, C), "must_refuse", which=there)
         limit = float(np.min(C)) + share * float(np.ptp(C))
         for span, what in ((float(np.ptp(C)), "12_bits"), (1.5 * float(np.ptp(C)), "8_bits")):
             for which in WITNESSES:
@@ -64,9 +64,9 @@ def _overflows() -> Iterator[Case]:
                 lost = range(int(over[0]), int(over[-1]) + 1) if over.size < 0.2 * C.size else range(0)
                 yield _case(name, kind, (T, X, F, wrapped), "must_read" if lost else "must_refuse", which=which, lost=lost)
     for limit in (0.9, 1.1):
-        for which in ((0, 1, 2, 3), (0, 1, 2), (0, 1, 3)):
-            name = f"displacement_dial_{limit}_{'_'.join(map(str, which))}"
-            yield _case(name, kind, (T, _wrapped(X, limit, limit), F, C), "must_refuse", which=which)
+        for seen in ((0, 1, 2, 3), (0, 1, 2), (0, 1, 3)):
+            name = f"displacement_dial_{limit}_{'_'.join(map(str, seen))}"
+            yield _case(name, kind, (T, _wrapped(X, limit, limit), F, C), "must_refuse", which=seen)
 
 
 def _ranges() -> Iterator[Case]:
@@ -126,9 +126,9 @@ def _happened() -> Iterator[Case]:
     relaxing = np.asarray(level**1.5, dtype=np.float64) * (1 - 0.1 * (1 - np.exp(-(ROWS % (n // 8)) / 5)))
     stairs: tuple[FloatArray, ...] = (
         T,
-        1.2 * level + 1e-4 * NOISE[1, :n],
-        6 * relaxing + 0.003 * NOISE[2, :n],
-        97 + 2 * level + 0.004 * NOISE[3, :n],
+        np.asarray(1.2 * level + 1e-4 * NOISE[1, :n], dtype=np.float64),
+        np.asarray(6 * relaxing + 0.003 * NOISE[2, :n], dtype=np.float64),
+        np.asarray(97 + 2 * level + 0.004 * NOISE[3, :n], dtype=np.float64),
     )
     for which in ((0, 1, 2, 3), (0, 1, 2), (0, 3)):
         yield _case(f"steps_and_holds_{len(which)}", kind, stairs, "must_read", which=which)
@@ -138,7 +138,7 @@ def _happened() -> Iterator[Case]:
         yield _case(f"break_to_{broken}", kind, (T, X, left + 0.003 * NOISE[2, :n], gone), "must_read")
     cycles = press(120, seed=73)
     repeated = [np.tile(np.array(c, dtype=np.float64), 4) for c in (cycles.d, cycles.f, cycles.c)]
-    yield _case("four_cycles", kind, (0.1 * np.arange(480), *repeated), "must_read")
+    yield _case("four_cycles", kind, (np.linspace(0.0, 47.9, 480), *repeated), "must_read")
     far = np.where(ROWS < 8, X - 9.0, X)
     yield _case("fast_approach", kind, (T, far, F, C), "must_read")
 
