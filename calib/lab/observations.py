@@ -125,9 +125,12 @@ def observe(table: LabTable, use: Use = FIRST_LOADING) -> Observations:
     if time is not None:
         _mark_backward_time(table, time, good, reasons)
     anew = resets_of(raw["displacement"], raw["force"], time, good)
-    # Only to see how the crosshead moved: the readings stay as they are.
+    anew = np.union1d(anew, table.zeroed.get("displacement", ())).astype(np.int64)
+    tared = np.array(table.zeroed.get("force", ()), dtype=np.int64)
+    # Only to see how crosshead and load moved: the readings stay as they are.
     moved = None if raw["displacement"] is None else without_jumps(raw["displacement"], anew)
-    signs = decide_signs(table, moved, good)
+    load = None if raw["force"] is None else without_jumps(raw["force"], tared)
+    signs = decide_signs(table, moved, load, good)
     factor = {name: signs[name].factor if name in signs else 1.0 for name in ("displacement", "force")}
     displacement = None if raw["displacement"] is None else raw["displacement"] * factor["displacement"]
     channels = {name: values for name in CHANNELS if (values := raw[name]) is not None}
@@ -137,7 +140,7 @@ def observe(table: LabTable, use: Use = FIRST_LOADING) -> Observations:
     n = len(reasons)
     branch = np.full(n, "", dtype=object)
     cycles, repeats = np.zeros(n, dtype=np.int64), np.zeros(n, dtype=bool)
-    driver = force if moved is None else moved * factor["displacement"]
+    driver = moved * factor["displacement"] if moved is not None else None if load is None else load * factor["force"]
     if driver is not None:
         rows = np.flatnonzero(good & np.isfinite(driver))
         if rows.size >= 2:
@@ -159,9 +162,11 @@ def observe(table: LabTable, use: Use = FIRST_LOADING) -> Observations:
     sound = np.array([not r for r in reasons], dtype=bool)
     in_press = (branch == "loading") & ~repeats & (cycles > 0) | ((branch == "") if driver is None else False)
     chosen = sound & (in_press if use.branch == "loading" else branch == "unloading") & np.isin(cycles, taken)
-    other_zero = of_another_zero(chosen, anew, driver)
+    zeros = np.union1d(anew, tared)
+    other_zero = of_another_zero(chosen, zeros, driver)
     anchor = taken[0] if taken else 0
-    loading = sound & in_press & (cycles == anchor) & ~of_another_zero(sound & in_press & (cycles == anchor), anew, driver)
+    loading = sound & in_press & (cycles == anchor)
+    loading &= ~of_another_zero(loading, zeros, driver)
     chosen &= ~other_zero
     contact = None
     if use.max_depth is not None and displacement is not None:
@@ -172,7 +177,7 @@ def observe(table: LabTable, use: Use = FIRST_LOADING) -> Observations:
         which = use_in_words(use, taken) if taken else ""
         for row in np.flatnonzero(sound & ~chosen).tolist():
             reasons[row] = (
-                f"its displacement has another zero: it was set anew in {_lines(table, anew)}"
+                _why_other_zero(table, anew, tared)
                 if other_zero[row]
                 else why_not(str(branch[row]), int(cycles[row]), taken, use, which, repeat=bool(repeats[row]))
             )
@@ -183,6 +188,8 @@ def observe(table: LabTable, use: Use = FIRST_LOADING) -> Observations:
     notes = list(beyond.notes)
     if anew.size:
         notes.insert(0, f"the displacement was set to zero anew in {_lines(table, anew)}: rows of one zero are used together")
+    if tared.size:
+        notes.insert(0, f"the force has another zero from {_lines(table, tared)} on: rows of one zero are used together")
     return Observations(
         table=table,
         time=time,
@@ -268,6 +275,12 @@ def _mark_backward_time(table: LabTable, time: FloatArray, good: BoolArray, reas
     for row in backward.tolist():
         good[row] = False
         reasons[row] = BACKWARD
+
+
+def _why_other_zero(table: LabTable, anew: IntArray, tared: IntArray) -> str:
+    """Why a row is not used that has not the zeros of those that are."""
+    found = [(q, rows) for q, rows in (("displacement", anew), ("force", tared)) if rows.size]
+    return "; ".join(f"its {quantity} has another zero: it was set anew in {_lines(table, rows)}" for quantity, rows in found)
 
 
 def _lines(table: LabTable, rows: IntArray) -> str:

@@ -27,7 +27,7 @@ from calib.lab.evidence import (
     words_for,
 )
 from calib.lab.instruments import LabTable
-from calib.lab.shape import NOTHING, Shape, shape_of, steady
+from calib.lab.shape import NOTHING, Shape, calm, shape_of, steady
 from calib.lab.signal import excursion, reading_noise
 from models.sensor import BoolArray, FloatArray
 
@@ -39,12 +39,17 @@ Strength = Literal["clear", "likely", "stated", "none"]
 _DOUBTFUL, _CLEAR = 0.7, 2.5
 # What may stand against an odd sign in a single stretch, as a share of what is for it.
 _CONTRADICTED = 0.3
+# The same of any sign that a single stretch shows.
+_OPPOSED = 0.5
 # What the flat end of a retreat and what else speaks for it, but for its bend, must come to at least.
 _SEEN = 1.0
 # Share of the largest load that the load in compression reaches in a press.
 _COMPRESSED = 0.1
 # Share of the changes of force that must go one way with the displacement, for the two signs to hang together.
 _TOGETHER = 0.5
+# Share of all its travel that a crosshead which goes one way is displaced by in the end, and rows that show it.
+_ONE_WAY, _FEWEST = 0.9, 8
+_LAST_ROWS = "the last rows, in which force changes most, go the other way with the displacement than all others"
 
 
 @dataclass(frozen=True)
@@ -65,7 +70,9 @@ class SignDecision:
     note: str
 
 
-def decide_signs(table: LabTable, displacement: FloatArray | None, good: BoolArray) -> dict[str, SignDecision]:
+def decide_signs(
+    table: LabTable, displacement: FloatArray | None, force: FloatArray | None, good: BoolArray
+) -> dict[str, SignDecision]:
     """Decide which way compression is in force and displacement of a lab file, from all that its record shows.
 
     In contact the force grows with the depth, so that the two signs hang together; a press stiffens, so that the force bends
@@ -75,7 +82,7 @@ def decide_signs(table: LabTable, displacement: FloatArray | None, good: BoolArr
     Parameters
     ----------
     table : one lab file.
-    displacement : [m], its displacement without jumps where its zero was set anew, (n_row,); None if it has none.
+    displacement, force : [m] and [N], its own without jumps where a zero was set anew, (n_row,); None if it has none.
     good : rows that can be used, (n_row,).
 
     Returns
@@ -87,7 +94,7 @@ def decide_signs(table: LabTable, displacement: FloatArray | None, good: BoolArr
     InputError
         If the record speaks for both signs, or for none, and `Reading.sign` does not say which it is.
     """
-    columns = {"displacement": displacement, **{n: table.columns.get(n) for n in ("force", "capacitance")}}
+    columns = {"displacement": displacement, "force": force, "capacitance": table.columns.get("capacitance")}
     found = {n: v for n, v in columns.items() if v is not None and np.sum(good & np.isfinite(v)) >= 2}
     time = table.columns.get("time")
     shown = {name: _moves(values[good & np.isfinite(values)]) for name, values in found.items()}
@@ -117,6 +124,9 @@ def decide_signs(table: LabTable, displacement: FloatArray | None, good: BoolArr
         return {**_together(table, press, steady(load), zero, beside, said), **_missing(found, said)}
     if press is not None and (open_ := [q for q in SIGNED if q not in said]):
         raise InputError(_unrelated(table, press, open_))
+    if press is None and not said and _leaves_and_comes_back(found, shown, good) and sensed["force"] is None:
+        words = "force leaves where it began, and comes back to it, as the ball goes one way"
+        raise InputError(_unrelated(table, None, tuple(SIGNED), words))
     decided: dict[str, SignDecision] = {}
     for quantity in SIGNED:
         if quantity not in found:
@@ -217,6 +227,8 @@ def _together(
     # one stretch alone no strong evidence against it.
     odd = press.first * factor < 0 or float(np.max(factor * load)) < _COMPRESSED * float(np.max(np.abs(load)))
     doubt = odd and press.once and opposed > _CONTRADICTED * (abs(total) + opposed)
+    # Where a drift hides the press the first change and the bend oppose each other.
+    doubt |= press.once and opposed > _OPPOSED * (abs(total) + opposed)
     # A machine that starts to move bends the force as well: a retreat alone has to be seen to end out of contact, or be named.
     named = sum(e.weight * factor for e in evidence[3:])
     doubt |= press.once and press.first * factor < 0 and evidence[0].weight * factor + max(named, 0.0) < _SEEN
@@ -303,13 +315,25 @@ def _ends_otherwise(displacement: FloatArray, force: FloatArray, slope: float) -
     return bool(far and onwards and np.sign(travel[-1] * change[-1]) == -np.sign(slope))
 
 
-def _unrelated(table: LabTable, press: Shape | None, open_: Sequence[str]) -> Fault:
+def _leaves_and_comes_back(found: Mapping[str, FloatArray], shown: Mapping[str, bool], good: BoolArray) -> bool:
+    """Whether the force changes while the displacement goes one way, and has not changed at its end: drift and press cancel."""
+    if not all(shown.get(q) for q in SIGNED):
+        return False
+    rows = good & np.isfinite(found["force"]) & np.isfinite(found["displacement"])
+    if np.count_nonzero(rows) < _FEWEST:
+        return False
+    place, force = calm(found["displacement"][rows]), calm(found["force"][rows])
+    moves = np.diff(place)
+    one_way = abs(float(place[-1] - place[0])) >= _ONE_WAY * float(np.sum(np.abs(moves)))
+    return bool(one_way and np.count_nonzero(moves) >= moves.size / 2 and np.ptp(force) > 0)
+
+
+def _unrelated(table: LabTable, press: Shape | None, open_: Sequence[str], words: str = _LAST_ROWS) -> Fault:
     """Refuse to guess where force goes with the displacement as well as against it, as under a drift larger than the press.
 
-    `press` is None where the last rows alone go otherwise.
+    `press` is None where no stretch tells, but what `words` say.
     """
     options = " and ".join(f'--sign "{q}=compression positive" (or negative)' for q in open_)
-    words = "the last rows, in which force changes most, go the other way with the displacement than all others"
     if press is not None:
         words = f"only {50 * (1 + abs(press.slope)):.0f} % of the changes of force go one way with the displacement"
     return Fault(

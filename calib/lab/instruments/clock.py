@@ -64,7 +64,8 @@ def read_clock(cells: Sequence[str], dates: Sequence[str] = (), form: str = "") 
     told = clock_form(parsed, dates, form)
     if told.conflict:
         row = int(np.argmax(there))
-        return ClockTimes(np.full(n, np.nan), conflict=told.conflict, row=row, advice=f"{_SAY}{told.likely}")
+        advice = f"{_SAY}{told.likely}" if told.likely else _LOG
+        return ClockTimes(np.full(n, np.nan), conflict=told.conflict, row=row, advice=advice)
     meant = told.form
     weights = FORMS[meant]
     timed = meant == "h:min:s" and not parsed.long_hours
@@ -88,6 +89,8 @@ def read_clock(cells: Sequence[str], dates: Sequence[str] = (), form: str = "") 
             falls = np.diff(values[there], prepend=values[there][:1]) < -0.8 * 3600
             values[there] += 3600 * np.cumsum(falls)
             notes.append("times are read as minutes and seconds" + (", falling where an hour is full" if np.any(falls) else ""))
+        elif parsed.days:
+            notes.append("times are read as days, hours, minutes and seconds")
         elif meant != "h:min:s":
             notes.append(f"times are read as {meant}")
         return ClockTimes(values, tuple(notes))

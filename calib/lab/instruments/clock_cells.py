@@ -23,12 +23,14 @@ _USUAL_CLOCK = rf"(?:{_DATE}[ T]+)?\d{{1,2}}:\d{{2}}:\d{{2}}(?:[.,]\d+)?"
 _NOT_USUAL_CLOCK = re.compile(rf"\n(?!{_USUAL_CLOCK}$)", re.ASCII | re.MULTILINE)
 _DATED = re.compile(rf"{_DATE}[ T]+", re.ASCII)
 _ZONE = re.compile(r"\s*(?:Z|UTC|GMT|[+-]\d{2}:?\d{2})$", re.ASCII)
+# Days, hours, minutes and seconds since the start.
+_FOUR_FIELDS = re.compile(r"^\s*(\d{1,4}):(\d{1,2}):(\d{2}):(\d{2}(?:[.,]\d+)?)\s*$", re.ASCII)
 _TWO_FIELDS = re.compile(r"^\s*\d{1,3}:\d{2}\s*$", re.ASCII)
 
 
 def is_clock(cell: str) -> bool:
     """Whether a cell is a time of day, with or without a date: "12:30:01.25", "2024-05-02 12:30:01:250", "30:01.2"."""
-    return _CLOCK.match(cell) is not None or _TWO_FIELDS.match(cell) is not None
+    return any(form.match(cell) is not None for form in (_CLOCK, _TWO_FIELDS, _FOUR_FIELDS))
 
 
 def not_clocks(cells: Sequence[str], most: int) -> list[int] | None:
@@ -63,6 +65,7 @@ class ClockParts:
     dates : of each cell, "" where it has none; [] if no cell has.
     has_half : whether am or pm is written.
     long_hours : whether hours pass 24, as of a time since the start.
+    days : whether most have a fourth part before the others, whose days stand in the hours.
     """
 
     parts: FloatArray
@@ -71,6 +74,7 @@ class ClockParts:
     dates: list[str]
     has_half: bool
     long_hours: bool
+    days: bool = False
 
 
 def clock_parts(cells: Sequence[str]) -> ClockParts:
@@ -78,7 +82,7 @@ def clock_parts(cells: Sequence[str]) -> ClockParts:
     n = len(cells)
     parts, fraction, zones = np.full((n, 3), np.nan), np.zeros(n), np.full(n, np.nan)
     dates = [""] * n
-    has_half = False
+    has_half, four = False, 0
     cells, zone = _without_one_zone(cells)
     odd = not_clocks(cells, n) or []
     regular = np.ones(n, dtype=bool)
@@ -99,6 +103,10 @@ def clock_parts(cells: Sequence[str]) -> ClockParts:
         match = _CLOCK.match(cells[i])
         two = _TWO_FIELDS.match(cells[i])
         if match is None and two is None:
+            days = _FOUR_FIELDS.match(cells[i])
+            if days is not None:
+                four += 1
+                parts[i] = 24 * int(days[1]) + int(days[2]), int(days[3]), float(days[4].replace(",", "."))
             continue
         if match is None:
             first, second = cells[i].split(":")
@@ -121,7 +129,8 @@ def clock_parts(cells: Sequence[str]) -> ClockParts:
     dated = any(dates)
     hours = parts[np.isfinite(parts[:, 0]), 0]
     long_hours = not dated and not has_half and bool(np.any(hours > 23)) and bool(np.all(np.diff(hours) >= 0))
-    return ClockParts(parts, fraction, zones, dates if dated else [], has_half, long_hours)
+    has_days = 2 * four > n
+    return ClockParts(parts, fraction, zones, dates if dated else [], has_half, long_hours or has_days, has_days)
 
 
 def _without_one_zone(cells: Sequence[str]) -> tuple[Sequence[str], float | None]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,6 +15,7 @@ FORMS = {
     "min:s": (60.0, 1.0, 0.0),
     "h:min": (3600.0, 60.0, 0.0),
     "min:s:cs": (60.0, 1.0, 0.01),
+    "d:h:min:s": (3600.0, 60.0, 1.0),
 }
 
 
@@ -43,6 +44,8 @@ def clock_form(parsed: ClockParts, dates: Sequence[str], said: str) -> ClockForm
     dates : those of a column beside it, () without one.
     said : as `form_of_clock` gives it; "" if nobody says.
     """
+    if parsed.days:
+        return _four_parts(parsed, said)
     if said in FORMS:
         return ClockForm(said)
     parts = parsed.parts
@@ -83,8 +86,21 @@ def clock_form(parsed: ClockParts, dates: Sequence[str], said: str) -> ClockForm
     return ClockForm("", why, "h:min:s")
 
 
+def _four_parts(parsed: ClockParts, said: str) -> ClockForm:
+    """The same of times of four parts, whose hours hold the days: proven by seconds that go on where a minute is full."""
+    third = parsed.parts[np.isfinite(parsed.parts[:, 0]), 2]
+    if np.any(third >= 60):
+        return ClockForm("", "the last of four parts passes 60: it is no second")
+    if said:
+        return _HOURS if said == "d:h:min:s" else ClockForm("", "the times have four parts", "d:h:min:s")
+    if np.any(third % 1):
+        return _HOURS
+    found = clock_form(replace(parsed, days=False), (), "")
+    return found if found.form else ClockForm("", f"{found.conflict}; they have four", "d:h:min:s")
+
+
 # Letters of a written form -> what it means; any other is not known.
-_LETTERS = {("h", "m", "s"): "h:min:s", ("m", "s"): "min:s", ("h", "m"): "h:min"}
+_LETTERS = {("d", "h", "m", "s"): "d:h:min:s", ("h", "m", "s"): "h:min:s", ("m", "s"): "min:s", ("h", "m"): "h:min"}
 
 
 def form_of_clock(unit: str) -> str:

@@ -9,6 +9,7 @@ from types import MappingProxyType
 import numpy as np
 
 from calib.errors import Fault, InputError, capped
+from calib.lab.instruments.another_zero import another_zero
 from calib.lab.instruments.choice import choose_columns, missing_columns
 from calib.lab.instruments.circuit import impossible_loss, untold_circuit
 from calib.lab.instruments.family import InstrumentFamily
@@ -24,6 +25,7 @@ from calib.lab.instruments.size import implausible
 from calib.lab.instruments.spikes import SMOOTH, alone, in_words
 from calib.lab.instruments.started import started_at
 from calib.lab.instruments.unit_choice import source_of_column, unit_of_column
+from calib.lab.instruments.units import is_pound
 from calib.lab.instruments.where import only_rows, rows_asked
 from models.sensor import BoolArray, FloatArray
 
@@ -65,8 +67,14 @@ def _among_all(table: LabTable, sheet: Sheet, kept: BoolArray, reasons: Mapping[
         columns[quantity].flags.writeable = False
     own = iter(table.reasons)
     all_reasons = tuple(next(own) if k else reasons[r] for r, k in enumerate(kept.tolist()))
+    rows = np.flatnonzero(kept)
     return replace(
-        table, columns=MappingProxyType(columns), lines=sheet.lines, reasons=all_reasons, notes=(*notes, *table.notes)
+        table,
+        columns=MappingProxyType(columns),
+        lines=sheet.lines,
+        reasons=all_reasons,
+        notes=(*notes, *table.notes),
+        zeroed={q: tuple(rows[list(of)].tolist()) for q, of in table.zeroed.items()},
     )
 
 
@@ -92,6 +100,8 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
             faults.append(fault)
             without_unit.add(quantity)
         columns.append(ReadColumn(index, heading, factor, clock))
+        if quantity == "force" and is_pound(heading.unit or sheet.unit_below(index) or ""):
+            notes.append(f'"{sheet.names[index]}" is in pounds, which are read as pounds-force (lbf)')
         if heading.unit_doubt and fault is None:
             notes.append(f'"{sheet.names[index]}" is read in the unit asked for, though it has {heading.unit_doubt}')
     cells = {c.quantity: _cells(sheet, c.index) for c in columns}
@@ -155,6 +165,15 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         notes += told
     if faults:
         raise InputError(faults)
+    good = np.array([not why for why in reasons])
+    zeros = another_zero(sheet, columns, {q: np.where(good, v, np.nan) for q, v in values.items()}, reading)
+    if zeros.faults:
+        raise InputError(zeros.faults)
+    notes += zeros.notes
+    for quantity, lost in zeros.lost.items():
+        for r, why in lost.items():
+            _append(reasons, r, why)
+            values[quantity][r] = np.nan
     if "status" in choice.chosen:
         for r, cell in enumerate(_cells(sheet, places["status"])):
             if cell.lower() not in _STATUS_GOOD and not is_missing(cell):
@@ -186,6 +205,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         unread=(*sheet.unread, *(_unread(sheet, index, why) for index, why in sorted(unread.items()))),
         started=started_at(sheet, values.get("time")),
         sign=reading.sign,
+        zeroed=MappingProxyType(zeros.rows),
     )
 
 
@@ -214,9 +234,9 @@ def _unread(sheet: Sheet, index: int, reason: str) -> Unread:
 # The likelier mark that may be asked for -> what to say; ".," if either may be right, "" if the user cannot decide.
 _SAY_MARK = {
     "": "",
-    ",": 'Say which it is: --decimal ",". ',
-    ".": 'Say which it is: --decimal ".". ',
-    ".,": "Say which it is, a point or a comma, by the option --decimal. ",
+    ",": 'Say --decimal "," if the comma is the decimal mark, --decimal "." if it sets thousands apart ("1,243" for 1243). ',
+    ".": 'Say --decimal "." if the point is the decimal mark, --decimal "," if it sets thousands apart ("1.243" for 1243). ',
+    ".,": 'Say which it is: --decimal "." or --decimal ",". ',
 }
 
 

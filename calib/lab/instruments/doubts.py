@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -16,6 +17,10 @@ from models.sensor import BoolArray, FloatArray
 _JUMP = 2.8
 # Numbers with a mark and without beside each other: steps in powers of ten as written, and once the lost mark is put back.
 _APART, _TOGETHER = 0.9, 0.3
+# A number that is too small is off its neighbours by so many times the noise.
+_NOISES = 4.0
+# Steps on one side of a number so many times as large as on the other are those of another wrong one.
+_WILD = 8.0
 # How near a number must come to its neighbours once its mark is moved, in steps between these, and how small these must be.
 _NEAR, _SMALL_STEPS, _COARSE_STEPS = 2.0, 0.03, 0.5
 # A single number may miss its neighbours by this share of them once its mark is moved, by one place or by more.
@@ -142,6 +147,7 @@ def _jumping(cells: Sequence[str], values: FloatArray, decimal: str) -> Doubts:
         other = _jumping(cells, rest, decimal)
         return Doubts({**other.rows, **population.rows}, other.fault, other.row)
     found = _off_by_units(cells, rows, at, decimal) | _off(cells, rows, at, level, decimal)
+    found = _beyond_noise(found, values, rows, at)
     # Where no number has a mark, those that are the fewer may be the right ones.
     unmarked = not any(decimal in c for c in cells)
     if len(found) > 1 and (unmarked or len(found) > _SHARE * rows.size):
@@ -152,6 +158,20 @@ def _jumping(cells: Sequence[str], values: FloatArray, decimal: str) -> Doubts:
     return Doubts(
         {row: f'"{cells[row].strip()}" is off by a factor of {power} from its neighbours' for row, power in found.items()}
     )
+
+
+def _beyond_noise(found: dict[int, str], values: FloatArray, rows: IntArray, at: FloatArray) -> dict[int, str]:
+    """Those of which a smaller number is off the middle of its neighbours by more than noise about zero is."""
+    if not found or at.size < _FEWEST:
+        return found
+    noise = float(np.median(np.abs(np.diff(at, 2)))) * 1.4826 / math.sqrt(6.0)
+    kept = {}
+    for row, power in found.items():
+        k = int(np.searchsorted(rows, row))
+        beside = float(np.median(at[[i for i in range(max(k - 2, 0), min(k + 3, at.size)) if i != k]]))
+        if abs(values[row]) > abs(beside) or abs(values[row] - beside) > _NOISES * noise:
+            kept[row] = power
+    return kept
 
 
 def _without_mark(cells: Sequence[str], rows: IntArray, level: FloatArray, decimal: str) -> Doubts | None:
@@ -227,7 +247,10 @@ def _off(cells: Sequence[str], rows: IntArray, at: FloatArray, level: FloatArray
         mended = at[start : end + 1] / 10 ** power[j]
         low, high = float(min(before[-1], after[0])), float(max(before[-1], after[0]))
         beside = [float(np.max(np.abs(np.diff(numbers)), initial=0.0)) for numbers in (before, after)]
-        step, calm = max(high - low, *beside), max(high - low, min(beside) if start > 2 and end + 3 < n else max(beside))
+        step = max(high - low, *beside)
+        # Another row beside it may be wrong, too: then those on the other side tell how large steps are.
+        calm = max(high - low, min(beside))
+        told_by = (step, calm) if start > 2 and end + 3 < n and step > _WILD * calm else (step,)
         middle = abs(low + high) / 2
         digits = max(_decimals(cells[i], decimal) for i in rows[start : end + 1].tolist())
         last = min(0.5 * 10.0 ** (-digits - power[j]), _ROUNDED * middle) if power[j] < 0 else 0.0
@@ -239,8 +262,7 @@ def _off(cells: Sequence[str], rows: IntArray, at: FloatArray, level: FloatArray
         near = rows[[*range(max(start - 2, 0), start), *range(end + 1, min(end + 3, n))]].tolist()
         odd = all(_decimals(cells[i], decimal) != _decimals(cells[near[0]], decimal) for i in rows[start : end + 1].tolist())
         alike = len({_decimals(cells[i], decimal) for i in near}) == 1
-        # Another row beside it may be wrong, too: then those on the other side tell how large steps are.
-        smalls = [s for s in (step, calm) if missed <= max(_NEAR * s, alone) + last and _is_small(s, middle, int(power[j]))]
+        smalls = [s for s in told_by if missed <= max(_NEAR * s, alone) + last and _is_small(s, middle, int(power[j]))]
         lone = end == start and bool(smalls)
         if lone or (smooth and odd) or (odd and alike and step < _COARSE_STEPS * middle):
             taken.update(range(start, end + 2))

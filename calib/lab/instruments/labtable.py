@@ -76,6 +76,7 @@ class LabTable:
     unread : every column, line and block of the file that is not used, with the reason.
     started : date and time at which the record began, as the file states it; None if it does not.
     sign : what was said of the signs, see `Reading.sign`.
+    zeroed : quantity -> rows from 0 from which on its readings have another zero than above.
     """
 
     path: Path
@@ -93,3 +94,4 @@ class LabTable:
     unread: tuple[Unread, ...] = ()
     started: datetime | None = None
     sign: Mapping[str, str] = field(default_factory=dict)
+    zeroed: Mapping[str, tuple[int, ...]] = field(default_factory=dict)

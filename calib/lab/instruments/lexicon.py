@@ -54,7 +54,7 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
                 "βύθιση",
                 "переміщення | indringing | percurso | deslocamento axial | 行程 | 壓縮量 | 押込み量 | 압입깊이",
                 "перемещение | деформация",
-                "ход | глубина | 位移 | 横梁位移",
+                "ход | глубина | 位移 | 横梁位移 | 橫樑位移 | 變形",
                 "变形 | 压缩位移 | 压缩量 | 変位 | ストローク",
                 "変位量 | 伸び | 圧縮変位 | 변위 | 이동거리 | 거리 | 위치 | 신장 | 신율",
                 "스트로크 | 압축변위 | 압축량 | 크로스헤드 변위 | traversenweg absolut",
@@ -72,7 +72,7 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
                 "试验力 | 試験力 | 荷重 | 圧縮荷重 | 하중 | 힘 | 시험력 | 부하",
                 "voima | kuorma | puristusvoima | erő | nyomóerő | terhelés | baskı kuvveti | tryckkraft | belastning",
                 "forță | forta | sila tlaku | tlaková síla | zaťaženie | δύναμη | δυναμη | φορτίο | φορτιο | навантаження",
-                "força axial | normaalkracht | 力量 | 負荷 | 圧縮力 | 押込み荷重 | 압축하중 | 압축력",
+                "força axial | normaalkracht | 力量 | 負荷 | 負載 | 載重 | 荷載 | 圧縮力 | 押込み荷重 | 압축하중 | 압축력",
                 "corrected force | corrected load",
             ),
             "capacitance": (

@@ -13,7 +13,8 @@ from calib.errors import Fault
 from calib.lab.instruments.labtable import IntArray, Reading
 from calib.lab.instruments.readings import ReadColumn
 from calib.lab.instruments.sheet import Sheet
-from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of, lab_factor, unit_ratios
+from calib.lab.instruments.unit_choice import is_confirmed
+from calib.lab.instruments.units import IN_PLACE_OF, unit_ratios
 from models.sensor import FloatArray
 
 # Readings beside each other that differ by such a factor may be in two units.
@@ -96,7 +97,7 @@ def rescaled(
         if not kept:
             continue
         message, advice = _in_words(sheet, column, kept)
-        if _is_confirmed(sheet, column, reading):
+        if is_confirmed(sheet, column.index, column.heading, column.factor, reading):
             notes.append(f"{message}; read in one unit, as asked")
             continue
         line = int(sheet.lines[kept[0].row])
@@ -333,12 +334,3 @@ def _in_words(sheet: Sheet, column: ReadColumn, kept: Sequence[_Switch]) -> tupl
         f"--units {quantity}=..."
     )
     return message, advice
-
-
-def _is_confirmed(sheet: Sheet, column: ReadColumn, reading: Reading) -> bool:
-    """Whether the user says the unit that the file names, too."""
-    asked = reading.units.get(column.quantity, reading.units.get(IN_PLACE_OF.get(column.quantity, column.quantity)))
-    written = column.heading.unit or sheet.unit_below(column.index)
-    written = written or sheet.declared_units.get(IN_PLACE_OF.get(column.quantity, column.quantity), ("", 0))[0]
-    stated = bool(written) and is_unit_of(written, column.quantity)
-    return asked is not None and stated and bool(np.isclose(lab_factor(written, column.quantity), column.factor, rtol=1e-12))

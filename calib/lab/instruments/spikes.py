@@ -66,7 +66,7 @@ def _runs_of(values: FloatArray) -> dict[int, dict[tuple[int, ...], float]]:
     y = values[rows]
     if y.size <= 2 * _BESIDE:
         return {}
-    floor = max(_NOISES * _noise(y), _DIGITS * _last_step(y))
+    floor = max(_NOISES * noise_of(y), _DIGITS * last_step(y))
     return {length: _runs(rows, y, floor, length) for length in range(1, _RUN + 1)}
 
 
@@ -105,19 +105,19 @@ def _at_ends(values: FloatArray) -> dict[int, float]:
             low, high = float(np.min(rest)), float(np.max(rest))
             beyond = np.maximum(low - ends, ends - high)
             # Noise is looked for only where it could matter: of a million readings it takes its time.
-            if np.all(beyond > _RANGES * (high - low)) and np.all(beyond > _NOISES * _noise(rest)):
+            if np.all(beyond > _RANGES * (high - low)) and np.all(beyond > _NOISES * noise_of(rest)):
                 near = float(rest[0] if of[0] == rows[0] else rest[-1])
                 found.update((int(r), near) for r in of)
     return found
 
 
-def _noise(y: FloatArray) -> float:
-    """Scatter of readings about a smooth course, by their second differences."""
+def noise_of(y: FloatArray) -> float:
+    """Scatter of readings in order, (n_row,), about a smooth course, by their second differences, in their unit."""
     return 1.4826 * float(np.median(np.abs(np.diff(y, 2)))) / math.sqrt(6.0)
 
 
-def _last_step(y: FloatArray) -> float:
-    """The least that two readings beside each other differ by, if they do."""
+def last_step(y: FloatArray) -> float:
+    """The least that two readings beside each other, (n_row,), differ by, if they do, in their unit."""
     steps = np.abs(np.diff(y))
     steps = steps[steps > 1e-9 * float(np.max(np.abs(y), initial=0.0))]
     return float(np.min(steps)) if steps.size else 0.0

@@ -14,8 +14,8 @@ from calib.lab.instruments.vocabulary import understand
 from calib.regular import names_beside, require_regular
 
 # Encodings of instruments' software besides Unicode, in the order in which a draw is decided.
-_LEGACY = ("latin-1", "cp1250", "cp1251", "cp1253", "cp1254", "gb18030", "cp932", "cp949")
-_NAMES = {"gb18030": "gbk", "cp932": "shift-jis"}
+_LEGACY = ("latin-1", "cp1250", "cp1251", "cp1253", "cp1254", "gb18030", "cp932", "cp949", "cp950")
+_NAMES = {"gb18030": "gbk", "cp932": "shift-jis", "cp950": "big5"}
 
 # Characters that no table has: bytes of another kind of file.
 _CONTROL = re.compile("[\x00-\x08\x0e-\x1f\x7f]")
@@ -76,7 +76,7 @@ def read_lab_text(path: Path) -> LabText:
     """Read a lab file as text, whatever encoding its software wrote it in.
 
     A byte order mark decides, then UTF-16 by its zero bytes, then UTF-8. Bytes that are not Unicode are read as Latin-1,
-    another code page, GBK, Shift-JIS or EUC-KR, whichever makes most of its words column names or units.
+    another code page, GBK, Shift-JIS, EUC-KR or Big5, whichever makes most of its words column names or units.
 
     Raises
     ------

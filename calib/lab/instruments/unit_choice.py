@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from calib.errors import Fault
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.sheet import Sheet
-from calib.lab.instruments.units import IN_PLACE_OF, asked_factor, lab_factor
+from calib.lab.instruments.units import IN_PLACE_OF, asked_factor, is_unit_of, lab_factor
 from calib.lab.instruments.vocabulary import EXAMPLE, NEEDS_UNIT, Heading
 
 
@@ -68,6 +70,23 @@ def unit_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading)
             f"Correct one of the two, or say which is right: --units {shown}=...",
         )
     return None, factors[0]
+
+
+def is_confirmed(sheet: Sheet, index: int, heading: Heading, factor: float, reading: Reading) -> bool:
+    """Whether the user says the unit that the file names, too: that the readings are right as they stand.
+
+    Parameters
+    ----------
+    sheet : the record.
+    index, heading, factor : which of its columns, what it holds, and by what it is multiplied.
+    reading : what the user says of the file.
+    """
+    quantity = heading.quantity
+    written = heading.unit or sheet.unit_below(index)
+    written = written or sheet.declared_units.get(IN_PLACE_OF.get(quantity, quantity), ("", 0))[0]
+    if _asked_unit(quantity, reading) is None or not written or not is_unit_of(written, quantity):
+        return False
+    return bool(np.isclose(lab_factor(written, quantity), factor, rtol=1e-12))
 
 
 def _factor_beside(sheet: Sheet, quantity: str) -> tuple[str, int] | None:

@@ -49,21 +49,21 @@ _SPELLINGS: Mapping[str, Mapping[str, str]] = MappingProxyType(
             "m": "m meter meters metre metres Meter mètres metros 米",
             "cm": "cm centimeter centimeters",
             "mm": "mm MM millimeter millimeters millimetre millimetres Millimeter "
-            "Millimetern millimètres milímetros millimetri milimetry мм 毫米 ミリ 밀리미터",
+            "Millimetern millimètres milímetros millimetri milimetry мм 毫米 公厘 ミリ 밀리미터",
             "um": "um µm UM micron microns micrometer micrometers micrometre micrometres Mikrometer мкм 微米",
             "nm": "nm nanometer nanometers",
             "in": 'in inch inches In IN Inch Inches " Zoll pouces pulgadas 英寸',
             "thou": "mil mils thou",
         },
         "N": {
-            "N": "N newton newtons Newton Newtons niuton niutony nyuton Н Ν 牛 牛顿 뉴턴",
+            "N": "N newton newtons Newton Newtons niuton niutony nyuton Н Ν 牛 牛顿 牛頓 뉴턴",
             "mN": "mN millinewton millinewtons мН",
             "uN": "uN µN micronewton micronewtons",
             "nN": "nN nanonewton nanonewtons",
             "kN": "kN KN kilonewton kilonewtons кН 千牛 킬로뉴턴",
             "gf": "gf gF gF. grf gram-force gramforce pond гс",
             "kgf": "kgf kgF kp KGF kilogram-force kilopond кгс",
-            "lbf": "lbf lbF LBF lb-f pound-force",
+            "lbf": "lbf lbF LBF lb-f pound-force lb lbs Lb Lbs LB LBS",
             "ounce_force": "ozf ozF OZF",
             "cN": "cN",
             "dN": "dN",
@@ -101,8 +101,6 @@ _AS_FORCE = {
     "gram": "gf",
     "grams": "gf",
     "kg": "kgf",
-    "lb": "lbf",
-    "lbs": "lbf",
     "oz": "ozf",
     "gm": "gf",
 }
@@ -207,9 +205,14 @@ _NAME_OF = {"hour": "h"}
 def _hint(unit: str, si: str) -> str:
     if si == "N" and unit.lower() in _AS_FORCE:
         meant = _AS_FORCE[unit.lower()]
-        return f" (a mass; if its weight is meant: --units force={meant})"
+        return f" (a mass; if the weight of so much is meant, say --units force={meant})"
     alike = sorted({word for word in _BY_SPELLING[si] if word.lower() == unit.lower()})
     return f", did you mean {' or '.join(alike)}?" if alike else ""
+
+
+def is_pound(unit: str) -> bool:
+    """Whether a unit of force is written as pounds, without a word of force: on a tester a pound is one."""
+    return _tidy(unit).lower() in ("lb", "lbs")
 
 
 def is_mass(unit: str) -> bool:

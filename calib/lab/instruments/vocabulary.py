@@ -260,7 +260,8 @@ def _weighed(readings: Sequence[Meaning], name: str, inside: Sequence[str], unit
         if reason:
             return reason
     for bracket in written:
-        if not is_unit_of(bracket, quantity) and not is_wiring(bracket) and (reason := no_record(bracket)):
+        clock = quantity == "time" and _CLOCK_FORM.fullmatch(bracket)
+        if not (clock or is_unit_of(bracket, quantity) or is_wiring(bracket)) and (reason := no_record(bracket)):
             return reason
     unit, unit_doubt = _unit_of(quantity, written, unit_below)
     index, name_doubt, processed = meaning.index, meaning.doubt, meaning.processed

@@ -314,3 +314,28 @@ def test_the_shape_of_a_press_is_what_it_was_made_with() -> None:
     assert found.flat_low == pytest.approx(1 / 3 + np.sqrt(0.02) * 2 / 3, abs=0.04)
     assert found.flat_high < 0.02
     assert found.bend == pytest.approx(0.5 - 0.64 / 3 * 0.8 / 1.2 / 0.64, abs=0.02)
+
+
+# A press of which a drift hides most: the ball goes one way, and the force first away from the load, then along with it.
+STEPS = np.arange(39, dtype=np.float64)
+CLOCK = np.asarray(0.86 * STEPS, dtype=np.float64)
+PLACE = np.asarray(-74.0e-3 - 7e-5 * STEPS, dtype=np.float64)
+PRESSED = -8.9 * (np.clip(STEPS - 30.5, 0, None) / 7.5) ** 1.3 + 0.004 * np.sin(37.0 * STEPS)
+
+
+@pytest.mark.parametrize("rows", range(34, 40))
+@pytest.mark.parametrize("share", [0.3, 0.45, 0.6, 0.75, 0.9])
+def test_a_drift_that_hides_the_press_turns_no_sign(share: float, rows: int) -> None:
+    force = np.asarray(PRESSED + share * 8.9 * STEPS / STEPS.size, dtype=np.float64)
+    record = table({"time": CLOCK[:rows], "displacement": PLACE[:rows], "force": force[:rows]})
+    try:
+        seen = observe(record)
+    except InputError:
+        return  # in doubt
+    assert [seen.signs[q].factor for q in ("force", "displacement")] == [-1.0, -1.0]
+
+
+def test_a_force_that_leaves_and_comes_back_as_the_ball_goes_one_way_shows_no_direction() -> None:
+    force = np.asarray(np.where(STEPS < 30, 0.1 * STEPS, 3.0 - 0.35 * (STEPS - 30)), dtype=np.float64)
+    with pytest.raises(InputError, match="it cannot be told which way compression is"):
+        observe(table({"time": CLOCK, "displacement": PLACE, "force": force}))

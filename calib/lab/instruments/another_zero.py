@@ -1,0 +1,102 @@
+"""From the jumps that one channel of a record makes alone to what is done about them: faults, notes, rows that are left out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.errors import Fault
+from calib.lab.instruments.jumps import CAPACITANCES, OVERFLOW, ZERO, Jump, jumps_of
+from calib.lab.instruments.labtable import Reading
+from calib.lab.instruments.readings import ReadColumn
+from calib.lab.instruments.sheet import Sheet
+from calib.lab.instruments.unit_choice import is_confirmed
+from calib.lab.instruments.units import IN_PLACE_OF
+from models.sensor import FloatArray
+
+
+@dataclass(frozen=True)
+class AnotherZero:
+    """What is done about the jumps of a record.
+
+    Attributes
+    ----------
+    notes, faults : of which readings stay, and for which the record is refused.
+    lost : quantity -> row from 0 -> why it is not usable.
+    rows : quantity -> rows from 0 from which on its readings have another zero than above.
+    """
+
+    notes: list[str]
+    faults: list[Fault]
+    lost: dict[str, dict[int, str]]
+    rows: dict[str, tuple[int, ...]]
+
+
+def another_zero(
+    sheet: Sheet, columns: Sequence[ReadColumn], values: Mapping[str, FloatArray], reading: Reading
+) -> AnotherZero:
+    """Refuse a record of which one channel jumps from a row on, as no press does, or tell of it where some of it can be used.
+
+    A counter that overflowed and a capacitance of another range or offset are refused. A zero that was set anew is noted with
+    its row, as rows of one zero can be used together. Of a capacitance that leaves its course and comes back the rows between
+    are left out. A unit that stands in the file and that the user says once more settles it.
+
+    Parameters
+    ----------
+    sheet : the record.
+    columns : those that are read.
+    values : quantity -> readings in SI, nan where there is none or none that is used, (n_row,).
+    reading : what the user says of the file.
+    """
+    told = AnotherZero([], [], {}, {})
+    found = jumps_of(values)
+    for column in columns:
+        jumps = found.get(column.quantity, [])
+        if not jumps:
+            continue
+        confirmed = is_confirmed(sheet, column.index, column.heading, column.factor, reading)
+        sure = [j for j in jumps if j.kind in (OVERFLOW, ZERO) and not confirmed]
+        for jump in sure if column.quantity in CAPACITANCES else ():
+            if jump.back:
+                rows = [r for r in range(jump.row, jump.back) if np.isfinite(values[column.quantity][r])]
+                told.lost.setdefault(column.quantity, {}).update(dict.fromkeys(rows, _why_lost(sheet, column, jump)))
+        wrong = [j for j in sure if j.kind == OVERFLOW and not j.back]
+        if wrong:
+            quantity = IN_PLACE_OF.get(column.quantity, column.quantity)
+            advice = (
+                "Save the rows before and behind it in files of their own, or export them from the instrument's own record; if "
+                f"the jump is real, let the header name the unit and say it once more: --units {quantity}=..."
+            )
+            message, line = _in_words(sheet, column, wrong, values), int(sheet.lines[wrong[0].row])
+            told.faults.append(Fault(message, sheet.text.path, line, column.index + 1, advice=advice))
+            continue
+        anew = [j for j in sure if j.kind == ZERO]
+        if anew:
+            told.rows[column.quantity] = tuple(j.row for j in anew)
+        open_ = [j for j in jumps if j not in sure]
+        told.notes.extend(_in_words(sheet, column, jumps, values) for jumps in (anew, open_) if jumps)
+    return told
+
+
+def _why_lost(sheet: Sheet, column: ReadColumn, jump: Jump) -> str:
+    cells = sheet.columns[column.index]
+    shown = f'"{cells[jump.last].strip()}", then "{cells[jump.row].strip()}"'
+    return f"{_name(column)} alone leaves its course in line {int(sheet.lines[jump.row])} ({shown}) and comes back: {jump.why}"
+
+
+def _name(column: ReadColumn) -> str:
+    return IN_PLACE_OF.get(column.quantity, column.quantity)
+
+
+def _in_words(sheet: Sheet, column: ReadColumn, jumps: Sequence[Jump], values: Mapping[str, FloatArray]) -> str:
+    cells, first = sheet.columns[column.index], jumps[0]
+    more = f", and so in {len(jumps) - 1} more places, such as line {int(sheet.lines[jumps[1].row])}" if len(jumps) > 1 else ""
+    kind = {"force": ("displacement", *CAPACITANCES), "displacement": ("force", *CAPACITANCES)}
+    beside = [q for q in kind.get(column.quantity, ("force", "displacement")) if q in values and q != column.quantity]
+    others = " and ".join(dict.fromkeys(IN_PLACE_OF.get(q, q) for q in beside))
+    alone = f", which {others} do{'es' if len(set(others.split(' and '))) == 1 else ''} not show" if others else ""
+    place = f'"{cells[first.last].strip()}", then "{cells[first.row].strip()}" in line {int(sheet.lines[first.row])}'
+    size = f"{first.size / column.factor:.5g}"
+    return f'column "{sheet.names[column.index]}": the readings jump by {size} ({place}){alone}{more}: {first.why}'

@@ -1,0 +1,360 @@
+"""From the readings of a record to the rows from which on one channel has another zero: an overflow, a tare, a new range."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from calib.lab.instruments.labtable import IntArray
+from calib.lab.instruments.spikes import last_step, noise_of
+from models.sensor import BoolArray, FloatArray
+
+CAPACITANCES = ("capacitance", "capacitance_series")
+_JUDGED = ("displacement", "force", *CAPACITANCES)
+# Readings on either side that are looked at.
+_NEAR = 5
+# A step is a jump if it is off from those beside it by so many times what these differ by, their size, noises, last digits.
+_APART, _STEPS, _NOISES, _DIGITS = 5.0, 1.5, 12.0, 4.0
+# Of the steps beside so many may be as large: another jump makes one.
+_LARGER = 1
+# Where a larger share of the steps jumps, that is what the record is like; fewer rows show nothing.
+_SHARE, _FEWEST = 0.1, 12
+# What a channel beside it may do: the same in its own steps, noises and digits.
+_SEEN_STEPS, _SEEN_NOISES, _SEEN_DIGITS = 3.0, 4.0, 1.5
+# A course moves if it is so many times as steep as its noise makes it, and would so change by such a share of its range.
+_STEEP, _MOVES = 4.0, 0.05
+# It goes on if it is so many times as steep behind the jump as before.
+_ALIKE = 2.5
+# A jump of the whole range, as of a counter; to both sides of zero; beyond zero; to zero; as shares of the jump.
+_WHOLE, _BOTH, _BEYOND, _TO_ZERO = 0.75, 0.25, 0.1, 0.06
+# A load that goes on in contact is so steep, in the steps of the press; a drift is not.
+_IN_PRESS = 0.25
+# A ball rests that moves by so little of its usual steps.
+_RESTS = 0.2
+# Jumps of one counter differ by less than this share; so many of different sizes may be zeros that were set anew.
+_SAME, _FEW = 0.05, 3
+# What moved with the other channels by its share of the range would be seen in so many of their noises and digits.
+_WOULD_SHOW = 5.0
+# A load shows nothing of a jump if it is off its course by less than this share of what it would show.
+_UNSEEN = 0.1
+# Steps of time that are a pause.
+_PAUSE = 4.0
+# A force that is so far, as a share of its range, from where it began is one of contact.
+_IN_CONTACT = 0.2
+# A capacitance that is back on its course within this share of the jump, and after such a share of the rows, was lost.
+_BACK, _LOST = 0.2, 0.2
+
+
+#: A counter that overflowed or a range that changed; a zero that was set anew; what may also have happened.
+OVERFLOW, ZERO, OPEN = "overflow", "zero", "open"
+
+
+@dataclass(frozen=True)
+class Jump:
+    """A jump of one channel that nothing else in the record shows.
+
+    Attributes
+    ----------
+    row, last : the first row behind it, and the last before.
+    size : by how much, in the unit of the readings.
+    kind : OVERFLOW or ZERO, if it cannot have happened; else OPEN.
+    why : what it may be, for people.
+    back : the row from which on the channel is on its course again; 0 if it stays.
+    """
+
+    row: int
+    last: int
+    size: float
+    kind: str
+    why: str
+    back: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class _Course:
+    """Readings of a channel in order, equal ones in succession once, with the rows in which each begins and ends."""
+
+    y: FloatArray
+    first: IntArray
+    end: IntArray
+
+    @cached_property
+    def noise(self) -> float:
+        """Scatter of a reading about a smooth course."""
+        return noise_of(self.y)
+
+    @cached_property
+    def digit(self) -> float:
+        """The least that two readings beside each other differ by."""
+        return last_step(self.y)
+
+    @cached_property
+    def steps(self) -> FloatArray:
+        """From each reading to the next, as large as they were if no row between had been left out."""
+        rows = self.first[1:] - self.end[:-1]
+        return np.asarray(np.diff(self.y) / np.maximum(rows / np.median(rows), 1.0))
+
+    @cached_property
+    def span(self) -> float:
+        """Range of the readings."""
+        return float(np.ptp(self.y))
+
+    @cached_property
+    def usual(self) -> float:
+        """A step of the steeper part of the record, from a few readings to the next few."""
+        few = min(_NEAR, self.y.size - 1)
+        return float(np.quantile(np.abs(self.y[few:] - self.y[:-few]), 0.9)) / few
+
+    def rests(self, i: int, *, besides: bool = False) -> bool:
+        """Whether the readings around a step stand still; `besides` the step itself."""
+        low, high = max(i - _NEAR, 0), min(i + 1 + _NEAR, self.y.size - 1)
+        change = float(self.y[high] - self.y[low]) - (float(self.y[i + 1] - self.y[i]) if besides else 0.0)
+        steps = np.abs(self.steps)
+        return abs(change) <= max(_RESTS * (high - low) * float(np.median(steps)), 3 * self.noise, self.digit)
+
+    def off(self, i: int) -> float:
+        """How far a step is from the middle of those beside it."""
+        steps = self.steps[max(i - _NEAR, 0) : i + _NEAR + 1]
+        return abs(float(self.steps[i] - np.median(steps)))
+
+    def slopes(self, i: int, others: IntArray) -> tuple[float, float, float]:
+        """Steps per reading before the one from i to i + 1 and behind it, without other jumps, and what noise makes of them."""
+        low = max([i - _NEAR, 0, *(others[others < i][-1:] + 1).tolist()])
+        high = min([i + 1 + _NEAR, self.y.size - 1, *others[others > i][:1].tolist()])
+        found = [(self.y[b] - self.y[a]) / (b - a) if b > a else np.nan for a, b in ((low, i), (i + 1, high))]
+        few = min((b - a for a, b in ((low, i), (i + 1, high)) if b > a), default=1)
+        return float(found[0]), float(found[1]), (1.5 * self.noise + self.digit) / few
+
+    def moves(self, i: int, others: IntArray) -> str:
+        """What the readings do on both sides of a step: "on" as before, "rests", or "other"; "" if too few tell."""
+        before, after, error = self.slopes(i, others)
+        if np.isnan(before) or np.isnan(after):
+            return ""
+        least = max(_STEEP * error, _MOVES * self.span / self.y.size)
+        if max(abs(before), abs(after)) <= least:
+            return "rests"
+        small, large = sorted((abs(before), abs(after)))
+        on = before * after > 0 and large <= _ALIKE * small + error
+        return "on" if on else "other"
+
+
+def _course(values: FloatArray) -> _Course | None:
+    rows = np.flatnonzero(np.isfinite(values))
+    if rows.size < _FEWEST:
+        return None
+    y = values[rows]
+    new = np.concatenate([[True], y[1:] != y[:-1]])
+    if 2 * np.count_nonzero(new) > y.size:
+        return _Course(y, rows, rows)
+    # What a slow meter's logger wrote several times is one reading.
+    begin = np.flatnonzero(new)
+    return _Course(y[begin], rows[begin], rows[np.append(begin[1:], y.size) - 1]) if begin.size >= _FEWEST else None
+
+
+def _steps_apart(steps: FloatArray, span: float, apart: float, size: float, floor: float) -> IntArray:
+    """Places of steps that are unlike those beside them."""
+    large = np.abs(steps)
+    small = np.full(steps.size + 2, np.inf)
+    small[1:-1] = large
+    found = np.flatnonzero((large > floor) & (large > size * np.minimum(small[:-2], small[2:])))
+    if not found.size:
+        return found
+    beside = found[:, None] + np.array([k for k in range(-_NEAR, _NEAR + 1) if k])
+    there = (beside >= 0) & (beside < steps.size)
+    near = np.where(there, steps[np.clip(beside, 0, steps.size - 1)], np.nan)
+    # A counter goes to and fro where it overflows.
+    near[np.abs(near) >= _WHOLE * span] = np.nan
+    with np.errstate(invalid="ignore"):
+        enough = np.count_nonzero(np.isfinite(near), axis=1) >= 3
+    found, near = found[enough], near[enough]
+    middle = np.nanmedian(near, axis=1) if found.size else np.zeros(0)
+    off = np.abs(steps[found] - middle)
+    spread = np.sort(np.abs(near - middle[:, None]), axis=1)  # nan last
+    counts = np.count_nonzero(np.isfinite(near), axis=1)
+    spread = spread[np.arange(found.size), np.maximum(counts - 1 - _LARGER, 0)] if found.size else middle
+    apart_from = (off > apart * spread) & (off > size * np.abs(middle)) & (off > floor)
+    return np.asarray(found[apart_from], dtype=np.int64)
+
+
+def jumps_of(values: Mapping[str, FloatArray]) -> dict[str, list[Jump]]:
+    """Find the jumps of a channel from one reading to the next that no other channel of the record shows.
+
+    A load that jumps while the ball goes on as before, a place that jumps while the load goes on, and a capacitance that jumps
+    while both go on have not happened: a counter has overflowed, a zero was set anew, or a range or an offset has changed. What
+    may have happened, too (a load that slips to a part of it, a touch, a record over time alone), is told apart.
+
+    Parameters
+    ----------
+    values : quantity -> readings in SI, nan where there is none or none that is used, (n_row,).
+
+    Returns
+    -------
+    Quantity -> its jumps in order; only those that have any.
+    """
+    courses = {q: c for q in (*_JUDGED, "time") if q in values and (c := _course(values[q])) is not None}
+    found: dict[str, list[Jump]] = {}
+    for quantity, course in courses.items():
+        if quantity == "time":
+            continue
+        floor = max(_NOISES * course.noise, _DIGITS * course.digit)
+        at = _steps_apart(course.steps, course.span, _APART, _STEPS, floor)
+        if not at.size or at.size > max(2, _SHARE * course.y.size):
+            continue
+        others = {q: c for q, c in courses.items() if q not in (quantity, "time") and not {q, quantity} <= set(CAPACITANCES)}
+        seen = _shared(course, at, others)
+        alone, rest = at[~seen], at
+        paused = _shared(course, alone, {q: c for q, c in courses.items() if q == "time"}, share=_PAUSE)
+        jumps = []
+        for i, pause in zip(alone.tolist(), paused.tolist(), strict=True):
+            judged = _JUDGES[quantity](course, i, rest, {q: _resampled(values[q], course) for q in others}, pause)
+            if judged is not None:
+                size = float(course.y[i + 1] - course.y[i])
+                jumps.append(Jump(int(course.first[i + 1]), int(course.end[i]), size, *judged))
+        jumps = _with_returns(jumps, course) if quantity in CAPACITANCES else _as_one(jumps)
+        if jumps:
+            found[quantity] = jumps
+    return found
+
+
+def _shared(course: _Course, at: IntArray, others: Mapping[str, _Course], share: float = _SEEN_STEPS) -> BoolArray:
+    """Whether a channel beside jumps where a course does, by its own readings or by its change from reading to reading."""
+    seen = np.zeros(at.size, dtype=bool)
+    for other in others.values():
+        floor = max(_SEEN_NOISES * other.noise, _SEEN_DIGITS * other.digit)
+        own = _steps_apart(other.steps, other.span, share, share, floor)
+        begins, ends = other.end[own], other.first[own + 1]
+        # The clocks of two instruments may differ by a row.
+        low, high = course.first[at] - 1, course.first[at + 1] + 1
+        seen |= np.searchsorted(ends, low, side="left") < np.searchsorted(begins, high, side="right")
+        if course.y.size < 0.9 * other.y.size:
+            resampled = _Course(np.interp(course.first, other.first, other.y), course.first, course.end)
+            seen |= np.isin(at, _steps_apart(resampled.steps, other.span, share, share, floor))
+    return seen
+
+
+def _resampled(values: FloatArray, course: _Course) -> _Course:
+    """Another channel at the readings of a course."""
+    rows = np.flatnonzero(np.isfinite(values))
+    return _Course(np.interp(course.first, rows, values[rows]), course.first, course.end)
+
+
+_Judged = tuple[str, str]
+_ANEW = "its zero was set anew there"
+_COUNTER = "a counter that overflowed"
+_SLIP = "a slip, a pull-off, or another zero of the load cell"
+_METER = "a meter's range or offset that changed, or a counter that overflowed"
+_NONE = np.zeros(0, dtype=np.int64)
+
+
+def _is_seen(course: _Course | None) -> bool:
+    return course is not None and course.span > _WOULD_SHOW * (course.noise + course.digit)
+
+
+def _witness(others: Mapping[str, _Course], quantity: str) -> _Course | None:
+    """The channel that would show what a quantity does: it, or else the capacitance."""
+    found = others.get(quantity) or next((others[q] for q in CAPACITANCES if q in others), None)
+    return found if _is_seen(found) else None
+
+
+def _of_force(course: _Course, i: int, at: IntArray, others: Mapping[str, _Course], pause: bool) -> _Judged | None:
+    """Judge a jump of the force: it has not happened if it goes on as before while the ball goes on, or rests, as before."""
+    before, after = float(course.y[i]), float(course.y[i + 1])
+    jump, does = after - before, course.moves(i, at)
+    whole = abs(jump) >= _WHOLE * course.span
+    both = before * after < 0 and min(abs(before), abs(after)) > _BOTH * abs(jump)
+    steep = float(np.nanmax(np.abs(course.slopes(i, at)[:2]))) if does else 0.0
+    zero = abs(after) <= _TO_ZERO * abs(jump) + 3 * course.noise + 2 * steep and abs(before) > 0.5 * abs(jump)
+    witness = _witness(others, "displacement")
+    if witness is None:
+        if does != "on" or pause or not whole:
+            return None
+        return (OVERFLOW, _COUNTER) if both else (OPEN, f"a fast retreat, or {_COUNTER}") if zero else None
+    if does == "on" and steep < _IN_PRESS * course.usual:
+        return OPEN, _SLIP  # as of a drift
+    if both and whole and does in ("on", "other") and witness.moves(i, _NONE) != "":
+        return (OPEN, f"{_COUNTER}, over a pause") if pause else (OVERFLOW, _COUNTER)
+    if does == "on" or (does == "rests" and witness.rests(i)):
+        up = before * after > 0 and abs(after) > abs(before)
+        beyond = before * after < 0 and min(abs(before), abs(after)) > _BEYOND * abs(jump)
+        return (ZERO, _ANEW) if (zero or up or beyond) and not pause else (OPEN, _SLIP)
+    return (OPEN, _SLIP) if does == "rests" else None
+
+
+def _of_displacement(course: _Course, i: int, at: IntArray, others: Mapping[str, _Course], pause: bool) -> _Judged | None:
+    """Judge a jump of the displacement: it has not happened if a load, or a capacitance, of contact goes on over it."""
+    witness = _witness(others, "force")
+    if witness is None:
+        return None
+    jump = abs(float(course.y[i + 1] - course.y[i]))
+    least = _WOULD_SHOW * (witness.noise + witness.digit)
+    own, load = course.moves(i, at), witness.moves(i, _NONE)
+    found = False
+    if load == own == "on":
+        moved, steep = (np.abs(np.array(c.slopes(i, o)[:2])) for c, o in ((course, at), (witness, _NONE)))
+        shown = jump / float(np.max(moved)) * float(np.min(steep))
+        found = shown > max(least, 3 * abs(float(witness.y[i + 1] - witness.y[i])))
+    elif load == "rests" and course.rests(i, besides=True):
+        away = abs(float(witness.y[i] - np.median(witness.y[:_NEAR])))
+        found = away > _IN_CONTACT * witness.span and jump / course.span * witness.span > least
+    return None if not found else (OPEN, "another zero of the displacement, over a pause") if pause else (ZERO, _ANEW)
+
+
+def _of_capacitance(course: _Course, i: int, at: IntArray, others: Mapping[str, _Course], pause: bool) -> _Judged | None:
+    """Judge a jump of the capacitance: it has not happened if load and ball go on over it, and are at no touch."""
+    jump, does = abs(float(course.y[i + 1] - course.y[i])), course.moves(i, at)
+    doubt = f"something that no other column shows, or {_METER}"
+    force, ball = others.get("force"), others.get("displacement")
+    rest = max(course.span - jump, jump / 10)
+    if force is not None and _is_seen(force):
+        expected = jump / rest * force.span
+        would_show = expected > _WOULD_SHOW * (force.noise + force.digit)
+        sure = would_show and force.moves(i, _NONE) != "other" and force.off(i) < _UNSEEN * expected
+    elif does or (ball is not None and _is_seen(ball)):
+        # Without a load on record a snap, a slip and a break look alike, but none is larger than the press.
+        sure = does == "on" and jump > rest
+    else:
+        return None
+    return (OVERFLOW, _METER) if sure and not pause else (OPEN, doubt)
+
+
+def _as_one(jumps: list[Jump]) -> list[Jump]:
+    """Jumps of a place or a load: of the whole range again and again, by as much, as a counter's; open if by other amounts."""
+    sure = [j for j in jumps if j.kind != OPEN]
+    if len(sure) < 2:
+        return jumps
+    sizes = np.abs([j.size for j in sure])
+    alike = float(np.ptp(sizes)) <= _SAME * float(np.median(sizes))
+    if alike:
+        return [replace(j, kind=OVERFLOW, why=_COUNTER) if j in sure else j for j in jumps]
+    if len(sure) <= _FEW:
+        return jumps
+    return [replace(j, kind=OPEN, why="another zero, or steps that no other column shows") for j in jumps]
+
+
+def _with_returns(jumps: list[Jump], course: _Course) -> list[Jump]:
+    """Jumps of a capacitance, of which two that undo each other are one that comes back."""
+    found: list[Jump] = []
+    for jump in jumps:
+        last = found[-1] if found else None
+        if (
+            last is not None
+            and not last.back
+            and last.kind == jump.kind == OVERFLOW
+            and abs(jump.size + last.size) < _BACK * abs(last.size)
+        ):
+            rows = int(np.count_nonzero((course.first >= last.row) & (course.first < jump.row)))
+            if rows <= _LOST * course.y.size:
+                found[-1] = Jump(last.row, last.last, last.size, OVERFLOW, f"a lead that was lost, {_METER}", jump.row)
+                continue
+        found.append(jump)
+    return found
+
+
+_JUDGES = {
+    "force": _of_force,
+    "displacement": _of_displacement,
+    **dict.fromkeys(CAPACITANCES, _of_capacitance),
+}

@@ -1,0 +1,152 @@
+"""What is told of a channel that jumps alone, how a user settles it, and what words and units of labs are understood beside."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hostile_press import lines_of, press, texts
+
+from calib.errors import InputError
+from calib.lab import LabTable, Reading, observe, read_lab_file
+from calib.lab.instruments.doubts import doubtful
+from models.sensor import FloatArray
+
+P = press(160, seed=81)
+T, X, F, C = (np.array(column, dtype=float) for column in (P.t, P.d, P.f, P.c))
+ROWS = np.arange(T.size)
+HEADS = ("Time (s)", "Extension (mm)", "Load (N)", "Cp (pF)")
+
+
+def _read(
+    folder: Path, *columns: FloatArray, heads: Sequence[str] = HEADS, reading: Reading | None = None, encoding: str = "utf-8"
+) -> LabTable:
+    path = folder / "press.csv"
+    written = [texts(c, n) for c, n in zip(columns, (2, 4, 3, 3), strict=False)]
+    path.write_text("\n".join(lines_of(heads[: len(columns)], written)[0]) + "\n", encoding=encoding)
+    return read_lab_file(path, reading or Reading())
+
+
+def test_an_overflow_is_refused_with_its_line_both_readings_and_the_jump(tmp_path: Path) -> None:
+    wrapped = np.where(F > 4, F - 8, F)
+    row = int(np.argmax(F > 4))
+    with pytest.raises(InputError) as caught:
+        _read(tmp_path, T, X, wrapped, C)
+    (fault,) = caught.value.faults
+    assert (fault.line, fault.column) == (row + 2, 3)
+    for word in (f'"{wrapped[row - 1]:.3f}"', f'"{wrapped[row]:.3f}"', f"{wrapped[row] - wrapped[row - 1]:.5g}", "overflowed"):
+        assert word in fault.message
+
+
+def test_a_jump_of_a_capacitance_is_read_if_the_user_says_its_unit_once_more(tmp_path: Path) -> None:
+    stepped = np.where(ROWS >= 60, C + 1.5, C)
+    with pytest.raises(InputError, match="say it once more: --units capacitance="):
+        _read(tmp_path, T, X, F, stepped)
+    table = _read(tmp_path, T, X, F, stepped, reading=Reading(units={"capacitance": "pF"}))
+    assert any("jump by 1.5" in note for note in table.notes)
+    np.testing.assert_allclose(table.columns["capacitance"], np.round(stepped, 3) * 1e-12)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("row", [45, 60, 80])
+def test_rows_of_one_zero_of_the_load_are_used_together(tmp_path: Path, row: int, sign: float) -> None:
+    tared = np.where(row <= ROWS, F - F[row], F)
+    table = _read(tmp_path, T, sign * X, sign * tared)
+    assert table.zeroed == {"force": (row,)}
+    assert any(f"in line {row + 2}" in note and "set anew" in note for note in table.notes)
+    seen = observe(table)
+    assert {d.factor for d in seen.signs.values()} == {sign}
+    assert not (np.any(seen.used[:row]) and np.any(seen.used[row:]))
+    assert any(f"its force has another zero: it was set anew in line {row + 2}" in why for why in seen.reason)
+
+
+@pytest.mark.parametrize("to", [0.0, 0.3])
+def test_rows_of_one_zero_of_the_place_are_used_together_in_contact_too(tmp_path: Path, to: float) -> None:
+    anew = np.where(ROWS >= 60, X - X[60] + to, X)
+    table = _read(tmp_path, T, anew, F)
+    assert table.zeroed == {"displacement": (60,)}
+    seen = observe(table)
+    assert not (np.any(seen.used[:60]) and np.any(seen.used[60:]))
+
+
+def test_zeros_of_chosen_rows_are_those_of_all_rows(tmp_path: Path) -> None:
+    tared = np.where(ROWS >= 60, F - F[60], F)
+    path = tmp_path / "press.csv"
+    rows = [f"{t:.2f},{x:.4f},{f:.3f},a" for t, x, f in zip(T, X, tared, strict=True)]
+    path.write_text("\n".join([",".join((*HEADS[:3], "Channel")), *(["0,0,0,b"] * 3), *rows]) + "\n")
+    table = read_lab_file(path, Reading(where={"Channel": "a"}))
+    assert table.zeroed == {"force": (63,)}
+
+
+def test_a_tare_before_the_touch_is_told_and_left_to_the_model(tmp_path: Path) -> None:
+    table = _read(tmp_path, T, X, np.where(ROWS < 8, F + 0.7, F), C)
+    assert not any(table.reasons)
+    assert not table.zeroed
+    assert any('"Load (N)": the readings jump by' in note and "another zero of the load cell" in note for note in table.notes)
+
+
+def test_a_slip_to_a_part_of_the_load_is_told_as_open(tmp_path: Path) -> None:
+    table = _read(tmp_path, T, X, np.where((ROWS >= 60) & (ROWS < 96), F - 0.5, F))
+    assert not any(table.reasons)
+    assert not table.zeroed
+    assert any("a slip" in note for note in table.notes)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_noise_about_zero_is_not_off_by_a_power_of_ten(seed: int) -> None:
+    rng = np.random.default_rng([9, 4 * seed + 2])
+    n = 250_000
+    rows = np.arange(n)
+    values = np.where(rows < n // 2, 0.0, 1e-3 * (rows - n // 2)) + 0.004 * rng.normal(size=n)
+    cells = np.char.mod("%.4f", values).tolist()
+    assert doubtful(cells, np.round(values, 4), ".").rows == {}
+
+
+@pytest.mark.parametrize("unit", ["lb", "lbs", "LBS"])
+def test_pounds_are_read_as_pounds_force_and_told(tmp_path: Path, unit: str) -> None:
+    table = _read(tmp_path, T, X, F, heads=(*HEADS[:2], f"Load ({unit})"))
+    np.testing.assert_allclose(table.columns["force"], F * 4.4482216152605)
+    assert any("pounds-force" in note for note in table.notes)
+
+
+def test_grams_are_refused_with_the_unit_to_paste(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="--units force=gf"):
+        _read(tmp_path, T, X, F, heads=(*HEADS[:2], "Force (g)"))
+
+
+@pytest.mark.parametrize("heads", [("時間(秒)", "位移(mm)", "荷重(N)"), ("時間(s)", "行程(公厘)", "負載(牛頓)")])
+def test_traditional_chinese_in_big5_is_read(tmp_path: Path, heads: tuple[str, ...]) -> None:
+    table = _read(tmp_path, T, X, F, heads=heads, encoding="big5")
+    assert table.encoding == "big5"
+    np.testing.assert_allclose(table.columns["force"], F)
+    np.testing.assert_allclose(table.columns["displacement"], X * 1e-3)
+
+
+def test_a_column_of_thousands_commas_alone_says_how_either_is_said(tmp_path: Path) -> None:
+    path = tmp_path / "press.csv"
+    path.write_text("Time (ms);Cp (fF)\n" + "".join(f"{1243 + 7 * i:,};{2000 + 9 * i:,}\n" for i in range(40)))
+    with pytest.raises(InputError, match=r'--decimal "\." if it sets thousands apart'):
+        read_lab_file(path)
+    table = read_lab_file(path, Reading(decimal="."))
+    np.testing.assert_allclose(table.columns["capacitance"], 1e-15 * (2000 + 9 * np.arange(40)))
+
+
+@pytest.mark.parametrize("head", ["Time", "Time (d:h:min:s)"])
+def test_times_of_four_parts_count_days(tmp_path: Path, head: str) -> None:
+    seconds = [86400 + 23 * 3600 + 59 * 60 + 30 + i for i in range(60)]
+    clock = [f"{s // 86400}:{s // 3600 % 24:02d}:{s // 60 % 60:02d}:{s % 60:02d}" for s in seconds]
+    path = tmp_path / "press.csv"
+    rows = (f"{c},{x:.4f},{f:.3f}\n" for c, x, f in zip(clock, X, F, strict=False))
+    path.write_text(f"{head},Extension (mm),Load (N)\n" + "".join(rows))
+    np.testing.assert_allclose(np.diff(read_lab_file(path).columns["time"]), 1.0)
+
+
+@pytest.mark.parametrize("last", [range(60), (i * 37 % 100 for i in range(60))])
+def test_times_of_four_parts_that_may_end_in_frames_are_refused(tmp_path: Path, last: Sequence[int]) -> None:
+    path = tmp_path / "press.csv"
+    rows = (f"0:00:{i // 2:02d}:{k:02d},{x:.4f},{f:.3f}\n" for i, (k, x, f) in enumerate(zip(last, X, F, strict=False)))
+    path.write_text("Time,Extension (mm),Load (N)\n" + "".join(rows))
+    with pytest.raises(InputError, match=r"part|second"):
+        read_lab_file(path)
