@@ -94,7 +94,7 @@ def _answer(kind: str, seed: int, n_draw: int) -> dict[str, Any]:
     chosen = rng.choice(len(weight), n_draw, p=weight / np.sum(weight))
     values = values_at(problem, look.theta[chosen])
     gripper = Gripper(padding=PADDING)
-    following = next_sensor(problem, forward, values, problem.parameters, gripper, rng)
+    following = next_sensor(problem, forward, values, problem.parameters, problem.table.lots, gripper, rng)
     draws = [
         measured_sensor(problem, forward, values, experiment.specimens[0].name, gripper, rng),
         following,

@@ -374,7 +374,7 @@ def _conditions(experiments: Sequence[Experiment], table: ForceTable, gripper: G
         "specimen": f'the measured specimen "{table.name}", with the padding that it was measured on',
         "next": "a specimen of the same lot that nobody has measured: "
         + (
-            "what varies within the lot drawn from it"
+            "what specimens differ in drawn from the lot"
             if e.pooling == "partial"
             else "layers as the priors have them, the modulus that all specimens were taken to share"
         ),

@@ -200,7 +200,7 @@ def test_bounds_hold_the_force_of_nine_in_ten_of_their_own_sensors(make_posterio
     posterior, rng, gripper = _exact(make_posterior()), np.random.default_rng(3), Gripper(parasitic=(2e-12, 0.5e-12))
     values = thin_draws(posterior, 900, rng)
     forward = ERRORLESS
-    draws = next_sensor(posterior, forward, values, posterior.parameters, gripper, rng)
+    draws = next_sensor(posterior, forward, values, posterior.parameters, posterior.table.lots, gripper, rng)
     table = table_of("next", "next", [draws], gripper, 1.5)
     force = np.array([0.02, 0.3, 0.8, 1.4])
     p = predict_design(forward, draws.design, force)
