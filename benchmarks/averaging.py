@@ -21,6 +21,7 @@ from functools import cache, partial
 from typing import Any, cast
 
 import numpy as np
+from simulated.answered import weighted_posterior
 from simulated.faulty import Lab, lab_of, true_signal
 from simulated.labs import lab_parser, parsed, rows_of
 
@@ -28,19 +29,14 @@ from calib.checks import USUAL, WEIGHTINGS, Candidate, Member, Model, Verdict, W
 from calib.decision import Requirement, recommend
 from calib.errors import InputError
 from calib.experiment import candidates_of, forward_of_experiment
-from calib.problem import Problem, block_names, build_problem, columns_at, log_likelihood_blocks, without_block
+from calib.problem import Problem, build_problem, log_likelihood_blocks, without_block
 from calib.sampling import (
-    Convergence,
-    Diagnostics,
-    Gate,
     LeaveOut,
     Look,
     Posterior,
-    answer_of,
     first_answer,
     look_at,
     smooth_weights,
-    summarise,
 )
 from models.response import Forward
 from models.threads import one_thread
@@ -61,10 +57,6 @@ FORCE, PADDINGS, N_PADDING = 10.0, (0.5e-3, 6e-3), 23
 FAR = 1.0
 #: A model of so much less log evidence than the best would have no weight in any way, and is not averaged.
 HOPELESS = 15.0
-#: First answers of fewer effective draws are made again where models are averaged.
-FEW = 100.0
-#: Chains and draws of each to which importance draws are resampled.
-CHAINS, DRAWS = 4, 500
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +95,7 @@ def answers(lab: Lab, seed: int) -> list[Answered]:
             problem = build_problem(experiment, lab.sweeps, forward_of_experiment(experiment))
             begin = None if near is None else {"padding_young_modulus": near["young_modulus"], **near}
             look = look_at(problem, begin)
-            posterior = _posterior(problem, look, np.random.default_rng([seed, 1]))
+            posterior = weighted_posterior(problem, look, np.random.default_rng([seed, 1]))
         except (InputError, ValueError):
             continue
         near = _means(posterior) if near is None else near
@@ -120,37 +112,6 @@ def answers(lab: Lab, seed: int) -> list[Answered]:
 
 def _means(posterior: Posterior) -> dict[str, float]:
     return {name: s.mean for name, s in posterior.diagnostics.parameters.items()}
-
-
-def _posterior(problem: Problem, look: Look, rng: np.random.Generator) -> Posterior:
-    """Importance draws as a posterior: resampled to so many of equal weight."""
-    # As it is, even if rough: nothing is computed again.
-    first = replace(answer_of(look), effective_draws=max(look.effective_draws, FEW), confirmed=True)
-    picked = rng.choice(look.weight.size, CHAINS * DRAWS, p=look.weight)
-    theta, values = look.theta[picked], columns_at(problem, look.theta[picked])
-    n = len(problem.names)
-    effective = np.full(n, first.effective_draws)
-    state = Convergence(np.ones(n), effective, effective, np.ones(n), 1)
-    diagnostics = Diagnostics(
-        True, (), (), summarise(problem.parameters, values, theta, state), 1, 0, 1, 1, (), {}, Gate(), first_answer=first
-    )
-    zeros = np.zeros((CHAINS, DRAWS))
-    blocks = block_names(problem)
-    return Posterior(
-        problem.experiment,
-        problem.sweeps,
-        problem.parameters,
-        problem.fixed,
-        problem.forward.name,
-        values.reshape(CHAINS, DRAWS, n),
-        zeros,
-        np.zeros((CHAINS, DRAWS, len(blocks))),
-        blocks,
-        1,
-        1,
-        diagnostics,
-        {},
-    )
 
 
 def _left_out(problem: Problem, look: Look, near: Mapping[str, float]) -> LeaveOut:

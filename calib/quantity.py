@@ -12,7 +12,7 @@ import pint
 from calib.visible import shortened
 
 #: SI units of the dimensions the project knows; "" is dimensionless.
-SI_UNITS = ("m", "N", "Pa", "F", "s", "m/N", "kg", "Hz", "ohm", "S", "")
+SI_UNITS = ("m", "N", "Pa", "F", "s", "m/N", "1/m", "kg", "Hz", "ohm", "S", "")
 
 # Spellings seen in lab files and experiment files that pint does not know or reads as something else.
 _SPELLINGS = {
@@ -39,6 +39,7 @@ _USUAL = {
     "Pa": ("MPa", "kPa", "Pa", "GPa"),
     "F": ("pF", "nF", "fF", "uF", "F"),
     "m/N": ("um/N", "mm/N", "m/N"),
+    "1/m": ("1/mm", "1/m"),
     "s": ("s", "ms", "min"),
     "Hz": ("Hz", "kHz", "MHz"),
 }
@@ -92,7 +93,8 @@ def unit_factor(unit: str, si_unit: str) -> float:
     if len(unit) > _LONGEST or _LARGE_POWER.search(unit):
         raise ValueError(f'unknown unit "{shortened(unit)}"')
     try:
-        factor = _factor("/".join(_spelled(part) for part in unit.strip().split("/")), si_unit)
+        over, *under = (_spelled(part) for part in unit.strip().split("/"))
+        factor = _factor("/".join([over or "1", *under]) if under else over, si_unit)
     except pint.DimensionalityError:
         wanted = si_unit or "a plain number"
         raise ValueError(f'unit "{unit}" cannot be converted to {wanted}{_case_hint(unit, si_unit)}') from None
@@ -154,4 +156,4 @@ def _case_hint(unit: str, si_unit: str) -> str:
 
 
 def _example_unit(si_unit: str) -> str:
-    return {"m": "mm", "Pa": "MPa", "F": "pF", "m/N": "um/N"}.get(si_unit, si_unit)
+    return {"m": "mm", "Pa": "MPa", "F": "pF", "m/N": "um/N", "1/m": "1/mm"}.get(si_unit, si_unit)

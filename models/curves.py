@@ -231,44 +231,124 @@ def predict_design(forward: Forward, design: Design, force: FloatArray) -> Desig
     ----------
     forward : the model.
     design : one, or a batch of draws; a draw that the model does not cover gives nan.
-    force : [N], shape (n_force,).
+    force : [N], shape (n_force,), or (n_draw, n_force).
 
     Returns
     -------
     Arrays of shape (n_draw, n_force), also for one design.
     """
     batch = design.draws()
-    wanted = np.asarray(force, dtype=float)
     curves = curves_of(forward, batch)
-    limit = curves.limit
-    n_draw = limit.size
-    inside = limit > 0
-    depth, change, slope, error = (np.full((n_draw, wanted.size), np.nan) for _ in range(4))
-    reach = np.zeros(n_draw)
-    if np.any(inside):
-        some = curves if np.all(inside) else curves.only(inside)
-        (table,) = some.press([Asked(table_depths(limit[inside]), ("force",))])
-        reach[inside] = np.max(table.force, axis=1)
-        found = depth_at_force(table, wanted)
-        safe = np.where(np.isnan(found), 0.5 * table.depth[:, -1:], np.maximum(found, 1e-3 * table.depth[:, -1:]))
-        before, after = 0.99 * safe, np.minimum(1.01 * safe, table.depth[:, -1:])
-        n = wanted.size
-        (r,) = some.press([Asked(np.concatenate([before, safe, after], axis=1), ("force", "capacitance"))])
-        c = r.capacitance_change
-        with np.errstate(divide="ignore", invalid="ignore"):
-            df_dd = (r.force[:, 2 * n :] - r.force[:, :n]) / (after - before)
-            dc_dd = (c[:, 2 * n :] - c[:, :n]) / (after - before)
-            rise = np.where(df_dd > 0, dc_dd / df_dd, np.nan)
-        middle = slice(n, 2 * n)
-        nothing = np.where(np.isnan(found), np.nan, 0.0)
-        slope[inside] = rise + nothing
-        positive = np.broadcast_to(wanted > 0, found.shape)
-        change[inside] = np.where(positive, c[:, middle] + rise * (wanted - r.force[:, middle]), 0.0) + nothing
-        by_capacitance = _sd(r.capacitance_error[:, middle]) / r.rest_capacitance[:, None]
-        error[inside] = np.hypot(by_capacitance, rise * _sd(r.force_error[:, middle])) + nothing
-        depth[inside] = found
+    found = press_to(curves, force)
+    at = signal_at(found)
+    error = np.hypot(at.change_error, at.change_slope * found.force_error)
     c0 = np.asarray(batch.rest_capacitance, dtype=float)
-    return DesignPrediction(depth, change, slope, error, c0, reach)
+    return DesignPrediction(found.depth, at.change, at.change_slope, error, c0, found.reach)
+
+
+@dataclass(frozen=True, eq=False)
+class PressedTo:
+    """Where designs carry given forces, arrays (n_draw, n_force); nan where the force lies outside the model's range.
+
+    It is mechanics alone: designs that differ in their electrodes or dielectrics share it.
+
+    Attributes
+    ----------
+    depth : [m].
+    compliance : dd/dF, its derivative with respect to force [m/N].
+    force_error : sd [N] of the forward model's own error in the force at that depth.
+    reach : largest force [N] inside the model's range, (n_draw,), 0 if none.
+    inside : (n_draw,), designs that the model covers; the following are of these alone, (n_inside, n_force).
+    before, at, after : [m], depths about the one that is meant, between which slopes are taken.
+    wanted : [N], the forces.
+    response : at `before`, `at` and `after` side by side, with the capacitance of the designs themselves.
+    """
+
+    depth: FloatArray
+    compliance: FloatArray
+    force_error: FloatArray
+    reach: FloatArray
+    inside: BoolArray
+    before: FloatArray
+    at: FloatArray
+    after: FloatArray
+    wanted: FloatArray
+    response: Response | None
+
+
+@dataclass(frozen=True, eq=False)
+class SignalAt:
+    """What designs give where they carry given forces, arrays (n_draw, n_force).
+
+    Attributes
+    ----------
+    change : C/C0 - 1 [1].
+    change_slope : its derivative with respect to force [1/N].
+    change_error : sd [1] of the forward model's own error in the change at given depth.
+    """
+
+    change: FloatArray
+    change_slope: FloatArray
+    change_error: FloatArray
+
+
+def press_to(curves: Curves, force: FloatArray) -> PressedTo:
+    """Find the depths at which designs carry given forces, see `predict_design`.
+
+    Parameters
+    ----------
+    curves : of the designs.
+    force : [N], shape (n_force,), or (n_draw, n_force).
+    """
+    limit = curves.limit
+    wanted = np.broadcast_to(np.asarray(force, dtype=float), (limit.size, np.shape(force)[-1]))
+    inside = np.asarray(limit > 0, dtype=bool)
+    depth, compliance, error = (np.full(wanted.shape, np.nan) for _ in range(3))
+    reach = np.zeros(limit.size)
+    if not np.any(inside):
+        nothing = np.empty((0, wanted.shape[1]))
+        return PressedTo(depth, compliance, error, reach, inside, nothing, nothing, nothing, nothing, None)
+    some, own = (curves if np.all(inside) else curves.only(inside)), wanted[inside]
+    (table,) = some.press([Asked(table_depths(limit[inside]), ("force",))])
+    reach[inside] = np.max(table.force, axis=1)
+    found = depth_at_force(table, own)
+    last = table.depth[:, -1:]
+    at = np.where(np.isnan(found), 0.5 * last, np.maximum(found, 1e-3 * last))
+    before, after = 0.99 * at, np.minimum(1.01 * at, last)
+    n = wanted.shape[1]
+    (r,) = some.press([Asked(np.concatenate([before, at, after], axis=1), ("force", "capacitance"))])
+    rise = (r.force[:, 2 * n :] - r.force[:, :n]) / (after - before)
+    with np.errstate(divide="ignore"):
+        compliance[inside] = np.where(rise > 0, 1 / rise, np.nan) + 0 * found
+    error[inside] = _sd(r.force_error[:, n : 2 * n]) + 0 * found
+    depth[inside] = found
+    return PressedTo(depth, compliance, error, reach, inside, before, at, after, own, r)
+
+
+def signal_at(pressed: PressedTo, curves: Curves | None = None) -> SignalAt:
+    """Read capacitances at the depths at which designs carry forces, see `predict_design`.
+
+    Parameters
+    ----------
+    pressed : from `press_to`.
+    curves : of other designs that differ from those in electrodes or dielectrics alone; None for the same.
+    """
+    change, slope, error = (np.full(pressed.depth.shape, np.nan) for _ in range(3))
+    inside, r = pressed.inside, pressed.response
+    if r is not None:
+        n, between = pressed.wanted.shape[1], pressed.after - pressed.before
+        miss = pressed.wanted - r.force[:, n : 2 * n]
+        known = np.zeros(len(r.depth))
+        if curves is not None:
+            some = curves if np.all(inside) else curves.only(inside)
+            known = np.where(some.limit > 0, 0.0, np.nan)
+            (r,) = some.press([Asked(r.depth, ("capacitance",))])
+        c = r.capacitance_change + known[:, None]
+        rise = (c[:, 2 * n :] - c[:, :n]) / between * pressed.compliance[inside]
+        slope[inside] = rise
+        change[inside] = np.where(pressed.wanted > 0, c[:, n : 2 * n] + rise * miss, 0.0) + 0 * rise
+        error[inside] = _sd(r.capacitance_error[:, n : 2 * n]) / r.rest_capacitance[:, None] + 0 * rise
+    return SignalAt(change, slope, error)
 
 
 def loading_curve(

@@ -68,6 +68,11 @@ QUICK: dict[str, tuple[list[str], str]] = {
     # What fails is told by its exit code: a seed of which all mutants are read as they may be.
     "mutate_lab_files.py": (["-n", "30", "--folder", "FOLDER", "-o", "FOLDER/mutants.csv"], "0 of 30 failed"),
     "outliers.py": (["1 % at 10 sd", "--seeds", "1"], "| 1 % at 10 sd | 1 | 0 |"),
+    "specifications.py": (
+        ["--labs", "1", "--processes", "0", "--quick", "--draws", "60"],
+        "| hangs on the modulus | nominal |",
+    ),
+    "thinning.py": (["-n", "7", "--steps", "40"], "7 paths, "),
     "planted.py": (["nothing", "--labs", "1", "--steps", str(STEPS), "--processes", "0"], "| nothing | 1 | 0 |"),
     "posterior_against_fem.py": (
         [

@@ -18,13 +18,13 @@ from calib.files import require_folder
 def example(
     output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder to write; must not exist yet.")],
 ) -> None:
-    """Write lab files of two specimens and their experiment file, to try everything on.
+    """Write lab files of two specimens, their experiment file and a specification, to try everything on.
 
     The files are synthetic, with the faults of a real lab, and what a calibration should find stands in truth.json.
 
     Example: `calib example -o demo`
 
-    Writes: demo/experiment.toml, README.md, the lab files, truth.json, and the script that made them.
+    Writes: demo/experiment.toml, specification.toml, README.md, the lab files, truth.json, and the script that made them.
 
     Exit codes: 0 done; 2 the folder exists, or there is no place to write.
     """
@@ -47,6 +47,7 @@ def example(
         for words in (
             ("calib", "calibrate", str(output / "experiment.toml"), "-o", str(run)),
             ("calib", "recommend", str(run), "--force", "10 N", "--padding", "0 mm:9 mm"),
+            ("calib", "recommend", str(run), "--spec", str(output / "specification.toml")),
         ):
             say(f"    {shlex.join(words)}")
         say("")

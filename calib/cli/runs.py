@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -13,14 +14,19 @@ from calib.files import require_writable
 
 def recommend(
     run: RunFolder,
-    force: Annotated[str, typer.Option(help='Force at which the signal counts, with unit, e.g. "10 N".')],
+    force: Annotated[str | None, typer.Option(help='Force at which the signal counts, with unit, e.g. "10 N".')] = None,
     padding: Annotated[str, typer.Option(help='Thicknesses to choose from, e.g. "0 mm:9 mm".')] = "0 mm:9 mm",
+    spec: Annotated[
+        Path | None, typer.Option(help="Specification file, instead of --force: loads, limits, tolerances, paddings.")
+    ] = None,
     steps: Annotated[int, typer.Option(min=3, max=1001, help="Thicknesses to try in that range.")] = 37,
     tolerance: Annotated[
         float, typer.Option(min=0.001, max=0.9, help="Loss of signal that counts as being as good as the best.")
     ] = 0.05,
     ball: Annotated[str | None, typer.Option(help="Ball radius [default: that of the experiment].")] = None,
-    draws: Annotated[int, typer.Option(min=50, help="Draws of the posterior to use.")] = 400,
+    draws: Annotated[
+        int | None, typer.Option(min=50, help="Draws of the posterior to use [default: 400; of a specification 1000].")
+    ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the choice of draws.")] = 1,
     strict: Strict = False,
 ) -> None:
@@ -32,9 +38,13 @@ def recommend(
     recommendation is the thickness that is most probably within 5 % of the best. Thicknesses that the model does not cover are
     shown as such.
 
-    Example: `calib recommend run1 --force "10 N" --padding "0 mm:9 mm"`
+    With --spec it says how probably a sensor on padding of each thickness meets a specification, which to build, with which
+    tolerance on the drawing, which limit binds and what the doubt comes from. `calib schema specification` describes the file.
 
-    Writes: run1/recommendation.json (SI), and run1/report.html anew with a section on padding.
+    Example: `calib recommend run1 --force "10 N" --padding "0 mm:9 mm"`, `calib recommend run1 --spec spec.toml`
+
+    Writes: run1/recommendation.json (SI), and run1/report.html anew with a section on padding; of a specification
+    run1/specification.csv, too.
 
     The verdict is that of the calibration, and amber at best where the request goes beyond what was measured.
 
@@ -43,30 +53,44 @@ def recommend(
     """
     with refusing_bad_input():
         from calib.decision import Requirement
+        from calib.experiment import Specification, read_specification
         from calib.report import status_in_words
         from calib.runs import recommend_in
 
-        lower, upper = _range(padding)
-        requirement = Requirement(
-            force=quantity(force, "N", "--force"),
-            lower=lower,
-            upper=upper,
-            n_thickness=steps,
-            tolerance=tolerance,
-            indenter_radius=quantity(ball, "m", "--ball") if ball is not None else None,
-            n_draw=draws,
-        )
+        wanted: Requirement | Specification
+        if spec is not None:
+            if force is not None:
+                raise InputError(Fault("--force and --spec both say at which load", advice="Leave --force out"))
+            wanted = read_specification(spec, draws or 1000)
+        elif force is None:
+            advice = 'Give --force "10 N" for the largest signal, or --spec spec.toml for what a specification asks for'
+            raise InputError(Fault("nothing says what the padding is for", advice=advice))
+        else:
+            lower, upper = _range(padding)
+            wanted = Requirement(
+                force=quantity(force, "N", "--force"),
+                lower=lower,
+                upper=upper,
+                n_thickness=steps,
+                tolerance=tolerance,
+                indenter_radius=quantity(ball, "m", "--ball") if ball is not None else None,
+                n_draw=draws or 400,
+            )
         found = loaded(run)
         require_writable(run / "recommendation.json")
         with paging():
-            recommendation = recommend_in(found, requirement, seed=seed)
-        say(recommendation.in_words)
+            recommendation = recommend_in(found, wanted, seed=seed)
+        conformity = recommendation.conformity
+        say(recommendation.in_words if conformity is None else conformity.in_words)
         say_verdict(recommendation.verdict, status_in_words(recommendation.verdict, "the advice"))
+        for left_out in () if conformity is None else conformity.unserved_in_words:
+            say(f"  left out: {left_out}")
         for model in recommendation.open_models:
             say(f"  not ruled out by these data: {model}")
-        for condition in recommendation.conditions:
+        for condition in recommendation.conditions if conformity is None else conformity.conditions:
             say(f"  holds for: {condition}")
-        say(f"Written: {run / 'recommendation.json'}, {run / 'report.html'}")
+        names = ("recommendation.json", *(("specification.csv",) if conformity is not None else ()), "report.html")
+        say(f"Written: {', '.join(str(run / name) for name in names)}")
     exit_by(recommendation.verdict, strict)
 
 

@@ -1,4 +1,4 @@
-"""The command `schema`: the JSON Schema of experiment or design files, by which an editor helps to write them."""
+"""The command `schema`: the JSON Schema of the TOML files, by which an editor helps to write them."""
 
 from __future__ import annotations
 
@@ -19,15 +19,16 @@ class Kind(StrEnum):
 
     experiment = "experiment"
     design = "design"
+    specification = "specification"
 
 
 def schema(
-    of: Annotated[Kind, typer.Argument(metavar="[experiment|design]", help="Kind of file.")] = Kind.experiment,
+    of: Annotated[Kind, typer.Argument(metavar="[experiment|design|specification]", help="Kind of file.")] = Kind.experiment,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="File to write; must not exist yet [default: print it].")
     ] = None,
 ) -> None:
-    """Print the JSON Schema of experiment or design files, by which an editor completes keys and underlines mistakes.
+    """Print the JSON Schema of experiment, design or specification files, by which an editor completes and underlines.
 
     It has every key, with its unit, default and the reason for that. With -o it also says by which line a TOML file names it;
     taplo and the extension Even Better TOML of Visual Studio Code take it. `calib calibrate` and `calib simulate` check more
@@ -38,9 +39,10 @@ def schema(
     Exit codes: 0 done; 2 the file exists, or there is no place to write.
     """
     with refusing_bad_input():
-        from calib.experiment import design_schema, experiment_schema
+        from calib.experiment import design_schema, experiment_schema, specification_schema
 
-        text = json.dumps(experiment_schema() if of is Kind.experiment else design_schema(), indent=2, ensure_ascii=False)
+        schemas = {Kind.experiment: experiment_schema, Kind.design: design_schema, Kind.specification: specification_schema}
+        text = json.dumps(schemas[of](), indent=2, ensure_ascii=False)
         if output is None:
             say(text)
             return

@@ -3,50 +3,33 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import ndtri
 
 from calib.checks import (
     BAND_LEVELS,
-    RULED_OUT,
     Member,
     Verdict,
     band,
-    departure_in_words,
-    drawn,
     heaviest,
     judge_posterior,
     members_or,
     verdict_of,
 )
+from calib.decision.along import along
+from calib.decision.conditions import COVERED_SHARE, conditions_of, open_models_of
 from calib.decision.extrapolation import beyond_the_measured
-from calib.decision.next_specimen import as_next_specimen, padding_about_mean
 from calib.decision.recommendation import INTERVAL_PROBABILITY, OfModel, Recommendation
 from calib.decision.requirement import Requirement
+from calib.decision.sensors import Part, sensors_of, smooth_normals, with_padding
 from calib.errors import Fault, InputError
-from calib.experiment import Experiment
-from calib.problem import lookup, specimen_design
 from calib.sampling import Posterior
-from models.analytic import caution
 from models.curves import DesignPrediction, predict_design
 from models.response import Forward
-from models.sensor import BoolArray, Design, FloatArray, Scalar, design_from
-
-#: A thickness is covered when at least this share of the draws stays inside the model's range.
-COVERED_SHARE = 0.95
-# Stream of random numbers beside the seed's, for the specimen that was not measured.
-_NEXT = 3
-# The error of a model is alike for alike designs: its correlation falls off over this factor in total thickness.
-_ERROR_FACTOR = 1.5
-
-# Thicknesses of a grid up to which each is asked of the model; knots between which a finer one is interpolated, with
-# polynomials through so many of them; thicknesses held at once.
-_N_KNOTS = 97
-_ORDER = 6
-_COLUMNS = 64
+from models.sensor import BoolArray, FloatArray, Scalar
 
 # Of fewer draws a model is not said to have a best thickness of its own.
 _FEW = 20
@@ -65,9 +48,8 @@ def recommend(
     """Recommend a padding thickness for a sensor like those measured, or the next one of their lot, and say how sure that is.
 
     Each draw of the posterior takes the thicknesses of one specimen (picked at random), so that the spread from specimen to
-    specimen is part of the answer; its padding is replaced by each thickness of the grid. Under partial pooling it is one
-    that was not measured: its modulus, permittivity and thicknesses are drawn from lot and spread, and its padding is as thick
-    as the grid says on average, and scatters as that of the lot does. The model's own error and the
+    specimen is part of the answer; its padding is replaced by each thickness of the grid. Under partial pooling its modulus is
+    that of a specimen that was not measured, drawn from lot and spread. The model's own error and the
     discrepancy found in calibration are added as a smooth random function of thickness (correlation exp(-x^2/2) with
     x = ln(h_i/h_j) / ln 1.5, h the total thickness).
 
@@ -92,19 +74,9 @@ def recommend(
     """
     rng = np.random.default_rng(seed)
     models = members_or(members, posterior, forward)
-    chosen = drawn(models, requirement.n_draw, rng)
-    measured = [
-        _Part(member, *_sensors_like_those_measured(member.posterior, values, requirement, rng)) for member, values in chosen
-    ]
-    parts, of_next = measured, posterior.experiment.pooling == "partial"
-    if of_next:
-        own = np.random.default_rng([seed, _NEXT])
-        parts = []
-        for member, values in chosen:
-            lots = member.posterior.table.lots
-            following = as_next_specimen(values, lots, own)
-            made = _sensors_like_those_measured(member.posterior, following, requirement, own)
-            parts.append(_Part(member, *made, padding_about_mean(values, following, lots)))
+    pooling = posterior.experiment.pooling
+    sensors = sensors_of(models, pooling, requirement.n_draw, requirement.indenter_radius, rng, seed)
+    measured, parts = sensors.measured, sensors.parts
     grid = np.linspace(requirement.lower, requirement.upper, requirement.n_thickness)
     # The padding of the measured specimens comes last: its error is the same random function.
     present, sensor = (
@@ -113,20 +85,20 @@ def recommend(
     )
     n_draw = present.size
     paddings = np.append(grid, np.median(present))
-    error = _smooth_normals(float(np.median(sensor)) + paddings, n_draw, rng)
-    smooth = ndtri((rng.permutation(n_draw) + 0.5) / n_draw)[:, None]
+    error = smooth_normals(float(np.median(sensor)) + paddings, n_draw, rng)
+    smooth = ndtri((rng.permutation(n_draw) + 0.5) / n_draw)
     error_now, change = error[:, -1].copy(), error[:, :-1]
     coverage, reach = np.empty(grid.size), np.empty(grid.size)
     bands = {name: np.full((len(BAND_LEVELS), grid.size), np.nan) for name in ("change", "depth", "resolution")}
-    for columns, at in _along_all(parts, grid, requirement.force):
-        coverage[columns] = np.mean(np.isfinite(at.change), axis=0)
-        reach[columns] = np.quantile(at.reach, 1 - COVERED_SHARE, axis=0)
+    for k, at in _along_all(parts, grid, requirement.force):
+        coverage[k] = np.mean(np.isfinite(at.change))
+        reach[k] = np.quantile(at.reach, 1 - COVERED_SHARE)
         # At each thickness by itself one stratified normal per draw has the same distribution, and the bands come out smooth.
-        bands["change"][:, columns] = band(at.change + at.sd * smooth)
-        bands["depth"][:, columns] = band(at.depth)
+        bands["change"][:, k] = band(at.change + at.sd * smooth)
+        bands["depth"][:, k] = band(at.depth)
         with np.errstate(divide="ignore"):  # a signal that does not rise with force resolves nothing: inf
-            bands["resolution"][:, columns] = 1 / band(at.sensitivity)[::-1]
-        change[:, columns] = at.change + at.sd * change[:, columns]
+            bands["resolution"][:, k] = 1 / band(at.sensitivity)[::-1]
+        change[:, k] = at.change + at.sd * change[:, k]
     covered = coverage >= COVERED_SHARE
     if not np.any(covered):
         raise InputError(_not_covered(requirement, grid, coverage, reach, parts[0]))
@@ -144,7 +116,7 @@ def recommend(
     now = _joined([_at_padding(part, part.base.padding.thickness, requirement.force) for part in measured])
     change_now = now.change + now.sd * error_now
     gain = band(change[:, pick] / np.where(change_now > 0, change_now, np.nan))
-    open_models = _open_models(posterior)
+    open_models = open_models_of(posterior)
     radius = float(np.asarray(parts[0].base.indenter.radius)[0])
     depth = float(bands["depth"][2, pick])
     known_best = heaviest(models).posterior
@@ -168,48 +140,23 @@ def recommend(
         depth_at_best=bands["depth"][:, pick],
         resolution_at_best=bands["resolution"][:, pick],
         present_padding=float(np.median(present)),
-        present_change=band(now.change + now.sd * smooth[:, 0]),
+        present_change=band(now.change + now.sd * smooth),
         gain=gain,
         border=_border(grid, covered, pick),
-        conditions=_conditions(parts, float(np.max(grid[covered]))),
+        conditions=conditions_of(parts, float(np.max(grid[covered]))),
         open_models=open_models,
         of_models=tuple(_of_models(posterior, parts, change[:, pick], near, grid)),
         verdict=verdict_of([*known.reasons, *beyond]),
         forward_name=forward.name,
-        sensor="next" if of_next else "measured",
+        sensor="next" if sensors.of_next else "measured",
         seed=seed,
         posterior_sha256=posterior_sha256,
     )
 
 
 @dataclass(frozen=True, eq=False)
-class _Own:
-    """Draws of what is not part of a design: capacitance noise [F] and discrepancies [1], each (n_draw,)."""
-
-    noise: FloatArray
-    force_discrepancy: FloatArray
-    capacitance_discrepancy: FloatArray
-
-    def only(self, rows: BoolArray) -> _Own:
-        return _Own(self.noise[rows], self.force_discrepancy[rows], self.capacitance_discrepancy[rows])
-
-
-@dataclass(frozen=True, eq=False)
-class _Part:
-    """The draws of one model: a design of each, what is not part of it, and its padding over what was wanted, (n_draw,)."""
-
-    member: Member
-    base: Design
-    own: _Own
-    cast: FloatArray | None = None  # None: as wanted
-
-    def only(self, rows: BoolArray) -> _Part:
-        return _Part(self.member, self.base.only(rows), self.own.only(rows), None if self.cast is None else self.cast[rows])
-
-
-@dataclass(frozen=True, eq=False)
 class _AtPadding:
-    """Prediction at one force and one padding thickness, arrays (n_draw,), or at several, (n_draw, n_thickness)."""
+    """Prediction at one force and one padding thickness, arrays (n_draw,)."""
 
     change: FloatArray
     sd: FloatArray  # of the change, from the model's own error and discrepancy
@@ -222,42 +169,8 @@ class _AtPadding:
         return self.change, self.sd, self.depth, self.sensitivity, self.reach
 
 
-def _sensors_like_those_measured(
-    posterior: Posterior, values: Mapping[str, FloatArray], requirement: Requirement, rng: np.random.Generator
-) -> tuple[Design, _Own]:
-    """Make one design per draw, with the thicknesses of one specimen, and collect the draw's noise and discrepancies."""
-    specimens = posterior.experiment.specimens
-    n_draw = next(iter(values.values())).size
-    turn = rng.permutation(np.arange(n_draw) % len(specimens))
-    picked: dict[str, FloatArray] = {}
-    carried = {k: np.zeros(n_draw) for k in ("capacitance_noise", "force_discrepancy", "capacitance_discrepancy")}
-    for i, specimen in enumerate(specimens):
-        sweep = specimen.sweeps[0].name
-        design = specimen_design(posterior, values, specimen.name, sweep).draws()
-        for name, value in design.parameters().items():
-            column = np.broadcast_to(np.asarray(value, dtype=float), (n_draw,))
-            picked[name] = np.where(turn == i, column, picked.get(name, column))
-        for name in carried:
-            known = lookup(values, name, specimen.name, sweep)
-            column = np.full(n_draw, np.nan) if known is None else known
-            carried[name] = np.where(turn == i, column, carried[name])
-    if requirement.indenter_radius is not None:
-        picked["indenter_radius"] = np.full(n_draw, requirement.indenter_radius)
-    own = _Own(
-        carried["capacitance_noise"],
-        np.nan_to_num(carried["force_discrepancy"]),
-        np.nan_to_num(carried["capacitance_discrepancy"]),
-    )
-    return design_from(picked, base=posterior.experiment.base), own
-
-
-def _with_padding(design: Design, thickness: Scalar) -> Design:
-    n_draw = np.size(design.sensor.thickness)
-    return replace(design, padding=replace(design.padding, thickness=np.broadcast_to(np.asarray(thickness, float), (n_draw,))))
-
-
-def _at_padding(part: _Part, thickness: Scalar, force: float) -> _AtPadding:
-    design, own = _with_padding(part.base, thickness if part.cast is None else thickness * part.cast), part.own
+def _at_padding(part: Part, thickness: Scalar, force: float) -> _AtPadding:
+    design, own = with_padding(part.base, thickness if part.cast is None else thickness * part.cast), part.own
     p: DesignPrediction = predict_design(part.member.forward, design, np.array([force]))
     change, slope, error = p.change[:, 0], p.change_slope[:, 0], p.change_error[:, 0]
     # Discrepancy of the force at given depth moves the depth at given force, and with it the capacitance.
@@ -266,74 +179,26 @@ def _at_padding(part: _Part, thickness: Scalar, force: float) -> _AtPadding:
     return _AtPadding(change, sd, p.depth[:, 0], rise / np.maximum(own.noise, 1e-30), p.reach)
 
 
-def _along_all(parts: Sequence[_Part], grid: FloatArray, force: float) -> Iterator[tuple[slice, _AtPadding]]:
+def _along_all(parts: Sequence[Part], grid: FloatArray, force: float) -> Iterator[tuple[int, _AtPadding]]:
     """Predict at each thickness by all models, each for its own draws."""
-    for found in zip(*(_along(part, grid, force) for part in parts), strict=True):
-        yield found[0][0], _joined([at for _, at in found])
+    for k, columns in enumerate(zip(*(_along(part, grid, force) for part in parts), strict=True)):
+        yield k, _AtPadding(*np.concatenate(columns)[:, 0].T)
 
 
-def _along(part: _Part, grid: FloatArray, force: float) -> Iterator[tuple[slice, _AtPadding]]:
-    """Predict at each thickness of an ascending grid, some columns of it at a time.
+def _along(part: Part, grid: FloatArray, force: float) -> Iterator[FloatArray]:
+    """Predict at each thickness of an ascending grid: the change to 1e-7, depth and slope to the 5e-5 that a table leaves."""
 
-    Where the grid is finer than designs change along it, they are asked at `_N_KNOTS` thicknesses h_k, at equal steps of
-    log(h + h_s / 4), and what lies between follows by polynomials through six of them: the change to 1e-7, depth and slope to
-    the 5e-5 that the table of forces leaves. Draws of which some of the six are covered and others not are asked there.
-    """
-    if grid.size <= _N_KNOTS:
-        for k, thickness in enumerate(grid):
-            yield slice(k, k + 1), _stacked([_at_padding(part, thickness, force)])
-        return
+    def ask(thickness: FloatArray, rows: BoolArray) -> FloatArray:
+        some = part if np.all(rows) else part.only(rows)
+        return np.stack(_at_padding(some, thickness, force).columns, axis=1)[:, None]
+
     shift = 0.25 * float(np.median(np.asarray(part.base.sensor.thickness)))
-    along = np.linspace(np.log(grid[0] + shift), np.log(grid[-1] + shift), _N_KNOTS)
-    knots = np.clip(np.exp(along) - shift, grid[0], grid[-1])
-    at_knots = _stacked([_at_padding(part, thickness, force) for thickness in knots])
-    place = (np.log(grid + shift) - along[0]) / (along[1] - along[0])
-    first = np.clip(np.floor(place).astype(int) - _ORDER // 2 + 1, 0, _N_KNOTS - _ORDER)
-    for begin in range(0, grid.size, _COLUMNS):
-        columns = slice(begin, min(begin + _COLUMNS, grid.size))
-        found = []
-        for k in range(columns.start, columns.stop):
-            around = slice(first[k], first[k] + _ORDER)
-            weights = _lagrange(place[k] - first[k])
-            one = _AtPadding(*(column[:, around] @ weights for column in at_knots.columns))
-            known = np.isfinite(at_knots.change[:, around])
-            border = np.any(known, axis=1) & ~np.all(known, axis=1)
-            found.append(_with_border(one, border, part, grid[k], force) if np.any(border) else one)
-        yield columns, _stacked(found)
-
-
-def _with_border(one: _AtPadding, border: BoolArray, part: _Part, thickness: float, force: float) -> _AtPadding:
-    """The same prediction with the draws at the `border` of what is covered asked of the model."""
-    exact = _at_padding(part.only(border), thickness, force)
-    columns = []
-    for column, known in zip(one.columns, exact.columns, strict=True):
-        whole = column.copy()
-        whole[border] = known
-        columns.append(whole)
-    return _AtPadding(*columns)
-
-
-def _stacked(at: Sequence[_AtPadding]) -> _AtPadding:
-    return _AtPadding(*(np.stack(columns, axis=1) for columns in zip(*(one.columns for one in at), strict=True)))
+    return along(ask, np.full((part.size, 1), force), grid, shift)
 
 
 def _joined(at: Sequence[_AtPadding]) -> _AtPadding:
     """The draws of all models, one after the other."""
     return _AtPadding(*(np.concatenate(columns) for columns in zip(*(one.columns for one in at), strict=True)))
-
-
-def _lagrange(x: float) -> FloatArray:
-    """Weights of the values at 0, 1, ... `_ORDER` - 1 in the polynomial through them at x."""
-    nodes = np.arange(_ORDER)
-    return np.array([np.prod([(x - m) / (k - m) for m in nodes if m != k]) for k in nodes])
-
-
-def _smooth_normals(total_thickness: FloatArray, n_draw: int, rng: np.random.Generator) -> FloatArray:
-    """Standard normals smooth along thickness, (n_draw, n_thickness)."""
-    x = np.log(np.maximum(total_thickness, 1e-9)) / np.log(_ERROR_FACTOR)
-    value, vector = np.linalg.eigh(np.exp(-0.5 * (x[:, None] - x[None, :]) ** 2))
-    root = vector * np.sqrt(np.maximum(value, 0.0))
-    return np.asarray(rng.standard_normal((n_draw, x.size)) @ root.T, dtype=float)
 
 
 def _optimum(grid: FloatArray, change: FloatArray) -> FloatArray:
@@ -343,8 +208,7 @@ def _optimum(grid: FloatArray, change: FloatArray) -> FloatArray:
     row = np.arange(i.size)
     left, middle, right = (filled[row, np.clip(i + k, 0, grid.size - 1)] for k in (-1, 0, 1))
     inner = (i > 0) & (i < grid.size - 1) & np.isfinite(left) & np.isfinite(right)
-    with np.errstate(invalid="ignore"):  # of a draw of which no thickness is covered
-        bend = np.where(inner, left - 2 * middle + right, -1.0)
+    bend = np.where(inner, left - 2 * middle + right, -1.0)
     shift = np.where(inner & (bend < 0), 0.5 * (np.where(inner, left - right, 0.0)) / np.where(bend < 0, bend, -1.0), 0.0)
     return np.asarray(grid[i] + shift * (grid[1] - grid[0]), dtype=float)
 
@@ -384,12 +248,12 @@ def _not_covered(
     grid: FloatArray,
     coverage: FloatArray,
     reach: FloatArray,
-    part: _Part,
+    part: Part,
 ) -> Fault:
     mm, forward, base = grid * 1e3, part.member.forward, part.base
     top = int(np.argmax(reach))
     if reach[top] <= 0:
-        why = forward.outside(_with_padding(base, grid[grid.size // 2]), np.zeros(1)) or "the sensor itself lies outside"
+        why = forward.outside(with_padding(base, grid[grid.size // 2]), np.zeros(1)) or "the sensor itself lies outside"
         message = f"the {forward.name} covers no padding from {mm[0]:.3g} to {mm[-1]:.3g} mm for this sensor: {why}"
         return Fault(message, advice="Ask for other thicknesses, or calibrate and recommend with another model.")
     message = (
@@ -401,13 +265,8 @@ def _not_covered(
     return Fault(message, advice=f"Ask for a force below {reach[top]:.3g} N or for other thicknesses.")
 
 
-def _open_models(posterior: Posterior) -> tuple[str, ...]:
-    """Models that the data have not ruled out, if any were held against them: what an answer under this one cannot know."""
-    return tuple(departure_in_words(d, posterior) for d in posterior.diagnostics.departures if d.log_bayes > RULED_OUT)
-
-
 def _of_models(
-    posterior: Posterior, parts: Sequence[_Part], change: FloatArray, near: BoolArray, grid: FloatArray
+    posterior: Posterior, parts: Sequence[Part], change: FloatArray, near: BoolArray, grid: FloatArray
 ) -> Iterator[OfModel]:
     """What each model of an average says by itself: nothing for one model.
 
@@ -429,40 +288,3 @@ def _of_models(
             best=float(grid[np.argmax(np.mean(near[known], axis=0))]) if told else math.nan,
             young_modulus=(math.nan, math.nan) if found is None else (found.mean, found.sd),
         )
-
-
-def _conditions(parts: Sequence[_Part], thickest: float) -> tuple[str, ...]:
-    """What the recommendation holds for: what all models take for granted, and in what they differ."""
-    radius = np.concatenate([np.asarray(part.base.electrode_radius) for part in parts]) * 1e3
-    spread = f"{np.median(radius):.3g} mm"
-    if np.ptp(radius) > 1e-6:
-        spread = (
-            f"{np.median(radius):.3g} mm (90 % interval {np.quantile(radius, 0.05):.3g} to {np.quantile(radius, 0.95):.3g} mm)"
-        )
-    rough = [caution(part.member.forward, _with_padding(part.base, thickest)) for part in parts]
-    ball = f"ball radius {float(np.asarray(parts[0].base.indenter.radius)[0]) * 1e3:.3g} mm"
-    choices = [_choices(part.member.posterior.experiment) for part in parts]
-    base, contact, padding = (" or ".join(dict.fromkeys(words)) for words in zip(*choices, strict=True))
-    return (
-        *dict.fromkeys(f"a first look alone: {words}" for words in rough if words),
-        base,
-        f"electrode radius {spread}: another electrode needs its own recommendation",
-        f"{ball}, {contact}",
-        padding,
-    )
-
-
-def _choices(e: Experiment) -> tuple[str, str, str]:
-    """Base, contact and padding of an experiment as conditions."""
-    base = (
-        "padding bonded to the rigid base: on a slippery base the sensor is softer and the optimum moves"
-        if e.base == "bonded"
-        else "padding that slides on the rigid base: on a bonded one the sensor is stiffer and the optimum moves"
-    )
-    contact = "sticking to the sensor" if e.stick else "pressed with friction" if e.rubs else "pressed without friction"
-    padding = (
-        "padding of the sensor's own silicone"
-        if e.padding_material == "sensor"
-        else "padding of its own material, with the modulus found for it"
-    )
-    return base, contact, padding

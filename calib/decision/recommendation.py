@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from calib.checks import BAND_LEVELS, Verdict
+from calib.decision.conformity import Conformity
 from calib.decision.requirement import Requirement
+from calib.decision.words import percent, sensor_in_words
 from calib.sampling import share_between
 from models.sensor import BoolArray, FloatArray
 
@@ -80,6 +82,8 @@ class Recommendation:
         not been measured, of the same lot (partial pooling), with how it may differ in the intervals.
     seed : of the choice of draws.
     posterior_sha256 : hash of the posterior's file, empty if there is none.
+    conformity : whether a specification will be met, and by which padding, if one was given: then that is the advice, and all
+        else is what gives the largest signal.
     """
 
     requirement: Requirement
@@ -110,6 +114,7 @@ class Recommendation:
     sensor: Literal["measured", "next"]
     seed: int
     posterior_sha256: str
+    conformity: Conformity | None = None
 
     def to_dataframe(self) -> pd.DataFrame:
         """The recommendation thickness by thickness, to plot or to save: one row for each thickness of the grid.
@@ -133,15 +138,7 @@ class Recommendation:
     @property
     def sensor_in_words(self) -> str:
         """Whose sensor it is for, in a sentence."""
-        if self.sensor == "next":
-            return (
-                "It is for the next sensor of this lot, which nobody has measured: its modulus, permittivity and thicknesses "
-                "may differ from those measured as the spreads of the lot say, and its padding from what was wanted."
-            )
-        return (
-            "It is for the measured sensors, on new padding: another one of their lot may differ in modulus and thicknesses, "
-            'which is not in the intervals (pooling = "partial" has it).'
-        )
+        return sensor_in_words(of_next=self.sensor == "next")
 
     @property
     def sureness(self) -> str:
@@ -230,10 +227,3 @@ class Recommendation:
         if self.verdict.colour == "red":
             text = f"Do not build on this: {self.verdict.reasons[0].finding}. {text}"
         return text.strip()
-
-
-def percent(probability: float) -> str:
-    """Write a probability for people, never as "100 %" or "0 %": a finite number of draws does not show that."""
-    if probability > 0.99:
-        return "more than 99 %"
-    return "less than 1 %" if probability < 0.01 else f"{probability * 100:.0f} %"

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from calib.checks import BAND_LEVELS, verdict_from_plain
+from calib.decision.conformity import conformity_from_plain
 from calib.decision.recommendation import OfModel, Recommendation
 from calib.decision.requirement import Requirement
 from calib.errors import Fault, InputError
@@ -45,8 +46,10 @@ def recommendation_to_json(recommendation: Recommendation, fingerprint: str = ""
         "band_levels": BAND_LEVELS,
         "requirement": asdict(r.requirement),
     }
-    content |= {f.name: getattr(r, f.name) for f in fields(r) if f.name not in ("requirement", "verdict")}
+    content |= {f.name: getattr(r, f.name) for f in fields(r) if f.name not in ("requirement", "verdict", "conformity")}
     content["of_models"] = [asdict(model) for model in r.of_models]
+    if r.conformity is not None:
+        content["conformity"] = r.conformity.to_plain()
     return record_to_text(_KIND, FORMAT, content)
 
 
@@ -68,7 +71,9 @@ def recommendation_from_json(text: str, path: Path | None = None, fingerprint: s
         record = exact_record_from_text(_KIND, FORMAT, text)
         if fingerprint is not None and record["fingerprint"] != fingerprint:
             raise InputError(Fault("this recommendation is of another run", path, advice=_ADVICE))
-        read: dict[str, Any] = {f.name: record[f.name] for f in fields(Recommendation)}
+        read: dict[str, Any] = {f.name: record[f.name] for f in fields(Recommendation) if f.name != "conformity"}
+        if "conformity" in record:
+            read["conformity"] = conformity_from_plain(record["conformity"])
         for name in _ARRAYS:
             read[name] = np.asarray(read[name], dtype=float)
         read["covered"] = np.asarray(read["covered"], dtype=bool)

@@ -11,21 +11,40 @@ from calib.experiment.pairing import pair
 from calib.experiment.plan import Experiment, MaterialLaw, Specimen, SweepFiles
 from calib.experiment.presses import Press, Pressed
 from calib.experiment.record import experiment_from_json, experiment_to_json
-from calib.experiment.schema import design_schema, experiment_schema
+from calib.experiment.schema import design_schema, experiment_schema, specification_schema
+from calib.experiment.specification import (
+    LIMITED,
+    Limit,
+    Limited,
+    Material,
+    Side,
+    Specification,
+    Tolerance,
+    limited_in_words,
+    specification_from_plain,
+)
+from calib.experiment.specification_file import read_specification, specification_from
 from calib.experiment.sweeps import read_sweeps
 from calib.experiment.variants import AS_GIVEN, Variant, candidates_of, model_in_words, possible_candidates, variants_of
 
 __all__ = [
     "AS_GIVEN",
+    "LIMITED",
     "MARK",
     "Experiment",
     "Found",
+    "Limit",
+    "Limited",
     "Looked",
+    "Material",
     "MaterialLaw",
     "Press",
     "Pressed",
+    "Side",
+    "Specification",
     "Specimen",
     "SweepFiles",
+    "Tolerance",
     "Unedited",
     "Variant",
     "candidates_of",
@@ -37,6 +56,7 @@ __all__ = [
     "experiment_to_json",
     "forward_of_design",
     "forward_of_experiment",
+    "limited_in_words",
     "look_through",
     "lot_prior",
     "model_in_words",
@@ -46,8 +66,12 @@ __all__ = [
     "possible_candidates",
     "read_design",
     "read_experiment",
+    "read_specification",
     "read_sweeps",
     "require_use_of",
+    "specification_from",
+    "specification_from_plain",
+    "specification_schema",
     "spread_prior",
     "surrogate_from",
     "unedited_in_words",

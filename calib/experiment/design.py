@@ -18,6 +18,7 @@ from calib.experiment.toml_values import (
     check_keys,
     choice_at,
     get,
+    positive_at,
     quantity_at,
     quoted,
     raise_faults,
@@ -25,7 +26,6 @@ from calib.experiment.toml_values import (
     tables_at,
     text_at,
 )
-from calib.quantity import parse_quantity
 from models.laws import Gent, Law, MooneyRivlin, NeoHookean, Ogden, Yeoh
 from models.layers import Dielectric, Layer, LayeredDesign, Profile, cone, flat_punch, layered, sphere
 from models.sensor import INCOMPRESSIBLE, Base, Design, Indenter, Padding, Sensor
@@ -242,8 +242,8 @@ def _stack(toml: Toml) -> tuple[float, float, tuple[Layer, ...], tuple[Dielectri
     for at in tables_at(toml, ("layers",), required="Describe each layer, from the base up, below a line [[layers]]"):
         meant = check_keys(toml, at, LAYER)
         name = text_at(toml, (*at, "name")) or f"layer {len(layers) + 1}"
-        thickness = _positive(toml, (*at, "thickness"), "m", '"0.5 mm"', quiet="thickness" in meant)
-        modulus = _positive(toml, (*at, "young_modulus"), "Pa", '"0.69 MPa"', quiet="young_modulus" in meant)
+        thickness = positive_at(toml, (*at, "thickness"), "m", '"0.5 mm"', quiet="thickness" in meant)
+        modulus = positive_at(toml, (*at, "young_modulus"), "Pa", '"0.69 MPa"', quiet="young_modulus" in meant)
         law = _law(toml, (*at, "law"))
         poisson_ratio = _poisson_ratio(toml, at, law)
         if "relative_permittivity" in table_at(toml, at):
@@ -273,7 +273,7 @@ def _indenter(toml: Toml, *, quiet: bool) -> tuple[str, tuple[float, ...]]:
             ),
         )
     values = tuple(
-        _positive(toml, ("indenter", key), "rad" if key == "half_angle" else "m", example, quiet=quiet or key in meant)
+        positive_at(toml, ("indenter", key), "rad" if key == "half_angle" else "m", example, quiet=quiet or key in meant)
         for key, example in sizes.items()
     )
     if all(v > 0 for v in values):
@@ -282,27 +282,6 @@ def _indenter(toml: Toml, *, quiet: bool) -> tuple[str, tuple[float, ...]]:
         except ValueError as error:
             toml.fault(("indenter",), str(error))
     return shape, values
-
-
-def _positive(toml: Toml, at: KeyPath, unit: str, example: str, *, quiet: bool) -> float:
-    """Read a positive quantity, SI; nan and a fault if it is wrong, or if it is missing and not `quiet`."""
-    key, value = at[-1], get(toml, at)
-    if value is None:
-        if not quiet:
-            toml.fault(at[:-1], f"{key} is missing", f"Give {key} = {example}")
-        return math.nan
-    if not isinstance(value, str):
-        toml.fault(at, f"{key} must be a quantity in quotes, got {quoted(value)}", f"For example {key} = {example}")
-        return math.nan
-    try:
-        number = parse_quantity(value, unit)
-    except ValueError as error:
-        toml.fault(at, f"{key}: {error}", f"For example {key} = {example}")
-        return math.nan
-    if not number > 0:
-        toml.fault(at, f"{key} must be positive, got {value}", f"For example {key} = {example}")
-        return math.nan
-    return number
 
 
 def _law(toml: Toml, at: KeyPath) -> Law:

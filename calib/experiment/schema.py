@@ -1,4 +1,4 @@
-"""The keys that the readers of experiment and design files know in, a JSON Schema for editors out."""
+"""The keys that the readers of experiment, design and specification files know in, a JSON Schema for editors out."""
 
 from __future__ import annotations
 
@@ -14,8 +14,12 @@ from calib.experiment.lots import CAST
 from calib.experiment.plan import MaterialLaw, Model, PaddingMaterial, Pooling
 from calib.experiment.schema_values import Schema, choice, prior_of, quantity, quantity_of, table, tables, text
 from calib.experiment.signposts import SWEEP_KEYS
+from calib.experiment.specification import LIMITED, MOST_STEPS, MOST_VALUES, SIDES
+from calib.experiment.specification_file import KEYS as SPECIFICATION_KEYS
+from calib.experiment.specification_file import KINDS, MATERIAL, TOLERANCES
 from calib.experiment.variants import CANDIDATES
 from calib.lab import QUANTITIES, SIGNED, SIGNS, USE_KEYS
+from calib.priors import FORMS
 from models.sensor import Base
 
 _DRAFT = "https://json-schema.org/draft/2020-12/schema"
@@ -242,3 +246,104 @@ def _law() -> Schema:
     one = table("A law with its shape parameters.", laws) | {"minProperties": 1, "maxProperties": 1}
     bare = [name for name, (_, parameters) in LAWS.items() if not parameters]
     return {"description": "Hyperelastic law.", "anyOf": [{"enum": bare}, one], "default": "neo-hookean"}
+
+
+# --- specifications -----------------------------------------------------------------------------------------------------
+
+
+def specification_schema() -> Schema:
+    """JSON Schema of a specification file, for editors: what `read_specification` takes, as far as a schema can say it."""
+    limits: dict[str, Schema] = {}
+    for name, row in LIMITED.items():
+        value = quantity(f"{row.label[0].upper()}{row.label[1:]}.", row.unit, f"20 {row.display_unit}" if row.unit else "0.08")
+        at: dict[str, Schema] = {} if name == "height" else {"at": _LOAD}
+        limits[name] = table(f"Limits on the {row.label}.", {**dict.fromkeys(SIDES, value), **at})
+        limits[name] |= {"anyOf": [{"required": [side]} for side in SIDES]}
+    sensor = {
+        "thickness": _one_or_more("Sensors to choose from; default as measured.", quantity("Thickness.", "m", "0.74 mm")),
+        "electrode_radius": _one_or_more("Electrodes to choose from; default as measured.", quantity("Radius.", "m", "8 mm")),
+        "thickness_tolerance": _tolerance("Of the sensor's thickness."),
+        "dielectric_tolerance": _tolerance("Of the thickness of each dielectric."),
+        "electrode_tolerance": _tolerance("Of the electrode's radius."),
+    }
+    spread = {
+        name: quantity(f"Standard deviation of the logarithm of {name}.", "", "0.05") for name in SPECIFICATION_KEYS["spread"]
+    }
+    top = {
+        "name": text("Name of the specification."),
+        "probability": quantity("Of conforming, that is asked for: from 0.5 to below 1.", "", "0.95"),
+        "loads": _loads(),
+        "limits": _only("What must hold.", SPECIFICATION_KEYS["limits"], limits) | {"minProperties": 1},
+        "padding": _pads(),
+        "sensor": _only("Sensors to choose from, and how they are made.", SPECIFICATION_KEYS["sensor"], sensor),
+        "spread": _only("How sensors differ from each other.", SPECIFICATION_KEYS["spread"], spread),
+    }
+    found = _only("Specification file of `calib recommend --spec`.", SPECIFICATION_KEYS[""], top, ["loads", "limits"])
+    return {"$schema": _DRAFT, "title": "Specification"} | found
+
+
+_LOAD = quantity("Load.", "N", "10 N")
+
+
+def _loads() -> Schema:
+    ends = {"description": "The two ends.", "type": "array", "items": _LOAD, "minItems": 2, "maxItems": 2}
+    steps = {"description": "Loads that are looked at.", "type": "integer", "minimum": 2, "maximum": MOST_VALUES}
+    span = table("A range of loads, all of which must conform.", {"range": ends, "steps": steps}, ["range"])
+    ball, curvature = quantity("Radius of the ball.", "m", "5 mm"), quantity("Curvature of a ball.", "1/m", "0.2 1/mm")
+    force = _one_or_more("Loads, all of which must conform, or the distribution of the load in use.", _LOAD, distributed=True)
+    keys = {
+        "force": force | {"anyOf": [*force["anyOf"], span]},
+        "ball": _one_or_more("Balls that press; default that of the run.", ball, distributed=True),
+        "curvature": _one_or_more("Curvature of what presses, instead of ball.", curvature, distributed=True),
+    }
+    both: Schema = {"not": {"required": ["ball", "curvature"]}}
+    return _only("Loads and balls.", SPECIFICATION_KEYS["loads"], keys, ["force"]) | both
+
+
+def _pads() -> Schema:
+    thickness, modulus = quantity("Thickness of the padding.", "m", "1 mm"), quantity("Young's modulus.", "Pa", "0.3 MPa")
+    material = {
+        "name": text("Name of the material."),
+        "young_modulus": {"anyOf": [modulus, _distribution(modulus)]},
+        "poisson_ratio": _POISSON_RATIO,
+    }
+    one = _only("One material.", MATERIAL, material, ["name", "young_modulus"])
+    ends: Schema = {
+        "description": "Paddings to choose from.",
+        "type": "array",
+        "items": thickness,
+        "minItems": 2,
+        "maxItems": 2,
+    }
+    keys = {
+        "thickness": ends,
+        "steps": {"description": "Thicknesses that are tried.", "type": "integer", "minimum": 3, "maximum": MOST_STEPS},
+        "tolerance": _tolerance("Of the padding's thickness about its nominal."),
+        "gauge": quantity("Standard uncertainty of a reading of the thickness when pads are inspected.", "m", "0.02 mm"),
+        "guard_band": quantity("r of the guard band w = r U, U = 2 gauge.", "", "1.0"),
+        "materials": tables("Materials for the padding, beside that of the run.", one),
+    }
+    return _only("Pads to choose from, and how they are made.", SPECIFICATION_KEYS["padding"], keys)
+
+
+def _one_or_more(description: str, one: Schema, *, distributed: bool = False) -> Schema:
+    """A quantity, a list of them, or a distribution."""
+    several: Schema = {"type": "array", "items": one, "minItems": 1, "maxItems": MOST_VALUES}
+    return {"description": description, "anyOf": [one, several, *([_distribution(one)] if distributed else [])]}
+
+
+def _distribution(one: Schema) -> Schema:
+    """One kind of distribution, with its numbers in their order."""
+    factor: Schema = {"description": "geometric sd", "type": "number", "exclusiveMinimum": 1}
+    kinds: dict[str, Schema] = {}
+    for kind in KINDS:
+        numbers = [factor if name == "geometric sd" else one for name in FORMS[kind]]
+        size = {"minItems": len(numbers), "maxItems": len(numbers)}
+        kinds[kind] = {"description": f"{kind}: [{', '.join(FORMS[kind])}]", "type": "array", "prefixItems": numbers} | size
+    return table("A distribution.", kinds) | {"minProperties": 1, "maxProperties": 1}
+
+
+def _tolerance(description: str) -> Schema:
+    """A kind of tolerance and its size."""
+    size = quantity("Standard deviation, or half of the width.", "m", "0.1 mm")
+    return table(description, dict.fromkeys(TOLERANCES, size)) | {"minProperties": 1, "maxProperties": 1}

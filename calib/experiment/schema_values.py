@@ -13,9 +13,9 @@ from calib.priors import FORMS
 Schema = dict[str, Any]
 
 #: Number, then a unit: what `calib.quantity.parse_quantity` takes, short of knowing which units there are. A unit does not
-#: begin as an exponent does, or a number without unit would be one.
+#: begin as an exponent does, or a number without unit would be one; 1/mm is one.
 _DIGITS = r"(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?"
-_UNIT = r"([^\s\d.,eE]|[eE]([^-+\d]|$)).*"
+_UNIT = r"(1/|[^\s\d.,eE]|[eE]([^-+\d]|$)).*"
 
 #: Numbers of a prior that may be negative although the quantity may not: a mean that a bound cuts off.
 _ANY_SIGN = ("mean", "high")

@@ -12,6 +12,7 @@ from calib.errors import InputError, capped
 from calib.experiment.toml_file import Toml
 from calib.experiment.toml_places import KeyPath
 from calib.priors import parse_value, sign_fault
+from calib.quantity import parse_quantity
 from calib.visible import shortened
 
 # Most faults, or unknown keys of a table, that are listed.
@@ -198,6 +199,47 @@ def quantity_at(toml: Toml, at: KeyPath, parameter: str, *, required: str = "", 
         return math.nan
     if fault := sign_fault(parameter, number, str(value)):
         toml.add(at, (fault,))
+        return math.nan
+    return number
+
+
+def positive_at(toml: Toml, at: KeyPath, unit: str, example: str, *, quiet: bool, zero_allowed: bool = False) -> float:
+    """Read a positive quantity that the catalogue does not have, and note a fault if it is wrong or missing.
+
+    Parameters
+    ----------
+    toml : the file.
+    at : path of the key.
+    unit : SI unit of the number, one of `calib.quantity.SI_UNITS`.
+    example : of what may stand there, as it is written.
+    quiet : whether to note no fault for a missing key.
+    zero_allowed : whether it may be zero.
+
+    Returns
+    -------
+    The number [unit]; nan if it is wrong or missing.
+    """
+    key, value = at[-1], get(toml, at)
+    if isinstance(key, int):  # an entry of a list is called by the list's name
+        key = next(name for name in reversed(at) if isinstance(name, str))
+    if value is None:
+        if not quiet:
+            toml.fault(at[:-1], f"{key} is missing", f"Give {key} = {example}")
+        return math.nan
+    if not unit and isinstance(value, int | float) and not isinstance(value, bool):
+        value = repr(value)
+    if not isinstance(value, str):
+        wanted = "a quantity in quotes" if unit else "a number"
+        toml.fault(at, f"{key} must be {wanted}, got {quoted(value)}", f"For example {key} = {example}")
+        return math.nan
+    try:
+        number = parse_quantity(value, unit)
+    except ValueError as error:
+        toml.fault(at, f"{key}: {error}", f"For example {key} = {example}")
+        return math.nan
+    if not (number > 0 or (zero_allowed and number == 0)):
+        rule = "must not be negative" if zero_allowed else "must be positive"
+        toml.fault(at, f"{key} {rule}, got {value}", f"For example {key} = {example}")
         return math.nan
     return number
 

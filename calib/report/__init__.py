@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from calib.report.figures.posterior import corner_figure, prior_figure, trace_figure
     from calib.report.figures.predictive import change_figure, channel_figure
     from calib.report.figures.proof import proof_figure
+    from calib.report.figures.specification import conformity_figure, front_figure
     from calib.report.gripper import gripper_files
     from calib.report.moves import moves_in_words
     from calib.report.page import begin_drawing, kept_drawings, write_report
@@ -38,12 +39,14 @@ __all__ = [
     "change_figure",
     "channel_figure",
     "check_in_words",
+    "conformity_figure",
     "corner_figure",
     "cross_section_figure",
     "curve_csv",
     "difference_figure",
     "file_figure",
     "first_rows",
+    "front_figure",
     "gripper_files",
     "kept_drawings",
     "learned_in_words",
@@ -79,6 +82,7 @@ __getattr__ = on_demand(
         ".figures.posterior": ("corner_figure", "prior_figure", "trace_figure"),
         ".figures.predictive": ("change_figure", "channel_figure"),
         ".figures.proof": ("proof_figure",),
+        ".figures.specification": ("conformity_figure", "front_figure"),
         ".gripper": ("gripper_files",),
         ".moves": ("moves_in_words",),
         ".page": ("begin_drawing", "kept_drawings", "write_report"),

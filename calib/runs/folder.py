@@ -13,8 +13,15 @@ from pathlib import Path
 import numpy as np
 
 from calib.checks import Member, Prediction, Reason, Verdict, judge_posterior, predict
-from calib.decision import Recommendation, Requirement, recommend, recommendation_from_json, recommendation_to_json
+from calib.decision import (
+    Recommendation,
+    Requirement,
+    recommend_for,
+    recommendation_from_json,
+    recommendation_to_json,
+)
 from calib.errors import Fault, InputError, in_shell_path
+from calib.experiment import Specification
 from calib.files import sha256_of, write_text
 from calib.report import begin_drawing, kept_drawings, summary_csv, summary_json, write_report
 from calib.runs.listing import (
@@ -23,6 +30,7 @@ from calib.runs.listing import (
     RECOMMENDATION,
     REPORT,
     RESULTS,
+    SPECIFICATION,
     SUMMARIES,
     Listing,
     checkpoint_names,
@@ -271,13 +279,15 @@ def report_in(run: Run) -> None:
         raise failure
 
 
-def recommend_in(run: Run, requirement: Requirement, *, seed: int) -> Recommendation:
+def recommend_in(run: Run, wanted: Requirement | Specification, *, seed: int) -> Recommendation:
     """Recommend a padding from the posterior of a run and keep it there: recommendation.json, and report.html anew.
+
+    For a specification specification.csv, too, thickness by thickness; for a requirement an earlier one is removed.
 
     Parameters
     ----------
     run : the calibration.
-    requirement : what is wanted of the padding.
+    wanted : of the padding, or the specification that it must meet.
     seed : of the choice of draws.
 
     Raises
@@ -291,10 +301,10 @@ def recommend_in(run: Run, requirement: Requirement, *, seed: int) -> Recommenda
     if run.another_forward:
         advice = "Calibrate again, or put the surrogate back that it was calibrated with"
         raise InputError(Fault(run.another_forward.rstrip("."), run.folder / POSTERIOR, advice=advice))
-    found = recommend(
+    found = recommend_for(
         run.posterior,
         run.forward,
-        requirement,
+        wanted,
         seed=seed,
         posterior_sha256=run.posterior_sha256,
         verdict=run.verdict,
@@ -302,9 +312,14 @@ def recommend_in(run: Run, requirement: Requirement, *, seed: int) -> Recommenda
     )
     with _owned_run(run, "calib recommend") as listing:
         drawings = _kept_drawings(run, listing)
-        names = (RECOMMENDATION, REPORT, *_unlisted(run.folder, listing))
+        names = (RECOMMENDATION, SPECIFICATION, REPORT, *_unlisted(run.folder, listing))
         with writing(run.folder, listing, names, "calib recommend"):
             write_text(run.folder / RECOMMENDATION, recommendation_to_json(found, listing.fingerprint))
+            table = run.folder / SPECIFICATION
+            if found.conformity is None:
+                table.unlink(missing_ok=True)
+            else:
+                write_text(table, found.conformity.to_dataframe().to_csv(index=False, lineterminator="\n"))
             failure = _write_page(run, partial(page_of, drawings=drawings) if drawings else page_of)
     if failure is not None:
         raise failure

@@ -23,8 +23,9 @@ LISTING = "run.json"
 
 #: What commands write into a run folder, beside checkpoints.
 POSTERIOR, RECOMMENDATION, REPORT = "posterior.nc", "recommendation.json", "report.html"
+SPECIFICATION = "specification.csv"
 SUMMARIES = ("summary.json", "summary.csv")
-RESULTS = (POSTERIOR, *SUMMARIES, RECOMMENDATION, REPORT)
+RESULTS = (POSTERIOR, *SUMMARIES, RECOMMENDATION, SPECIFICATION, REPORT)
 CHECKPOINT = "checkpoint"
 #: Folder in that of an average, with the posteriors of its models.
 MEMBERS = "members"

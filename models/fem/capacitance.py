@@ -21,8 +21,18 @@ from models.sensor import FloatArray
 _GAUSS3, _WEIGHT3 = np.polynomial.legendre.leggauss(3)
 
 
-def _row_positions(mesh: Mesh, u: FloatArray, height: float) -> FloatArray:
-    """Deformed positions (2, n_column) of the material line z = `height`, at the node columns."""
+def row_positions(mesh: Mesh, u: FloatArray, height: float) -> FloatArray:
+    """Deformed positions of a material line that was level, at the node columns.
+
+    Parameters
+    ----------
+    mesh, u : grid and displacements.
+    height : of the line above the base, undeformed.
+
+    Returns
+    -------
+    r and z, (2, n_column), in the unit of length of the grid.
+    """
     ends = mesh.z[::2]
     j = int(np.clip(np.searchsorted(ends, height, side="right") - 1, 0, ends.size - 2))
     x = 2 * (height - ends[j]) / (ends[j + 1] - ends[j]) - 1
@@ -63,8 +73,8 @@ def ring_capacitance(mesh: Mesh, u: FloatArray, lower: FloatArray, upper: FloatA
     r = (cuts[1:] + cuts[:-1])[:, None] / 2 + half[:, None] * _GAUSS3
     result = np.empty((lower.size, electrode.size))
     for k, (low, high) in enumerate(zip(lower, upper, strict=True)):
-        below, d_below = _on_line(_row_positions(mesh, u, float(low)), mesh, r)
-        above, d_above = _on_line(_row_positions(mesh, u, float(high)), mesh, r)
+        below, d_below = _on_line(row_positions(mesh, u, float(low)), mesh, r)
+        above, d_above = _on_line(row_positions(mesh, u, float(high)), mesh, r)
         middle, along, across = (below + above) / 2, (d_below + d_above) / 2, above - below
         area = along[0] * across[1] - along[1] * across[0]
         density = 2 * np.pi * middle[0] * np.sum(along**2, axis=0) / area  # Eq. (1)

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from calib.catalogue import POOLED, QUANTITIES, SPREADS, spread_of
 from calib.checks import passed_gates
+from calib.decision import percent
 from calib.report.rows import PRIOR_DRIVEN_WORDS, SENSOR_PARAMETERS, ParameterRow, parameter_rows, told_by_few
 from calib.report.section import Results, Section
 from calib.report.status import status_in_words
@@ -17,6 +18,7 @@ ORDER = 10
 def section(results: Results) -> Section:
     """Show what came out, at the head of the report."""
     posterior, verdict, recommendation = results.posterior, results.verdict, results.recommendation
+    conformity = None if recommendation is None else recommendation.conformity
     # What speaks against the calibration speaks against what follows from it, too, and is said once.
     more = [] if recommendation is None else [r for r in recommendation.verdict.reasons if r not in verdict.reasons]
     of_lots = posterior.experiment.pooling == "partial"  # of which what is of specimens stands in the table alone
@@ -29,6 +31,7 @@ def section(results: Results) -> Section:
         "recommendation": recommendation,
         "advice_status": "" if recommendation is None else status_in_words(recommendation.verdict, "the advice"),
         "beyond": more,
+        "conforms": "" if conformity is None else percent(conformity.best.best_probability),
         "rows": [r for r in rows if not (of_lots and r.where and r.parameter in POOLED)],
     }
     return Section("verdict", "", "", "headline.html.j2", context)

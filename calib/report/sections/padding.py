@@ -44,7 +44,8 @@ def section(results: Results) -> Section | None:
             ),
         ),
     }
-    return Section("padding", "What padding to build next", "Padding", "padding.html.j2", context)
+    title = "What padding to build next" if r.conformity is None else "What padding gives the largest signal"
+    return Section("padding", title, "Padding", "padding.html.j2", context)
 
 
 def _rows(r: Recommendation) -> list[tuple[str, str, str]]:

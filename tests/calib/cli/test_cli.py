@@ -157,6 +157,58 @@ def test_recommend_writes_json_and_a_section_in_the_report(finished: tuple[Path,
     assert "What padding to build next" in (run / "report.html").read_text(encoding="utf-8")
 
 
+SPEC = """
+name = "Finger tip"
+[loads]
+force = ["1 N", "3 N"]
+[limits]
+signal = { at_least = 0.01, at = "3 N" }
+stroke = { at_most = "0.9 mm" }
+[padding]
+thickness = ["0.5 mm", "3 mm"]
+steps = 6
+tolerance = { uniform = "0.05 mm" }
+gauge = "0.01 mm"
+"""
+
+
+def test_recommend_for_a_specification_writes_json_a_table_and_a_section(finished: tuple[Path, Result], tmp_path: Path) -> None:
+    run, _ = finished
+    spec = tmp_path / "spec.toml"
+    spec.write_text(SPEC, encoding="utf-8")
+    result = _run("recommend", run, "--spec", spec, "--draws", 60)
+    assert result.exit_code == 3, result.output
+    assert result.stdout.startswith("Do not build on this: the chains have not converged")
+    kept = json.loads((run / "recommendation.json").read_text(encoding="utf-8"))
+    assert kept["conformity"]["specification"]["name"] == "Finger tip"
+    assert kept["requirement"]["force"] == 3
+    assert kept["verdict"] == kept["conformity"]["verdict"]
+    table = pd.read_csv(run / "specification.csv")
+    assert table["thickness_m"].tolist() == pytest.approx(np.linspace(0.5e-3, 3e-3, 6))
+    page = (run / "report.html").read_text(encoding="utf-8")
+    assert "Specification: Finger tip" in page
+    assert "What padding gives the largest signal" in page
+    assert _run("verify", run).exit_code == 0
+    assert _run("recommend", run, "--force", "3 N", "--padding", "0.5 mm:3 mm", "--steps", 6, "--draws", 60).exit_code == 3
+    assert not (run / "specification.csv").exists()
+    assert "Specification: Finger tip" not in (run / "report.html").read_text(encoding="utf-8")
+
+
+def test_recommend_says_what_is_missing_or_doubled(finished: tuple[Path, Result], tmp_path: Path) -> None:
+    run, _ = finished
+    spec = tmp_path / "spec.toml"
+    spec.write_text(SPEC.replace("at_least = 0.01", "at_least = 8"), encoding="utf-8")
+    for words, message in (
+        ((), "nothing says what the padding is for"),
+        (("--spec", spec, "--force", "3 N"), "--force and --spec both say at which load"),
+        (("--spec", spec), "spec.toml:6:1: signal must be below 1, got 800 %"),
+        (("--spec", tmp_path / "none.toml"), "file not found"),
+    ):
+        result = _run("recommend", run, *words)
+        assert result.exit_code == 2
+        assert message in _said(result)
+
+
 def test_report_can_be_made_anew(finished: tuple[Path, Result]) -> None:
     run, _ = finished
     (run / "report.html").unlink()

@@ -16,7 +16,7 @@ from typer.testing import CliRunner, Result
 
 from calib.cli import app
 from calib.cli.example import shipped
-from calib.experiment import design_schema, experiment_schema, read_experiment
+from calib.experiment import design_schema, experiment_schema, read_experiment, specification_schema
 
 DATASET = Path(__file__).parents[3] / "datasets" / "padded_sensor"
 
@@ -39,6 +39,7 @@ def test_what_to_do_next_can_be_pasted(tmp_path: Path) -> None:
     assert said == [
         ["calib", "calibrate", f"{folder}/experiment.toml", "-o", f"{folder}/RUN"],
         ["calib", "recommend", f"{folder}/RUN", "--force", "10 N", "--padding", "0 mm:9 mm"],
+        ["calib", "recommend", f"{folder}/RUN", "--spec", f"{folder}/specification.toml"],
     ]
 
 
@@ -71,7 +72,10 @@ def test_the_version_is_that_of_the_package_and_of_what_the_numbers_come_from() 
     assert f"emcee {version('emcee')}" in said
 
 
-@pytest.mark.parametrize(("kind", "schema"), [("experiment", experiment_schema()), ("design", design_schema())])
+KINDS = [("experiment", experiment_schema()), ("design", design_schema()), ("specification", specification_schema())]
+
+
+@pytest.mark.parametrize(("kind", "schema"), KINDS)
 def test_a_schema_is_printed_or_written(tmp_path: Path, kind: str, schema: dict[str, object]) -> None:
     assert json.loads(_run("schema", kind).stdout) == schema
     path = tmp_path / f"{kind}.schema.json"
@@ -103,7 +107,7 @@ COMPLETED = {
     ("cal",): ["calibrate"],
     ("surrogate", "tr"): ["train"],
     ("calibrate", "--see"): ["--seed"],
-    ("schema", ""): ["experiment", "design"],
+    ("schema", ""): ["experiment", "design", "specification"],
 }
 
 

@@ -11,9 +11,10 @@ import pytest
 
 from calib.decision.next_specimen import as_next_specimen, padding_about_mean
 from calib.decision.padding import recommend
-from calib.decision.recommendation import Recommendation, percent
+from calib.decision.recommendation import Recommendation
 from calib.decision.record import recommendation_from_json, recommendation_to_json
 from calib.decision.requirement import Requirement
+from calib.decision.words import percent
 from calib.errors import InputError
 from calib.priors.distributions import Fixed, Normal
 from calib.problem.lots import Lot, LotPrior

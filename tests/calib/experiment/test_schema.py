@@ -22,13 +22,13 @@ from calib.experiment.draft import experiment_text
 from calib.experiment.experiment_file import experiment_from, read_experiment
 from calib.experiment.lab_files import look_through
 from calib.experiment.pairing import pair
-from calib.experiment.schema import design_schema, experiment_schema
+from calib.experiment.schema import design_schema, experiment_schema, specification_schema
 from calib.experiment.toml_places import KeyPath
 from calib.priors.forms import FORMS
 
 DATASET = Path(__file__).parents[3] / "datasets" / "padded_sensor"
-SCHEMAS = {"experiment": experiment_schema(), "design": design_schema()}
-EXPERIMENT, DESIGN = (Draft202012Validator(schema) for schema in SCHEMAS.values())
+SCHEMAS = {"experiment": experiment_schema(), "design": design_schema(), "specification": specification_schema()}
+EXPERIMENT, DESIGN, _ = (Draft202012Validator(schema) for schema in SCHEMAS.values())
 
 
 def _documented(reader: object) -> dict[str, Any]:

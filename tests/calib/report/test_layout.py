@@ -15,7 +15,8 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from calib.checks.predictive import predict
-from calib.decision import Requirement, recommend
+from calib.decision import recommend_for
+from calib.experiment import Limit, Specification
 from calib.lab.quality.grade import Grade
 from calib.report import write_report
 from calib.sampling.posterior import Posterior
@@ -91,7 +92,9 @@ def page(make_posterior: MakePosterior, drawn: dict[str, Figure]) -> str:
         Grade("hysteresis", "good", 0.04, "1", "gives back 96 %", "", "force", "a.csv"),
     )
     posterior = replace(posterior, sweeps=(replace(first, grades=grades), *others))
-    advice = recommend(posterior, ClosedForm(), Requirement(8.0, 0.0, 4e-3, n_thickness=3, n_draw=50), seed=1)
+    limits = (Limit("signal", "at_least", 0.05), Limit("stroke", "at_most", 1e-3))
+    spec = Specification(limits, (8.0,), upper=4e-3, steps=3, n_draw=50, electrode_radii=(8e-3, 9e-3), modulus_spread=0.1)
+    advice = recommend_for(posterior, ClosedForm(), spec, seed=1)
     predictions = predict(posterior, ClosedForm(), np.random.default_rng(1), n_draw=20)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("calib.report.pictures._drawn", kept)
@@ -145,7 +148,7 @@ def test_letters_of_the_page_are_not_too_small() -> None:
 
 def test_letters_in_figures_can_be_read_on_a_phone(page: str, drawn: dict[str, Figure]) -> None:
     images = [(said, inside) for tag, said, inside in Tree(page).found if tag == "img"]
-    assert len(images) == len(drawn) == 9
+    assert len(images) == len(drawn) == 11
     for said, inside in images:
         figure = drawn[said["src"].split(",")[1]]
         least = re.search(r"--least: (\d+)px", said.get("style", ""))
@@ -167,7 +170,7 @@ def test_statistics_are_folded_at_the_end_and_open_on_paper(page: str) -> None:
 
 def test_the_first_sheet_is_the_verdict_with_the_padding(page: str) -> None:
     names = [said["id"] for tag, said, _ in Tree(page).found if tag == "section"]
-    assert names[:3] == ["verdict", "padding", "parameters"]
+    assert names[:3] == ["verdict", "specification", "padding"]
 
 
 def test_every_sheet_has_its_number_and_the_hash_of_the_run(

@@ -108,7 +108,7 @@ def run(stage: str, words: Sequence[str]) -> None:
     elif stage == "simulating":
         patch.setattr(FiniteElements, "solve", _telling(FiniteElements.solve))
     elif stage == "recommending":
-        patch.setattr(run_folder, "recommend", _stay)
+        patch.setattr(run_folder, "recommend_for", _stay)
     else:
         stages["sample"] = {
             "sampling": _with_workers,

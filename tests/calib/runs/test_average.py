@@ -79,6 +79,25 @@ def test_the_recommendation_is_of_both_models_and_says_what_of_its_doubt_is_thei
     assert "padding of the sensor's own silicone or padding of its own material" in " ".join(made.conditions)
 
 
+def test_a_specification_is_answered_by_both_models_and_by_each(runs: Path, tmp_path: Path) -> None:
+    # Stiffer by a fifth, on padding of 0.9 of that: at 2 N it gives way by less.
+    spec = tmp_path / "spec.toml"
+    limits = '[limits]\nstroke = { at_most = "0.42 mm" }\n[padding]\nthickness = ["1 mm", "1.2 mm"]\nsteps = 3\n'
+    text = f'[loads]\nforce = "2 N"\n{limits}'
+    spec.write_text(text, encoding="utf-8")
+    said = calib("recommend", runs / "average", "--spec", spec, "--draws", "400")
+    made = load_recommendation(runs / "average")
+    assert made is not None
+    assert made.conformity is not None
+    own = {m.name: (m.n_draw, m.probability) for m in made.conformity.of_models}
+    assert {name: n for name, (n, _) in own.items()} == {"as-given": 100, "own-padding": 300}
+    assert own["own-padding"][1] > own["as-given"][1]
+    both = 0.25 * own["as-given"][1] + 0.75 * own["own-padding"][1]
+    assert made.conformity.best.best_probability == pytest.approx(both)
+    assert "choice of model" in {cause.name for cause in made.conformity.causes}
+    assert "By model: as-given" in said
+
+
 def test_the_report_lists_the_models(runs: Path) -> None:
     calib("report", runs / "average")
     page = (runs / "average" / "report.html").read_text(encoding="utf-8")

@@ -1,0 +1,73 @@
+"""Draws of an answer and of what it depends on in, which of them its doubt comes from, as shares of its variance, out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from models.sensor import FloatArray
+
+#: A share is said to be more than chance above this many of its standard errors.
+_SIGNIFICANT = 2.5
+
+
+@dataclass(frozen=True)
+class Cause:
+    """One thing that an answer depends on, and the share of its variance that it explains alone [1], with the error of that."""
+
+    name: str
+    share: float
+    error: float
+
+    @property
+    def counts(self) -> bool:
+        """Whether the share is more than chance."""
+        return self.share > _SIGNIFICANT * self.error
+
+
+def first_order(x: FloatArray, y: FloatArray) -> Cause:
+    """Estimate a first-order Sobol index, S = Var(E[y|x]) / Var(y), from draws of x and y alone.
+
+    By ranks (Gamboa, Gremaud, Klein & Lagnoux, Bernoulli 28 (2022) 2345): with y in the order of x,
+
+        S = (mean(y_j y_(j+1)) - mean(y)^2) / (mean(y^2) - mean(y)^2),                                        (1)
+
+    the last being followed by the first. It needs no other draws than there are, and no model between x and y; for an x that
+    depends on others it holds what x tells of y through them. The standard error is that of (1) where x says nothing,
+    1/sqrt(n), times sqrt(1 - S) where it says something, which is near enough to tell which shares are chance.
+
+    Parameters
+    ----------
+    x : (n_draw,), what y may depend on.
+    y : (n_draw,), the answer.
+
+    Returns
+    -------
+    The share, not below 0, without a name.
+
+    Examples
+    --------
+    >>> x = np.linspace(-1, 1, 1001)
+    >>> round(first_order(x, x**2).share, 2)
+    1.0
+    """
+    spread = float(np.var(y))
+    if spread == 0 or np.ptp(x) == 0:
+        return Cause("", 0.0, 0.0)
+    ordered = y[np.argsort(x, kind="stable")] - np.mean(y)
+    share = float(np.clip(np.mean(ordered * np.roll(ordered, -1)) / spread, 0.0, 1.0))  # (1)
+    return Cause("", share, float(np.sqrt(1 - share) / np.sqrt(y.size)))
+
+
+def causes(inputs: Mapping[str, FloatArray], y: FloatArray) -> tuple[Cause, ...]:
+    """Say what an answer's doubt comes from, the most of it first.
+
+    Parameters
+    ----------
+    inputs : name -> draws (n_draw,); those that do not vary are left out.
+    y : (n_draw,), the answer.
+    """
+    found = [Cause(name, one.share, one.error) for name, x in inputs.items() if np.ptp(x) > 0 for one in [first_order(x, y)]]
+    return tuple(sorted(found, key=lambda cause: -cause.share))

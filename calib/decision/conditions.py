@@ -1,0 +1,69 @@
+"""Draws of sensors, and the posterior that they are of, in, what an answer holds for and leaves open, in words, out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from calib.checks import RULED_OUT, departure_in_words
+from calib.decision.sensors import Part, with_padding
+from calib.experiment import Experiment
+from calib.sampling import Posterior
+from models.analytic import caution
+
+#: A thickness is covered when at least this share of the draws stays inside the model's range.
+COVERED_SHARE = 0.95
+
+
+def open_models_of(posterior: Posterior) -> tuple[str, ...]:
+    """Models that the data have not ruled out, if any were held against them: what an answer under this one cannot know."""
+    return tuple(departure_in_words(d, posterior) for d in posterior.diagnostics.departures if d.log_bayes > RULED_OUT)
+
+
+def conditions_of(
+    parts: Sequence[Part], thickest: float, *, electrode_chosen: bool = False, material: str = ""
+) -> tuple[str, ...]:
+    """What an answer holds for: what all models take for granted, and in what they differ.
+
+    Parameters
+    ----------
+    parts : draws of each model.
+    thickest : [m], padding that the answer is for.
+    electrode_chosen : whether the electrode is one of the things that were chosen.
+    material : that was chosen for the padding; "" for that of the calibration.
+    """
+    radius = np.concatenate([np.asarray(part.base.electrode_radius) for part in parts]) * 1e3
+    spread = f"{np.median(radius):.3g} mm"
+    if np.ptp(radius) > 1e-6:
+        spread = (
+            f"{np.median(radius):.3g} mm (90 % interval {np.quantile(radius, 0.05):.3g} to {np.quantile(radius, 0.95):.3g} mm)"
+        )
+    rough = [caution(part.member.forward, with_padding(part.base, thickest)) for part in parts]
+    ball = f"ball radius {float(np.asarray(parts[0].base.indenter.radius)[0]) * 1e3:.3g} mm"
+    choices = [_choices(part.member.posterior.experiment) for part in parts]
+    other = "" if electrode_chosen else ": another electrode needs its own recommendation"
+    base, contact, padding = (" or ".join(dict.fromkeys(words)) for words in zip(*choices, strict=True))
+    return (
+        *dict.fromkeys(f"a first look alone: {words}" for words in rough if words),
+        base,
+        f"electrode radius {spread}{other}",
+        f"{ball}, {contact}",
+        padding if not material else f"padding of {material}, of the law of the sensor's silicone",
+    )
+
+
+def _choices(e: Experiment) -> tuple[str, str, str]:
+    """Base, contact and padding of an experiment as conditions."""
+    base = (
+        "padding bonded to the rigid base: on a slippery base the sensor is softer and the optimum moves"
+        if e.base == "bonded"
+        else "padding that slides on the rigid base: on a bonded one the sensor is stiffer and the optimum moves"
+    )
+    contact = "sticking to the sensor" if e.stick else "pressed with friction" if e.rubs else "pressed without friction"
+    padding = (
+        "padding of the sensor's own silicone"
+        if e.padding_material == "sensor"
+        else "padding of its own material, with the modulus found for it"
+    )
+    return base, contact, padding

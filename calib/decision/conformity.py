@@ -1,0 +1,393 @@
+"""The result of asking whether a sensor on its padding will meet a specification: as numbers, as a table and in words."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from calib.checks import BAND_LEVELS, Verdict, verdict_from_plain
+from calib.decision.causes import Cause
+from calib.decision.guard_band import Drawing
+from calib.decision.words import percent
+from calib.experiment import Limit, Specification, limited_in_words, specification_from_plain
+from models.sensor import BoolArray, FloatArray
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+@dataclass(frozen=True, eq=False)
+class Built:
+    """One sensor that may be built, thickness by thickness of its padding.
+
+    Arrays are (n_thickness,) unless said otherwise, nan where the model covers fewer than 95 % of the draws.
+
+    Attributes
+    ----------
+    name : what is chosen beside the thickness of the padding.
+    left_out : why no model serves it; "" if one does. Then all else is nan.
+    covered : whether it is known at this thickness.
+    probability : [1], of conforming, of pads made to this nominal thickness.
+    error : [1], Monte Carlo standard error of that.
+    exact : [1], of conforming, of pads that have exactly this thickness.
+    not_carried : [1], share of draws that do not carry a load inside the model's range; each counts as a failure.
+    fails : [1], (n_limit, n_thickness), share of draws outside each limit.
+    alone : [1], (n_limit, n_thickness), share of draws that are outside this limit and keep all others.
+    shortfall : [1], expected shortfall: by which share of a limit draws miss it in the mean; one that does not carry a load
+        misses by a whole limit and more.
+    regret : [1], by how much less a draw would fall short on the padding that is best for it, in the mean.
+    avoidable : [1], share of draws that fail here, and would conform on another padding.
+    signal, stroke : [1], [m], (5, n_thickness), quantiles 5, 25, 50, 75, 95 % at the largest load under the first ball.
+    best : [m], of the thicknesses that conform most probably, as far as the draws can tell, that of the least expected
+        shortfall; nan if left out.
+    best_probability, best_error : [1], there.
+    interval : [m], thicknesses about `best` whose pads, made to them, conform with the probability asked for; None for none.
+    """
+
+    name: str
+    left_out: str
+    covered: BoolArray
+    probability: FloatArray
+    error: FloatArray
+    exact: FloatArray
+    not_carried: FloatArray
+    fails: FloatArray
+    alone: FloatArray
+    shortfall: FloatArray
+    regret: FloatArray
+    avoidable: FloatArray
+    signal: FloatArray
+    stroke: FloatArray
+    best: float
+    best_probability: float
+    best_error: float
+    interval: tuple[float, float] | None
+
+
+@dataclass(frozen=True)
+class Needed:
+    """What one limit would have to be for the specification to be met with the probability asked for, all else as it is.
+
+    Attributes
+    ----------
+    limit : index of it.
+    value : [SI], that it would have to be.
+    thickness : [m], of the padding, there.
+    """
+
+    limit: int
+    value: float
+    thickness: float
+
+
+@dataclass(frozen=True)
+class OfMember:
+    """What one model of an average says by itself.
+
+    Attributes
+    ----------
+    name : of the model.
+    n_draw : how many of the draws are its.
+    probability : [1], of conforming at the thickness that is advised; nan with too few draws, as are the others.
+    best, best_probability : [m], [1], thickness that it would advise, and of conforming there.
+    """
+
+    name: str
+    n_draw: int
+    probability: float
+    best: float
+    best_probability: float
+
+
+@dataclass(frozen=True, eq=False)
+class Conformity:
+    """How probably a sensor on its padding conforms to a specification, and which padding to build. SI throughout.
+
+    `in_words` says it in a few sentences, `to_dataframe` gives it thickness by thickness.
+
+    Attributes
+    ----------
+    specification : what was asked.
+    thickness : [m], (n_thickness,), nominal ones.
+    built : the sensors that may be built; the first is the one that is advised.
+    drawing : tolerance, guard band and risks of its pads; None where it does not conform with the probability asked for.
+    needed : what each limit alone would have to be, the least change first; tighter than asked if the specification is met.
+        Empty where no limit alone would do.
+    all_needed : [1], by which share all limits together would have to give way; negative if they could be tighter.
+    causes : what the doubt comes from, at the advised thickness.
+    of_models : what each model of an average says by itself.
+    open_models : models that the data do not rule out, in words.
+    conditions : what it holds for, in words.
+    sensor_in_words : whose sensor it is for.
+    n_draw, n_effective : draws that were used, and how many independent ones they are worth.
+    seed : of the choice of draws.
+    verdict : whether it may be built on.
+    """
+
+    specification: Specification
+    thickness: FloatArray
+    built: tuple[Built, ...]
+    drawing: Drawing | None
+    needed: tuple[Needed, ...]
+    all_needed: float
+    causes: tuple[Cause, ...]
+    of_models: tuple[OfMember, ...]
+    open_models: tuple[str, ...]
+    conditions: tuple[str, ...]
+    sensor_in_words: str
+    n_draw: int
+    n_effective: int
+    seed: int
+    verdict: Verdict
+
+    @property
+    def best(self) -> Built:
+        """The sensor that is advised."""
+        return self.built[0]
+
+    @property
+    def at_best(self) -> int:
+        """Index of the advised thickness."""
+        return int(np.nanargmin(np.abs(self.thickness - self.best.best)))
+
+    @property
+    def met(self) -> bool:
+        """Whether some padding conforms with the probability that was asked for."""
+        return self.best.best_probability >= self.specification.probability
+
+    @property
+    def close_call(self) -> bool:
+        """Whether so few draws leave it open whether the specification is met."""
+        return abs(self.best.best_probability - self.specification.probability) < 2 * self.best.best_error
+
+    @property
+    def always(self) -> bool:
+        """Whether every thickness conforms: the specification does not choose."""
+        p = self.best.probability[self.best.covered]
+        return bool(p.size and np.min(p) >= self.specification.probability)
+
+    @property
+    def front(self) -> tuple[tuple[int, int], ...]:
+        """Which sensor and which thickness no other beats in both signal and stroke, by their medians, the softest last."""
+        places = [(i, k) for i, b in enumerate(self.built) for k in np.flatnonzero(b.covered & np.isfinite(b.signal[2]))]
+        ordered = sorted(places, key=lambda at: (self.built[at[0]].stroke[2, at[1]], -self.built[at[0]].signal[2, at[1]]))
+        found, most = [], -math.inf
+        for i, k in ordered:
+            if self.built[i].signal[2, k] > most:
+                most = float(self.built[i].signal[2, k])
+                found.append((i, int(k)))
+        return tuple(found)
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """Thickness by thickness, to plot or to save: one row for each sensor that may be built and each thickness.
+
+        Returns
+        -------
+        Columns sensor, thickness_m, covered, probability, probability_error, probability_exact, not_carried, one share of
+        failures for each limit, expected_shortfall, regret, avoidable, signal_05, ..., stroke_95_m; SI.
+        """
+        import pandas as pd
+
+        limits = self.specification.limits
+        names = ["_".join(["fails", x.quantity, x.side, *([f"{x.at:g}_N"] if x.at is not None else [])]) for x in limits]
+        parts = []
+        for b in self.built:
+            if b.left_out:
+                continue
+            columns: dict[str, object] = {"sensor": b.name, "thickness_m": self.thickness, "covered": b.covered}
+            columns |= {"probability": b.probability, "probability_error": b.error, "probability_exact": b.exact}
+            columns |= {"not_carried": b.not_carried, **dict(zip(names, b.fails, strict=True))}
+            columns |= {"expected_shortfall": b.shortfall, "regret": b.regret, "avoidable": b.avoidable}
+            for name, rows, unit in (("signal", b.signal, ""), ("stroke", b.stroke, "_m")):
+                columns |= {f"{name}_{round(100 * q):02d}{unit}": row for q, row in zip(BAND_LEVELS, rows, strict=True)}
+            parts.append(pd.DataFrame(columns))
+        return pd.concat(parts, ignore_index=True)
+
+    @property
+    def unserved_in_words(self) -> tuple[str, ...]:
+        """Sensors that were asked for and are left out, each with the reason."""
+        return tuple(f"{b.name}: {b.left_out}" for b in self.built if b.left_out)
+
+    @property
+    def asked_in_words(self) -> str:
+        """The limits, in a sentence."""
+        return "; ".join(limit.in_words for limit in self.specification.limits)
+
+    @property
+    def in_words(self) -> str:
+        """What to build and how sure that is, or why it cannot be met and what is nearest, in a few sentences."""
+        s, b, k = self.specification, self.best, self.at_best
+        wanted = f"{100 * s.probability:g} %"
+        chosen = "" if b.name == "as measured" else f" ({b.name})"
+        p = f"{percent(b.best_probability)}{_give_or_take(b.best_error)}"
+        if self.met:
+            text = (
+                f"Build {b.best * 1e3:.2f} mm of padding{chosen}: it conforms with a probability of {p} ({wanted} asked for). "
+            )
+            if self.always:
+                text += (
+                    f"So does every thickness from {self._span(self.thickness[b.covered])}: the specification does not choose. "
+                )
+            elif b.interval is not None and b.interval[1] > b.interval[0]:
+                text += f"Nominal thicknesses from {self._span(b.interval)} conform with at least {wanted}. "
+        else:
+            text = (
+                f"The specification is not met: no thickness conforms with {wanted}. The best is "
+                f"{b.best * 1e3:.2f} mm of padding{chosen}, with {p}. "
+            )
+        if self.close_call:
+            text += f"{self.n_draw} draws leave open on which side of {wanted} that is: give more of them (--draws). "
+        text += self._drawing_in_words + self._binding_in_words(k) + self._needed_in_words
+        text += self._causes_in_words
+        if not self.met or b.avoidable[k] >= 0.005:
+            text += (
+                f"On another padding {percent(b.avoidable[k])} of the draws would conform that fail on this one; the expected "
+                f"shortfall is {100 * b.shortfall[k]:.3g} % of a limit, {100 * b.regret[k]:.3g} % less on the best for each. "
+            )
+        if self.of_models:
+            told = ", ".join(f"{m.name} {percent(m.probability)}" for m in self.of_models if m.n_draw)
+            text += f"By model: {told}. "
+        if self.verdict.colour == "red":
+            text = f"Do not build on this: {self.verdict.reasons[0].finding}. {text}"
+        return text + self.sensor_in_words
+
+    def _span(self, ends: FloatArray | tuple[float, float]) -> str:
+        return f"{ends[0] * 1e3:.2f} to {ends[-1] * 1e3:.2f} mm"
+
+    @property
+    def _drawing_in_words(self) -> str:
+        d, s = self.drawing, self.specification
+        if d is None:
+            return ""
+        if d.accepted is None:
+            return (
+                f"There is no tolerance for the drawing: pads from {self._span(d.tolerance)} conform, which guard bands of "
+                f"{d.guard_band * 1e3:.3g} mm on both sides leave nothing of: measure pads better than {s.gauge * 1e3:.3g} mm. "
+            )
+        text = f"For the drawing: {d.nominal * 1e3:.2f} mm, accept readings from {self._span(d.accepted)}"
+        text += (
+            f" (guard bands of {d.guard_band * 1e3:.3g} mm included)"
+            if d.guard_band > 0
+            else " (no gauge given: no guard band)"
+        )
+        ends = [word for word, there in (("thinner", d.open_below), ("thicker", d.open_above)) if there]
+        if ends:
+            text += f", and perhaps {' and '.join(ends)} ones, which were not asked for or are not covered"
+        if math.isfinite(d.consumers_risk):
+            text += (
+                f"; of pads made with {s.padding_tolerance.in_words if s.padding_tolerance else ''} "
+                f"{percent(d.accepted_share)} are accepted, consumer's risk {_risk(d.consumers_risk)}, producer's risk "
+                f"{_risk(d.producers_risk)}"
+            )
+        return f"{text}. "
+
+    def _binding_in_words(self, k: int) -> str:
+        b = self.best
+        failing = [
+            (share, limit.in_words) for limit, share in zip(self.specification.limits, b.fails[:, k], strict=True) if share > 0
+        ]
+        text = ""
+        if failing:
+            told = ", ".join(f"{words} ({percent(share)} of the draws)" for share, words in sorted(failing, reverse=True)[:3])
+            text = f"What binds: {told}. "
+        if b.not_carried[k] > 0:
+            text += (
+                f"Of the draws {percent(b.not_carried[k])} do not carry the load within what the model covers (the sensor "
+                "bottoms out, or the ball is in by half its radius): they count as failures. "
+            )
+        return text
+
+    @property
+    def _needed_in_words(self) -> str:
+        limits = self.specification.limits
+        if not self.needed:
+            if self.met or not math.isfinite(self.all_needed):
+                return "" if self.met else "No change of limits meets it: too many draws do not carry the load. "
+            return f"No limit alone would have to give way: all of them together, by {100 * self.all_needed:.2g} %. "
+        if self.met:
+            if not self.always:
+                return ""
+            told = [_would(limits[n.limit], n.value) for n in self.needed]
+            return f"It would still hold with one of: {'; '.join(told)}. "
+        told = [f"{_would(limits[n.limit], n.value)} (at {n.thickness * 1e3:.2f} mm)" for n in self.needed[:3]]
+        return f"It would be met with {100 * self.specification.probability:g} %, if asked for {', or '.join(told)}. "
+
+    @property
+    def _causes_in_words(self) -> str:
+        told = [f"{c.name} ({100 * c.share:.0f} %)" for c in self.causes if c.counts][:3]
+        return f"The doubt comes from {', '.join(told)} of the variance of the worst margin. " if told else ""
+
+    def to_plain(self) -> dict[str, Any]:
+        """What files hold of it; the inverse is `conformity_from_plain`."""
+        plain = {f.name: getattr(self, f.name) for f in fields(self)}
+        plain |= {"specification": self.specification.to_plain(), "verdict": self.verdict.to_plain()}
+        plain["built"] = [{f.name: getattr(b, f.name) for f in fields(b)} for b in self.built]
+        plain |= {name: [asdict(one) for one in plain[name]] for name in ("needed", "causes", "of_models")}
+        plain["drawing"] = None if self.drawing is None else asdict(self.drawing)
+        return {"said": self.in_words, "met": self.met, **plain}
+
+
+_NUMBERS = (
+    "probability",
+    "error",
+    "exact",
+    "not_carried",
+    "fails",
+    "alone",
+    "shortfall",
+    "regret",
+    "avoidable",
+    "signal",
+    "stroke",
+)
+
+
+def conformity_from_plain(plain: Mapping[str, Any]) -> Conformity:
+    """The result that `Conformity.to_plain` wrote."""
+    read = {f.name: plain[f.name] for f in fields(Conformity)}
+    read["specification"] = specification_from_plain(read["specification"])
+    read["thickness"] = np.asarray(read["thickness"], dtype=float)
+    read["built"] = tuple(_built_from_plain(one) for one in read["built"])
+    read["drawing"] = None if read["drawing"] is None else Drawing(**_with_numbers(read["drawing"], Drawing))
+    read["needed"] = tuple(Needed(**one) for one in read["needed"])
+    read["all_needed"] = math.inf if read["all_needed"] is None else read["all_needed"]
+    read["causes"] = tuple(Cause(**one) for one in read["causes"])
+    read["of_models"] = tuple(OfMember(**_with_numbers(one, OfMember)) for one in read["of_models"])
+    read |= {name: tuple(read[name]) for name in ("open_models", "conditions")}
+    read["verdict"] = verdict_from_plain(read["verdict"])
+    return Conformity(**read)
+
+
+def _built_from_plain(plain: Mapping[str, Any]) -> Built:
+    read = dict(plain) | {name: np.asarray(plain[name], dtype=float) for name in _NUMBERS}
+    read |= {name: math.nan if plain[name] is None else plain[name] for name in ("best", "best_probability", "best_error")}
+    read["covered"] = np.asarray(plain["covered"], dtype=bool)
+    return Built(**read | {"interval": None if plain["interval"] is None else tuple(plain["interval"])})
+
+
+def _with_numbers(plain: Mapping[str, Any], of: type[Drawing] | type[OfMember]) -> dict[str, Any]:
+    """Null is nan where a number is meant; pairs are tuples."""
+    read: dict[str, Any] = {}
+    for f in fields(of):
+        value = plain[f.name]
+        read[f.name] = tuple(value) if isinstance(value, list) else math.nan if value is None and f.type == "float" else value
+    return read
+
+
+def _give_or_take(error: float) -> str:
+    return f" (± {100 * error:.1g} %)" if error >= 0.0005 else ""
+
+
+def _risk(share: float) -> str:
+    return f"{100 * share:.2g} %" if share >= 0.001 else "below 0.1 %"
+
+
+def _would(limit: Limit, value: float) -> str:
+    load = "" if limit.at is None else f" at {limit.at:.4g} N"
+    name, side = limit.quantity.replace("_", " "), limit.side.replace("_", " ")
+    new, old = (limited_in_words(limit.quantity, v) for v in (value, limit.value))
+    return f"{name} {side} {new} instead of {old}{load}"

@@ -1,0 +1,154 @@
+"""A curve of conformance over thickness and how pads are made and inspected in, acceptance limits and both risks out.
+
+The words are those of JCGM 106:2012. The property is the padding's thickness, its tolerance interval [T_L, T_U] (3.3.5) the
+thicknesses that conform with the probability that was asked for. Pads are inspected by a gauge of standard uncertainty u. What
+is accepted must read within the acceptance interval [A_L, A_U] (3.3.9), which guard bands w on both sides make narrower
+(guarded acceptance, clause 8.3.2):
+
+    A_L = T_L + w,   A_U = T_U - w,   w = r U,   U = 2 u.                                                               (1)
+
+r = 1 is the usual choice: where a reading stands at A_U, the pad is thicker than T_U with 2.3 %.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import ndtr
+
+from models.sensor import FloatArray
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """What stands on the drawing of a pad, [m], and what becomes of pads that are made to it.
+
+    Attributes
+    ----------
+    nominal : thickness that is made.
+    tolerance : thicknesses that conform with the probability asked for, T_L and T_U.
+    accepted : readings that are accepted, A_L and A_U; None where the guard bands leave nothing.
+    guard_band : w.
+    open_below, open_above : whether the tolerance ends only because no thinner, or thicker, padding was asked for or covered.
+    accepted_share : [1], pads that are accepted; nan where it is not known how pads scatter.
+    consumers_risk : [1], global: that a pad is accepted and its sensor does not conform.
+    producers_risk : [1], global: that a pad is rejected and its sensor would conform.
+    delivered : [1], share of the accepted pads whose sensor does not conform.
+    """
+
+    nominal: float
+    tolerance: tuple[float, float]
+    accepted: tuple[float, float] | None
+    guard_band: float
+    open_below: bool
+    open_above: bool
+    accepted_share: float
+    consumers_risk: float
+    producers_risk: float
+    delivered: float
+
+
+@dataclass(frozen=True)
+class Risks:
+    """Shares of all pads that are made [1], see `risks`."""
+
+    accepted: float
+    consumers: float
+    producers: float
+
+
+def guarded(tolerance: tuple[float, float], gauge: float, factor: float) -> tuple[tuple[float, float] | None, float]:
+    """Narrow a tolerance interval by guard bands, equation (1).
+
+    Parameters
+    ----------
+    tolerance : [m], T_L and T_U; infinite on a side without a limit.
+    gauge : [m], standard uncertainty u of a reading.
+    factor : r.
+
+    Returns
+    -------
+    The acceptance interval, None where it is empty, and the guard band w [m].
+
+    Examples
+    --------
+    >>> guarded((4.0, 6.0), 0.1, 1.0)
+    ((4.2, 5.8), 0.2)
+    """
+    w = factor * 2 * gauge  # (1)
+    low, high = tolerance[0] + w, tolerance[1] - w
+    return ((low, high) if low < high else None), w
+
+
+def acceptance(thickness: FloatArray, accepted: tuple[float, float], gauge: float) -> FloatArray:
+    """Probability that a pad is accepted: that a normal reading of it lies within the acceptance interval.
+
+    Parameters
+    ----------
+    thickness : [m], true ones, any shape.
+    accepted : [m], A_L and A_U.
+    gauge : [m], standard uncertainty of a reading; 0 for one that is exact.
+    """
+    low, high = accepted
+    if gauge == 0:
+        return np.asarray((thickness >= low) & (thickness <= high), dtype=float)
+    return np.asarray(ndtr((high - thickness) / gauge) - ndtr((low - thickness) / gauge))
+
+
+def risks(made: FloatArray, conformance: FloatArray, accepted: tuple[float, float] | None, gauge: float) -> Risks:
+    """Global consumer's and producer's risk of pads that are made, inspected, and accepted or rejected.
+
+    With g0 how pads are made, alpha the probability that one is accepted, and p_c that of conforming,
+
+        R_C = int g0(h) alpha(h) (1 - p_c(h)) dh,        R_P = int g0(h) (1 - alpha(h)) p_c(h) dh,                     (2)
+
+    which are the integrals of JCGM 106:2012, clause 9.5, where p_c is 1 inside the tolerance interval and 0 outside; here the
+    rest of the sensor decides, too, whether it conforms.
+
+    Parameters
+    ----------
+    made : [m], (n,), thicknesses that are equally probable under g0.
+    conformance : p_c [1] of these.
+    accepted : [m], A_L and A_U; None if no pad is.
+    gauge : [m], standard uncertainty of a reading.
+    """
+    alpha = np.zeros(made.size) if accepted is None else acceptance(made, accepted, gauge)
+    return Risks(
+        float(np.mean(alpha)),
+        float(np.mean(alpha * (1 - conformance))),  # (2)
+        float(np.mean((1 - alpha) * conformance)),
+    )
+
+
+def crossings(grid: FloatArray, probability: FloatArray, wanted: float, at: int) -> tuple[float, float] | None:
+    """The unbroken run about a thickness in which a probability is at least what is wanted, its ends by interpolation.
+
+    Parameters
+    ----------
+    grid : [m], (n,).
+    probability : [1], (n,), nan where it is not known.
+    wanted : [1].
+    at : index of the thickness.
+
+    Returns
+    -------
+    First and last [m]; None if the probability there is less.
+    """
+    good = np.nan_to_num(probability, nan=-1.0) >= wanted
+    if not good[at]:
+        return None
+    low = high = at
+    while low > 0 and good[low - 1]:
+        low -= 1
+    while high < grid.size - 1 and good[high + 1]:
+        high += 1
+    ends = []
+    for inner, outer in ((low, low - 1), (high, high + 1)):
+        end = float(grid[inner])
+        if 0 <= outer < grid.size and math.isfinite(probability[outer]):
+            share = (probability[inner] - wanted) / (probability[inner] - probability[outer])
+            end += float(share * (grid[outer] - grid[inner]))
+        ends.append(end)
+    return ends[0], ends[1]

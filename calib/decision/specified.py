@@ -1,0 +1,344 @@
+"""From a posterior and a specification to its `Conformity`: which padding conforms, how probably, and what is in the way."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from calib.checks import (
+    Member,
+    Reason,
+    Verdict,
+    heaviest,
+    judge_posterior,
+    members_or,
+    verdict_of,
+)
+from calib.decision.causes import causes
+from calib.decision.choices import Coordinates, balls_of, choices_of, coordinates_of, require_spread_once
+from calib.decision.conditions import conditions_of, open_models_of
+from calib.decision.conformity import Built, Conformity, OfMember
+from calib.decision.extrapolation import MARGIN, beyond_the_measured
+from calib.decision.needed import drawing_of, needed_for
+from calib.decision.padding import recommend
+from calib.decision.performance import Errors, Group, Refused, pressed
+from calib.decision.recommendation import Recommendation
+from calib.decision.requirement import Requirement
+from calib.decision.sensors import Part, Sensors, sensors_of, smooth_normals
+from calib.decision.trials import Tried, left_out, try_all
+from calib.decision.words import sensor_in_words
+from calib.errors import Fault, InputError
+from calib.experiment import Specification
+from calib.sampling import Posterior
+from models.response import Forward
+from models.sensor import FloatArray
+
+# Streams of random numbers beside the seed's: of what scatters, of the errors of the model.
+_SCATTER, _ERRORS = 5, 6
+# Of fewer draws a model of an average is not said to have a best thickness of its own; fewer altogether are no answer.
+_FEW, _FEWEST = 20, 50
+# Draws for the padding of the largest signal.
+_SIGNAL_DRAWS = 400
+
+
+def conform(
+    posterior: Posterior,
+    forward: Forward,
+    specification: Specification,
+    *,
+    seed: int,
+    verdict: Verdict | None = None,
+    members: Sequence[Member] = (),
+) -> Conformity:
+    """Say how probably a sensor on padding of each thickness conforms to a specification, and which to build.
+
+    A draw is one sensor of the posterior, as it would be built: with the tolerances and the spread of the specification, on its
+    pad, under its load and its ball, with the model's own error and the discrepancy found in calibration as smooth random
+    functions of thickness. It conforms if every limit holds at every load and under every ball. A draw that does not carry a
+    load inside the model's range fails.
+
+    Parameters
+    ----------
+    posterior : of the calibration.
+    forward : the model of the calibration.
+    specification : what is asked.
+    seed : of the choice of draws and of all that scatters.
+    verdict : on the calibration; None to judge the posterior here, without its predictions.
+    members : the models that the posterior is an average of, each of which predicts for its own draws; none for one model.
+
+    Returns
+    -------
+    The result, with a verdict of its own: what speaks against the calibration, what was not measured, what is not met.
+
+    Raises
+    ------
+    InputError
+        If the specification does not fit the run, there are too few draws, or no thickness of no sensor is covered by a model.
+    """
+    pooling = posterior.experiment.pooling
+    require_spread_once(specification, [lot.quantity for lot in posterior.table.lots])
+    rng = np.random.default_rng(seed)
+    models = members_or(members, posterior, forward)
+    sensors = sensors_of(models, pooling, specification.n_draw, None, rng, seed)
+    n_draw = sum(part.size for part in sensors.parts)
+    if n_draw < _FEWEST:
+        message = f"the posterior has {n_draw} draws, too few to tell a probability of conformity (at least {_FEWEST})"
+        raise InputError(Fault(message, advice="Calibrate with more draws"))
+    _require_noise(specification, sensors.parts)
+    z = coordinates_of(specification, n_draw, np.random.default_rng([seed, _SCATTER]))
+    grid = np.linspace(specification.lower, specification.upper, specification.steps)
+    errors = _errors(sensors, grid, n_draw, np.random.default_rng([seed, _ERRORS]))
+    rows = _rows(sensors.parts)
+    n_effective = _effective(posterior, n_draw)
+    found: list[Tried] = []
+    unserved: list[Built] = []
+    for choices in choices_of(specification):
+        groups = [
+            pressed(part, specification, choices, {name: own[r] for name, own in z.items()})
+            for part, r in zip(sensors.parts, rows, strict=True)
+        ]
+        refused = next((group for group in groups if isinstance(group, Refused)), None)
+        if refused is not None:
+            unserved += [left_out(choice, refused.why, grid, specification) for choice in choices]
+            continue
+        for tried in try_all([g for g in groups if isinstance(g, Group)], choices, grid, errors, rows, n_effective):
+            if math.isfinite(tried.built.best):
+                found.append(tried)
+            else:
+                unserved.append(tried.built)
+    if not found:
+        raise InputError(_nothing(unserved, specification))
+    order = sorted(found, key=lambda tried: (-tried.built.best_probability, tried.built.shortfall[tried.at]))
+    best = order[0]
+    needed, all_needed = needed_for(best, grid, specification)
+    known = judge_posterior(posterior) if verdict is None else verdict
+    beyond = [*_beyond(models, specification, best, z), *_unmet(best.built, specification)]
+    return Conformity(
+        specification=specification,
+        thickness=grid,
+        built=(*(tried.built for tried in order), *unserved),
+        drawing=drawing_of(best, grid, specification),
+        needed=needed,
+        all_needed=all_needed,
+        causes=causes(_inputs(best, sensors.parts, z, errors), best.worst[:, best.at]),
+        of_models=tuple(_of_models(best, models, sensors.parts, rows, grid)) if members else (),
+        open_models=open_models_of(posterior),
+        conditions=_conditions(best, sensors.parts, specification, grid),
+        sensor_in_words=sensor_in_words(of_next=sensors.of_next, spread=specification.modulus_spread > 0),
+        n_draw=n_draw,
+        n_effective=n_effective,
+        seed=seed,
+        verdict=verdict_of([*known.reasons, *beyond]),
+    )
+
+
+def recommend_for(
+    posterior: Posterior,
+    forward: Forward,
+    wanted: Requirement | Specification,
+    *,
+    seed: int,
+    posterior_sha256: str = "",
+    verdict: Verdict | None = None,
+    members: Sequence[Member] = (),
+) -> Recommendation:
+    """Recommend a padding for a requirement, or for a specification.
+
+    For a specification what conforms, and beside it which padding gives the largest signal at the largest load.
+
+    Parameters
+    ----------
+    posterior, forward : of the calibration.
+    wanted : of the padding.
+    seed : of the choice of draws.
+    posterior_sha256 : hash of the posterior's file, kept with the result.
+    verdict, members : as in `recommend` and `conform`.
+
+    Returns
+    -------
+    The recommendation; for a specification with its `conformity`, whose verdict it has.
+
+    Raises
+    ------
+    InputError
+        If `conform` or `recommend` refuses: no thickness carries the largest load inside the model's range.
+    """
+
+    def largest_signal(requirement: Requirement) -> Recommendation:
+        return recommend(
+            posterior,
+            forward,
+            requirement,
+            seed=seed,
+            posterior_sha256=posterior_sha256,
+            verdict=verdict,
+            members=members,
+        )
+
+    if isinstance(wanted, Requirement):
+        return largest_signal(wanted)
+    conformity = conform(posterior, forward, wanted, seed=seed, verdict=verdict, members=members)
+    found = largest_signal(
+        Requirement(
+            force=wanted.largest_force,
+            lower=wanted.lower,
+            upper=wanted.upper,
+            n_thickness=wanted.steps,
+            indenter_radius=wanted.ball[0] if isinstance(wanted.ball, tuple) else None,
+            n_draw=min(wanted.n_draw, _SIGNAL_DRAWS),
+        )
+    )
+    return replace(found, conformity=conformity, verdict=conformity.verdict)
+
+
+def _require_noise(specification: Specification, parts: Sequence[Part]) -> None:
+    wanted = any(limit.quantity == "force_resolution" for limit in specification.limits)
+    if wanted and not all(np.all(np.isfinite(part.own.noise)) for part in parts):
+        message = "force_resolution is limited, but the run knows no noise of a capacitance meter"
+        raise InputError(Fault(message, advice="Leave it out, or calibrate with capacitance"))
+
+
+def _rows(parts: Sequence[Part]) -> list[slice]:
+    ends = np.cumsum([0, *(part.size for part in parts)])
+    return [slice(int(a), int(b)) for a, b in pairwise(ends)]
+
+
+def _errors(sensors: Sensors, grid: FloatArray, n_draw: int, rng: np.random.Generator) -> Errors:
+    sensor = np.concatenate([np.asarray(part.base.sensor.thickness) for part in sensors.parts])
+    total = float(np.median(sensor)) + grid
+    return Errors(*(smooth_normals(total, n_draw, rng) for _ in range(3)))
+
+
+def _effective(posterior: Posterior, n_draw: int) -> int:
+    """How many independent draws those of a posterior are worth."""
+    known = [s.ess_bulk for s in posterior.diagnostics.parameters.values() if math.isfinite(s.ess_bulk)]
+    return max(1, min(n_draw, round(min(known)))) if known else n_draw
+
+
+# --- what stands in the way ---------------------------------------------------------------------------------------------
+
+
+def _inputs(best: Tried, parts: Sequence[Part], z: Coordinates, errors: Errors) -> dict[str, FloatArray]:
+    """What the worst margin of a draw depends on, by name."""
+    names = {
+        "young_modulus": "Young's modulus",
+        "padding_young_modulus": "Young's modulus of the padding",
+        "padding_poisson_ratio": "Poisson's ratio of the padding",
+        "stiffening": "stiffening",
+        "relative_permittivity": "relative permittivity",
+        "sensor_thickness": "sensor thickness",
+        "dielectric_thickness": "dielectric thickness",
+        "electrode_radius": "electrode radius",
+        "friction_coefficient": "friction",
+    }
+    inputs: dict[str, FloatArray] = {}
+    for name, label in names.items():
+        values = np.concatenate([np.asarray(part.base.parameters()[name], dtype=float) for part in parts])
+        same = name == "padding_young_modulus" and all(
+            p.member.posterior.experiment.padding_material == "sensor" for p in parts
+        )
+        replaced = (
+            (name.startswith("padding") and best.choice.material is not None)
+            or (name == "sensor_thickness" and best.choice.sensor_thickness is not None)
+            or (name == "electrode_radius" and best.choice.electrode_radius is not None)
+        )
+        if not same and not replaced and np.all(np.isfinite(values)):
+            inputs[label] = values
+    for label, columns in (
+        ("noise of the capacitance meter", [part.own.noise for part in parts]),
+        ("force discrepancy", [part.own.force_discrepancy for part in parts]),
+        ("capacitance discrepancy", [part.own.capacitance_discrepancy for part in parts]),
+    ):
+        column = np.concatenate(columns)
+        if np.all(np.isfinite(column)):
+            inputs[label] = column
+    inputs |= {"error of the model in force": errors.force[:, best.at]}
+    inputs |= {"error of the model in capacitance": errors.capacitance[:, best.at]}
+    if len(parts) > 1:
+        inputs["choice of model"] = np.concatenate([np.full(part.size, float(i)) for i, part in enumerate(parts)])
+    return inputs | dict(z)
+
+
+def _of_models(
+    best: Tried, models: Sequence[Member], parts: Sequence[Part], rows: Sequence[slice], grid: FloatArray
+) -> Iterator[OfMember]:
+    """What each model of an average says by itself."""
+    own = {part.member.name: r for part, r in zip(parts, rows, strict=True)}
+    conforms = best.worst >= 0
+    for member in models:
+        r = own.get(member.name, slice(0, 0))
+        n = r.stop - r.start
+        if n < _FEW:
+            yield OfMember(member.name, n, math.nan, math.nan, math.nan)
+            continue
+        p = np.where(best.built.covered, np.mean(conforms[r], axis=0), -1.0)
+        k = int(np.argmax(p))
+        yield OfMember(member.name, n, float(p[best.at]), float(grid[k]), float(p[k]))
+
+
+def _nothing(unserved: Sequence[Built], s: Specification) -> list[Fault]:
+    """Why nothing of what is asked for can be told."""
+    asked = f"padding from {s.lower * 1e3:.3g} to {s.upper * 1e3:.3g} mm"
+    advice = "Ask for other thicknesses, balls or sensors, or calibrate with another model"
+    return [Fault(f"{b.name}, {asked}: {b.left_out}", advice=advice) for b in unserved]
+
+
+# --- what it holds for --------------------------------------------------------------------------------------------------
+
+
+def _beyond(models: Sequence[Member], s: Specification, best: Tried, z: Coordinates) -> Iterator[Reason]:
+    """What of the answer was held against no data."""
+    posterior = heaviest(models).posterior
+    base = best.designs[0]
+    radii = np.concatenate(
+        [
+            np.atleast_1d(np.median(ball))
+            for ball in balls_of(s, base, {k: v[: np.size(base.sensor.thickness)] for k, v in z.items()})
+        ]
+    )
+    known = posterior.experiment.indenter_radius
+    radius = float(radii[np.argmax(np.abs(np.log(radii / known)))])
+    stroke = best.built.stroke[2, best.at]
+    yield from beyond_the_measured(posterior, s.largest_force, best.built.best, float(np.nan_to_num(stroke)), radius)
+    other = []
+    if best.choice.material is not None:
+        other.append(f"padding of {best.choice.material.name}")
+    thickness = best.choice.sensor_thickness
+    if thickness is not None:
+        measured = np.median(np.asarray(models[0].posterior.draws[..., _column(models[0].posterior, "sensor_thickness")]))
+        if not 1 / MARGIN < thickness / measured < MARGIN:
+            other.append(f"a sensor of {thickness * 1e3:.3g} mm")
+    if best.choice.electrode_radius is not None:
+        other.append(f"electrodes of {best.choice.electrode_radius * 1e3:.3g} mm radius")
+    if other:
+        finding = f"the advice is for {' and '.join(other)}, which was not measured"
+        yield Reason("extrapolation", "amber", finding, "Build one such sensor and press it, to confirm")
+
+
+def _column(posterior: Posterior, parameter: str) -> list[int]:
+    return [k for k, info in enumerate(posterior.parameters) if info.parameter == parameter]
+
+
+def _unmet(made: Built, s: Specification) -> Iterator[Reason]:
+    if made.best_probability < s.probability:
+        most = 100 * made.best_probability
+        finding = f"no thickness conforms with a probability of {100 * s.probability:g} %: at best {most:.0f} %"
+        yield Reason("specification", "amber", finding, "Change what the advice names, or build and accept that share")
+
+
+def _conditions(best: Tried, parts: Sequence[Part], s: Specification, grid: FloatArray) -> tuple[str, ...]:
+    shown = [replace(part, base=design) for part, design in zip(parts, best.designs, strict=True)]
+    chosen = best.choice
+    found = conditions_of(
+        shown,
+        float(np.max(grid[best.built.covered])),
+        electrode_chosen=chosen.electrode_radius is not None,
+        material="" if chosen.material is None else chosen.material.name,
+    )
+    if isinstance(s.force, tuple) and len(s.force) > 1:
+        found = (*found, f"loads of {', '.join(f'{f:g}' for f in s.force)} N, at each of which the limits were looked at")
+    return found

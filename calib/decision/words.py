@@ -1,0 +1,31 @@
+"""Probabilities and whose sensor an answer is for in, the words for people that all answers share out."""
+
+from __future__ import annotations
+
+
+def sensor_in_words(*, of_next: bool, spread: bool = False) -> str:
+    """Whose sensor an answer is for, in a sentence.
+
+    Parameters
+    ----------
+    of_next : whether for one of a lot that has not been measured, as partial pooling tells of it.
+    spread : whether for another one, whose modulus differs by a spread that was stated.
+    """
+    if of_next:
+        return (
+            "It is for the next sensor of this lot, which nobody has measured: its modulus, permittivity and thicknesses "
+            "may differ from those measured as the spreads of the lot say, and its padding from what was wanted."
+        )
+    if spread:
+        return "It is for another sensor like those measured, whose modulus differs from theirs by the spread that was stated."
+    return (
+        "It is for the measured sensors, on new padding: another one of their lot may differ in modulus and thicknesses, "
+        'which is not in the intervals (pooling = "partial" has it).'
+    )
+
+
+def percent(probability: float) -> str:
+    """Write a probability for people, never as "100 %" or "0 %": a finite number of draws does not show that."""
+    if probability > 0.99:
+        return "more than 99 %"
+    return "less than 1 %" if probability < 0.01 else f"{probability * 100:.0f} %"
