@@ -318,8 +318,8 @@ class Conformity:
 
     @property
     def _causes_in_words(self) -> str:
-        told = [f"{c.name} ({100 * c.share:.0f} %)" for c in self.causes if c.counts][:3]
-        return f"The doubt comes from {', '.join(told)} of the variance of the worst margin. " if told else ""
+        told = [f"{c.name}, {100 * c.share:.0f} %" for c in self.causes if c.counts][:3]
+        return f"What the doubt comes from (of the variance of the worst margin): {'; '.join(told)}. " if told else ""
 
     def to_plain(self) -> dict[str, Any]:
         """What files hold of it; the inverse is `conformity_from_plain`."""

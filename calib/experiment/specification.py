@@ -83,7 +83,7 @@ class Tolerance:
     """How what is built scatters about its nominal value: `normal` with a standard deviation, `uniform` within plus or minus.
 
     >>> Tolerance("uniform", 0.1e-3).in_words
-    'anywhere within ± 0.1 mm'
+    'an error anywhere within ± 0.1 mm'
 
     Attributes
     ----------
@@ -102,7 +102,7 @@ class Tolerance:
     def in_words(self) -> str:
         """What it is, for people."""
         mm = f"{self.size * 1e3:.4g} mm"
-        return f"a standard deviation of {mm}" if self.kind == "normal" else f"anywhere within ± {mm}"
+        return f"a standard deviation of {mm}" if self.kind == "normal" else f"an error anywhere within ± {mm}"
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from calib.decision import Conformity
@@ -26,7 +27,7 @@ def conformity_figure(conformity: Conformity) -> Figure:
     """Draw the probability of conformity over thickness, with tolerance, guard bands, and which limits are missed."""
     c, b = conformity, conformity.best
     mm = c.thickness * 1e3
-    fig = Figure(figsize=(WIDTH, 4.8), layout="constrained")
+    fig = Figure(figsize=(WIDTH, 6.6), layout="constrained")
     main, limits = fig.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [1.6, 1]})
     main.fill_between(
         mm, 100 * (b.probability - 2 * b.error), 100 * (b.probability + 2 * b.error), color=BLUE, alpha=0.16, lw=0
@@ -50,7 +51,7 @@ def conformity_figure(conformity: Conformity) -> Figure:
             for k, (start, stop) in enumerate(((begin, first), (last, end))):
                 label = "guard band" if k == 0 else None
                 main.axvspan(start, stop, facecolor="none", edgecolor=ORANGE, hatch="////", lw=0, label=label)
-    main.legend(loc="best")
+    _below(main, -0.06, 2)
     colours = iter(ENSEMBLE_COLOURS * 3)
     for limit, share in zip(c.specification.limits, b.fails, strict=True):
         limits.plot(mm, 100 * share, color=next(colours), lw=1.2, label=in_legend(limit.in_words))
@@ -59,9 +60,14 @@ def conformity_figure(conformity: Conformity) -> Figure:
     limits.set_ylabel("draws that miss it (%)")
     limits.set_xlabel("nominal padding thickness (mm)")
     limits.set_xlim(mm[0], mm[-1])
-    limits.legend(loc="best")
+    _below(limits, -0.3, 1)
     fig.align_ylabels([main, limits])
     return fig
+
+
+def _below(ax: Axes, y: float, columns: int) -> None:
+    """Put the legend below the axes: there is no corner through which no curve of these may go."""
+    ax.legend(loc="upper left", bbox_to_anchor=(-0.02, y), ncols=columns, borderaxespad=0, columnspacing=1.0)
 
 
 @styled_figure
