@@ -236,7 +236,7 @@ _SAY_MARK = {
     "": "",
     ",": 'Say --decimal "," if the comma is the decimal mark, --decimal "." if it sets thousands apart ("1,243" for 1243). ',
     ".": 'Say --decimal "." if the point is the decimal mark, --decimal "," if it sets thousands apart ("1.243" for 1243). ',
-    ".,": 'Say which it is: --decimal "." or --decimal ",". ',
+    ".,": "Say which it is, a point or a comma, by the option --decimal. ",
 }
 
 

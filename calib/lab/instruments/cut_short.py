@@ -60,7 +60,7 @@ def cut_short(cells: Sequence[str], values: FloatArray, decimal: str) -> dict[in
         off = abs(float(values[r]) - expected)
         digits = _decimals(cells[r], decimal)
         exponent = _exponent(cells[r])
-        if off > _SCATTER * scatter + _DIGITS * 10.0 ** (exponent - own) and off <= _ITS_DIGIT * 10.0 ** (exponent - digits):
+        if _SCATTER * scatter + _DIGITS * _power(exponent - own) < off <= _ITS_DIGIT * _power(exponent - digits):
             found[r] = (
                 f'"{cells[r].strip()[:40]}" has fewer decimals than the {own} of the others, which pass {expected:.4g} there'
             )
@@ -69,11 +69,11 @@ def cut_short(cells: Sequence[str], values: FloatArray, decimal: str) -> dict[in
 
 def _may_be_cut(values: FloatArray, own: int) -> BoolArray:
     """Numbers whose last decimal is a zero, off the middle of those beside them by more than that digit counts."""
-    shifted = values * 10.0 ** (own - 1)
-    with np.errstate(invalid="ignore"):
+    with np.errstate(over="ignore", invalid="ignore"):
+        shifted = values * _power(own - 1)
         zero = np.abs(shifted - np.rint(shifted)) < _WHOLE
         off = np.ones(values.size, dtype=bool)
-        off[1:-1] = ~(np.abs(2 * values[1:-1] - values[:-2] - values[2:]) <= 2 * _DIGITS * 10.0**-own)
+        off[1:-1] = ~(np.abs(2 * values[1:-1] - values[:-2] - values[2:]) <= 2 * _DIGITS * _power(-own))
     return np.asarray(zero & off & np.isfinite(values))
 
 
@@ -103,6 +103,11 @@ def _course(beside: IntArray, values: FloatArray, row: int) -> tuple[float, floa
         line = y[k - 1] + (y[k + 1] - y[k - 1]) * (places[k] - places[k - 1]) / (places[k + 1] - places[k - 1])
         scatter = max(scatter, abs(float(y[k] - line)))
     return expected, scatter if before.size and after.size else 3 * scatter
+
+
+def _power(exponent: int) -> float:
+    """A power of ten; infinite where it is as large as no number is."""
+    return float(f"1e{exponent}")
 
 
 def _decimals(cell: str, decimal: str) -> int:

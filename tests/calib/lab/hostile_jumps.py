@@ -107,7 +107,7 @@ def _happened() -> Iterator[Case]:
     kind = "benign jumps of all"
     n = 160
     snap = np.where((ROWS >= 20) & (ROWS < 35), F - 0.06 * (35 - ROWS) / 15, F)
-    yield _case("snap_in", kind, (T, X, snap, np.where(ROWS >= 20, C + 0.05, C)), "must_read")
+    yield _case("snap_in_of_a_press", kind, (T, X, snap, np.where(ROWS >= 20, C + 0.05, C)), "must_read")
     off = np.where((ROWS > 130) & (ROWS < 150), F - 0.1 * (ROWS - 130), F)
     yield _case("pull_off_after_a_long_pull", kind, (T, X, off, C), "must_read")
     slips = sum(np.where((r <= ROWS) & (ROWS <= TOP), 0.25 * k, 0.0) for k, r in enumerate((60, 67, 74, 81, 88), 1))
