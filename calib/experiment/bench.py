@@ -95,7 +95,7 @@ class Bench:
         return self.sds.get(quantity, READINGS[quantity].sd)
 
 
-def read_bench(path: Path) -> Bench:
+def read_bench(path: Path | str) -> Bench:
     """Read what a lab can measure, and how long that takes.
 
     Parameters
@@ -117,7 +117,7 @@ def read_bench(path: Path) -> Bench:
     InputError
         With every fault, each with line and column.
     """
-    toml = read_toml(path)
+    toml = read_toml(Path(path))
     check_keys(toml, (), ("load_cell", "balls", "paddings", "without", "minutes", "sd"))
     kinds = (*PRESSES, *READINGS)
     minutes, sds = {}, {}
