@@ -33,14 +33,17 @@ if TYPE_CHECKING:
         ForceTable,
         Gripper,
         GripperTables,
+        NextMeasurements,
         Recommendation,
         Requirement,
         conform,
         invert,
+        next_measurements,
         recommend,
     )
     from calib.errors import Fault, InputError
     from calib.experiment import (
+        Bench,
         Experiment,
         Limit,
         Specification,
@@ -49,6 +52,7 @@ if TYPE_CHECKING:
         Tolerance,
         experiment_from,
         forward_of_experiment,
+        read_bench,
         read_design,
         read_experiment,
         read_specification,
@@ -81,7 +85,18 @@ if TYPE_CHECKING:
         trace_figure,
         write_report,
     )
-    from calib.runs import Check, Run, average_runs, calibrate, check, diff_runs, export_in, load_run, recommend_in
+    from calib.runs import (
+        Check,
+        Run,
+        average_runs,
+        calibrate,
+        check,
+        diff_runs,
+        export_in,
+        load_run,
+        next_in,
+        recommend_in,
+    )
     from calib.sampling import (
         Diagnostics,
         FirstAnswer,
@@ -100,6 +115,7 @@ if TYPE_CHECKING:
 __all__ = [
     "CHANNELS",
     "UNKNOWNS",
+    "Bench",
     "Check",
     "Conformity",
     "Diagnostics",
@@ -117,6 +133,7 @@ __all__ = [
     "InputError",
     "Limit",
     "LogNormal",
+    "NextMeasurements",
     "Normal",
     "Observations",
     "Points",
@@ -169,12 +186,15 @@ __all__ = [
     "log_posterior",
     "make_sweep",
     "medians",
+    "next_in",
+    "next_measurements",
     "observe",
     "padding_figure",
     "parse_prior",
     "predict",
     "prior_figure",
     "problem_from",
+    "read_bench",
     "read_design",
     "read_experiment",
     "read_lab_file",
@@ -233,6 +253,7 @@ _ROOMS: dict[str, tuple[str, ...]] = {
         "parse_prior",
     ),
     "calib.experiment": (
+        "Bench",
         "Experiment",
         "Limit",
         "Specification",
@@ -241,6 +262,7 @@ _ROOMS: dict[str, tuple[str, ...]] = {
         "Tolerance",
         "experiment_from",
         "forward_of_experiment",
+        "read_bench",
         "read_design",
         "read_experiment",
         "read_specification",
@@ -295,9 +317,11 @@ _ROOMS: dict[str, tuple[str, ...]] = {
         "Gripper",
         "GripperTables",
         "invert",
+        "NextMeasurements",
         "Recommendation",
         "Requirement",
         "conform",
+        "next_measurements",
         "recommend",
     ),
     "calib.report": (
@@ -321,6 +345,7 @@ _ROOMS: dict[str, tuple[str, ...]] = {
         "diff_runs",
         "export_in",
         "load_run",
+        "next_in",
         "recommend_in",
     ),
 }

@@ -18,6 +18,7 @@ from calib.cli import (
     example,
     export,
     lab,
+    measurements,
     prove,
     refine,
     runs,
@@ -102,6 +103,7 @@ app.command("unknowns", rich_help_panel=_FROM_LAB)(lab.unknowns)
 app.command("check", rich_help_panel=_CALIBRATION)(check.check)
 app.command("calibrate", rich_help_panel=_CALIBRATION)(calibrate.calibrate)
 app.command("recommend", rich_help_panel=_CALIBRATION)(runs.recommend)
+app.command("next", rich_help_panel=_CALIBRATION)(measurements.next_measurement)
 app.command("compare", rich_help_panel=_CALIBRATION)(compare.compare)
 app.command("diff", rich_help_panel=_CALIBRATION)(diff.diff)
 app.command("average", rich_help_panel=_CALIBRATION)(average.average)

@@ -16,6 +16,7 @@ from calib.decision.force_table import (
 from calib.decision.gripper import Gripper
 from calib.decision.guard_band import Drawing
 from calib.decision.inverse import invert
+from calib.decision.measurements import Measurement, NextMeasurements, next_measurements, next_to_json
 from calib.decision.padding import recommend
 from calib.decision.recommendation import INTERVAL_PROBABILITY, OfModel, Recommendation
 from calib.decision.record import recommendation_from_json, recommendation_to_json
@@ -36,7 +37,9 @@ __all__ = [
     "ForceTable",
     "Gripper",
     "GripperTables",
+    "Measurement",
     "Needed",
+    "NextMeasurements",
     "OfModel",
     "Recommendation",
     "Requirement",
@@ -45,6 +48,8 @@ __all__ = [
     "conform",
     "invert",
     "largest_force",
+    "next_measurements",
+    "next_to_json",
     "percent",
     "recommend",
     "recommend_for",

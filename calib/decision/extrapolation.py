@@ -32,7 +32,9 @@ def beyond_the_measured(posterior: Posterior, force: float, padding: float, dept
     found = []
     if force > MARGIN * np.max(forces):
         found.append(f"{force / np.max(forces):.1f} times the largest measured force ({np.max(forces):.2g} N)")
-    if padding > MARGIN * np.max(paddings):
+    if padding > 0 and np.max(paddings) == 0:
+        found.append(f"{padding * 1e3:.2f} mm of padding (measured without any)")
+    elif padding > MARGIN * np.max(paddings):
         found.append(f"{padding / np.max(paddings):.1f} times the thickest measured padding ({np.max(paddings) * 1e3:.2f} mm)")
     elif padding < np.min(paddings) / MARGIN:
         found.append(f"{padding * 1e3:.2f} mm of padding, thinner than any measured ({np.min(paddings) * 1e3:.2f} mm)")

@@ -1,5 +1,6 @@
 """A TOML file (or Python) in, a checked `Experiment` out, its sweeps and the forward model it names; knows no likelihood."""
 
+from calib.experiment.bench import PRESSES, READINGS, Bench, read_bench
 from calib.experiment.design import read_design
 from calib.experiment.draft import experiment_text
 from calib.experiment.edits import MARK, Unedited, unedited_in_words
@@ -26,11 +27,15 @@ from calib.experiment.specification import (
 from calib.experiment.specification_file import read_specification, specification_from
 from calib.experiment.sweeps import read_sweeps
 from calib.experiment.variants import AS_GIVEN, Variant, candidates_of, model_in_words, possible_candidates, variants_of
+from calib.experiment.written import experiment_toml, prior_toml
 
 __all__ = [
     "AS_GIVEN",
     "LIMITED",
     "MARK",
+    "PRESSES",
+    "READINGS",
+    "Bench",
     "Experiment",
     "Found",
     "Limit",
@@ -54,6 +59,7 @@ __all__ = [
     "experiment_schema",
     "experiment_text",
     "experiment_to_json",
+    "experiment_toml",
     "forward_of_design",
     "forward_of_experiment",
     "limited_in_words",
@@ -64,6 +70,8 @@ __all__ = [
     "own_priors",
     "pair",
     "possible_candidates",
+    "prior_toml",
+    "read_bench",
     "read_design",
     "read_experiment",
     "read_specification",

@@ -37,7 +37,7 @@ def experiment_text(specimens: Sequence[Pressed], folder: Path, looked: Sequence
     electrical = any(press.capacitance is not None for press in presses)
     guessed = {at: "\n".join(_guess(at)) for at, guess in GUESSES.items() if electrical or not guess.electrical}
     blocks = [_head(guessed), *(_specimen(s, folder, electrical, first=s is specimens[0]) for s in specimens)]
-    left_out = [f"  {_relative(f.path, folder)}: {reason}" for f in looked for reason in f.left_out]
+    left_out = [f"  {relative_name(f.path, folder)}: {reason}" for f in looked for reason in f.left_out]
     if left_out:
         blocks.append("\n".join(_comments(["Left out (see `calib read FILE` for what to do):", *left_out])))
     return "\n\n".join(blocks) + "\n"
@@ -88,7 +88,7 @@ def _guess(at: tuple[str, ...], *, why: bool = True) -> list[str]:
 
 
 def _specimen(specimen: Pressed, folder: Path, electrical: bool, *, first: bool) -> str:
-    lines = [*_comments(specimen.notes), "[[specimens]]", f"name = {_quoted(specimen.name)}"]
+    lines = [*_comments(specimen.notes), "[[specimens]]", f"name = {quoted_text(specimen.name)}"]
     alone = len(specimen.presses) == 1
     if alone:
         lines += _press(specimen.presses[0], folder)
@@ -97,7 +97,7 @@ def _specimen(specimen: Pressed, folder: Path, electrical: bool, *, first: bool)
         if at[0] == "specimens" and (electrical or not guess.electrical):
             lines += _guess(at, why=first)
     for press in () if alone else specimen.presses:
-        lines += ["[[specimens.sweeps]]", f"name = {_quoted(press.name)}", *_press(press, folder)]
+        lines += ["[[specimens.sweeps]]", f"name = {quoted_text(press.name)}", *_press(press, folder)]
         if press.ball:
             named = press.name.replace('"', "'")
             task = f"radius of this ball, half its diameter; the file's name says {named}"
@@ -165,27 +165,27 @@ def _entry(key: str, record: Found, folder: Path) -> list[str]:
 
 
 def _value(record: Found, reading: Reading, folder: Path) -> str:
-    name = _quoted(_relative(record.table.path, folder))
-    said_of_it = _reading(reading)
+    name = quoted_text(relative_name(record.table.path, folder))
+    said_of_it = reading_words(reading)
     return f"{{ file = {name}, {', '.join(said_of_it)} }}" if said_of_it else name
 
 
-def _reading(reading: Reading) -> list[str]:
+def reading_words(reading: Reading) -> list[str]:
     """What is said of a file, as keys of its table in an experiment file."""
     words: list[str] = []
     for key in ("units", "columns", "where", "sign"):
         table: Mapping[str, str] = getattr(reading, key)
         if table:
-            pairs = [f"{_key(name)} = {_quoted(value)}" for name, value in table.items()]
+            pairs = [f"{_key(name)} = {quoted_text(value)}" for name, value in table.items()]
             words.append(f"{key} = {{ {', '.join(pairs)} }}")
     if reading.specimen is not None:
         words.append(f"specimen = {reading.specimen}")
     texts = {"sheet": reading.sheet, "scale": reading.scale, "decimal": reading.decimal}
-    return words + [f"{key} = {_quoted(text)}" for key, text in texts.items() if text]
+    return words + [f"{key} = {quoted_text(text)}" for key, text in texts.items() if text]
 
 
 def _key(name: str) -> str:
-    return name if name.isascii() and name.replace("_", "").replace("-", "").isalnum() else _quoted(name)
+    return name if name.isascii() and name.replace("_", "").replace("-", "").isalnum() else quoted_text(name)
 
 
 def _comments(sentences: Iterable[str]) -> list[str]:
@@ -203,13 +203,21 @@ def _comments(sentences: Iterable[str]) -> list[str]:
     return lines
 
 
-def _relative(path: Path, folder: Path) -> str:
+def relative_name(path: Path, folder: Path) -> str:
+    """A file as seen from a folder, with forward slashes; with its whole path where it is on another drive.
+
+    Parameters
+    ----------
+    path : of the file.
+    folder : absolute.
+    """
     try:
         return Path(os.path.relpath(path.absolute(), folder)).as_posix()
     except ValueError:  # another drive
         return path.absolute().as_posix()
 
 
-def _quoted(text: str) -> str:
+def quoted_text(text: str) -> str:
+    """A text as a TOML file has it."""
     escaped = text.replace("\\", "\\\\").replace('"', '\\"')
     return '"' + "".join(c if c.isprintable() or c == "\u3000" else f"\\u{ord(c):04x}" for c in escaped) + '"'

@@ -27,9 +27,10 @@ from calib.problem.prior import (
     prior_values,
     values_of_lot,
 )
-from calib.problem.problem import Problem, build_problem, problem_from
+from calib.problem.problem import Problem, build_problem, outside_faults, problem_from
 from calib.problem.readings import PredictedReadings, SweepModel
 from calib.problem.specimens import LogPosteriorParts, Scopes, log_posterior_parts, scopes_of
+from calib.problem.synthetic import Rig, synthetic_sweep
 from calib.problem.unknowns import ParameterInfo, UnknownTable, list_unknowns, of_lot, table_of
 from calib.problem.values import (
     Calibrated,
@@ -51,6 +52,7 @@ __all__ = [
     "ParameterInfo",
     "PredictedReadings",
     "Problem",
+    "Rig",
     "Scopes",
     "SweepModel",
     "SweepPlan",
@@ -80,6 +82,7 @@ __all__ = [
     "model_sweeps",
     "nominal_zero",
     "of_lot",
+    "outside_faults",
     "plan_sweep",
     "point_densities",
     "prior_bend",
@@ -92,6 +95,7 @@ __all__ = [
     "residuals",
     "scopes_of",
     "specimen_design",
+    "synthetic_sweep",
     "table_of",
     "values_at",
     "values_of_lot",

@@ -107,7 +107,7 @@ def build_problem(experiment: Experiment, sweeps: Sequence[Sweep], forward: Forw
         raise InputError(faults)
     parameters, fixed = list_unknowns(experiment, sweeps)
     problem = Problem(experiment, tuple(sweeps), forward, parameters, fixed, tuple(plan_sweep(s) for s in sweeps))
-    if faults := _outside_faults(problem):
+    if faults := outside_faults(problem):
         raise InputError(faults)
     return problem
 
@@ -126,8 +126,8 @@ def _unusable(sweep: Sweep) -> list[tuple[str, str]]:
     return []
 
 
-def _outside_faults(problem: Problem) -> list[Fault]:
-    """Find the sweeps that the forward model does not cover, at the medians or for most draws of the prior."""
+def outside_faults(problem: Problem) -> list[Fault]:
+    """Find the sweeps of a problem's plans that the model does not cover, at the medians or for most draws of the prior."""
     n = len(problem.parameters)
     draws = prior_coordinates(problem, np.random.default_rng(20190304), _N_PRIOR_CHECK)
     faults = []

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from calib.runs.export import NotUsableError, export_in
     from calib.runs.folder import PageError, Run, load_recommendation, load_run, recommend_in, report_in
     from calib.runs.integrity import Finding, verify
+    from calib.runs.measurements import asked_before, next_in
     from calib.runs.preview import quick
     from calib.runs.proof import prove
     from calib.runs.refinement import Means, Refinement, refine
@@ -36,6 +37,7 @@ __all__ = [
     "Run",
     "Stages",
     "Watch",
+    "asked_before",
     "average_runs",
     "calibrate",
     "calibrate_rivals",
@@ -44,6 +46,7 @@ __all__ = [
     "export_in",
     "load_recommendation",
     "load_run",
+    "next_in",
     "prove",
     "quick",
     "recommend_in",
@@ -86,6 +89,10 @@ __getattr__ = on_demand(
         ".integrity": (
             "Finding",
             "verify",
+        ),
+        ".measurements": (
+            "asked_before",
+            "next_in",
         ),
         ".preview": ("quick",),
         ".proof": ("prove",),

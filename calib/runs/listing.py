@@ -23,9 +23,9 @@ LISTING = "run.json"
 
 #: What commands write into a run folder, beside checkpoints.
 POSTERIOR, RECOMMENDATION, REPORT = "posterior.nc", "recommendation.json", "report.html"
-SPECIFICATION = "specification.csv"
+SPECIFICATION, NEXT = "specification.csv", "next.json"
 SUMMARIES = ("summary.json", "summary.csv")
-RESULTS = (POSTERIOR, *SUMMARIES, RECOMMENDATION, SPECIFICATION, REPORT)
+RESULTS = (POSTERIOR, *SUMMARIES, RECOMMENDATION, SPECIFICATION, REPORT, NEXT)
 CHECKPOINT = "checkpoint"
 #: Folder in that of an average, with the posteriors of its models.
 MEMBERS = "members"

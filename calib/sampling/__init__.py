@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from calib.sampling.checkpoint import is_begun, kept_identity, whose_checkpoint
     from calib.sampling.diagnostics import Convergence, Diagnostics, Gate, summarise
     from calib.sampling.estimate import Look, answer_of, climb_from, first_answer, log_evidence_at, look_at
+    from calib.sampling.expected import expected_information
     from calib.sampling.findings import (
         SENSITIVE,
         SHIFT_LIMIT,
@@ -71,6 +72,7 @@ __all__ = [
     "answer_of",
     "climb_from",
     "differences",
+    "expected_information",
     "first_answer",
     "identity_of",
     "is_begun",
@@ -136,6 +138,7 @@ __getattr__ = on_demand(
             "log_evidence_at",
             "look_at",
         ),
+        ".expected": ("expected_information",),
         ".groups": ("to_arviz",),
         ".identity": (
             "ENSEMBLES",

@@ -185,7 +185,7 @@ def _given_scales(given: LaplaceDensity, u: FloatArray) -> _Given:
     models = model_sweeps(problem, problem.forward, problem.plans, values_at(problem, theta))
     channels = (channel for model in models for channel in model.channels.values())
     for channel, misfit, slope in zip(channels, given.misfits, given.slopes, strict=True):
-        product, log_det = _weighed(channel, np.concatenate([slope, misfit[:, None]], axis=1))
+        product, log_det = weighed(channel, np.concatenate([slope, misfit[:, None]], axis=1))
         a += product[:, :-1, :-1]
         b += product[:, :-1, -1]
         log_density -= 0.5 * (product[:, -1, -1] + log_det)
@@ -195,8 +195,18 @@ def _given_scales(given: LaplaceDensity, u: FloatArray) -> _Given:
     return _Given(log_density, factor, whitened)
 
 
-def _weighed(channel: PredictedReadings, columns: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """C^T S^-1 C (n_draw, k, k) of columns C (n_point, k), and log det S (n_draw,), S of low rank (Woodbury)."""
+def weighed(channel: PredictedReadings, columns: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Products of columns by the inverse of the covariance S of a channel's readings, which is of low rank (Woodbury).
+
+    Parameters
+    ----------
+    channel : with S of each draw.
+    columns : C (n_point, k).
+
+    Returns
+    -------
+    C^T S^-1 C (n_draw, k, k), and log det S (n_draw,).
+    """
     modes = channel.modes
     weighted = modes / channel.variance[..., None]
     inner = np.asarray(np.linalg.cholesky(np.eye(modes.shape[-1]) + np.swapaxes(modes, 1, 2) @ weighted), dtype=float)

@@ -209,6 +209,38 @@ def test_recommend_says_what_is_missing_or_doubled(finished: tuple[Path, Result]
         assert message in _said(result)
 
 
+def test_next_ranks_measurements_keeps_them_and_drafts_an_experiment_that_is_never_overwritten(
+    finished: tuple[Path, Result],
+) -> None:
+    run, _ = finished
+    draft = run.parent / "next.toml"
+    result = _run("next", run, "--draft", draft)
+    assert result.exit_code == 3, result.output
+    assert result.stdout.startswith("Do not plan by this: the chains have not converged")
+    record = json.loads((run / "next.json").read_text(encoding="utf-8"))
+    assert record["verdict"]["colour"] == "red"
+    assert record["ranked"][0]["what"] in " ".join(draft.read_text(encoding="utf-8").split())
+    assert "not judged: slower and faster presses" in result.stdout
+    assert _run("verify", run).exit_code == 0
+    again = _run("next", run, "--draft", draft)
+    assert again.exit_code == 2
+    assert "is not overwritten" in _said(again)
+    draft.unlink()
+
+
+def test_next_for_padding_needs_a_load_and_takes_that_of_the_recommendation(finished: tuple[Path, Result]) -> None:
+    run, _ = finished
+    (run / "recommendation.json").unlink(missing_ok=True)
+    refused = _run("next", run, "--for", "padding")
+    assert refused.exit_code == 2
+    assert "nothing says at which load the signal counts" in _said(refused)
+    assert _run("next", run, "--for", "padding", "--force", "3 N", "--padding", "1 mm").exit_code == 2
+    assert _run("recommend", run, "--force", "3 N", "--padding", "0.5 mm:3 mm", "--steps", 6, "--draws", 60).exit_code == 3
+    asked = _run("next", run, "--for", "padding")
+    assert asked.exit_code == 3, asked.output
+    assert "ignal at 3 N on" in asked.stdout
+
+
 def test_report_can_be_made_anew(finished: tuple[Path, Result]) -> None:
     run, _ = finished
     (run / "report.html").unlink()

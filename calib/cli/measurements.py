@@ -1,0 +1,101 @@
+"""The command `next`: a finished run in, the measurements that would tell most for an hour in the lab out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from calib.cli.common import RunFolder, Strict, exit_by, loaded, out, quantity, refusing_bad_input, say, say_verdict, table
+from calib.errors import Fault, InputError, in_shell_path
+from calib.files import require_writable, write_text
+
+if TYPE_CHECKING:
+    from calib.decision import NextMeasurements, Requirement
+    from calib.runs import Run
+
+
+def next_measurement(
+    run: RunFolder,
+    what: Annotated[
+        Literal["modulus", "padding"], typer.Option("--for", help="What is to be known better: the modulus, or the signal.")
+    ] = "modulus",
+    force: Annotated[str | None, typer.Option(help="Force at which the signal counts [default: as recommended for].")] = None,
+    padding: Annotated[str, typer.Option(help='With --force: thicknesses to choose from, e.g. "0 mm:9 mm".')] = "0 mm:9 mm",
+    bench: Annotated[Path | None, typer.Option(help="TOML file: what your lab can measure, how well, in what time.")] = None,
+    draft: Annotated[Path | None, typer.Option(help="Experiment file to draft; never overwritten.")] = None,
+    number: Annotated[int, typer.Option(min=1, help="With --draft: which measurement, by its number.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the choice of draws.")] = 1,
+    strict: Strict = False,
+) -> None:
+    """Say what to measure next: which press or reading makes the result surer by most for an hour in the lab.
+
+    For each of them (press once more, deeper, with another ball, one more sensor, other padding; measure a thickness, the
+    machine's compliance, ...) it is worked out how sure the modulus, or the signal on the recommended padding, would be after
+    it. Nothing is sampled. What the ranking rests on, and what cannot be judged, is said below it: docs/next.md.
+
+    Example: `calib next run1 --for padding --force "10 N" --draft next.toml`
+
+    Writes: run1/next.json (SI), and the draft of an experiment file with the measurement in it, if asked for.
+
+    Exit codes: 0 done, the verdict green or amber; 2 bad input, nothing written; 3 done, but the verdict is red, or with
+    --strict amber.
+    """
+    with refusing_bad_input():
+        from calib.experiment import MARK, read_bench
+        from calib.report import status_in_words
+        from calib.runs import next_in
+
+        if draft is not None:
+            if draft.exists():
+                raise InputError(Fault("the file exists and is not overwritten", draft, advice="Choose another --draft"))
+            require_writable(draft, "Create it, or choose another --draft")
+        of_lab = None if bench is None else read_bench(bench)
+        found = loaded(run)
+        requirement = None if what == "modulus" else _requirement(found, force, padding)
+        require_writable(run / "next.json")
+        result = next_in(found, requirement, of_lab, seed=seed)
+        text = "" if draft is None else result.draft(number, draft.absolute().parent)
+        _say(result)
+        say_verdict(result.verdict, status_in_words(result.verdict, "the ranking"))
+        for reason in result.unjudged:
+            say(f"  not judged: {reason}")
+        for condition in result.rests_on:
+            say(f"  rests on: {condition}")
+        say(f"Written: {run / 'next.json'}")
+        if draft is not None:
+            write_text(draft, text)
+            lines = text.count(MARK)
+            marked = f"{lines} line{'s' if lines > 1 else ''} marked EDIT"
+            say(f"Written: {draft}, with {marked}. Put your files and values there, then:")
+            say(f"  calib check {in_shell_path(draft)}")
+    exit_by(result.verdict, strict)
+
+
+def _requirement(run: Run, force: str | None, padding: str) -> Requirement:
+    from calib.decision import Requirement
+    from calib.runs import asked_before
+
+    if force is None:
+        return asked_before(run)
+    parts = padding.split(":")
+    if len(parts) != 2:
+        raise InputError(Fault(f'--padding: "{padding}" is not a range', advice='Write it as "0 mm:9 mm"'))
+    lower, upper = (quantity(part, "m", "--padding") for part in parts)
+    return Requirement(quantity(force, "N", "--force"), lower, upper)
+
+
+def _say(result: NextMeasurements) -> None:
+    from rich.markup import escape
+
+    say(result.in_words)
+    of = "modulus" if result.asked == "modulus" else "signal"
+    shown = table("", "measurement", f"sd of the {of}", "less", "min", "an hour")
+    for number, one in enumerate(result.ranked, 1):
+        less = f"{100 * one.reduction:.0f} %" if one.tells else "nothing"
+        rate = f"{100 * one.per_hour:.0f} %" if one.tells else ""
+        shown.add_row(f"{number}", escape(one.what), f"±{result.relative(one.sd)}", less, f"{one.minutes:.0f}", rate)
+    out().print(shown)
+    now = f"Now: ±{result.relative(result.sd)}"
+    say(f"{now}. Less: share of the sd that is taken away; an hour: the same for an hour in the lab.")

@@ -1,0 +1,81 @@
+"""A run in, what to measure next out, kept in its folder as next.json."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from calib.decision import NextMeasurements, Requirement, next_measurements, next_to_json
+from calib.errors import Fault, InputError
+from calib.experiment import Bench, forward_of_experiment
+from calib.files import sha256_of, write_text
+from calib.runs.folder import Run, load_recommendation
+from calib.runs.listing import NEXT, POSTERIOR, read_listing, writing
+from calib.runs.ownership import owned
+from models.response import Forward
+
+
+def next_in(run: Run, requirement: Requirement | None, bench: Bench | None = None, *, seed: int) -> NextMeasurements:
+    """Say what to measure next after a run, and keep that there: next.json.
+
+    Parameters
+    ----------
+    run : the calibration.
+    requirement : the load and the thicknesses of the padding whose signal is to be known better; None for the modulus.
+    bench : what the lab can measure; usual values by default.
+    seed : of the choice of draws.
+
+    Raises
+    ------
+    InputError
+        If nothing can be said, the model is not the one that the run was calibrated with, or another process writes into the
+        folder; nothing is written then.
+    """
+    if run.another_forward:
+        advice = "Calibrate again, or put the surrogate back that it was calibrated with"
+        raise InputError(Fault(run.another_forward.rstrip("."), run.folder / POSTERIOR, advice=advice))
+    found = next_measurements(
+        run.posterior,
+        _fast(run),
+        requirement,
+        bench,
+        seed=seed,
+        posterior_sha256=run.posterior_sha256,
+        verdict=run.verdict,
+    )
+    with owned(run.folder, "calib next"):
+        if sha256_of(run.folder / POSTERIOR) != run.posterior_sha256:
+            advice = "Run the command again"
+            raise InputError(Fault("the posterior was written anew while it was read", run.folder / POSTERIOR, advice=advice))
+        listing = read_listing(run.folder)
+        if listing is None:
+            write_text(run.folder / NEXT, next_to_json(found))
+        else:
+            with writing(run.folder, listing, (NEXT,), "calib next"):
+                write_text(run.folder / NEXT, next_to_json(found, listing.fingerprint))
+    return found
+
+
+def asked_before(run: Run) -> Requirement:
+    """What the recommendation of a run was asked for.
+
+    Raises
+    ------
+    InputError
+        If there is none, or it is for a specification.
+    """
+    kept = load_recommendation(run.folder)
+    if kept is None or kept.conformity is not None:
+        advice = 'Give --force "10 N" and --padding "0 mm:9 mm", or run `calib recommend` first'
+        raise InputError(Fault("nothing says at which load the signal counts", run.folder, advice=advice))
+    return kept.requirement
+
+
+def _fast(run: Run) -> Forward:
+    """The forward model of a run; the surrogate in the place of the finite elements, which would take hours."""
+    experiment = run.posterior.experiment
+    if experiment.model != "fem" or run.members:
+        return run.forward
+    if experiment.family is None:
+        advice = "Train a surrogate of its family (`calib surrogate train --family`)"
+        raise InputError(Fault("there is no surrogate that could stand in for the finite elements here", advice=advice))
+    return forward_of_experiment(replace(experiment, model="surrogate"))

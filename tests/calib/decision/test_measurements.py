@@ -1,0 +1,305 @@
+"""What to measure next: what is expected of a measurement against what a calibration with it finds, and what is said of it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from calib.checks import Reason, verdict_of
+from calib.decision.candidates import Candidate, Known, candidates_of, with_reading
+from calib.decision.gain import Knowledge, covariance, present_knowledge, with_measurement
+from calib.decision.measurements import NextMeasurements, next_measurements, next_to_json
+from calib.decision.requirement import Requirement
+from calib.errors import InputError
+from calib.experiment import Bench, experiment_from, read_experiment
+from calib.priors import HalfNormal, Normal, TruncatedNormal, Uniform
+from calib.problem import Problem, build_problem, columns_at, plan_sweep
+from calib.problem.synthetic import Rig, synthetic_sweep
+from calib.sampling import Diagnostics, Gate, Look, ParameterSummary, Posterior, look_at
+from models.analytic import ClosedForm
+from models.sensor import FloatArray, design_from
+
+GREEN = verdict_of([])
+
+
+def _problem(specimens: int = 1, padding: str = "1.10 mm", **tables: object) -> Problem:
+    """A calibration of simulated sensors by the closed form: 5 N or so, with noise."""
+    thickness = {"fixed": "0 mm"} if padding == "0 mm" else {"normal": [padding, "0.03 mm"]}
+    priors = {"sensor_thickness": {"normal": ["0.74 mm", "0.02 mm"]}, "padding_thickness": thickness}
+    names = [f"sensor {k}" for k in range(1, specimens + 1)]
+    # Nothing is read from the files, which have to be there.
+    files = sorted(str(path) for path in Path(__file__).parent.glob("*.py"))
+    experiment = experiment_from(
+        {
+            "model": "closed form",
+            "indenter": {"radius": "5 mm"},
+            "sensor": {"radius": "10 mm"},
+            "priors": {"young_modulus": {"lognormal": ["0.7 MPa", 1.6]}},
+            "specimens": [{"name": n, "priors": priors, "force": file} for n, file in zip(names, files, strict=False)],
+            **tables,
+        },
+        folder=".",
+    )
+    truth = {"young_modulus": 0.62e6, "sensor_thickness": 0.74e-3, "padding_thickness": 0.0 if padding == "0 mm" else 1.1e-3}
+    design = design_from({**truth, "relative_permittivity": 2.8, "indenter_radius": 5e-3, "sensor_radius": 10e-3})
+    rng, depth = np.random.default_rng(3), 0.25e-3 if padding == "0 mm" else 0.4e-3
+    sweeps = [
+        synthetic_sweep(ClosedForm(), design, depth, Rig(machine_compliance=2e-6), rng, specimen=name, n_points=25, tie="none")
+        for name in names
+    ]
+    return build_problem(experiment, sweeps, ClosedForm())
+
+
+def _posterior(look: Look, n_draw: int = 2000) -> Posterior:
+    """Draws near a mode, as a posterior."""
+    problem = look.problem
+    rng = np.random.default_rng(0)
+    draws = columns_at(problem, look.theta[rng.choice(len(look.theta), n_draw, p=look.weight)])
+    summaries = {
+        info.name: ParameterSummary(
+            unit="",
+            mean=float(np.mean(column)),
+            sd=float(np.std(column)),
+            median=float(np.median(column)),
+            interval_90=(float(np.quantile(column, 0.05)), float(np.quantile(column, 0.95))),
+            r_hat=1.0,
+            ess_bulk=400.0,
+            ess_tail=400.0,
+            prior_contraction=0.9,
+            prior_shift=0.0,
+        )
+        for info, column in zip(problem.parameters, draws.T, strict=True)
+    }
+    facts = Diagnostics(True, (), (), summaries, 100, 10, 1, 40, (0.3,), {}, Gate())
+    shaped = draws.reshape(4, -1, draws.shape[1])
+    nothing = np.zeros(shaped.shape[:2])
+    return Posterior(
+        problem.experiment,
+        problem.sweeps,
+        problem.parameters,
+        problem.fixed,
+        problem.forward.name,
+        shaped,
+        nothing,
+        nothing[..., None],
+        ("a",),
+        40,
+        1,
+        facts,
+        {},
+    )
+
+
+@pytest.fixture(scope="module")
+def look() -> Look:
+    """At a calibration of one specimen by force alone."""
+    return look_at(_problem())
+
+
+@pytest.fixture(scope="module")
+def found(look: Look) -> NextMeasurements:
+    """What to measure next after it."""
+    return next_measurements(_posterior(look), ClosedForm(), seed=1, verdict=GREEN)
+
+
+def _known(look: Look) -> Known:
+    draws = look.theta[np.random.default_rng(0).choice(len(look.theta), 1000, p=look.weight)]
+    return Known(look.problem, look.weight @ look.theta, draws)
+
+
+def _sd_of_modulus(look: Look) -> float:
+    column = columns_at(look.problem, look.theta)[:, look.problem.names.index("young_modulus")]
+    return float(np.sqrt(look.weight @ (column - look.weight @ column) ** 2))
+
+
+def _share(known: Known, candidate: Candidate) -> float:
+    """Of the sd of the modulus, expected to be left by a measurement."""
+    slope: FloatArray = np.eye(known.middle.size)[known.problem.names.index("young_modulus")][:, None]
+    present = present_knowledge(known, known.draws[:64], np.zeros((64, 0)))
+    both = (present, with_measurement(present, candidate))
+    now, after = (np.mean(covariance(one)(slope)[:, slope[:, 0] > 0]) for one in both)
+    return float(np.sqrt(after / now))
+
+
+@pytest.mark.parametrize("kind", ["repeat", "ball", "padding", "padding_thickness"])
+def test_what_is_expected_of_a_measurement_is_what_a_calibration_with_it_finds(look: Look, kind: str) -> None:
+    known = _known(look)
+    candidate = next(c for c in candidates_of(known, Bench(balls=(3e-3,), paddings=(3e-3,)))[0] if c.kind == kind)
+    problem = candidate.problem
+    if problem is None:
+        assert candidate.reads is not None
+        k, sd = candidate.reads
+        info = look.problem.parameters[k]
+        prior, _ = with_reading(info.parameter, info.prior, 1.1e-3, sd)
+        infos = tuple(replace(i, prior=prior) if i is info else i for i in look.problem.parameters)
+        problem = replace(look.problem, parameters=infos)
+    else:  # readings with noise of their own, a quarter of a mN at a point as those of the calibration
+        points = problem.sweeps[-1].channels["force"]
+        noise = 5e-3 / np.sqrt(points.n_effective) * np.random.default_rng(1).standard_normal(points.value.size)
+        sweep = replace(problem.sweeps[-1], channels={"force": replace(points, value=points.value + noise)})
+        problem = replace(problem, sweeps=(*look.problem.sweeps, sweep), plans=(*look.problem.plans, plan_sweep(sweep)))
+    came = _sd_of_modulus(look_at(problem)) / _sd_of_modulus(look)
+    # What is read of the discrepancy differs from press to press.
+    assert _share(known, candidate) == pytest.approx(came, rel=0.25)
+
+
+def test_reading_a_quantity_as_badly_as_it_is_known_tells_nothing_and_exactly_as_much_as_fixing_it(look: Look) -> None:
+    known = _known(look)
+
+    def share(sd: float) -> float:
+        bench = Bench(sds={"padding_thickness": sd})
+        return _share(known, next(c for c in candidates_of(known, bench)[0] if c.kind == "padding_thickness"))
+
+    fixed = replace(look.problem, parameters=tuple(p for p in look.problem.parameters if p.parameter != "padding_thickness"))
+    at = np.array([p.parameter != "padding_thickness" for p in look.problem.parameters])
+    fixed = replace(fixed, fixed={**look.problem.fixed, "padding_thickness[sensor 1]": 1.1e-3})
+    without = Known(fixed, known.middle[at], known.draws[:, at])
+    slope: FloatArray = np.eye(int(at.sum()))[fixed.names.index("young_modulus")][:, None]
+    left = float(
+        np.mean(covariance(present_knowledge(without, without.draws[:64], np.zeros((64, 0))))(slope)[:, slope[:, 0] > 0])
+    )
+    whole: FloatArray = np.eye(at.size)[look.problem.names.index("young_modulus")][:, None]
+    now = float(np.mean(covariance(present_knowledge(known, known.draws[:64], np.zeros((64, 0))))(whole)[:, whole[:, 0] > 0]))
+    assert share(1.0) == pytest.approx(1.0, abs=1e-6)
+    assert share(1e-9) == pytest.approx(np.sqrt(left / now), rel=0.02)
+
+
+def test_specimens_of_a_lot_and_its_modulus_are_as_wide_and_as_alike_before_any_data_as_believed() -> None:
+    problem = _problem(2, pooling="partial", priors={"young_modulus": {"lognormal": ["0.7 MPa", 1.3]}})
+    n, lots = len(problem.parameters), problem.table.lots
+    draws, spread = np.zeros((1, n)), np.full((1, len(lots)), 0.05)
+    times = covariance(Knowledge(problem, np.zeros(n), draws, spread, np.zeros((1, n, n))))
+    c = times(np.eye(n + len(lots)))[0]
+    place = [lot.quantity for lot in lots].index("young_modulus")
+    one, other = lots[place].columns
+    width, sigma = np.log(lots[place].prior.own[0].ppf_normal(1.0) / lots[place].prior.own[0].ppf_normal(0.0)), np.log(1.3)
+    assert c[n + place, n + place] == pytest.approx(sigma**2)
+    assert c[one, one] == pytest.approx((sigma**2 + 0.05**2) / width**2)
+    assert c[one, other] == pytest.approx(sigma**2 / width**2)
+    assert c[one, n + place] == pytest.approx(sigma**2 / width)
+
+
+def test_under_partial_pooling_the_lot_is_asked_for_and_one_more_specimen_tells_of_it() -> None:
+    problem = _problem(2, pooling="partial", priors={"young_modulus": {"lognormal": ["0.7 MPa", 1.6]}})
+    problem = replace(problem, forward=ClosedForm(force_error=1e-3, capacitance_error=1e-3))
+    known = _known(look_at(problem))
+    candidates, unjudged = candidates_of(known, Bench(balls=()))
+    n, lots = known.middle.size, problem.table.lots
+    spread = np.full((64, len(lots)), 0.04)
+    present = present_knowledge(known, known.draws[:64], spread)
+    slope = np.eye(n + len(lots))[:, [n + [lot.quantity for lot in lots].index("young_modulus")]]
+    left = {c.kind: np.mean(slope.T @ covariance(with_measurement(present, c))(slope)) for c in candidates}
+    now = np.mean(slope.T @ covariance(present)(slope))
+    # Two specimens of a spread of 4 % leave the lot's modulus at least 0.04 / sqrt(2); three have 2 / 3 of the variance.
+    assert 0.04 / np.sqrt(2) < np.sqrt(now) < 0.06
+    assert np.sqrt(left["specimen"] / now) == pytest.approx(np.sqrt(2 / 3), rel=0.05)
+    assert left["repeat"] > left["specimen"]
+    assert any("`nominal` does not say" in said for said in unjudged)
+    assert any("nothing is known yet" in said for said in unjudged)
+
+
+def test_ranking_falls_by_the_hour_and_nothing_makes_the_modulus_less_sure(found: NextMeasurements) -> None:
+    rates = [one.per_hour for one in found.ranked]
+    assert rates == sorted(rates, reverse=True)
+    assert all(0 <= one.reduction < 1 and 0 < one.sd <= found.sd for one in found.ranked)
+    assert {"repeat", "force", "ball", "specimen", "padding", "machine_compliance"} <= {one.kind for one in found.ranked}
+    assert all(one.per_hour == pytest.approx(60 * one.reduction / one.minutes) for one in found.ranked)
+    assert "for an hour in the lab" in found.in_words
+
+
+def test_a_bench_says_what_can_be_measured_and_how_long_that_takes(look: Look) -> None:
+    bench = Bench(load_cell=20.0, balls=(), minutes={"repeat": 1.0}, without=frozenset({"padding", "specimen", "force"}))
+    found = next_measurements(_posterior(look), ClosedForm(), bench=bench, seed=1, verdict=GREEN)
+    kinds = {one.kind: one for one in found.ranked}
+    assert not {"ball", "padding", "specimen", "force"} & set(kinds)
+    assert kinds["repeat"].minutes == 1.0
+    assert any("20 N" in said for said in found.rests_on)
+
+
+def test_what_is_taken_as_known_or_exact_is_said_and_not_ranked() -> None:
+    problem = _problem(padding="0 mm", priors={"machine_compliance": {"fixed": "2 um/N"}})
+    found = next_measurements(_posterior(look_at(problem)), ClosedForm(), seed=1, verdict=GREEN)
+    said = " ".join(found.unjudged)
+    assert "machine_compliance as known (2 µm/N)" in said
+    assert "padding_thickness as known (0 mm)" in said
+    assert "indenter_radius as exact" in said
+    assert "time is not modelled" in said
+    assert not {"machine_compliance", "padding_thickness"} & {one.kind for one in found.ranked}
+
+
+def test_every_draft_is_an_experiment_once_its_files_are_there(found: NextMeasurements, tmp_path: Path) -> None:
+    for number, one in enumerate(found.ranked, 1):
+        path = tmp_path / "next.toml"
+        text = found.draft(number, tmp_path)
+        path.write_text(text, encoding="utf-8")
+        for name in ("sensor_1_next_force", "sensor_1_next_capacitance", "sensor_2_next_force"):
+            (tmp_path / f"{name}.csv").write_text(f"{number} {name}", encoding="utf-8")
+        again = read_experiment(path)
+        assert one.what in text
+        assert again.unedited, one.what
+        presses = sum(len(specimen.sweeps) for specimen in again.specimens)
+        assert presses == 1 + (one.kind in {"repeat", "force", "ball", "capacitance", "padding", "specimen"})
+
+
+def test_a_number_that_is_not_ranked_is_refused(found: NextMeasurements, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="there is no measurement 99"):
+        found.draft(99, tmp_path)
+
+
+def test_signal_on_recommended_padding_has_a_part_that_no_measurement_takes_away(look: Look) -> None:
+    wanted = Requirement(5.0, 0.5e-3, 4e-3, n_thickness=8)
+    exact = ClosedForm(force_error=1e-3, capacitance_error=1e-3)
+    found = next_measurements(_posterior(look), exact, wanted, seed=1, verdict=GREEN)
+    left = np.sqrt(found.sd**2 - found.by_unknowns**2)
+    assert left > 0
+    assert all(left * 0.999 <= one.sd <= found.sd for one in found.ranked)
+    assert all(0 <= one.regret <= found.regret * 1.001 for one in found.ranked)
+    assert "are left by all" in found.in_words
+    assert any(one.reduction > 0.1 for one in found.ranked)
+
+
+def test_modulus_that_is_fixed_and_an_average_are_refused(look: Look) -> None:
+    posterior = _posterior(look)
+    with pytest.raises(InputError, match="is an average"):
+        next_measurements(replace(posterior, of_model=np.zeros((4, 500), dtype=np.int64)), ClosedForm(), seed=1, verdict=GREEN)
+    fixed = _problem(priors={"young_modulus": {"fixed": "0.62 MPa"}})
+    with pytest.raises(InputError, match="nothing to learn"):
+        next_measurements(_posterior(look_at(fixed)), ClosedForm(), seed=1, verdict=GREEN)
+
+
+def test_a_red_calibration_and_a_posterior_that_is_not_normal_are_said(
+    look: Look, make_posterior: Callable[..., Posterior]
+) -> None:
+    red = verdict_of([Reason("convergence", "red", "chains do not agree", "Go on")])
+    found = next_measurements(_posterior(look), ClosedForm(), seed=1, verdict=red)
+    assert found.in_words.startswith("Do not plan by this: chains do not agree.")
+    # Draws made by hand, far narrower than the data make them.
+    by_hand = next_measurements(make_posterior(n_specimen=1), ClosedForm(), seed=1, verdict=GREEN)
+    assert [reason.gate for reason in by_hand.verdict.reasons] == ["linearisation"]
+
+
+def test_record_says_all_of_it_in_si(found: NextMeasurements) -> None:
+    record = json.loads(next_to_json(found, "abc"))
+    assert (record["kind"], record["for"], record["fingerprint"]) == ("next measurements", "modulus", "abc")
+    assert record["target"]["sd"] == pytest.approx(found.sd)
+    assert [one["what"] for one in record["ranked"]] == [one.what for one in found.ranked]
+    assert record["not_judged"] == list(found.unjudged)
+
+
+def test_reading_and_what_was_believed_are_weighed_by_their_variances() -> None:
+    prior, note = with_reading("padding_thickness", Normal(1.1e-3, 0.03e-3), 1.14e-3, 0.01e-3)
+    assert isinstance(prior, TruncatedNormal | Normal)
+    assert prior.mean == pytest.approx(1.136e-3)
+    assert prior.sd == pytest.approx(0.03e-3 / np.sqrt(10), rel=1e-3)
+    assert "0.900 times what you read, plus 0.100 times 1.1 mm" in note
+    bounded, _ = with_reading("machine_compliance", HalfNormal(5e-6), 1e-7, 1e-7)
+    assert isinstance(bounded, TruncatedNormal)
+    assert bounded.low == 0.0
+    wide, told = with_reading("contact_offset", Uniform(-0.5e-3, 0.5e-3), 0.1e-3, 0.01e-3)
+    assert wide.support == (-0.5e-3, 0.5e-3)
+    assert "takes the place" in told
