@@ -28,6 +28,7 @@ exclude_patterns = ["conf.py"]
 myst_heading_anchors = 4
 myst_enable_extensions = ["colon_fence"]
 default_role = "literal"
+suppress_warnings = ["ref.python"]  # attributes of one name in several results
 autodoc_typehints = "none"
 autodoc_member_order = "bysource"
 napoleon_google_docstring = False
@@ -84,6 +85,7 @@ def _write_references() -> None:
 
 
 def _write(path: Path, text: str) -> None:
+    path.parent.mkdir(exist_ok=True)
     if not path.exists() or path.read_text(encoding="utf-8") != text:
         path.write_text(text, encoding="utf-8")
 
