@@ -12,8 +12,7 @@ from calib.decision import Gripper, GripperTables, invert
 from calib.errors import Fault, InputError
 from calib.files import require_folder, write_text
 from calib.report import gripper_files
-from calib.runs.folder import Run
-from calib.runs.listing import POSTERIOR
+from calib.runs.folder import Run, require_own_forward
 
 
 class NotUsableError(Exception):
@@ -52,9 +51,7 @@ def export_in(run: Run, gripper: Gripper, folder: Path | str, *, seed: int = 1) 
     """
     folder = Path(folder)
     require_new(folder)
-    if run.another_forward:
-        advice = "Calibrate again, or put the surrogate back that it was calibrated with"
-        raise InputError(Fault(run.another_forward.rstrip("."), run.folder / POSTERIOR, advice=advice))
+    require_own_forward(run)
     if run.verdict.colour == "red":
         raise NotUsableError(run.folder, run.verdict)
     made = invert(

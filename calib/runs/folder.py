@@ -279,6 +279,19 @@ def report_in(run: Run) -> None:
         raise failure
 
 
+def require_own_forward(run: Run) -> None:
+    """Refuse to predict from a run whose posterior was sampled with another model than is here now.
+
+    Raises
+    ------
+    InputError
+        If that is so.
+    """
+    if run.another_forward:
+        advice = "Calibrate again, or put the surrogate back that it was calibrated with"
+        raise InputError(Fault(run.another_forward.rstrip("."), run.folder / POSTERIOR, advice=advice))
+
+
 def recommend_in(run: Run, wanted: Requirement | Specification, *, seed: int) -> Recommendation:
     """Recommend a padding from the posterior of a run and keep it there: recommendation.json, and report.html anew.
 
@@ -298,9 +311,7 @@ def recommend_in(run: Run, wanted: Requirement | Specification, *, seed: int) ->
     PageError
         If the page cannot be made; the recommendation is written then.
     """
-    if run.another_forward:
-        advice = "Calibrate again, or put the surrogate back that it was calibrated with"
-        raise InputError(Fault(run.another_forward.rstrip("."), run.folder / POSTERIOR, advice=advice))
+    require_own_forward(run)
     found = recommend_for(
         run.posterior,
         run.forward,

@@ -8,7 +8,7 @@ from calib.decision import NextMeasurements, Requirement, next_measurements, nex
 from calib.errors import Fault, InputError
 from calib.experiment import Bench, forward_of_experiment
 from calib.files import sha256_of, write_text
-from calib.runs.folder import Run, load_recommendation
+from calib.runs.folder import Run, load_recommendation, require_own_forward
 from calib.runs.listing import NEXT, POSTERIOR, read_listing, writing
 from calib.runs.ownership import owned
 from models.response import Forward
@@ -30,9 +30,7 @@ def next_in(run: Run, requirement: Requirement | None, bench: Bench | None = Non
         If nothing can be said, the model is not the one that the run was calibrated with, or another process writes into the
         folder; nothing is written then.
     """
-    if run.another_forward:
-        advice = "Calibrate again, or put the surrogate back that it was calibrated with"
-        raise InputError(Fault(run.another_forward.rstrip("."), run.folder / POSTERIOR, advice=advice))
+    require_own_forward(run)
     found = next_measurements(
         run.posterior,
         _fast(run),
