@@ -270,7 +270,7 @@ def report_in(run: Run) -> None:
     PageError
         If the page cannot be made.
     """
-    with _owned_run(run, "calib report") as listing:
+    with owned_run(run, "calib report") as listing:
         load_recommendation(run.folder)
         names = (*SUMMARIES, REPORT, *_unlisted(run.folder, listing))
         with writing(run.folder, listing, names, "calib report"):
@@ -321,7 +321,7 @@ def recommend_in(run: Run, wanted: Requirement | Specification, *, seed: int) ->
         verdict=run.verdict,
         members=run.members,
     )
-    with _owned_run(run, "calib recommend") as listing:
+    with owned_run(run, "calib recommend") as listing:
         drawings = _kept_drawings(run, listing)
         names = (RECOMMENDATION, SPECIFICATION, REPORT, *_unlisted(run.folder, listing))
         with writing(run.folder, listing, names, "calib recommend"):
@@ -338,8 +338,19 @@ def recommend_in(run: Run, wanted: Requirement | Specification, *, seed: int) ->
 
 
 @contextmanager
-def _owned_run(run: Run, command: str) -> Iterator[Listing]:
-    """Own the folder of a run that was loaded, if its posterior still is that; gives what its `run.json` says, or is to say."""
+def owned_run(run: Run, command: str) -> Iterator[Listing]:
+    """Own the folder of a run that was loaded, if its posterior still is that; gives what its `run.json` says, or is to say.
+
+    Parameters
+    ----------
+    run : as loaded.
+    command : what owns it, to be told to others.
+
+    Raises
+    ------
+    InputError
+        If another process owns it, or has written another posterior.
+    """
     with owned(run.folder, command):
         path = run.folder / POSTERIOR
         if not path.is_file() or sha256_of(path) != run.posterior_sha256:

@@ -7,10 +7,9 @@ from dataclasses import replace
 from calib.decision import NextMeasurements, Requirement, next_measurements, next_to_json
 from calib.errors import Fault, InputError
 from calib.experiment import Bench, forward_of_experiment
-from calib.files import sha256_of, write_text
-from calib.runs.folder import Run, load_recommendation, require_own_forward
-from calib.runs.listing import NEXT, POSTERIOR, read_listing, writing
-from calib.runs.ownership import owned
+from calib.files import write_text
+from calib.runs.folder import Run, load_recommendation, owned_run, require_own_forward
+from calib.runs.listing import NEXT, writing
 from models.response import Forward
 
 
@@ -40,16 +39,8 @@ def next_in(run: Run, requirement: Requirement | None, bench: Bench | None = Non
         posterior_sha256=run.posterior_sha256,
         verdict=run.verdict,
     )
-    with owned(run.folder, "calib next"):
-        if sha256_of(run.folder / POSTERIOR) != run.posterior_sha256:
-            advice = "Run the command again"
-            raise InputError(Fault("the posterior was written anew while it was read", run.folder / POSTERIOR, advice=advice))
-        listing = read_listing(run.folder)
-        if listing is None:
-            write_text(run.folder / NEXT, next_to_json(found))
-        else:
-            with writing(run.folder, listing, (NEXT,), "calib next"):
-                write_text(run.folder / NEXT, next_to_json(found, listing.fingerprint))
+    with owned_run(run, "calib next") as listing, writing(run.folder, listing, (NEXT,), "calib next"):
+        write_text(run.folder / NEXT, next_to_json(found, listing.fingerprint))
     return found
 
 
