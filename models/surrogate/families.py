@@ -122,7 +122,7 @@ FAMILIES = MappingProxyType(
             Family(
                 "slippery",
                 "neo-Hookean sensor on padding, slippery base, frictionless sphere",
-                Recipe(4096, _LARGE, 60_000),
+                Recipe(5632, _LARGE, 60_000),
                 base="slippery",
             ),
             Family(
