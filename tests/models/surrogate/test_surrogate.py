@@ -277,7 +277,7 @@ def test_a_fit_recovers_smooth_functions_and_knows_its_error(exact: Surrogate, n
     found = noisy.respond(design_from({k: v[covered] for k, v in designs.items()}), fresh.depth[covered])
     sd = np.linalg.norm(found.force_error, axis=-1)
     assert np.sum(covered) > 150
-    # So short a training of the error leaves it on the wide side, by a factor that hangs on the last digits of the processor, but
+    # So short a training of the error leaves it on the wide side, by a factor that hangs on the processor's last digits, but
     # not by four.
     off = np.abs(found.force - fresh.force[covered])
     assert np.mean(off < 1.645 * sd) > 0.85
