@@ -226,15 +226,15 @@ def _highest(space: Coordinates, random: np.random.RandomState) -> tuple[FloatAr
     likely = draws[np.argsort(-np.where(np.isfinite(density), density, -np.inf))][
         : min(_CLIMBS - 1, np.sum(np.isfinite(density)))
     ]
+    again = False  # a false mode, too, is reached by several climbs: there may be a better one as long as something speaks against it
     for x in (space.nominal(), *likely):  # contact and load zero as the readings show them, then what the prior finds probable
         mode, value, met = score(space, x, [(best, top)])
-        if met is not None:
-            return best, True
-        if value > top:
-            best, top = mode, value
+        again |= met is not None
+        if met is None and value > top:
+            best, top, again = mode, value, False
             if _plausible(space, best):
                 return best, True
-    return best, False
+    return best, again
 
 
 def _near_mode(space: Coordinates, near: Mapping[str, float]) -> FloatArray | None:
