@@ -226,7 +226,7 @@ def _highest(space: Coordinates, random: np.random.RandomState) -> tuple[FloatAr
     likely = draws[np.argsort(-np.where(np.isfinite(density), density, -np.inf))][
         : min(_CLIMBS - 1, np.sum(np.isfinite(density)))
     ]
-    again = False  # a false mode, too, is reached by several climbs: there may be a better one as long as something speaks against it
+    again = False  # which a false mode is reached, too: as long as something speaks against it, there may be a better one
     for x in (space.nominal(), *likely):  # contact and load zero as the readings show them, then what the prior finds probable
         mode, value, met = score(space, x, [(best, top)])
         again |= met is not None
