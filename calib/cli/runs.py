@@ -15,14 +15,17 @@ from calib.files import require_writable
 def recommend(
     run: RunFolder,
     force: Annotated[str | None, typer.Option(help='Force at which the signal counts, with unit, e.g. "10 N".')] = None,
-    padding: Annotated[str, typer.Option(help='Thicknesses to choose from, e.g. "0 mm:9 mm".')] = "0 mm:9 mm",
+    padding: Annotated[str | None, typer.Option(help='Thicknesses to choose from [default: "0 mm:9 mm"].')] = None,
     spec: Annotated[
         Path | None, typer.Option(help="Specification file, instead of --force: loads, limits, tolerances, paddings.")
     ] = None,
-    steps: Annotated[int, typer.Option(min=3, max=1001, help="Thicknesses to try in that range.")] = 37,
+    steps: Annotated[
+        int | None, typer.Option(min=3, max=1001, help="Thicknesses to try in that range [default: 37].")
+    ] = None,
     tolerance: Annotated[
-        float, typer.Option(min=0.001, max=0.9, help="Loss of signal that counts as being as good as the best.")
-    ] = 0.05,
+        float | None,
+        typer.Option(min=0.001, max=0.9, help="Loss of signal that counts as being as good as the best [default: 0.05]."),
+    ] = None,
     ball: Annotated[str | None, typer.Option(help="Ball radius [default: that of the experiment].")] = None,
     draws: Annotated[
         int | None, typer.Option(min=50, help="Draws of the posterior to use [default: 400; of a specification 1000].")
@@ -59,20 +62,22 @@ def recommend(
 
         wanted: Requirement | Specification
         if spec is not None:
-            if force is not None:
-                raise InputError(Fault("--force and --spec both say at which load", advice="Leave --force out"))
+            options = {"--force": force, "--padding": padding, "--steps": steps, "--tolerance": tolerance, "--ball": ball}
+            if given := [name for name, value in options.items() if value is not None]:
+                said = f"{', '.join(given)} beside --spec: the specification says it"
+                raise InputError(Fault(said, advice=f"Leave {', '.join(given)} out, or put it into {spec}"))
             wanted = read_specification(spec, draws or 1000)
         elif force is None:
             advice = 'Give --force "10 N" for the largest signal, or --spec spec.toml for what a specification asks for'
             raise InputError(Fault("nothing says what the padding is for", advice=advice))
         else:
-            lower, upper = _range(padding)
+            lower, upper = _range("0 mm:9 mm" if padding is None else padding)
             wanted = Requirement(
                 force=quantity(force, "N", "--force"),
                 lower=lower,
                 upper=upper,
-                n_thickness=steps,
-                tolerance=tolerance,
+                n_thickness=steps or 37,
+                tolerance=tolerance or 0.05,
                 indenter_radius=quantity(ball, "m", "--ball") if ball is not None else None,
                 n_draw=draws or 400,
             )

@@ -200,7 +200,8 @@ def test_recommend_says_what_is_missing_or_doubled(finished: tuple[Path, Result]
     spec.write_text(SPEC.replace("at_least = 0.01", "at_least = 8"), encoding="utf-8")
     for words, message in (
         ((), "nothing says what the padding is for"),
-        (("--spec", spec, "--force", "3 N"), "--force and --spec both say at which load"),
+        (("--spec", spec, "--force", "3 N"), "--force beside --spec: the specification says it. Leave --force out"),
+        (("--spec", spec, "--padding", "0 mm:3 mm", "--steps", "5"), "--padding, --steps beside --spec"),
         (("--spec", spec), "spec.toml:6:1: signal must be below 1, got 800 %"),
         (("--spec", tmp_path / "none.toml"), "file not found"),
     ):
