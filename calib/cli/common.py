@@ -225,6 +225,25 @@ def quantity(text: str, si_unit: str, option: str) -> float:
         raise InputError(Fault(f"{option}: {error}")) from None
 
 
+def thicknesses(text: str | None) -> tuple[float, float]:
+    """Read the option --padding, thinnest and thickest with a colon between, into metres; 0 to 9 mm if it was not given.
+
+    Parameters
+    ----------
+    text : what was given.
+
+    Raises
+    ------
+    InputError
+        If the text is no such range.
+    """
+    parts = ("0 mm:9 mm" if text is None else text).split(":")
+    if len(parts) != 2:
+        raise InputError(Fault(f'--padding: "{text}" is not a range', advice='Write it as "0 mm:9 mm"'))
+    lower, upper = (quantity(part, "m", "--padding") for part in parts)
+    return lower, upper
+
+
 def loaded(folder: Path) -> Run:
     """Load the finished run in a folder; say on stderr what is no longer as it was when the run was made."""
     from calib.runs import load_run

@@ -7,7 +7,19 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from calib.cli.common import RunFolder, Strict, exit_by, loaded, out, quantity, refusing_bad_input, say, say_verdict, table
+from calib.cli.common import (
+    RunFolder,
+    Strict,
+    exit_by,
+    loaded,
+    out,
+    quantity,
+    refusing_bad_input,
+    say,
+    say_verdict,
+    table,
+    thicknesses,
+)
 from calib.errors import Fault, InputError, in_shell_path
 from calib.files import require_writable, write_text
 
@@ -22,7 +34,9 @@ def next_measurement(
         Literal["modulus", "padding"], typer.Option("--for", help="What is to be known better: the modulus, or the signal.")
     ] = "modulus",
     force: Annotated[str | None, typer.Option(help="Force at which the signal counts [default: as recommended for].")] = None,
-    padding: Annotated[str, typer.Option(help='With --force: thicknesses to choose from, e.g. "0 mm:9 mm".')] = "0 mm:9 mm",
+    padding: Annotated[
+        str | None, typer.Option(help='With --force: thicknesses to choose from [default: "0 mm:9 mm"].')
+    ] = None,
     bench: Annotated[Path | None, typer.Option(help="TOML file: what your lab can measure, how well, in what time.")] = None,
     draft: Annotated[Path | None, typer.Option(help="Experiment file to draft; never overwritten.")] = None,
     number: Annotated[int, typer.Option(min=1, help="With --draft: which measurement, by its number.")] = 1,
@@ -53,7 +67,7 @@ def next_measurement(
             require_writable(draft, "Create it, or choose another --draft")
         of_lab = None if bench is None else read_bench(bench)
         found = loaded(run)
-        requirement = None if what == "modulus" else _requirement(found, force, padding)
+        requirement = _requirement(found, what, force, padding)
         require_writable(run / "next.json")
         result = next_in(found, requirement, of_lab, seed=seed)
         text = "" if draft is None else result.draft(number, draft.absolute().parent)
@@ -73,17 +87,19 @@ def next_measurement(
     exit_by(result.verdict, strict)
 
 
-def _requirement(run: Run, force: str | None, padding: str) -> Requirement:
+def _requirement(run: Run, what: str, force: str | None, padding: str | None) -> Requirement | None:
     from calib.decision import Requirement
     from calib.runs import asked_before
 
+    if what == "modulus":
+        if force is not None or padding is not None:
+            raise InputError(Fault("--force and --padding are of --for padding", advice="Say --for padding, or leave them out"))
+        return None
     if force is None:
+        if padding is not None:
+            raise InputError(Fault("--padding goes with --force", advice='Give --force, e.g. "10 N", too'))
         return asked_before(run)
-    parts = padding.split(":")
-    if len(parts) != 2:
-        raise InputError(Fault(f'--padding: "{padding}" is not a range', advice='Write it as "0 mm:9 mm"'))
-    lower, upper = (quantity(part, "m", "--padding") for part in parts)
-    return Requirement(quantity(force, "N", "--force"), lower, upper)
+    return Requirement(quantity(force, "N", "--force"), *thicknesses(padding))
 
 
 def _say(result: NextMeasurements) -> None:

@@ -7,7 +7,18 @@ from typing import Annotated
 
 import typer
 
-from calib.cli.common import RunFolder, Strict, exit_by, loaded, paging, quantity, refusing_bad_input, say, say_verdict
+from calib.cli.common import (
+    RunFolder,
+    Strict,
+    exit_by,
+    loaded,
+    paging,
+    quantity,
+    refusing_bad_input,
+    say,
+    say_verdict,
+    thicknesses,
+)
 from calib.errors import Fault, InputError
 from calib.files import require_writable
 
@@ -69,7 +80,7 @@ def recommend(
             advice = 'Give --force "10 N" for the largest signal, or --spec spec.toml for what a specification asks for'
             raise InputError(Fault("nothing says what the padding is for", advice=advice))
         else:
-            lower, upper = _range("0 mm:9 mm" if padding is None else padding)
+            lower, upper = thicknesses(padding)
             wanted = Requirement(
                 force=quantity(force, "N", "--force"),
                 lower=lower,
@@ -120,11 +131,3 @@ def report(run: RunFolder, strict: Strict = False) -> None:
         say_verdict(found.verdict, status_in_words(found.verdict))
         say(f"Written: {found.report}")
     exit_by(found.verdict, strict)
-
-
-def _range(text: str) -> tuple[float, float]:
-    parts = text.split(":")
-    if len(parts) != 2:
-        raise InputError(Fault(f'--padding: "{text}" is not a range', advice='Write it as "0 mm:9 mm"'))
-    lower, upper = (quantity(part, "m", "--padding") for part in parts)
-    return lower, upper

@@ -236,6 +236,8 @@ def test_next_for_padding_needs_a_load_and_takes_that_of_the_recommendation(fini
     assert refused.exit_code == 2
     assert "nothing says at which load the signal counts" in _said(refused)
     assert _run("next", run, "--for", "padding", "--force", "3 N", "--padding", "1 mm").exit_code == 2
+    assert "--padding goes with --force" in _run("next", run, "--for", "padding", "--padding", "0 mm:1 mm").stderr
+    assert "are of --for padding" in _run("next", run, "--force", "3 N").stderr
     assert _run("recommend", run, "--force", "3 N", "--padding", "0.5 mm:3 mm", "--steps", 6, "--draws", 60).exit_code == 3
     asked = _run("next", run, "--for", "padding")
     assert asked.exit_code == 3, asked.output
