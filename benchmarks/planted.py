@@ -19,12 +19,13 @@ from typing import Any
 import numpy as np
 from simulated.faulty import ACCURACY, DEPTH, EXPERIMENT, POINTS, curve_of
 from simulated.labs import lab_parser, parsed, rows_of
+from simulated.usual import usual_lab
 
 from calib.decision import Requirement, recommend
 from calib.experiment import Experiment, forward_of_experiment, read_experiment
 from calib.priors import parse_prior
 from calib.problem import build_problem
-from calib.problem.synthetic import Rig, synthetic_sweep
+from calib.problem.synthetic import synthetic_sweep
 from calib.sampling import sample
 from models.fem import FiniteElements
 from models.response import ConvergenceError, OutOfRangeError
@@ -33,7 +34,6 @@ from models.threads import one_thread
 
 #: Force [N] at which the signal counts, and the paddings [m] to choose from.
 FORCE, PADDINGS = 10.0, (0.5e-3, 6e-3)
-_FARTHEST = 2.5
 _ANY_FRICTION = {"uniform": [0, 0.6]}
 
 
@@ -87,21 +87,8 @@ def _calibrate(name: str, seed: int, max_steps: int) -> dict[str, Any]:
     kind, began = KINDS[name], time.process_time()
     experiment = told(read_experiment(EXPERIMENT), kind)
     rng = np.random.default_rng([seed, 20190304])
-
-    def z() -> float:
-        return float(np.clip(rng.standard_normal(), -_FARTHEST, _FARTHEST))
-
-    truth = {
-        "young_modulus": 0.7e6 * 1.6 ** z(),
-        "relative_permittivity": 2.8 + 0.15 * z(),
-        "sensor_thickness": 0.74e-3 + 0.02e-3 * z(),
-        "padding_thickness": 1.1e-3 + 0.03e-3 * z(),
-        "dielectric_thickness": 0.16e-3 + 0.006e-3 * z(),
-        "indenter_radius": experiment.indenter_radius,
-        "sensor_radius": experiment.sensor_radius,
-    }
+    truth, rig = usual_lab(experiment, rng, 1.6)
     truth["padding_young_modulus"] = kind.ratio * truth["young_modulus"]
-    rig = Rig(0.2e-3 + 0.03e-3 * z(), abs(5e-6 * z()), 0.3 * z(), 1e-12 * z(), 2 * z(), capacitance_noise=1e-14)
     design = design_from(truth, friction_coefficient=kind.friction, base="slippery" if kind.slippery else "bonded")
     specimen = experiment.specimens[0].name
     sweep = synthetic_sweep(curve_of(design, 1.01 * DEPTH), design, DEPTH, rig, rng, specimen=specimen, n_points=POINTS)

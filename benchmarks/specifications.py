@@ -28,12 +28,13 @@ from scipy.interpolate import CubicSpline
 from simulated.answered import weighted_posterior
 from simulated.faulty import ACCURACY, DEPTH, EXPERIMENT, POINTS, curve_of
 from simulated.labs import lab_parser, parsed, rows_of
+from simulated.usual import usual_lab
 
 from calib.checks import Verdict
 from calib.decision import Conformity, conform
 from calib.experiment import Experiment, Limit, Limited, Side, Specification, forward_of_experiment, read_experiment
 from calib.problem import build_problem
-from calib.problem.synthetic import Rig, synthetic_sweep
+from calib.problem.synthetic import synthetic_sweep
 from calib.sampling import Posterior, look_at
 from models.curves import curves_of, press_to, signal_at
 from models.fem import FiniteElements
@@ -50,7 +51,6 @@ LOWER, UPPER, STEPS, N_TRUTH = 1.5e-3, 5.5e-3, 41, 9
 STATED = (0.05, 0.1, 0.2)
 #: Probability that a window is asked to hold with.
 WANTED = 0.9
-_FARTHEST = 2.5
 # Limits that nothing keeps: what they would have to be is a quantile of what is predicted.
 _IMPOSSIBLE: tuple[tuple[Limited, Side, float], ...] = (
     ("signal", "at_least", 0.99),
@@ -115,21 +115,8 @@ def _answer(kind: str, seed: int, quick: bool, n_draw: int) -> dict[str, Any]:
 
 def _lab(experiment: Experiment, rng: np.random.Generator) -> tuple[Design, Posterior, Forward]:
     """The true design of a lab, and what it found."""
-
-    def z() -> float:
-        return float(np.clip(rng.standard_normal(), -_FARTHEST, _FARTHEST))
-
-    truth = {
-        "young_modulus": 0.7e6 * 1.3 ** z(),
-        "relative_permittivity": 2.8 + 0.15 * z(),
-        "sensor_thickness": 0.74e-3 + 0.02e-3 * z(),
-        "padding_thickness": 1.1e-3 + 0.03e-3 * z(),
-        "dielectric_thickness": 0.16e-3 + 0.006e-3 * z(),
-        "indenter_radius": experiment.indenter_radius,
-        "sensor_radius": experiment.sensor_radius,
-    }
+    truth, rig = usual_lab(experiment, rng, 1.3)
     design = design_from(truth)
-    rig = Rig(0.2e-3 + 0.03e-3 * z(), abs(5e-6 * z()), 0.3 * z(), 1e-12 * z(), 2 * z(), capacitance_noise=1e-14)
     name = experiment.specimens[0].name
     sweep = synthetic_sweep(curve_of(design, 1.01 * DEPTH), design, DEPTH, rig, rng, specimen=name, n_points=POINTS)
     forward = forward_of_experiment(experiment)
