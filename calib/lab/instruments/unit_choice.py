@@ -4,11 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 
-from calib.errors import Fault
+from calib.errors import Choice, Fault
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.units import IN_PLACE_OF, asked_factor, is_unit_of, lab_factor
 from calib.lab.instruments.vocabulary import EXAMPLE, NEEDS_UNIT, Heading
+
+# Units in which labs have a quantity, the likeliest first: what a column without one may be in.
+_USUAL = {
+    "time": ("s", "ms", "min", "h"),
+    "displacement": ("mm", "um", "m", "in"),
+    "force": ("N", "mN", "kN", "kgf", "lbf"),
+    "capacitance": ("pF", "nF", "fF", "F"),
+}
 
 
 def _asked_unit(quantity: str, reading: Reading) -> str | None:
@@ -35,10 +43,11 @@ def unit_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading)
     line = sheet.units_line if below and sheet.units_line is not None else sheet.header_line
     asked = _asked_unit(quantity, reading)
 
-    def fault(message: str, advice: str) -> tuple[Fault, float]:
-        return Fault(message, sheet.text.path, line or None, index + 1, advice), 1.0
+    def fault(message: str, advice: str, choice: Choice | None = None) -> tuple[Fault, float]:
+        return Fault(message, sheet.text.path, line or None, index + 1, advice, choice), 1.0
 
     shown = IN_PLACE_OF.get(quantity, quantity)
+    any_usual = Choice("units", _USUAL[shown], shown) if shown in _USUAL else None
     example = f'Write it into the header, for example "{EXAMPLE[quantity]}", or say it: --units {shown}=...'
     if asked is not None:
         try:
@@ -57,7 +66,8 @@ def unit_of_column(sheet: Sheet, index: int, heading: Heading, reading: Reading)
         )
     said = [unit for unit in (inside, below, declared) if unit]
     if not said:
-        return fault(f'column "{name}" has no unit', example) if quantity in (*NEEDS_UNIT, "frequency") else (None, 1.0)
+        needed = quantity in (*NEEDS_UNIT, "frequency")
+        return fault(f'column "{name}" has no unit', example, any_usual) if needed else (None, 1.0)
     try:
         factors = [lab_factor(unit, quantity) for unit in said]
     except ValueError as error:

@@ -16,6 +16,7 @@ from calib.experiment.experiment_file import read_experiment
 from calib.experiment.lab_files import Found, Looked, look_through, said
 from calib.experiment.pairing import pair
 from calib.experiment.presses import Press, Pressed
+from calib.experiment.sweeps import read_sweeps
 from calib.experiment.toml_places import locate_keys
 from calib.lab import LabTable, Reading, Unread
 
@@ -207,6 +208,23 @@ def test_a_choice_is_written_as_lines_that_take_the_place_of_the_files(
         force = tomllib.loads(line)["force"]
         wanted = int(value) if option == "specimen" else value
         assert force == {"file": "a.csv", option: {key: wanted} if key else wanted}
+
+
+def test_a_file_without_units_is_paired_and_its_units_are_asked_for_and_not_guessed(tmp_path: Path) -> None:
+    (tmp_path / "s1_press.csv").write_text(TESTER + _press())
+    (tmp_path / "s1_cap.csv").write_text("Zeit;Cp;D\n" + _log().replace(",", ";").replace(".", ","))
+    looked, _ = look_through([tmp_path])
+    text = experiment_text(pair([record for file in looked for record in file.records]), tmp_path, looked)
+    asked = 'capacitance = { file = "s1_cap.csv", units = { time = "s", capacitance = "pF" } }'
+    assert f"#   {asked}" in text
+    assert "units of capacitance may also be nF, fF, F" in text
+    (tmp_path / "as_drafted.toml").write_text(text)
+    with pytest.raises(InputError, match="has no unit"):
+        read_sweeps(read_experiment(tmp_path / "as_drafted.toml"))
+    (line,) = (line for line in text.splitlines() if line.startswith("capacitance = "))
+    (tmp_path / "chosen.toml").write_text(text.replace(line, asked))
+    (sweep,) = read_sweeps(read_experiment(tmp_path / "chosen.toml"))
+    assert np.median(sweep.channels["capacitance"].value) == pytest.approx(97.3e-12, rel=0.02)
 
 
 def test_several_things_that_are_open_are_offered_together_and_many_are_cut_short() -> None:
