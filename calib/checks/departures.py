@@ -108,15 +108,34 @@ def with_departures(posterior: Posterior, forward: Forward, executor: Executor |
     return with_elsewhere(posterior, look_elsewhere(problem, own, executor))
 
 
+def problem_under(problem: Problem, variant: Variant) -> Problem:
+    """The same data and priors under another model.
+
+    Parameters
+    ----------
+    problem : from `build_problem`.
+    variant : of its experiment.
+
+    Raises
+    ------
+    InputError, ValueError
+        If there is no forward model, or it does not cover what was measured.
+    """
+    experiment = variant.of(problem.experiment)
+    # The forward model of the problem where it serves, so that a surrogate of one's own is used.
+    same = experiment.family == problem.experiment.family
+    return build_problem(experiment, problem.sweeps, problem.forward if same else forward_of_experiment(experiment))
+
+
+def values_near(values: Mapping[str, float]) -> dict[str, float]:
+    """Where a climb under another model begins, by the values of the unknowns at the mode of a model."""
+    return {"padding_young_modulus": values.get("young_modulus", np.nan), **values}
+
+
 def _under(problem: Problem, variant: Variant, near: Mapping[str, float], floor: float) -> FirstAnswer | None:
     """The first answer under another model; None if there is none, as where the model does not cover what was measured."""
-    experiment = variant.of(problem.experiment)
-    begin = {"padding_young_modulus": near.get("young_modulus", np.nan), **near}
     try:
-        # The forward model of the problem where it serves, so that a surrogate of one's own is used.
-        same = experiment.family == problem.experiment.family
-        forward = problem.forward if same else forward_of_experiment(experiment)
-        return first_answer(build_problem(experiment, problem.sweeps, forward), begin, floor)
+        return first_answer(problem_under(problem, variant), values_near(near), floor)
     except (InputError, ValueError):
         return None
 

@@ -2,11 +2,13 @@
 
 Three looks, each of which costs what it must: what the priors expect at a glance (hundredths of a second); a mode of the
 posterior, and how far it lies from the priors (tenths); and, only where something is suspicious, the same for every slip that
-may have been made (`slips`), a tenth of a second each.
+may have been made (`slips`), a tenth of a second each, and for every other model, a second each: a base that slips looks like
+a ball of another size.
 
-A slip is named where the data are a thousand times as probable without it as with it. If the file is right, that happens in one
-of a thousand labs at most, whatever the priors and however many unknowns: the expectation of p(data | slip) / p(data | file)
-over data that come about as the file says is 1, so that it exceeds K with a probability of at most 1 / K (Markov; Good, 1950).
+A slip is named where the data are a thousand times as probable without it as with it, and so is another model. If the file is
+right, that happens in one of a thousand labs at most, whatever the priors and however many unknowns: the expectation of
+p(data | slip) / p(data | file) over data that come about as the file says is 1, so that it exceeds K with a probability of at
+most 1 / K (Markov; Good, 1950).
 """
 
 from __future__ import annotations
@@ -20,15 +22,16 @@ from itertools import combinations
 import numpy as np
 
 from calib.catalogue import QUANTITIES, SCALES
+from calib.checks.departures import problem_under, values_near
 from calib.checks.plausible.conflicts import DOUBTFUL, HIGH_SCALE, WRONG, WRONG_SCALE, Conflict, Conflicts, conflicts_in
 from calib.checks.plausible.outlook import Outlook, outlook_of
 from calib.checks.plausible.ranges import IMPOSSIBLE, UNLIKELY, USUAL, Range, farthest, ranges_of
 from calib.checks.plausible.slips import Slip, slips_of
 from calib.checks.verdict import Level, Reason, Verdict, verdict_of
 from calib.errors import Fault, InputError
-from calib.experiment import Experiment
+from calib.experiment import Experiment, model_in_words, variants_of
 from calib.lab import Sweep, check_name
-from calib.problem import Problem, build_problem, values_at
+from calib.problem import Problem, build_problem, columns_at, values_at
 from calib.sampling import FirstAnswer, Look, answer_of, climb_from, log_evidence_at, look_at
 from models.response import Forward
 
@@ -112,7 +115,8 @@ def plausibility(problem: Problem) -> Plausibility:
     conflicts = conflicts_in(look)
     within = list(_within(problem, hidden_only=not (unlikely or conflicts.suspicious)))
     # What contradicts the priors is red, and so is the slip that explains it; by itself a slip is a question.
-    preferred = _preferred(look, within, "red" if conflicts.wrong else "amber")
+    level: Level = "red" if conflicts.wrong else "amber"
+    preferred = [*_preferred(look, within, level), *(_of_models(look, level) if conflicts.suspicious else ())]
     repairs = [slip for slip, _ in within] if unlikely and not preferred else []
     verdict = verdict_of((*preferred, *_of_ranges(problem, ranges, repairs), *_of_conflicts(conflicts), *files))
     try:
@@ -281,6 +285,30 @@ def repairs_of(experiment: Experiment, sweeps: Sequence[Sweep], forward: Forward
     evidence = {slip: _evidence(other) for slip, other in weighed}
     best = max(evidence.values())
     return [slip for slip, _ in found if not slip.same_data or evidence[slip] > best - PREFERRED]
+
+
+def _of_models(look: Look, level: Level) -> Iterator[Reason]:
+    """A reason for the model under which the data are by far most probable, if it is not the one that is stated."""
+    problem = look.problem
+    near = values_near(dict(zip(problem.names, (look.weight @ columns_at(problem, look.theta)).tolist(), strict=True)))
+    best, found = look.log_evidence + PREFERRED, None
+    for variant in variants_of(problem.experiment)[1:]:
+        try:
+            other = look_at(problem_under(problem, variant), near, best)
+        except (InputError, ValueError):
+            continue
+        if other.confirmed and other.log_evidence > best and not conflicts_in(other).wrong:
+            best, found = other.log_evidence, other
+    if found is not None:
+        gain = (best - look.log_evidence) / math.log(10)
+        own, other_model = (model_in_words(p.experiment).split(", ") for p in (problem, found.problem))
+        changed = ", ".join(word for word in other_model if word not in own)
+        finding = f"under another model ({changed}) the data would be 10^{gain:.0f} times as probable"
+        values = dict(zip(found.problem.names, found.weight @ columns_at(found.problem, found.theta), strict=True))
+        if (modulus := values.get("young_modulus")) is not None:
+            finding += f", and young_modulus about {in_units('young_modulus', float(modulus))}"
+        question = "Look whether the sensor is of that kind; `calib compare` calibrates every model that there is"
+        yield Reason("model", level, finding, question)
 
 
 def _evidence(problem: Problem) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -21,6 +22,7 @@ from calib.problem import build_problem, log_likelihood
 from calib.problem.synthetic import Rig, synthetic_sweep
 from models.analytic import ClosedForm
 from models.sensor import design_from
+from models.surrogate import FAMILIES, load_surrogate
 
 TRUTH: dict[str, float] = {
     "young_modulus": 0.62e6,
@@ -314,3 +316,25 @@ def test_draws_none_of_which_is_covered_are_no_crash() -> None:
     soft = np.zeros((2, len(problem.parameters)))
     soft[:, problem.names.index("young_modulus")] = -40.0  # no depth has this force
     assert np.all(np.isneginf(log_likelihood(problem, soft)))
+
+
+def test_a_base_that_slips_is_named_and_not_taken_for_a_ball_of_another_size() -> None:
+    forward = load_surrogate(family=FAMILIES["slippery"])
+    values = {**TRUTH, "young_modulus": 1.1e6, "padding_thickness": 1.1e-3, "indenter_radius": 5e-3}
+    rig, rng = Rig(0.1e-3, 1e-6, 0.2, 0.2e-12), np.random.default_rng(0)
+    slips = synthetic_sweep(forward, design_from(values, base="slippery"), 0.6e-3, rig, rng, specimen="sensor 1")
+    thick = {"sensor_thickness": Normal(0.75e-3, 0.02e-3), "padding_thickness": Normal(1.1e-3, 0.02e-3)}
+    lab = _lab()
+    (specimen,) = lab.experiment.specimens
+    own = replace(specimen, priors={**thick, "dielectric_thickness": Normal(0.16e-3, 0.006e-3)})
+    experiment = replace(lab.experiment, specimens=(own,), model="surrogate")
+    found = plausibility(build_problem(experiment, [slips], load_surrogate()))
+    assert found.verdict.colour == "red"
+    (said,) = (reason for reason in found.reasons if reason.gate == "model")
+    assert said.finding.startswith("under another model (slippery base) the data would be 10^")
+    modulus = re.search(r"young_modulus about ([\d.]+) MPa", said.finding)
+    assert modulus is not None
+    assert float(modulus[1]) == pytest.approx(1.1, rel=0.1)
+    assert not any("ball" in reason.gate for reason in found.reasons if reason.level == "red")
+    right = plausibility(build_problem(replace(experiment, base="slippery"), [slips], forward))
+    assert right.verdict.colour == "green"
