@@ -116,7 +116,7 @@ def table(kinds: Sequence[str], seeds: int) -> Iterator[str]:
 def main(words: Sequence[str] | None = None) -> None:
     """Plant what is asked for and print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("kinds", nargs="*", metavar="KIND", help=f"all, or some of: {'; '.join(KINDS)}")
+    parser.add_argument("kinds", nargs="*", metavar="KIND", help=f"all, or some of: {'; '.join(KINDS)}".replace("%", "%%"))
     parser.add_argument("--seeds", type=int, default=12, help="of each kind")
     given = parser.parse_args(words)
     if unknown := [name for name in given.kinds if name not in KINDS]:

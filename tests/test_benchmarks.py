@@ -120,19 +120,23 @@ def run(folder: Path, script: str, *words: str) -> str:
 
 
 def _run_here(script: str, words: tuple[str, ...]) -> NoReturn:
-    """Run a script as Python runs it, and end the process as it would."""
+    """Run a script as Python runs it, first for its help and then in earnest, and end the process as it would."""
     sys.stdout, sys.stderr = (io.TextIOWrapper(io.FileIO(number, "w", closefd=False), "utf-8") for number in (1, 2))
     code: object = 1
     try:
         warnings.resetwarnings()  # those of a script are no errors
         if script != "sampling.py":  # which tells how well it is sampled
             _sample_little()
-        sys.argv = [script, *words]
         sys.path.insert(0, os.getcwd())
-        runpy.run_path(str(ROOT / "benchmarks" / script), run_name="__main__")
-        code = 0
-    except SystemExit as end:
-        code = end.code or 0
+        for given in (("--help",), words):
+            sys.argv = [script, *given]
+            try:
+                runpy.run_path(str(ROOT / "benchmarks" / script), run_name="__main__")
+                code = 0
+            except SystemExit as end:
+                code = end.code or 0
+            if code:
+                break
     except BaseException:
         traceback.print_exc()
     finally:

@@ -62,7 +62,7 @@ def lab_parser(doc: str | None, kinds: Iterable[str], labs: int) -> argparse.Arg
     labs : how many of each if nothing is said.
     """
     parser = argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("kinds", nargs="*", metavar="KIND", help=f"all, or some of: {'; '.join(kinds)}")
+    parser.add_argument("kinds", nargs="*", metavar="KIND", help=f"all, or some of: {'; '.join(kinds)}".replace("%", "%%"))
     parser.add_argument("--labs", type=int, default=labs, help="of each kind")
     parser.add_argument("--processes", type=int, default=2, help="0 for none beside this one")
     parser.add_argument("-o", "--output", type=Path, help="file for the labs, a line of JSON each")
