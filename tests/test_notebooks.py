@@ -42,5 +42,5 @@ def test_the_whole_job_is_kept_with_its_results() -> None:
     outputs = [output for cell in cells if cell.cell_type == "code" for output in cell.outputs]
     said = "".join(output.get("text", "") for output in outputs)
     assert "converged: True  surrogate honest: True" in said
-    assert "Build about 5.50 mm of padding" in said
+    assert "Build about 5.5 mm of padding" in said
     assert not any(output.output_type == "error" or output.get("name") == "stderr" for output in outputs)

@@ -10,6 +10,7 @@ import numpy as np
 
 from calib.catalogue import QUANTITIES
 from calib.checks.left_out import leave_out_exactly
+from calib.digits import with_uncertainty
 from calib.errors import Fault, InputError
 from calib.experiment import model_in_words
 from calib.sampling import K_HAT, LeaveOut, Posterior
@@ -68,7 +69,7 @@ class Candidate:
         if found is None:
             return "-"
         row = QUANTITIES[name]
-        return f"{found.mean * row.display_scale:.3g} ± {found.sd * row.display_scale:.2g} {row.display_unit}".rstrip()
+        return f"{with_uncertainty(found.mean * row.display_scale, found.sd * row.display_scale)} {row.display_unit}".rstrip()
 
 
 def compare_runs(named: Sequence[tuple[str, Posterior, Forward]]) -> tuple[Candidate, ...]:

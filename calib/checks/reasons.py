@@ -14,6 +14,7 @@ from scipy.special import ndtri
 from calib.catalogue import QUANTITIES, SCALES, UnknownName, display
 from calib.checks.predictive import Prediction
 from calib.checks.verdict import LEVELS, Level, Reason, Verdict, reasons_from_text, verdict_of
+from calib.digits import with_uncertainty
 from calib.experiment import Experiment, unedited_in_words
 from calib.sampling import Departure, Foretold, ParameterSummary, Posterior, Sensitivity, Stranger
 
@@ -173,8 +174,8 @@ def departure_in_words(departure: Departure, posterior: Posterior) -> str:
     row = QUANTITIES["young_modulus"]
     k, other = row.display_scale, departure.young_modulus
     return (
-        f"{told}, with a Young's modulus of {other.mean * k:.3g} ± {other.sd * k:.2g} instead of {own.mean * k:.3g} ± "
-        f"{own.sd * k:.2g} {row.display_unit}"
+        f"{told}, with a Young's modulus of {with_uncertainty(other.mean * k, other.sd * k)} instead of "
+        f"{with_uncertainty(own.mean * k, own.sd * k)} {row.display_unit}"
     )
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from calib.catalogue import QUANTITIES
 from calib.checks.reweighting import problem_of
 from calib.checks.spotcheck import Comparison, rms
+from calib.digits import with_uncertainty
 from calib.errors import Fault, InputError
 from calib.problem import coordinates_of, log_posterior, specimen_design
 from calib.sampling import Posterior, Reweighting
@@ -114,7 +115,7 @@ def shift_rows(posterior: Posterior, found: Reweighting) -> list[tuple[str, str,
     for p in posterior.parameters:
         s, unit = found.shifts[p.name], QUANTITIES[p.parameter]
         k = unit.display_scale
-        before, after = (f"{m * k:.5g} ± {sd * k:.2g}" for m, sd in ((s.mean, s.sd), (s.weighted_mean, s.weighted_sd)))
+        before, after = (with_uncertainty(m * k, sd * k) for m, sd in ((s.mean, s.sd), (s.weighted_mean, s.weighted_sd)))
         rows.append((p.name, before, after, unit.display_unit, f"{s.shift:+.2f} ± {s.error:.2f}"))
     return rows
 

@@ -30,7 +30,7 @@ def recommend(
     spec: Annotated[
         Path | None, typer.Option(help="Specification file, instead of --force: loads, limits, tolerances, paddings.")
     ] = None,
-    steps: Annotated[int | None, typer.Option(min=3, max=1001, help="Thicknesses to try in that range [default: 37].")] = None,
+    steps: Annotated[int | None, typer.Option(min=3, max=1001, help="Thicknesses to try in that range [default: 91].")] = None,
     tolerance: Annotated[
         float | None,
         typer.Option(min=0.001, max=0.9, help="Loss of signal that counts as being as good as the best [default: 0.05]."),
@@ -85,7 +85,7 @@ def recommend(
                 force=quantity(force, "N", "--force"),
                 lower=lower,
                 upper=upper,
-                n_thickness=steps or 37,
+                n_thickness=steps or 91,
                 tolerance=tolerance or 0.05,
                 indenter_radius=quantity(ball, "m", "--ball") if ball is not None else None,
                 n_draw=draws or 400,

@@ -12,6 +12,7 @@ from calib.checks import BAND_LEVELS, Verdict
 from calib.decision.conformity import Conformity
 from calib.decision.requirement import Requirement
 from calib.decision.words import percent, sensor_in_words
+from calib.digits import interval_text, number_or_unknown, places_of
 from calib.sampling import share_between
 from models.sensor import BoolArray, FloatArray
 
@@ -136,6 +137,25 @@ class Recommendation:
         return pd.DataFrame({**columns, "probability": self.probability})
 
     @property
+    def _places(self) -> int:
+        """Decimals [mm] that a thickness deserves: those of the interval that is as good, else of the grid."""
+        first, last = self.interval or (0.0, 0.0)
+        return min(places_of(1e3 * (last - first)), 2) if last > first else 2
+
+    @property
+    def best_in_words(self) -> str:
+        """The recommended thickness, as exactly as it matters: to a place of the interval of those that are as good."""
+        return f"{self.best * 1e3:.{self._places}f} mm"
+
+    @property
+    def interval_in_words(self) -> str:
+        """The thicknesses that are as good; "" where no range stands out."""
+        if self.interval is None:
+            return ""
+        first, last = (f"{end * 1e3:.{self._places}f}" for end in self.interval)
+        return f"{first} to {last} mm"
+
+    @property
     def sensor_in_words(self) -> str:
         """Whose sensor it is for, in a sentence."""
         return sensor_in_words(of_next=self.sensor == "next")
@@ -192,13 +212,13 @@ class Recommendation:
     def in_words(self) -> str:
         """The recommendation in words and numbers, in a few sentences."""
         r, mm = self.requirement, 1e3
-        lo, middle, hi = self.change_at_best[[0, 2, 4]] * 100
-        start = f"Build about {self.best * mm:.2f} mm of padding."
+        start = f"Build about {self.best_in_words} of padding."
         if self.best_probability < 0.5:
-            start = f"There is no clear best padding; the least doubtful choice is about {self.best * mm:.2f} mm."
+            start = f"There is no clear best padding; the least doubtful choice is about {self.best_in_words}."
+        change, within = _middle_and_ends(self.change_at_best * 100)
         text = (
-            f"{start} At {r.force:g} N it gives a capacitance change of {middle:.2f} % "
-            f"(90 % interval {lo:.2f} to {hi:.2f} %), and with a probability of {percent(self.best_probability)} it is within "
+            f"{start} At {r.force:g} N it gives a capacitance change of {change} % "
+            f"(90 % interval {within} %), and with a probability of {percent(self.best_probability)} it is within "
             f"{r.tolerance * 100:g} % of the best this sensor can do between {r.lower * mm:g} and {r.upper * mm:g} mm "
             f"({self.sureness}). "
         )
@@ -208,16 +228,16 @@ class Recommendation:
             )
         elif self.interval[0] < self.interval[1]:
             text += (
-                f"Anything from {self.interval[0] * mm:.2f} to {self.interval[1] * mm:.2f} mm is as good with a probability "
+                f"Anything from {self.interval_in_words} is as good with a probability "
                 f"of at least {INTERVAL_PROBABILITY * 100:g} %{self._open_end}. "
             )
         else:
             text += f"Its neighbours on the grid fall below a probability of {INTERVAL_PROBABILITY * 100:g} %. "
         if np.isfinite(self.gain[2]):
+            now, (gain, ends) = _middle_and_ends(self.present_change * 100)[0], _middle_and_ends(self.gain)
             text += (
-                f"The measured specimens ({self.present_padding * mm:.2f} mm of padding) give "
-                f"{self.present_change[2] * 100:.2f} %: it is {self.gain[2]:.2f} times as much "
-                f"signal (90 % interval {self.gain[0]:.2f} to {self.gain[4]:.2f}). "
+                f"The measured specimens ({self.present_padding * mm:.2f} mm of padding) give {now} %: it is {gain} times as "
+                f"much signal (90 % interval {ends}). "
             )
         if self.border:
             text += f"{self.border} "
@@ -227,3 +247,9 @@ class Recommendation:
         if self.verdict.colour == "red":
             text = f"Do not build on this: {self.verdict.reasons[0].finding}. {text}"
         return text.strip()
+
+
+def _middle_and_ends(bands: FloatArray) -> tuple[str, str]:
+    """Median and 90 % interval, with as many digits as the width of that deserves."""
+    lo, middle, hi = (float(v) for v in bands[[0, 2, 4]])
+    return number_or_unknown(middle, f".{places_of(hi - lo) if hi > lo else 6}f"), interval_text(lo, hi)

@@ -12,7 +12,7 @@ class Requirement:
     """What a padding is wanted for: the largest capacitance change at a force, among the thicknesses of a range.
 
     >>> Requirement(force=10.0, lower=0.0, upper=9e-3).n_thickness
-    37
+    91
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class Requirement:
     force: float
     lower: float
     upper: float
-    n_thickness: int = 37
+    n_thickness: int = 91
     tolerance: float = 0.05
     indenter_radius: float | None = None
     n_draw: int = 400

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import replace
 from importlib import resources
 
 import jinja2
@@ -55,7 +54,7 @@ def write_report(
     )
     verdict = judge_posterior(posterior, predictions) if verdict is None else verdict
     results = Results(posterior, predictions, verdict, recommendation, posterior_sha256, members=members)
-    sections = sections_of(replace(results, drawings={**drawings_of(results), **(drawings or {})}))
+    sections = sections_of(results, drawings or {})
     laid_out = [(section, _laid_out(section, environment)) for section in sections]
     return environment.get_template("page.html.j2").render(
         name=posterior.experiment.name,

@@ -9,19 +9,17 @@ import re
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from html import unescape
 from pathlib import Path
-from typing import Any, ParamSpec
+from typing import Any
 
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 from calib.errors import Fault, InputError
 from calib.files import whole_file
-
-_P = ParamSpec("_P")
 
 
 @dataclass(frozen=True)
@@ -46,25 +44,33 @@ class Picture:
 Drawing = Callable[[], str]
 
 
-def drawing(draw: Callable[_P, Figure], *args: _P.args, **kwargs: _P.kwargs) -> Drawing:
-    """A figure as part of a page, still to be drawn, as SVG.
+@dataclass(frozen=True, eq=False)
+class Plot:
+    """A figure that can be drawn, with what is said of it wherever it is shown.
 
-    Parameters
+    Attributes
     ----------
-    draw : draws it.
-    *args, **kwargs : of what.
+    alt : what it shows, for readers who cannot see it.
+    caption : what stands under it.
+    draw, args, kwargs : what draws it, and of what.
+    vector : whether it is lines and letters in a page; of many points it is a grid of pixels there.
     """
-    return partial(_drawn, draw, args, kwargs, True)
 
+    alt: str
+    caption: str
+    draw: Callable[..., Figure]
+    args: tuple[Any, ...] = ()
+    kwargs: Mapping[str, Any] = field(default_factory=dict)
+    vector: bool = True
 
-def dense_drawing(draw: Callable[_P, Figure], *args: _P.args, **kwargs: _P.kwargs) -> Drawing:
-    """The same for a figure of many points, as PNG.
+    @property
+    def drawing(self) -> Drawing:
+        """It as part of a page, still to be drawn."""
+        return partial(_drawn, self.draw, self.args, self.kwargs, self.vector)
 
-    Parameters
-    ----------
-    draw, *args, **kwargs : as in `drawing`.
-    """
-    return partial(_drawn, draw, args, kwargs, False)
+    def figure(self) -> Figure:
+        """Draw it."""
+        return self.draw(*self.args, **self.kwargs)
 
 
 def pictures_in(page: str) -> dict[str, Drawing]:

@@ -8,9 +8,9 @@ from markupsafe import Markup
 
 from calib.catalogue import POOLED, QUANTITIES, SPREADS, UNKNOWNS, UnknownName
 from calib.checks import Difference, conflict_limit
+from calib.digits import interval_text, number_or_unknown, shortened, with_uncertainty
 from calib.priors import Fixed
 from calib.problem import ParameterInfo
-from calib.report.digits import interval_text, number_or_unknown, shortened, with_uncertainty
 from calib.sampling import FirstAnswer, Posterior
 
 #: A parameter whose prior lost less than this share of its variance is called prior-driven.

@@ -7,8 +7,11 @@ from dataclasses import dataclass, field
 
 from calib.checks import Member, Prediction, Verdict
 from calib.decision import Recommendation
-from calib.report.pictures import Drawing, Picture
+from calib.report.pictures import Drawing, Picture, Plot
 from calib.sampling import Posterior
+
+#: Plots of the signal: as it was measured, along the padding, and of what meets a specification.
+CHANGE, PADDING, CONFORMITY = "change", "padding", "conformity"
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,7 +25,8 @@ class Results:
     verdict : on the calibration.
     recommendation : of a padding; None if none was asked for.
     posterior_sha256 : hash of the file that the posterior is kept in; "" if it is not kept.
-    drawings : name -> picture, drawn when it is called for, or before by a worker; see `calib.report.sections`.
+    plots : name -> figure of the report, of all sections; see `calib.report.sections`.
+    drawings : name -> picture, drawn when it is called for, or before by a worker.
     members : the models that the posterior is an average of; none for one model.
     """
 
@@ -31,19 +35,20 @@ class Results:
     verdict: Verdict = field(default_factory=Verdict)
     recommendation: Recommendation | None = None
     posterior_sha256: str = ""
+    plots: Mapping[str, Plot] = field(default_factory=dict)
     drawings: Mapping[str, Drawing] = field(default_factory=dict)
     members: Sequence[Member] = ()
 
-    def picture(self, name: str, alt: str, caption: str) -> Picture:
-        """One of `drawings`, drawn, as part of a page.
+    def picture(self, name: str) -> Picture:
+        """One of `plots`, drawn, as part of a page."""
+        return Picture(name, self.drawings[name](), self.plots[name].alt, self.plots[name].caption)
 
-        Parameters
-        ----------
-        name : of the drawing.
-        alt : what it shows, for who cannot see it.
-        caption : what stands under it.
-        """
-        return Picture(name, self.drawings[name](), alt, caption)
+    @property
+    def signal_picture(self) -> str:
+        """Name of the plot of the signal that stands on the first page, and nowhere else; "" where there is none."""
+        if self.recommendation is None:
+            return CHANGE if CHANGE in self.plots else ""
+        return PADDING if self.recommendation.conformity is None else CONFORMITY
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,6 +16,9 @@ from calib.visible import visible
 # Okabe and Ito's colours, distinct for all common kinds of colour vision.
 BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7", "#56B4E9"
 ENSEMBLE_COLOURS = (BLUE, ORANGE, GREEN, PURPLE, VERMILION, SKY)
+#: What tells lines and points apart beside their colours, for who does not see these.
+DASHES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (1.5, 1.5)), (0, (6, 2, 1.5, 2)), (0, (9, 3)))
+MARKERS = ("o", "s", "^", "D", "v")
 INK, GREY, LIGHT = "#222222", "#7a7a7a", "#d9d9d9"
 
 _STYLE: dict[Any, Any] = {

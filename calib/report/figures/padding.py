@@ -51,7 +51,9 @@ def beside_figure(recommendation: Recommendation) -> Figure:
     r = recommendation
     mm = r.thickness * 1e3
     fig = Figure(figsize=(WIDTH, 4.3), layout="constrained")
-    resolution, depth, optimum = fig.subplots(3, 1, sharex=True, gridspec_kw={"height_ratios": [1.4, 1.4, 1]})
+    resolution, depth, optimum = fig.subplots(3, 1, gridspec_kw={"height_ratios": [1.4, 1.4, 1]})
+    depth.sharex(resolution)
+    resolution.tick_params(labelbottom=False)
     millinewton = np.where(np.isfinite(r.resolution), r.resolution, np.nan) * 1e3
     _five_bands(resolution, mm, millinewton, PURPLE)
     if np.any(np.isfinite(millinewton)):
@@ -63,13 +65,25 @@ def beside_figure(recommendation: Recommendation) -> Figure:
     _five_bands(depth, mm, r.depth * 1e3, ORANGE)
     depth.set_title("indentation (mm)")
     depth.set_ylim(bottom=0)
-    edges = _edges(r)
-    optimum.stairs(np.histogram(r.optimum * 1e3, edges)[0], edges, fill=True, color=BLUE, alpha=0.55, lw=0)
-    optimum.set_title("where each draw of the posterior has its optimum")
-    optimum.set_yticks([])
-    optimum.spines["left"].set_visible(False)
-    _mark(r, (resolution, depth, optimum))
+    _mark(r, (resolution, depth))
+    _optimum(optimum, r)
     return fig
+
+
+def _optimum(ax: Axes, r: Recommendation) -> None:
+    """Where the draws have their optimum, which may be far narrower than the thicknesses that are as good."""
+    mm = r.optimum * 1e3
+    lo, hi = float(np.quantile(mm, 0.002)), float(np.quantile(mm, 0.998))
+    room = max(0.25 * (hi - lo), 0.5 * float(r.thickness[1] - r.thickness[0]) * 1e3)
+    edges = np.linspace(lo - room, hi + room, 61)
+    ax.stairs(np.histogram(mm, edges)[0], edges, fill=True, color=BLUE, alpha=0.55, lw=0)
+    ax.set_xlim(edges[0], edges[-1])
+    ax.set_title("optimum of each draw of the posterior (mm)")
+    ax.set_yticks([])
+    ax.spines["left"].set_visible(False)
+    ax.locator_params(axis="x", nbins=5)
+    if edges[0] < r.best * 1e3 < edges[-1]:
+        ax.axvline(r.best * 1e3, color=GREEN, lw=1.2)
 
 
 def _mark(r: Recommendation, axes: Sequence[Axes]) -> None:
@@ -80,7 +94,7 @@ def _mark(r: Recommendation, axes: Sequence[Axes]) -> None:
         if r.interval is not None and r.interval[1] > r.interval[0]:
             label = f"as good with ≥ {INTERVAL_PROBABILITY * 100:g} %" if first else None
             ax.axvspan(r.interval[0] * 1e3, r.interval[1] * 1e3, color=GREEN, alpha=0.10, lw=0, label=label)
-        ax.axvline(r.best * 1e3, color=GREEN, lw=1.2, label=f"recommended: {r.best * 1e3:.2f} mm" if first else None)
+        ax.axvline(r.best * 1e3, color=GREEN, lw=1.2, label=f"recommended: {r.best_in_words}" if first else None)
         for i, (lo, hi) in enumerate(_runs(edges, ~r.covered)):
             label = "not covered by the model" if first and i == 0 else None
             ax.axvspan(lo, hi, facecolor="#f2f2f2", edgecolor=LIGHT, hatch="///", lw=0, label=label)

@@ -7,8 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from calib.catalogue import QUANTITIES
+from calib.digits import interval_text
 from calib.report.style import BLUE, ENSEMBLE_COLOURS, FORMULA, GREY, WIDTH, in_formula, styled_figure
 from calib.sampling import Posterior
 from models.sensor import FloatArray
@@ -65,7 +67,7 @@ def corner_figure(posterior: Posterior) -> Figure:
         plot_datapoints=False,
         plot_density=False,
         fill_contours=True,
-        max_n_ticks=2,
+        max_n_ticks=3,
         hist_kwargs={"histtype": "stepfilled", "alpha": 0.35, "color": BLUE},
         label_kwargs={"fontsize": 1.1 * letters, **FORMULA},
         labelpad=0.1,
@@ -73,6 +75,8 @@ def corner_figure(posterior: Posterior) -> Figure:
     fig.subplots_adjust(left=0.8 / size, bottom=0.8 / size, right=1 - 0.05 / size, top=1 - 0.05 / size)
     for ax in fig.axes:
         ax.grid(False)
+        for axis in (ax.xaxis, ax.yaxis) if ax.get_frame_on() else ():
+            axis.set_major_locator(MaxNLocator(3, prune="both"))
         ax.tick_params(labelsize=letters)
     return fig
 
@@ -111,17 +115,17 @@ def trace_figure(posterior: Posterior, names: Sequence[str]) -> Figure:
 
 
 @styled_figure
-def prior_figure(posterior: Posterior, *, specimens: bool | None = None) -> Figure:
-    """Draw what was believed before (grey line) and after the data (blue).
+def prior_figure(posterior: Posterior, names: Sequence[str] | None = None) -> Figure:
+    """Draw what is left after the data (blue), which each panel is zoomed to, and what was believed before (grey line).
 
     Parameters
     ----------
     posterior : with its draws.
-    specimens : True for the parameters of the specimens alone, False for those that they share; None for all.
+    names : of the parameters; None for all.
     """
-    shown = [i for i, info in enumerate(posterior.parameters) if specimens in (None, bool(info.specimen))]
+    shown = [i for i, info in enumerate(posterior.parameters) if names is None or info.name in names]
     rows = -(-len(shown) // 2)
-    tall = 1.35 * rows + 0.2
+    tall = 1.5 * rows + 0.2
     fig = Figure(figsize=(WIDTH, tall))
     room = {"left": 0.03, "right": 0.97, "bottom": 0.3 / tall, "top": 1 - 0.3 / tall, "hspace": 0.7, "wspace": 0.12}
     axes = np.atleast_1d(np.asarray(fig.subplots(rows, 2, squeeze=False, gridspec_kw=room))).ravel()
@@ -134,21 +138,32 @@ def prior_figure(posterior: Posterior, *, specimens: bool | None = None) -> Figu
         dx = np.gradient(x, z)
         inside = dx > 1e-9 * np.max(dx)
         density = np.exp(-0.5 * z[inside] ** 2) / np.sqrt(2 * np.pi) / dx[inside]
-        lo, hi = np.asarray(info.prior.ppf_normal(np.array([-1.96, 1.96])), dtype=float) * scale
-        tails = np.quantile(draws, [0.001, 0.999])
-        lo, hi = min(lo, tails[0]), max(hi, tails[1])
-        height, edges = np.histogram(draws, np.linspace(lo, hi, 61), density=True)
+        believed = np.asarray(info.prior.ppf_normal(np.array([-1.96, 1.96])), dtype=float) * scale
+        lo, hi = np.quantile(draws, [0.001, 0.999])
+        room = 0.12 * (hi - lo) if hi > lo else max(1e-3 * abs(lo), 1e-12)
+        lo, hi = float(lo - room), float(hi + room)
+        height, edges = np.histogram(draws, np.linspace(lo, hi, 46), density=True)
         ax.stairs(height, edges, fill=True, color=BLUE, alpha=0.55, lw=0)
         ax.plot(x[inside], density, color=GREY, lw=1.2)
         ax.set_xlim(lo, hi)
         ax.set_yticks([])
         ax.spines["left"].set_visible(False)
         ax.grid(False)
-        ax.locator_params(axis="x", nbins=4)
-        ax.set_title(_axis_label(info.parameter, info.specimen), fontsize=8.5, fontweight="normal", **FORMULA)
+        _few_ticks(ax, lo, hi)
+        ax.set_title(_axis_label(info.parameter, info.specimen), fontsize=8.5, fontweight="normal", pad=14, **FORMULA)
+        said = f"prior, 95 %: {interval_text(*(float(end) for end in believed))}"
+        ax.text(0.0, 1.03, said, transform=ax.transAxes, fontsize=8.5, color=GREY)
     for ax in axes[len(shown) :]:
         ax.set_axis_off()
     return fig
+
+
+def _few_ticks(ax: Axes, lo: float, hi: float) -> None:
+    """Three ticks with all of their digits or, where these are many, two."""
+    ticks = MaxNLocator(3).tick_values(lo, hi)
+    longest = max(len(interval_text(float(ticks[0]), float(ticks[-1])).split(" to ")[0]), 4)
+    ax.xaxis.set_major_locator(MaxNLocator(3 if longest <= 6 else 2, prune="both" if longest > 8 else None))
+    ax.ticklabel_format(axis="x", useOffset=False, style="plain")
 
 
 def _trace(ax: Axes, values: FloatArray, n_walkers: int) -> None:

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from calib.catalogue import CHANNELS
 from calib.checks import Bands, FitCheck, Prediction
-from calib.report.style import BLUE, ENSEMBLE_COLOURS, GREY, INK, LIGHT, WIDTH, in_legend, styled_figure
+from calib.report.style import BLUE, DASHES, ENSEMBLE_COLOURS, GREY, INK, LIGHT, MARKERS, WIDTH, in_legend, styled_figure
 
 
 @styled_figure
@@ -43,8 +43,10 @@ def change_figure(predictions: Sequence[Prediction]) -> Figure:
         colour = ENSEMBLE_COLOURS[i % len(ENSEMBLE_COLOURS)]
         if p.change is not None:
             ax.fill_between(p.change.x, p.change.model[0] * 100, p.change.model[4] * 100, color=colour, alpha=0.25, lw=0)
-            ax.plot(p.change.x, p.change.model[2] * 100, color=colour, lw=1.2, label=in_legend(p.title))
-        ax.plot(p.change_x, p.change_y * 100, ls="", marker="o", ms=2.6, mfc="white", mec=colour, mew=0.8)
+            dashes = DASHES[i % len(DASHES)]
+            ax.plot(p.change.x, p.change.model[2] * 100, color=colour, lw=1.2, ls=dashes, label=in_legend(p.title))
+        marker = MARKERS[i % len(MARKERS)]
+        ax.plot(p.change_x, p.change_y * 100, ls="", marker=marker, ms=2.6, mfc="white", mec=colour, mew=0.8)
     ax.set_xlabel("force (N)")
     ax.set_ylabel("capacitance change (%)")
     if 1 <= len(shown) <= 8:

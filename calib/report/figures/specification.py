@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from calib.decision import Conformity
 from calib.report.style import (
     BLUE,
+    DASHES,
     ENSEMBLE_COLOURS,
     GREEN,
     GREY,
@@ -53,9 +54,10 @@ def conformity_figure(conformity: Conformity) -> Figure:
                 main.axvspan(start, stop, facecolor="none", edgecolor=ORANGE, hatch="////", lw=0, label=label)
     _below(main, -0.06, 2)
     colours = iter(ENSEMBLE_COLOURS * 3)
-    for limit, share in zip(c.specification.limits, b.fails, strict=True):
-        limits.plot(mm, 100 * share, color=next(colours), lw=1.2, label=in_legend(limit.in_words))
-    limits.plot(mm, 100 * b.not_carried, color=GREY, lw=1.2, ls=(0, (4, 2)), label="load not carried")
+    for i, (limit, share) in enumerate(zip(c.specification.limits, b.fails, strict=True)):
+        dashes = DASHES[i % len(DASHES)]
+        limits.plot(mm, 100 * share, color=next(colours), lw=1.2, ls=dashes, label=in_legend(limit.in_words))
+    limits.plot(mm, 100 * b.not_carried, color=GREY, lw=2.0, ls=(0, (1, 2)), label="load not carried")
     limits.set_ylim(-3, 103)
     limits.set_ylabel("draws that miss it (%)")
     limits.set_xlabel("nominal padding thickness (mm)")
@@ -77,13 +79,13 @@ def front_figure(conformity: Conformity) -> Figure:
     fig = Figure(figsize=(WIDTH, 3.4), layout="constrained")
     ax = fig.subplots()
     colours = iter(ENSEMBLE_COLOURS * 20)
-    for b in c.built:
+    for i, b in enumerate(c.built):
         if b.left_out:
             continue
-        colour = next(colours)
+        colour, dashes = next(colours), DASHES[i % len(DASHES)]
         stroke, signal = b.stroke[2] * 1e3, b.signal[2] * 100
         conforms = np.nan_to_num(b.probability, nan=-1.0) >= c.specification.probability
-        ax.plot(stroke, signal, color=colour, lw=0.9, alpha=0.7, label=in_legend(b.name))
+        ax.plot(stroke, signal, color=colour, lw=0.9, ls=dashes, alpha=0.7, label=in_legend(b.name))
         ax.plot(np.where(conforms, stroke, np.nan), np.where(conforms, signal, np.nan), color=colour, lw=2.8)
     front = [(c.built[i].stroke[2, k] * 1e3, c.built[i].signal[2, k] * 100) for i, k in c.front]
     if front:

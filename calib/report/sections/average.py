@@ -8,11 +8,11 @@ import numpy as np
 
 from calib.catalogue import QUANTITIES
 from calib.decision import Recommendation
-from calib.report.digits import with_uncertainty
+from calib.digits import with_uncertainty
 from calib.report.section import Results, Section
 from calib.sampling import Averaged, Posterior, share_between
 
-ORDER = 18
+ORDER = 44
 
 _TITLE = "Models that were averaged"
 

@@ -7,22 +7,35 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calib.report.digits import number_or_unknown
+from calib.digits import number_or_unknown
 from calib.report.figures.posterior import trace_figure
 from calib.report.moves import moves_in_words
-from calib.report.pictures import Drawing, drawing
+from calib.report.pictures import Plot
 from calib.report.rows import SENSOR_PARAMETERS, label_of, parameter_rows
 from calib.report.section import Results, Section
 from calib.sampling import K_HAT, SHIFT_LIMIT, SPOT_CHECK_LIMIT, Posterior, leave_out
 
-ORDER = 60
+ORDER = 65
 
 
-def drawings(results: Results) -> Mapping[str, Drawing]:
+def plots(results: Results) -> Mapping[str, Plot]:
     """Traces of the chains."""
     if results.posterior.diagnostics.models:
         return {}
-    return {"traces": drawing(trace_figure, results.posterior, _traced(results.posterior))}
+    caption = (
+        "One colour per independent ensemble. They must lie over each other without drift (left), and the rank steps stay "
+        "near one (right)."
+    )
+    return {
+        name: Plot(f"Trace and rank plots of {', '.join(of)}", caption, trace_figure, (results.posterior, of))
+        for name, of in _traces(results.posterior).items()
+    }
+
+
+def _traces(posterior: Posterior) -> dict[str, list[str]]:
+    """Pictures of traces, by name, with three parameters each."""
+    names = _traced(posterior)
+    return {f"traces, {1 + first // 3}": names[first : first + 3] for first in range(0, len(names), 3)}
 
 
 def section(results: Results) -> Section | None:
@@ -35,12 +48,7 @@ def section(results: Results) -> Section | None:
         "rows": parameter_rows(posterior),
         "moves": moves_in_words(posterior.diagnostics),
         "first": posterior.diagnostics.first_answer_in_words,
-        "trace_picture": results.picture(
-            "traces",
-            "Trace and rank plots",
-            "One colour per independent ensemble. They must lie over each other without drift (left), and the rank "
-            "steps stay near one (right).",
-        ),
+        "pictures": [results.picture(name) for name in _traces(posterior)],
     }
     return Section("convergence", "Convergence of the chains", "Convergence", "convergence.html.j2", context, appendix=True)
 

@@ -6,13 +6,17 @@ from collections.abc import Mapping, Sequence
 
 from calib.catalogue import POOLED, QUANTITIES, SPREADS, spread_of
 from calib.checks import passed_gates
-from calib.decision import percent
+from calib.decision import largest_force, percent
+from calib.experiment import model_in_words
 from calib.report.rows import PRIOR_DRIVEN_WORDS, SENSOR_PARAMETERS, ParameterRow, parameter_rows, told_by_few
 from calib.report.section import Results, Section
 from calib.report.status import status_in_words
 from calib.sampling import Posterior
 
 ORDER = 10
+
+# Specimens that the first sheet has room for, and reasons; of more it says how many.
+_MOST_SPECIMENS, _MOST_LIGHTS = 8, 6
 
 
 def section(results: Results) -> Section:
@@ -23,6 +27,9 @@ def section(results: Results) -> Section:
     more = [] if recommendation is None else [r for r in recommendation.verdict.reasons if r not in verdict.reasons]
     of_lots = posterior.experiment.pooling == "partial"  # of which what is of specimens stands in the table alone
     rows = [r for r in parameter_rows(posterior) if r.parameter in SENSOR_PARAMETERS]
+    rows = [r for r in rows if not (of_lots and r.where and r.parameter in POOLED)]
+    lights = len(verdict.reasons) + len(more)
+    shown = _specimens(rows)
     context = {
         "verdict": verdict,
         "status": status_in_words(verdict),
@@ -32,9 +39,40 @@ def section(results: Results) -> Section:
         "advice_status": "" if recommendation is None else status_in_words(recommendation.verdict, "the advice"),
         "beyond": more,
         "conforms": "" if conformity is None else percent(conformity.best.best_probability),
-        "rows": [r for r in rows if not (of_lots and r.where and r.parameter in POOLED)],
+        "rows": [r for r in rows if not r.where],
+        "specimens": shown[:_MOST_SPECIMENS],
+        "left_out": max(0, len(shown) - _MOST_SPECIMENS),
+        "columns": {r.label: (r.symbol, r.unit) for r in rows if r.where},
+        "conditions": _conditions(results),
+        "picture": results.picture(results.signal_picture) if results.signal_picture else None,
+        # More than that does not fit onto one sheet, and the next section follows on where it ends.
+        "one_sheet": lights <= _MOST_LIGHTS,
     }
     return Section("verdict", "", "", "headline.html.j2", context)
+
+
+def _specimens(rows: Sequence[ParameterRow]) -> list[tuple[str, dict[str, ParameterRow]]]:
+    """What each specimen is made of: its name, and its rows by label."""
+    found: dict[str, dict[str, ParameterRow]] = {}
+    for row in rows:
+        if row.where:
+            found.setdefault(row.where, {})[row.label] = row
+    return list(found.items())
+
+
+def _conditions(results: Results) -> tuple[str, ...]:
+    """What the numbers hold for, in words."""
+    posterior, recommendation = results.posterior, results.recommendation
+    if recommendation is not None:
+        c = recommendation.conformity
+        return recommendation.conditions if c is None else c.conditions
+    models = [m.model for m in posterior.diagnostics.models] or [model_in_words(posterior.experiment)]
+    balls = " and ".join(f"{r * 1e3:g}" for r in sorted({sweep.indenter_radius for sweep in posterior.sweeps}))
+    return (
+        *models,
+        f"ball radius {balls} mm, disc radius {posterior.experiment.sensor_radius * 1e3:g} mm",
+        f"forces up to {largest_force(posterior):.2g} N, the largest measured",
+    )
 
 
 def summary_sentences(posterior: Posterior) -> str:

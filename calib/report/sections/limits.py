@@ -8,7 +8,7 @@ from calib.report.section import Results, Section
 from calib.sampling import Posterior
 from models.sensor import Base
 
-ORDER = 70
+ORDER = 48
 
 #: What each law of sensor and padding takes for granted, as heading and text.
 LIMITS_OF_LAWS: dict[MaterialLaw, tuple[str, str]] = {

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 from calib.catalogue import QUANTITIES
 from calib.checks import BAYES_LIMITS, RULED_OUT
-from calib.report.digits import with_uncertainty
+from calib.digits import with_uncertainty
 from calib.report.section import Results, Section
 from calib.sampling import Departure, FirstEstimate, Posterior
 
-ORDER = 55
+ORDER = 46
 
 _TITLE = "Other models of these data"
 # Specimens held against the others that are shown: those that lie furthest off.
@@ -24,10 +24,10 @@ def section(results: Results) -> Section | None:
     if not d.departures and not d.foretold and not d.strangers:
         return None
     predicted = [
-        (f.specimen, f.channel, *_sized(f.ratio), f"{abs(f.z):.1f}") for f in sorted(d.foretold, key=lambda f: -abs(f.z))
+        (f.specimen, f.channel, _sized(f.ratio), f"{abs(f.z):.1f}") for f in sorted(d.foretold, key=lambda f: -abs(f.z))
     ]
     of_lot = [
-        (s.specimen, QUANTITIES[s.quantity].label, *_sized(s.ratio), f"{abs(s.z):.1f}")
+        (s.specimen, QUANTITIES[s.quantity].label, _sized(s.ratio), f"{abs(s.z):.1f}")
         for s in sorted(d.strangers, key=lambda s: -abs(s.z))
     ]
     context = {
@@ -39,8 +39,8 @@ def section(results: Results) -> Section | None:
     return Section("others", _TITLE, "Other models", "others.html.j2", context)
 
 
-def _sized(ratio: FirstEstimate) -> tuple[str, str]:
-    return f"{ratio.mean:.3f}", f"{ratio.sd:.3f}"
+def _sized(ratio: FirstEstimate) -> str:
+    return with_uncertainty(ratio.mean, ratio.sd)
 
 
 @dataclass(frozen=True)

@@ -5,18 +5,30 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from calib.decision import Recommendation, percent
-from calib.report.digits import median_and_interval
+from calib.digits import median_and_interval
 from calib.report.figures.padding import beside_figure, padding_figure
-from calib.report.pictures import Drawing, drawing
-from calib.report.section import Results, Section
+from calib.report.pictures import Plot
+from calib.report.section import PADDING, Results, Section
 
-ORDER = 15
+ORDER = 42
 
 
-def drawings(results: Results) -> Mapping[str, Drawing]:
+def plots(results: Results) -> Mapping[str, Plot]:
     """The signal over the padding, and what comes with it, if a padding is recommended."""
     r = results.recommendation
-    return {} if r is None else {"padding": drawing(padding_figure, r), "beside": drawing(beside_figure, r)}
+    if r is None:
+        return {}
+    padding = (
+        "The signal over the padding. Bands hold 50 % and 90 % of the draws. Green: the recommended thickness and those that "
+        "are as good with a probability of at least 80 %. Hatched: outside what the model covers."
+    )
+    beside = "What else comes with the thickness; below, zoomed, where single draws of the posterior have their optimum."
+    return {
+        PADDING: Plot("Capacitance change against padding thickness with its uncertainty", padding, padding_figure, (r,)),
+        "beside": Plot(
+            "Force resolution, indentation and place of the optimum against padding thickness", beside, beside_figure, (r,)
+        ),
+    }
 
 
 def section(results: Results) -> Section | None:
@@ -30,19 +42,7 @@ def section(results: Results) -> Section | None:
         "stale": bool(known) and r.posterior_sha256 != results.posterior_sha256,
         "rows": _rows(r),
         "percent": percent(r.best_probability),
-        "pictures": (
-            results.picture(
-                "padding",
-                "Capacitance change against padding thickness with its uncertainty",
-                "The signal over the padding. Bands hold 50 % and 90 % of the draws. Green: the recommended thickness and "
-                "those that are as good with a probability of at least 80 %. Hatched: outside what the model covers.",
-            ),
-            results.picture(
-                "beside",
-                "Force resolution, indentation and place of the optimum against padding thickness",
-                "What else comes with the thickness, and where single draws of the posterior have their optimum.",
-            ),
-        ),
+        "pictures": [results.picture(name) for name in (PADDING, "beside") if name != results.signal_picture],
     }
     title = "What padding to build next" if r.conformity is None else "What padding gives the largest signal"
     return Section("padding", title, "Padding", "padding.html.j2", context)

@@ -1,30 +1,45 @@
-"""Every parameter before and after the data, and the ridges between them."""
+"""Every parameter before and after the data."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
 from calib.catalogue import display
-from calib.report.figures.posterior import corner_figure, prior_figure
-from calib.report.pictures import Drawing, dense_drawing, drawing
+from calib.report.figures.posterior import prior_figure
+from calib.report.pictures import Plot
 from calib.report.rows import PRIOR_DRIVEN_WORDS, label_of, parameter_rows, told_by_few
 from calib.report.section import Results, Section
 from calib.sampling import Posterior
 
-ORDER = 20
+ORDER = 35
+
+# Parameters in one picture.
+_MOST = 12
 
 
-def drawings(results: Results) -> Mapping[str, Drawing]:
-    """Every parameter before and after the data, and pairs of them."""
-    posterior = results.posterior
-    found = {"pairs": dense_drawing(corner_figure, posterior)}
-    return found | {name: drawing(prior_figure, posterior, specimens=of) for name, of in _priors(posterior).items()}
+def plots(results: Results) -> Mapping[str, Plot]:
+    """Every parameter before and after the data."""
+    caption = (
+        "Blue: what is left after the data, which each panel is zoomed to. Grey: what was assumed, with where 95 % of that "
+        "lie. Where the two coincide the data said nothing."
+    )
+    return {
+        name: Plot(f"Prior and posterior density, {name}", caption, prior_figure, (results.posterior, of))
+        for name, of in _priors(results.posterior).items()
+    }
 
 
-def _priors(posterior: Posterior) -> dict[str, bool]:
-    """Pictures of priors, by name: whether they are of parameters of the specimens; else of those that all share."""
-    found = {"priors": False, "priors of specimens": True}
-    return {name: of for name, of in found.items() if any(bool(p.specimen) == of for p in posterior.parameters)}
+def _priors(posterior: Posterior) -> dict[str, list[str]]:
+    """Pictures of priors, by name, with the parameters in each: what all share, then each specimen; as many as fit a sheet."""
+    groups: dict[str, list[str]] = {}
+    for p in posterior.parameters:
+        groups.setdefault(p.specimen or "material and rig", []).append(p.name)
+    found = {}
+    for whose, names in groups.items():
+        for first in range(0, len(names), _MOST):
+            part = f", {1 + first // _MOST}" if len(names) > _MOST else ""
+            found[f"priors of {whose}{part}"] = names[first : first + _MOST]
+    return found
 
 
 def section(results: Results) -> Section:
@@ -37,19 +52,6 @@ def section(results: Results) -> Section:
         "few": told_by_few(posterior),
         "prior_driven": any(r.learned == PRIOR_DRIVEN_WORDS for r in rows),
         "fixed": [(label_of(name), display(name.split("[")[0], value)) for name, value in posterior.fixed.items()],
-        "prior_pictures": [
-            results.picture(
-                name,
-                f"Prior and posterior density of every parameter of {'the specimens' if of_specimens else 'material and rig'}",
-                "Grey: what was assumed. Blue: what is left after the data. Where the two coincide the data said nothing.",
-            )
-            for name, of_specimens in _priors(posterior).items()
-        ],
-        "corner_picture": results.picture(
-            "pairs",
-            "Pairwise posterior of the material parameters and of the thicknesses of the first specimen",
-            "Contours hold 50 % and 90 % of the draws. A narrow slanted shape is a ridge: the data know a combination "
-            "of the two well, not each of them.",
-        ),
+        "prior_pictures": [results.picture(name) for name in _priors(posterior)],
     }
     return Section("parameters", "Parameters", "Parameters", "parameters.html.j2", context)

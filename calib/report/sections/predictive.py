@@ -7,18 +7,29 @@ from dataclasses import dataclass
 
 from calib.checks import Prediction
 from calib.report.figures.predictive import change_figure, channel_figure
-from calib.report.pictures import Drawing, Picture, drawing
-from calib.report.section import Results, Section
+from calib.report.pictures import Picture, Plot
+from calib.report.section import CHANGE, Results, Section
 
-ORDER = 40
+ORDER = 30
 
 
-def drawings(results: Results) -> Mapping[str, Drawing]:
+def plots(results: Results) -> Mapping[str, Plot]:
     """Every channel of every sweep, and the change of capacitance."""
-    found = {_name(p, kind): drawing(channel_figure, p, kind) for p in results.predictions for kind in p.channels}
+    found = {_name(p, kind): _channel(p, kind) for p in results.predictions for kind in p.channels}
     if any(p.change is not None for p in results.predictions):
-        found["change"] = drawing(change_figure, results.predictions)
+        found[CHANGE] = Plot(
+            "Capacitance change against force of all specimens",
+            "Capacitance change against true force, freed of load zero and parasitic capacitance. Band: 90 % of the model's "
+            "curve.",
+            change_figure,
+            (results.predictions,),
+        )
     return found
+
+
+def _channel(p: Prediction, kind: str) -> Plot:
+    caption = f"{p.title}: {kind} as read, and residuals in units of the predicted standard deviation."
+    return Plot(f"{kind} of {p.title}: data, model and residuals", caption, channel_figure, (p, kind))
 
 
 def _name(p: Prediction, kind: str) -> str:
@@ -43,18 +54,12 @@ class SweepPart:
 def _part(results: Results, p: Prediction) -> SweepPart:
     pictures, checks = [], []
     for kind, channel in p.channels.items():
-        caption = f"{p.title}: {kind} as read, and residuals in units of the predicted standard deviation."
-        alt = f"{kind} of {p.title}: data, model and residuals"
-        pictures.append(results.picture(_name(p, kind), alt, caption))
+        pictures.append(results.picture(_name(p, kind)))
         checks.append((kind, channel.check.in_words, channel.check.passed))
     return SweepPart(f"{p.title} (ball of {p.indenter_radius * 1e3:g} mm radius)", tuple(pictures), tuple(checks))
 
 
 def _change_picture(results: Results) -> Picture | None:
-    if "change" not in results.drawings:
-        return None
-    return results.picture(
-        "change",
-        "Capacitance change against force of all specimens",
-        "Capacitance change against true force, freed of load zero and parasitic capacitance. Band: 90 % of the model curve.",
-    )
+    """The signal of all specimens; None where there is none, or the first page has it."""
+    shown = CHANGE in results.plots and results.signal_picture != CHANGE
+    return results.picture(CHANGE) if shown else None

@@ -8,7 +8,7 @@ from calib.lab import Grade, check_name, grade_rows, number_text, quality_in_wor
 from calib.report.section import Results, Section
 from calib.sampling import Posterior
 
-ORDER = 30
+ORDER = 20
 
 _TITLE = "Quality of the lab data"
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from calib.catalogue import QUANTITIES, UnknownName
-from calib.report.digits import with_uncertainty
+from calib.digits import with_uncertainty
 from calib.report.section import Results, Section
 from calib.sampling import Diagnosis, Posterior, Sensitivity
 
-ORDER = 25
+ORDER = 60
 
 _TITLE = "What the numbers rest on"
 # Rows of the table; of many specimens it holds those that move most.
@@ -29,7 +29,7 @@ def section(results: Results) -> Section | None:
     if not rows:
         return None
     context = {"rows": rows[:_ROWS], "left_out": max(0, len(rows) - _ROWS)}
-    return Section("sensitivity", _TITLE, "Sensitivity", "sensitivity.html.j2", context)
+    return Section("sensitivity", _TITLE, "Sensitivity", "sensitivity.html.j2", context, appendix=True)
 
 
 @dataclass(frozen=True)

@@ -6,16 +6,32 @@ from collections.abc import Mapping
 
 from calib.decision import Conformity, percent
 from calib.report.figures.specification import conformity_figure, front_figure
-from calib.report.pictures import Drawing, drawing
-from calib.report.section import Results, Section
+from calib.report.pictures import Plot
+from calib.report.section import CONFORMITY, Results, Section
 
-ORDER = 14
+ORDER = 40
 
 
-def drawings(results: Results) -> Mapping[str, Drawing]:
+def plots(results: Results) -> Mapping[str, Plot]:
     """Conformity over the padding, and signal against stroke, if there is a specification."""
     c = _conformity(results)
-    return {} if c is None else {"conformity": drawing(conformity_figure, c), "front": drawing(front_figure, c)}
+    if c is None:
+        return {}
+    conformity = (
+        "Above: probability that a sensor on such padding conforms, with twice its Monte Carlo error; dashed: the "
+        f"{100 * c.specification.probability:g} % asked for; green: thicknesses that conform; hatched: guard bands for what "
+        "the gauge does not know. Below: share of draws that miss each limit."
+    )
+    front = (
+        "Signal against stroke, medians, along the padding's thickness; thick where it conforms; dotted: what no other beats "
+        "in both."
+    )
+    return {
+        CONFORMITY: Plot(
+            "Probability of conformity and missed limits against padding thickness", conformity, conformity_figure, (c,)
+        ),
+        "front": Plot("Capacitance change against stroke of the sensors that may be built", front, front_figure, (c,)),
+    }
 
 
 def section(results: Results) -> Section | None:
@@ -24,7 +40,6 @@ def section(results: Results) -> Section | None:
     if r is None or c is None:
         return None
     known = results.posterior_sha256 and r.posterior_sha256
-    wanted = f"{100 * c.specification.probability:g} %"
     counted = [cause for cause in c.causes if cause.counts]
     context = {
         "conformity": c,
@@ -32,21 +47,7 @@ def section(results: Results) -> Section | None:
         "rows": _rows(c),
         "causes": [(cause.name, f"{100 * cause.share:.0f} %", f"{100 * cause.error:.0f} %") for cause in counted],
         "sensors": _sensors(c),
-        "pictures": (
-            results.picture(
-                "conformity",
-                "Probability of conformity and missed limits against padding thickness",
-                "Above: probability that a sensor on such padding conforms, with twice its Monte Carlo error; dashed: the "
-                f"{wanted} asked for; green: thicknesses that conform; hatched: guard bands for what the gauge does not know. "
-                "Below: share of draws that miss each limit.",
-            ),
-            results.picture(
-                "front",
-                "Capacitance change against stroke of the sensors that may be built",
-                "Signal against stroke, medians, along the padding's thickness; thick where it conforms; dotted: what no "
-                "other beats in both.",
-            ),
-        ),
+        "pictures": (results.picture("front"),),
     }
     title = f"Specification{f': {c.specification.name}' if c.specification.name else ''}"
     return Section("specification", title, "Specification", "specification.html.j2", context)

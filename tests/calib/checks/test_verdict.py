@@ -87,7 +87,7 @@ def test_a_model_that_the_data_prefer_takes_the_green_away(
     other = Departure("own-padding", "padding of its own modulus", log_bayes, FirstEstimate(0.7e6, 0.02e6))
     found = [r for r in judge_posterior(_with(make_posterior(), departures=(other,))).reasons if r.gate == "model"]
     assert [r.level for r in found] == ([level] if level else [])
-    assert all("0.7 ± 0.02 instead of 0.62 ± 0.004 MPa" in r.finding for r in found)
+    assert all("0.700 ± 0.020 instead of 0.6200 ± 0.0040 MPa" in r.finding for r in found)
 
 
 def test_models_that_could_not_be_asked_take_the_green_away(make_posterior: MakePosterior) -> None:

@@ -7,18 +7,25 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from html.parser import HTMLParser
 from importlib import resources
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
 import pytest
+from matplotlib.axis import Axis
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.patches import StepPatch
 from matplotlib.text import Text
 
+from calib.catalogue import QUANTITIES
 from calib.checks.predictive import predict
-from calib.decision import recommend_for
+from calib.decision import Requirement, recommend, recommend_for
+from calib.digits import interval_text
 from calib.experiment import Limit, Specification
 from calib.lab.quality.grade import Grade
-from calib.report import write_report
+from calib.report import prior_figure, write_report
+from calib.report.figures.padding import beside_figure
 from calib.sampling.posterior import Posterior
 from models.analytic import ClosedForm
 
@@ -148,7 +155,7 @@ def test_letters_of_the_page_are_not_too_small() -> None:
 
 def test_letters_in_figures_can_be_read_on_a_phone(page: str, drawn: dict[str, Figure]) -> None:
     images = [(said, inside) for tag, said, inside in Tree(page).found if tag == "img"]
-    assert len(images) == len(drawn) == 11
+    assert len(images) == len(drawn) == 12
     for said, inside in images:
         figure = drawn[said["src"].split(",")[1]]
         least = re.search(r"--least: (\d+)px", said.get("style", ""))
@@ -162,15 +169,63 @@ def test_letters_in_figures_can_be_read_on_a_phone(page: str, drawn: dict[str, F
 def test_statistics_are_folded_at_the_end_and_open_on_paper(page: str) -> None:
     found = Tree(page).found
     places = {said["id"]: inside for _, said, inside in found if "id" in said}
-    assert [name for name, inside in places.items() if "details" in inside] == ["convergence", "run"]
-    assert list(places)[-3:] == ["appendix", "convergence", "run"]
+    assert [name for name, inside in places.items() if "details" in inside] == ["convergence", "ridges", "data", "run"]
+    assert list(places)[-5:] == ["appendix", "convergence", "ridges", "data", "run"]
     opened = next(rule for rule in RULES if rule.selector == "details::details-content")
     assert (opened.medium, opened.says["content-visibility"]) == ("print", "visible")
 
 
-def test_the_first_sheet_is_the_verdict_with_the_padding(page: str) -> None:
+def test_after_the_first_sheet_come_lab_data_fit_and_decision(page: str) -> None:
     names = [said["id"] for tag, said, _ in Tree(page).found if tag == "section"]
-    assert names[:3] == ["verdict", "specification", "padding"]
+    assert names == ["verdict", "quality", "sweeps", "parameters", "specification", "padding", "limits", "appendix"]
+
+
+def test_the_first_sheet_has_verdict_numbers_signal_and_conditions_and_ends_there(page: str) -> None:
+    sheet = page.partition('<section id="verdict">')[2].partition("<nav>")[0]
+    places = [sheet.index(word) for word in ('class="verdict', 'class="cards"', "<img ", "padding thickness", "Holds only for")]
+    assert places == sorted(places)
+    assert re.findall('data-name="([^"]*)"', sheet) == ["conformity"]
+    assert page.count('data-name="conformity"') == 1
+    assert 'class="signal sheet"' in sheet
+    assert next(rule.says["break-after"] for rule in RULES if rule.selector == ".signal.sheet") == "page"
+
+
+def tick_labels(axis: Axis) -> list[Text]:
+    """The labels of an axis that are drawn, level."""
+    low, high = sorted(axis.get_view_interval())
+    within = [tick.label1 for tick in axis.get_major_ticks() if low <= tick.get_loc() <= high]
+    return [t for t in within if t.get_visible() and t.get_text() and t.get_rotation() == 0]
+
+
+def test_labels_of_ticks_do_not_touch(page: str, drawn: dict[str, Figure]) -> None:
+    assert page
+    for figure in drawn.values():
+        FigureCanvasAgg(figure).draw()
+        labels = [t for ax in figure.axes if ax.get_visible() for axis in (ax.xaxis, ax.yaxis) for t in tick_labels(axis)]
+        boxes = [(t.get_text(), t.get_window_extent()) for t in labels]
+        touching = [(one, other) for (one, a), (other, b) in combinations(boxes, 2) if a.overlaps(b)]
+        assert not touching, touching
+
+
+def test_panels_are_zoomed_to_the_posterior_and_state_the_prior(make_posterior: MakePosterior) -> None:
+    posterior = make_posterior(n_specimen=1)
+    figure = prior_figure(posterior)
+    for ax, info in zip(figure.axes, posterior.parameters, strict=False):
+        draws = posterior.draws[:, :, posterior.parameters.index(info)] * QUANTITIES[info.parameter].display_scale
+        low, high = ax.get_xlim()
+        inside = (np.quantile(draws, 0.999) - np.quantile(draws, 0.001)) / (high - low)
+        assert 0.75 < inside < 1, info.name
+        believed = np.asarray(info.prior.ppf_normal(np.array([-1.96, 1.96]))) * QUANTITIES[info.parameter].display_scale
+        assert [t.get_text() for t in ax.texts] == [f"prior, 95 %: {interval_text(*believed)}"]
+
+
+def test_optima_that_lie_close_together_are_more_than_one_bar(make_posterior: MakePosterior) -> None:
+    r = recommend(make_posterior(n_specimen=1), ClosedForm(), Requirement(8.0, 0.0, 4e-3, n_draw=50), seed=1)
+    close = replace(r, optimum=np.random.default_rng(1).normal(2e-3, 1e-5, 400))
+    bars = beside_figure(close).axes[-1].patches[0]
+    assert isinstance(bars, StepPatch)
+    assert np.count_nonzero(bars.get_data()[0]) > 15
+    beside_figure(replace(r, optimum=np.full(400, 2e-3)))
 
 
 def test_every_sheet_has_its_number_and_the_hash_of_the_run(

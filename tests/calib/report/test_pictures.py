@@ -44,7 +44,7 @@ def test_workers_draw_every_picture_once(
     with ThreadPoolExecutor(1) as executor:
         drawn = begin_drawing(posterior, predictions, None, executor)
         page = write_report(posterior, predictions, drawings=drawn)
-    assert len(counted) == len(drawn) == page.count("<img ") == 7
+    assert len(counted) == len(drawn) == page.count("<img ") == 8
     assert page == write_report(posterior, predictions, drawings=drawn)
 
 

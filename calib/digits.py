@@ -41,6 +41,26 @@ def with_uncertainty(mean: float, sd: float) -> str:
     return f"{round(mean, places) + 0.0:.{max(places, 0)}f} ± {round(sd, places):.{max(places, 0)}f}"
 
 
+def places_of(width: float) -> int:
+    """Decimal places of the ends of an interval: two significant digits of its width.
+
+    Parameters
+    ----------
+    width : of the interval, in whatever unit its ends are shown in, positive.
+
+    Returns
+    -------
+    int
+        From 0 to 9.
+
+    Examples
+    --------
+    >>> places_of(0.046), places_of(2.5), places_of(130.0)
+    (3, 1, 0)
+    """
+    return min(max(1 - math.floor(math.log10(width)), 0), 9)
+
+
 def interval_text(lo: float, hi: float) -> str:
     """Write an interval with as many digits as its width deserves.
 
@@ -60,8 +80,7 @@ def interval_text(lo: float, hi: float) -> str:
     """
     if not (math.isfinite(lo) and math.isfinite(hi)):
         return NOT_KNOWN
-    width = hi - lo
-    places = min(max(1 - math.floor(math.log10(width)), 0), 9) if width > 0 else 6
+    places = places_of(hi - lo) if hi > lo else 6
     return f"{lo:.{places}f} to {hi:.{places}f}"
 
 
