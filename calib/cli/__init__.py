@@ -17,6 +17,7 @@ from calib.cli import (
     diff,
     example,
     export,
+    figures,
     lab,
     measurements,
     prove,
@@ -108,6 +109,7 @@ app.command("compare", rich_help_panel=_CALIBRATION)(compare.compare)
 app.command("diff", rich_help_panel=_CALIBRATION)(diff.diff)
 app.command("average", rich_help_panel=_CALIBRATION)(average.average)
 app.command("report", rich_help_panel=_CALIBRATION)(runs.report)
+app.command("figures", rich_help_panel=_CALIBRATION)(figures.figures)
 app.command("export", rich_help_panel=_CALIBRATION)(export.export)
 app.command("prove", rich_help_panel=_CALIBRATION)(prove.prove)
 app.command("verify", rich_help_panel=_CALIBRATION)(verify.verify)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from calib.report.figures.specification import conformity_figure, front_figure
     from calib.report.gripper import gripper_files
     from calib.report.moves import moves_in_words
-    from calib.report.page import begin_drawing, kept_drawings, write_report
+    from calib.report.page import begin_drawing, kept_drawings, plots_of_report, write_report
     from calib.report.pictures import any_letters, write_figure
     from calib.report.rows import FirstRow, ParameterRow, first_rows, learned_in_words, pair_rows, parameter_rows
     from calib.report.sections.average import averaged_models, modulus_share, weighting_in_words
@@ -55,6 +55,7 @@ __all__ = [
     "padding_figure",
     "pair_rows",
     "parameter_rows",
+    "plots_of_report",
     "prior_figure",
     "proof_figure",
     "revolved_figure",
@@ -85,7 +86,7 @@ __getattr__ = on_demand(
         ".figures.specification": ("conformity_figure", "front_figure"),
         ".gripper": ("gripper_files",),
         ".moves": ("moves_in_words",),
-        ".page": ("begin_drawing", "kept_drawings", "write_report"),
+        ".page": ("begin_drawing", "kept_drawings", "plots_of_report", "write_report"),
         ".pictures": ("any_letters", "write_figure"),
         ".rows": ("FirstRow", "ParameterRow", "first_rows", "learned_in_words", "pair_rows", "parameter_rows"),
         ".sections.average": ("averaged_models", "modulus_share", "weighting_in_words"),

@@ -12,9 +12,9 @@ from markupsafe import Markup
 
 from calib.checks import Member, Prediction, Verdict, judge_posterior
 from calib.decision import Recommendation
-from calib.report.pictures import Drawing, pictures_in
+from calib.report.pictures import Drawing, Plot, pictures_in
 from calib.report.section import Results, Section
-from calib.report.sections import drawings_of, sections_of
+from calib.report.sections import drawings_of, plots_of, sections_of
 from calib.sampling import FINGERPRINT, Posterior
 
 
@@ -64,6 +64,18 @@ def write_report(
         sections=[part for part in laid_out if not part[0].appendix],
         appendix=[part for part in laid_out if part[0].appendix],
     )
+
+
+def plots_of_report(
+    posterior: Posterior, predictions: Sequence[Prediction], recommendation: Recommendation | None = None
+) -> dict[str, Plot]:
+    """Every figure of a report by name, not drawn yet, with what is said of it.
+
+    Parameters
+    ----------
+    posterior, predictions, recommendation : as in `write_report`.
+    """
+    return plots_of(Results(posterior, predictions, recommendation=recommendation))
 
 
 def begin_drawing(

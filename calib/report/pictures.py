@@ -21,6 +21,9 @@ from matplotlib.figure import Figure
 from calib.errors import Fault, InputError
 from calib.files import whole_file
 
+# Ending of a file -> what is left out of it that would differ from one time to the next.
+_UNDATED: Mapping[str, dict[str, None]] = {".png": {"Software": None}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
+
 
 @dataclass(frozen=True)
 class Picture:
@@ -107,7 +110,7 @@ def figure_address(figure: Figure, *, vector: bool = True) -> str:
 
 
 def write_figure(figure: Figure, path: Path) -> None:
-    """Write a figure to a file, whole or not at all.
+    """Write a figure to a file, whole or not at all; its letters go with it, and the same figure gives the same bytes.
 
     Parameters
     ----------
@@ -119,10 +122,12 @@ def write_figure(figure: Figure, path: Path) -> None:
     InputError
         If the name ends in something else, or its folder does not exist.
     """
-    if path.suffix not in (".png", ".pdf", ".svg"):
+    if path.suffix not in _UNDATED:
         raise InputError(Fault("the name of a picture ends in .png, .pdf or .svg", path, advice="Choose another"))
-    with whole_file(path) as whole, any_letters():
-        figure.savefig(whole, dpi=250)
+    # Letters as TrueType outlines, which publishers take (Type 3 they do not), or as paths.
+    embedded = rc_context({"svg.hashsalt": "calib", "pdf.fonttype": 42, "svg.fonttype": "path"})
+    with whole_file(path) as whole, embedded, any_letters():
+        figure.savefig(whole, dpi=250, metadata=_UNDATED[path.suffix])
 
 
 @contextmanager

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from calib.runs.calibration import STAGES, Calibration, Stages, Watch, calibrate
     from calib.runs.difference import diff_runs
     from calib.runs.export import NotUsableError, export_in
+    from calib.runs.figures import figures_in
     from calib.runs.folder import PageError, Run, load_recommendation, load_run, recommend_in, report_in
     from calib.runs.integrity import Finding, verify
     from calib.runs.measurements import asked_before, next_in
@@ -44,6 +45,7 @@ __all__ = [
     "check",
     "diff_runs",
     "export_in",
+    "figures_in",
     "load_recommendation",
     "load_run",
     "next_in",
@@ -86,6 +88,7 @@ __getattr__ = on_demand(
             "NotUsableError",
             "export_in",
         ),
+        ".figures": ("figures_in",),
         ".integrity": (
             "Finding",
             "verify",
