@@ -108,26 +108,37 @@ def recommend(
     exit_by(recommendation.verdict, strict)
 
 
-def report(run: RunFolder, strict: Strict = False) -> None:
+def report(
+    run: RunFolder,
+    pdf: Annotated[bool, typer.Option("--pdf", help="Print it, too, as report.pdf, by a browser on this machine.")] = False,
+    strict: Strict = False,
+) -> None:
     """Write report.html of a run anew, from its posterior and, if there is one, its recommendation.
 
     Says, here and on the page, which files the run was made from have changed since.
 
-    Example: `calib report run1`
+    With --pdf, Chromium, Chrome or Edge prints it, A4, as it would from its own menu, out of sight and without your profile.
 
-    Writes: run1/report.html, a page that needs nothing beside itself and prints well; summary.json and summary.csv anew.
+    Example: `calib report run1 --pdf`
 
-    Exit codes: 0 done, the verdict green or amber; 1 the page could not be made, and saying why; 2 no usable run there, nothing
-    written; 3 done, but the verdict on the calibration is red, or with --strict amber.
+    Writes: run1/report.html, a page that needs nothing beside itself and prints well; summary.json and summary.csv anew; with
+    --pdf run1/report.pdf. A print of an earlier page is removed.
+
+    Exit codes: 0 done, the verdict green or amber; 1 the page could not be made or printed, and saying why; 2 no usable run
+    there, or no browser for --pdf, nothing written; 3 done, but the verdict on the calibration is red, or with --strict amber.
     """
     with refusing_bad_input():
-        from calib.report import status_in_words
+        from calib.report import BROWSERS, find_browser, status_in_words
         from calib.runs import report_in
 
+        browser = find_browser() if pdf else None
+        if pdf and browser is None:
+            advice = "Install one of them, or open report.html in any browser and print it from there: that gives the same"
+            raise InputError(Fault(f"--pdf needs a browser, and none was found of {', '.join(BROWSERS)}", advice=advice))
         found = loaded(run)
         require_writable(found.report)
         with paging():
-            report_in(found)
+            report_in(found, browser)
         say_verdict(found.verdict, status_in_words(found.verdict))
-        say(f"Written: {found.report}")
+        say(f"Written: {', '.join(str(path) for path in (found.report, *([found.printed] if pdf else [])))}")
     exit_by(found.verdict, strict)

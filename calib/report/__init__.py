@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from calib.lazy import on_demand
 
 if TYPE_CHECKING:
+    from calib.report.browser import BROWSERS, PrintError, find_browser, print_page
     from calib.report.curve import check_in_words, curve_csv
     from calib.report.deformed.cross_section import cross_section_figure
     from calib.report.deformed.paraview import write_vtk
@@ -31,8 +32,10 @@ if TYPE_CHECKING:
     from calib.report.summary import summary_csv, summary_json
 
 __all__ = [
+    "BROWSERS",
     "FirstRow",
     "ParameterRow",
+    "PrintError",
     "any_letters",
     "averaged_models",
     "begin_drawing",
@@ -45,6 +48,7 @@ __all__ = [
     "curve_csv",
     "difference_figure",
     "file_figure",
+    "find_browser",
     "first_rows",
     "front_figure",
     "gripper_files",
@@ -56,6 +60,7 @@ __all__ = [
     "pair_rows",
     "parameter_rows",
     "plots_of_report",
+    "print_page",
     "prior_figure",
     "proof_figure",
     "revolved_figure",
@@ -73,6 +78,7 @@ __all__ = [
 __getattr__ = on_demand(
     __name__,
     {
+        ".browser": ("BROWSERS", "PrintError", "find_browser", "print_page"),
         ".curve": ("check_in_words", "curve_csv"),
         ".deformed.cross_section": ("cross_section_figure",),
         ".deformed.paraview": ("write_vtk",),

@@ -22,11 +22,21 @@ from calib.decision import (
 )
 from calib.errors import Fault, InputError, in_shell_path
 from calib.experiment import Specification
-from calib.files import sha256_of, write_text
-from calib.report import begin_drawing, kept_drawings, summary_csv, summary_json, write_report
+from calib.files import sha256_of, whole_file, write_text
+from calib.report import (
+    PrintError,
+    begin_drawing,
+    kept_drawings,
+    print_page,
+    summary_csv,
+    summary_json,
+    write_report,
+)
 from calib.runs.listing import (
     LISTING,
+    PAGES,
     POSTERIOR,
+    PRINTED,
     RECOMMENDATION,
     REPORT,
     RESULTS,
@@ -48,13 +58,16 @@ _RESUME = "`calib calibrate EXPERIMENT -o RUN --resume`"
 
 
 class PageError(Exception):
-    """The page of a run could not be made, for the reason it says; all else that was to be written is there."""
+    """The page of a run, or its print, could not be made, for the reason it says; all else that was to be written is there."""
 
-    def __init__(self, folder: Path, reason: str) -> None:
+    def __init__(self, folder: Path, reason: str, name: str = REPORT) -> None:
         again = f"calib report {in_shell_path(folder)}"
-        super().__init__(
-            f"the report could not be written ({reason}). All results are kept in {folder}; write it with: {again}"
-        )
+        if name == PRINTED:
+            super().__init__(f"{REPORT} is written, but not {name} ({reason}). Print {folder / REPORT} from any browser")
+        else:
+            super().__init__(
+                f"the report could not be written ({reason}). All results are kept in {folder}; write it with: {again}"
+            )
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,6 +99,11 @@ class Run:
     def report(self) -> Path:
         """Path of the report's page."""
         return self.folder / REPORT
+
+    @property
+    def printed(self) -> Path:
+        """Path of the print of that page, if there is one."""
+        return self.folder / PRINTED
 
     @cached_property
     def predictions(self) -> tuple[Prediction, ...]:
@@ -229,7 +247,7 @@ def write_run(
     The run, and why it has no page, if that could not be made.
     """
     copies = copies or {}
-    names = (*copies, POSTERIOR, *SUMMARIES, REPORT, *_unlisted(folder, listing), *checkpoint_names(folder))
+    names = (*copies, POSTERIOR, *SUMMARIES, *PAGES, *_unlisted(folder, listing), *checkpoint_names(folder))
     with writing(folder, listing, names, command):
         path = folder / POSTERIOR
         if executor is not None and page is page_of:
@@ -260,23 +278,42 @@ def _kept_drawings(run: Run, listing: Listing) -> Mapping[str, Callable[[], str]
     return {}
 
 
-def report_in(run: Run) -> None:
+def report_in(run: Run, browser: Path | None = None) -> None:
     """Write the report of a run anew, with the summary, from its posterior and its recommendation.
+
+    A print of an earlier page is removed, as by all that writes the page anew.
+
+    Parameters
+    ----------
+    run : whose report it is.
+    browser : prints the page, too, as report.pdf, see `calib.report.find_browser`; None for the page alone.
 
     Raises
     ------
     InputError
         If another process writes into the folder, or the recommendation in it is not that of this run.
     PageError
-        If the page cannot be made.
+        If the page cannot be made, or printed; it is there without its print then.
     """
     with owned_run(run, "calib report") as listing:
         load_recommendation(run.folder)
-        names = (*SUMMARIES, REPORT, *_unlisted(run.folder, listing))
+        names = (*SUMMARIES, *PAGES, *_unlisted(run.folder, listing))
         with writing(run.folder, listing, names, "calib report"):
             failure = _write_rest(run, page_of)
+            if failure is None and browser is not None:
+                failure = _print(run, browser)
     if failure is not None:
         raise failure
+
+
+def _print(run: Run, browser: Path) -> PageError | None:
+    """Print the page of a run; why not, if that fails."""
+    try:
+        with whole_file(run.printed) as whole:
+            print_page(browser, run.report, whole)
+        return None
+    except PrintError as error:
+        return PageError(run.folder, str(error), PRINTED)
 
 
 def require_own_forward(run: Run) -> None:
@@ -323,7 +360,7 @@ def recommend_in(run: Run, wanted: Requirement | Specification, *, seed: int) ->
     )
     with owned_run(run, "calib recommend") as listing:
         drawings = _kept_drawings(run, listing)
-        names = (RECOMMENDATION, SPECIFICATION, REPORT, *_unlisted(run.folder, listing))
+        names = (RECOMMENDATION, SPECIFICATION, *PAGES, *_unlisted(run.folder, listing))
         with writing(run.folder, listing, names, "calib recommend"):
             write_text(run.folder / RECOMMENDATION, recommendation_to_json(found, listing.fingerprint))
             table = run.folder / SPECIFICATION
@@ -380,7 +417,11 @@ def _write_rest(run: Run, page: Callable[[Run, Recommendation | None], str]) -> 
 
 
 def _write_page(run: Run, page: Callable[[Run, Recommendation | None], str]) -> PageError | None:
-    """Write the page; if that fails, for whatever reason, remove the earlier one, which is of other results, and say why."""
+    """Write the page; if that fails, for whatever reason, remove the earlier one, which is of other results, and say why.
+
+    A print of the earlier one is removed in any case.
+    """
+    run.printed.unlink(missing_ok=True)
     try:
         write_text(run.report, page(run, load_recommendation(run.folder)))
         return None

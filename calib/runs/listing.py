@@ -25,7 +25,10 @@ LISTING = "run.json"
 POSTERIOR, RECOMMENDATION, REPORT = "posterior.nc", "recommendation.json", "report.html"
 SPECIFICATION, NEXT = "specification.csv", "next.json"
 SUMMARIES = ("summary.json", "summary.csv")
-RESULTS = (POSTERIOR, *SUMMARIES, RECOMMENDATION, SPECIFICATION, REPORT, NEXT)
+#: The report, and its print if that was asked for.
+PRINTED = "report.pdf"
+PAGES = (REPORT, PRINTED)
+RESULTS = (POSTERIOR, *SUMMARIES, RECOMMENDATION, SPECIFICATION, *PAGES, NEXT)
 CHECKPOINT = "checkpoint"
 #: Folder in that of an average, with the posteriors of its models.
 MEMBERS = "members"

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
+import subprocess
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from html.parser import HTMLParser
 from importlib import resources
 from itertools import combinations
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -24,7 +26,7 @@ from calib.decision import Requirement, recommend, recommend_for
 from calib.digits import interval_text
 from calib.experiment import Limit, Specification
 from calib.lab.quality.grade import Grade
-from calib.report import prior_figure, write_report
+from calib.report import find_browser, print_page, prior_figure, write_report
 from calib.report.figures.padding import beside_figure
 from calib.sampling.posterior import Posterior
 from models.analytic import ClosedForm
@@ -271,3 +273,36 @@ def test_the_lights_keep_apart_without_red_and_green_sight(one: str, other: str)
 
 # What is left of red, green and blue without cones for green (Machado, Oliveira and Fernandes, IEEE TVCG 15 (2009) 1291).
 DEUTERANOPE = np.array([[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]])
+
+
+BROWSER = find_browser()
+
+
+@pytest.mark.skipif(BROWSER is None, reason="no browser on this machine")
+def test_a_browser_shows_the_page_as_wide_as_a_phone_and_prints_it_on_sheets_of_a4(page: str, tmp_path: Path) -> None:
+    assert BROWSER is not None
+    (tmp_path / "page.html").write_text(page, encoding="utf-8")
+    # A window is never as narrow as a phone; a frame in it is.
+    (tmp_path / "phone.html").write_text(PHONE_FRAME, encoding="utf-8")
+    words = ["--headless", "--disable-gpu", "--no-sandbox", "--allow-file-access-from-files", "--dump-dom"]
+    profile = f"--user-data-dir={tmp_path / 'profile'}"
+    run = [str(BROWSER), *words, profile, (tmp_path / "phone.html").as_uri()]
+    shown = subprocess.run(run, capture_output=True, text=True, timeout=120, check=True).stdout
+    assert re.findall("<title>(.*?)</title>", shown) == ["390 wide, beyond it: none"]
+    print_page(BROWSER, tmp_path / "page.html", tmp_path / "page.pdf")
+    content = (tmp_path / "page.pdf").read_bytes()
+    sheets = re.findall(rb"/MediaBox \[0 0 ([\d.]+) ([\d.]+)\]", content)
+    assert {(round(float(w)), round(float(h))) for w, h in sheets} == {(595, 842)}
+    assert 4 <= len(sheets) <= 12
+
+
+PHONE_FRAME = """<!DOCTYPE html><iframe id="phone" style="width: 390px; height: 20000px; border: 0" src="page.html"></iframe>
+<script>
+onload = () => {
+  const page = document.getElementById("phone").contentDocument;
+  const beyond = [...page.querySelectorAll("*")].filter(e => e.getBoundingClientRect().right > 390.5 && !e.closest(".scroll"));
+  const names = beyond.map(e => e.tagName + "." + e.className).join(" ") || "none";
+  document.title = page.documentElement.scrollWidth + " wide, beyond it: " + names;
+};
+</script>
+"""
