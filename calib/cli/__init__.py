@@ -15,6 +15,7 @@ from calib.cli import (
     check,
     compare,
     diff,
+    doctor,
     example,
     export,
     figures,
@@ -96,6 +97,7 @@ place.
 
 _FROM_LAB, _CALIBRATION, _MODEL = "From the lab", "Calibration", "Model of the sensor"
 app.callback()(version.callback)
+app.command("doctor", rich_help_panel=_FROM_LAB)(doctor.doctor)
 app.command("example", rich_help_panel=_FROM_LAB)(example.example)
 app.command("init", rich_help_panel=_FROM_LAB)(lab.init)
 app.command("read", rich_help_panel=_FROM_LAB)(lab.read)

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from calib.runs.before import Check, check
     from calib.runs.calibration import STAGES, Calibration, Stages, Watch, calibrate
     from calib.runs.difference import diff_runs
+    from calib.runs.doctor import Examined, examine
     from calib.runs.export import NotUsableError, export_in
     from calib.runs.figures import figures_in
     from calib.runs.folder import PageError, Run, load_recommendation, load_run, recommend_in, report_in
@@ -29,6 +30,7 @@ __all__ = [
     "STAGES",
     "Calibration",
     "Check",
+    "Examined",
     "Finding",
     "Means",
     "NotUsableError",
@@ -44,6 +46,7 @@ __all__ = [
     "calibrate_rivals",
     "check",
     "diff_runs",
+    "examine",
     "export_in",
     "figures_in",
     "load_recommendation",
@@ -84,6 +87,10 @@ __getattr__ = on_demand(
             "average_runs",
         ),
         ".difference": ("diff_runs",),
+        ".doctor": (
+            "Examined",
+            "examine",
+        ),
         ".export": (
             "NotUsableError",
             "export_in",
