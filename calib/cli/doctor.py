@@ -9,7 +9,7 @@ import typer
 from calib.cli.common import NOT_USABLE, out, refusing_bad_input, say
 
 if TYPE_CHECKING:
-    from calib.runs.doctor import Examined
+    from calib.runs import Examined
 
 _SIGNS = {"fine": "✓", "missing": "-", "broken": "✗"}
 _STYLES = {"fine": "green", "missing": "yellow", "broken": "bold red"}

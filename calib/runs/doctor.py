@@ -119,10 +119,8 @@ def _packages(_: Path) -> Iterator[Examined]:
 
 def _files(_: Path) -> Iterator[Examined]:
     """The files of this package, if they were installed and do not lie in a clone."""
-    import calib
-
     distribution = metadata.distribution(PACKAGE)
-    here = Path(calib.__file__).parent
+    here = Path(__file__).parents[1]
     kept = [f for f in distribution.files or () if f.hash is not None and f.hash.mode == "sha256" and f.parts[0] != ".."]
     own = [f for f in kept if f.parts[0] in ("calib", "models")]
     if not own:
