@@ -13,6 +13,7 @@ from calib.cli import (
     average,
     calibrate,
     check,
+    cite,
     compare,
     diff,
     doctor,
@@ -97,6 +98,7 @@ place.
 
 _FROM_LAB, _CALIBRATION, _MODEL = "From the lab", "Calibration", "Model of the sensor"
 app.callback()(version.callback)
+app.command("cite", rich_help_panel=_FROM_LAB)(cite.cite)
 app.command("doctor", rich_help_panel=_FROM_LAB)(doctor.doctor)
 app.command("example", rich_help_panel=_FROM_LAB)(example.example)
 app.command("init", rich_help_panel=_FROM_LAB)(lab.init)

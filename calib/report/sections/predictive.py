@@ -33,7 +33,7 @@ def _channel(p: Prediction, kind: str) -> Plot:
 
 
 def _name(p: Prediction, kind: str) -> str:
-    return f"{kind} of {p.specimen}, {p.sweep}"
+    return f"{kind} of {p.title}"
 
 
 def section(results: Results) -> Section:
