@@ -9,6 +9,8 @@ from itertools import count
 from pathlib import Path
 from typing import Literal, get_args
 
+from calib.checks import Verdict
+from calib.decision import Recommendation
 from calib.errors import Fault, InputError
 from calib.files import naming, require_folder, write_text
 from calib.report import plots_of_report, status_in_words, write_figure
@@ -50,7 +52,8 @@ def figures_in(run: Run, folder: Path | str | None = None, *, kind: Format = "pd
     if kind not in get_args(Format):
         raise InputError(Fault(f'"{kind}" is no format of figures', advice=f"Choose one of {', '.join(get_args(Format))}"))
     folder = run.folder / FIGURES if folder is None else Path(folder)
-    plots = plots_of_report(run.posterior, run.predictions, load_recommendation(run.folder))
+    recommendation = load_recommendation(run.folder)
+    plots = plots_of_report(run.posterior, run.predictions, recommendation)
     require_folder(folder, "Create it first")
     with naming(folder):
         folder.mkdir(exist_ok=True)
@@ -58,7 +61,7 @@ def figures_in(run: Run, folder: Path | str | None = None, *, kind: Format = "pd
     for name, plot in plots.items():
         write_figure(plot.figure(), folder / f"{names[name]}.{kind}")
     captions = {f"{names[name]}.{kind}": plot.caption for name, plot in plots.items()}
-    write_text(folder / CAPTIONS, _captions(run, captions))
+    write_text(folder / CAPTIONS, _captions(run, recommendation, captions))
     return (*(folder / name for name in captions), folder / CAPTIONS)
 
 
@@ -73,15 +76,19 @@ def _file_names(names: Iterable[str]) -> dict[str, str]:
     return found
 
 
-def _captions(run: Run, captions: Mapping[str, str]) -> str:
-    """What each file shows, under what of the run has to be known to use them."""
-    lines = [
-        f"# Figures of {visible(run.posterior.experiment.name)}",
-        "",
-        f"{status_in_words(run.verdict)} Posterior {run.posterior_sha256}.",
-    ]
-    if run.verdict.colour != "green":
-        lines += ["", *(f"- {r.level}, {r.gate}: {visible(r.in_words)}" for r in run.verdict.reasons)]
+def _captions(run: Run, recommendation: Recommendation | None, captions: Mapping[str, str]) -> str:
+    """What each file shows, under what of run and recommendation has to be known to use them."""
+    lines = [f"# Figures of {visible(run.posterior.experiment.name)}", "", f"Posterior {run.posterior_sha256}."]
+    lines += _verdict(run.verdict, "the numbers")
+    if recommendation is not None:
+        lines += _verdict(recommendation.verdict, "the advice")
+        if recommendation.posterior_sha256 not in ("", run.posterior_sha256):
+            lines += ["", "The advice was made from an earlier posterior: run `calib recommend` again."]
     for name, caption in captions.items():
         lines += ["", f"**{name}** {visible(caption)}"]
     return "\n".join(lines) + "\n"
+
+
+def _verdict(verdict: Verdict, what: str) -> list[str]:
+    reasons = [f"- {r.level}, {r.gate}: {visible(r.in_words)}" for r in verdict.reasons]
+    return ["", status_in_words(verdict, what), *(["", *reasons] if reasons else [])]

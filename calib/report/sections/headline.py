@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from calib.catalogue import POOLED, QUANTITIES, SPREADS, spread_of
-from calib.checks import passed_gates
+from calib.checks import Reason, passed_gates
 from calib.decision import largest_force, percent
 from calib.experiment import model_in_words
 from calib.report.rows import PRIOR_DRIVEN_WORDS, SENSOR_PARAMETERS, ParameterRow, parameter_rows, told_by_few
@@ -15,8 +15,13 @@ from calib.sampling import Posterior
 
 ORDER = 10
 
-# Specimens that the first sheet has room for, and reasons; of more it says how many.
-_MOST_SPECIMENS, _MOST_LIGHTS = 8, 6
+# Specimens that the first sheet has room for; of more it says how many.
+_MOST_SPECIMENS = 8
+
+# What a sheet of A4 has room for beside title, frames, signal and conditions, and how tall lines and cards are on it [mm].
+_ROOM, _LINE, _CARDS = 104.0, 4.2, 22.0
+# Letters of a line across the sheet, of one of the two columns of a reason, and cards beside each other.
+_ACROSS, _COLUMN, _ABREAST = 105, 34, 4
 
 
 def section(results: Results) -> Section:
@@ -28,27 +33,41 @@ def section(results: Results) -> Section:
     of_lots = posterior.experiment.pooling == "partial"  # of which what is of specimens stands in the table alone
     rows = [r for r in parameter_rows(posterior) if r.parameter in SENSOR_PARAMETERS]
     rows = [r for r in rows if not (of_lots and r.where and r.parameter in POOLED)]
-    lights = len(verdict.reasons) + len(more)
     shown = _specimens(rows)
+    cards = [r for r in rows if not r.where]
+    sentences = summary_sentences(posterior)
+    advice = "" if recommendation is None else recommendation.in_words if conformity is None else conformity.in_words
+    height = _height([*verdict.reasons, *more], (sentences, advice), len(cards) + (recommendation is not None))
     context = {
         "verdict": verdict,
         "status": status_in_words(verdict),
         "passed": passed_gates(posterior, verdict),
-        "sentences": summary_sentences(posterior),
+        "sentences": sentences,
+        "advice": advice,
         "recommendation": recommendation,
         "advice_status": "" if recommendation is None else status_in_words(recommendation.verdict, "the advice"),
         "beyond": more,
         "conforms": "" if conformity is None else percent(conformity.best.best_probability),
-        "rows": [r for r in rows if not r.where],
+        "rows": cards,
         "specimens": shown[:_MOST_SPECIMENS],
         "left_out": max(0, len(shown) - _MOST_SPECIMENS),
         "columns": {r.label: (r.symbol, r.unit) for r in rows if r.where},
         "conditions": _conditions(results),
         "picture": results.picture(results.signal_picture) if results.signal_picture else None,
-        # More than that does not fit onto one sheet, and the next section follows on where it ends.
-        "one_sheet": lights <= _MOST_LIGHTS,
+        # What does not fit onto one sheet is followed by the next section where it ends.
+        "one_sheet": height <= _ROOM,
     }
     return Section("verdict", "", "", "headline.html.j2", context)
+
+
+def _height(reasons: Sequence[Reason], texts: Sequence[str], n_card: int) -> float:
+    """About how tall verdicts and cards are on paper [mm]."""
+    lights = sum(max(_lines(r.finding, _COLUMN), _lines(r.action, _COLUMN)) * _LINE + 2.0 for r in reasons)
+    return lights + sum(_lines(text, _ACROSS) for text in texts) * _LINE + _lines("x" * n_card, _ABREAST) * _CARDS
+
+
+def _lines(text: str, letters: int) -> int:
+    return -(-len(text) // letters)
 
 
 def _specimens(rows: Sequence[ParameterRow]) -> list[tuple[str, dict[str, ParameterRow]]]:

@@ -21,6 +21,7 @@ from matplotlib.patches import StepPatch
 from matplotlib.text import Text
 
 from calib.catalogue import QUANTITIES
+from calib.checks import Reason, verdict_of
 from calib.checks.predictive import predict
 from calib.decision import Requirement, recommend, recommend_for
 from calib.digits import interval_text
@@ -182,14 +183,24 @@ def test_after_the_first_sheet_come_lab_data_fit_and_decision(page: str) -> None
     assert names == ["verdict", "quality", "sweeps", "parameters", "specification", "padding", "limits", "appendix"]
 
 
-def test_the_first_sheet_has_verdict_numbers_signal_and_conditions_and_ends_there(page: str) -> None:
+def test_the_first_sheet_has_verdict_numbers_signal_and_conditions(page: str) -> None:
     sheet = page.partition('<section id="verdict">')[2].partition("<nav>")[0]
     places = [sheet.index(word) for word in ('class="verdict', 'class="cards"', "<img ", "padding thickness", "Holds only for")]
     assert places == sorted(places)
     assert re.findall('data-name="([^"]*)"', sheet) == ["conformity"]
     assert page.count('data-name="conformity"') == 1
-    assert 'class="signal sheet"' in sheet
+
+
+def test_the_first_sheet_ends_where_it_is_full_and_what_does_not_fit_leaves_no_empty_one_behind(
+    make_posterior: MakePosterior, monkeypatch: pytest.MonkeyPatch
+) -> None:
     assert next(rule.says["break-after"] for rule in RULES if rule.selector == ".signal.sheet") == "page"
+    monkeypatch.setattr("calib.report.pictures._drawn", lambda *_: "data:,")
+    posterior = make_posterior(n_specimen=1)
+    predictions = predict(posterior, ClosedForm(), np.random.default_rng(1), n_draw=20)
+    for n, alone in ((2, True), (12, False)):
+        verdict = verdict_of([Reason(f"gate {k}", "amber", "found " * 9, "do this") for k in range(n)])
+        assert ('class="signal sheet"' in write_report(posterior, predictions, verdict=verdict)) == alone
 
 
 def tick_labels(axis: Axis) -> list[Text]:

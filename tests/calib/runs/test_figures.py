@@ -62,6 +62,7 @@ def test_every_figure_of_the_report_is_a_file_with_its_letters_and_a_caption(run
     ]
     captions = (tmp_path / "figures" / "captions.md").read_text(encoding="utf-8")
     assert "Red: do not use the numbers." in captions
+    assert "Red: do not use the advice." in captions
     assert all(f"**{name}** " in captions for name in files if name.endswith(".pdf"))
     for name in files[:1] + files[3:]:
         content = (tmp_path / "figures" / name).read_bytes()
