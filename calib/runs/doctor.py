@@ -59,7 +59,7 @@ def examine(folder: Path | str = ".", told: Callable[[Examined], None] = lambda 
     told : called with each finding as soon as it is there.
     """
     found = []
-    for part in (_python, _packages, _files, _surrogates, _forward_models, _places, _extras, _browser, _machine):
+    for part in (_python, _places, _packages, _files, _surrogates, _forward_models, _extras, _browser, _machine):
         for one in _examined(part, Path(folder)):
             told(one)
             found.append(one)
@@ -190,20 +190,21 @@ def _places(folder: Path) -> Iterator[Examined]:
     except OSError as error:
         action = "Make room there, or set the variable TMPDIR (TEMP on Windows) to a folder that can be written"
         yield Examined("temporary folder", "broken", f"cannot be written: {error.strerror or error}", action)
+    elsewhere = "Go to a folder that you may write into, or give one with -o"
     try:
+        place = folder.absolute()
         require_folder(folder / "run", "Give a folder that exists")
         with tempfile.TemporaryDirectory(prefix=".calib-doctor-", dir=folder) as scratch, owned(Path(scratch), "calib doctor"):
             pass
         free = shutil.disk_usage(folder).free
     except InputError as error:
         fault = error.faults[0]
-        yield Examined("this folder", "broken", fault.message, fault.advice or "Go to another folder")
+        yield Examined("this folder", "broken", fault.message, fault.advice or elsewhere)
         return
     except OSError as error:
-        action = "Go to a folder that you may write into, or give one with -o"
-        yield Examined("this folder", "broken", f"{folder.absolute()}: {error.strerror or error}", action)
+        yield Examined("this folder", "broken", f"{folder}: {error.strerror or error}", elsewhere)
         return
-    yield Examined("this folder", "fine", f"{folder.absolute()}, can be written and locked")
+    yield Examined("this folder", "fine", f"{place}, can be written and locked")
     room = free >= ROOM
     finding = f"{free / 1e9:.1f} GB free, a calibration takes up to {ROOM / 1e9:g} GB"
     yield Examined("disk", "fine" if room else "broken", finding, "" if room else "Make room, or choose another disk")
