@@ -1,7 +1,7 @@
-"""Every notebook runs from top to bottom, in its own folder; that of the whole job is kept with what came out.
+"""Every notebook runs from top to bottom, in its own folder; those that sample are kept with what came out.
 
-It is kept as it came out of sampling until convergence; here it samples for less long, with fewer walkers, after one climb
-and one round of steps, and is compared with coarse finite elements.
+They are kept as they came out of sampling until convergence; here they sample for less long, with fewer walkers, after one
+climb and one round of steps, and are compared with coarse finite elements.
 """
 
 from pathlib import Path
@@ -11,11 +11,18 @@ import pytest
 from nbclient import NotebookClient
 
 NOTEBOOKS = Path(__file__).parents[1] / "notebooks"
+#: What is sampled less long, by the notebook that it stands in.
+BRIEF = ("problem, seed=1)", "problem, seed=1, max_steps=20, n_walkers=64, processes=0)")
 SHORTER = {
     "calibrate": (
-        "calib.sample(problem, seed=1), problem.forward",
-        "calib.sample(problem, seed=1, max_steps=50, n_walkers=64, processes=0), problem.forward, FiniteElements(1e-2)",
-    )
+        (
+            "calib.sample(problem, seed=1), problem.forward",
+            "calib.sample(problem, seed=1, max_steps=50, n_walkers=64, processes=0), problem.forward, FiniteElements(1e-2)",
+        ),
+    ),
+    "decide": (BRIEF,),
+    "next_measurement": (BRIEF,),
+    "compare_models": (BRIEF, ("other, seed=2)", "other, seed=2, max_steps=20, n_walkers=64, processes=0)")),
 }
 BRIEFLY = """
 from calib.sampling import start
@@ -30,17 +37,26 @@ def test_notebook_runs(path: Path) -> None:
     notebook = nbformat.read(path, as_version=4)
     if path.stem in SHORTER:
         notebook.cells.insert(0, nbformat.v4.new_code_cell(BRIEFLY))
-        whole, short = SHORTER[path.stem]
-        assert sum(cell.source.count(whole) for cell in notebook.cells) == 1
-        for cell in notebook.cells:
-            cell.source = cell.source.replace(whole, short)
+        for whole, short in SHORTER[path.stem]:
+            assert sum(cell.source.count(whole) for cell in notebook.cells) == 1
+            for cell in notebook.cells:
+                cell.source = cell.source.replace(whole, short)
     NotebookClient(notebook, timeout=600, kernel_name="python3", resources={"metadata": {"path": str(NOTEBOOKS)}}).execute()
 
 
-def test_the_whole_job_is_kept_with_its_results() -> None:
-    cells = nbformat.read(NOTEBOOKS / "calibrate.ipynb", as_version=4).cells
+@pytest.mark.parametrize(
+    ("name", "results"),
+    [
+        ("calibrate", ("converged: True  surrogate honest: True", "Build about 5.5 mm of padding")),
+        ("decide", ("converged: True", "mm of padding", "For the drawing")),
+        ("next_measurement", ("converged: True", "Most for an hour in the lab")),
+        ("compare_models", ("converged: True",)),
+        ("finite_elements", ("force off by about", "work of the ball over stored energy")),
+    ],
+)
+def test_what_came_out_is_kept(name: str, results: tuple[str, ...]) -> None:
+    cells = nbformat.read(NOTEBOOKS / f"{name}.ipynb", as_version=4).cells
     outputs = [output for cell in cells if cell.cell_type == "code" for output in cell.outputs]
     said = "".join(output.get("text", "") for output in outputs)
-    assert "converged: True  surrogate honest: True" in said
-    assert "Build about 5.5 mm of padding" in said
+    assert [result for result in results if result not in said] == []
     assert not any(output.output_type == "error" or output.get("name") == "stderr" for output in outputs)

@@ -44,6 +44,12 @@ class Results:
         return Picture(name, self.drawings[name](), self.plots[name].alt, self.plots[name].caption)
 
     @property
+    def stale(self) -> bool:
+        """Whether the recommendation was made from another posterior than this."""
+        made_from = "" if self.recommendation is None else self.recommendation.posterior_sha256
+        return bool(self.posterior_sha256 and made_from) and made_from != self.posterior_sha256
+
+    @property
     def signal_picture(self) -> str:
         """Name of the plot of the signal that stands on the first page, and nowhere else; "" where there is none."""
         if self.recommendation is None:

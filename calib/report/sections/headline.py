@@ -47,6 +47,7 @@ def section(results: Results) -> Section:
         "recommendation": recommendation,
         "advice_status": "" if recommendation is None else status_in_words(recommendation.verdict, "the advice"),
         "beyond": more,
+        "stale": results.stale,
         "conforms": "" if conformity is None else percent(conformity.best.best_probability),
         "rows": cards,
         "specimens": shown[:_MOST_SPECIMENS],

@@ -36,10 +36,9 @@ def section(results: Results) -> Section | None:
     r = results.recommendation
     if r is None:
         return None
-    known = results.posterior_sha256 and r.posterior_sha256
     context = {
         "recommendation": r,
-        "stale": bool(known) and r.posterior_sha256 != results.posterior_sha256,
+        "stale": results.stale,
         "rows": _rows(r),
         "percent": percent(r.best_probability),
         "pictures": [results.picture(name) for name in (PADDING, "beside") if name != results.signal_picture],

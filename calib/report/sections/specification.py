@@ -39,11 +39,10 @@ def section(results: Results) -> Section | None:
     r, c = results.recommendation, _conformity(results)
     if r is None or c is None:
         return None
-    known = results.posterior_sha256 and r.posterior_sha256
     counted = [cause for cause in c.causes if cause.counts]
     context = {
         "conformity": c,
-        "stale": bool(known) and r.posterior_sha256 != results.posterior_sha256,
+        "stale": results.stale,
         "rows": _rows(c),
         "causes": [(cause.name, f"{100 * cause.share:.0f} %", f"{100 * cause.error:.0f} %") for cause in counted],
         "sensors": _sensors(c),

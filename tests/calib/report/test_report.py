@@ -343,7 +343,8 @@ def test_a_recommendation_from_another_posterior_is_marked_as_old(
     make_posterior: MakePosterior, predictions: tuple[Prediction, ...], recommendation: Recommendation
 ) -> None:
     page = write_report(make_posterior(n_specimen=1), predictions[:1], recommendation, posterior_sha256="bb")
-    assert "made from an earlier posterior" in _text(page)
+    assert "advice was made from an earlier posterior" in _text(page.partition("<nav>")[0])
+    assert "recommendation was made from an earlier posterior" in _text(page.partition("<nav>")[2])
 
 
 @pytest.mark.usefixtures("undrawn")
