@@ -90,6 +90,7 @@ if TYPE_CHECKING:
         Run,
         average_runs,
         calibrate,
+        certify_in,
         check,
         diff_runs,
         export_in,
@@ -97,6 +98,7 @@ if TYPE_CHECKING:
         load_run,
         next_in,
         recommend_in,
+        verify,
     )
     from calib.sampling import (
         Diagnostics,
@@ -160,6 +162,7 @@ __all__ = [
     "average_runs",
     "build_problem",
     "calibrate",
+    "certify_in",
     "change_figure",
     "channel_figure",
     "check",
@@ -215,6 +218,7 @@ __all__ = [
     "to_arviz",
     "trace_figure",
     "values_at",
+    "verify",
     "with_departures",
     "with_reweighting",
     "with_sensitivity",
@@ -343,6 +347,7 @@ _ROOMS: dict[str, tuple[str, ...]] = {
         "Run",
         "average_runs",
         "calibrate",
+        "certify_in",
         "check",
         "diff_runs",
         "export_in",
@@ -350,6 +355,7 @@ _ROOMS: dict[str, tuple[str, ...]] = {
         "load_run",
         "next_in",
         "recommend_in",
+        "verify",
     ),
 }
 __getattr__ = on_demand(__name__, _ROOMS)

@@ -1,7 +1,7 @@
 """Keys of a laboratory and the bytes of a file in, a signature in minisign's format out, and back: whether it holds.
 
-The formats are those of minisign (https://jedisct1.github.io/minisign/), so that its program checks what is signed here, and its
-keys sign here. Ed25519 (RFC 8032) comes from the package cryptography, the extra `sign`; all else from Python.
+The formats are those of minisign (https://jedisct1.github.io/minisign/), so that its program checks what is signed here, and
+its keys sign here. Ed25519 (RFC 8032) comes from the package cryptography, the extra `sign`; all else from Python.
 """
 
 from __future__ import annotations
