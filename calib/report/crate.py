@@ -18,7 +18,7 @@ CRATE = "ro-crate-metadata.json"
 _CRATE = "https://w3id.org/ro/crate/1.1"
 _PROCESS = "https://w3id.org/ro/wfrun/process/0.5"
 # What the context of RO-Crate 1.1 does not have yet.
-_TERMS = {"sha256": "https://schema.org/sha256"}
+_TERMS = {"sha256": "http://schema.org/sha256"}
 _UNLICENSED = "#no-licence"
 
 _FORMATS = {".nc": "application/x-hdf5", ".toml": "application/toml", ".minisig": "text/plain", ".npz": "application/zip"}
@@ -88,7 +88,7 @@ def _root(c: Certificate, files: tuple[CrateFile, ...]) -> dict[str, Any]:
         "conformsTo": {"@id": _PROCESS},
         "identifier": c.number,
         "hasPart": [{"@id": _address(file.name)} for file in files],
-        "mentions": [{"@id": action["@id"]} for action in _actions(c, files)],
+        "mentions": _one_or_all([{"@id": action["@id"]} for action in _actions(c, files)]),
     }
     if c.laboratory.operator:
         root["author"] = {"@id": "#operator"}
@@ -166,22 +166,34 @@ def _actions(c: Certificate, files: tuple[CrateFile, ...]) -> list[dict[str, Any
     inputs = [{"@id": f"#input-{k}"} for k in range(1, len(c.origin.inputs) + 1)]
     agent = {"agent": {"@id": "#operator"}} if c.laboratory.operator else {}
     if c.instruments:
-        instruments = [{"@id": f"#instrument-{k}"} for k in range(1, len(c.instruments) + 1)]
+        measured: dict[str, Any] = {"@id": "#measurement", "@type": "Action", "name": "measurement"}
+        measured["instrument"] = _one_or_all([{"@id": f"#instrument-{k}"} for k in range(1, len(c.instruments) + 1)])
         lab = [at for at, entry in zip(inputs, c.origin.inputs, strict=True) if entry["what"] == "lab file"]
         days = {"startTime": c.laboratory.measured, "endTime": c.laboratory.measured_until}
-        measured = {"@id": "#measurement", "@type": "CreateAction", "name": "measurement", "instrument": instruments}
-        found.append({**measured, "result": lab, **{key: day for key, day in days.items() if day}, **agent})
-    results = [{"@id": _address(file.name)} for file in files]
+        found.append({**measured, "result": _one_or_all(lab), **{key: day for key, day in days.items() if day}, **agent})
+    own = [{"@id": _address(file.name)} for file in files if file.sha256]
+    of_certificate = [{"@id": _address(file.name)} for file in files if not file.sha256]
+    last = len(c.origin.commands)
     for k, command in enumerate(c.origin.commands, 1):
-        made = {
+        made: dict[str, Any] = {
             "@id": f"#command-{k}",
             "@type": "CreateAction",
             "name": command["text"],
+            "description": "command that wrote into this folder",
             "endTime": command["at"],
             "instrument": {"@id": f"#calib-{quote(command['version'], safe='')}"},
         }
-        found.append({**made, **({"object": inputs, "result": results} if k == 1 else {}), **agent})
+        if k == 1:
+            made |= {"object": _one_or_all(inputs), "result": _one_or_all(own)}
+        elif k == last:
+            made |= {"object": _one_or_all(own), "result": _one_or_all(of_certificate)}
+        found.append({**made, **agent})
     return found
+
+
+def _one_or_all(entries: list[dict[str, str]]) -> object:
+    """Entries of a property, as JSON-LD has them: one of them stands alone."""
+    return entries[0] if len(entries) == 1 else entries
 
 
 def _address(name: str) -> str:

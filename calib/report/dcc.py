@@ -159,10 +159,16 @@ def _quantity(at: ET.Element, value: CertifiedValue | KnownValue) -> None:
 
 
 def _software(at: ET.Element, versions: Mapping[str, str]) -> None:
+    kinds = {PROGRAM: "application", "platform": "os"}
     for name, version in versions.items():
-        software = _in(at, "software")
+        if name == "commit":
+            continue
+        software, of_clone = _in(at, "software"), versions.get("commit", "") if name == PROGRAM else ""
         _text(software, "name", name)
         _in(software, "release", version)
+        _in(software, "type", kinds.get(name, "library"))
+        if of_clone:
+            _text(software, "description", f"commit {of_clone}")
 
 
 def _contact(at: ET.Element, name: str, c: Certificate, *, own: bool = True) -> None:

@@ -45,20 +45,23 @@ def certificate_page(certificate: Certificate, posterior_sha256: str, report_sha
 
 def _facts(c: Certificate) -> Mapping[str, str]:
     lab = c.laboratory
-    days = lab.measured if lab.measured == lab.measured_until else f"{lab.measured} to {lab.measured_until}"
     facts = {
         "laboratory": ", ".join(part for part in (lab.name, lab.city, lab.country, lab.email) if part),
         "operator": lab.operator,
         "customer": lab.customer,
-        "measured": days,
+        "measured": _span(lab.measured, lab.measured_until),
         "specimens": ", ".join(c.specimens),
         "model": c.model,
         "forward model": "; ".join(c.origin.forward),
         "taken as known": ", ".join(known.shown for known in c.known),
         "calibrated with": ", ".join(f"{name} {version}" for name, version in c.calibrated_with.items()),
-        "sampled": f"{c.started[:10]} to {c.ended[:10]}, seed {c.seed}" if c.started else f"seed {c.seed}",
+        "sampled": f"{_span(c.started[:10], c.ended[:10])}, seed {c.seed}" if c.started else f"seed {c.seed}",
     }
     return {name: fact for name, fact in facts.items() if fact}
+
+
+def _span(first: str, last: str) -> str:
+    return first if first == last else f"{first} to {last}"
 
 
 def _template(name: str) -> str:

@@ -109,9 +109,14 @@ def check_signature(folder: Path, key: PublicKey | None) -> Finding | None:
 
 
 def forwards_of(run: Run) -> tuple[str, ...]:
-    """The forward model of a run by name and content, or those of an average."""
+    """The forward model of a run by its content, or those of the models of an average.
+
+    Parameters
+    ----------
+    run : as loaded.
+    """
     models = run.posterior.diagnostics.models
-    return tuple(m.forward for m in models) if models else (f"{run.forward.name}, {run.forward.identity}",)
+    return tuple(f"{m.name}: {m.forward}" for m in models) if models else (run.forward.identity,)
 
 
 def _signed_by(content: bytes) -> str:
