@@ -61,7 +61,12 @@ def _lab(folder: Path, more: str = WHO) -> Path:
 def _calibrated(lab: Path, name: str, posterior: Posterior) -> Run:
     """A run folder of a posterior that was made by hand, as if it were of the experiment of a lab."""
     told = read_experiment(lab / "experiment.toml")
-    own = {"path": told.path, "sha256": told.sha256, "laboratory": told.laboratory, "instruments": told.instruments}
+    own: dict[str, Any] = {
+        "path": told.path,
+        "sha256": told.sha256,
+        "laboratory": told.laboratory,
+        "instruments": told.instruments,
+    }
     forward = ClosedForm()
     identity = Identity({"seed": str(posterior.seed), "forward model": f"{forward.name}, {forward.identity}"})
     posterior = replace(
@@ -81,9 +86,9 @@ def _calibrated(lab: Path, name: str, posterior: Posterior) -> Run:
 def made(tmp_path_factory: pytest.TempPathFactory, make_posterior: Callable[..., Posterior]) -> Path:
     """A lab folder with two finished runs that are certified, and one that is not usable."""
     lab = _lab(tmp_path_factory.mktemp("lab"))
-    certify_in(_calibrated(lab, "run", make_posterior()), key=KEY)
-    certify_in(_calibrated(lab, "other", replace(make_posterior(), seed=8)), key=KEY)
-    _calibrated(lab, "red", make_posterior(converged=False))
+    certify_in(_calibrated(lab, "run", make_posterior(n_specimen=1)), key=KEY)
+    certify_in(_calibrated(lab, "other", replace(make_posterior(n_specimen=1), seed=8)), key=KEY)
+    _calibrated(lab, "red", make_posterior(converged=False, n_specimen=1))
     return lab
 
 
@@ -132,7 +137,7 @@ def test_it_says_what_the_run_found_who_measured_and_how_it_was_made(run: Path) 
     said = json.loads((run / "certificate.json").read_text(encoding="utf-8"))
     posterior = load_run(run).posterior
     modulus = said["results"][0]
-    assert [value["name"] for value in said["results"]][-1] == "padding_thickness[sensor 2]"
+    assert [value["name"] for value in said["results"]][-1] == "padding_thickness[sensor 1]"
     draws = posterior.to_dataframe()["young_modulus"].to_numpy()
     assert modulus["value"] == pytest.approx(np.mean(draws), rel=1e-3)  # those of the fixture are the truth
     assert modulus["standard_uncertainty"] == pytest.approx(np.std(draws), rel=0.1)
@@ -214,7 +219,7 @@ def test_what_the_experiment_file_does_not_say_is_said_not_to_be_said(
     tmp_path: Path, make_posterior: Callable[..., Posterior]
 ) -> None:
     lab = _lab(tmp_path, "")
-    _calibrated(lab, "run", make_posterior())
+    _calibrated(lab, "run", make_posterior(n_specimen=1))
     (lab / "experiment.toml").unlink()
     done = _command("certificate", lab / "run")
     assert done.exit_code == 0, done.output
