@@ -37,7 +37,7 @@ def certificate(
     not said there the certificate says it does not say. certificate.xml is PTB's Digital Calibration Certificate; it needs
     name, operator, country and measured in [laboratory]. It is no certificate of an accredited laboratory: docs/certificate.md.
 
-    A run whose verdict is red gets a record instead that says so first, and holds no results.
+    A run whose verdict is red gets a statement instead that says so first, and holds no results.
 
     Example: `calib certificate run1 --key lab.key`
 

@@ -35,7 +35,7 @@ _TITLES: Mapping[Colour, str] = {
 _STATEMENTS: Mapping[Colour, str] = {
     "green": "Nothing that was looked at speaks against these results.",
     "amber": "These results may be used for what the reservations leave, and for nothing else.",
-    "red": "The verdict on this calibration is red. This is its record, without its numbers, which must not be used.",
+    "red": "The verdict on this calibration is red. This says how it came about, without its numbers, which must not be used.",
 }
 
 #: What no certificate of this program is.

@@ -48,7 +48,7 @@ from calib.visible import visible
 def certify_in(run: Run, *, key: SecretKey | None = None, command: str = "") -> Certificate:
     """Issue the certificate of a run and keep it there: certificate.json, .html, .xml, ro-crate-metadata.json, a signature.
 
-    A run whose verdict is red gets a record that says so first and holds no results. certificate.xml is written where the
+    A run whose verdict is red gets a statement that says so first and holds no results. certificate.xml is written where the
     experiment file says what PTB's form asks for (`calib.report.dcc_gaps`). An earlier certificate is replaced.
 
     Parameters

@@ -197,7 +197,7 @@ def test_the_page_shows_numbers_rounded_and_stands_by_itself(run: Path) -> None:
     assert "href=" not in page
 
 
-def test_a_red_run_gets_a_record_that_says_so_first_and_has_no_numbers(run: Path) -> None:
+def test_a_red_run_gets_a_statement_that_says_so_first_and_has_no_numbers(run: Path) -> None:
     red = run.parent / "red"
     done = _command("certificate", red)
     assert done.exit_code == 3, done.output
