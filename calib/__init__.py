@@ -114,6 +114,7 @@ if TYPE_CHECKING:
         thin_draws,
         to_arviz,
     )
+    from calib.signature import read_public_key, read_secret_key
 
 __all__ = [
     "CHANNELS",
@@ -203,6 +204,8 @@ __all__ = [
     "read_design",
     "read_experiment",
     "read_lab_file",
+    "read_public_key",
+    "read_secret_key",
     "read_specification",
     "read_sweeps",
     "readings",
@@ -227,6 +230,10 @@ __all__ = [
 ]
 
 _ROOMS: dict[str, tuple[str, ...]] = {
+    "calib.signature": (
+        "read_public_key",
+        "read_secret_key",
+    ),
     "calib.errors": (
         "Fault",
         "InputError",

@@ -109,7 +109,7 @@ def secret_key_text(key: SecretKey, password: str = "") -> str:
     return f"{_UNTRUSTED}{'minisign encrypted secret key' if password else 'minisign secret key'}\n{_encoded(content)}\n"
 
 
-def read_secret_key(path: Path, ask: Callable[[], str]) -> SecretKey:
+def read_secret_key(path: Path | str, ask: Callable[[], str]) -> SecretKey:
     """Read the file of a secret key, from here or from minisign.
 
     Parameters
@@ -122,6 +122,7 @@ def read_secret_key(path: Path, ask: Callable[[], str]) -> SecretKey:
     InputError
         If it is no such file, is damaged, or the password is another.
     """
+    path = Path(path)
     content = _decoded(_lines(path, 2, "a secret key")[1], path, "a secret key")
     head, salt, rest = content[:6], content[6 : 6 + _SALT], content[6 + _SALT :]
     operations, memory, kept = int.from_bytes(rest[:8], "little"), int.from_bytes(rest[8:16], "little"), rest[16:]
@@ -149,14 +150,15 @@ def public_key_text(key: PublicKey) -> str:
     return f"{_UNTRUSTED}minisign public key {key.name}\n{_encoded(_PURE + key.number + key.key)}\n"
 
 
-def read_public_key(path: Path) -> PublicKey:
-    """Read the file of a public key, from here or from minisign.
+def read_public_key(path: Path | str) -> PublicKey:
+    """Read the file of a public key, from here or from minisign: of the laboratory whose certificates are to be checked.
 
     Raises
     ------
     InputError
         If it is no such file; of a secret key it says so.
     """
+    path = Path(path)
     content = _decoded(_lines(path, 2, "a public key")[1], path, "a public key")
     if content[:2] == _PURE and content[4:6] == _CHECKSUM and len(content) > 100:
         advice = "Give the file that ends in .pub, and keep this one to yourself"

@@ -9,7 +9,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from calib.errors import Fault, InputError
-from calib.files import sha256_of, write_text
+from calib.files import require_writable, sha256_of, write_text
 from calib.provenance import PROGRAM, commit, platform_in_words, versions
 from calib.report import (
     Certificate,
@@ -72,6 +72,8 @@ def certify_in(run: Run, *, key: SecretKey | None = None, command: str = "") -> 
         advice = f"`calib report {run.folder}` makes it again; look at the files before you trust them"
         message = "run.json is not there: nothing tells whether the files of this run are as they were written"
         raise InputError(Fault(message, run.folder, advice=advice))
+    for name in CERTIFICATES:
+        require_writable(run.folder / name)
     command = command or "calib certificate"
     verdict = run.verdict
     with owned_run(run, command) as listing:
@@ -105,9 +107,9 @@ def _files_of(folder: Path, listing: Listing) -> dict[str, str]:
     found: dict[str, str] = {}
     for name in (*(name for name in RESULTS if name not in CERTIFICATES), *members):
         path = folder / name
-        if not path.is_file():
+        if not path.is_file() and name not in listing.files:
             continue
-        found[name] = sha256_of(path)
+        found[name] = sha256_of(path) if path.is_file() else "gone"
         if listing.files.get(name) != found[name]:
             advice = f"Look at `calib verify {folder}`; `calib report {folder}` writes page and summary anew"
             raise InputError(Fault("this file is not as it was written, and nothing is certified", path, advice=advice))

@@ -56,7 +56,7 @@ def check_certificate(folder: Path, listing: Listing, run: Run | None) -> dict[s
 
     Returns
     -------
-    Name of a file of the certificate -> what was found, of those that are not fine.
+    Name of a file -> what was found, of those that are not fine and of results that it does not cover.
     """
     path = folder / CERTIFICATE
     if not path.is_file():
@@ -70,9 +70,10 @@ def check_certificate(folder: Path, listing: Listing, run: Run | None) -> dict[s
             _require_numbers(content, colour, run)
     except _NotOfThisRunError as error:
         return {CERTIFICATE: Finding(CERTIFICATE, error.state, error.note)}
-    except (KeyError, TypeError, ValueError, AttributeError, OSError) as error:
+    except (KeyError, TypeError, ValueError, AttributeError, OSError, RecursionError) as error:
         return {CERTIFICATE: Finding(CERTIFICATE, "changed", f"it is no certificate as it was written ({error})")}
-    return wrong
+    later = [name for name in RESULTS if name not in (*content["files"], *CERTIFICATES) and (folder / name).is_file()]
+    return wrong | {name: Finding(name, "fine", "made after the certificate, which does not cover it") for name in later}
 
 
 def check_signature(folder: Path, key: PublicKey | None) -> Finding | None:
@@ -124,7 +125,7 @@ def _signed_by(content: bytes) -> str:
     try:
         said = json.loads(content)["laboratory"]
         return ", ".join(said[key] for key in ("operator", "name") if said[key]) or "a laboratory that does not say its name"
-    except (ValueError, KeyError, TypeError):
+    except (ValueError, KeyError, TypeError, RecursionError):
         return "whoever has it"
 
 

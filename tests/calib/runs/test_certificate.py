@@ -236,6 +236,9 @@ def test_files_that_are_not_as_they_were_written_are_not_certified(run: Path) ->
     with pytest.raises(InputError, match=r"summary\.csv: this file is not as it was written, and nothing is certified"):
         certify_in(load_run(run))
     assert {p: p.read_bytes() for p in run.rglob("*") if p.is_file()} == before
+    (run / "summary.csv").unlink()
+    with pytest.raises(InputError, match=r"summary\.csv: this file is not as it was written"):
+        certify_in(load_run(run))
     (run / "run.json").unlink()
     with pytest.raises(InputError, match=r"run\.json is not there"):
         certify_in(load_run(run))
