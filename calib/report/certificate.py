@@ -10,9 +10,9 @@ from typing import Any
 
 from calib.catalogue import QUANTITIES, UnknownName
 from calib.checks import Colour, Verdict
+from calib.digits import interval_text, with_uncertainty
 from calib.experiment import Instrument, Laboratory, keys_of, model_in_words
 from calib.records import record_to_text
-from calib.report.digits import interval_text, with_uncertainty
 from calib.report.rows import SENSOR_PARAMETERS, parameter_rows
 from calib.sampling import FINGERPRINT, Posterior, coverage_intervals
 

@@ -27,6 +27,7 @@ _ABOUT = {
     "summary.json": "parameters, verdict and diagnostics, SI",
     "summary.csv": "parameters, SI",
     "report.html": "report for people",
+    "report.pdf": "the same, printed",
     "recommendation.json": "which padding to build",
     "specification.csv": "which paddings conform to a specification",
     "next.json": "what to measure next",
