@@ -90,6 +90,7 @@ if TYPE_CHECKING:
         Run,
         average_runs,
         calibrate,
+        certify_in,
         check,
         diff_runs,
         export_in,
@@ -97,6 +98,7 @@ if TYPE_CHECKING:
         load_run,
         next_in,
         recommend_in,
+        verify,
     )
     from calib.sampling import (
         Diagnostics,
@@ -112,6 +114,7 @@ if TYPE_CHECKING:
         thin_draws,
         to_arviz,
     )
+    from calib.signature import read_public_key, read_secret_key
 
 __all__ = [
     "CHANNELS",
@@ -160,6 +163,7 @@ __all__ = [
     "average_runs",
     "build_problem",
     "calibrate",
+    "certify_in",
     "change_figure",
     "channel_figure",
     "check",
@@ -200,6 +204,8 @@ __all__ = [
     "read_design",
     "read_experiment",
     "read_lab_file",
+    "read_public_key",
+    "read_secret_key",
     "read_specification",
     "read_sweeps",
     "readings",
@@ -215,6 +221,7 @@ __all__ = [
     "to_arviz",
     "trace_figure",
     "values_at",
+    "verify",
     "with_departures",
     "with_reweighting",
     "with_sensitivity",
@@ -223,6 +230,10 @@ __all__ = [
 ]
 
 _ROOMS: dict[str, tuple[str, ...]] = {
+    "calib.signature": (
+        "read_public_key",
+        "read_secret_key",
+    ),
     "calib.errors": (
         "Fault",
         "InputError",
@@ -343,6 +354,7 @@ _ROOMS: dict[str, tuple[str, ...]] = {
         "Run",
         "average_runs",
         "calibrate",
+        "certify_in",
         "check",
         "diff_runs",
         "export_in",
@@ -350,6 +362,7 @@ _ROOMS: dict[str, tuple[str, ...]] = {
         "load_run",
         "next_in",
         "recommend_in",
+        "verify",
     ),
 }
 __getattr__ = on_demand(__name__, _ROOMS)

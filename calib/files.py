@@ -16,7 +16,7 @@ _PART = ".part"
 
 
 @contextmanager
-def whole_file(path: Path, advice: str = "Create it, or choose another") -> Iterator[Path]:
+def whole_file(path: Path, advice: str = "Create it, or choose another", *, mode: int = 0o666) -> Iterator[Path]:
     """Write a file so that at any moment, power cuts included, it is there whole or not at all.
 
     What is written to the name that this gives becomes `path` when the block ends well: flushed to the disk first, then named,
@@ -26,6 +26,7 @@ def whole_file(path: Path, advice: str = "Create it, or choose another") -> Iter
     ----------
     path : the file to be.
     advice : what to do if its folder does not exist.
+    mode : who may read and write it, from its first byte on; the system's mask takes away from it.
 
     Yields
     ------
@@ -41,7 +42,7 @@ def whole_file(path: Path, advice: str = "Create it, or choose another") -> Iter
     require_folder(path, advice)
     part = _part(path)
     with naming(path, part):
-        part.open("xb").close()
+        part.touch(mode, exist_ok=False)
         try:
             yield part
             _flush(part)
@@ -52,7 +53,7 @@ def whole_file(path: Path, advice: str = "Create it, or choose another") -> Iter
     _flush_folder(path.parent)
 
 
-def write_text(path: Path, text: str, advice: str = "Create it, or choose another -o") -> None:
+def write_text(path: Path, text: str, advice: str = "Create it, or choose another -o", *, mode: int = 0o666) -> None:
     """Write a text file in UTF-8, whole or not at all.
 
     Parameters
@@ -60,13 +61,14 @@ def write_text(path: Path, text: str, advice: str = "Create it, or choose anothe
     path : the file to be.
     text : its content; lines end in a line feed on every system.
     advice : what to do if the folder does not exist.
+    mode : as of `whole_file`.
 
     Raises
     ------
     InputError
         If the folder does not exist.
     """
-    with whole_file(path, advice) as whole:
+    with whole_file(path, advice, mode=mode) as whole:
         whole.write_text(text, encoding="utf-8", newline="\n")
 
 

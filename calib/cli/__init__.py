@@ -12,6 +12,7 @@ from typer.core import TyperGroup
 from calib.cli import (
     average,
     calibrate,
+    certificate,
     check,
     cite,
     compare,
@@ -115,9 +116,16 @@ app.command("average", rich_help_panel=_CALIBRATION)(average.average)
 app.command("report", rich_help_panel=_CALIBRATION)(runs.report)
 app.command("figures", rich_help_panel=_CALIBRATION)(figures.figures)
 app.command("export", rich_help_panel=_CALIBRATION)(export.export)
+app.command("certificate", rich_help_panel=_CALIBRATION)(certificate.certificate)
 app.command("prove", rich_help_panel=_CALIBRATION)(prove.prove)
 app.command("verify", rich_help_panel=_CALIBRATION)(verify.verify)
 app.command("simulate", rich_help_panel=_MODEL)(simulate.simulate)
+
+_of_key = typer.Typer(
+    no_args_is_help=True, rich_markup_mode="markdown", help="The key of a laboratory, with which it signs certificates."
+)
+_of_key.command("new")(certificate.new_key)
+app.add_typer(_of_key, name="key", rich_help_panel=_CALIBRATION)
 
 _of_surrogate = typer.Typer(
     no_args_is_help=True,

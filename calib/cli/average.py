@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import shlex
-import sys
 from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
 
-from calib.cli.common import Strict, exit_by, loaded, paging, refusing_bad_input, say, say_average, say_verdict
+from calib.cli.common import Strict, as_given, exit_by, loaded, paging, refusing_bad_input, say, say_average, say_verdict
 
 
 def average(
@@ -41,8 +39,7 @@ def average(
         from calib.report import status_in_words
         from calib.runs import average_runs
 
-        command = shlex.join(["calib", *sys.argv[1:]])
-        made, page_error = average_runs([loaded(run) for run in runs], output, by=by, command=command)
+        made, page_error = average_runs([loaded(run) for run in runs], output, by=by, command=as_given())
         say_average(made)
         say_verdict(made.verdict, status_in_words(made.verdict))
         say(f"Written: {output / 'posterior.nc'}, {made.report}")

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
-import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -17,6 +15,7 @@ from calib.cli.common import (
     BUDGET,
     NOT_USABLE,
     Strict,
+    as_given,
     counting,
     err,
     exit_by,
@@ -101,7 +100,7 @@ def calibrate(
     checkpoint kept.
     """
     deadline = time.monotonic() + 60 * budget
-    told = shlex.join(["calib", *sys.argv[1:]])
+    told = as_given()
     if quick:
         given = {
             "-o": output,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import shlex
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import BrokenExecutor
@@ -252,6 +253,11 @@ def loaded(folder: Path) -> Run:
     for note in (*run.notes, *run.gone):
         err().print(f"Note: {note}", markup=False, soft_wrap=True)
     return run
+
+
+def as_given() -> str:
+    """The command line of this process, as it can be pasted."""
+    return shlex.join(["calib", *sys.argv[1:]])
 
 
 def pasted(words: Sequence[str], options: Mapping[str, Path | float | None]) -> str:

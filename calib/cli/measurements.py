@@ -10,6 +10,7 @@ import typer
 from calib.cli.common import (
     RunFolder,
     Strict,
+    as_given,
     exit_by,
     loaded,
     out,
@@ -69,7 +70,7 @@ def next_measurement(
         found = loaded(run)
         requirement = _requirement(found, what, force, padding)
         require_writable(run / "next.json")
-        result = next_in(found, requirement, of_lab, seed=seed)
+        result = next_in(found, requirement, of_lab, seed=seed, command=as_given())
         text = "" if draft is None else result.draft(number, draft.absolute().parent)
         _say(result)
         say_verdict(result.verdict, status_in_words(result.verdict, "the ranking"))

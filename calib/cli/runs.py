@@ -10,6 +10,7 @@ import typer
 from calib.cli.common import (
     RunFolder,
     Strict,
+    as_given,
     exit_by,
     loaded,
     paging,
@@ -93,7 +94,7 @@ def recommend(
         found = loaded(run)
         require_writable(run / "recommendation.json")
         with paging():
-            recommendation = recommend_in(found, wanted, seed=seed)
+            recommendation = recommend_in(found, wanted, seed=seed, command=as_given())
         conformity = recommendation.conformity
         say(recommendation.in_words if conformity is None else conformity.in_words)
         say_verdict(recommendation.verdict, status_in_words(recommendation.verdict, "the advice"))
@@ -138,7 +139,7 @@ def report(
         found = loaded(run)
         require_writable(found.report)
         with paging():
-            report_in(found, browser)
+            report_in(found, browser, command=as_given())
         say_verdict(found.verdict, status_in_words(found.verdict))
         say(f"Written: {', '.join(str(path) for path in (found.report, *([found.printed] if pdf else [])))}")
     exit_by(found.verdict, strict)

@@ -7,27 +7,38 @@ from typing import Annotated
 
 import typer
 
-from calib.cli.common import NOT_USABLE, refusing_bad_input, say
+from calib.cli.common import NOT_USABLE, RunFolder, refusing_bad_input, say
 
 
-def verify(run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder written by `calib calibrate`.")]) -> None:
+def verify(
+    run: RunFolder,
+    public_key: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.pub", help="Key of the laboratory that the certificate must be signed with."),
+    ] = None,
+) -> None:
     """Check that nothing of a run, and nothing that it was made from, has changed since: every file against its hash.
 
     That is the experiment, the lab files, the surrogate, posterior, summary, recommendation, report and checkpoint, and
     run.json, which holds the hashes. A file that was moved away is missing, not changed; a run and its lab files may move
     together.
 
-    Example: `calib verify run1`
+    A certificate is also held against the run: of another run it is changed, and stale if what it is of was written anew since.
+    With --public-key it must be signed with that laboratory's key. Hashes tell of accidents; the signature tells who answers
+    for all files of the run.
+
+    Example: `calib verify run1 --public-key lab.pub`
 
     Writes: nothing.
 
     Exit codes: 0 everything is as it was; 2 no run there, or another process is writing into it; 3 something has changed, is
-    missing, or was not written to its end, and saying what.
+    missing, stale, not signed with the key given, or was not written to its end, and saying what.
     """
     with refusing_bad_input():
         from calib.runs import verify as verify_run
+        from calib.signature import read_public_key
 
-        findings = verify_run(run)
+        findings = verify_run(run, None if public_key is None else read_public_key(public_key))
         blocks = [f for f in findings if f.name.startswith("checkpoint/") and f.state == "fine"]
         # A line each, the file last and never wrapped, so that it can be searched for and copied.
         for finding in findings:

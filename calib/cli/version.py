@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import platform
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Annotated
 
@@ -11,23 +9,15 @@ import typer
 
 import calib
 from calib.cli.common import say
-
-#: Those that the numbers of a calibration come from, or that write them.
-_PACKAGES = ("numpy", "scipy", "pandas", "emcee", "arviz", "h5netcdf")
+from calib.provenance import PROGRAM, versions
 
 
 def _show(wanted: bool) -> None:
     if wanted:
-        say(f"calib {_version('dielectric-elastomer-calibration')} in {Path(calib.__file__).parent}")
-        say(f"Python {platform.python_version()}, " + ", ".join(f"{name} {_version(name)}" for name in _PACKAGES))
+        known = versions()
+        say(f"calib {known.pop(PROGRAM)} in {Path(calib.__file__).parent}")
+        say(f"Python {known.pop('python')}, " + ", ".join(f"{name} {number}" for name, number in known.items()))
         raise typer.Exit
-
-
-def _version(package: str) -> str:
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return "(not installed)"
 
 
 def callback(

@@ -7,6 +7,7 @@ from calib.experiment.edits import MARK, Unedited, unedited_in_words
 from calib.experiment.experiment_file import experiment_from, read_experiment
 from calib.experiment.forward import forward_of_design, forward_of_experiment, require_use_of, surrogate_from
 from calib.experiment.lab_files import Found, Looked, look_through
+from calib.experiment.laboratory import Instrument, Laboratory, keys_of
 from calib.experiment.lots import lot_prior, nominal_ratios, own_priors, spread_prior
 from calib.experiment.pairing import pair
 from calib.experiment.plan import Experiment, MaterialLaw, Specimen, SweepFiles
@@ -38,6 +39,8 @@ __all__ = [
     "Bench",
     "Experiment",
     "Found",
+    "Instrument",
+    "Laboratory",
     "Limit",
     "Limited",
     "Looked",
@@ -62,6 +65,7 @@ __all__ = [
     "experiment_toml",
     "forward_of_design",
     "forward_of_experiment",
+    "keys_of",
     "limited_in_words",
     "look_through",
     "lot_prior",

@@ -59,6 +59,9 @@ name = "Padded sensor"        # heading of the report
 # pooling = "partial"         # "complete" (default): all specimens are of one material; "partial": they are of one lot, each
                               # with material and thicknesses of its own, and `calib recommend` is for the next one, which
                               # nobody has measured
+# Who measured, and what with, for `calib certificate` (docs/certificate.md); none of it decides a number:
+# laboratory = {{ name = "...", operator = "...", city = "...", country = "NZ", measured = "2026-03-17" }}
+# instruments = [{{ kind = "load cell", maker = "...", serial = "...", calibrated = "2026-01-12", class = "0.5" }}]
 {table("base")}
 
 [indenter]

@@ -7,6 +7,7 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from datetime import date
 from pathlib import Path
 from typing import Any, cast, get_args
 
@@ -14,6 +15,7 @@ from calib.catalogue import UNKNOWNS, display, unknowns_of
 from calib.errors import InputError
 from calib.experiment.edits import unedited_lines
 from calib.experiment.lab_paths import check_name, read_sweeps_of
+from calib.experiment.laboratory import instruments_in, laboratory_in
 from calib.experiment.lots import CAST, lot_faults, wanted_faults
 from calib.experiment.plan import Discrepancy, Experiment, MaterialLaw, Model, PaddingMaterial, Pooling, Specimen, SweepFiles
 from calib.experiment.signposts import SIGNPOSTS, SWEEP_KEYS
@@ -40,6 +42,8 @@ KEYS: Mapping[str, tuple[str, ...]] = {
         "padding",
         "priors",
         "specimens",
+        "laboratory",
+        "instruments",
     ),
     "indenter": ("radius", "friction_coefficient"),
     "sensor": ("radius", "law", "electrode_radius", "dielectric_thickness"),
@@ -99,6 +103,21 @@ def read_experiment(path: Path | str) -> Experiment:
         padding_thickness = { normal = ["1.10 mm", "0.03 mm"] }
         [specimens.nominal]              # optional, under partial pooling: what was wanted, where specimens were not meant to
         padding_thickness = "1 mm"       # be alike
+        [laboratory]                     # optional, for a certificate, as all of its keys
+        name = "Soft Sensors"
+        operator = "A. Person"
+        email = "lab@example.org"
+        city = "Auckland"
+        country = "NZ"
+        customer = "Soft Grippers"
+        measured = "2026-03-17"          # or the first and the last day
+        [[instruments]]                  # optional, one for each instrument, all of its keys but kind optional
+        kind = "load cell"
+        maker = "Instron"
+        model = "2530-50N"
+        serial = "12345"
+        calibrated = "2026-01-12"
+        class = "0.5"
 
     Raises
     ------
@@ -134,8 +153,8 @@ def experiment_from(tables: Mapping[str, Any], folder: Path | str = ".") -> Expe
 
 
 def _plain(value: object) -> object:
-    """Turn paths and numbers of NumPy into texts and numbers, as TOML would have them."""
-    return str(value) if isinstance(value, Path) else float(cast(Any, value))
+    """Turn paths, days and numbers of NumPy into texts and numbers, as TOML would have them."""
+    return str(value) if isinstance(value, Path | date) else float(cast(Any, value))
 
 
 def _experiment(toml: Toml, name: str) -> Experiment:
@@ -214,6 +233,8 @@ def _experiment(toml: Toml, name: str) -> Experiment:
         base=cast(Base, base),
         pooling=cast(Pooling, pooling),
         unedited=unedited_lines(toml.text, toml.data, toml.places),
+        laboratory=laboratory_in(toml),
+        instruments=instruments_in(toml),
     )
     _check_model(toml, experiment)
     for where, wrong in lot_faults(experiment):

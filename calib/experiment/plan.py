@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Literal
 
 from calib.experiment.edits import Unedited
+from calib.experiment.laboratory import Instrument, Laboratory
 from calib.lab import AS_FOUND, FIRST_LOADING, Reading, Use, same_part
 from calib.priors import Prior
 from models.sensor import Base
@@ -103,6 +104,8 @@ class Experiment:
     pooling : "complete" if all specimens are of one material; "partial" if they are of one lot, each with a modulus, a
         permittivity and thicknesses of its own that lie about the lot's.
     unedited : lines of the file that still hold a guess of its draft, see `calib.experiment.edits`.
+    laboratory : who measured, for a certificate.
+    instruments : what was measured with, likewise.
     """
 
     name: str
@@ -121,6 +124,8 @@ class Experiment:
     candidates: tuple[str, ...] = ()
     pooling: Pooling = "complete"
     unedited: tuple[Unedited, ...] = ()
+    laboratory: Laboratory = field(default_factory=Laboratory)
+    instruments: tuple[Instrument, ...] = ()
 
     @property
     def file_name(self) -> str:

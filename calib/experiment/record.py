@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import fields
+from dataclasses import asdict, fields
 from pathlib import Path
 
 from calib.experiment.edits import Unedited
+from calib.experiment.laboratory import Instrument, Laboratory
 from calib.experiment.plan import Experiment, Specimen, SweepFiles
 from calib.lab import Reading, Use
 from calib.priors import Prior, prior_from_json
@@ -63,6 +64,8 @@ def experiment_to_json(experiment: Experiment) -> str:
         "candidates": list(experiment.candidates),
         "pooling": experiment.pooling,
         "unedited": [[u.line, u.what, u.of] for u in experiment.unedited],
+        "laboratory": asdict(experiment.laboratory),
+        "instruments": [asdict(instrument) for instrument in experiment.instruments],
         "priors": priors(experiment.priors),
         "specimens": specimens,
     }
@@ -122,4 +125,7 @@ def experiment_from_json(text: str) -> Experiment:
         candidates=tuple(document["candidates"]),
         pooling=document.get("pooling", "complete"),  # records of before there was a choice do not have it
         unedited=tuple(Unedited(*u) for u in document["unedited"]),
+        # Records of before an experiment file could say who measured have neither.
+        laboratory=Laboratory(**document.get("laboratory", {})),
+        instruments=tuple(Instrument(**instrument) for instrument in document.get("instruments", ())),
     )

@@ -10,6 +10,7 @@ from calib.catalogue import SPREADS, UNKNOWNS, unknowns_of
 from calib.experiment.design import BESIDE, DISC, LAWS, LAYER, REQUIRED, SHAPES, TABLES
 from calib.experiment.experiment_file import DISCREPANCIES, KEYS
 from calib.experiment.lab_entries import READING_KEYS
+from calib.experiment.laboratory import COUNTRY, DAY, INSTRUMENT, LABORATORY
 from calib.experiment.lots import CAST
 from calib.experiment.plan import MaterialLaw, Model, PaddingMaterial, Pooling
 from calib.experiment.schema_values import Schema, choice, prior_of, quantity, quantity_of, table, tables, text
@@ -57,6 +58,8 @@ def experiment_schema() -> Schema:
             {name: prior_of(name) for name in (*unknowns_of("material", "rig"), *CAST)},
         ),
         "specimens": tables("The sensors that were measured.", _specimen()),
+        "laboratory": _laboratory(),
+        "instruments": tables("What was measured with, for a certificate.", _instrument()),
     }
     found = _only("Experiment file of `calib calibrate`.", KEYS[""], top, ["indenter", "sensor", "specimens"])
     partial: Schema = {"properties": {"pooling": {"const": "partial"}}, "required": ["pooling"]}
@@ -125,6 +128,24 @@ def _specimen() -> Schema:
     }
     found = _only("One sensor on its padding.", KEYS["specimens"], of, ["name"])
     return found | {"anyOf": [{"required": [key]} for key in ("force", "capacitance", "sweeps")]}
+
+
+def _laboratory() -> Schema:
+    of = {key: text(said) for key, said in LABORATORY.items()}
+    of["country"] |= {"pattern": rf"^\s*{COUNTRY}\s*$"}
+    of["email"] |= {"pattern": r"^\s*[^@\s]+@[^@\s]+\s*$"}
+    both: Schema = {"type": "array", "items": _day("The first, then the last."), "minItems": 2, "maxItems": 2}
+    of["measured"] = {"description": LABORATORY["measured"], "anyOf": [_day("One day."), both]}
+    return table("Who measured, where and when, for a certificate.", of)
+
+
+def _instrument() -> Schema:
+    of = {key: _day(said) if key == "calibrated" else text(said) for key, said in INSTRUMENT.items()}
+    return table("One instrument.", of, ["kind"])
+
+
+def _day(description: str) -> Schema:
+    return {"description": description, "type": "string", "pattern": rf"^\s*{DAY}\s*$"}
 
 
 def _sweep() -> dict[str, Schema]:

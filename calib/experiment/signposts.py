@@ -21,6 +21,8 @@ _PLACES: Mapping[str, str] = {
     "max_depth": 'beside the files of the sweep, as use = { max_depth = "0.8 mm" }',
     "branch": 'beside the files of the sweep, as use = { branch = "unloading" }',
     "use": "in [[specimens]] or [[specimens.sweeps]], beside the files of the sweep",
+    **dict.fromkeys(("operator", "email", "city", "country", "customer", "measured"), "in [laboratory]"),
+    **dict.fromkeys(("kind", "maker", "serial", "calibrated"), "in [[instruments]], one for each instrument"),
     "material": "in [padding]",
     "law": 'in [sensor], as law = "gent"',
     "friction_coefficient": 'in [indenter], as friction_coefficient = "stick", or among the priors',

@@ -9,6 +9,7 @@ from pathlib import Path
 from calib.catalogue import QUANTITIES
 from calib.experiment.draft import quoted_text, reading_words, relative_name
 from calib.experiment.edits import MARK
+from calib.experiment.laboratory import LABORATORY, Laboratory, keys_of
 from calib.experiment.plan import Experiment, Specimen, SweepFiles
 from calib.lab import Reading, Use
 from calib.priors import Fixed, HalfNormal, LogNormal, Normal, Prior, TruncatedNormal, Uniform
@@ -45,7 +46,19 @@ def experiment_toml(experiment: Experiment, folder: Path, notes: Mapping[Place, 
     lines += ["", "[padding]", f'material = "{e.padding_material}"', "", "[priors]", *_priors("", e.priors, notes)]
     for specimen in e.specimens:
         lines += ["", "[[specimens]]", *_specimen(e, specimen, folder, notes)]
+    if e.laboratory != Laboratory():
+        lines += ["", "[laboratory]", *_laboratory(e.laboratory)]
+    for instrument in e.instruments:
+        lines += ["", "[[instruments]]", *(f"{key} = {quoted_text(value)}" for key, value in keys_of(instrument).items())]
     return "\n".join(lines) + "\n"
+
+
+def _laboratory(laboratory: Laboratory) -> list[str]:
+    said = {key: value for key in LABORATORY if key != "measured" and (value := getattr(laboratory, key))}
+    lines = [f"{key} = {quoted_text(value)}" for key, value in said.items()]
+    if days := [quoted_text(day) for day in dict.fromkeys((laboratory.measured, laboratory.measured_until)) if day]:
+        lines.append(f"measured = {days[0] if len(days) == 1 else '[' + ', '.join(days) + ']'}")
+    return lines
 
 
 def prior_toml(parameter: str, prior: Prior) -> str:

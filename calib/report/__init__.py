@@ -11,7 +11,18 @@ from calib.lazy import on_demand
 
 if TYPE_CHECKING:
     from calib.report.browser import BROWSERS, PrintError, find_browser, print_page
+    from calib.report.certificate import (
+        CERTIFICATE_FORMAT,
+        CERTIFICATE_KINDS,
+        Certificate,
+        Origin,
+        certificate_json,
+        certify,
+        results_of,
+    )
+    from calib.report.crate import CrateFile, crate_json
     from calib.report.curve import check_in_words, curve_csv
+    from calib.report.dcc import dcc_gaps, dcc_xml
     from calib.report.deformed.cross_section import cross_section_figure
     from calib.report.deformed.paraview import write_vtk
     from calib.report.deformed.revolved import revolved_figure, revolved_picture
@@ -28,24 +39,36 @@ if TYPE_CHECKING:
     from calib.report.pictures import any_letters, write_figure
     from calib.report.rows import FirstRow, ParameterRow, first_rows, learned_in_words, pair_rows, parameter_rows
     from calib.report.sections.average import averaged_models, modulus_share, weighting_in_words
+    from calib.report.sheet import certificate_page
     from calib.report.status import status_in_words
     from calib.report.summary import summary_csv, summary_json
 
 __all__ = [
     "BROWSERS",
+    "CERTIFICATE_FORMAT",
+    "CERTIFICATE_KINDS",
+    "Certificate",
+    "CrateFile",
     "FirstRow",
+    "Origin",
     "ParameterRow",
     "PrintError",
     "any_letters",
     "averaged_models",
     "begin_drawing",
+    "certificate_json",
+    "certificate_page",
+    "certify",
     "change_figure",
     "channel_figure",
     "check_in_words",
     "conformity_figure",
     "corner_figure",
+    "crate_json",
     "cross_section_figure",
     "curve_csv",
+    "dcc_gaps",
+    "dcc_xml",
     "difference_figure",
     "file_figure",
     "find_browser",
@@ -63,6 +86,7 @@ __all__ = [
     "print_page",
     "prior_figure",
     "proof_figure",
+    "results_of",
     "revolved_figure",
     "revolved_picture",
     "status_in_words",
@@ -79,7 +103,18 @@ __getattr__ = on_demand(
     __name__,
     {
         ".browser": ("BROWSERS", "PrintError", "find_browser", "print_page"),
+        ".certificate": (
+            "CERTIFICATE_FORMAT",
+            "CERTIFICATE_KINDS",
+            "Certificate",
+            "Origin",
+            "certificate_json",
+            "certify",
+            "results_of",
+        ),
+        ".crate": ("CrateFile", "crate_json"),
         ".curve": ("check_in_words", "curve_csv"),
+        ".dcc": ("dcc_gaps", "dcc_xml"),
         ".deformed.cross_section": ("cross_section_figure",),
         ".deformed.paraview": ("write_vtk",),
         ".deformed.revolved": ("revolved_figure", "revolved_picture"),
@@ -96,6 +131,7 @@ __getattr__ = on_demand(
         ".pictures": ("any_letters", "write_figure"),
         ".rows": ("FirstRow", "ParameterRow", "first_rows", "learned_in_words", "pair_rows", "parameter_rows"),
         ".sections.average": ("averaged_models", "modulus_share", "weighting_in_words"),
+        ".sheet": ("certificate_page",),
         ".status": ("status_in_words",),
         ".summary": ("summary_csv", "summary_json"),
     },

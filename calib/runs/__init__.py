@@ -13,12 +13,14 @@ if TYPE_CHECKING:
     from calib.runs.average import AVERAGE, average_runs
     from calib.runs.before import Check, check
     from calib.runs.calibration import STAGES, Calibration, Stages, Watch, calibrate
+    from calib.runs.certificate import certify_in
+    from calib.runs.certified import Finding
     from calib.runs.difference import diff_runs
     from calib.runs.doctor import Examined, examine
     from calib.runs.export import NotUsableError, export_in
     from calib.runs.figures import figures_in
     from calib.runs.folder import PageError, Run, load_recommendation, load_run, recommend_in, report_in
-    from calib.runs.integrity import Finding, verify
+    from calib.runs.integrity import verify
     from calib.runs.measurements import asked_before, next_in
     from calib.runs.preview import quick
     from calib.runs.proof import prove
@@ -44,6 +46,7 @@ __all__ = [
     "average_runs",
     "calibrate",
     "calibrate_rivals",
+    "certify_in",
     "check",
     "diff_runs",
     "examine",
@@ -86,6 +89,8 @@ __getattr__ = on_demand(
             "AVERAGE",
             "average_runs",
         ),
+        ".certificate": ("certify_in",),
+        ".certified": ("Finding",),
         ".difference": ("diff_runs",),
         ".doctor": (
             "Examined",
@@ -96,10 +101,7 @@ __getattr__ = on_demand(
             "export_in",
         ),
         ".figures": ("figures_in",),
-        ".integrity": (
-            "Finding",
-            "verify",
-        ),
+        ".integrity": ("verify",),
         ".measurements": (
             "asked_before",
             "next_in",

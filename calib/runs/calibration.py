@@ -30,7 +30,7 @@ from calib.files import require_folder
 from calib.problem import Problem
 from calib.runs.before import kept_reasons, plausibility_of, require_plausible
 from calib.runs.folder import PageError, Run, page_of, write_run
-from calib.runs.listing import CHECKPOINT, LISTING, MEMBERS, Listing, inputs_of, read_listing, write_listing
+from calib.runs.listing import CHECKPOINT, LISTING, MEMBERS, Listing, inputs_of, read_listing, with_command, write_listing
 from calib.runs.members import SURROGATE_FILE
 from calib.runs.ownership import is_bare, owned, owner_of
 from calib.runs.preview import first_answer_of, problem_of
@@ -210,7 +210,11 @@ def calibrate(
                 _require_same(known, mine, folder)
             listing = Listing(seed, attrs, mine.parts, mine.fingerprint, inputs, {}, doing)
             if not resume:  # a run says what it is from its first second on, so that it can be resumed without its seed
+                listing = with_command(listing, doing)
                 write_listing(folder, listing)
+            elif known is not None:  # also of a command that is killed
+                listing = replace(listing, commands=with_command(known, doing).commands)
+                write_listing(folder, replace(known, commands=listing.commands))
             first = first_answer_of(problem) if plausible is None or plausible.first is None else plausible.first
             watch.first_answer(first)
             watch.stage("other models")

@@ -247,7 +247,7 @@ def write_run(
     The run, and why it has no page, if that could not be made.
     """
     copies = copies or {}
-    names = (*copies, POSTERIOR, *SUMMARIES, *PAGES, *_unlisted(folder, listing), *checkpoint_names(folder))
+    names = (*copies, POSTERIOR, *SUMMARIES, *PAGES, *unlisted(folder, listing), *checkpoint_names(folder))
     with writing(folder, listing, names, command):
         path = folder / POSTERIOR
         if executor is not None and page is page_of:
@@ -278,7 +278,7 @@ def _kept_drawings(run: Run, listing: Listing) -> Mapping[str, Callable[[], str]
     return {}
 
 
-def report_in(run: Run, browser: Path | None = None) -> None:
+def report_in(run: Run, browser: Path | None = None, *, command: str = "") -> None:
     """Write the report of a run anew, with the summary, from its posterior and its recommendation.
 
     A print of an earlier page is removed, as by all that writes the page anew.
@@ -287,6 +287,7 @@ def report_in(run: Run, browser: Path | None = None) -> None:
     ----------
     run : whose report it is.
     browser : prints the page, too, as report.pdf, see `calib.report.find_browser`; None for the page alone.
+    command : the command line, kept with the run.
 
     Raises
     ------
@@ -295,10 +296,11 @@ def report_in(run: Run, browser: Path | None = None) -> None:
     PageError
         If the page cannot be made, or printed; it is there without its print then.
     """
-    with owned_run(run, "calib report") as listing:
+    command = command or "calib report"
+    with owned_run(run, command) as listing:
         load_recommendation(run.folder)
-        names = (*SUMMARIES, *PAGES, *_unlisted(run.folder, listing))
-        with writing(run.folder, listing, names, "calib report"):
+        names = (*SUMMARIES, *PAGES, *unlisted(run.folder, listing))
+        with writing(run.folder, listing, names, command):
             failure = _write_rest(run, page_of)
             if failure is None and browser is not None:
                 failure = _print(run, browser)
@@ -329,7 +331,7 @@ def require_own_forward(run: Run) -> None:
         raise InputError(Fault(run.another_forward.rstrip("."), run.folder / POSTERIOR, advice=advice))
 
 
-def recommend_in(run: Run, wanted: Requirement | Specification, *, seed: int) -> Recommendation:
+def recommend_in(run: Run, wanted: Requirement | Specification, *, seed: int, command: str = "") -> Recommendation:
     """Recommend a padding from the posterior of a run and keep it there: recommendation.json, and report.html anew.
 
     For a specification specification.csv, too, thickness by thickness; for a requirement an earlier one is removed.
@@ -339,6 +341,7 @@ def recommend_in(run: Run, wanted: Requirement | Specification, *, seed: int) ->
     run : the calibration.
     wanted : of the padding, or the specification that it must meet.
     seed : of the choice of draws.
+    command : the command line, kept with the run.
 
     Raises
     ------
@@ -358,10 +361,11 @@ def recommend_in(run: Run, wanted: Requirement | Specification, *, seed: int) ->
         verdict=run.verdict,
         members=run.members,
     )
-    with owned_run(run, "calib recommend") as listing:
+    command = command or "calib recommend"
+    with owned_run(run, command) as listing:
         drawings = _kept_drawings(run, listing)
-        names = (RECOMMENDATION, SPECIFICATION, *PAGES, *_unlisted(run.folder, listing))
-        with writing(run.folder, listing, names, "calib recommend"):
+        names = (RECOMMENDATION, SPECIFICATION, *PAGES, *unlisted(run.folder, listing))
+        with writing(run.folder, listing, names, command):
             write_text(run.folder / RECOMMENDATION, recommendation_to_json(found, listing.fingerprint))
             table = run.folder / SPECIFICATION
             if found.conformity is None:
@@ -404,8 +408,14 @@ def _listing_of(run: Run) -> Listing:
     return Listing(posterior.seed, attrs, {}, posterior.attrs.get(FINGERPRINT, ""), inputs, {}, "")
 
 
-def _unlisted(folder: Path, listing: Listing) -> list[str]:
-    """Results that a command which was killed has written, but not listed any more; what reads them checks them."""
+def unlisted(folder: Path, listing: Listing) -> list[str]:
+    """Results that a command which was killed has written, but not listed any more; what reads them checks them.
+
+    Parameters
+    ----------
+    folder : of the run.
+    listing : what its `run.json` says.
+    """
     return [name for name in RESULTS if name not in listing.files and (folder / name).is_file()]
 
 

@@ -2,46 +2,39 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 from calib.errors import Fault, InputError
 from calib.files import sha256_of
-from calib.runs.folder import load_run
+from calib.runs.certified import Finding, check_certificate, check_signature
+from calib.runs.folder import Run, load_run
 from calib.runs.listing import (
+    CERTIFICATE,
     CHECKPOINT,
     LISTING,
     MEMBERS,
     POSTERIOR,
     RESULTS,
+    SIGNATURE,
     Listing,
     checkpoint_names,
     read_listing,
 )
 from calib.runs.ownership import owner_of
 from calib.sampling import kept_identity, whose_checkpoint
-
-State = Literal["fine", "changed", "missing", "not finished"]
-
-
-@dataclass(frozen=True)
-class Finding:
-    """One file of a run, or one that it was made from: whether it is as it was, and what is to be said of it."""
-
-    name: str
-    state: State
-    note: str = ""
+from calib.signature import PublicKey
 
 
-def verify(folder: Path) -> tuple[Finding, ...]:
+def verify(folder: Path | str, public_key: PublicKey | None = None) -> tuple[Finding, ...]:
     """Hold every file of a run, and every file that it was made from, against the hashes in its `run.json`.
 
-    A change of a single byte is found in any of them, `run.json` included. Needs no permission to write.
+    A change of a single byte is found in any of them, `run.json` included. A certificate is held against the run that it lies
+    in, too, and with the laboratory's key its signature against both. Needs no permission to write.
 
     Parameters
     ----------
     folder : of the run.
+    public_key : of the laboratory that the certificate has to be signed by; None if it need not be.
 
     Returns
     -------
@@ -52,6 +45,7 @@ def verify(folder: Path) -> tuple[Finding, ...]:
     InputError
         If this is no run folder, or another process is writing into it.
     """
+    folder = Path(folder)
     if not folder.is_dir() or not any((folder / name).exists() for name in (LISTING, CHECKPOINT, *RESULTS)):
         raise InputError(Fault("there is no run in this folder", folder, advice="Give the folder of `calib calibrate -o`"))
     if said := owner_of(folder):
@@ -62,13 +56,22 @@ def verify(folder: Path) -> tuple[Finding, ...]:
         return (Finding(LISTING, "changed", "; ".join(f.message for f in error.faults)),)
     if listing is None:
         return (Finding(LISTING, "missing", "nothing tells what the other files were"),)
+    run, forward = _loaded(folder, listing)
     results = [name for name in RESULTS if name in listing.files or (folder / name).exists()]
+    found = {name: _of_result(folder, name, listing) for name in (*_members(folder, listing), *results)}
+    doubts = check_certificate(folder, listing, run)
+    if signed := check_signature(folder, public_key):
+        doubts[SIGNATURE] = signed
+    elif CERTIFICATE in found:
+        doubts.setdefault(CERTIFICATE, Finding(CERTIFICATE, "fine", "not signed"))
+    # What its own hash tells comes first: a file that is not as it was written is nobody's.
+    found |= {name: doubt for name, doubt in doubts.items() if name not in found or found[name].state == "fine"}
     checkpoint = sorted({*checkpoint_names(folder), *(name for name in listing.files if name.startswith(f"{CHECKPOINT}/"))})
     return (
         _of_listing(listing),
         *_of_inputs(folder, listing),
-        *_of_forward(folder, listing),
-        *(_of_result(folder, name, listing) for name in (*_members(folder, listing), *results)),
+        *forward,
+        *found.values(),
         *(_of_checkpoint(folder, name, listing) for name in checkpoint),
     )
 
@@ -91,16 +94,16 @@ def _of_inputs(folder: Path, listing: Listing) -> list[Finding]:
     return found
 
 
-def _of_forward(folder: Path, listing: Listing) -> list[Finding]:
-    """The forward model by its numbers, wherever they come from; only a run that has ended says which it was."""
+def _loaded(folder: Path, listing: Listing) -> tuple[Run | None, tuple[Finding, ...]]:
+    """The run, and its forward model by its numbers, wherever they come from; only a run that has ended says which it was."""
     if listing.files.get(POSTERIOR) is None or not listing.identity:
-        return []
+        return None, ()
     name = "forward model"
     try:
         run = load_run(folder)
     except InputError as error:
-        return [Finding(name, "missing", f"cannot be told: {'; '.join(f.message for f in error.faults)}")]
-    return [Finding(name, "changed" if run.another_forward else "fine", run.another_forward or run.forward.name)]
+        return None, (Finding(name, "missing", f"cannot be told: {'; '.join(f.message for f in error.faults)}"),)
+    return run, (Finding(name, "changed" if run.another_forward else "fine", run.another_forward or run.forward.name),)
 
 
 def _members(folder: Path, listing: Listing) -> list[str]:

@@ -10,13 +10,16 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
+from datetime import UTC, datetime
 from pathlib import Path
 
 from calib.errors import Fault, InputError
 from calib.experiment import Experiment
 from calib.files import sha256_of, write_text
 from calib.lab import Sweep
+from calib.provenance import PROGRAM, version_of
 from calib.records import exact_record_from_text, record_to_text
+from calib.visible import visible
 
 #: The file's name.
 LISTING = "run.json"
@@ -28,7 +31,11 @@ SUMMARIES = ("summary.json", "summary.csv")
 #: The report, and its print if that was asked for.
 PRINTED = "report.pdf"
 PAGES = (REPORT, PRINTED)
-RESULTS = (POSTERIOR, *SUMMARIES, RECOMMENDATION, SPECIFICATION, *PAGES, NEXT)
+#: What `calib certificate` writes: the certificate, its page, PTB's XML, the RO-Crate, and the signature.
+CERTIFICATE, PAGE_OF_IT, DCC = "certificate.json", "certificate.html", "certificate.xml"
+CRATE, SIGNATURE = "ro-crate-metadata.json", "certificate.json.minisig"
+CERTIFICATES = (PAGE_OF_IT, DCC, CRATE, CERTIFICATE, SIGNATURE)
+RESULTS = (POSTERIOR, *SUMMARIES, RECOMMENDATION, SPECIFICATION, *PAGES, NEXT, *CERTIFICATES)
 CHECKPOINT = "checkpoint"
 #: Folder in that of an average, with the posteriors of its models.
 MEMBERS = "members"
@@ -54,6 +61,15 @@ class Input:
 
 
 @dataclass(frozen=True)
+class Command:
+    """A command that wrote into a run: as it was given, when it began to write [UTC, ISO 8601], and of which version it was."""
+
+    text: str
+    at: str
+    version: str
+
+
+@dataclass(frozen=True)
 class Listing:
     """What `run.json` says.
 
@@ -66,6 +82,7 @@ class Listing:
     inputs : the files it was made from.
     files : name in the folder -> SHA-256, of all that is complete.
     unfinished : the command that is writing, or was ended while it was; empty if the last one came to its end.
+    commands : all that wrote into it, in their order; one that was given several times in a row stands there once.
     """
 
     seed: int
@@ -75,6 +92,20 @@ class Listing:
     inputs: tuple[Input, ...]
     files: Mapping[str, str]
     unfinished: str
+    commands: tuple[Command, ...] = ()
+
+
+def with_command(listing: Listing, text: str) -> Listing:
+    """A listing that knows of one more command that writes now.
+
+    Parameters
+    ----------
+    listing : what `run.json` says.
+    text : of the command, as it was given.
+    """
+    now = Command(visible(text), datetime.now(UTC).isoformat(timespec="seconds"), version_of(PROGRAM))
+    known = listing.commands
+    return replace(listing, commands=(*(known[:-1] if known and known[-1].text == now.text else known), now))
 
 
 def read_listing(folder: Path) -> Listing | None:
@@ -89,7 +120,9 @@ def read_listing(folder: Path) -> Listing | None:
     try:
         record = exact_record_from_text(_KIND, _FORMAT, path.read_text(encoding="utf-8"))
         inputs = tuple(Input(**entry) for entry in record.pop("inputs"))
-        return Listing(inputs=inputs, **record)
+        # Folders of before commands were kept have none.
+        commands = tuple(Command(**entry) for entry in record.pop("commands", ()))
+        return Listing(inputs=inputs, commands=commands, **record)
     except FileNotFoundError:
         return None
     except (OSError, ValueError, KeyError, TypeError) as error:
@@ -110,8 +143,7 @@ def write_listing(folder: Path, listing: Listing) -> None:
     folder : of the run, owned by this process.
     listing : what it is to say.
     """
-    content = {**asdict(listing), "inputs": [asdict(entry) for entry in listing.inputs]}
-    write_text(folder / LISTING, record_to_text(_KIND, _FORMAT, content))
+    write_text(folder / LISTING, record_to_text(_KIND, _FORMAT, asdict(listing)))
 
 
 @contextmanager
@@ -125,6 +157,7 @@ def writing(folder: Path, listing: Listing, names: Sequence[str], command: str) 
     names : of the files, in the folder; those that are not there in the end are not listed.
     command : that writes them, to be told if it does not come to its end.
     """
+    listing = with_command(listing, command)
     others = {name: digest for name, digest in listing.files.items() if name not in names}
     write_listing(folder, replace(listing, files=others, unfinished=command))
     yield

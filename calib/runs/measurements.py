@@ -13,7 +13,9 @@ from calib.runs.listing import NEXT, writing
 from models.response import Forward
 
 
-def next_in(run: Run, requirement: Requirement | None, bench: Bench | None = None, *, seed: int) -> NextMeasurements:
+def next_in(
+    run: Run, requirement: Requirement | None, bench: Bench | None = None, *, seed: int, command: str = ""
+) -> NextMeasurements:
     """Say what to measure next after a run, and keep that there: next.json.
 
     Parameters
@@ -22,6 +24,7 @@ def next_in(run: Run, requirement: Requirement | None, bench: Bench | None = Non
     requirement : the load and the thicknesses of the padding whose signal is to be known better; None for the modulus.
     bench : what the lab can measure; usual values by default.
     seed : of the choice of draws.
+    command : the command line, kept with the run.
 
     Raises
     ------
@@ -39,7 +42,8 @@ def next_in(run: Run, requirement: Requirement | None, bench: Bench | None = Non
         posterior_sha256=run.posterior_sha256,
         verdict=run.verdict,
     )
-    with owned_run(run, "calib next") as listing, writing(run.folder, listing, (NEXT,), "calib next"):
+    command = command or "calib next"
+    with owned_run(run, command) as listing, writing(run.folder, listing, (NEXT,), command):
         write_text(run.folder / NEXT, next_to_json(found, listing.fingerprint))
     return found
 

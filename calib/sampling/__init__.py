@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     )
     from calib.sampling.groups import to_arviz
     from calib.sampling.identity import ENSEMBLES, FINGERPRINT, Identity, differences, identity_of, usual_walkers
-    from calib.sampling.posterior import Posterior, leave_out, thin_draws
+    from calib.sampling.posterior import Posterior, coverage_intervals, leave_out, thin_draws
     from calib.sampling.sampler import NothingSampled, Progress, sample
     from calib.sampling.storage import load_posterior, save_posterior
 
@@ -71,6 +71,7 @@ __all__ = [
     "Stranger",
     "answer_of",
     "climb_from",
+    "coverage_intervals",
     "differences",
     "expected_information",
     "first_answer",
@@ -150,6 +151,7 @@ __getattr__ = on_demand(
         ),
         ".posterior": (
             "Posterior",
+            "coverage_intervals",
             "leave_out",
             "thin_draws",
         ),

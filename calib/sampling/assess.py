@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import importlib.metadata
 import math
-import platform
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
@@ -22,6 +20,7 @@ from calib.problem import (
     range_use,
     values_of_lot,
 )
+from calib.provenance import commit, platform_in_words, versions
 from calib.sampling.checkpoint import CheckpointFolder, load_accepted, load_chain, load_proposal
 from calib.sampling.diagnostics import Convergence, Diagnostics, Gate, convergence, shortcomings, summarise
 from calib.sampling.ensemble import KINDS, STORE_EVERY, autocorrelation_time, standing_time
@@ -185,7 +184,7 @@ def finish(
         n_walkers=run.n_walker,
         seed=seed,
         diagnostics=diagnostics,
-        attrs={**_versions(), **attrs},
+        attrs={**_program(), **attrs},
     )
     with np.errstate(over="ignore"):  # ArviZ lets exponentials of hopeless draws overflow on purpose
         influence = tuple(float(k) for k in leave_out(found).k_hat)
@@ -226,12 +225,7 @@ def _range_warnings(problem: Problem, parts: list[FloatArray]) -> tuple[str, ...
     )
 
 
-def _versions() -> dict[str, str]:
-    packages = ("dielectric-elastomer-calibration", "numpy", "scipy", "emcee", "arviz")
-    found = {"python": platform.python_version()}
-    for package in packages:
-        try:
-            found[package] = importlib.metadata.version(package)
-        except importlib.metadata.PackageNotFoundError:
-            found[package] = "not installed"
-    return {f"version of {name}": version for name, version in found.items()}
+def _program() -> dict[str, str]:
+    """What the draws were made with: versions, platform, and the commit of this package, if that can be told."""
+    found = {f"version of {name}": number for name, number in versions().items()} | {"platform": platform_in_words()}
+    return found | ({"commit": of_clone} if (of_clone := commit()) else {})

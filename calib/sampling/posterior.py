@@ -132,6 +132,23 @@ def named_draws(posterior: Posterior, draws: FloatArray) -> dict[str, FloatArray
     return values | {name: np.full(draws.shape[0], value) for name, value in posterior.fixed.items()}
 
 
+def coverage_intervals(posterior: Posterior, probability: float) -> dict[str, tuple[float, float]]:
+    """Find between which values each parameter lies with a probability, as likely below as above (JCGM 101:2008, 7.7).
+
+    Parameters
+    ----------
+    posterior : as sampled or loaded.
+    probability : that the interval holds [1].
+
+    Returns
+    -------
+    Parameter name -> lower and upper end, SI.
+    """
+    flat = posterior.draws.reshape(-1, posterior.draws.shape[-1])
+    lower, upper = np.quantile(flat, [(1 - probability) / 2, (1 + probability) / 2], axis=0)
+    return {p.name: (float(lower[k]), float(upper[k])) for k, p in enumerate(posterior.parameters)}
+
+
 def leave_out(posterior: Posterior) -> LeaveOut:
     """Estimate how well a posterior's model predicts blocks of the data from the others (PSIS-LOO), to compare models.
 

@@ -1,0 +1,337 @@
+"""A calibration, who made it and how in, its certificate out: one frozen value, and that as certificate.json."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+from calib.catalogue import QUANTITIES, UnknownName
+from calib.checks import Colour, Verdict
+from calib.digits import interval_text, with_uncertainty
+from calib.experiment import Instrument, Laboratory, keys_of, model_in_words
+from calib.records import record_to_text
+from calib.report.rows import SENSOR_PARAMETERS, parameter_rows
+from calib.sampling import FINGERPRINT, Posterior, coverage_intervals
+
+#: Probability of the intervals [1].
+COVERAGE = 0.95
+
+#: Layout of certificate.json, and what it is by the colour of its verdict: the first thing that it says.
+CERTIFICATE_FORMAT = 1
+CERTIFICATE_KINDS: Mapping[Colour, str] = {
+    "green": "certificate",
+    "amber": "certificate with reservations",
+    "red": "no certificate: do not use the numbers of this calibration",
+}
+
+_TITLES: Mapping[Colour, str] = {
+    "green": "Certificate of calibration",
+    "amber": "Certificate of calibration, with reservations",
+    "red": "NOT A CERTIFICATE: do not use the numbers of this calibration",
+}
+_STATEMENTS: Mapping[Colour, str] = {
+    "green": "Nothing that was looked at speaks against these results.",
+    "amber": "These results may be used for what the reservations leave, and for nothing else.",
+    "red": "The verdict on this calibration is red. This says how it came about, without its numbers, which must not be used.",
+}
+
+#: What no certificate of this program is.
+NOT_ACCREDITED = (
+    "Issued by the laboratory named here, on its own responsibility. This is no certificate of an accredited calibration "
+    "laboratory (ISO/IEC 17025), and no statement on traceability beyond that of the instruments named here."
+)
+#: How results are meant.
+MEANT = (
+    "Value: mean of the posterior. Standard uncertainty: its standard deviation. Interval: holds the value with a probability "
+    "of 95 %, as likely below as above (JCGM 101:2008). All within the model that is named, given what was taken as known."
+)
+
+
+@dataclass(frozen=True)
+class CertifiedValue:
+    """One result, SI.
+
+    Attributes
+    ----------
+    name : as in summary.json.
+    label : what it is called.
+    of : the specimen; "" if it is of all.
+    unit : SI; "1" for a plain number.
+    value : mean.
+    standard_uncertainty : standard deviation.
+    interval_95 : between what it lies with 95 %.
+    learned : what the data had to do with it, in words.
+    """
+
+    name: str
+    label: str
+    of: str
+    unit: str
+    value: float
+    standard_uncertainty: float
+    interval_95: tuple[float, float]
+    learned: str
+
+    @property
+    def shown(self) -> tuple[str, str, str]:
+        """Value with standard uncertainty, interval, and the unit in which both are shown, rounded by the uncertainty."""
+        q = QUANTITIES[UnknownName.parse(self.name).parameter]
+        k = q.display_scale
+        lower, upper = self.interval_95
+        return (
+            with_uncertainty(self.value * k, self.standard_uncertainty * k),
+            interval_text(lower * k, upper * k),
+            q.display_unit,
+        )
+
+
+@dataclass(frozen=True)
+class KnownValue:
+    """One quantity that was taken as known, SI."""
+
+    name: str
+    label: str
+    unit: str
+    value: float
+
+    @property
+    def shown(self) -> str:
+        """Name and value, in the unit of display."""
+        q = QUANTITIES[UnknownName.parse(self.name).parameter]
+        return f"{self.label} {self.value * q.display_scale:.6g} {q.display_unit}".rstrip()
+
+
+@dataclass(frozen=True)
+class Origin:
+    """How a calibration came about, as its folder and its files tell.
+
+    Attributes
+    ----------
+    forward : name and hash of the forward model, one for each model of an average.
+    commands : what wrote into the folder: command, when, and of which version.
+    inputs : the files that it was made from: what each is, its name and its SHA-256.
+    text : of the experiment file, as it was; None if that is not there any more.
+    software : name -> version of what this certificate is made with.
+    """
+
+    forward: tuple[str, ...]
+    commands: tuple[Mapping[str, str], ...]
+    inputs: tuple[Mapping[str, str], ...]
+    text: str | None
+    software: Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """What a laboratory hands on of a calibration.
+
+    Attributes
+    ----------
+    number : of the certificate, from its content.
+    issued : when, UTC, ISO 8601.
+    name : of the experiment.
+    verdict : on the calibration.
+    converged : whether its chains have.
+    results : of the sensor; none where the verdict is red.
+    known : quantities that a prior fixed.
+    model : what was calibrated, in words.
+    specimens : names of the sensors that were measured.
+    laboratory, instruments : who measured, and what with.
+    origin : how the calibration came about.
+    calibrated_with : name -> version, platform and commit at the time of sampling.
+    experiment : name of the experiment's file, and its SHA-256.
+    seed : of the run.
+    fingerprint : of the run.
+    started, ended : when it was sampled, UTC, ISO 8601.
+    unsaid : what a reader may look for and does not find, in words.
+    """
+
+    number: str
+    issued: str
+    name: str
+    verdict: Verdict
+    converged: bool
+    results: tuple[CertifiedValue, ...]
+    known: tuple[KnownValue, ...]
+    model: str
+    specimens: tuple[str, ...]
+    laboratory: Laboratory
+    instruments: tuple[Instrument, ...]
+    origin: Origin
+    calibrated_with: Mapping[str, str]
+    experiment: tuple[str, str]
+    seed: int
+    fingerprint: str
+    started: str
+    ended: str
+    unsaid: tuple[str, ...]
+
+    @property
+    def title(self) -> str:
+        """What it is, the first line of it."""
+        return _TITLES[self.verdict.colour]
+
+    @property
+    def statement(self) -> str:
+        """What its verdict means, in a sentence."""
+        return _STATEMENTS[self.verdict.colour]
+
+    @property
+    def usable(self) -> bool:
+        """Whether its numbers may be used."""
+        return self.verdict.colour != "red"
+
+
+def certify(posterior: Posterior, verdict: Verdict, origin: Origin, issued: str) -> Certificate:
+    """Make the certificate of a calibration.
+
+    Parameters
+    ----------
+    posterior : the calibration.
+    verdict : on it; where it is red no result is certified.
+    origin : how it came about.
+    issued : when, UTC, ISO 8601.
+    """
+    e, attrs = posterior.experiment, posterior.attrs
+    known = tuple(
+        KnownValue(name, _name(name), QUANTITIES[UnknownName.parse(name).parameter].unit or "1", float(value))
+        for name, value in posterior.fixed.items()
+    )
+    certificate = Certificate(
+        number="",
+        issued=issued,
+        name=e.name,
+        verdict=verdict,
+        converged=posterior.diagnostics.converged,
+        results=results_of(posterior) if verdict.colour != "red" else (),
+        known=known if verdict.colour != "red" else (),
+        model=model_in_words(e) if not posterior.diagnostics.models else _models(posterior),
+        specimens=tuple(dict.fromkeys(sweep.specimen for sweep in posterior.sweeps)),
+        laboratory=e.laboratory,
+        instruments=e.instruments,
+        origin=origin,
+        calibrated_with={
+            key.removeprefix("version of "): value
+            for key, value in attrs.items()
+            if key.startswith("version of ") or key in ("platform", "commit")
+        },
+        experiment=(e.file_name, e.sha256),
+        seed=posterior.seed,
+        fingerprint=attrs.get(FINGERPRINT, ""),
+        started=attrs.get("started", ""),
+        ended=attrs.get("ended", ""),
+        unsaid=_unsaid(e.laboratory, e.instruments, origin, attrs),
+    )
+    content = json.dumps(_content(certificate), sort_keys=True)
+    return _numbered(certificate, hashlib.sha256(content.encode()).hexdigest()[:16].upper())
+
+
+def results_of(posterior: Posterior) -> tuple[CertifiedValue, ...]:
+    """What a certificate says of the sensor: every unknown of it, those of the rig and of noises left out.
+
+    Parameters
+    ----------
+    posterior : the calibration.
+    """
+    intervals = coverage_intervals(posterior, COVERAGE)
+    return tuple(
+        CertifiedValue(
+            row.name,
+            row.label,
+            row.where,
+            QUANTITIES[row.parameter].unit or "1",
+            float(posterior.diagnostics.parameters[row.name].mean),
+            float(posterior.diagnostics.parameters[row.name].sd),
+            intervals[row.name],
+            row.learned,
+        )
+        for row in parameter_rows(posterior)
+        if row.parameter in SENSOR_PARAMETERS
+    )
+
+
+def certificate_json(certificate: Certificate, files: Mapping[str, str]) -> str:
+    """Write the content of certificate.json: all of a certificate, SI, with the hashes of the files that it is of.
+
+    Its first key, `kind`, says whether it is one: "certificate", "certificate with reservations", or "no certificate: ...",
+    which holds no results. `files` has the SHA-256 of every file of the run and of the other files of the certificate as they
+    were when it was issued; a signature of certificate.json so is one of all of them.
+
+    Parameters
+    ----------
+    certificate : as made.
+    files : name in the folder of the run -> SHA-256.
+    """
+    content = {**_content(certificate), "number": certificate.number, "files": dict(files)}
+    order = ("title", "statement", "number", "verdict")
+    content = {key: content[key] for key in order} | content
+    return record_to_text(CERTIFICATE_KINDS[certificate.verdict.colour], CERTIFICATE_FORMAT, content)
+
+
+def _content(c: Certificate) -> dict[str, Any]:
+    return {
+        "title": c.title,
+        "statement": c.statement,
+        "issued": c.issued,
+        "name": c.name,
+        "verdict": c.verdict.to_plain(),
+        "converged": c.converged,
+        "results": [asdict(value) for value in c.results] if c.usable else None,
+        "coverage_probability": COVERAGE,
+        "meant": MEANT,
+        "taken_as_known": [asdict(value) for value in c.known],
+        "model": c.model,
+        "specimens": list(c.specimens),
+        "laboratory": asdict(c.laboratory),
+        "instruments": [keys_of(instrument) for instrument in c.instruments],
+        "forward_model": list(c.origin.forward),
+        "commands": [dict(command) for command in c.origin.commands],
+        "calibrated_with": dict(c.calibrated_with),
+        "certified_with": dict(c.origin.software),
+        "started": c.started,
+        "ended": c.ended,
+        "seed": c.seed,
+        "fingerprint": c.fingerprint,
+        "experiment": {"file": c.experiment[0], "sha256": c.experiment[1], "text": c.origin.text},
+        "inputs": [dict(entry) for entry in c.origin.inputs],
+        "not_said": list(c.unsaid),
+        "accreditation": NOT_ACCREDITED,
+    }
+
+
+def _numbered(certificate: Certificate, number: str) -> Certificate:
+    grouped = "-".join(number[k : k + 4] for k in range(0, len(number), 4))
+    return replace(certificate, number=grouped)
+
+
+def _models(posterior: Posterior) -> str:
+    return "average of " + "; ".join(f"{m.name} ({m.model}), weight {m.weight:.2f}" for m in posterior.diagnostics.models)
+
+
+def _name(name: str) -> str:
+    return UnknownName.parse(name).label
+
+
+def _unsaid(
+    laboratory: Laboratory, instruments: Sequence[Instrument], origin: Origin, attrs: Mapping[str, str]
+) -> tuple[str, ...]:
+    """What a reader of a certificate may look for and does not find."""
+    said = asdict(laboratory)
+    words = {"name": "which laboratory", "operator": "who measured", "measured": "when it was measured"}
+    unsaid = [what for key, what in words.items() if not said[key]]
+    if not instruments:
+        unsaid.append("with which instruments")
+    for instrument in instruments:
+        gaps = [key for key in ("serial", "calibrated") if not getattr(instrument, key)]
+        told = {"serial": "the serial number", "calibrated": "the day of the last calibration"}
+        unsaid += [f"{told[key]} of the {instrument.kind}" for key in gaps]
+        if instrument.calibrated and laboratory.measured and instrument.calibrated > laboratory.measured:
+            unsaid.append(f"whether the {instrument.kind} was right when it measured: it was calibrated afterwards")
+    if origin.text is None:
+        unsaid.append("the text of the experiment file, which is not there any more as it was")
+    if "commit" not in attrs:
+        unsaid.append("the commit of the program, which ran from no clone or before commits were kept")
+    return tuple(unsaid)

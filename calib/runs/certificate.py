@@ -1,0 +1,157 @@
+"""A finished run in, its certificate in its folder out: JSON, page, PTB's XML, RO-Crate, and a signature if asked for."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import asdict
+from datetime import UTC, datetime
+from pathlib import Path
+
+from calib.errors import Fault, InputError
+from calib.files import require_writable, sha256_of, write_text
+from calib.provenance import PROGRAM, commit, platform_in_words, versions
+from calib.report import (
+    Certificate,
+    CrateFile,
+    Origin,
+    certificate_json,
+    certificate_page,
+    certify,
+    crate_json,
+    dcc_gaps,
+    dcc_xml,
+)
+from calib.runs.certified import forwards_of
+from calib.runs.folder import Run, owned_run, require_own_forward, unlisted
+from calib.runs.listing import (
+    CERTIFICATE,
+    CERTIFICATES,
+    CRATE,
+    DCC,
+    LISTING,
+    MEMBERS,
+    PAGE_OF_IT,
+    POSTERIOR,
+    REPORT,
+    RESULTS,
+    SIGNATURE,
+    Command,
+    Listing,
+    with_command,
+    writing,
+)
+from calib.signature import SecretKey, sign
+from calib.visible import visible
+
+
+def certify_in(run: Run, *, key: SecretKey | None = None, command: str = "") -> Certificate:
+    """Issue the certificate of a run and keep it there: certificate.json, .html, .xml, ro-crate-metadata.json, a signature.
+
+    A run whose verdict is red gets a statement that says so first and holds no results. certificate.xml is written where the
+    experiment file says what PTB's form asks for (`calib.report.dcc_gaps`). An earlier certificate is replaced.
+
+    Parameters
+    ----------
+    run : the calibration; its files must be as they were written.
+    key : of the laboratory, to sign with; None for no signature.
+    command : the command line, kept with the run.
+
+    Returns
+    -------
+    The certificate.
+
+    Raises
+    ------
+    InputError
+        If a file of the run is not as it was written, the model is not the one that the run was calibrated with, or another
+        process writes into the folder; nothing is written then.
+    """
+    require_own_forward(run)
+    if not (run.folder / LISTING).is_file():
+        advice = f"`calib report {run.folder}` makes it again; look at the files before you trust them"
+        message = "run.json is not there: nothing tells whether the files of this run are as they were written"
+        raise InputError(Fault(message, run.folder, advice=advice))
+    for name in CERTIFICATES:
+        require_writable(run.folder / name)
+    command = command or "calib certificate"
+    verdict = run.verdict
+    with owned_run(run, command) as listing:
+        of_run = _files_of(run.folder, listing)
+        now = datetime.now(UTC)
+        origin = _origin(run, with_command(listing, command))
+        certificate = certify(run.posterior, verdict, origin, now.isoformat(timespec="seconds"))
+        texts = _texts(run.folder, certificate, of_run, signed=key is not None)
+        if key is not None:
+            said = f"timestamp:{now.timestamp():.0f} file:{CERTIFICATE} number:{certificate.number} verdict:{verdict.colour}"
+            texts[SIGNATURE] = sign(texts[CERTIFICATE].encode(), key, said)
+        with writing(run.folder, listing, (*CERTIFICATES, *unlisted(run.folder, listing)), command):
+            for name in reversed(CERTIFICATES):  # a signature is never one of another certificate
+                if name == SIGNATURE or name not in texts:
+                    (run.folder / name).unlink(missing_ok=True)
+            for name in CERTIFICATES:
+                if name in texts:
+                    write_text(run.folder / name, texts[name])
+    return certificate
+
+
+def _files_of(folder: Path, listing: Listing) -> dict[str, str]:
+    """The results in a run folder with their hashes, all of them as they were written.
+
+    Raises
+    ------
+    InputError
+        If one is not.
+    """
+    members = sorted(name for name in listing.files if name.startswith(f"{MEMBERS}/"))
+    found: dict[str, str] = {}
+    for name in (*(name for name in RESULTS if name not in CERTIFICATES), *members):
+        path = folder / name
+        if not path.is_file() and name not in listing.files:
+            continue
+        found[name] = sha256_of(path) if path.is_file() else "gone"
+        if listing.files.get(name) != found[name]:
+            advice = f"Look at `calib verify {folder}`; `calib report {folder}` writes page and summary anew"
+            raise InputError(Fault("this file is not as it was written, and nothing is certified", path, advice=advice))
+    return found
+
+
+def _origin(run: Run, listing: Listing) -> Origin:
+    """How a run came about, by its `run.json`, and the experiment file if it is still what it was."""
+    posterior = run.posterior
+    commands = listing.commands
+    if begun := listing.attrs.get("command", "") if len(commands) < 2 else "":  # a folder of before they were kept
+        attrs = posterior.attrs
+        commands = (Command(visible(begun), attrs.get("ended", ""), attrs.get(f"version of {PROGRAM}", "")), *commands)
+    return Origin(
+        forward=forwards_of(run),
+        commands=tuple(asdict(command) for command in commands),
+        inputs=tuple({"what": e.what, "file": Path(e.file).name, "sha256": e.sha256} for e in listing.inputs),
+        text=_experiment_text(run.folder, listing, posterior.experiment.sha256),
+        software=versions() | {"platform": platform_in_words()} | ({"commit": of_clone} if (of_clone := commit()) else {}),
+    )
+
+
+def _experiment_text(folder: Path, listing: Listing, sha256: str) -> str | None:
+    """The text of the experiment file; None if it is not there any more as it was."""
+    for entry in listing.inputs:
+        path = entry.found(folder)
+        if entry.what != "experiment" or entry.sha256 != sha256 or path is None:
+            continue
+        content = path.read_bytes()
+        if hashlib.sha256(content).hexdigest() == sha256:
+            return content.decode("utf-8")
+    return None
+
+
+def _texts(folder: Path, certificate: Certificate, of_run: Mapping[str, str], *, signed: bool) -> dict[str, str]:
+    """The files of a certificate but its signature: name -> text."""
+    texts = {PAGE_OF_IT: certificate_page(certificate, of_run[POSTERIOR], of_run.get(REPORT, ""))}
+    if not dcc_gaps(certificate):
+        texts[DCC] = dcc_xml(certificate)
+    named = [*texts, CERTIFICATE, *([SIGNATURE] if signed else []), LISTING]
+    inside = [CrateFile(name, digest, (folder / name).stat().st_size) for name, digest in of_run.items()]
+    texts[CRATE] = crate_json(certificate, (*inside, *(CrateFile(name) for name in named)))
+    digests = {name: hashlib.sha256(text.encode()).hexdigest() for name, text in texts.items()}
+    texts[CERTIFICATE] = certificate_json(certificate, {**of_run, **digests})
+    return texts

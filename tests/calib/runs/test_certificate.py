@@ -1,0 +1,455 @@
+"""A certificate says what its run says, and no change of it, of its run or of its signature passes."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+import stat
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from small_run import KILLED, QUICK, at_operation, in_a_process, make_lab, quick
+from typer.testing import CliRunner, Result
+
+from calib.cli import app
+from calib.errors import InputError
+from calib.experiment import read_experiment
+from calib.files import sha256_of
+from calib.records import exact_record_from_text, record_to_text
+from calib.report import CERTIFICATE_KINDS
+from calib.runs import certify_in, load_run, recommend_in, report_in, verify
+from calib.runs.folder import Run, write_run
+from calib.runs.listing import CERTIFICATES, SIGNATURE, Input, Listing, read_listing, write_listing
+from calib.runs.ownership import owned
+from calib.sampling import FINGERPRINT, Identity, Posterior
+from calib.signature import SecretKey, new_key, sign
+from models.analytic import ClosedForm
+
+pytestmark = pytest.mark.usefixtures("all_undrawn")
+
+KEY = new_key()
+WHO = """
+[laboratory]
+name = "Soft Sensors"
+operator = "A. Person"
+country = "NZ"
+measured = ["2026-03-17", "2026-03-18"]
+[[instruments]]
+kind = "load cell"
+serial = "12345"
+calibrated = 2026-01-12
+class = "0.5"
+"""
+#: Files whose every byte counts, and how many of each are changed, one after the other: 105 in all.
+FILES = (*CERTIFICATES, "report.html", "posterior.nc")
+N_CHANGE = 15
+
+
+def _lab(folder: Path, more: str = WHO) -> Path:
+    lab = make_lab(folder)
+    with (lab / "experiment.toml").open("a") as file:
+        file.write(more)
+    return lab
+
+
+def _calibrated(lab: Path, name: str, posterior: Posterior) -> Run:
+    """A run folder of a posterior that was made by hand, as if it were of the experiment of a lab."""
+    told = read_experiment(lab / "experiment.toml")
+    own: dict[str, Any] = {
+        "path": told.path,
+        "sha256": told.sha256,
+        "laboratory": told.laboratory,
+        "instruments": told.instruments,
+    }
+    forward = ClosedForm()
+    identity = Identity({"seed": str(posterior.seed), "forward model": f"{forward.name}, {forward.identity}"})
+    posterior = replace(
+        posterior,
+        experiment=replace(posterior.experiment, **own),
+        attrs={**posterior.attrs, "version of python": "3", "platform": "any", FINGERPRINT: identity.fingerprint},
+    )
+    files = {"experiment": lab / "experiment.toml", "lab file": lab / "force.csv"}
+    inputs = tuple(Input(what, str(path), f"../{path.name}", sha256_of(path)) for what, path in files.items())
+    listing = Listing(posterior.seed, {}, identity.parts, identity.fingerprint, inputs, {}, "")
+    (lab / name).mkdir()
+    run, _ = write_run(lab / name, posterior, forward, listing, "calib calibrate", QUICK.page)
+    return run
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory, make_posterior: Callable[..., Posterior]) -> Path:
+    """A lab folder with two finished runs that are certified, and one that is not usable."""
+    lab = _lab(tmp_path_factory.mktemp("lab"))
+    certify_in(_calibrated(lab, "run", make_posterior(n_specimen=1)), key=KEY)
+    certify_in(_calibrated(lab, "other", replace(make_posterior(n_specimen=1), seed=8)), key=KEY)
+    _calibrated(lab, "red", make_posterior(converged=False, n_specimen=1))
+    return lab
+
+
+@pytest.fixture
+def run(made: Path, tmp_path: Path) -> Path:
+    """The run in a fresh copy of that folder."""
+    shutil.copytree(made, tmp_path / "lab")
+    return tmp_path / "lab" / "run"
+
+
+def _command(*words: object) -> Result:
+    return CliRunner().invoke(app, [str(w) for w in words])
+
+
+def _wrong(run: Path, key: SecretKey | None = None) -> dict[str, str]:
+    found = verify(run, None if key is None else key.public)
+    return {Path(f.name).name: f.state for f in found if f.state != "fine"}
+
+
+def _rewritten(run: Path, change: dict[str, Any], **top: Any) -> None:
+    """Change what a certificate says, checksum and all, as somebody would who knows how it is made."""
+    path = run / "certificate.json"
+    text = path.read_text(encoding="utf-8")
+    kind = json.loads(text)["kind"]
+    content = exact_record_from_text(kind, 1, text) | change
+    path.write_text(record_to_text(top.get("kind", kind), 1, content), encoding="utf-8")
+    _relist(run)
+
+
+def _relist(run: Path) -> None:
+    """Put the hashes of all files into run.json, as somebody would who knows how it is made."""
+    listing = read_listing(run)
+    assert listing is not None
+    digests = {n: hashlib.sha256((run / n).read_bytes()).hexdigest() for n in listing.files if (run / n).is_file()}
+    write_listing(run, replace(listing, files=digests))
+
+
+def _flipped(content: bytes, place: int) -> bytes:
+    return content[:place] + bytes([content[place] ^ 1]) + content[place + 1 :]
+
+
+# --- what it says -------------------------------------------------------------------------------------------------------
+
+
+def test_it_says_what_the_run_found_who_measured_and_how_it_was_made(run: Path) -> None:
+    said = json.loads((run / "certificate.json").read_text(encoding="utf-8"))
+    posterior = load_run(run).posterior
+    modulus = said["results"][0]
+    assert [value["name"] for value in said["results"]][-1] == "padding_thickness[sensor 1]"
+    draws = posterior.to_dataframe()["young_modulus"].to_numpy()
+    assert modulus["value"] == pytest.approx(np.mean(draws), rel=1e-3)  # those of the fixture are the truth
+    assert modulus["standard_uncertainty"] == pytest.approx(np.std(draws), rel=0.1)
+    assert modulus["interval_95"] == pytest.approx(np.quantile(draws, [0.025, 0.975]))
+    assert modulus["unit"] == "Pa"
+    assert said["laboratory"]["operator"] == "A. Person"
+    assert said["instruments"] == [{"kind": "load cell", "serial": "12345", "calibrated": "2026-01-12", "class": "0.5"}]
+    text = (run.parent / "experiment.toml").read_text(encoding="utf-8")
+    assert said["experiment"]["text"] == text
+    assert said["experiment"]["sha256"] == hashlib.sha256(text.encode()).hexdigest()
+    lab_file = hashlib.sha256((run.parent / "force.csv").read_bytes()).hexdigest()
+    assert {"what": "lab file", "file": "force.csv", "sha256": lab_file} in said["inputs"]
+    assert [c["text"] for c in said["commands"]] == ["calib calibrate", "calib certificate"]
+    assert said["calibrated_with"].keys() >= {"python", "numpy", "platform"}
+    assert said["files"]["posterior.nc"] == load_run(run).posterior_sha256
+
+
+def test_what_is_added_later_comes_in_by_resuming_and_all_commands_are_told(tmp_path: Path) -> None:
+    lab = _lab(tmp_path, "")
+    certify_in(quick(lab, seed=4, command="calib calibrate experiment.toml -o run").run)
+    with (lab / "experiment.toml").open("a") as file:
+        file.write(WHO)
+    assert _wrong(lab / "run") == {"experiment.toml": "changed"}
+    quick(lab, resume=True, command="calib calibrate experiment.toml -o run --resume")
+    assert _wrong(lab / "run") == {"certificate.json": "stale"}
+    report_in(load_run(lab / "run"), command="calib report run")
+    report_in(load_run(lab / "run"), command="calib report run")  # the same again is told once
+    made = certify_in(load_run(lab / "run"), command="calib certificate run")
+    assert made.laboratory.operator == "A. Person"
+    assert [c["text"] for c in made.origin.commands] == [
+        "calib calibrate experiment.toml -o run",
+        "calib certificate",
+        "calib calibrate experiment.toml -o run --resume",
+        "calib report run",
+        "calib certificate run",
+    ]
+    assert _wrong(lab / "run") == {}
+
+
+def test_a_run_of_before_commands_were_kept_tells_the_one_that_began_it(run: Path) -> None:
+    listing = read_listing(run)
+    assert listing is not None
+    write_listing(run, replace(listing, commands=(), attrs={"command": "calib calibrate"}))
+    made = certify_in(load_run(run), command="calib certificate run")
+    assert [c["text"] for c in made.origin.commands] == ["calib calibrate", "calib certificate run"]
+
+
+def test_the_page_shows_numbers_rounded_and_stands_by_itself(run: Path) -> None:
+    page = (run / "certificate.html").read_text(encoding="utf-8")
+    said = json.loads((run / "certificate.json").read_text(encoding="utf-8"))
+    assert "<h1>Certificate of calibration</h1>" in page
+    assert said["number"] in page
+    assert load_run(run).posterior_sha256 in page
+    assert f"{said['results'][0]['value']}" not in page
+    assert "no certificate of an accredited calibration" in page
+    assert "src=" not in page
+    assert "href=" not in page
+
+
+def test_a_red_run_gets_a_statement_that_says_so_first_and_has_no_numbers(run: Path) -> None:
+    red = run.parent / "red"
+    done = _command("certificate", red)
+    assert done.exit_code == 3, done.output
+    assert done.stdout.startswith("NOT A CERTIFICATE: do not use the numbers of this calibration")
+    text = (red / "certificate.json").read_text(encoding="utf-8")
+    assert text.startswith('{\n "kind": "no certificate: do not use the numbers of this calibration"')
+    said = json.loads(text)
+    assert said["results"] is None
+    assert said["taken_as_known"] == []
+    page = (red / "certificate.html").read_text(encoding="utf-8")
+    assert page.index("NOT A CERTIFICATE") < page.index("<body>")
+    mean = load_run(red).posterior.diagnostics.parameters["young_modulus"].mean
+    assert f"{mean / 1e6:.3f}" not in page
+    assert not (red / "certificate.xml").exists()
+    assert _wrong(red) == {}
+
+
+def test_what_the_experiment_file_does_not_say_is_said_not_to_be_said(
+    tmp_path: Path, make_posterior: Callable[..., Posterior]
+) -> None:
+    lab = _lab(tmp_path, "")
+    _calibrated(lab, "run", make_posterior(n_specimen=1))
+    (lab / "experiment.toml").unlink()
+    done = _command("certificate", lab / "run")
+    assert done.exit_code == 0, done.output
+    for what in ("who measured", "with which instruments", "the text of the experiment file, which is not there any more"):
+        assert f"not said: {what}" in done.stdout
+    assert "no certificate.xml, which needs name in [laboratory], operator in [laboratory]" in done.stdout
+    assert not (lab / "run" / "certificate.xml").exists()
+
+
+def test_files_that_are_not_as_they_were_written_are_not_certified(run: Path) -> None:
+    before = {p: p.read_bytes() for p in run.rglob("*") if p.is_file()}
+    (run / "summary.csv").write_bytes(_flipped(before[run / "summary.csv"], 3))
+    before[run / "summary.csv"] = (run / "summary.csv").read_bytes()
+    with pytest.raises(InputError, match=r"summary\.csv: this file is not as it was written, and nothing is certified"):
+        certify_in(load_run(run))
+    assert {p: p.read_bytes() for p in run.rglob("*") if p.is_file()} == before
+    (run / "summary.csv").unlink()
+    with pytest.raises(InputError, match=r"summary\.csv: this file is not as it was written"):
+        certify_in(load_run(run))
+    (run / "run.json").unlink()
+    with pytest.raises(InputError, match=r"run\.json is not there"):
+        certify_in(load_run(run))
+
+
+# --- what is changed is found -------------------------------------------------------------------------------------------
+
+
+def test_every_single_byte_counts(run: Path) -> None:
+    assert _wrong(run, KEY) == {}
+    whole = {name: (run / name).read_bytes() for name in FILES}
+    rng = np.random.default_rng(21)
+    for _ in range(N_CHANGE):
+        for name, content in whole.items():
+            (run / name).write_bytes(_flipped(content, int(rng.integers(len(content)))))
+        assert _wrong(run) == {**dict.fromkeys(FILES, "changed"), "forward model": "missing"}  # told by the posterior alone
+    for name, content in whole.items():
+        (run / name).write_bytes(content)
+    assert _wrong(run, KEY) == {}
+
+
+@pytest.mark.parametrize("name", [*FILES, "summary.json"])
+def test_a_byte_counts_where_the_hash_in_run_json_was_changed_with_it(run: Path, name: str) -> None:
+    content = (run / name).read_bytes()
+    # The first line of a signature is a comment that nobody signs.
+    first = content.index(b"\n") + 1 if name.endswith(".minisig") else 0
+    place = int(np.random.default_rng(22).integers(first, len(content)))
+    (run / name).write_bytes(_flipped(content, place))
+    _relist(run)
+    found = _wrong(run, KEY)
+    assert found.get(name, found.get("certificate.json")) in ("changed", "stale"), place
+
+
+def test_a_certificate_of_another_run_is_none_of_this_one(run: Path) -> None:
+    for name in CERTIFICATES:
+        shutil.copy(run.parent / "other" / name, run / name)
+    assert _wrong(run, KEY) == dict.fromkeys(CERTIFICATES, "changed")
+    _relist(run)
+    (wrong,) = (f for f in verify(run, KEY.public) if f.state != "fine")
+    assert (wrong.name, wrong.state, wrong.note) == ("certificate.json", "changed", "it is of another run")
+
+
+def _results(**change: Any) -> Any:
+    def changed(said: dict[str, Any]) -> dict[str, Any]:
+        return {"results": [said["results"][0] | change, *said["results"][1:]]}
+
+    return changed
+
+
+@pytest.mark.parametrize(
+    ("change", "note"),
+    [
+        (_results(value=7e5), "its young_modulus is not that of the posterior"),
+        (_results(standard_uncertainty=1.0), "its young_modulus is not that of the posterior"),
+        (_results(unit="MPa"), "its young_modulus is not that of the posterior"),
+        (lambda _: {"results": []}, "it holds other results than the posterior"),
+        (lambda s: {"laboratory": s["laboratory"] | {"operator": "C. Person"}}, "its laboratory is not that of the run"),
+        (lambda _: {"instruments": []}, "its instruments is not that of the run"),
+        (lambda s: {"experiment": s["experiment"] | {"text": "name = 'x'"}}, "the text of the experiment in it is another"),
+        (lambda s: {"files": {n: d for n, d in s["files"].items() if n != "posterior.nc"}}, "it is of no posterior.nc"),
+        (lambda s: {"files": s["files"] | {"../../secret": "0"}}, "it names ../../secret"),
+        (lambda s: {"verdict": s["verdict"] | {"colour": "amber"}}, "it is a certificate with a verdict that is amber"),
+        (lambda _: {"verdict": "green"}, "it is no certificate as it was written"),
+        (lambda _: {"files": None}, "it is no certificate as it was written"),
+    ],
+)
+def test_what_is_rewritten_with_all_its_hashes_does_not_pass(run: Path, change: Any, note: str) -> None:
+    _rewritten(run, change(json.loads((run / "certificate.json").read_text(encoding="utf-8"))))
+    wrong = {f.name: f for f in verify(run, KEY.public) if f.state != "fine"}
+    assert {name: f.state for name, f in wrong.items()} == dict.fromkeys(("certificate.json", SIGNATURE), "changed")
+    assert note in wrong["certificate.json"].note
+
+
+def test_a_red_run_cannot_be_made_to_look_usable(run: Path) -> None:
+    red = run.parent / "red"
+    certify_in(load_run(red))
+    green = {"verdict": {"colour": "green", "reasons": []}, "converged": True, "results": []}
+    _rewritten(red, green, kind=CERTIFICATE_KINDS["green"])
+    (wrong,) = (f for f in verify(red) if f.state != "fine")
+    assert (wrong.name, wrong.state) == ("certificate.json", "changed")
+    assert "says green, and the verdict on this calibration is red" in wrong.note
+
+
+def test_a_certificate_of_what_was_written_anew_since_is_stale(run: Path) -> None:
+    from calib.decision import Requirement
+
+    recommend_in(load_run(run), Requirement(2.0, 0.5e-3, 3e-3, n_thickness=5, n_draw=50), seed=1)
+    (run / "report.html").write_text("<p>another page of the same run</p>")
+    _relist(run)
+    done = _command("verify", run)
+    assert done.exit_code == 3, done.output
+    assert "stale         certificate.json (it is not of the report.html that is here: issue it again with" in done.stdout
+    certify_in(load_run(run))
+    assert _wrong(run) == {}
+
+
+# --- who signed it ------------------------------------------------------------------------------------------------------
+
+
+def test_the_key_tells_who_signed(run: Path, tmp_path: Path) -> None:
+    made = _command("key", "new", "-o", tmp_path / "lab.key")
+    assert made.exit_code == 0, made.output
+    secret, public = tmp_path / "lab.key", tmp_path / "lab.pub"
+    if os.name == "posix":
+        assert stat.S_IMODE(secret.stat().st_mode) == 0o600
+    assert _command("key", "new", "-o", secret).exit_code == 2
+    signed = _command("certificate", run, "--key", secret)
+    assert signed.exit_code == 0, signed.output
+    checked = _command("verify", run, "--public-key", public)
+    assert checked.exit_code == 0, checked.output
+    assert "signed by A. Person, Soft Sensors with the key" in checked.stdout
+    assert "verdict:green" in checked.stdout
+    # Whoever has no key learns that there is a signature, and that it was not looked at.
+    assert "which is not checked: give the laboratory's own with --public-key" in _command("verify", run).stdout
+    swapped = _command("verify", run, "--public-key", secret)
+    assert swapped.exit_code == 2
+    assert "this is a secret key" in " ".join(swapped.stderr.split())
+
+
+def test_another_key_no_signature_and_no_certificate_do_not_pass_for_signed(run: Path) -> None:
+    other = new_key()
+    assert _wrong(run, other) == {"certificate.json.minisig": "changed"}
+    certificate = (run / "certificate.json").read_bytes()
+    forged = SecretKey(KEY.number, other.seed, other.public)
+    for key, note in ((other, "signed with the key"), (forged, "the signature is not that of the key")):
+        (run / "certificate.json.minisig").write_text(sign(certificate, key, "timestamp:1"))
+        _relist(run)
+        (wrong,) = (f for f in verify(run, KEY.public) if f.state != "fine")
+        assert (wrong.name, wrong.state) == (SIGNATURE, "changed")
+        assert note in wrong.note
+    (run / "certificate.json.minisig").unlink()
+    assert _wrong(run) == {"certificate.json.minisig": "missing"}
+    _relist(run)
+    assert _wrong(run) == {}
+    assert _wrong(run, KEY) == {"certificate.json.minisig": "missing"}
+    assert _wrong(run.parent / "red", KEY) == {"certificate.json.minisig": "missing"}
+
+
+def test_issued_without_a_key_the_earlier_signature_goes(run: Path) -> None:
+    certify_in(load_run(run))
+    assert not (run / "certificate.json.minisig").exists()
+    assert _wrong(run) == {}
+    assert any(f.name == "certificate.json" and f.note == "not signed" for f in verify(run))
+
+
+def test_a_password_is_taken_from_the_environment_where_nobody_can_be_asked(
+    run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    refused = _command("key", "new", "-o", tmp_path / "lab.key", "--password")
+    assert refused.exit_code == 2
+    assert not (tmp_path / "lab.key").exists()
+    monkeypatch.setattr("calib.signature._OPERATIONS", 1 << 15)
+    monkeypatch.setattr("calib.signature._MEMORY", 1 << 20)
+    monkeypatch.setenv("CALIB_KEY_PASSWORD", "pässword")
+    assert _command("key", "new", "-o", tmp_path / "lab.key", "--password").exit_code == 0
+    assert _command("certificate", run, "--key", tmp_path / "lab.key").exit_code == 0
+    monkeypatch.setenv("CALIB_KEY_PASSWORD", "another")
+    refused = _command("certificate", run, "--key", tmp_path / "lab.key")
+    assert refused.exit_code == 2
+    assert "the password is another" in refused.stderr
+    monkeypatch.delenv("CALIB_KEY_PASSWORD")
+    refused = _command("certificate", run, "--key", tmp_path / "lab.key")
+    assert refused.exit_code == 2
+    assert "Set CALIB_KEY_PASSWORD" in " ".join(refused.stderr.split())
+
+
+# --- it is whole or not there -------------------------------------------------------------------------------------------
+
+
+def test_a_folder_in_use_is_not_certified(run: Path) -> None:
+    with owned(run, "calib calibrate"):
+        refused = _command("certificate", run)
+        assert refused.exit_code == 2
+        assert "this folder is in use by process" in refused.stderr
+
+
+def _operations() -> Iterator[int]:
+    # run.json before, the signature's removal, five files of two operations each, run.json after.
+    yield from range(1, 18)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="forks")
+def test_killed_before_any_operation_it_leaves_nothing_that_passes_for_a_certificate(run: Path) -> None:
+    loaded = load_run(run)
+    assert loaded.verdict.colour == "green"
+    before = {name: (run / name).read_bytes() for name in CERTIFICATES}
+    kept: Listing | None = read_listing(run)
+    assert kept is not None
+    ended = 0
+    for number in _operations():
+
+        def killed(number: int = number) -> None:
+            at_operation(number, run, lambda: os._exit(KILLED))
+            certify_in(loaded, key=KEY)
+
+        ended += in_a_process(killed) == KILLED
+        after = {name: (run / name).read_bytes() for name in CERTIFICATES if (run / name).is_file()}
+        assert after == before or _wrong(run, KEY)
+        for content in after.values():
+            assert content.endswith(b"\n") or content.rstrip().endswith(b"</html>")
+    assert ended > 12
+    certify_in(load_run(run), key=KEY)
+    assert _wrong(run, KEY) == {}
+    assert not list(run.glob(".*part*"))
+
+
+def test_a_link_in_the_place_of_a_certificate_is_replaced_and_not_followed(run: Path, tmp_path: Path) -> None:
+    (tmp_path / "precious").write_text("mine")
+    for name in CERTIFICATES:
+        (run / name).unlink()
+        (run / name).symlink_to(tmp_path / "precious")
+    certify_in(load_run(run), key=KEY)
+    assert (tmp_path / "precious").read_text() == "mine"
+    assert _wrong(run, KEY) == {}
