@@ -10,12 +10,12 @@ import typer
 from calib.cli.common import NOT_USABLE, refusing_bad_input, say
 
 
-def verify(run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder written by `calib calibrate`.")]) -> None:
+def verify(run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of `calib calibrate` or `calib batch`.")]) -> None:
     """Check that nothing of a run, and nothing that it was made from, has changed since: every file against its hash.
 
     That is the experiment, the lab files, the surrogate, posterior, summary, recommendation, report and checkpoint, and
-    run.json, which holds the hashes. A file that was moved away is missing, not changed; a run and its lab files may move
-    together.
+    run.json, which holds the hashes; of a batch its table and page, its lab files and the lot's posterior. A file that was
+    moved away is missing, not changed; a run and its lab files may move together.
 
     Example: `calib verify run1`
 
@@ -25,9 +25,10 @@ def verify(run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder writt
     missing, or was not written to its end, and saying what.
     """
     with refusing_bad_input():
+        from calib.runs import is_batch, verify_batch
         from calib.runs import verify as verify_run
 
-        findings = verify_run(run)
+        findings = verify_batch(run) if is_batch(run) else verify_run(run)
         blocks = [f for f in findings if f.name.startswith("checkpoint/") and f.state == "fine"]
         # A line each, the file last and never wrapped, so that it can be searched for and copied.
         for finding in findings:

@@ -11,6 +11,7 @@ from calib.lazy import on_demand
 
 if TYPE_CHECKING:
     from calib.runs.average import AVERAGE, average_runs
+    from calib.runs.batch import batch_in, is_batch, verify_batch
     from calib.runs.before import Check, check
     from calib.runs.calibration import STAGES, Calibration, Stages, Watch, calibrate
     from calib.runs.difference import diff_runs
@@ -42,6 +43,7 @@ __all__ = [
     "Watch",
     "asked_before",
     "average_runs",
+    "batch_in",
     "calibrate",
     "calibrate_rivals",
     "check",
@@ -49,6 +51,7 @@ __all__ = [
     "examine",
     "export_in",
     "figures_in",
+    "is_batch",
     "load_recommendation",
     "load_run",
     "next_in",
@@ -58,6 +61,7 @@ __all__ = [
     "refine",
     "report_in",
     "verify",
+    "verify_batch",
 ]
 
 __getattr__ = on_demand(
@@ -69,6 +73,11 @@ __getattr__ = on_demand(
             "Stages",
             "Watch",
             "calibrate",
+        ),
+        ".batch": (
+            "batch_in",
+            "is_batch",
+            "verify_batch",
         ),
         ".before": (
             "Check",
