@@ -2,7 +2,7 @@
 
 A lot is drawn, with its rig, and the lab files of the specimens that are calibrated and of those made after them are written,
 by finite elements (with --surrogate by the surrogate, which takes no time). The first are calibrated by chains under partial
-pooling, the others inspected as by `calib batch`, against a limit on the signal that half of the lot meets. Printed: seconds;
+pooling, the others inspected as by `calib batch`, against a limit on the signal that half of them meet. Printed: seconds;
 how far means and standard deviations of the first --exact specimens of each lot are off those of the whole calibration with
 them in it (weighted draws of its first answer, where they are worth 200); how often central 90 % hold the truth; how often a
 specimen passes that does not conform and fails that would, beside the risks that were stated; and with --odd, one specimen
@@ -24,7 +24,7 @@ from simulated.batches import EXPERIMENT, SIGNAL_AT, Made, Oddity, curve_by, mak
 
 from calib.catalogue import POOLED
 from calib.checks import Verdict
-from calib.decision import Inspected, Inspection, Presented, expected_of, inspect
+from calib.decision import Inspected, Inspection, Presented, inspect
 from calib.experiment import Limit, Specification, forward_of_experiment, read_experiment, read_sweeps
 from calib.problem import newcomer_experiment, newcomer_of, problem_from, values_at
 from calib.runs.batch import inspection_of, newcomers_in
@@ -88,7 +88,8 @@ def batch_of(folder: Path, seed: int, given: argparse.Namespace) -> dict[str, An
     """Inspect the newcomers of one lot: rows, seconds, and how far some are off the whole calibration."""
     made, posterior, forward = calibrated(folder, seed, given)
     plain = inspection_of(posterior, forward, Verdict(), None, None, 1, 0.0)
-    limit = expected_of(posterior, forward, SIGNAL_AT, 1)["signal"][1]
+    new = [own["signal"] for name, own in made.truth.items() if name.startswith("s")]
+    limit = float(np.nanmedian(new))
     specification = Specification((Limit("signal", "at_least", limit),), (SIGNAL_AT,), probability=given.probability)
     inspection = inspection_of(posterior, forward, Verdict(), specification, None, 1, 0.0)
     began = time.perf_counter()
@@ -139,15 +140,16 @@ def report(lots: Sequence[Mapping[str, Any]], given: argparse.Namespace) -> None
         if known:
             held = np.mean([low <= value <= high for (_, _, low, high), value in known])
             print(f"{name:28s} {held:6.0%}  {len(known)}")
-    judged = [(row, truth["signal"] >= limit) for row, truth, limit in sound if row.decision != "none"]
+    told = [(row, truth["signal"], limit) for row, truth, limit in sound if np.isfinite(truth["signal"])]
+    judged = [(row, signal >= limit) for row, signal, limit in told if row.decision != "none"]
     if judged:
         passed = [(row, conforms) for row, conforms in judged if row.decision == "pass"]
         failed = [(row, conforms) for row, conforms in judged if row.decision == "fail"]
         said = [sum(1 - row.conformity.probability for row, _ in passed), sum(row.conformity.probability for row, _ in failed)]
         found = [sum(not conforms for _, conforms in passed), sum(conforms for _, conforms in failed)]
         print(f"\npass with {given.probability:.0%}: {len(passed)} of {len(judged)}")
-        for kind, told, real in zip(("pass and do not conform", "fail and would conform"), said, found, strict=True):
-            print(f"{kind}: said {told:.1f}, found {real}, of {len(judged)}")
+        for kind, stated, real in zip(("pass and do not conform", "fail and would conform"), said, found, strict=True):
+            print(f"{kind}: said {stated:.1f}, found {real}, of {len(judged)}")
     alarms = sum(_named(row) for row, _, _ in sound)
     colours = {c: sum(row.verdict.colour == c for row, _, _ in sound) for c in ("green", "amber", "red")}
     print(f"\nsound newcomers named as strangers: {alarms} of {len(sound)}; verdicts {colours}")

@@ -69,7 +69,7 @@ def _judged(run: Run, verdict: Verdict) -> Run:
 
 @pytest.fixture(scope="module")
 def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Two sound specimens, one three times as stiff, one without a meter, a copy, a torn file, and a picture."""
+    """Two sound specimens, one three times as stiff, one without a meter, a copy, a torn file, a lost link, a picture."""
     folder = tmp_path_factory.mktemp("lab")
     _press(folder, "s01", 1)
     _press(folder, "s02", 2)
@@ -78,6 +78,7 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for kind in ("press", "cap"):
         shutil.copy(folder / f"s02_{kind}.csv", folder / f"s05_{kind}.csv")
     (folder / "s06_press.csv").write_bytes(b"\x07\x00\x9f torn off here" * 20)
+    (folder / "s07_press.csv").symlink_to(folder / "nowhere.csv")
     (folder / "setup.jpg").write_bytes(b"\xff\xd8")
     return folder
 
@@ -143,10 +144,10 @@ def test_copies_are_red_on_both_sides_and_a_torn_file_is_a_red_row(made: tuple[B
         row = _row(batch, name)
         assert row.light == "red"
         assert f"same bytes as those of {other}" in row.verdict.reasons[0].finding
-    torn = next(row for row in batch.rows if row.name.startswith("s06"))
-    assert torn.light == "red"
-    assert torn.how == "none"
-    assert torn.verdict.reasons[0].action.endswith("if it is no lab file")
+    for name in ("s06_press.csv", "s07_press.csv"):
+        torn = _row(batch, name)
+        assert (torn.light, torn.how) == ("red", "none")
+        assert torn.verdict.reasons[0].action.endswith("if it is no lab file")
     assert [file for file, _ in batch.left_out] == ["setup.jpg"]
     assert batch.verdict.colour == "red"
 
