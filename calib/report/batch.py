@@ -6,7 +6,7 @@ from calib.catalogue import POOLED, QUANTITIES
 from calib.decision import DRIFTING, Batch, Inspected, percent
 from calib.report.figures.batch import batch_figure, scaled
 from calib.report.page import templates
-from calib.report.pictures import drawing
+from calib.report.pictures import figure_address
 
 # Files that are left out and listed by name.
 _MOST = 30
@@ -44,7 +44,7 @@ def batch_page(batch: Batch) -> str:
             status=batch_status(batch),
             verdict=verdict,
             cards=cards,
-            picture=drawing(batch_figure, batch)() if shown else "",
+            picture=figure_address(batch_figure(batch)) if shown else "",
             trends=[(trend.in_words(DRIFTING[trend.quantity]), trend.drifts, trend.ordered_by) for trend in batch.trends],
             columns=[_heading(name, batch) for name in shown],
             lot=[_range(batch, name) for name in shown],
