@@ -40,6 +40,13 @@ QUICK: dict[str, tuple[list[str], str]] = {
         ["sound", "--labs", "1", "--candidates", "own-padding", "--processes", "0"],
         "| sound | 1 | as given |",
     ),
+    "batch.py": (
+        [
+            *("--lots", "1", "--lot", "1", "--new", "1", "--exact", "0", "--surrogate", "--steps", str(STEPS)),
+            *("--processes", "0", "--folder", "FOLDER/batches"),
+        ],
+        "sound newcomers named as strangers: ",
+    ),
     "check_faults.py": (["N called kN", "--labs", "1"], "| N called kN | 1 | force alone | 0 | 1 | 0 | 0 | 1 |"),
     "damage_files.py": (["-n", "48"], "0 failed"),
     "fem_accuracy.py": (["--finest", "1.6e-3"], "force against Hertz with a bonded layer"),

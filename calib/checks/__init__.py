@@ -1,6 +1,7 @@
 """A `Problem` or a `Posterior` in, whether it may be believed out, in checks and a verdict; changes no draw, knows no page."""
 
 from calib.checks.average import NOTICEABLE, Model, average_models, forward_of_average
+from calib.checks.belonging import belongs
 from calib.checks.comparison import Candidate, compare_runs, comparison_in_words, doubts
 from calib.checks.departures import Elsewhere, look_elsewhere, with_departures, with_elsewhere
 from calib.checks.difference import Changed, Difference, Loading, Pair, Side, differences_of
@@ -45,6 +46,7 @@ from calib.checks.reasons import (
     judge_posterior,
     passed_gates,
     pull_in_words,
+    stranger_in_words,
     unedited_reasons,
 )
 from calib.checks.refine import error_rows, refinement_in_words, require_own_surrogate, shift_rows, stands, training_points
@@ -52,6 +54,7 @@ from calib.checks.reweighting import ACCURACY, LEAST_DRAWS, reweight, with_rewei
 from calib.checks.sensitivity import sensitivity_of_headlines, with_sensitivity
 from calib.checks.spotcheck import Comparison, compare_draws, with_spot_check
 from calib.checks.verdict import (
+    LEVELS,
     Colour,
     Level,
     Reason,
@@ -70,6 +73,7 @@ __all__ = [
     "BEFORE_SAMPLING",
     "FILES",
     "LEAST_DRAWS",
+    "LEVELS",
     "LIKELIHOOD",
     "NOTICEABLE",
     "OF_MODELS",
@@ -108,6 +112,7 @@ __all__ = [
     "attempt",
     "average_models",
     "band",
+    "belongs",
     "compare_draws",
     "compare_runs",
     "comparison_in_words",
@@ -144,6 +149,7 @@ __all__ = [
     "sensitivity_of_headlines",
     "shift_rows",
     "stands",
+    "stranger_in_words",
     "training_points",
     "unedited_reasons",
     "verdict_from_plain",

@@ -191,7 +191,7 @@ def _specimens(posterior: Posterior) -> Iterator[Reason]:
     which = ", and of two specimens the data do not tell which one does not belong" if n == 2 else ""
     strangers, limits = sorted(d.strangers, key=lambda s: -abs(s.z)), _rare_limits(len(d.strangers))
     if strangers and (level := _level(abs(strangers[0].z), limits)) is not None:
-        told = _first([_stranger_in_words(s) for s in strangers if abs(s.z) > limits["amber"]])
+        told = _first([stranger_in_words(s) for s in strangers if abs(s.z) > limits["amber"]])
         action = "Check its files, its thicknesses and what it was cast from; if it is of another lot calibrate it by itself"
         if strangers[0].quantity.endswith("_thickness"):
             action += ", and if it was not meant to be like the others say what was wanted of each (`nominal`)"
@@ -217,7 +217,8 @@ def _foretold_in_words(found: Foretold) -> str:
     )
 
 
-def _stranger_in_words(s: Stranger) -> str:
+def stranger_in_words(s: Stranger) -> str:
+    """Say by how much a specimen lies off what is expected of it, and on which side; goes on with "than ..."."""
     size = f"{abs(s.ratio.mean - 1):.0%} ± {s.ratio.sd:.0%}"
     if s.quantity == "young_modulus":
         return f"{s.specimen} is {size} {'stiffer' if s.z > 0 else 'softer'}"

@@ -11,6 +11,7 @@ from typer.core import TyperGroup
 
 from calib.cli import (
     average,
+    batch,
     calibrate,
     certificate,
     check,
@@ -110,6 +111,7 @@ app.command("check", rich_help_panel=_CALIBRATION)(check.check)
 app.command("calibrate", rich_help_panel=_CALIBRATION)(calibrate.calibrate)
 app.command("recommend", rich_help_panel=_CALIBRATION)(runs.recommend)
 app.command("next", rich_help_panel=_CALIBRATION)(measurements.next_measurement)
+app.command("batch", rich_help_panel=_CALIBRATION)(batch.batch)
 app.command("compare", rich_help_panel=_CALIBRATION)(compare.compare)
 app.command("diff", rich_help_panel=_CALIBRATION)(diff.diff)
 app.command("average", rich_help_panel=_CALIBRATION)(average.average)

@@ -7,11 +7,11 @@ from typing import Annotated
 
 import typer
 
-from calib.cli.common import NOT_USABLE, RunFolder, refusing_bad_input, say
+from calib.cli.common import NOT_USABLE, refusing_bad_input, say
 
 
 def verify(
-    run: RunFolder,
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of `calib calibrate` or `calib batch`.")],
     public_key: Annotated[
         Path | None,
         typer.Option(metavar="FILE.pub", help="Key of the laboratory that the certificate must be signed with."),
@@ -20,8 +20,8 @@ def verify(
     """Check that nothing of a run, and nothing that it was made from, has changed since: every file against its hash.
 
     That is the experiment, the lab files, the surrogate, posterior, summary, recommendation, report and checkpoint, and
-    run.json, which holds the hashes. A file that was moved away is missing, not changed; a run and its lab files may move
-    together.
+    run.json, which holds the hashes; of a batch its table and page, its lab files and the lot's posterior. A file that was
+    moved away is missing, not changed; a run and its lab files may move together.
 
     A certificate is also held against the run: of another run it is changed, and stale if what it is of was written anew since.
     With --public-key it must be signed with that laboratory's key. Hashes tell of accidents; the signature tells who answers
@@ -35,10 +35,12 @@ def verify(
     missing, stale, not signed with the key given, or was not written to its end, and saying what.
     """
     with refusing_bad_input():
+        from calib.runs import is_batch, verify_batch
         from calib.runs import verify as verify_run
         from calib.signature import read_public_key
 
-        findings = verify_run(run, None if public_key is None else read_public_key(public_key))
+        key = None if public_key is None else read_public_key(public_key)
+        findings = verify_batch(run) if is_batch(run) else verify_run(run, key)
         blocks = [f for f in findings if f.name.startswith("checkpoint/") and f.state == "fine"]
         # A line each, the file last and never wrapped, so that it can be searched for and copied.
         for finding in findings:

@@ -1,5 +1,7 @@
 """A `Posterior` and what is wanted of it in, what to build, or what a reading on a gripper means, out; knows no page."""
 
+from calib.decision.as_built import AsBuilt
+from calib.decision.batch import DRIFTING, Batch, expected_of
 from calib.decision.causes import Cause
 from calib.decision.conformity import Built, Conformity, Needed
 from calib.decision.extrapolation import largest_force
@@ -14,7 +16,16 @@ from calib.decision.force_table import (
     WorkingPoint,
 )
 from calib.decision.gripper import Gripper
-from calib.decision.guard_band import Drawing
+from calib.decision.guard_band import Drawing, Risks
+from calib.decision.inspection import (
+    Inspected,
+    Inspection,
+    Presented,
+    inspect,
+    inspected_from_plain,
+    inspected_to_plain,
+    presented,
+)
 from calib.decision.inverse import invert
 from calib.decision.measurements import Measurement, NextMeasurements, next_measurements, next_to_json
 from calib.decision.padding import recommend
@@ -22,13 +33,17 @@ from calib.decision.recommendation import INTERVAL_PROBABILITY, OfModel, Recomme
 from calib.decision.record import recommendation_from_json, recommendation_to_json
 from calib.decision.requirement import Requirement
 from calib.decision.specified import conform, recommend_for
+from calib.decision.trend import Trend
 from calib.decision.words import percent
 
 __all__ = [
+    "DRIFTING",
     "INTERVAL_PROBABILITY",
     "LEVEL",
     "N_ROW",
     "WIDTH_IN_SD",
+    "AsBuilt",
+    "Batch",
     "Built",
     "Cause",
     "Conformity",
@@ -37,20 +52,30 @@ __all__ = [
     "ForceTable",
     "Gripper",
     "GripperTables",
+    "Inspected",
+    "Inspection",
     "Measurement",
     "Needed",
     "NextMeasurements",
     "OfModel",
+    "Presented",
     "Recommendation",
     "Requirement",
+    "Risks",
     "Status",
+    "Trend",
     "WorkingPoint",
     "conform",
+    "expected_of",
+    "inspect",
+    "inspected_from_plain",
+    "inspected_to_plain",
     "invert",
     "largest_force",
     "next_measurements",
     "next_to_json",
     "percent",
+    "presented",
     "recommend",
     "recommend_for",
     "recommendation_from_json",

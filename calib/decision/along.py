@@ -92,6 +92,22 @@ class Tabled:
         return np.asarray(found)
 
 
+@dataclass(frozen=True, eq=False)
+class Untabled:
+    """A model that is asked itself, where each draw has one thickness alone: stands in for `Tabled`."""
+
+    ask: Ask
+
+    def at(self, thickness: FloatArray) -> FloatArray:
+        """Quantities, (n_draw, n_load, n_quantity).
+
+        Parameters
+        ----------
+        thickness : [m], (n_draw,).
+        """
+        return self.ask(thickness, np.ones(thickness.size, dtype=bool))
+
+
 def tabled(ask: Ask, wanted: FloatArray, low: float, high: float, shift: float, n_knot: int = N_KNOTS) -> Tabled:
     """Ask a model at knots, so that it need not be asked between them.
 

@@ -16,7 +16,9 @@ from models.sensor import FloatArray
 MARGIN = 1.1
 
 
-def beyond_the_measured(posterior: Posterior, force: float, padding: float, depth: float, ball: float) -> Iterator[Reason]:
+def beyond_the_measured(
+    posterior: Posterior, force: float, padding: float, depth: float, ball: float, what: str = "the advice is for"
+) -> Iterator[Reason]:
     """Say by how much a prediction goes beyond the forces, paddings, depths and balls of the data it rests on.
 
     Parameters
@@ -26,6 +28,7 @@ def beyond_the_measured(posterior: Posterior, force: float, padding: float, dept
     padding : thickness that is predicted for [m].
     depth : that the ball sinks in there [m].
     ball : radius [m].
+    what : asks for that, in words.
     """
     forces, depths, paddings, totals, balls = (np.array(column) for column in zip(*_presses(posterior), strict=True))
     total = padding + float(np.median(totals - paddings))
@@ -44,7 +47,7 @@ def beyond_the_measured(posterior: Posterior, force: float, padding: float, dept
         known = " and ".join(f"{r * 1e3:g}" for r in sorted(set(balls)))
         found.append(f"a ball of {ball * 1e3:g} mm radius (measured with {known} mm)")
     if found:
-        finding = f"the advice is for {', '.join(found)}: there the model was held against no data"
+        finding = f"{what} {', '.join(found)}: there the model was held against no data"
         action = f"Press one pad of about {padding * 1e3:.2g} mm to {force:g} N and calibrate with it, to confirm"
         yield Reason("extrapolation", "amber", finding, action)
 

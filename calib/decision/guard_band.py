@@ -115,10 +115,29 @@ def risks(made: FloatArray, conformance: FloatArray, accepted: tuple[float, floa
     gauge : [m], standard uncertainty of a reading.
     """
     alpha = np.zeros(made.size) if accepted is None else acceptance(made, accepted, gauge)
+    return risks_of(alpha, conformance)
+
+
+def risks_of(accepted: FloatArray, conformance: FloatArray) -> Risks:
+    """Global risks (2) of items of which each is accepted with a probability, or is or is not.
+
+    Parameters
+    ----------
+    accepted : alpha [1], (n,).
+    conformance : p_c [1], (n,).
+
+    Examples
+    --------
+    Of two accepted items one conforms with 98 %; of the rejected one conforms with 10 %:
+
+    >>> found = risks_of(np.array([1.0, 1.0, 0.0]), np.array([1.0, 0.98, 0.10]))
+    >>> round(found.consumers, 4), round(found.producers, 4)
+    (0.0067, 0.0333)
+    """
     return Risks(
-        float(np.mean(alpha)),
-        float(np.mean(alpha * (1 - conformance))),  # (2)
-        float(np.mean((1 - alpha) * conformance)),
+        float(np.mean(accepted)),
+        float(np.mean(accepted * (1 - conformance))),  # (2)
+        float(np.mean((1 - accepted) * conformance)),
     )
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from calib.decision.along import Tabled, tabled
+from calib.decision.along import Ask, Tabled, Untabled, tabled
 from calib.decision.choices import PADDING, Choice, Coordinates, balls_of, built, forces_of, forward_for
 from calib.decision.sensors import Part, with_padding
 from calib.experiment import Limit, Specification
@@ -87,7 +87,7 @@ class Group:
     specification: Specification
     forces: FloatArray
     balls: Sequence[FloatArray]
-    tables: Sequence[Tabled]
+    tables: Sequence[Tabled | Untabled]
     offset: FloatArray
 
     def at(self, thickness: float, errors: Errors, k: int, *, exact: bool = False) -> Iterator[Performance]:
@@ -199,16 +199,44 @@ def pressed(part: Part, specification: Specification, choices: Sequence[Choice],
     cast = np.ones(1) if part.cast is None else part.cast
     low = max(0.0, specification.lower + min(0.0, float(np.min(offset)))) * min(1.0, float(np.min(cast)))
     high = (specification.upper + max(0.0, float(np.max(offset)))) * max(1.0, float(np.max(cast)))
+    asks = [_ask_of(forward, designs, forces, ball, strained) for ball in balls]
+    tables = [tabled(ask, forces, low, high, shift, _N_KNOT) for ask in asks]
+    return Group(part, choices, designs, specification, forces, balls, tables, offset)
 
-    def under(ball: FloatArray) -> Tabled:
-        def ask(thickness: FloatArray, rows: BoolArray) -> FloatArray:
-            some = [with_padding(design.only(rows), thickness) for design in designs]
-            pressing = [replace(d, indenter=replace(d.indenter, radius=ball[rows])) for d in some]
-            return _asked(forward, pressing, forces[rows], strained)
 
-        return tabled(ask, forces, low, high, shift, _N_KNOT)
+def pressed_as_built(part: Part, specification: Specification, z: Coordinates) -> Group | Refused:
+    """Press sensors that are there, each on the padding that it has: nothing is chosen, and nothing scatters.
 
-    return Group(part, choices, designs, specification, forces, balls, [under(ball) for ball in balls], offset)
+    Parameters
+    ----------
+    part : draws of one model; `cast` has the padding of each over the nominal one that `Group.at` is asked for.
+    specification : its loads, balls and limits count.
+    z : coordinates of the loads and balls that have a distribution.
+
+    Returns
+    -------
+    The group, or why no model serves it.
+    """
+    design = part.base
+    forward, why = forward_for(part, design)
+    strained = any(limit.quantity == "dielectric_strain" for limit in specification.limits)
+    why = why or (thinning_refusal(design) if strained else "")
+    if why:
+        return Refused([Choice()], why)
+    balls, forces = balls_of(specification, design, z), forces_of(specification, part.size, z)
+    tables = [Untabled(_ask_of(forward, [design], forces, ball, strained)) for ball in balls]
+    return Group(part, [Choice()], [design], specification, forces, balls, tables, np.zeros(part.size))
+
+
+def _ask_of(forward: Forward, designs: Sequence[Design], forces: FloatArray, ball: FloatArray, strained: bool) -> Ask:
+    """What designs under a ball of a radius [m] (n_draw,) do at loads on paddings of any thickness."""
+
+    def ask(thickness: FloatArray, rows: BoolArray) -> FloatArray:
+        some = [with_padding(design.only(rows), thickness) for design in designs]
+        pressing = [replace(d, indenter=replace(d.indenter, radius=ball[rows])) for d in some]
+        return _asked(forward, pressing, forces[rows], strained)
+
+    return ask
 
 
 def _asked(forward: Forward, designs: Sequence[Design], forces: FloatArray, strained: bool) -> FloatArray:

@@ -17,6 +17,7 @@ from calib.problem.likelihood import (
 )
 from calib.problem.lots import Lot, LotPrior
 from calib.problem.measurement import model_sweep, model_sweeps
+from calib.problem.newcomer import CalibratedLot, Newcomer, Own, newcomer_experiment, newcomer_of, template_of
 from calib.problem.plan import CORRELATION_LENGTH, SweepPlan, plan_sweep
 from calib.problem.prior import (
     log_prior,
@@ -45,10 +46,13 @@ __all__ = [
     "CORRELATION_LENGTH",
     "LIKELIHOOD_VERSION",
     "Calibrated",
+    "CalibratedLot",
     "Glance",
     "LogPosteriorParts",
     "Lot",
     "LotPrior",
+    "Newcomer",
+    "Own",
     "ParameterInfo",
     "PredictedReadings",
     "Problem",
@@ -80,6 +84,8 @@ __all__ = [
     "medians",
     "model_sweep",
     "model_sweeps",
+    "newcomer_experiment",
+    "newcomer_of",
     "nominal_zero",
     "of_lot",
     "outside_faults",
@@ -97,6 +103,7 @@ __all__ = [
     "specimen_design",
     "synthetic_sweep",
     "table_of",
+    "template_of",
     "values_at",
     "values_of_lot",
     "without_block",

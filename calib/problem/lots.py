@@ -122,9 +122,15 @@ class LotPrior:
         share = np.exp(away) if isinstance(self.value, LogNormal) else np.maximum(1 + away, _LEAST)
         return np.asarray(self._reference[0 if specimen is None else specimen] * share, dtype=float)
 
-    def away_of(self, value: FloatArray) -> FloatArray:
-        """The inverse of `at` for the lot."""
-        share = value / self._reference[0]
+    def away_of(self, value: FloatArray, specimen: int | None = None) -> FloatArray:
+        """The inverse of `at`.
+
+        Parameters
+        ----------
+        value : (n_draw,), SI.
+        specimen : whose; None for the lot's.
+        """
+        share = value / self._reference[0 if specimen is None else specimen]
         return np.asarray(np.log(share) if isinstance(self.value, LogNormal) else share - 1, dtype=float)
 
     def log_density(self, z: FloatArray) -> FloatArray:

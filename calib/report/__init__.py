@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from calib.lazy import on_demand
 
 if TYPE_CHECKING:
+    from calib.report.batch import batch_page, batch_status
     from calib.report.browser import BROWSERS, PrintError, find_browser, print_page
     from calib.report.certificate import (
         CERTIFICATE_FORMAT,
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from calib.report.deformed.cross_section import cross_section_figure
     from calib.report.deformed.paraview import write_vtk
     from calib.report.deformed.revolved import revolved_figure, revolved_picture
+    from calib.report.figures.batch import batch_figure
     from calib.report.figures.difference import difference_figure
     from calib.report.figures.lab_file import file_figure
     from calib.report.figures.padding import padding_figure
@@ -55,6 +57,9 @@ __all__ = [
     "PrintError",
     "any_letters",
     "averaged_models",
+    "batch_figure",
+    "batch_page",
+    "batch_status",
     "begin_drawing",
     "certificate_json",
     "certificate_page",
@@ -102,6 +107,7 @@ __all__ = [
 __getattr__ = on_demand(
     __name__,
     {
+        ".batch": ("batch_page", "batch_status"),
         ".browser": ("BROWSERS", "PrintError", "find_browser", "print_page"),
         ".certificate": (
             "CERTIFICATE_FORMAT",
@@ -118,6 +124,7 @@ __getattr__ = on_demand(
         ".deformed.cross_section": ("cross_section_figure",),
         ".deformed.paraview": ("write_vtk",),
         ".deformed.revolved": ("revolved_figure", "revolved_picture"),
+        ".figures.batch": ("batch_figure",),
         ".figures.difference": ("difference_figure",),
         ".figures.lab_file": ("file_figure",),
         ".figures.padding": ("padding_figure",),

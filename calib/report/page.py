@@ -45,13 +45,7 @@ def write_report(
     str
         The page; the same results give the same bytes.
     """
-    environment = jinja2.Environment(
-        loader=jinja2.FunctionLoader(_template),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    environment = templates()
     verdict = judge_posterior(posterior, predictions) if verdict is None else verdict
     results = Results(posterior, predictions, verdict, recommendation, posterior_sha256, members=members)
     sections = sections_of(results, drawings or {})
@@ -76,6 +70,17 @@ def plots_of_report(
     posterior, predictions, recommendation : as in `write_report`.
     """
     return plots_of(Results(posterior, predictions, recommendation=recommendation))
+
+
+def templates() -> jinja2.Environment:
+    """The templates of pages: what they write is escaped, and a name that the context lacks is an error."""
+    return jinja2.Environment(
+        loader=jinja2.FunctionLoader(_template),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
 
 
 def begin_drawing(

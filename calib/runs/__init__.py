@@ -11,6 +11,7 @@ from calib.lazy import on_demand
 
 if TYPE_CHECKING:
     from calib.runs.average import AVERAGE, average_runs
+    from calib.runs.batch import batch_in, is_batch, verify_batch
     from calib.runs.before import Check, check
     from calib.runs.calibration import STAGES, Calibration, Stages, Watch, calibrate
     from calib.runs.certificate import certify_in
@@ -44,6 +45,7 @@ __all__ = [
     "Watch",
     "asked_before",
     "average_runs",
+    "batch_in",
     "calibrate",
     "calibrate_rivals",
     "certify_in",
@@ -52,6 +54,7 @@ __all__ = [
     "examine",
     "export_in",
     "figures_in",
+    "is_batch",
     "load_recommendation",
     "load_run",
     "next_in",
@@ -61,6 +64,7 @@ __all__ = [
     "refine",
     "report_in",
     "verify",
+    "verify_batch",
 ]
 
 __getattr__ = on_demand(
@@ -72,6 +76,11 @@ __getattr__ = on_demand(
             "Stages",
             "Watch",
             "calibrate",
+        ),
+        ".batch": (
+            "batch_in",
+            "is_batch",
+            "verify_batch",
         ),
         ".before": (
             "Check",

@@ -18,12 +18,12 @@ from calib.runs.folder import Run, require_own_forward
 class NotUsableError(Exception):
     """The numbers of a run must not be used, and nothing is made of them; `verdict` says why."""
 
-    def __init__(self, folder: Path, verdict: Verdict) -> None:
-        self.folder, self.verdict = folder, verdict
-        super().__init__(f"the verdict on {folder} is red: its numbers must not be used, and nothing is exported")
+    def __init__(self, folder: Path, verdict: Verdict, so: str = "nothing is exported") -> None:
+        self.folder, self.verdict, self.so = folder, verdict, so
+        super().__init__(f"the verdict on {folder} is red: its numbers must not be used, and {so}")
 
-    def __reduce__(self) -> tuple[type[NotUsableError], tuple[Path, Verdict]]:
-        return type(self), (self.folder, self.verdict)
+    def __reduce__(self) -> tuple[type[NotUsableError], tuple[Path, Verdict, str]]:
+        return type(self), (self.folder, self.verdict, self.so)
 
 
 def export_in(run: Run, gripper: Gripper, folder: Path | str, *, seed: int = 1) -> GripperTables:

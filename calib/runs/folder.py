@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from hashlib import sha256
 from pathlib import Path
@@ -21,7 +21,7 @@ from calib.decision import (
     recommendation_to_json,
 )
 from calib.errors import Fault, InputError, in_shell_path
-from calib.experiment import Specification
+from calib.experiment import Specification, forward_of_experiment
 from calib.files import sha256_of, whole_file, write_text
 from calib.report import (
     PrintError,
@@ -329,6 +329,23 @@ def require_own_forward(run: Run) -> None:
     if run.another_forward:
         advice = "Calibrate again, or put the surrogate back that it was calibrated with"
         raise InputError(Fault(run.another_forward.rstrip("."), run.folder / POSTERIOR, advice=advice))
+
+
+def fast_forward(run: Run) -> Forward:
+    """The forward model of a run; the surrogate in the place of the finite elements, which would take hours.
+
+    Raises
+    ------
+    InputError
+        If no surrogate could stand in for the finite elements.
+    """
+    experiment = run.posterior.experiment
+    if experiment.model != "fem" or run.members:
+        return run.forward
+    if experiment.family is None:
+        advice = "Train a surrogate of its family (`calib surrogate train --family`)"
+        raise InputError(Fault("there is no surrogate that could stand in for the finite elements here", advice=advice))
+    return forward_of_experiment(replace(experiment, model="surrogate"))
 
 
 def recommend_in(run: Run, wanted: Requirement | Specification, *, seed: int, command: str = "") -> Recommendation:

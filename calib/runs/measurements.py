@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from calib.decision import NextMeasurements, Requirement, next_measurements, next_to_json
 from calib.errors import Fault, InputError
-from calib.experiment import Bench, forward_of_experiment
+from calib.experiment import Bench
 from calib.files import write_text
-from calib.runs.folder import Run, load_recommendation, owned_run, require_own_forward
+from calib.runs.folder import Run, fast_forward, load_recommendation, owned_run, require_own_forward
 from calib.runs.listing import NEXT, writing
-from models.response import Forward
 
 
 def next_in(
@@ -35,7 +32,7 @@ def next_in(
     require_own_forward(run)
     found = next_measurements(
         run.posterior,
-        _fast(run),
+        fast_forward(run),
         requirement,
         bench,
         seed=seed,
@@ -61,14 +58,3 @@ def asked_before(run: Run) -> Requirement:
         advice = 'Give --force "10 N" and --padding "0 mm:9 mm", or run `calib recommend` first'
         raise InputError(Fault("nothing says at which load the signal counts", run.folder, advice=advice))
     return kept.requirement
-
-
-def _fast(run: Run) -> Forward:
-    """The forward model of a run; the surrogate in the place of the finite elements, which would take hours."""
-    experiment = run.posterior.experiment
-    if experiment.model != "fem" or run.members:
-        return run.forward
-    if experiment.family is None:
-        advice = "Train a surrogate of its family (`calib surrogate train --family`)"
-        raise InputError(Fault("there is no surrogate that could stand in for the finite elements here", advice=advice))
-    return forward_of_experiment(replace(experiment, model="surrogate"))

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     )
     from calib.sampling.groups import to_arviz
     from calib.sampling.identity import ENSEMBLES, FINGERPRINT, Identity, differences, identity_of, usual_walkers
+    from calib.sampling.newcomer import GivenLot, given_chains, given_lot, joined_problem, lot_of, posterior_of, quantiles
     from calib.sampling.posterior import Posterior, coverage_intervals, leave_out, thin_draws
     from calib.sampling.sampler import NothingSampled, Progress, sample
     from calib.sampling.storage import load_posterior, save_posterior
@@ -56,6 +57,7 @@ __all__ = [
     "FirstEstimate",
     "Foretold",
     "Gate",
+    "GivenLot",
     "Identity",
     "LeaveOut",
     "Look",
@@ -75,13 +77,19 @@ __all__ = [
     "differences",
     "expected_information",
     "first_answer",
+    "given_chains",
+    "given_lot",
     "identity_of",
     "is_begun",
+    "joined_problem",
     "kept_identity",
     "leave_out",
     "load_posterior",
     "log_evidence_at",
     "look_at",
+    "lot_of",
+    "posterior_of",
+    "quantiles",
     "sample",
     "save_posterior",
     "share_between",
@@ -148,6 +156,15 @@ __getattr__ = on_demand(
             "differences",
             "identity_of",
             "usual_walkers",
+        ),
+        ".newcomer": (
+            "GivenLot",
+            "given_chains",
+            "given_lot",
+            "joined_problem",
+            "lot_of",
+            "posterior_of",
+            "quantiles",
         ),
         ".posterior": (
             "Posterior",

@@ -22,7 +22,17 @@ from calib.problem import (
 )
 from calib.provenance import commit, platform_in_words, versions
 from calib.sampling.checkpoint import CheckpointFolder, load_accepted, load_chain, load_proposal
-from calib.sampling.diagnostics import Convergence, Diagnostics, Gate, convergence, shortcomings, summarise
+from calib.sampling.diagnostics import (
+    RANGE_TOUCH,
+    RANGE_TOUCH_SHARE,
+    Convergence,
+    Diagnostics,
+    Gate,
+    convergence,
+    range_warning,
+    shortcomings,
+    summarise,
+)
 from calib.sampling.ensemble import KINDS, STORE_EVERY, autocorrelation_time, standing_time
 from calib.sampling.findings import ParameterSummary
 from calib.sampling.importance import contradictions, second_opinion
@@ -35,11 +45,6 @@ BLOCK_STEPS = 50
 
 #: Most draws of an ensemble that a posterior keeps.
 MAX_DRAWS = 4000
-
-#: A draw whose deepest point lies beyond this share of the forward model's range touches its end; more than this share of such
-#: draws is worth a warning.
-RANGE_TOUCH = 0.98
-RANGE_TOUCH_SHARE = 0.01
 
 # Most steps of a chain that the autocorrelation time is computed from.
 _MAX_TAU_STEPS = 500
@@ -217,12 +222,7 @@ def _kept(n_stored: int, n_walker: int) -> tuple[int, int]:
 def _range_warnings(problem: Problem, parts: list[FloatArray]) -> tuple[str, ...]:
     """Warn if draws of the posterior lie close to the end of the range that the forward model covers."""
     touching = float(np.mean(np.concatenate([range_use(problem, part) for part in parts]) > RANGE_TOUCH))
-    if touching <= RANGE_TOUCH_SHARE:
-        return ()
-    return (
-        f"in {touching:.0%} of the draws the deepest point lies within 2 % of the end of what the {problem.forward.name} "
-        "covers: the posterior may be cut off there",
-    )
+    return (range_warning(touching, problem.forward.name),) if touching > RANGE_TOUCH_SHARE else ()
 
 
 def _program() -> dict[str, str]:

@@ -18,6 +18,7 @@ independent of each other, and are sampled as such (`Coordinates.scopes`).
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -49,7 +50,7 @@ _N_DRAW = 1024
 
 
 @dataclass(frozen=True)
-class _Exchange:
+class Exchange:
     """One coordinate of theta, number `column`, exchanged for c of a specimen. `power` is that of the parameter in C0."""
 
     column: int
@@ -71,7 +72,7 @@ class Coordinates:
     """
 
     problem: Problem
-    exchanges: tuple[_Exchange, ...]
+    exchanges: tuple[Exchange, ...]
     scopes: Scopes
 
     def to_theta(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -163,16 +164,32 @@ class Coordinates:
     def _capacitances(self, theta: FloatArray, specimen: str) -> tuple[FloatArray, FloatArray]:
         """C0 [F] of a specimen as the LCR meter reads it, and the parasitic capacitance [F], (n_draw,)."""
         wanted = {str(name) for p in _IN_CAPACITANCE for name in UnknownName(p, specimen).wider}
-        values = values_at(self.problem, theta, wanted)
-        thickness, half, radius, permittivity, disc, parasitic, gain = (lookup(values, p, specimen) for p in _IN_CAPACITANCE)
-        if thickness is None and half is not None:
-            thickness = half / 2
-        if thickness is None or permittivity is None:
-            raise KeyError(f"specimen {specimen!r} has no thickness or permittivity")
-        disc = np.full(theta.shape[0], self.problem.experiment.sensor_radius) if disc is None else disc
-        area = np.pi * (disc if radius is None else radius) ** 2
-        c0 = (1.0 if gain is None else gain) * 2 * VACUUM_PERMITTIVITY * permittivity * area / thickness
-        return np.asarray(c0, dtype=float), np.zeros(theta.shape[0]) if parasitic is None else parasitic
+        return capacitance_at_rest(values_at(self.problem, theta, wanted), specimen, self.problem.experiment.sensor_radius)
+
+
+def capacitance_at_rest(values: Mapping[str, FloatArray], specimen: str, sensor_radius: float) -> tuple[FloatArray, FloatArray]:
+    """C0 [F] of a specimen as the LCR meter reads it, g_C C0 of (1), and the parasitic capacitance [F], (n_draw,).
+
+    Parameters
+    ----------
+    values : name -> SI values (n_draw,).
+    specimen : its name.
+    sensor_radius : [m], of the disc where that is no unknown.
+
+    Raises
+    ------
+    KeyError
+        If the values say no thickness or no permittivity of it.
+    """
+    thickness, half, radius, permittivity, disc, parasitic, gain = (lookup(values, p, specimen) for p in _IN_CAPACITANCE)
+    if thickness is None and half is not None:
+        thickness = half / 2
+    if thickness is None or permittivity is None:
+        raise KeyError(f"specimen {specimen!r} has no thickness or permittivity")
+    disc = np.full(permittivity.size, sensor_radius) if disc is None else disc
+    area = np.pi * (disc if radius is None else radius) ** 2
+    c0 = (1.0 if gain is None else gain) * 2 * VACUUM_PERMITTIVITY * permittivity * area / thickness
+    return np.asarray(c0, dtype=float), np.zeros(permittivity.size) if parasitic is None else parasitic
 
 
 def coordinates(problem: Problem) -> Coordinates:
@@ -183,7 +200,7 @@ def coordinates(problem: Problem) -> Coordinates:
     columns = {name: k for k, name in enumerate(problem.names)}
     specimens = list(dict.fromkeys(s.specimen for s in problem.sweeps))
     many = len(specimens) >= MANY_SPECIMENS
-    found: list[_Exchange] = []
+    found: list[Exchange] = []
     for specimen in specimens:
         own_sweeps = [s for s in problem.sweeps if s.specimen == specimen]
         readings = [s.channels["capacitance"].value for s in own_sweeps if "capacitance" in s.channels]
@@ -196,7 +213,7 @@ def coordinates(problem: Problem) -> Coordinates:
         taken = {e.column for e in found}
         free = [(columns[name], power) for name, power in choices if name in columns and columns[name] not in taken]
         if free:
-            found.append(_Exchange(free[0][0], specimen, free[0][1], float(np.min(readings[0]))))
+            found.append(Exchange(free[0][0], specimen, free[0][1], float(np.min(readings[0]))))
     # The permittivity first: the thicknesses that make up a wanted C0 depend on it.
     scopes = scopes_of(problem) if many else Scopes(np.arange(len(problem.parameters)), {})
     plain = Coordinates(problem, tuple(sorted(found, key=lambda e: -e.power)), scopes)

@@ -45,6 +45,12 @@ if TYPE_CHECKING:
 __all__ = ["Convergence", "Diagnostics", "Gate", "LeaveOut", "convergence", "leave_blocks_out", "summarise"]
 
 
+#: A draw whose deepest point lies beyond this share of the forward model's range touches its end; more than this share of such
+#: draws is worth a warning.
+RANGE_TOUCH = 0.98
+RANGE_TOUCH_SHARE = 0.01
+
+
 @dataclass(frozen=True)
 class Gate:
     """What a run has to reach before it counts as converged.
@@ -274,6 +280,20 @@ def summarise(
             prior_shift=float(np.mean(theta[:, k])),
         )
     return found
+
+
+def range_warning(touching: float, forward: str) -> str:
+    """Warn that draws of a posterior lie close to the end of the range that the forward model covers.
+
+    Parameters
+    ----------
+    touching : share of the draws that do.
+    forward : name of the model.
+    """
+    return (
+        f"in {touching:.0%} of the draws the deepest point lies within 2 % of the end of what the {forward} covers: the "
+        "posterior may be cut off there"
+    )
 
 
 # Layout of diagnostics as JSON.

@@ -126,7 +126,7 @@ def look_at(problem: Problem, near: Mapping[str, float] | None = None, floor: fl
         draws, _ = space.to_theta(laplace_density(space, known, random).draw(random, _AT_ONCE // 2))
         there = draws[np.all(np.isfinite(draws), axis=1)]
         return Look(space, known, False, *_misfit(space, known), there, np.full(len(there), 1 / len(there)), crude)
-    mode, confirmed = _highest(space, random) if near is None else _higher_of_two(space, known)
+    mode, confirmed = highest_mode(space, random) if near is None else _higher_of_two(space, known)
     density = laplace_density(space, mode, random)
     x: FloatArray = np.empty((0, n))
     log_ratio: FloatArray = np.empty(0)
@@ -210,13 +210,19 @@ def climb_from(other: Problem, space: Coordinates, mode: FloatArray, *, afresh: 
     z = np.where(scales, np.maximum(z, _HIGH_SCALE), z)
     reached, _, _ = score(found, found.from_theta(z[None])[0], powers=_SHORT_CLIMB)
     if afresh:
-        again, _ = _highest(found, np.random.RandomState(_SEED))
+        again, _ = highest_mode(found, np.random.RandomState(_SEED))
         reached = max(again, reached, key=lambda x: float(found.log_density(x[None])[0]))
     return found, reached
 
 
-def _highest(space: Coordinates, random: np.random.RandomState) -> tuple[FloatArray, bool]:
-    """A mode (n,) at which nothing speaks against it, or the highest of a few climbs; and whether it can be relied on."""
+def highest_mode(space: Coordinates, random: np.random.RandomState) -> tuple[FloatArray, bool]:
+    """A mode (n,) at which nothing speaks against it, or the highest of a few climbs; and whether it can be relied on.
+
+    Parameters
+    ----------
+    space : coordinates of the problem.
+    random : of the places where climbs begin.
+    """
     n = len(space.problem.parameters)
     best, top, _ = score(space, space.from_theta(np.zeros((1, n)))[0])
     if _plausible(space, best):

@@ -201,17 +201,17 @@ def weighed(channel: PredictedReadings, columns: FloatArray) -> tuple[FloatArray
     Parameters
     ----------
     channel : with S of each draw.
-    columns : C (n_point, k).
+    columns : C, (n_point, k) for all draws or (n_draw, n_point, k).
 
     Returns
     -------
     C^T S^-1 C (n_draw, k, k), and log det S (n_draw,).
     """
-    modes = channel.modes
+    modes, across = channel.modes, np.swapaxes(columns, -1, -2)
     weighted = modes / channel.variance[..., None]
     inner = np.asarray(np.linalg.cholesky(np.eye(modes.shape[-1]) + np.swapaxes(modes, 1, 2) @ weighted), dtype=float)
     shared = np.linalg.solve(inner, np.swapaxes(weighted, 1, 2) @ columns)
-    own = (columns.T / channel.variance[:, None, :]) @ columns
+    own = (across / channel.variance[:, None, :]) @ columns
     log_det = np.sum(np.log(channel.variance), axis=1) + 2 * _log_diagonal(inner)
     return own - np.swapaxes(shared, 1, 2) @ shared, log_det
 

@@ -1,0 +1,168 @@
+"""Newcomers that were inspected in, what is said of all of them together out: lights, both risks, drift, one verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+
+import numpy as np
+
+from calib.catalogue import POOLED
+from calib.checks import Colour, Member, Reason, Verdict, verdict_of
+from calib.decision.guard_band import Risks, risks_of
+from calib.decision.inspection import Inspected
+from calib.decision.sensors import sensors_of
+from calib.decision.trend import Trend, trend_of
+from calib.experiment import Specification
+from calib.sampling import Posterior
+from models.curves import predict_design
+from models.response import Forward
+from models.sensor import FloatArray
+
+#: What is looked at for a drift, with its label.
+DRIFTING: Mapping[str, str] = {"young_modulus": "Young's modulus", "signal": "the signal"}
+# Draws of the next specimen of the lot.
+_EXPECTED = 600
+
+
+@dataclass(frozen=True)
+class Batch:
+    """All newcomers of a batch.
+
+    Attributes
+    ----------
+    lot : name of the calibration whose lot they are of.
+    pooling : of that.
+    like : name of the specimen of the lot that they were meant to be like.
+    posterior_sha256 : hash of its posterior.
+    specification : that they were held against; None for none.
+    force : [N], at which the signal is told.
+    rows : the newcomers, in the order of their files.
+    expected : quantity -> 5, 50 and 95 % quantiles of the next specimen of the lot, SI.
+    left_out : (file, why) of files that are no lab files.
+    seed : of all random numbers.
+    """
+
+    lot: str
+    pooling: str
+    like: str
+    posterior_sha256: str
+    specification: Specification | None
+    force: float
+    rows: tuple[Inspected, ...]
+    expected: Mapping[str, tuple[float, float, float]]
+    left_out: tuple[tuple[str, str], ...]
+    seed: int
+
+    def count(self, light: Colour) -> int:
+        """How many have a light."""
+        return sum(row.light == light for row in self.rows)
+
+    @property
+    def judged(self) -> tuple[Inspected, ...]:
+        """Those that pass or fail."""
+        return tuple(row for row in self.rows if row.decision != "none")
+
+    @property
+    def risks(self) -> Risks | None:
+        """Global risks of those that were judged; None where none was."""
+        found = [(row.decision == "pass", row.conformity.probability) for row in self.judged if row.conformity is not None]
+        if not found:
+            return None
+        accepted, probability = (np.array(column, dtype=float) for column in zip(*found, strict=True))
+        return risks_of(accepted, probability)
+
+    @property
+    def usable(self) -> tuple[Inspected, ...]:
+        """Those whose numbers may be used, whether they pass or not."""
+        return tuple(row for row in self.rows if row.verdict.colour != "red")
+
+    @property
+    def trends(self) -> tuple[Trend, ...]:
+        """Whether modulus and signal drift, over the newcomers whose numbers may be used."""
+        rows = self.usable
+        place, ordered_by = _places(rows)
+        found = []
+        for quantity in DRIFTING:
+            there = np.array([quantity in row.estimates for row in rows], dtype=bool)
+            value = np.array([row.estimates[quantity][0] for row in rows if quantity in row.estimates])
+            if np.any(there):
+                found.append(trend_of(quantity, place[there], value, ordered_by))
+        return tuple(found)
+
+    @property
+    def verdict(self) -> Verdict:
+        """On all of them: what their lights are for, and whether the lot drifts."""
+        return verdict_of(_reasons(self))
+
+
+def _places(rows: Sequence[Inspected]) -> tuple[FloatArray, str]:
+    """Time [s] of each newcomer, if all files say when they began and not all at once; else their numbers."""
+    if rows and all(row.started for row in rows):
+        times = np.array([datetime.fromisoformat(row.started).timestamp() for row in rows])
+        if np.ptp(times) > 0:
+            return times - np.min(times), "time"
+    return np.arange(float(len(rows))), "name"
+
+
+def _reasons(batch: Batch) -> list[Reason]:
+    n = len(batch.rows)
+    found = []
+    unusable = [row.name for row in batch.rows if row.verdict.colour == "red"]
+    if unusable:
+        finding = f"the numbers of {_of(len(unusable), n)} must not be used: {_few(unusable)}"
+        found.append(Reason("specimens", "red", finding, "See the reason of each; they neither pass nor fail"))
+    failed = [row.name for row in batch.rows if row.decision == "fail"]
+    if failed:
+        verb = "are" if n > 1 else "is"
+        finding = f"{_of(len(failed), n)} {verb} not shown to conform to the specification: {_few(failed)}"
+        found.append(Reason("specification", "red", finding, "Reject them, or measure them better"))
+    amber = [row.name for row in batch.rows if row.light == "amber"]
+    if amber:
+        same = {reason.finding for row in batch.rows for reason in row.verdict.reasons if reason.gate == "lot"}
+        why = f" ({next(iter(same))})" if len(same) == 1 and len(amber) == n else ""
+        finding = f"something speaks against the numbers of {_of(len(amber), n)}: {_few(amber)}{why}"
+        found.append(Reason("specimens", "amber", finding, "See the reason of each"))
+    for trend in batch.trends:
+        if trend.drifts:
+            finding = f"the lot drifts: {trend.in_words(DRIFTING[trend.quantity])}"
+            action = "Look what changed in making or measuring them, and calibrate specimens of now as a lot of their own"
+            found.append(Reason("drift", "amber", finding, action))
+    return found
+
+
+def _of(some: int, n: int) -> str:
+    return f"{some} of {n} specimens" if n > 1 else "the specimen"
+
+
+def _few(names: Sequence[str]) -> str:
+    more = f" and {len(names) - 5} more" if len(names) > 5 else ""
+    return ", ".join(names[:5]) + more
+
+
+def expected_of(posterior: Posterior, forward: Forward, force: float, seed: int) -> dict[str, tuple[float, float, float]]:
+    """What the lot lets one expect of its next specimen, before it is measured: 5, 50 and 95 % quantiles, SI.
+
+    Parameters
+    ----------
+    posterior : of the lot.
+    forward : its model.
+    force : [N], at which the signal is told.
+    seed : of the specimen.
+
+    Returns
+    -------
+    By quantity; the signal is not among them where one in twenty does not carry the load.
+    """
+    member = Member("", posterior, forward, 1.0)
+    (part,) = sensors_of([member], posterior.experiment.pooling, _EXPECTED, None, np.random.default_rng(seed), seed).parts
+    values = {name: np.asarray(value, dtype=float) for name, value in part.base.parameters().items() if name in POOLED}
+    values["signal"] = predict_design(forward, part.base, np.array([force])).change[:, 0]
+    found = {}
+    for name, value in values.items():
+        there = value[np.isfinite(value)]
+        if there.size >= 0.95 * value.size:
+            low, median, high = (float(q) for q in np.quantile(there, [0.05, 0.5, 0.95]))
+            found[name] = (low, median, high)
+    return found

@@ -1,0 +1,456 @@
+"""A calibrated lot and the lab files of one newcomer in, what it is, whether it belongs and whether it conforms, out."""
+
+from __future__ import annotations
+
+import math
+import re
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, fields, replace
+from typing import Any, Literal
+
+import numpy as np
+
+from calib.catalogue import CHANNELS, POOLED, unknowns_of
+from calib.checks import (
+    LEVELS,
+    Colour,
+    Prediction,
+    Reason,
+    Verdict,
+    belongs,
+    conflict_limit,
+    judge_posterior,
+    predict,
+    stranger_in_words,
+    verdict_from_plain,
+    verdict_of,
+)
+from calib.decision.as_built import AsBuilt, as_built, signal_as_built
+from calib.decision.choices import balls_of, coordinates_of
+from calib.decision.extrapolation import beyond_the_measured
+from calib.errors import Fault, InputError
+from calib.experiment import (
+    Experiment,
+    Pressed,
+    Specification,
+    Specimen,
+    SweepFiles,
+    read_sweeps,
+)
+from calib.lab import Sweep
+from calib.problem import CalibratedLot, Newcomer, lookup, newcomer_experiment, newcomer_of, outside_faults, specimen_design
+from calib.sampling import (
+    FirstEstimate,
+    Gate,
+    GivenLot,
+    NothingSampled,
+    Posterior,
+    Stranger,
+    given_chains,
+    given_lot,
+    joined_problem,
+    posterior_of,
+    quantiles,
+    sample,
+)
+from models.response import ConvergenceError, Forward, OutOfRangeError
+from models.sensor import FloatArray
+from models.threads import one_thread
+
+#: What chains have to reach where weights cannot be trusted.
+CHAINS = Gate(r_hat=1.02, ess=200.0)
+
+# Draws for the predictions of a newcomer's own readings, and share of draws that must carry a load for its signal to be told.
+_PREDICTED, _CARRIED = 200, 0.95
+
+_ONE_PRESS = "Check that they are of one press"
+
+How = Literal["weighted draws", "chains", "none"]
+Decision = Literal["pass", "fail", "none"]
+
+
+@dataclass(frozen=True)
+class Inspected:
+    """What was found of one newcomer.
+
+    Attributes
+    ----------
+    name : of the specimen.
+    files : (name, sha256) of each of its lab files.
+    started : when its record began as the file states it, ISO 8601; "" if it does not.
+    verdict : whether its numbers may be used, and what speaks against that.
+    how : by weighted draws of the lot, by chains of the lot with the newcomer in it, or not at all.
+    k_hat, effective : of the weights: shape of their tail, and how many independent draws they are worth.
+    estimates : quantity -> mean, sd, and ends of the central 90 %, SI; with "signal" and "stroke" at the load `force`.
+    force : [N], at which the signal is told.
+    strangers : how far it lies off what the lot lets one expect.
+    fits : channel -> posterior predictive p-value, of the worst press.
+    conformity : to the specification; None without one, and where nothing is known of the specimen.
+    seconds : of processor time.
+    """
+
+    name: str
+    files: tuple[tuple[str, str], ...]
+    started: str
+    verdict: Verdict
+    how: How = "none"
+    k_hat: float = math.nan
+    effective: float = 0.0
+    estimates: Mapping[str, tuple[float, float, float, float]] = field(default_factory=dict)
+    force: float = math.nan
+    strangers: tuple[Stranger, ...] = ()
+    fits: Mapping[str, float] = field(default_factory=dict)
+    conformity: AsBuilt | None = None
+    seconds: float = 0.0
+
+    @property
+    def decision(self) -> Decision:
+        """Whether it passes; "none" without a specification, and where its numbers must not be used."""
+        if self.conformity is None or self.verdict.colour == "red":
+            return "none"
+        return "pass" if self.conformity.accepted else "fail"
+
+    @property
+    def light(self) -> Colour:
+        """Red where its numbers must not be used or it fails, amber where something speaks against them, else green."""
+        return "red" if self.decision == "fail" else self.verdict.colour
+
+
+@dataclass(frozen=True, eq=False)
+class Inspection:
+    """What all newcomers of a batch are inspected by.
+
+    Attributes
+    ----------
+    lot : the calibrated lot in draws.
+    sweeps : that it was calibrated with, for chains where weights cannot be trusted.
+    template : the specimen of the lot that newcomers were meant to be like.
+    forward : the model of the sensor, a fast one.
+    specification : that they are held against; None for none.
+    force : [N], at which the signal is told.
+    reasons : what speaks against all of them: what does against the lot.
+    seed : of all random numbers.
+    chain_seconds : that chains may take for one newcomer; 0 for no chains.
+    """
+
+    lot: CalibratedLot
+    sweeps: tuple[Sweep, ...]
+    template: Specimen
+    forward: Forward
+    specification: Specification | None
+    force: float
+    reasons: tuple[Reason, ...]
+    seed: int
+    chain_seconds: float
+
+
+@dataclass(frozen=True)
+class Presented:
+    """One newcomer before it is inspected.
+
+    Attributes
+    ----------
+    name : for people.
+    sweeps : its lab files.
+    files, started : as in `Inspected`.
+    reasons : what speaks against it already, such as a copy of another's file.
+    """
+
+    name: str
+    sweeps: tuple[SweepFiles, ...]
+    files: tuple[tuple[str, str], ...]
+    started: str
+    reasons: tuple[Reason, ...] = ()
+
+
+def presented(pressed: Pressed, template: Specimen, experiment: Experiment, reasons: Sequence[Reason] = ()) -> Presented:
+    """A newcomer from the lab files that were found of it, which are read as those of the lot were.
+
+    Parameters
+    ----------
+    pressed : from `calib.experiment.pair`.
+    template : the specimen of the lot that it was meant to be like.
+    experiment : of the lot.
+    reasons : what speaks against it already.
+    """
+    found = list(reasons)
+    sweeps, files, started = [], {}, []
+    names = {sweep.name: sweep for sweep in template.sweeps}
+    for press in pressed.presses:
+        like = names.get(press.name, template.sweeps[0])
+        if press.name not in names and len({sweep.indenter_radius for sweep in template.sweeps}) > 1:
+            known = ", ".join(names)
+            finding = f"nothing tells with which ball it was pressed: the lot has presses of several balls ({known})"
+            found.append(Reason("files", "red", finding, "Name its files as those of the lot"))
+        elif press.ball:
+            finding = f'the names of its files tell its presses apart by a ball ("{press.name}")'
+            radius = f"{like.indenter_radius * 1e3:g} mm radius"
+            found.append(Reason("files", "amber", finding, f"Make sure that it was the ball of the lot, of {radius}"))
+        of_press = [(like.force_reading, press.force), (like.capacitance_reading, press.capacitance)]
+        readings = [replace(said, specimen=None if r is None else r.reading.specimen, sheet="") for said, r in of_press]
+        force, capacitance = (None if r is None else r.table.path for _, r in of_press)
+        of_force, of_capacitance = readings
+        ball = like.indenter_radius
+        sweeps.append(SweepFiles(press.name, force, capacitance, ball, of_force, of_capacitance, like.use))
+        for _, record in of_press:
+            if record is not None:
+                files[record.shown] = record.table.sha256
+                started += [record.table.started] if record.table.started is not None else []
+        found += [Reason("files", "amber", note, "Look at its files") for note in press.notes]
+        if press.why.endswith("check"):
+            found.append(
+                Reason(
+                    "files", "amber", f"its files were {press.why.removesuffix(': check')}", "Check that they are of one press"
+                )
+            )
+    return Presented(
+        pressed.name,
+        tuple(sweeps),
+        tuple(files.items()),
+        min(started).isoformat() if started else "",
+        tuple(found),
+    )
+
+
+def inspect(inspection: Inspection, one: Presented) -> Inspected:
+    """Say of one newcomer what it is, whether it belongs to its lot, and whether it conforms.
+
+    Whatever is wrong with its files is a reason against it, and stops nothing.
+
+    Parameters
+    ----------
+    inspection : what it is inspected by.
+    one : the newcomer.
+    """
+    began = time.process_time()
+    blank = Inspected(one.name, one.files, one.started, verdict_of(one.reasons))
+    try:
+        with one_thread():
+            found = _inspected(inspection, one, blank)
+    except InputError as error:
+        faults = error.faults
+        more = f" (and {len(faults) - 1} more)" if len(faults) > 1 else ""
+        reason = Reason(
+            "files", "red", f"{_where(faults[0])}{faults[0].message}{more}", faults[0].advice or "Look at its files"
+        )
+        found = replace(blank, verdict=verdict_of([*one.reasons, reason]))
+    except OSError as error:
+        finding = f"a file cannot be read ({error.strerror or error})"
+        found = replace(blank, verdict=verdict_of([*one.reasons, Reason("files", "red", finding, "Look at the file")]))
+    except (OutOfRangeError, ConvergenceError, np.linalg.LinAlgError, ValueError) as error:
+        reason = Reason("range", "red", f"it could not be computed: {error}", "Calibrate it by itself to see why")
+        found = replace(blank, verdict=verdict_of([*one.reasons, reason]))
+    return replace(found, seconds=time.process_time() - began)
+
+
+def _where(fault: Fault) -> str:
+    return "" if fault.path is None else f"{fault.path.name}{f', line {fault.line}' if fault.line else ''}: "
+
+
+def _inspected(inspection: Inspection, one: Presented, blank: Inspected) -> Inspected:
+    if not one.sweeps or any(reason.gate == "files" and reason.level == "red" for reason in one.reasons):
+        return blank
+    lot, seed, like = inspection.lot, inspection.seed, inspection.template.name
+    experiment = newcomer_experiment(lot, inspection.template, _plain_name(one.name, lot.experiment))
+    alone = replace(experiment.specimens[0], sweeps=one.sweeps)
+    experiment = replace(experiment, specimens=(alone,))
+    sweeps = read_sweeps(experiment)
+    if {digest for sweep in sweeps for _, digest in sweep.files} != {digest for _, digest in one.files}:
+        raise InputError(Fault("its files have changed since they were looked at", advice="Run the command again"))
+    newcomer = newcomer_of(lot, experiment, sweeps, inspection.forward, like)
+    found = given_lot(newcomer, seed)
+    if not found.weight.size:
+        faults = [*outside_faults(newcomer.given(0))]
+        why = faults[0].message if faults else f"the {newcomer.forward.name} covers nothing that explains its readings"
+        reason = Reason("range", "red", why, "Check its files, the ball and the thicknesses; or use less of the press")
+        return replace(blank, verdict=verdict_of([*one.reasons, reason, *inspection.reasons]))
+    weighted = found
+    strangers = belongs(newcomer, found.weight @ found.own)
+    strangers = tuple(replace(s, specimen=one.name) for s in strangers)
+    known = [*one.reasons, *_unpaired(newcomer), *_strays(strangers, one.name)]
+    posterior, predictions, verdict = _judged(inspection, found, known)
+    how: How = "weighted draws"
+    effective = found.effective_draws
+    if not found.trusted:
+        told = f"the weights of its draws cannot be trusted (k-hat {found.k_hat:.2f}, {found.effective_draws:.0f} effective)"
+        if verdict.colour == "red" or inspection.chain_seconds == 0:
+            beside = ", and chains would not mend the rest" if verdict.colour == "red" else ""
+            known.append(Reason("weights", "red", told + beside, "Calibrate it together with the lot"))
+        else:
+            chains = _chains(inspection, newcomer)
+            if isinstance(chains, str):
+                known.append(
+                    Reason("weights", "red", f"{told}, and chains have not converged: {chains}", "Give a larger --budget")
+                )
+            else:
+                (found, effective), how = chains, "chains"
+        posterior, predictions, verdict = _judged(inspection, found, known)
+    signal, stroke = signal_as_built(posterior, newcomer.forward, inspection.force, seed=seed)
+    conformity = None
+    beyond: list[Reason] = []
+    if inspection.specification is not None:
+        s = inspection.specification
+        conformity = as_built(posterior, newcomer.forward, s, n_effective=effective, seed=seed)
+        beyond = list(_beyond(posterior, s, newcomer.forward, seed))
+    return replace(
+        blank,
+        verdict=verdict_of([*verdict.reasons, *beyond]),
+        how=how,
+        k_hat=weighted.k_hat,
+        effective=effective,
+        estimates=_estimates(found, newcomer.name) | _of_draws(signal, stroke),
+        force=inspection.force,
+        strangers=strangers,
+        fits=_fits(predictions),
+        conformity=conformity,
+    )
+
+
+def _plain_name(name: str, experiment: Experiment) -> str:
+    """A name that an experiment may have beside those of its specimens, whatever a file is called."""
+    plain = re.sub(r"[\[\](),\x00-\x1f]+", " ", name).strip() or "newcomer"
+    return f"{plain} of the batch" if plain in {s.name for s in experiment.specimens} else plain
+
+
+def _judged(
+    inspection: Inspection, found: GivenLot, known: Sequence[Reason]
+) -> tuple[Posterior, tuple[Prediction, ...], Verdict]:
+    """The posterior of a newcomer in draws of equal weight, what it predicts of its own readings, and the verdict on it."""
+    posterior = posterior_of(found, inspection.lot, inspection.seed)
+    rng = np.random.default_rng([inspection.seed, 2])
+    predictions = predict(posterior, found.newcomer.forward, rng, n_draw=_PREDICTED)
+    return posterior, predictions, judge_posterior(posterior, predictions, [*known, *inspection.reasons])
+
+
+def _chains(inspection: Inspection, newcomer: Newcomer) -> tuple[GivenLot, float] | str:
+    """The posterior of a newcomer by chains of the whole calibration with it in, and how many independent draws it is worth.
+
+    Or why there is none, in words.
+    """
+    problem = joined_problem(inspection.lot, inspection.sweeps, newcomer)
+    try:
+        sampled = sample(problem, seed=inspection.seed, processes=0, gate=CHAINS, max_seconds=inspection.chain_seconds)
+    except NothingSampled as error:
+        return str(error)
+    if not sampled.diagnostics.converged:
+        return sampled.diagnostics.reasons[0]
+    effective = min(summary.ess_bulk for summary in sampled.diagnostics.parameters.values())
+    return given_chains(sampled, newcomer, inspection.template.name), effective
+
+
+def _unpaired(newcomer: Newcomer) -> Iterator[Reason]:
+    """Channels that the lot was measured in and the newcomer was not: what they would tell is the lot's."""
+    there = {channel for sweep in newcomer.sweeps for channel in sweep.channels}
+    for channel in CHANNELS:
+        if f"{channel}_noise" in newcomer.lot.values and channel not in there:
+            finding = f"there is no {channel} of it: what that would tell is what the lot lets one expect"
+            yield Reason(
+                "files", "amber", finding, "Put its file beside the other, with the same name but for the instrument's"
+            )
+
+
+# A specimen whose material is off by this factor has to be told from those of the lot.
+_OFF = 1.25
+
+
+def _strays(strangers: Sequence[Stranger], name: str) -> Iterator[Reason]:
+    """Whether a newcomer does not belong to its lot."""
+    ordered = sorted(strangers, key=lambda s: -abs(s.z))
+    for level in LEVELS:
+        limit = conflict_limit(len(ordered), level)
+        off = [s for s in ordered if abs(s.z) > limit]
+        if off:
+            told = "; ".join(stranger_in_words(s) for s in off[:2])
+            more = f"; and {len(off) - 2} more" if len(off) > 2 else ""
+            action = "Check its files, the ball, its thicknesses and what it was cast from"
+            action += "; where one quantity is off another looks so, too"
+            yield Reason("belongs", level, f"it does not belong to the lot: {told}{more} than the lot lets one expect", action)
+            return
+    limit = conflict_limit(len(ordered))
+    blind = [s for s in ordered if s.quantity in unknowns_of("material") and s.ratio.sd / s.ratio.mean * limit > math.log(_OFF)]
+    if blind:
+        worst = max(blind, key=lambda s: s.ratio.sd / s.ratio.mean)
+        finding = (
+            f"whether it belongs to the lot is hardly told: of one that does the lot foretells {worst.quantity} to "
+            f"{worst.ratio.sd / worst.ratio.mean * 100:.0f} % (sd), so that one of another kind may pass for it"
+        )
+        action = "Calibrate the lot with more specimens, or say in [priors] how much its specimens differ, as you know it"
+        yield Reason("belongs", "amber", finding, action)
+
+
+def _beyond(posterior: Posterior, s: Specification, forward: Forward, seed: int) -> Iterator[Reason]:
+    """What of the specification this specimen was not measured at."""
+    draws = posterior.draws.shape[0] * posterior.draws.shape[1]
+    z = coordinates_of(s, draws, np.random.default_rng(seed))
+    middle = {p.name: np.array([posterior.diagnostics.parameters[p.name].median]) for p in posterior.parameters}
+    middle |= {name: np.array([value]) for name, value in posterior.fixed.items()}
+    design = specimen_design(posterior, middle, posterior.experiment.specimens[0].name, posterior.sweeps[0].name)
+    radii = [float(np.median(ball)) for ball in balls_of(s, design, z)]
+    known = posterior.experiment.indenter_radius
+    radius = max(radii, key=lambda r: abs(math.log(r / known)))
+    _, stroke = signal_as_built(posterior, forward, s.largest_force, seed=seed)
+    depth = float(np.nanmedian(stroke)) if np.any(np.isfinite(stroke)) else 0.0
+    padding = float(np.asarray(design.padding.thickness).flat[0])
+    for reason in beyond_the_measured(posterior, s.largest_force, padding, depth, radius, "the specification asks for"):
+        yield replace(reason, action=f"Press specimens up to {s.largest_force:g} N with that ball")
+
+
+def _estimates(found: GivenLot, name: str) -> dict[str, tuple[float, float, float, float]]:
+    values = found.values
+    there = {quantity: lookup(values, quantity, name) for quantity in POOLED}
+    return {q: _summary(v, found.weight) for q, v in there.items() if v is not None and np.ptp(v) > 0}
+
+
+def _of_draws(signal: FloatArray, stroke: FloatArray) -> dict[str, tuple[float, float, float, float]]:
+    """Signal and stroke in numbers; nothing where a draw in twenty does not carry the load."""
+    found = {}
+    for name, values in (("signal", signal), ("stroke", stroke)):
+        there = np.isfinite(values)
+        if np.mean(there) > _CARRIED:
+            found[name] = _summary(values[there], np.full(int(np.sum(there)), 1 / np.sum(there)))
+    return found
+
+
+def _summary(values: FloatArray, weight: FloatArray) -> tuple[float, float, float, float]:
+    mean = float(weight @ values)
+    ends = quantiles(values, weight, {"low": 0.05, "high": 0.95})
+    return mean, math.sqrt(float(weight @ (values - mean) ** 2)), ends["low"], ends["high"]
+
+
+def _fits(predictions: Sequence[Prediction]) -> dict[str, float]:
+    found: dict[str, float] = {}
+    for prediction in predictions:
+        for channel, fit in prediction.channels.items():
+            found[channel] = min(found.get(channel, 1.0), fit.check.p_value)
+    return found
+
+
+# --- rows ---------------------------------------------------------------------------------------------------------------
+
+
+def inspected_to_plain(one: Inspected) -> dict[str, Any]:
+    """A newcomer as plain values; the inverse is `inspected_from_plain`."""
+    plain = {f.name: getattr(one, f.name) for f in fields(one)}
+    plain["verdict"] = one.verdict.to_plain()
+    plain["strangers"] = [asdict(s) for s in one.strangers]
+    plain["conformity"] = None if one.conformity is None else {**asdict(one.conformity), "fails": dict(one.conformity.fails)}
+    plain["estimates"], plain["fits"] = dict(one.estimates), dict(one.fits)
+    return plain
+
+
+def inspected_from_plain(plain: Mapping[str, Any]) -> Inspected:
+    """The newcomer that `inspected_to_plain` wrote.
+
+    Raises
+    ------
+    KeyError, TypeError, ValueError
+        If it did not.
+    """
+    read = dict(plain)
+    read["files"] = tuple((name, sha256) for name, sha256 in read["files"])
+    read["verdict"] = verdict_from_plain(read["verdict"])
+    read["strangers"] = tuple(Stranger(**{**s, "ratio": FirstEstimate(**s["ratio"])}) for s in read["strangers"])
+    read["estimates"] = {name: tuple(values) for name, values in read["estimates"].items()}
+    read["conformity"] = None if read["conformity"] is None else AsBuilt(**read["conformity"])
+    return Inspected(**read)

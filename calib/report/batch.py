@@ -1,0 +1,127 @@
+"""A batch of newcomers in, one self-contained page with their lights, risks and drift out."""
+
+from __future__ import annotations
+
+from calib.catalogue import POOLED, QUANTITIES
+from calib.decision import DRIFTING, Batch, Inspected, percent
+from calib.report.figures.batch import batch_figure, scaled
+from calib.report.page import templates
+from calib.report.pictures import figure_address
+
+# Files that are left out and listed by name.
+_MOST = 30
+
+
+def batch_page(batch: Batch) -> str:
+    """Lay out a batch as one HTML page that needs nothing beside itself.
+
+    Parameters
+    ----------
+    batch : the newcomers, inspected.
+
+    Returns
+    -------
+    The page; the same batch gives the same bytes.
+    """
+    shown = [name for name in (*POOLED, "signal", "stroke") if any(name in row.estimates for row in batch.rows)]
+    verdict, risks = batch.verdict, batch.risks
+    passed = sum(row.decision == "pass" for row in batch.rows)
+    failed = sum(row.decision == "fail" for row in batch.rows)
+    cards = [(_LIGHT_WORDS[light], f"{batch.count(light)}", f"of {len(batch.rows)}") for light in ("green", "amber", "red")]
+    if batch.specification is not None:
+        none = len(batch.rows) - passed - failed
+        more = f"{failed} fail" + (f", {none} neither" if none else "")
+        cards.append(("pass the specification", f"{passed}", more))
+    if risks is not None:
+        cards.append(("consumer's risk", percent(risks.consumers), "passes and does not conform, of all judged"))
+        cards.append(("producer's risk", percent(risks.producers), "fails and would conform, of all judged"))
+    return (
+        templates()
+        .get_template("batch.html.j2")
+        .render(
+            name=batch.lot,
+            n=len(batch.rows),
+            status=batch_status(batch),
+            verdict=verdict,
+            cards=cards,
+            picture=figure_address(batch_figure(batch)) if shown else "",
+            trends=[(trend.in_words(DRIFTING[trend.quantity]), trend.drifts, trend.ordered_by) for trend in batch.trends],
+            columns=[_heading(name, batch) for name in shown],
+            lot=[_range(batch, name) for name in shown],
+            rows=[_row(batch, row, shown) for row in batch.rows],
+            specification=None
+            if batch.specification is None
+            else {
+                "limits": [limit.in_words for limit in batch.specification.limits],
+                "probability": percent(batch.specification.probability),
+            },
+            of_lot=batch.pooling == "partial",
+            like=batch.like,
+            left_out=batch.left_out[:_MOST],
+            more_left_out=max(len(batch.left_out) - _MOST, 0),
+            run=batch.posterior_sha256[:16],
+        )
+    )
+
+
+_LIGHT_WORDS = {"green": "green", "amber": "amber", "red": "red"}
+
+
+def batch_status(batch: Batch) -> str:
+    """Say in a sentence what the lights of a batch are, the colour of the worst first.
+
+    Parameters
+    ----------
+    batch : the newcomers, inspected.
+    """
+    n, red = len(batch.rows), batch.count("red")
+    colour = batch.verdict.colour
+    if colour == "green":
+        return f"Green: all {n} specimens can be used." if n > 1 else "Green: the specimen can be used."
+    if colour == "amber":
+        return "Amber: no specimen is red; see the reasons below."
+    return (
+        f"Red: {red} of {n} specimens must not be used, or fail." if n > 1 else "Red: the specimen must not be used, or fails."
+    )
+
+
+def _heading(name: str, batch: Batch) -> str:
+    unit = scaled(name)[1]
+    label = {"signal": f"signal at {batch.force:g} N", "stroke": f"stroke at {batch.force:g} N"}.get(name, "")
+    label = label or QUANTITIES[name].label
+    return f"{label} ({unit})" if unit else label
+
+
+def _range(batch: Batch, name: str) -> str:
+    if name not in batch.expected:
+        return ""
+    scale = scaled(name)[0]
+    low, _, high = (value * scale for value in batch.expected[name])
+    return f"{low:.3g} to {high:.3g}"
+
+
+def _row(batch: Batch, row: Inspected, shown: list[str]) -> dict[str, object]:
+    cells = []
+    for name in shown:
+        if name not in row.estimates:
+            cells.append("")
+            continue
+        scale = scaled(name)[0]
+        mean, sd = (value * scale for value in row.estimates[name][:2])
+        cells.append(f"{mean:.4g} ± {sd:.2g}")
+    conformity = row.conformity if row.decision != "none" else None
+    by = {"weighted draws": "", "chains": "by chains", "none": "not computed"}[row.how]
+    return {
+        "name": row.name,
+        "light": row.light,
+        "decision": {"pass": "pass", "fail": "fail", "none": ""}[row.decision],
+        "probability": "" if conformity is None else percent(conformity.probability),
+        "fails": []
+        if conformity is None
+        else [f"{limit}: {percent(share)} outside" for limit, share in conformity.fails.items() if share > 0],
+        "cells": cells,
+        "reasons": [(r.level, r.in_words) for r in row.verdict.reasons],
+        "by": by,
+        "usable": row.verdict.colour != "red",
+        "started": row.started.replace("T", " "),
+    }

@@ -1,0 +1,303 @@
+"""A batch: every specimen of a folder is a light, one that is wrong stops no other, and it goes on where it was stopped."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import json
+import shutil
+import threading
+from collections.abc import Callable
+from concurrent.futures import Executor, Future
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from typer.testing import CliRunner, Result
+
+from calib.checks import Reason, Verdict, verdict_of
+from calib.cli import app
+from calib.decision import Batch, Inspected
+from calib.decision.as_built import AsBuilt
+from calib.decision.trend import trend_of
+from calib.errors import InputError
+from calib.report import batch_page
+from calib.runs import Run, batch_in, load_run, verify_batch
+from calib.runs.batch import batch_csv
+from calib.runs.export import NotUsableError
+from calib.sampling.posterior import Posterior
+from calib.sampling.storage import save_posterior
+from models.analytic import ClosedForm
+from models.sensor import design_from
+
+SPECIFICATION = '[loads]\nforce = "2 N"\n[limits]\nstroke = { at_most = "0.1 mm" }\n'
+
+
+def _press(folder: Path, name: str, seed: int, modulus: float = 0.62e6, thicker: float = 1.0, meter: bool = True) -> None:
+    """Lab files of a specimen, drawn from the closed form: force over displacement, and capacitance over force."""
+    layers = {"sensor_thickness": 0.74e-3, "padding_thickness": thicker * 1.1e-3, "relative_permittivity": 2.8}
+    design = design_from({**layers, "young_modulus": modulus, "indenter_radius": 5e-3, "sensor_radius": 10e-3})
+    rng, depth = np.random.default_rng(seed), np.linspace(-0.05e-3, 0.55e-3, 240)
+    r = ClosedForm().respond(design, depth)
+    force = r.force + 0.03 + 0.01 * rng.standard_normal(depth.size)
+    reading = 1e3 * (depth + 0.05e-3 + 2e-6 * r.force)
+    press = pd.DataFrame({"Displacement (mm)": reading, "Force (N)": force})
+    press.to_csv(folder / f"{name}_press.csv", index=False, float_format="%.6f")
+    if meter:
+        capacitance = 1e12 * (r.capacitance + 0.4e-12 + 5e-15 * rng.standard_normal(depth.size))
+        cap = pd.DataFrame({"Force (N)": force, "Cp (pF)": capacitance})
+        cap.to_csv(folder / f"{name}_cap.csv", index=False, float_format="%.6f")
+
+
+@pytest.fixture(scope="module")
+def run(make_posterior: Callable[..., Posterior], tmp_path_factory: pytest.TempPathFactory) -> Run:
+    """The calibration of two sensors of one material, without reproach."""
+    folder = tmp_path_factory.mktemp("lot") / "run"
+    folder.mkdir()
+    save_posterior(make_posterior(), folder / "posterior.nc", ClosedForm())
+    return _judged(load_run(folder), verdict_of([]))
+
+
+def _judged(run: Run, verdict: Verdict) -> Run:
+    again = replace(run)
+    vars(again)["verdict"] = verdict
+    return again
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Two sound specimens, one three times as stiff, one without a meter, a copy, a torn file, a lost link, a picture."""
+    folder = tmp_path_factory.mktemp("lab")
+    _press(folder, "s01", 1)
+    _press(folder, "s02", 2)
+    _press(folder, "s03", 3, modulus=1.9e6)
+    _press(folder, "s04", 4, meter=False)
+    for kind in ("press", "cap"):
+        shutil.copy(folder / f"s02_{kind}.csv", folder / f"s05_{kind}.csv")
+    (folder / "s06_press.csv").write_bytes(b"\x07\x00\x9f torn off here" * 20)
+    (folder / "s07_press.csv").symlink_to(folder / "nowhere.csv")
+    (folder / "setup.jpg").write_bytes(b"\xff\xd8")
+    return folder
+
+
+class _Counting(Executor):
+    """An executor that does at once what it is given, and knows how much that was; it may stop like a killed process."""
+
+    def __init__(self, most: int = 1000) -> None:
+        self.names: list[str] = []
+        self.most = most
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        future: Future[Any] = Future()
+        if len(self.names) >= self.most:
+            threading.Timer(0.5, future.set_exception, [KeyboardInterrupt()]).start()
+            return future
+        self.names.append(args[1].name)
+        future.set_result(fn(*args, **kwargs))
+        return future
+
+
+@pytest.fixture(scope="module")
+def made(run: Run, lab: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Batch, Path]:
+    """The batch of that folder, and where it was written."""
+    folder = tmp_path_factory.mktemp("made") / "batch"
+    return batch_in(run, lab, folder, _Counting(), like="sensor 1", seed=1, chain_seconds=0.0), folder
+
+
+def _row(batch: Batch, name: str) -> Inspected:
+    return next(row for row in batch.rows if row.name == name)
+
+
+def _gates(row: Inspected) -> set[str]:
+    return {reason.gate for reason in row.verdict.reasons}
+
+
+def test_a_sound_specimen_is_known_as_well_as_its_readings_tell(made: tuple[Batch, Path]) -> None:
+    row = _row(made[0], "s01")
+    assert row.light == "green", [r.in_words for r in row.verdict.reasons]
+    assert row.how == "weighted draws"
+    for quantity, truth in (("sensor_thickness", 0.74e-3), ("padding_thickness", 1.1e-3), ("young_modulus", 0.62e6)):
+        mean, sd, low, high = row.estimates[quantity]
+        assert low < mean < high
+        assert abs(mean - truth) < 4 * sd
+
+
+def test_what_does_not_belong_is_red_and_says_in_what(made: tuple[Batch, Path]) -> None:
+    row = _row(made[0], "s03")
+    assert row.light == "red"
+    assert "belongs" in _gates(row)
+    assert "does not belong to the lot" in next(r.finding for r in row.verdict.reasons if r.gate == "belongs")
+
+
+def test_a_specimen_without_its_meter_is_no_better_than_amber(made: tuple[Batch, Path]) -> None:
+    row = _row(made[0], "s04")
+    assert row.light == "amber"
+    assert "no capacitance" in row.verdict.reasons[0].finding
+
+
+def test_copies_are_red_on_both_sides_and_a_torn_file_is_a_red_row(made: tuple[Batch, Path]) -> None:
+    batch = made[0]
+    for name, other in (("s02", "s05"), ("s05", "s02")):
+        row = _row(batch, name)
+        assert row.light == "red"
+        assert f"same bytes as those of {other}" in row.verdict.reasons[0].finding
+    for name in ("s06_press.csv", "s07_press.csv"):
+        torn = _row(batch, name)
+        assert (torn.light, torn.how) == ("red", "none")
+        assert torn.verdict.reasons[0].action.endswith("if it is no lab file")
+    assert [file for file, _ in batch.left_out] == ["setup.jpg"]
+    assert batch.verdict.colour == "red"
+
+
+def test_files_of_the_lot_itself_are_not_counted_twice(run: Run, lab: Path, tmp_path: Path) -> None:
+    sweeps = run.posterior.sweeps
+    folder = tmp_path / "lab"
+    folder.mkdir()
+    _press(folder, "s01", 1)
+    digest = hashlib.sha256((folder / "s01_press.csv").read_bytes()).hexdigest()
+    own = replace(sweeps[0], files=(("s01_press.csv", digest),))
+    posterior = replace(run.posterior, sweeps=(own, *sweeps[1:]))
+    again = _judged(Run(run.folder, posterior, run.forward, run.posterior_sha256), verdict_of([]))
+    found = batch_in(again, folder, tmp_path / "batch", _Counting(), like="sensor 1")
+    assert found.rows[0].light == "red"
+    assert "those of sensor 1 of the lot" in found.rows[0].verdict.reasons[0].finding
+
+
+def test_a_batch_goes_on_where_it_was_stopped_and_computes_again_what_has_changed(run: Run, lab: Path, tmp_path: Path) -> None:
+    folder, mine = tmp_path / "batch", tmp_path / "lab"
+    mine.mkdir()
+    for k in (1, 2, 3):
+        _press(mine, f"s0{k}", k)
+    given: dict[str, Any] = {"like": "sensor 1", "chain_seconds": 0.0}
+    with pytest.raises(KeyboardInterrupt):
+        batch_in(run, mine, folder, _Counting(most=2), **given)
+    kept = (folder / "inspected.jsonl").read_text(encoding="utf-8")
+    assert len(kept.splitlines()) == 2
+    assert not (folder / "batch.json").exists()
+    counting = _Counting()
+    whole = batch_in(run, mine, folder, counting, **given)
+    assert len(counting.names) == 3 - len(kept.splitlines())
+    assert [row.name for row in whole.rows] == ["s01", "s02", "s03"]
+    # A line that was not written to its end, or was changed, counts for nothing.
+    lines = (folder / "inspected.jsonl").read_text(encoding="utf-8").splitlines(keepends=True)
+    changed = lines[0].replace('"effective":', '"effective": 1e9, "was":')
+    (folder / "inspected.jsonl").write_text(changed + lines[1] + lines[2][:100], encoding="utf-8")
+    _press(mine, "s02", 22)
+    counting = _Counting()
+    again = batch_in(run, mine, folder, counting, **given)
+    assert len(counting.names) == len({json.loads(lines[0])["row"]["name"], json.loads(lines[2])["row"]["name"], "s02"})
+    assert _row(again, "s01").estimates == _row(whole, "s01").estimates
+    assert _row(again, "s02").estimates != _row(whole, "s02").estimates
+
+
+def test_what_was_written_agrees_and_a_change_of_it_is_found(made: tuple[Batch, Path], lab: Path, tmp_path: Path) -> None:
+    batch, folder = made
+    rows = list(csv.DictReader((folder / "batch.csv").read_text(encoding="utf-8").splitlines()))
+    assert [row["specimen"] for row in rows] == [row.name for row in batch.rows]
+    assert float(rows[0]["young_modulus"]) == pytest.approx(batch.rows[0].estimates["young_modulus"][0], rel=1e-5)
+    record = json.loads((folder / "batch.json").read_text(encoding="utf-8"))
+    assert record["lot"]["updated"] is False
+    assert record["lights"] == {light: batch.count(light) for light in ("green", "amber", "red")}
+    assert {finding.state for finding in verify_batch(folder)} == {"fine"}
+    copy = tmp_path / "copy"
+    shutil.copytree(folder, copy)
+    with (copy / "batch.csv").open("a", encoding="utf-8") as file:
+        file.write("\n")
+    assert [f.name for f in verify_batch(copy) if f.state != "fine"] == ["batch.csv"]
+
+
+def test_the_page_says_what_is_wrong_and_escapes_names(made: tuple[Batch, Path]) -> None:
+    batch = made[0]
+    page = batch_page(replace(batch, rows=(replace(batch.rows[0], name="<b>=1+1</b>"), *batch.rows[1:])))
+    assert "&lt;b&gt;=1+1&lt;/b&gt;" in page
+    assert "does not belong to the lot" in page
+    assert "The lot is not updated by these specimens" in page
+    assert 'src="http' not in page
+
+
+def test_both_risks_are_those_of_what_passes_and_of_what_fails(made: tuple[Batch, Path]) -> None:
+    sound = _row(made[0], "s01")
+
+    def judged(probability: float, accepted: bool) -> Inspected:
+        nan = float("nan")
+        return replace(sound, conformity=AsBuilt(probability, 0.01, accepted, {}, 0.0, nan, nan))
+
+    rows = (judged(0.99, True), judged(0.97, True), judged(0.5, False), replace(sound, conformity=None))
+    risks = replace(made[0], rows=rows).risks
+    assert risks is not None
+    assert risks.consumers == pytest.approx((0.01 + 0.03) / 3)
+    assert risks.producers == pytest.approx(0.5 / 3)
+    assert [row.light for row in rows] == ["green", "green", "red", "green"]
+    table = batch_csv(replace(made[0], rows=rows)).splitlines()
+    assert [line.split(",")[2] for line in table[1:]] == ["pass", "pass", "fail", "none"]
+
+
+def test_a_drift_is_told_and_none_is_where_there_is_none() -> None:
+    rng = np.random.default_rng(4)
+    place = np.arange(40.0)
+    sound = [trend_of("signal", place, 1 + 0.03 * rng.standard_normal(40), "name").drifts for _ in range(300)]
+    assert sum(sound) <= 9
+    drifting = trend_of("signal", place, 1 + 0.03 * rng.standard_normal(40) + 0.1 * place / 39, "name")
+    assert drifting.drifts
+    assert drifting.interval[0] < 0.1 < drifting.interval[1]
+    # One that is far off makes no drift.
+    value = 1 + 0.03 * rng.standard_normal(40)
+    value[-1] = 9.0
+    assert not trend_of("signal", place, value, "name").drifts
+    assert "too few" in trend_of("signal", place[:4], value[:4], "name").in_words("the signal")
+
+
+def test_a_red_lot_makes_no_batch_and_an_amber_one_no_green_light(run: Run, lab: Path, tmp_path: Path) -> None:
+    red = _judged(run, verdict_of([Reason("convergence", "red", "the chains have not converged", "Go on")]))
+    with pytest.raises(NotUsableError):
+        batch_in(red, lab, tmp_path / "batch", like="sensor 1")
+    assert not (tmp_path / "batch").exists()
+    folder = tmp_path / "lab"
+    folder.mkdir()
+    _press(folder, "s01", 1)
+    amber = _judged(run, verdict_of([Reason("model", "amber", "another model describes these data better", "Compare")]))
+    (row,) = batch_in(amber, folder, tmp_path / "batch", _Counting(), like="sensor 1").rows
+    assert row.light == "amber"
+    assert "calibration of the lot is amber: another model describes" in row.verdict.reasons[0].finding
+
+
+def test_a_folder_without_lab_files_is_refused_and_nothing_is_left(run: Run, tmp_path: Path) -> None:
+    empty = tmp_path / "empty"
+    empty.mkdir()
+    with pytest.raises(InputError, match="there is no file in this folder"):
+        batch_in(run, empty, tmp_path / "batch", like="sensor 1")
+    (empty / "setup.jpg").write_bytes(b"\xff\xd8")
+    with pytest.raises(InputError, match=r"no lab file in this folder, only setup\.jpg"):
+        batch_in(run, empty, tmp_path / "batch", like="sensor 1")
+    assert not (tmp_path / "batch").exists()
+
+
+def _run(*words: object) -> Result:
+    return CliRunner().invoke(app, [str(w) for w in words])
+
+
+def test_the_command_says_the_lights_and_ends_with_3_where_one_is_red(run: Run, lab: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "lab"
+    folder.mkdir()
+    _press(folder, "s01", 1)
+    spec = tmp_path / "spec.toml"
+    spec.write_text(SPECIFICATION, encoding="utf-8")
+    words = ("batch", run.folder, folder, "--like", "sensor 1", "--processes", 1, "--spec", spec)
+    result = _run(*words)
+    said = " ".join((result.stdout + result.stderr).split())
+    assert result.exit_code == 3, said
+    assert "The specimen is not shown to conform to the specification: s01" in said
+    assert sorted(p.name for p in (tmp_path / "lab_batch").iterdir()) == [
+        "batch.csv",
+        "batch.html",
+        "batch.json",
+        "inspected.jsonl",
+    ]
+    assert "which they do not update" in said
+    assert _run("verify", tmp_path / "lab_batch").exit_code == 0
+    bad = _run("batch", run.folder, folder)
+    assert bad.exit_code == 2
+    assert "--like NAME (sensor 1, sensor 2)" in " ".join(bad.stderr.split())
