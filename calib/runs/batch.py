@@ -38,9 +38,9 @@ from calib.experiment import Looked, Pressed, Specification, look_through, pair
 from calib.files import naming, require_folder, sha256_of, write_text
 from calib.problem import template_of
 from calib.records import exact_record_from_text, record_from_text, record_to_text
+from calib.runs.certified import Finding
 from calib.runs.export import NotUsableError
 from calib.runs.folder import Run, fast_forward, require_own_forward
-from calib.runs.certified import Finding
 from calib.runs.ownership import owned, owner_of
 from calib.sampling import Posterior, lot_of
 from calib.workers import workers

@@ -117,7 +117,9 @@ def _gates(row: Inspected) -> set[str]:
 
 def test_a_sound_specimen_is_known_as_well_as_its_readings_tell(made: tuple[Batch, Path]) -> None:
     row = _row(made[0], "s01")
-    assert row.light == "green", [r.in_words for r in row.verdict.reasons]
+    (blind,) = row.verdict.reasons  # a lot of two hardly knows how much its specimens differ
+    assert (row.light, blind.gate) == ("amber", "belongs")
+    assert "hardly told: of one that does the lot foretells young_modulus to " in blind.finding
     assert row.how == "weighted draws"
     for quantity, truth in (("sensor_thickness", 0.74e-3), ("padding_thickness", 1.1e-3), ("young_modulus", 0.62e6)):
         mean, sd, low, high = row.estimates[quantity]
@@ -219,7 +221,7 @@ def test_the_page_says_what_is_wrong_and_escapes_names(made: tuple[Batch, Path])
 
 
 def test_both_risks_are_those_of_what_passes_and_of_what_fails(made: tuple[Batch, Path]) -> None:
-    sound = _row(made[0], "s01")
+    sound = replace(_row(made[0], "s01"), verdict=verdict_of([]))
 
     def judged(probability: float, accepted: bool) -> Inspected:
         nan = float("nan")
@@ -261,7 +263,8 @@ def test_a_red_lot_makes_no_batch_and_an_amber_one_no_green_light(run: Run, lab:
     amber = _judged(run, verdict_of([Reason("model", "amber", "another model describes these data better", "Compare")]))
     (row,) = batch_in(amber, folder, tmp_path / "batch", _Counting(), like="sensor 1").rows
     assert row.light == "amber"
-    assert "calibration of the lot is amber: another model describes" in row.verdict.reasons[0].finding
+    said = [reason.finding for reason in row.verdict.reasons]
+    assert any("calibration of the lot is amber: another model describes" in finding for finding in said)
 
 
 def test_a_folder_without_lab_files_is_refused_and_nothing_is_left(run: Run, tmp_path: Path) -> None:
