@@ -20,6 +20,12 @@ _NEAR = 5
 _APART, _STEPS, _NOISES, _DIGITS = 5.0, 1.5, 12.0, 4.0
 # Of the steps beside so many may be as large: another jump makes one.
 _LARGER = 1
+# So few steps on a side must lie on a line with those on the other, near a touch or a turn; one shows jumps of such a share only.
+_FEW_BESIDE, _OF_ONE = (3, 2, 1), 0.5
+# Steps of less than this share of what makes a jump are none.
+_STILL = 0.25
+# Readings on a side whose slope is taken, as few as show one.
+_FOR_SLOPE = (1, 2, 3, _NEAR)
 # Where a larger share of the steps jumps, that is what the record is like; fewer rows show nothing.
 _SHARE, _FEWEST = 0.1, 12
 # What a channel beside it may do: the same in its own steps, noises and digits.
@@ -84,7 +90,7 @@ class _Course:
     @cached_property
     def noise(self) -> float:
         """Scatter of a reading about a smooth course."""
-        return noise_of(self.y)
+        return min(noise_of(self.y), noise_of(self.y, 3))
 
     @cached_property
     def digit(self) -> float:
@@ -122,11 +128,17 @@ class _Course:
 
     def slopes(self, i: int, others: IntArray) -> tuple[float, float, float]:
         """Steps per reading before the one from i to i + 1 and behind it, without other jumps, and what noise makes of them."""
-        low = max([i - _NEAR, 0, *(others[others < i][-1:] + 1).tolist()])
-        high = min([i + 1 + _NEAR, self.y.size - 1, *others[others > i][:1].tolist()])
-        found = [(self.y[b] - self.y[a]) / (b - a) if b > a else np.nan for a, b in ((low, i), (i + 1, high))]
-        few = min((b - a for a, b in ((low, i), (i + 1, high)) if b > a), default=1)
-        return float(found[0]), float(found[1]), (1.5 * self.noise + self.digit) / few
+        first = max([0, *(others[others < i][-1:] + 1).tolist()])
+        last = min([self.y.size - 1, *others[others > i][:1].tolist()])
+        before, after, error = np.nan, np.nan, np.inf
+        for near in _FOR_SLOPE:
+            ends = ((max(i - near, first), i), (i + 1, min(i + 1 + near, last)))
+            before, after = (float(self.y[b] - self.y[a]) / (b - a) if b > a else np.nan for a, b in ends)
+            error = (1.5 * self.noise + self.digit) / min((b - a for a, b in ends if b > a), default=1)
+            # Farther away a touch or a turn may bend the course.
+            if min(abs(before), abs(after)) > _STEEP * error:
+                break
+        return before, after, error
 
     def moves(self, i: int, others: IntArray) -> str:
         """What the readings do on both sides of a step: "on" as before, "rests", or "other"; "" if too few tell."""
@@ -159,9 +171,11 @@ def _steps_apart(steps: FloatArray, span: float, apart: float, size: float, floo
     large = np.abs(steps)
     small = np.full(steps.size + 2, np.inf)
     small[1:-1] = large
-    found = np.flatnonzero((large > floor) & (large > size * np.minimum(small[:-2], small[2:])))
+    least = np.minimum(small[:-2], small[2:])
+    found = np.flatnonzero((large + least > floor) & (large > size * least))
     if not found.size:
         return found
+    bent = _off_a_line(steps, found, span, apart, size, floor)
     beside = found[:, None] + np.array([k for k in range(-_NEAR, _NEAR + 1) if k])
     there = (beside >= 0) & (beside < steps.size)
     near = np.where(there, steps[np.clip(beside, 0, steps.size - 1)], np.nan)
@@ -169,14 +183,38 @@ def _steps_apart(steps: FloatArray, span: float, apart: float, size: float, floo
     near[np.abs(near) >= _WHOLE * span] = np.nan
     with np.errstate(invalid="ignore"):
         enough = np.count_nonzero(np.isfinite(near), axis=1) >= 3
-    found, near = found[enough], near[enough]
+    at, found, near = found, found[enough], near[enough]
     middle = np.nanmedian(near, axis=1) if found.size else np.zeros(0)
     off = np.abs(steps[found] - middle)
     spread = np.sort(np.abs(near - middle[:, None]), axis=1)  # nan last
     counts = np.count_nonzero(np.isfinite(near), axis=1)
     spread = spread[np.arange(found.size), np.maximum(counts - 1 - _LARGER, 0)] if found.size else middle
     apart_from = (off > apart * spread) & (off > size * np.abs(middle)) & (off > floor)
-    return np.asarray(found[apart_from], dtype=np.int64)
+    return np.union1d(found[apart_from], at[bent]).astype(np.int64)
+
+
+def _off_a_line(steps: FloatArray, at: IntArray, span: float, apart: float, size: float, floor: float) -> BoolArray:
+    """Which steps are off a line through the few beside them by far more than these are, as near a touch or a turn."""
+    found = np.zeros(at.size, dtype=bool)
+    # From step to step farther out there is no more than noise, bends and a turn.
+    bends = np.abs(np.diff(steps, append=np.nan, prepend=np.nan))
+    around = at[:, None] + np.array([k for k in range(1 - _NEAR, _NEAR + 1) if k not in (0, 1)])
+    inside = (around > 0) & (around < steps.size)
+    usual = np.nanmedian(np.where(inside, bends[np.clip(around, 1, steps.size - 1)], np.nan), axis=1)
+    for few in _FEW_BESIDE:
+        places = np.array([k for k in range(-few, few + 1) if k])
+        inside = (at >= few) & (at < steps.size - few)
+        near = steps[np.clip(at[:, None] + places, 0, steps.size - 1)]
+        middle = np.mean(near, axis=1)
+        slope = near @ places / float(places @ places)
+        spread = np.max(np.abs(near - middle[:, None] - slope[:, None] * places), axis=1) if few > 1 else np.abs(slope)
+        off = np.abs(steps[at] - middle)
+        there = inside & (off > apart * np.maximum(spread, usual)) & (off > size * np.abs(middle)) & (off > floor)
+        left, right = np.mean(near[:, :few], axis=1), np.mean(near[:, few:], axis=1)
+        # At a turn a press may jump by itself.
+        same_way = (left * right > 0) | (np.maximum(np.abs(left), np.abs(right)) < _STILL * floor)
+        found |= there & (np.abs(steps[at]) > _OF_ONE * span) if few == 1 else there & same_way
+    return found
 
 
 def jumps_of(values: Mapping[str, FloatArray]) -> dict[str, list[Jump]]:
@@ -204,7 +242,7 @@ def jumps_of(values: Mapping[str, FloatArray]) -> dict[str, list[Jump]]:
         if not at.size or at.size > max(2, _SHARE * course.y.size):
             continue
         others = {q: c for q, c in courses.items() if q not in (quantity, "time") and not {q, quantity} <= set(CAPACITANCES)}
-        seen = _shared(course, at, others)
+        seen = _shared(course, at, others) & ~_too_large(quantity, course, at, {q: _resampled(values[q], course) for q in others})
         alone, rest = at[~seen], at
         paused = _shared(course, alone, {q: c for q, c in courses.items() if q == "time"}, share=_PAUSE)
         jumps = []
@@ -233,6 +271,29 @@ def _shared(course: _Course, at: IntArray, others: Mapping[str, _Course], share:
             resampled = _Course(np.interp(course.first, other.first, other.y), course.first, course.end)
             seen |= np.isin(at, _steps_apart(resampled.steps, other.span, share, share, floor))
     return seen
+
+
+def _too_large(quantity: str, course: _Course, at: IntArray, others: Mapping[str, _Course]) -> BoolArray:
+    """Whether a jump is far larger than one that another channel shows would make it, such as that of a turn beside it."""
+    steps = course.steps[at]
+    found = np.zeros(at.size, dtype=bool)
+    if quantity in CAPACITANCES and "force" in others:
+        # A capacitance that jumps by more than all that the press makes of it would need a load that does.
+        rest = np.maximum(course.span - np.abs(steps), np.abs(steps) / 10)
+        shown = np.array([_near_off(others["force"], i) for i in at.tolist()])
+        found = (np.abs(steps) > rest) & (shown < _UNSEEN * np.abs(steps) / rest * others["force"].span)
+    elif quantity == "force":
+        before, after = course.y[at], course.y[at + 1]
+        whole = (np.abs(steps) > _WHOLE * course.span) & (before * after < 0)
+        whole &= np.minimum(np.abs(before), np.abs(after)) > _BOTH * np.abs(steps)
+        for q in set(CAPACITANCES) & set(others):
+            found |= whole & (np.array([_near_off(others[q], i) for i in at.tolist()]) < _OF_ONE * others[q].span)
+    return found
+
+
+def _near_off(course: _Course, i: int) -> float:
+    """How far a step, or one within two readings of it, is off from those beside it."""
+    return max(course.off(k) for k in range(max(i - 2, 0), min(i + 3, course.steps.size)))
 
 
 def _resampled(values: FloatArray, course: _Course) -> _Course:

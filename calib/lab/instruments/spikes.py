@@ -25,6 +25,8 @@ _BEYOND = 2
 _LARGER = 2
 # A reading at an end stands alone if it is beyond all others by so many times their range.
 _RANGES = 1.0
+# Changes of a step that show what it is written in: so many, of which this share is no larger.
+_SAMPLE, _MOSTLY = 10_000, 0.9
 # Where a larger share of a record seems to stand alone, it is what the record is like.
 _SHARE = 0.1
 
@@ -111,16 +113,33 @@ def _at_ends(values: FloatArray) -> dict[int, float]:
     return found
 
 
-def noise_of(y: FloatArray) -> float:
-    """Scatter of readings in order, (n_row,), about a smooth course, by their second differences, in their unit."""
-    return 1.4826 * float(np.median(np.abs(np.diff(y, 2)))) / math.sqrt(6.0)
+def noise_of(y: FloatArray, order: int = 2) -> float:
+    """Scatter of readings about a smooth course, by their differences.
+
+    Parameters
+    ----------
+    y : readings in order, (n_row,).
+    order : of the differences, at least 1 and less than n_row; of few readings a bend is less of those of higher order.
+
+    Returns
+    -------
+    Its standard deviation, in the unit of the readings.
+    """
+    return 1.4826 * float(np.median(np.abs(np.diff(y, order)))) / math.sqrt(math.comb(2 * order, order))
 
 
 def last_step(y: FloatArray) -> float:
     """The least that two readings beside each other, (n_row,), differ by, if they do, in their unit."""
+    least = 1e-9 * float(np.max(np.abs(y), initial=0.0))
     steps = np.abs(np.diff(y))
-    steps = steps[steps > 1e-9 * float(np.max(np.abs(y), initial=0.0))]
-    return float(np.min(steps)) if steps.size else 0.0
+    steps = steps[steps > least]
+    if not steps.size:
+        return 0.0
+    # What moves at one speed always differs by its step, and these by little.
+    bends = np.abs(np.diff(y, 2)[:: max(1, y.size // _SAMPLE)])
+    bends = bends[bends > least]
+    usual = float(np.quantile(bends, _MOSTLY)) if bends.size else math.inf
+    return min(float(np.min(steps)), usual)
 
 
 def in_words(cell: str, near: float) -> str:
