@@ -20,7 +20,7 @@ _NEAR = 5
 _APART, _STEPS, _NOISES, _DIGITS = 5.0, 1.5, 12.0, 4.0
 # Of the steps beside so many may be as large: another jump makes one.
 _LARGER = 1
-# So few steps on a side must lie on a line with those on the other, near a touch or a turn; one shows jumps of such a share only.
+# So few steps on a side must lie on a line with those on the other, near a touch or a turn; one shows the largest jumps only.
 _FEW_BESIDE, _OF_ONE = (3, 2, 1), 0.5
 # Steps of less than this share of what makes a jump are none.
 _STILL = 0.25
@@ -242,7 +242,9 @@ def jumps_of(values: Mapping[str, FloatArray]) -> dict[str, list[Jump]]:
         if not at.size or at.size > max(2, _SHARE * course.y.size):
             continue
         others = {q: c for q, c in courses.items() if q not in (quantity, "time") and not {q, quantity} <= set(CAPACITANCES)}
-        seen = _shared(course, at, others) & ~_too_large(quantity, course, at, {q: _resampled(values[q], course) for q in others})
+        seen = _shared(course, at, others) & ~_too_large(
+            quantity, course, at, {q: _resampled(values[q], course) for q in others}
+        )
         alone, rest = at[~seen], at
         paused = _shared(course, alone, {q: c for q, c in courses.items() if q == "time"}, share=_PAUSE)
         jumps = []
