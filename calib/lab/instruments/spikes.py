@@ -25,8 +25,6 @@ _BEYOND = 2
 _LARGER = 2
 # A reading at an end stands alone if it is beyond all others by so many times their range.
 _RANGES = 1.0
-# Changes of a step that show what it is written in: so many, of which this share is no larger.
-_SAMPLE, _MOSTLY = 10_000, 0.9
 # Where a larger share of a record seems to stand alone, it is what the record is like.
 _SHARE = 0.1
 
@@ -130,16 +128,9 @@ def noise_of(y: FloatArray, order: int = 2) -> float:
 
 def last_step(y: FloatArray) -> float:
     """The least that two readings beside each other, (n_row,), differ by, if they do, in their unit."""
-    least = 1e-9 * float(np.max(np.abs(y), initial=0.0))
     steps = np.abs(np.diff(y))
-    steps = steps[steps > least]
-    if not steps.size:
-        return 0.0
-    # What moves at one speed always differs by its step, and these by little.
-    bends = np.abs(np.diff(y, 2)[:: max(1, y.size // _SAMPLE)])
-    bends = bends[bends > least]
-    usual = float(np.quantile(bends, _MOSTLY)) if bends.size else math.inf
-    return min(float(np.min(steps)), usual)
+    steps = steps[steps > 1e-9 * float(np.max(np.abs(y), initial=0.0))]
+    return float(np.min(steps)) if steps.size else 0.0
 
 
 def in_words(cell: str, near: float) -> str:

@@ -44,8 +44,8 @@ class Remark:
 def zero_remarks(sheet: Sheet, used: Sequence[int]) -> list[Remark]:
     """Find the remarks among the rows of a record that say that a zero was set anew there, in order.
 
-    A remark beside one row may be meant for it or for the next, either of which may be the first of another zero; one that stands
-    in several rows names a step of the test, which another zero may begin and end with.
+    A remark beside one row may be meant for it or for the next, either of which may be the first of another zero; one that
+    stands in several rows names a step of the test, which another zero may begin and end with.
 
     Parameters
     ----------
