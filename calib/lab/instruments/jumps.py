@@ -190,7 +190,7 @@ def _steps_apart(steps: FloatArray, span: float, apart: float, size: float, floo
     small = np.full(steps.size + 2, np.inf)
     small[1:-1] = np.abs(steps)
     beside_it = size * np.minimum(small[:-2], small[2:])
-    found = np.flatnonzero((least > floor) & (least > beside_it))
+    found = np.flatnonzero((least > floor / 2) & (least > beside_it))
     if not found.size:
         return found
     bent = _off_a_line(steps, found, span, apart, size, floor, touch=touch)
@@ -232,7 +232,9 @@ def _off_a_line(
         slope = near @ places / float(places @ places)
         spread = np.max(np.abs(near - middle[:, None] - slope[:, None] * places), axis=1) if few > 1 else np.abs(slope)
         off = np.abs(steps[at] - middle)
-        there = inside & (off > np.maximum(apart * spread, _BENDS * usual)) & (off > size * np.abs(middle)) & (off > floor)
+        # Beside those that go one way one that goes the other is odd, however small they are.
+        odd = (off > size * np.abs(middle)) | (steps[at] * middle < 0)
+        there = inside & odd & (off > np.maximum(apart * spread, _BENDS * usual)) & (off > floor)
         left, right = np.mean(near[:, :few], axis=1), np.mean(near[:, few:], axis=1)
         # At a turn a press may jump by itself.
         moving = (np.minimum if touch else np.maximum)(np.abs(left), np.abs(right))

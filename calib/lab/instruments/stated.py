@@ -54,7 +54,7 @@ _ALL = re.compile(r"\b(?:all|values|readings|data|numbers|columns|everything|wer
 _QUANTITIES = ("force", "displacement", "capacitance", "time")
 
 # What a tester, a meter or its user calls it to set a zero anew, language by language: words, and those without blanks beside.
-_WORDS = "|".join(
+_ZERO_WORDS = "|".join(
     (
         r"(?:re|auto)?[ -]?zero(?:ed|ing|s|es|set)?|zero'd|re-?set(?:s|ted|ting)?|tare[ds]?|taring|nulled|nulling",
         r"re-?balanced?|balancing|(?:load|force|cell|bridge) balanced?|balance (?:load|force|cell|bridge)",
@@ -75,7 +75,7 @@ _WORDS = "|".join(
     )
 )
 _JOINED = "去皮|清零|归零|歸零|置零|调零|調零|重置|复位|復位|零点|零點|リセット|ゼロ|風袋|零調|영점|제로|리셋|용기 ?무게"
-_ANEW = re.compile(rf"(?<![^\W_])(?:{_WORDS})(?![^\W_])|{_JOINED}", re.IGNORECASE)
+_ANEW = re.compile(rf"(?<![^\W_])(?:{_ZERO_WORDS})(?![^\W_])|{_JOINED}", re.IGNORECASE)
 # The clock's zero is none of a reading's, and what was not done changes nothing.
 _OF_CLOCKS = re.compile(r"\b(?:time[rs]?|clock|stopwatch|uhr|zeit|counter|cycle count|chrono\w*|temporizador)\b", re.IGNORECASE)
 
