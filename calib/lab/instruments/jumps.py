@@ -277,7 +277,9 @@ def jumps_of(values: Mapping[str, FloatArray]) -> dict[str, list[Jump]]:
         paused = _shared(course, alone, {q: c for q, c in courses.items() if q == "time"}, share=_PAUSE)
         jumps = []
         for i, pause in zip(alone.tolist(), paused.tolist(), strict=True):
-            judged = _JUDGES[quantity](course, i, rest, {q: _resampled(values[q], course) for q in others}, pause)
+            judged = _JUDGES[quantity](
+                course, i, rest, {q: _resampled(values[q], course, driven=others[q].driven) for q in others}, pause
+            )
             if judged is not None:
                 size = float(course.y[i + 1] - course.y[i])
                 jumps.append(Jump(int(course.first[i + 1]), int(course.end[i]), size, *judged))
@@ -326,10 +328,10 @@ def _near_off(course: _Course, i: int) -> float:
     return max(course.off(k) for k in range(max(i - 2, 0), min(i + 3, course.steps.size)))
 
 
-def _resampled(values: FloatArray, course: _Course) -> _Course:
+def _resampled(values: FloatArray, course: _Course, *, driven: bool = False) -> _Course:
     """Another channel at the readings of a course."""
     rows = np.flatnonzero(np.isfinite(values))
-    return _Course(np.interp(course.first, rows, values[rows]), course.first, course.end)
+    return _Course(np.interp(course.first, rows, values[rows]), course.first, course.end, driven)
 
 
 _Judged = tuple[str, str]
@@ -420,7 +422,9 @@ def _of_capacitance(course: _Course, i: int, at: IntArray, others: Mapping[str, 
     if force is not None and _is_seen(force):
         expected = jump / rest * force.span
         would_show = expected > _WOULD_SHOW * (force.noise + force.digit)
-        sure = would_show and force.moves(i, _NONE) != "other" and force.off(i) < _UNSEEN * expected
+        beside = force.moves(i, _NONE) != "other" and force.off(i) < _UNSEEN * expected
+        # What is larger than the press is none of it, at a turn either.
+        sure = would_show and (beside or (jump > rest and _near_off(force, i) < _UNSEEN * expected))
     elif does or (ball is not None and _is_seen(ball)):
         # Without a load on record a snap, a slip and a break look alike, but none is larger than the press.
         sure = does == "on" and jump > rest
