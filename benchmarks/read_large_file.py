@@ -81,7 +81,7 @@ def meter(n_row: int) -> Iterator[str]:
     def number(value: float, digits: int) -> str:
         return f"{value:,.{digits}f}".translate(str.maketrans(".,", ",."))
 
-    rows = (f"{number(i * 20, 1)};{number(97.3 + (i % 1000) / 50, 4)};0,0123\n" for i in range(n_row))
+    rows = (f"{number(i * 20, 1)};{number(97.3 + abs(i % 1000 - 500) / 25, 4)};0,0123\n" for i in range(n_row))
     return chain(("Zeit [ms];Cp [pF];D\n",), rows)
 
 

@@ -225,8 +225,12 @@ def _together(
     opposed = sum(abs(e.weight) for e in evidence if e.weight * factor < 0)
     # That a record starts pressed, or that the force never is on the side of compression, takes more than a likelihood, and in
     # one stretch alone no strong evidence against it.
-    odd = press.first * factor < 0 or float(np.max(factor * load)) < _COMPRESSED * float(np.max(np.abs(load)))
+    pressed = press.first * factor < 0
+    pulled = float(np.max(factor * load)) < _COMPRESSED * float(np.max(np.abs(load)))
+    odd = pressed or pulled
     doubt = odd and press.once and opposed > _CONTRADICTED * (abs(total) + opposed)
+    # One that starts pressed shows compression somewhere.
+    doubt |= pressed and pulled and press.once
     # Where a drift hides the press the first change and the bend oppose each other.
     doubt |= press.once and opposed > _OPPOSED * (abs(total) + opposed)
     # A machine that starts to move bends the force as well: a retreat alone has to be seen to end out of contact, or be named.

@@ -1,4 +1,4 @@
-"""From the jumps that one channel of a record makes alone to what is done about them: faults, notes, rows that are left out."""
+"""From jumps of one channel alone, and remarks on a zero, to what is done about them: faults, notes, rows that are left out."""
 
 from __future__ import annotations
 
@@ -14,7 +14,11 @@ from calib.lab.instruments.readings import ReadColumn
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.unit_choice import is_confirmed
 from calib.lab.instruments.units import IN_PLACE_OF
+from calib.lab.instruments.zero_remarks import Remark, zero_remarks
 from models.sensor import FloatArray
+
+# Quantities whose zero is any, so that rows of one zero can be used.
+_ZEROED = ("displacement", "force")
 
 
 @dataclass(frozen=True)
@@ -77,7 +81,44 @@ def another_zero(
             told.rows[column.quantity] = tuple(j.row for j in anew)
         open_ = [j for j in jumps if j not in sure]
         told.notes.extend(_in_words(sheet, column, jumps, values) for jumps in (anew, open_) if jumps)
+    _heed(zero_remarks(sheet, [c.index for c in columns]), told, sheet, columns, values, reading)
     return told
+
+
+def _heed(
+    remarks: Sequence[Remark],
+    told: AnotherZero,
+    sheet: Sheet,
+    columns: Sequence[ReadColumn],
+    values: Mapping[str, FloatArray],
+    reading: Reading,
+) -> None:
+    """Hold remarks on a zero against the readings: rows of one zero are used together, a capacitance with two is refused."""
+    said: dict[str, list[str]] = {}
+    for remark in remarks:
+        own = [c for c in columns if remark.quantity == _name(c)]
+        own = own or ([] if remark.quantity else [c for c in columns if c.quantity in _ZEROED])
+        if not own and not remark.quantity and "force" not in values and "displacement" not in values:
+            own = [c for c in columns if c.quantity in CAPACITANCES]
+        for column in own:
+            there = np.isfinite(values[column.quantity])
+            if not (np.any(there[: remark.row]) and np.any(there[remark.row :])):
+                continue
+            if column.quantity in _ZEROED:
+                told.rows[column.quantity] = tuple(sorted({*told.rows.get(column.quantity, ()), remark.row}))
+                said.setdefault(str(remark), []).append(column.quantity)
+            elif is_confirmed(sheet, column.index, column.heading, column.factor, reading):
+                told.notes.append(
+                    f"{remark} speaks of another zero: the {_name(column)} is read as it is, as its unit was said"
+                )
+            elif not any(fault.line == remark.line for fault in told.faults):
+                message = f"{remark} says that the {_name(column)} may have another zero from there on"
+                advice = "Save the rows before and behind it in files of their own; if it means nothing, remove it"
+                told.faults.append(Fault(message, sheet.text.path, remark.line, advice=advice))
+    told.notes.extend(
+        f"{words} says that a zero was set anew: rows of one zero of {' and '.join(dict.fromkeys(of))} are used together"
+        for words, of in said.items()
+    )
 
 
 def _why_lost(sheet: Sheet, column: ReadColumn, jump: Jump) -> str:

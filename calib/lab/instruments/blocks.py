@@ -26,7 +26,7 @@ from calib.lab.instruments.lines import (
 )
 from calib.lab.instruments.numbers import is_numeric, parse_number
 from calib.lab.instruments.sheet import Sheet, no_such_specimen, which_specimen
-from calib.lab.instruments.stated import speaks_of_scale
+from calib.lab.instruments.stated import speaks_of_scale, speaks_of_zero
 from calib.lab.instruments.text import LabText
 from calib.lab.instruments.vocabulary import understand, unit_of_cell
 
@@ -172,7 +172,10 @@ def _blocks(
                         text.path,
                         start + k + 1,
                         1,
-                        advice="Remove the line",
+                        advice="If a zero was set anew there, write # before it, and rows of one zero are used together; "
+                        "else remove the line"
+                        if speaks_of_zero(text.lines[start + k])
+                        else "Remove the line",
                     )
                     for k in apart
                 ]

@@ -20,6 +20,16 @@ _NEAR = 5
 _APART, _STEPS, _NOISES, _DIGITS = 5.0, 1.5, 12.0, 4.0
 # Of the steps beside so many may be as large: another jump makes one.
 _LARGER = 1
+# So few steps on a side must lie on a line with those on the other, near a touch or a turn; one shows the largest jumps only.
+_FEW_BESIDE, _OF_ONE = (3, 2, 1), 0.5
+# So many times as far off as steps differ from the next, bends aside, as a median, is more than noise.
+_BENDS = 7.0
+# Steps of less than this share of what makes a jump are none.
+_STILL = 0.25
+# Readings that show what they are written in; numbers that differ by a smaller share are the same.
+_SAMPLE, _SAME_NUMBER = 10_000, 1e-9
+# Readings on a side whose slope is taken, as few as show one.
+_FOR_SLOPE = (1, 2, 3, _NEAR)
 # Where a larger share of the steps jumps, that is what the record is like; fewer rows show nothing.
 _SHARE, _FEWEST = 0.1, 12
 # What a channel beside it may do: the same in its own steps, noises and digits.
@@ -28,8 +38,8 @@ _SEEN_STEPS, _SEEN_NOISES, _SEEN_DIGITS = 3.0, 4.0, 1.5
 _STEEP, _MOVES = 4.0, 0.05
 # It goes on if it is so many times as steep behind the jump as before.
 _ALIKE = 2.5
-# A jump of the whole range, as of a counter; to both sides of zero; beyond zero; to zero; as shares of the jump.
-_WHOLE, _BOTH, _BEYOND, _TO_ZERO = 0.75, 0.25, 0.1, 0.06
+# A jump of the whole range, as of a counter; to both sides of zero; beyond zero; to zero; as shares of the jump; and of a step.
+_WHOLE, _BOTH, _BEYOND, _TO_ZERO, _A_STEP = 0.75, 0.25, 0.1, 0.06, 1.2
 # A load that goes on in contact is so steep, in the steps of the press; a drift is not.
 _IN_PRESS = 0.25
 # A ball rests that moves by so little of its usual steps.
@@ -80,16 +90,21 @@ class _Course:
     y: FloatArray
     first: IntArray
     end: IntArray
+    driven: bool = False
 
     @cached_property
     def noise(self) -> float:
         """Scatter of a reading about a smooth course."""
-        return noise_of(self.y)
+        return min(noise_of(self.y), noise_of(self.y, 3))
 
     @cached_property
     def digit(self) -> float:
-        """The least that two readings beside each other differ by."""
-        return last_step(self.y)
+        """The least that two readings beside each other differ by; of what a motor drives, also that two steps differ by."""
+        if not self.driven:
+            return last_step(self.y)
+        bends = np.abs(np.diff(self.y, 2)[:: max(1, self.y.size // _SAMPLE)])
+        bends = bends[bends > _SAME_NUMBER * float(np.max(np.abs(self.y)))]
+        return min(last_step(self.y), float(np.median(bends))) if bends.size else last_step(self.y)
 
     @cached_property
     def steps(self) -> FloatArray:
@@ -122,11 +137,23 @@ class _Course:
 
     def slopes(self, i: int, others: IntArray) -> tuple[float, float, float]:
         """Steps per reading before the one from i to i + 1 and behind it, without other jumps, and what noise makes of them."""
-        low = max([i - _NEAR, 0, *(others[others < i][-1:] + 1).tolist()])
-        high = min([i + 1 + _NEAR, self.y.size - 1, *others[others > i][:1].tolist()])
-        found = [(self.y[b] - self.y[a]) / (b - a) if b > a else np.nan for a, b in ((low, i), (i + 1, high))]
-        few = min((b - a for a, b in ((low, i), (i + 1, high)) if b > a), default=1)
-        return float(found[0]), float(found[1]), (1.5 * self.noise + self.digit) / few
+        first = max([0, *(others[others < i][-1:] + 1).tolist()])
+        last = min([self.y.size - 1, *others[others > i][:1].tolist()])
+        before, after, error = np.nan, np.nan, np.inf
+        for near in _FOR_SLOPE:
+            ends = ((max(i - near, first), i), (i + 1, min(i + 1 + near, last)))
+            before, after = (float(self.y[b] - self.y[a]) / (b - a) if b > a else np.nan for a, b in ends)
+            error = (1.5 * self.noise + self.digit) / min((b - a for a, b in ends if b > a), default=1)
+            # Farther away a touch or a turn may bend the course.
+            if min(abs(before), abs(after)) > _STEEP * error:
+                break
+        return before, after, error
+
+    def begins(self, i: int, others: IntArray) -> bool:
+        """Whether the readings stand still before a step, or move less than behind it, as at a touch."""
+        before, after, error = self.slopes(i, others)
+        still = abs(before) <= max(_STEEP * error, _RESTS * abs(after))
+        return abs(before) < abs(after) and (still or before * after > 0)
 
     def moves(self, i: int, others: IntArray) -> str:
         """What the readings do on both sides of a step: "on" as before, "rests", or "other"; "" if too few tell."""
@@ -141,27 +168,32 @@ class _Course:
         return "on" if on else "other"
 
 
-def _course(values: FloatArray) -> _Course | None:
+def _course(values: FloatArray, *, driven: bool = False) -> _Course | None:
     rows = np.flatnonzero(np.isfinite(values))
     if rows.size < _FEWEST:
         return None
     y = values[rows]
     new = np.concatenate([[True], y[1:] != y[:-1]])
     if 2 * np.count_nonzero(new) > y.size:
-        return _Course(y, rows, rows)
+        return _Course(y, rows, rows, driven)
     # What a slow meter's logger wrote several times is one reading.
     begin = np.flatnonzero(new)
-    return _Course(y[begin], rows[begin], rows[np.append(begin[1:], y.size) - 1]) if begin.size >= _FEWEST else None
+    end = rows[np.append(begin[1:], y.size) - 1]
+    return _Course(y[begin], rows[begin], end, driven) if begin.size >= _FEWEST else None
 
 
-def _steps_apart(steps: FloatArray, span: float, apart: float, size: float, floor: float) -> IntArray:
-    """Places of steps that are unlike those beside them."""
-    large = np.abs(steps)
+def _steps_apart(steps: FloatArray, span: float, apart: float, size: float, floor: float, *, touch: bool = False) -> IntArray:
+    """Places of steps that are unlike those beside them; `touch` if one side may rest while the other moves."""
+    change = np.full(steps.size + 1, np.inf)
+    change[1:-1] = np.abs(np.diff(steps))
+    least = np.minimum(change[:-1], change[1:])
     small = np.full(steps.size + 2, np.inf)
-    small[1:-1] = large
-    found = np.flatnonzero((large > floor) & (large > size * np.minimum(small[:-2], small[2:])))
+    small[1:-1] = np.abs(steps)
+    beside_it = size * np.minimum(small[:-2], small[2:])
+    found = np.flatnonzero((least > floor / 2) & (least > beside_it))
     if not found.size:
         return found
+    bent = _off_a_line(steps, found, span, apart, size, floor, touch=touch)
     beside = found[:, None] + np.array([k for k in range(-_NEAR, _NEAR + 1) if k])
     there = (beside >= 0) & (beside < steps.size)
     near = np.where(there, steps[np.clip(beside, 0, steps.size - 1)], np.nan)
@@ -169,14 +201,46 @@ def _steps_apart(steps: FloatArray, span: float, apart: float, size: float, floo
     near[np.abs(near) >= _WHOLE * span] = np.nan
     with np.errstate(invalid="ignore"):
         enough = np.count_nonzero(np.isfinite(near), axis=1) >= 3
-    found, near = found[enough], near[enough]
+    # By the steps of ten, only what is large itself.
+    enough &= (small[1 + found] > beside_it[found]) & (small[1 + found] + beside_it[found] / size > floor)
+    at, found, near = found, found[enough], near[enough]
     middle = np.nanmedian(near, axis=1) if found.size else np.zeros(0)
     off = np.abs(steps[found] - middle)
     spread = np.sort(np.abs(near - middle[:, None]), axis=1)  # nan last
     counts = np.count_nonzero(np.isfinite(near), axis=1)
     spread = spread[np.arange(found.size), np.maximum(counts - 1 - _LARGER, 0)] if found.size else middle
     apart_from = (off > apart * spread) & (off > size * np.abs(middle)) & (off > floor)
-    return np.asarray(found[apart_from], dtype=np.int64)
+    return np.union1d(found[apart_from], at[bent]).astype(np.int64)
+
+
+def _off_a_line(
+    steps: FloatArray, at: IntArray, span: float, apart: float, size: float, floor: float, *, touch: bool
+) -> BoolArray:
+    """Which steps are off a line through the few beside them by far more than these are, as near a touch or a turn."""
+    found = np.zeros(at.size, dtype=bool)
+    # From step to step farther out there is no more than noise, bends and a turn.
+    bends = np.diff(steps, append=np.nan, prepend=np.nan)
+    around = at[:, None] + np.array([k for k in range(1 - _NEAR, _NEAR + 1) if k not in (0, 1)])
+    inside = (around > 0) & (around < steps.size)
+    bent = np.where(inside, bends[np.clip(around, 1, steps.size - 1)], np.nan)
+    usual = np.nanmedian(np.abs(bent - np.nanmedian(bent, axis=1)[:, None]), axis=1)
+    for few in _FEW_BESIDE:
+        places = np.array([k for k in range(-few, few + 1) if k])
+        inside = (at >= few) & (at < steps.size - few)
+        near = steps[np.clip(at[:, None] + places, 0, steps.size - 1)]
+        middle = np.mean(near, axis=1)
+        slope = near @ places / float(places @ places)
+        spread = np.max(np.abs(near - middle[:, None] - slope[:, None] * places), axis=1) if few > 1 else np.abs(slope)
+        off = np.abs(steps[at] - middle)
+        # Beside those that go one way one that goes the other is odd, however small they are.
+        odd = (off > size * np.abs(middle)) | (steps[at] * middle < 0)
+        there = inside & odd & (off > np.maximum(apart * spread, _BENDS * usual)) & (off > floor)
+        left, right = np.mean(near[:, :few], axis=1), np.mean(near[:, few:], axis=1)
+        # At a turn a press may jump by itself.
+        moving = (np.minimum if touch else np.maximum)(np.abs(left), np.abs(right))
+        same_way = (left * right > 0) | (moving < _STILL * floor)
+        found |= there & (np.abs(steps[at]) > _OF_ONE * span) if few == 1 else there & same_way
+    return found
 
 
 def jumps_of(values: Mapping[str, FloatArray]) -> dict[str, list[Jump]]:
@@ -194,22 +258,28 @@ def jumps_of(values: Mapping[str, FloatArray]) -> dict[str, list[Jump]]:
     -------
     Quantity -> its jumps in order; only those that have any.
     """
-    courses = {q: c for q in (*_JUDGED, "time") if q in values and (c := _course(values[q])) is not None}
+    courses = {
+        q: c for q in (*_JUDGED, "time") if q in values and (c := _course(values[q], driven=q == "displacement")) is not None
+    }
     found: dict[str, list[Jump]] = {}
     for quantity, course in courses.items():
         if quantity == "time":
             continue
         floor = max(_NOISES * course.noise, _DIGITS * course.digit)
-        at = _steps_apart(course.steps, course.span, _APART, _STEPS, floor)
+        at = _steps_apart(course.steps, course.span, _APART, _STEPS, floor, touch=quantity == "force")
         if not at.size or at.size > max(2, _SHARE * course.y.size):
             continue
         others = {q: c for q, c in courses.items() if q not in (quantity, "time") and not {q, quantity} <= set(CAPACITANCES)}
-        seen = _shared(course, at, others)
+        seen = _shared(course, at, others) & ~_too_large(
+            quantity, course, at, {q: _resampled(values[q], course) for q in others}
+        )
         alone, rest = at[~seen], at
         paused = _shared(course, alone, {q: c for q, c in courses.items() if q == "time"}, share=_PAUSE)
         jumps = []
         for i, pause in zip(alone.tolist(), paused.tolist(), strict=True):
-            judged = _JUDGES[quantity](course, i, rest, {q: _resampled(values[q], course) for q in others}, pause)
+            judged = _JUDGES[quantity](
+                course, i, rest, {q: _resampled(values[q], course, driven=others[q].driven) for q in others}, pause
+            )
             if judged is not None:
                 size = float(course.y[i + 1] - course.y[i])
                 jumps.append(Jump(int(course.first[i + 1]), int(course.end[i]), size, *judged))
@@ -235,10 +305,33 @@ def _shared(course: _Course, at: IntArray, others: Mapping[str, _Course], share:
     return seen
 
 
-def _resampled(values: FloatArray, course: _Course) -> _Course:
+def _too_large(quantity: str, course: _Course, at: IntArray, others: Mapping[str, _Course]) -> BoolArray:
+    """Whether a jump is far larger than one that another channel shows would make it, such as that of a turn beside it."""
+    steps = course.steps[at]
+    found = np.zeros(at.size, dtype=bool)
+    if quantity in CAPACITANCES and "force" in others:
+        # A capacitance that jumps by more than all that the press makes of it would need a load that does.
+        rest = np.maximum(course.span - np.abs(steps), np.abs(steps) / 10)
+        shown = np.array([_near_off(others["force"], i) for i in at.tolist()])
+        found = (np.abs(steps) > rest) & (shown < _UNSEEN * np.abs(steps) / rest * others["force"].span)
+    elif quantity == "force":
+        before, after = course.y[at], course.y[at + 1]
+        whole = (np.abs(steps) > _WHOLE * course.span) & (before * after < 0)
+        whole &= np.minimum(np.abs(before), np.abs(after)) > _BOTH * np.abs(steps)
+        for q in set(CAPACITANCES) & set(others):
+            found |= whole & (np.array([_near_off(others[q], i) for i in at.tolist()]) < _OF_ONE * others[q].span)
+    return found
+
+
+def _near_off(course: _Course, i: int) -> float:
+    """How far a step, or one within two readings of it, is off from those beside it."""
+    return max(course.off(k) for k in range(max(i - 2, 0), min(i + 3, course.steps.size)))
+
+
+def _resampled(values: FloatArray, course: _Course, *, driven: bool = False) -> _Course:
     """Another channel at the readings of a course."""
     rows = np.flatnonzero(np.isfinite(values))
-    return _Course(np.interp(course.first, rows, values[rows]), course.first, course.end)
+    return _Course(np.interp(course.first, rows, values[rows]), course.first, course.end, driven)
 
 
 _Judged = tuple[str, str]
@@ -265,8 +358,11 @@ def _of_force(course: _Course, i: int, at: IntArray, others: Mapping[str, _Cours
     jump, does = after - before, course.moves(i, at)
     whole = abs(jump) >= _WHOLE * course.span
     both = before * after < 0 and min(abs(before), abs(after)) > _BOTH * abs(jump)
-    steep = float(np.nanmax(np.abs(course.slopes(i, at)[:2]))) if does else 0.0
-    zero = abs(after) <= _TO_ZERO * abs(jump) + 3 * course.noise + 2 * steep and abs(before) > 0.5 * abs(jump)
+    ahead, behind, _ = course.slopes(i, at)
+    steep = max(abs(ahead), abs(behind)) if does else 0.0
+    # It was set to zero within the step, in which the load went on.
+    near_zero = _TO_ZERO * abs(jump) + 3 * course.noise + (_A_STEP * abs(behind) if does else 0.0)
+    zero = abs(after) <= near_zero and abs(before) > 0.5 * abs(jump)
     witness = _witness(others, "displacement")
     if witness is None:
         if does != "on" or pause or not whole:
@@ -280,7 +376,18 @@ def _of_force(course: _Course, i: int, at: IntArray, others: Mapping[str, _Cours
         up = before * after > 0 and abs(after) > abs(before)
         beyond = before * after < 0 and min(abs(before), abs(after)) > _BEYOND * abs(jump)
         return (ZERO, _ANEW) if (zero or up or beyond) and not pause else (OPEN, _SLIP)
+    if does == "other" and zero and course.begins(i, at) and _touches(course, i, witness):
+        # A load that rests while the ball moves is none: a cell that was not zeroed before the touch.
+        return (OPEN, _SLIP) if pause else (ZERO, _ANEW)
     return (OPEN, _SLIP) if does == "rests" else None
+
+
+def _touches(course: _Course, i: int, witness: _Course) -> bool:
+    """Whether a witness goes on over a step of a force: a ball that moves, or a capacitance that does not show the step."""
+    if witness.moves(i, _NONE) == "on":
+        return True
+    shown = abs(float(course.y[i + 1] - course.y[i])) / course.span * witness.span
+    return shown > _WOULD_SHOW * (witness.noise + witness.digit) and _near_off(witness, i) < _UNSEEN * shown
 
 
 def _of_displacement(course: _Course, i: int, at: IntArray, others: Mapping[str, _Course], pause: bool) -> _Judged | None:
@@ -292,7 +399,11 @@ def _of_displacement(course: _Course, i: int, at: IntArray, others: Mapping[str,
     least = _WOULD_SHOW * (witness.noise + witness.digit)
     own, load = course.moves(i, at), witness.moves(i, _NONE)
     found = False
-    if load == own == "on":
+    moves = course.slopes(i, at)[:2]
+    if own == "on" and float(course.y[i + 1] - course.y[i]) * moves[0] < 0 and load in ("rests", "other", "on"):
+        # A motor that goes on as before does not go back within a reading.
+        found = load != "on" or jump > 2 * float(np.max(np.abs(moves)))
+    elif load == own == "on":
         moved, steep = (np.abs(np.array(c.slopes(i, o)[:2])) for c, o in ((course, at), (witness, _NONE)))
         shown = jump / float(np.max(moved)) * float(np.min(steep))
         found = shown > max(least, 3 * abs(float(witness.y[i + 1] - witness.y[i])))
@@ -311,7 +422,9 @@ def _of_capacitance(course: _Course, i: int, at: IntArray, others: Mapping[str, 
     if force is not None and _is_seen(force):
         expected = jump / rest * force.span
         would_show = expected > _WOULD_SHOW * (force.noise + force.digit)
-        sure = would_show and force.moves(i, _NONE) != "other" and force.off(i) < _UNSEEN * expected
+        beside = force.moves(i, _NONE) != "other" and force.off(i) < _UNSEEN * expected
+        # What is larger than the press is none of it, at a turn either.
+        sure = would_show and (beside or (jump > rest and _near_off(force, i) < _UNSEEN * expected))
     elif does or (ball is not None and _is_seen(ball)):
         # Without a load on record a snap, a slip and a break look alike, but none is larger than the press.
         sure = does == "on" and jump > rest

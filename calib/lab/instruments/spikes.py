@@ -111,9 +111,19 @@ def _at_ends(values: FloatArray) -> dict[int, float]:
     return found
 
 
-def noise_of(y: FloatArray) -> float:
-    """Scatter of readings in order, (n_row,), about a smooth course, by their second differences, in their unit."""
-    return 1.4826 * float(np.median(np.abs(np.diff(y, 2)))) / math.sqrt(6.0)
+def noise_of(y: FloatArray, order: int = 2) -> float:
+    """Scatter of readings about a smooth course, by their differences.
+
+    Parameters
+    ----------
+    y : readings in order, (n_row,).
+    order : of the differences, at least 1 and less than n_row; of few readings a bend is less of those of higher order.
+
+    Returns
+    -------
+    Its standard deviation, in the unit of the readings.
+    """
+    return 1.4826 * float(np.median(np.abs(np.diff(y, order)))) / math.sqrt(math.comb(2 * order, order))
 
 
 def last_step(y: FloatArray) -> float:

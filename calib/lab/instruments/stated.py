@@ -1,4 +1,4 @@
-"""From the words beside a table to the factors and units that they state of its numbers: "Load gain: 10", "force now in mN"."""
+"""From the words beside a table to what they state of its numbers: factors ("Load gain: 10"), units ("force in mN"), zeros."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType
 
+from calib.lab.instruments.numbers import is_missing
 from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of
 from calib.lab.instruments.vocabulary import understand
 
@@ -52,6 +53,32 @@ _WORDS = ("in", "d", "s", "m", "h", "a", "x", "-", "min", "#", "1", "none", "cyc
 _ALL = re.compile(r"\b(?:all|values|readings|data|numbers|columns|everything|werte|daten|alle|valeurs|valores)\b", re.I)
 _QUANTITIES = ("force", "displacement", "capacitance", "time")
 
+# What a tester, a meter or its user calls it to set a zero anew, language by language: words, and those without blanks beside.
+_ZERO_WORDS = "|".join(
+    (
+        r"(?:re|auto)?[ -]?zero(?:ed|ing|s|es|set)?|zero'd|re-?set(?:s|ted|ting)?|tare[ds]?|taring|nulled|nulling",
+        r"re-?balanced?|balancing|(?:load|force|cell|bridge) balanced?|balance (?:load|force|cell|bridge)",
+        r"offset (?:nulled|adjusted|corrected|removed|set)|(?:open|short|open/?short)[ -]correction",
+        r"null|nullung|nullen|genullt|abgenullt|null(?:punkt|abgleich|setz|stell|still)\w*|zurück(?:ge)?setz\w*|rücksetz\w*",
+        r"tara|tarier(?:en|t|ung)|austariert",
+        r"zéros?|(?:re)?mise? à (?:z[ée]ro|0)|raz|tarer?|taré|tarage|réinitialis\w*",
+        r"(?:a|puesta a) cero|cero|tarad[oa]|tarar|reinici\w*|restablec\w*",
+        r"azzer\w*|tarat[oa]|tarare|taratura|reimpost\w*|resettat[oa]",
+        r"zerad[oa]|zerar|zeragem|zerou|tarou|tarado",
+        r"(?:op )?nul|nulstel\w*|genuld|tarra|tarreren|getarreerd|gereset",
+        r"(?:wy)?zerowa\w*|tarowa\w*|wytarowa\w*|zresetowa\w*",
+        r"vynul\w*|nulov\w*|tárov\w*|resetov\w*",
+        r"noll(?:ad|at|ning|ställ\w*|a|as|aus|ataan|attu)?|nulstil\w*|nullstil\w*|nulpunkt\w*|tarer(?:a|ad|ing|et)|taara\w*|återställ\w*",
+        r"(?:le|ki)?nulláz\w*|(?:ki)?táráz\w*|sıfır\w*|dara\w*",
+        r"aducere la zero|tarare|ničla|niciranje|nuliranje|poništ\w*|μηδεν\w*|απόβαρο\w*",
+        r"(?:об|за)нул\w*|сброс\w*|ноль|нуль|тара|тариров\w*",
+    )
+)
+_JOINED = "去皮|清零|归零|歸零|置零|调零|調零|重置|复位|復位|零点|零點|リセット|ゼロ|風袋|零調|영점|제로|리셋|용기 ?무게"
+_ANEW = re.compile(rf"(?<![^\W_])(?:{_ZERO_WORDS})(?![^\W_])|{_JOINED}", re.IGNORECASE)
+# The clock's zero is none of a reading's, and what was not done changes nothing.
+_OF_CLOCKS = re.compile(r"\b(?:time[rs]?|clock|stopwatch|uhr|zeit|counter|cycle count|chrono\w*|temporizador)\b", re.IGNORECASE)
+
 
 def stated_factors(lines: Sequence[str], first: int = 1) -> Mapping[str, tuple[str, int]]:
     """Find the factors that lines beside a table state: quantity, "" for none in particular -> the words and their line.
@@ -83,10 +110,10 @@ def _factor_of(line: str) -> str | None:
             factor = False
         if not factor or _is_one(match["number"]) or _OTHERS.search(f"{match['before']} {match['word']} {match['between']}"):
             return None
-        return next((q for part in (match["before"], match["between"]) if (q := _quantity(part))), "")
+        return next((q for part in (match["before"], match["between"]) if (q := quantity_of(part))), "")
     match = _TIMES.fullmatch(line)
     if match is not None and not _is_one(match["number"] or match["first"]):
-        return _quantity(match["before"])
+        return quantity_of(match["before"])
     return None
 
 
@@ -94,7 +121,7 @@ def _is_one(number: str) -> bool:
     return re.fullmatch(r"1(?:[.,]0*)?|10\^[+-]?0", number) is not None
 
 
-def _quantity(text: str) -> str | None:
+def quantity_of(text: str) -> str | None:
     """The quantity that is named in a few words."""
     parts = [w for w in re.split(r"[\s:=,;_()\[\]/]+", text) if w]
     for size in range(min(len(parts), 3), 0, -1):
@@ -119,7 +146,7 @@ def stated_units(line: str) -> Iterator[tuple[str, str]]:
     match = _IN_UNIT.fullmatch(line.strip(" \t,;#%\"'")) if len(line) <= _LONGEST else None
     if match is None:
         return
-    unit, quantity = match["unit"], _quantity(match["before"])
+    unit, quantity = match["unit"], quantity_of(match["before"])
     if quantity is None and unit not in _WORDS and _ALL.search(match["before"]):
         quantity = next((q for q in _QUANTITIES if is_unit_of(unit, q)), None)
     if quantity is not None and is_unit_of(unit, quantity) and unit not in ("-", "#", "x"):
@@ -140,3 +167,19 @@ def speaks_of_scale(text: str) -> bool:
         return True
     words = re.findall(r"(?<![\w.,\d])(?<!\d )[^\s()\[\],;:=\d]{2,4}(?![\w])", text)
     return any(w not in _WORDS and any(is_unit_of(w, q) for q in _QUANTITIES[:3]) for w in words)
+
+
+def speaks_of_zero(text: str) -> bool:
+    """Whether a few words say that a zero is set anew.
+
+    Parameters
+    ----------
+    text : a cell or a line.
+
+    >>> [speaks_of_zero(words) for words in ("# tare", "Kraft genullt", "RAZ", "载荷清零", "auto-zero", "Load balanced")]
+    [True, True, True, True, True, True]
+    >>> [speaks_of_zero(words) for words in ("# hold", "unloading", "target 5 N", "timer reset", "start", "NULL", "0")]
+    [False, False, False, False, False, False, False]
+    """
+    short = len(text) <= _LONGEST and not is_missing(text)
+    return short and _ANEW.search(text) is not None and not _OF_CLOCKS.search(text)

@@ -150,3 +150,42 @@ def test_times_of_four_parts_that_may_end_in_frames_are_refused(tmp_path: Path, 
     path.write_text("Time,Extension (mm),Load (N)\n" + "".join(rows))
     with pytest.raises(InputError, match=r"part|second"):
         read_lab_file(path)
+
+
+@pytest.mark.parametrize("words", ["# tare", "# Nullung Kraft", "% 载荷清零"])
+def test_rows_before_and_behind_a_remark_on_a_zero_are_not_used_together(tmp_path: Path, words: str) -> None:
+    path = tmp_path / "press.csv"
+    lines = lines_of(HEADS, [texts(c, n) for c, n in zip((T, X, F, C), (2, 4, 3, 3), strict=True)])[0]
+    path.write_text("\n".join([*lines[:31], words, *lines[31:]]) + "\n")
+    table = read_lab_file(path)
+    assert table.zeroed["force"] == (30,)
+    assert any("in line 32 says that a zero was set anew" in note for note in table.notes)
+    seen = observe(table)
+    assert not np.any(seen.used[:30])
+    assert np.any(seen.used[30:])
+
+
+@pytest.mark.parametrize(("column", "names"), [("capacitance zeroed", HEADS), ("zero", (HEADS[0], HEADS[3]))])
+def test_a_capacitance_that_was_zeroed_is_refused_with_the_line_of_the_remark(
+    tmp_path: Path, column: str, names: Sequence[str]
+) -> None:
+    path = tmp_path / "press.csv"
+    by_name = dict(zip(HEADS, (texts(c, n) for c, n in zip((T, X, F, C), (2, 4, 3, 3), strict=True)), strict=True))
+    remarks = [column if r == 20 else "" for r in range(T.size)]
+    lines = lines_of([*names, "Comment"], [*(by_name[n] for n in names), remarks])[0]
+    path.write_text("\n".join(lines) + "\n")
+    with pytest.raises(InputError, match="another zero from there on") as caught:
+        read_lab_file(path)
+    assert [fault.line for fault in caught.value.faults] == [22]
+
+
+def test_a_line_that_says_tare_without_a_mark_of_comments_is_refused_with_a_way_out_that_keeps_what_it_says(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "press.csv"
+    lines = lines_of(HEADS, [texts(c, n) for c, n in zip((T, X, F, C), (2, 4, 3, 3), strict=True)])[0]
+    path.write_text("\n".join([*lines[:31], "TARE", *lines[31:]]) + "\n")
+    with pytest.raises(InputError, match="write # before it"):
+        read_lab_file(path)
+    path.write_text("\n".join([*lines[:31], "# TARE", *lines[31:]]) + "\n")
+    assert read_lab_file(path).zeroed["force"] == (30,)

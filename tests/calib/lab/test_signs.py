@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from calib.errors import InputError
-from calib.lab.instruments import LabTable
+from calib.lab.instruments import LabTable, read_lab_file
 from calib.lab.observations import Observations, observe
 from calib.lab.resets import resets_of
 from calib.lab.shape import shape_of
@@ -339,3 +339,15 @@ def test_a_force_that_leaves_and_comes_back_as_the_ball_goes_one_way_shows_no_di
     force = np.asarray(np.where(STEPS < 30, 0.1 * STEPS, 3.0 - 0.35 * (STEPS - 30)), dtype=np.float64)
     with pytest.raises(InputError, match="it cannot be told which way compression is"):
         observe(table({"time": CLOCK, "displacement": PLACE, "force": force}))
+
+
+def test_a_record_that_starts_pressed_shows_compression_or_its_sign_is_refused(tmp_path: Path) -> None:
+    # A press of a tester that writes compression negative and was not zeroed, cut soon after it began.
+    rows = np.arange(36)
+    x = -2.047 - 0.0034 * np.clip(rows - 4, 0, None)
+    f = -4.3 - 0.84 * (rows / 35) ** 0.6
+    path = tmp_path / "press.csv"
+    cells = "".join(f"{0.02 * r:.2f},{a:.5f},{b:.5f}\n" for r, a, b in zip(rows, x, f, strict=True))
+    path.write_text("Time (s),Extension (mm),Load (N)\n" + cells)
+    with pytest.raises(InputError, match="cannot be told which way compression is"):
+        observe(read_lab_file(path))
