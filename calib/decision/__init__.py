@@ -22,11 +22,13 @@ from calib.decision.recommendation import INTERVAL_PROBABILITY, OfModel, Recomme
 from calib.decision.record import recommendation_from_json, recommendation_to_json
 from calib.decision.requirement import Requirement
 from calib.decision.specified import conform, recommend_for
+from calib.decision.views import LIMITED_HERE, Landscape, View, landscape
 from calib.decision.words import percent
 
 __all__ = [
     "INTERVAL_PROBABILITY",
     "LEVEL",
+    "LIMITED_HERE",
     "N_ROW",
     "WIDTH_IN_SD",
     "Built",
@@ -37,6 +39,7 @@ __all__ = [
     "ForceTable",
     "Gripper",
     "GripperTables",
+    "Landscape",
     "Measurement",
     "Needed",
     "NextMeasurements",
@@ -44,9 +47,11 @@ __all__ = [
     "Recommendation",
     "Requirement",
     "Status",
+    "View",
     "WorkingPoint",
     "conform",
     "invert",
+    "landscape",
     "largest_force",
     "next_measurements",
     "next_to_json",
