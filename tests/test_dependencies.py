@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
+import subprocess
 import sys
 import tomllib
 from collections.abc import Iterator
@@ -20,6 +21,8 @@ OWN = {"calib", "models"}
 
 #: Requirements whose module has another name.
 MODULE = {"scikit-learn": "sklearn"}
+#: Rooms that are of an extra as a whole, and loaded only by who asks for them.
+ROOMS = ("calib/serve",)
 #: Modules that another requirement brings along by the same project.
 OF_THE_SAME_PROJECT = {"vtkmodules": "vtk"}
 
@@ -87,16 +90,30 @@ def test_what_is_required_is_imported(imports: list[Import]) -> None:
 
 
 def test_an_extra_is_imported_only_when_it_is_asked_for(imports: list[Import]) -> None:
-    early = [f"{found.place} imports {found.module}" for found in imports if found.module in OPTIONAL and not found.lazy]
+    early = [
+        f"{found.place} imports {found.module}"
+        for found in imports
+        if found.module in OPTIONAL and not found.lazy and not found.place.startswith(ROOMS)
+    ]
     assert not early, "import it inside the function that needs it, and say there which extra installs it"
     assert not REQUIRED & OPTIONAL
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_a_room_of_an_extra_is_loaded_only_when_it_is_asked_for(room: str) -> None:
+    package = room.replace("/", ".")
+    code = f"import sys, {package}, calib.cli; assert not [m for m in {sorted(OPTIONAL)} if m in sys.modules]"
+    subprocess.run([sys.executable, "-c", code], check=True)
 
 
 def test_every_requirement_has_a_lower_bound_and_a_version_in_the_constraints() -> None:
     lines = (ROOT / "constraints.txt").read_text().splitlines()
     pinned = {module_of(line) for line in lines if "==" in line}
     extras = PROJECT["optional-dependencies"]
-    for requirement in (*PROJECT["dependencies"], *extras["test"], *extras["cluster"], *extras["docs"], *extras["view"]):
+    for requirement in (
+        *PROJECT["dependencies"],
+        *(line for name in ("test", "cluster", "docs", "serve", "view") for line in extras[name]),
+    ):
         assert ">=" in requirement
         assert module_of(requirement) in pinned, f"add {requirement} to constraints.txt"
 

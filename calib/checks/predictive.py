@@ -158,7 +158,11 @@ def band(values: FloatArray) -> FloatArray:
     The draws are along the first axis; the result has the shape (5, ...), nan where more than 5 % of the draws are nan.
     """
     missing = np.mean(np.isnan(values), axis=0) > UNCOVERED_SHARE
-    quantiles = np.nanquantile(np.where(missing, 0.0, values), BAND_LEVELS, axis=0)
+    filled = np.where(missing, 0.0, values)
+    some = np.any(np.isnan(filled), axis=0)
+    quantiles = np.empty((len(BAND_LEVELS), *some.shape))
+    quantiles[:, ~some] = np.quantile(filled[:, ~some], BAND_LEVELS, axis=0)  # nanquantile goes column by column
+    quantiles[:, some] = np.nanquantile(filled[:, some], BAND_LEVELS, axis=0)
     return np.asarray(np.where(missing, np.nan, quantiles), dtype=float)
 
 

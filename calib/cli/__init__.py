@@ -28,6 +28,7 @@ from calib.cli import (
     refine,
     runs,
     schema,
+    serve,
     simulate,
     surrogate,
     verify,
@@ -105,6 +106,7 @@ app.command("doctor", rich_help_panel=_FROM_LAB)(doctor.doctor)
 app.command("example", rich_help_panel=_FROM_LAB)(example.example)
 app.command("init", rich_help_panel=_FROM_LAB)(lab.init)
 app.command("read", rich_help_panel=_FROM_LAB)(lab.read)
+app.command("serve", rich_help_panel=_FROM_LAB)(serve.serve)
 app.command("schema", rich_help_panel=_FROM_LAB)(schema.schema)
 app.command("unknowns", rich_help_panel=_FROM_LAB)(lab.unknowns)
 app.command("check", rich_help_panel=_CALIBRATION)(check.check)

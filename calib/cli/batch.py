@@ -15,7 +15,6 @@ from calib.cli.common import (
     RunFolder,
     Strict,
     counting,
-    duration,
     err,
     exit_by,
     loaded,
@@ -76,7 +75,7 @@ def batch(
     into = folder.absolute().with_name(f"{folder.absolute().name}_batch") if output is None else output
     with refusing_bad_input():
         from calib.experiment import read_specification
-        from calib.report import status_in_words
+        from calib.report import duration_in_words, status_in_words
         from calib.runs import NotUsableError, batch_in
         from calib.workers import workers
 
@@ -86,7 +85,7 @@ def batch(
         def planned(missing: int, n: int, seconds: float) -> None:
             kept = f", {n - missing} of them kept" if missing < n else ""
             spread = min(processes or os.cpu_count() or 1, max(missing, 1))
-            left = f"; the rest will take about {duration(missing * seconds / spread)}" if missing else ""
+            left = f"; the rest will take about {duration_in_words(missing * seconds / spread)}" if missing else ""
             say(f"{n} specimen{'s' if n != 1 else ''}{kept}{left}.")
 
         try:

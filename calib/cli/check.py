@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from calib.cli.common import BAD_INPUT, NOT_USABLE, duration, out, refusing_bad_input, say, say_verdict, table
+from calib.cli.common import BAD_INPUT, NOT_USABLE, out, refusing_bad_input, say, say_verdict, table
 from calib.cli.stopping import when_stopped
 from calib.errors import in_shell_path
 from calib.regular import require_shown
@@ -16,12 +16,6 @@ from calib.regular import require_shown
 if TYPE_CHECKING:
     from calib.checks import Outlook, Range
     from calib.runs import Check
-
-_STATUS = {
-    "green": "Green: nothing speaks against calibrating this.",
-    "amber": "Amber: something is doubtful. Look at it first; the calibration will say so, too.",
-    "red": "Red: do not calibrate this before it is put right.",
-}
 
 
 def check(
@@ -62,8 +56,9 @@ def check(
 
 
 def _say(found: Check, path: Path) -> None:
-    colour = found.verdict.colour
-    say_verdict(found.verdict, _STATUS[colour])
+    from calib.report import check_status_in_words, duration_in_words
+
+    say_verdict(found.verdict, check_status_in_words(found.verdict))
     if found.ranges:
         _say_ranges(found.ranges)
     if found.outlook is None:
@@ -71,9 +66,9 @@ def _say(found: Check, path: Path) -> None:
     else:
         _say_outlook(found.outlook)
     if found.seconds is not None:
-        low, high = (duration(seconds) for seconds in found.seconds)
+        low, high = (duration_in_words(seconds) for seconds in found.seconds)
         say(f"A calibration will take about {low} to {high}.")
-    if colour == "green":
+    if found.verdict.colour == "green":
         say(f"Next: calib calibrate {in_shell_path(path)} -o RUN")
 
 

@@ -310,17 +310,6 @@ def telling(folder: Path) -> Iterator[None]:
         _refuse([f"standard output: {reason}. All results are written: calib report {in_shell_path(folder)}"], NO_PAGE)
 
 
-def duration(seconds: float) -> str:
-    """A time in words, as exact as an estimate deserves.
-
-    >>> duration(17.0), duration(130.0), duration(9000.0)
-    ('20 s', '2 min', '2.5 h')
-    """
-    if seconds < 90:
-        return f"{max(10, round(seconds / 10) * 10)} s"
-    return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"
-
-
 @contextmanager
 def counting() -> Iterator[Callable[[str, int, int], None]]:
     """Show progress on stderr, if that is a terminal; gives a function of what is counted, how many are done, of how many."""

@@ -142,6 +142,10 @@ def init(
     output: Annotated[Path, typer.Option("-o", "--output", help="The experiment file to write; never overwritten.")] = Path(
         "experiment.toml"
     ),
+    said: Annotated[
+        Path | None,
+        typer.Option(help='TOML file of how files are to be read: [files."press.csv"] with the keys that an experiment has.'),
+    ] = None,
 ) -> None:
     """Write a commented experiment file for a set of lab files.
 
@@ -160,12 +164,13 @@ def init(
     Exit codes: 0 written; 2 a file that was named was not understood, no file was, or the experiment file exists.
     """
     with refusing_bad_input():
-        from calib.experiment import MARK, experiment_text, look_through, pair
+        from calib.experiment import MARK, experiment_text, look_through, pair, read_said
 
         if output.exists():
             raise InputError(Fault("the file exists and is not overwritten", output, advice="Choose another -o"))
         require_writable(output, "Create it, or choose another -o")
-        looked, own = look_through(paths)
+        of_files = {} if said is None else {p: (s.reading, s.use) for p, s in read_said(said).items()}
+        looked, own = look_through(paths, of_files)
         faults = [fault for file in looked if file.named for fault in file.faults]
         records = [record for file in looked for record in file.records]
         if faults or not records:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from calib.cli.cluster import Scheduler, executor_of
-from calib.cli.common import Processes, Strict, counting, duration, exit_by, out, refusing_bad_input, say, say_verdict, table
+from calib.cli.common import Processes, Strict, counting, exit_by, out, refusing_bad_input, say, say_verdict, table
 from calib.cli.stopping import when_stopped
 
 if TYPE_CHECKING:
@@ -58,13 +58,14 @@ def prove(
     SIGTERM, what was done is kept.
     """
     with refusing_bad_input():
+        from calib.report import duration_in_words
         from calib.runs import prove as make
 
         def planned(n: int, seconds: float) -> None:
             spread = processes or os.cpu_count() or 1
             if n and scheduler is None:
                 on = "one processor" if spread == 1 else f"{spread} processors"
-                say(f"{n} replicates will take about {duration(n * seconds / spread)} on {on}.")
+                say(f"{n} replicates will take about {duration_in_words(n * seconds / spread)} on {on}.")
 
         with (
             executor_of(processes, scheduler) as executor,

@@ -34,12 +34,14 @@ from calib.decision.record import recommendation_from_json, recommendation_to_js
 from calib.decision.requirement import Requirement
 from calib.decision.specified import conform, recommend_for
 from calib.decision.trend import Trend
+from calib.decision.views import LIMITED_HERE, Landscape, View, landscape
 from calib.decision.words import percent
 
 __all__ = [
     "DRIFTING",
     "INTERVAL_PROBABILITY",
     "LEVEL",
+    "LIMITED_HERE",
     "N_ROW",
     "WIDTH_IN_SD",
     "AsBuilt",
@@ -54,6 +56,7 @@ __all__ = [
     "GripperTables",
     "Inspected",
     "Inspection",
+    "Landscape",
     "Measurement",
     "Needed",
     "NextMeasurements",
@@ -64,6 +67,7 @@ __all__ = [
     "Risks",
     "Status",
     "Trend",
+    "View",
     "WorkingPoint",
     "conform",
     "expected_of",
@@ -71,6 +75,7 @@ __all__ = [
     "inspected_from_plain",
     "inspected_to_plain",
     "invert",
+    "landscape",
     "largest_force",
     "next_measurements",
     "next_to_json",

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import astuple, dataclass
 
 import numpy as np
 
@@ -16,6 +17,17 @@ from models.sensor import FloatArray
 MARGIN = 1.1
 
 
+@dataclass(frozen=True)
+class Measured:
+    """One press of the data at the medians: true force [N], depth, padding, sensor with padding, radius of the ball [m]."""
+
+    force: float
+    depth: float
+    padding: float
+    total: float
+    ball: float
+
+
 def beyond_the_measured(
     posterior: Posterior, force: float, padding: float, depth: float, ball: float, what: str = "the advice is for"
 ) -> Iterator[Reason]:
@@ -24,13 +36,26 @@ def beyond_the_measured(
     Parameters
     ----------
     posterior : of the calibration, with its sweeps.
+    force, padding, depth, ball, what : as in `beyond`.
+    """
+    yield from beyond(measured_presses(posterior), force, padding, depth, ball, what)
+
+
+def beyond(
+    presses: Sequence[Measured], force: float, padding: float, depth: float, ball: float, what: str = "the advice is for"
+) -> Iterator[Reason]:
+    """The same for presses that are known already.
+
+    Parameters
+    ----------
+    presses : of the data.
     force : that is predicted for [N].
     padding : thickness that is predicted for [m].
     depth : that the ball sinks in there [m].
     ball : radius [m].
     what : asks for that, in words.
     """
-    forces, depths, paddings, totals, balls = (np.array(column) for column in zip(*_presses(posterior), strict=True))
+    forces, depths, paddings, totals, balls = (np.array(column) for column in zip(*map(astuple, presses), strict=True))
     total = padding + float(np.median(totals - paddings))
     found = []
     if force > MARGIN * np.max(forces):
@@ -54,17 +79,17 @@ def beyond_the_measured(
 
 def largest_force(posterior: Posterior) -> float:
     """The largest true force [N] of all presses that a posterior rests on, at its medians."""
-    return max(press[0] for press in _presses(posterior))
+    return max(press.force for press in measured_presses(posterior))
 
 
-def _presses(posterior: Posterior) -> list[tuple[float, float, float, float, float]]:
+def measured_presses(posterior: Posterior) -> list[Measured]:
+    """Every press that a posterior rests on, at its medians."""
     middle = {name: np.array([s.median]) for name, s in posterior.diagnostics.parameters.items()}
     middle |= {name: np.array([value]) for name, value in posterior.fixed.items()}
     return [_press(posterior, middle, sweep) for sweep in posterior.sweeps]
 
 
-def _press(posterior: Posterior, middle: Mapping[str, FloatArray], sweep: Sweep) -> tuple[float, float, float, float, float]:
-    """Largest true force [N] and depth [m] of a sweep, its padding, total thickness and ball [m], at medians."""
+def _press(posterior: Posterior, middle: Mapping[str, FloatArray], sweep: Sweep) -> Measured:
 
     def value(name: str, otherwise: float) -> float:
         found = lookup(middle, name, sweep.specimen, sweep.name)
@@ -80,4 +105,4 @@ def _press(posterior: Posterior, middle: Mapping[str, FloatArray], sweep: Sweep)
     reading = max((float(np.max(r)) for r in readings), default=0.0)
     depth = reading - value("contact_offset", reading) - value("machine_compliance", 0.0) * force
     sensor, padding = (float(np.asarray(layer.thickness).flat[0]) for layer in (design.sensor, design.padding))
-    return force, max(depth, 0.0), padding, sensor + padding, sweep.indenter_radius
+    return Measured(force, max(depth, 0.0), padding, sensor + padding, sweep.indenter_radius)

@@ -156,7 +156,7 @@ def recommend(
 
 @dataclass(frozen=True, eq=False)
 class _AtPadding:
-    """Prediction at one force and one padding thickness, arrays (n_draw,)."""
+    """Prediction at one padding thickness, arrays (n_draw,) at one force, or (n_draw, n_load) at several."""
 
     change: FloatArray
     sd: FloatArray  # of the change, from the model's own error and discrepancy
@@ -170,13 +170,32 @@ class _AtPadding:
 
 
 def _at_padding(part: Part, thickness: Scalar, force: float) -> _AtPadding:
+    at = at_loads(part, thickness, np.array([force]))
+    return _AtPadding(at.change[:, 0], at.sd[:, 0], at.depth[:, 0], at.sensitivity[:, 0], at.reach)
+
+
+def at_loads(part: Part, thickness: Scalar, force: FloatArray) -> _AtPadding:
+    """Predict what the sensors of a model do on padding of one thickness under several loads.
+
+    Parameters
+    ----------
+    part : draws of one model.
+    thickness : [m], one for all or (n_draw,); where pads are not cast as wanted it is what was wanted.
+    force : [N], (n_load,).
+
+    Returns
+    -------
+    Arrays of shape (n_draw, n_load), `reach` (n_draw,).
+    """
     design, own = with_padding(part.base, thickness if part.cast is None else thickness * part.cast), part.own
-    p: DesignPrediction = predict_design(part.member.forward, design, np.array([force]))
-    change, slope, error = p.change[:, 0], p.change_slope[:, 0], p.change_error[:, 0]
+    p: DesignPrediction = predict_design(part.member.forward, design, force)
+    change, slope, error = p.change, p.change_slope, p.change_error
     # Discrepancy of the force at given depth moves the depth at given force, and with it the capacitance.
-    sd = np.sqrt(error**2 + (own.capacitance_discrepancy * change) ** 2 + (slope * own.force_discrepancy * force) ** 2)
-    rise = np.maximum(slope, 0.0) * p.rest_capacitance  # dC/dF [F/N]; nan stays nan
-    return _AtPadding(change, sd, p.depth[:, 0], rise / np.maximum(own.noise, 1e-30), p.reach)
+    sd = np.sqrt(
+        error**2 + (own.capacitance_discrepancy[:, None] * change) ** 2 + (slope * own.force_discrepancy[:, None] * force) ** 2
+    )
+    rise = np.maximum(slope, 0.0) * p.rest_capacitance[:, None]  # dC/dF [F/N]; nan stays nan
+    return _AtPadding(change, sd, p.depth, rise / np.maximum(own.noise, 1e-30)[:, None], p.reach)
 
 
 def _along_all(parts: Sequence[Part], grid: FloatArray, force: float) -> Iterator[tuple[int, _AtPadding]]:

@@ -2,9 +2,10 @@
 
 from calib.experiment.bench import PRESSES, READINGS, Bench, read_bench
 from calib.experiment.design import read_design
-from calib.experiment.draft import experiment_text
-from calib.experiment.edits import MARK, Unedited, unedited_in_words
+from calib.experiment.draft import experiment_text, quoted_text
+from calib.experiment.edits import MARK, Unedited, unedited_in_words, unedited_lines
 from calib.experiment.experiment_file import experiment_from, read_experiment
+from calib.experiment.folder import walk, written_by_calib
 from calib.experiment.forward import forward_of_design, forward_of_experiment, require_use_of, surrogate_from
 from calib.experiment.lab_files import Found, Looked, look_through
 from calib.experiment.laboratory import Instrument, Laboratory, keys_of
@@ -13,6 +14,7 @@ from calib.experiment.pairing import pair
 from calib.experiment.plan import Experiment, MaterialLaw, Specimen, SweepFiles
 from calib.experiment.presses import Press, Pressed
 from calib.experiment.record import experiment_from_json, experiment_to_json
+from calib.experiment.said import Said, read_said, said_toml
 from calib.experiment.schema import design_schema, experiment_schema, specification_schema
 from calib.experiment.specification import (
     LIMITED,
@@ -27,6 +29,7 @@ from calib.experiment.specification import (
 )
 from calib.experiment.specification_file import read_specification, specification_from
 from calib.experiment.sweeps import read_sweeps
+from calib.experiment.toml_places import KeyPath, locate_keys
 from calib.experiment.variants import AS_GIVEN, Variant, candidates_of, model_in_words, possible_candidates, variants_of
 from calib.experiment.written import experiment_toml, prior_toml
 
@@ -40,6 +43,7 @@ __all__ = [
     "Experiment",
     "Found",
     "Instrument",
+    "KeyPath",
     "Laboratory",
     "Limit",
     "Limited",
@@ -48,6 +52,7 @@ __all__ = [
     "MaterialLaw",
     "Press",
     "Pressed",
+    "Said",
     "Side",
     "Specification",
     "Specimen",
@@ -67,6 +72,7 @@ __all__ = [
     "forward_of_experiment",
     "keys_of",
     "limited_in_words",
+    "locate_keys",
     "look_through",
     "lot_prior",
     "model_in_words",
@@ -75,17 +81,23 @@ __all__ = [
     "pair",
     "possible_candidates",
     "prior_toml",
+    "quoted_text",
     "read_bench",
     "read_design",
     "read_experiment",
+    "read_said",
     "read_specification",
     "read_sweeps",
     "require_use_of",
+    "said_toml",
     "specification_from",
     "specification_from_plain",
     "specification_schema",
     "spread_prior",
     "surrogate_from",
     "unedited_in_words",
+    "unedited_lines",
     "variants_of",
+    "walk",
+    "written_by_calib",
 ]

@@ -5,13 +5,14 @@ from __future__ import annotations
 import os
 import textwrap
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import fields
 from pathlib import Path
 
 from calib.errors import Choice
 from calib.experiment.edits import GUESSES, MARK
 from calib.experiment.lab_files import Found, Looked, said
 from calib.experiment.presses import Press, Pressed
-from calib.lab import Reading
+from calib.lab import FIRST_LOADING, Reading, Use
 
 #: Width of a comment.
 _WIDTH = 120
@@ -119,6 +120,9 @@ def _press(press: Press, folder: Path) -> list[str]:
         lines += _entry("capacitance", capacitance, folder) if same else _file("capacitance", capacitance, folder)
     if force is None and capacitance is not None and not {"force", "displacement"} & set(capacitance.table.columns):
         lines.append(f'# force = "..."   {MARK} the force file of the same press; nothing ties this capacitance to a depth')
+    uses = [record.use for record in (force, capacitance) if record is not None and record.use != FIRST_LOADING]
+    if uses:
+        lines.append(f"use = {{ {', '.join(use_words(uses[0]))} }}")
     return lines
 
 
@@ -185,6 +189,22 @@ def reading_words(reading: Reading) -> list[str]:
         words.append(f"specimen = {reading.specimen}")
     texts = {"sheet": reading.sheet, "scale": reading.scale, "decimal": reading.decimal}
     return words + [f"{key} = {quoted_text(text)}" for key, text in texts.items() if text]
+
+
+def use_words(use: Use) -> list[str]:
+    """What is said of the part of a press that is used, as keys of its table in an experiment file."""
+    words = {"max_force": ("N", 1.0), "max_depth": ("mm", 1e3)}
+    said = []
+    for field in fields(use):
+        value = getattr(use, field.name)
+        if value == field.default:
+            continue
+        if field.name in words:
+            unit, scale = words[field.name]
+            said.append(f'{field.name} = "{value * scale:.12g} {unit}"')
+        else:
+            said.append(f"{field.name} = {quoted_text(value) if isinstance(value, str) else list(value)}")
+    return said
 
 
 def _key(name: str) -> str:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from calib.errors import Choice, Fault, InputError
 from calib.experiment.folder import walk, written_by_calib
-from calib.lab import AS_FOUND, LabTable, Reading, observe, read_lab_file
+from calib.lab import AS_FOUND, FIRST_LOADING, LabTable, Reading, Use, observe, read_lab_file
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,6 +25,7 @@ class Found:
     open : refusals of the file that its user must answer by a choice, in the order in which they came.
     notes : choices made while reading, one sentence each; none if something is open.
     folder : of the file, relative to the folder that was looked through; "" if it lies there or was named itself.
+    use : which part of the press is used, where that was said.
     """
 
     table: LabTable
@@ -31,6 +33,7 @@ class Found:
     open: tuple[Fault, ...] = ()
     notes: tuple[str, ...] = ()
     folder: str = ""
+    use: Use = FIRST_LOADING
 
     @property
     def title(self) -> str:
@@ -92,12 +95,15 @@ class Looked:
     faults: tuple[Fault, ...] = ()
 
 
-def look_through(paths: Iterable[Path]) -> tuple[list[Looked], list[Path]]:
+def look_through(
+    paths: Iterable[Path], said_of: Mapping[Path, tuple[Reading, Use]] = MappingProxyType({})
+) -> tuple[list[Looked], list[Path]]:
     """Look at every file that is named or lies in a folder that is named, at any depth, whatever its ending.
 
     Parameters
     ----------
     paths : files and folders.
+    said_of : absolute path of a file -> what is said of how it is read, and of the part of it that is used.
 
     Raises
     ------
@@ -115,7 +121,7 @@ def look_through(paths: Iterable[Path]) -> tuple[list[Looked], list[Path]]:
     own: list[Path] = []
     for path in given:
         if path in named:
-            looked.append(_look(path, path.name, "", named=True))
+            looked.append(_look(path, path.name, "", said_of, named=True))
             continue
         inside = [entry for entry in walk(path) if entry[0] not in named]
         if not inside:
@@ -128,16 +134,17 @@ def look_through(paths: Iterable[Path]) -> tuple[list[Looked], list[Path]]:
                 looked.append(Looked(file, shown, left_out=(reason,)))
             else:
                 folder = file.relative_to(path).parent
-                looked.append(_look(file, shown, "" if folder == Path() else folder.as_posix(), named=False))
+                looked.append(_look(file, shown, "" if folder == Path() else folder.as_posix(), said_of, named=False))
     return _with_copies_noted(looked), own
 
 
-def _look(path: Path, shown: str, folder: str, *, named: bool) -> Looked:
+def _look(path: Path, shown: str, folder: str, said_of: Mapping[Path, tuple[Reading, Use]], *, named: bool) -> Looked:
+    reading, use = said_of.get(path.absolute(), (AS_FOUND, FIRST_LOADING))
     try:
-        records, left_out = _records(path, AS_FOUND, AS_FOUND, ())
+        records, left_out = _records(path, reading, reading, ())
     except InputError as error:
         return Looked(path, shown, (), (error.faults[0].message,), named=named, faults=error.faults)
-    return Looked(path, shown, tuple(replace(r, folder=folder) for r in records), left_out, named=named)
+    return Looked(path, shown, tuple(replace(r, folder=folder, use=use) for r in records), left_out, named=named)
 
 
 #: Alternatives of a choice that are tried until one can be read.

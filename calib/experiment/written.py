@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import fields
 from pathlib import Path
 
 from calib.catalogue import QUANTITIES
-from calib.experiment.draft import quoted_text, reading_words, relative_name
+from calib.experiment.draft import quoted_text, reading_words, relative_name, use_words
 from calib.experiment.edits import MARK
 from calib.experiment.laboratory import LABORATORY, Laboratory, keys_of
 from calib.experiment.plan import Experiment, Specimen, SweepFiles
-from calib.lab import Reading, Use
+from calib.lab import Reading
 from calib.priors import Fixed, HalfNormal, LogNormal, Normal, Prior, TruncatedNormal, Uniform
 
 #: What a note stands above: an unknown of all specimens ("", name), one of a specimen (its name, name), or a sweep (the name of
@@ -144,7 +143,7 @@ def _sweep(e: Experiment, specimen: Specimen, sweep: SweepFiles, folder: Path, n
     ):
         if path is not None:
             lines.append(f"{key} = {_file(path, how, folder)}")
-    if said := _use(sweep.use):
+    if said := use_words(sweep.use):
         lines.append(f"use = {{ {', '.join(said)} }}")
     return lines
 
@@ -153,18 +152,3 @@ def _file(path: Path, how: Reading, folder: Path) -> str:
     name = quoted_text(relative_name(path, folder))
     said = reading_words(how)
     return f"{{ file = {name}, {', '.join(said)} }}" if said else name
-
-
-def _use(use: Use) -> list[str]:
-    words = {"max_force": ("N", 1.0), "max_depth": ("mm", 1e3)}
-    said = []
-    for field in fields(use):
-        value = getattr(use, field.name)
-        if value == field.default:
-            continue
-        if field.name in words:
-            unit, scale = words[field.name]
-            said.append(f'{field.name} = "{value * scale:.12g} {unit}"')
-        else:
-            said.append(f"{field.name} = {quoted_text(value) if isinstance(value, str) else list(value)}")
-    return said

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from calib.report.rows import FirstRow, ParameterRow, first_rows, learned_in_words, pair_rows, parameter_rows
     from calib.report.sections.average import averaged_models, modulus_share, weighting_in_words
     from calib.report.sheet import certificate_page
-    from calib.report.status import status_in_words
+    from calib.report.status import check_status_in_words, duration_in_words, status_in_words
     from calib.report.summary import summary_csv, summary_json
 
 __all__ = [
@@ -67,6 +67,7 @@ __all__ = [
     "change_figure",
     "channel_figure",
     "check_in_words",
+    "check_status_in_words",
     "conformity_figure",
     "corner_figure",
     "crate_json",
@@ -75,6 +76,7 @@ __all__ = [
     "dcc_gaps",
     "dcc_xml",
     "difference_figure",
+    "duration_in_words",
     "file_figure",
     "find_browser",
     "first_rows",
@@ -139,7 +141,7 @@ __getattr__ = on_demand(
         ".rows": ("FirstRow", "ParameterRow", "first_rows", "learned_in_words", "pair_rows", "parameter_rows"),
         ".sections.average": ("averaged_models", "modulus_share", "weighting_in_words"),
         ".sheet": ("certificate_page",),
-        ".status": ("status_in_words",),
+        ".status": ("check_status_in_words", "duration_in_words", "status_in_words"),
         ".summary": ("summary_csv", "summary_json"),
     },
 )

@@ -22,26 +22,33 @@ if TYPE_CHECKING:
     from calib.runs.figures import figures_in
     from calib.runs.folder import PageError, Run, load_recommendation, load_run, recommend_in, report_in
     from calib.runs.integrity import verify
+    from calib.runs.listing import RESULTS
     from calib.runs.measurements import asked_before, next_in
+    from calib.runs.ownership import owned, owner_of
     from calib.runs.preview import quick
+    from calib.runs.progress import Look, RunState, Told, run_state
     from calib.runs.proof import prove
     from calib.runs.refinement import Means, Refinement, refine
     from calib.runs.rivals import Rivalry, calibrate_rivals
 
 __all__ = [
     "AVERAGE",
+    "RESULTS",
     "STAGES",
     "Calibration",
     "Check",
     "Examined",
     "Finding",
+    "Look",
     "Means",
     "NotUsableError",
     "PageError",
     "Refinement",
     "Rivalry",
     "Run",
+    "RunState",
     "Stages",
+    "Told",
     "Watch",
     "asked_before",
     "average_runs",
@@ -58,11 +65,14 @@ __all__ = [
     "load_recommendation",
     "load_run",
     "next_in",
+    "owned",
+    "owner_of",
     "prove",
     "quick",
     "recommend_in",
     "refine",
     "report_in",
+    "run_state",
     "verify",
     "verify_batch",
 ]
@@ -115,7 +125,15 @@ __getattr__ = on_demand(
             "asked_before",
             "next_in",
         ),
+        ".listing": ("RESULTS",),
+        ".ownership": ("owned", "owner_of"),
         ".preview": ("quick",),
+        ".progress": (
+            "Look",
+            "RunState",
+            "Told",
+            "run_state",
+        ),
         ".proof": ("prove",),
         ".refinement": (
             "Means",

@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 import shutil
 import time
-from collections.abc import Callable
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -34,6 +34,7 @@ from calib.runs.listing import CHECKPOINT, LISTING, MEMBERS, Listing, inputs_of,
 from calib.runs.members import SURROGATE_FILE
 from calib.runs.ownership import is_bare, owned, owner_of
 from calib.runs.preview import first_answer_of, problem_of
+from calib.runs.progress import Teller, telling
 from calib.sampling import (
     FirstAnswer,
     Identity,
@@ -202,7 +203,7 @@ def calibrate(
             attrs[SURROGATE_FILE] = str(surrogate.absolute())
         inputs = inputs_of(folder, plan, sweeps, None if surrogate is None else surrogate.absolute())
         doing = command or "calib.calibrate"
-        with owned(folder, doing):
+        with owned(folder, doing), telling(folder) as teller:
             _check_folder(folder, resume)  # another process may have begun or ended a run there
             known, seed = _begun(folder, seed) if resume else (None, DEFAULT_SEED if seed is None else seed)
             mine = identity_of(problem, seed)
@@ -216,6 +217,7 @@ def calibrate(
                 listing = replace(listing, commands=with_command(known, doing).commands)
                 write_listing(folder, replace(known, commands=listing.commands))
             first = first_answer_of(problem) if plausible is None or plausible.first is None else plausible.first
+            watch = _also(watch, teller)
             watch.first_answer(first)
             watch.stage("other models")
             elsewhere = stages.look_elsewhere(problem, first, crew if crew.processes else None)
@@ -247,6 +249,31 @@ def calibrate(
                     posterior = stages.reweight(posterior, forward, reweight, executor, progress=told)
                 run, page_error = write_run(folder, posterior, forward, listing, doing, stages.page, drawing)
     return Calibration(run, page_error)
+
+
+def _also(watch: Watch, teller: Teller) -> Watch:
+    """Show how far a calibration is, and let the folder of the run tell it, too."""
+
+    def stage(name: str) -> None:
+        watch.stage(name)
+        teller.stage(name)
+
+    def first_answer(first: FirstAnswer | None) -> None:
+        watch.first_answer(first)
+        teller.first_answer(first)
+
+    @contextmanager
+    def sampling() -> Iterator[Callable[[Progress], None]]:
+        with watch.sampling() as shown:
+
+            def told(p: Progress) -> None:
+                if shown is not None:
+                    shown(p)
+                teller.sampling(p)
+
+            yield told
+
+    return replace(watch, stage=stage, first_answer=first_answer, sampling=sampling)
 
 
 def _check_folder(folder: Path, resume: bool) -> None:

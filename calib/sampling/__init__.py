@@ -11,7 +11,8 @@ from calib.lazy import on_demand
 
 if TYPE_CHECKING:
     from calib.sampling.archive import K_HAT, LeaveOut, smooth_weights
-    from calib.sampling.checkpoint import is_begun, kept_identity, whose_checkpoint
+    from calib.sampling.assess import BLOCK_STEPS
+    from calib.sampling.checkpoint import is_begun, kept_blocks, kept_identity, whose_checkpoint
     from calib.sampling.diagnostics import Convergence, Diagnostics, Gate, summarise
     from calib.sampling.estimate import Look, answer_of, climb_from, first_answer, log_evidence_at, look_at
     from calib.sampling.expected import expected_information
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
     from calib.sampling.storage import load_posterior, save_posterior
 
 __all__ = [
+    "BLOCK_STEPS",
     "ENSEMBLES",
     "FINGERPRINT",
     "K_HAT",
@@ -82,6 +84,7 @@ __all__ = [
     "identity_of",
     "is_begun",
     "joined_problem",
+    "kept_blocks",
     "kept_identity",
     "leave_out",
     "load_posterior",
@@ -109,8 +112,10 @@ __getattr__ = on_demand(
             "LeaveOut",
             "smooth_weights",
         ),
+        ".assess": ("BLOCK_STEPS",),
         ".checkpoint": (
             "is_begun",
+            "kept_blocks",
             "kept_identity",
             "whose_checkpoint",
         ),

@@ -102,6 +102,15 @@ def is_begun(path: Path) -> bool:
     return any(path.glob("ensemble-*.npz"))
 
 
+def kept_blocks(path: Path) -> int:
+    """How many blocks every ensemble has in a folder of checkpoints, by the names of files alone; 0 without any."""
+    counts: dict[str, int] = {}
+    for block in path.glob("ensemble-*-*.npz"):
+        ensemble, place = block.stem.removeprefix("ensemble-").split("-", 1)
+        counts[ensemble] = counts.get(ensemble, 0) + place.isdecimal()
+    return min(counts.values(), default=0)
+
+
 def _require_same(folder: CheckpointFolder, run: Identity) -> None:
     manifest = folder.path / _MANIFEST
     _require_this_format(manifest)

@@ -29,8 +29,9 @@ from calib.sampling.posterior import Posterior
 from models.analytic import ClosedForm
 from models.sensor import design_from
 
-# Tests of run folders import what they share by name.
-sys.path.insert(0, str(Path(__file__).parent / "runs"))
+# Tests of run folders and of pages import what they share by name.
+for room in ("runs", "serve"):
+    sys.path.insert(0, str(Path(__file__).parent / room))
 
 SHARED: dict[str, tuple[float, float, Prior]] = {
     "young_modulus": (0.62e6, 0.004e6, LogNormal(0.7e6, 1.6)),

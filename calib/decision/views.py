@@ -1,0 +1,244 @@
+"""A posterior in, what its sensors do on any padding under any load of a range, tabled once so that one can look about, out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.checks import Member, Verdict, band, judge_posterior, members_or, verdict_of
+from calib.decision.conditions import COVERED_SHARE
+from calib.decision.extrapolation import Measured, beyond, measured_presses
+from calib.decision.padding import at_loads
+from calib.decision.sensors import sensors_of, smooth_normals
+from calib.errors import Fault, InputError
+from calib.experiment import Limit
+from calib.sampling import Posterior
+from models.response import Forward
+from models.sensor import BoolArray, FloatArray
+
+#: What a limit may be on here; the strain of the dielectric takes the finite-element fields that `conform` looks up.
+LIMITED_HERE = ("signal", "force_resolution", "stroke", "height")
+
+# Loads that are tabled, closer to each other where they are small, and those through which one between them is interpolated.
+_N_LOAD, _ORDER = 33, 4
+# The smallest load that is tabled, as a share of the largest.
+_LEAST_LOAD = 0.01
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """What is seen at one load, thickness by thickness. Bands are quantiles `BAND_LEVELS`, (5, n_thickness).
+
+    What is not covered is nan.
+
+    Attributes
+    ----------
+    force : [N], the load.
+    thickness : [m], (n_thickness,).
+    covered : (n_thickness,), whether 95 % of the draws carry the load inside the model's range.
+    change, depth, resolution : [1], [m], [N], bands of signal, stroke, and force that one reading tells from noise.
+    height : [m], bands of sensor and padding together.
+    conforming : [1], (n_thickness,), probability that every limit is kept by a pad made to this thickness; nan if not covered.
+    fails : [1], (n_limit, n_thickness), probability that a limit is missed, one by one.
+    verdict : at each thickness whether it may be relied on: that of the calibration, amber at best beyond what was measured.
+    """
+
+    force: float
+    thickness: FloatArray
+    covered: BoolArray
+    change: FloatArray
+    depth: FloatArray
+    resolution: FloatArray
+    height: FloatArray
+    conforming: FloatArray
+    fails: FloatArray
+    verdict: tuple[Verdict, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Landscape:
+    """What each draw does on each thickness of padding under each load; `view` looks at it.
+
+    Arrays are of shape (n_draw, n_thickness, n_load).
+
+    Attributes
+    ----------
+    presses : of the data.
+    thickness : [m], (n_thickness,).
+    force : [N], (n_load,), ascending.
+    change, sd, depth, sensitivity : [1], its standard deviation from model and discrepancy, [m], [1/N]; nan where not carried.
+    error : standard normals, smooth along the thickness, (n_draw, n_thickness).
+    sensor : [m], thickness of each draw's sensor, (n_draw,).
+    ball : [m], radius.
+    known : verdict on the calibration.
+    """
+
+    presses: Sequence[Measured]
+    thickness: FloatArray
+    force: FloatArray
+    change: FloatArray
+    sd: FloatArray
+    depth: FloatArray
+    sensitivity: FloatArray
+    error: FloatArray
+    sensor: FloatArray
+    ball: float
+    known: Verdict
+
+    def view(self, force: float, limits: Sequence[Limit] = (), tolerance: float = 0.0) -> View:
+        """Look at one load: bands over the thickness, and how probably limits are kept.
+
+        The load is interpolated between those that are tabled; where a draw does not carry the next larger one of these, it
+        counts as not carrying it.
+
+        Parameters
+        ----------
+        force : [N], from the smallest to the largest that is tabled.
+        limits : of `LIMITED_HERE`, which hold at this load.
+        tolerance : [m], pads lie anywhere within plus or minus this of what they are made to.
+
+        Raises
+        ------
+        InputError
+            If the load is not tabled, a limit is on something else, or the tolerance is negative.
+        """
+        self._check(force, limits, tolerance)
+        change, sd, depth, sensitivity = (
+            _at_load(table, self.force, force) for table in (self.change, self.sd, self.depth, self.sensitivity)
+        )
+        signal = change + sd * self.error
+        with np.errstate(divide="ignore"):
+            resolution = 1 / sensitivity
+        height = self.sensor[:, None] + self.thickness
+        carried = np.isfinite(change)
+        covered = np.mean(carried, axis=0) >= COVERED_SHARE
+        found = {"signal": signal, "stroke": depth, "force_resolution": resolution, "height": height}
+        kept = [carried & _keeps(limit, found[limit.quantity]) for limit in limits]
+        every = np.all(kept, axis=0) if kept else carried
+        bands = {name: np.where(covered, band(values), np.nan) for name, values in found.items()}
+        fails = np.array([1 - np.mean(one, axis=0) for one in kept]).reshape(len(limits), self.thickness.size)
+        return View(
+            force=force,
+            thickness=self.thickness,
+            covered=covered,
+            change=bands["signal"],
+            depth=bands["stroke"],
+            resolution=bands["force_resolution"],
+            height=bands["height"],
+            conforming=np.where(covered, _spread(self.thickness, np.mean(every, axis=0), tolerance), np.nan),
+            fails=np.where(covered, fails, np.nan),
+            verdict=tuple(
+                self._verdict(force, float(h), float(d)) for h, d in zip(self.thickness, bands["stroke"][2], strict=True)
+            ),
+        )
+
+    def _verdict(self, force: float, thickness: float, depth: float) -> Verdict:
+        more = beyond(self.presses, force, thickness, depth if np.isfinite(depth) else 0.0, self.ball)
+        return verdict_of([*self.known.reasons, *more])
+
+    def _check(self, force: float, limits: Sequence[Limit], tolerance: float) -> None:
+        faults = []
+        if not self.force[0] <= force <= self.force[-1]:
+            message = f"the load must lie between {self.force[0]:.4g} and {self.force[-1]:.4g} N, got {force:.6g} N"
+            faults.append(Fault(message, advice="Ask for a larger range"))
+        for limit in limits:
+            if limit.quantity not in LIMITED_HERE:
+                faults.append(Fault(f"{limit.quantity} is not told here", advice="Write a specification for it"))
+        if not tolerance >= 0:
+            faults.append(Fault(f"the tolerance must not be negative, got {tolerance * 1e3:.6g} mm"))
+        if faults:
+            raise InputError(faults)
+
+
+def landscape(
+    posterior: Posterior,
+    forward: Forward,
+    *,
+    force: float,
+    lower: float,
+    upper: float,
+    n_thickness: int = 37,
+    n_draw: int = 300,
+    seed: int = 1,
+    verdict: Verdict | None = None,
+    members: Sequence[Member] = (),
+) -> Landscape:
+    """Table what a sensor like those measured, or the next one of their lot, does on every padding under every load.
+
+    It is what `recommend` goes by, for many loads at once, so that one can look about; the advice itself is that of `recommend`
+    and `conform`.
+
+    Parameters
+    ----------
+    posterior, forward : of the calibration.
+    force : [N], the largest load.
+    lower, upper : [m], range of thicknesses.
+    n_thickness : how many of that range, evenly spaced.
+    n_draw : draws of the posterior to use.
+    seed : of the choice of draws and specimens.
+    verdict : on the calibration; None to judge the posterior here, without its predictions.
+    members : the models that the posterior is an average of; none for one model.
+
+    Raises
+    ------
+    InputError
+        If the load is not positive or the range is empty.
+    """
+    if not (force > 0 and 0 <= lower < upper and n_thickness >= 3):
+        got = f"{force:.6g} N and {lower * 1e3:.6g} to {upper * 1e3:.6g} mm"
+        raise InputError(Fault(f"a landscape needs a positive load and a range of thicknesses, got {got}"))
+    rng = np.random.default_rng(seed)
+    models = members_or(members, posterior, forward)
+    parts = sensors_of(models, posterior.experiment.pooling, n_draw, None, rng, seed).parts
+    grid = np.linspace(lower, upper, n_thickness)
+    loads = force * np.linspace(np.sqrt(_LEAST_LOAD), 1.0, _N_LOAD) ** 2
+    columns: list[list[FloatArray]] = [[], [], [], []]
+    for part in parts:
+        answers = [at_loads(part, thickness, loads) for thickness in grid]
+        for column, name in zip(columns, ("change", "sd", "depth", "sensitivity"), strict=True):
+            column.append(np.stack([getattr(at, name) for at in answers], axis=1))
+    change, sd, depth, sensitivity = (np.concatenate(column) for column in columns)
+    sensor = np.concatenate([np.asarray(part.base.sensor.thickness) for part in parts])
+    return Landscape(
+        presses=measured_presses(posterior),
+        thickness=grid,
+        force=loads,
+        change=change,
+        sd=sd,
+        depth=depth,
+        sensitivity=sensitivity,
+        error=smooth_normals(float(np.median(sensor)) + grid, sensor.size, rng),
+        sensor=sensor,
+        ball=float(np.asarray(parts[0].base.indenter.radius)[0]),
+        known=judge_posterior(posterior) if verdict is None else verdict,
+    )
+
+
+def _at_load(table: FloatArray, loads: FloatArray, force: float) -> FloatArray:
+    """Interpolate a table at one load: by a polynomial where all loads about it are carried, else by a line."""
+    x = np.sqrt(loads)
+    at = np.sqrt(force)
+    cell = int(np.clip(np.searchsorted(x, at) - 1, 0, x.size - 2))
+    start = int(np.clip(cell - _ORDER // 2 + 1, 0, x.size - _ORDER))
+    own = np.arange(start, start + _ORDER)
+    weights = np.array([np.prod([(at - x[m]) / (x[k] - x[m]) for m in own if m != k]) for k in own])
+    smooth = table[..., own] @ weights
+    share = (at - x[cell]) / (x[cell + 1] - x[cell])
+    line = table[..., cell] if share <= 0 else (1 - share) * table[..., cell] + share * table[..., cell + 1]
+    return np.where(np.isfinite(smooth), smooth, line)
+
+
+def _keeps(limit: Limit, values: FloatArray) -> BoolArray:
+    """Whether each value keeps a limit; nan does not."""
+    return np.asarray(values >= limit.value if limit.side == "at_least" else values <= limit.value)
+
+
+def _spread(thickness: FloatArray, probability: FloatArray, tolerance: float) -> FloatArray:
+    """Mean of a probability over pads that lie anywhere within a tolerance; what would be thinner than nothing is nothing."""
+    if tolerance == 0:
+        return probability
+    off = tolerance * (2 * (np.arange(21) + 0.5) / 21 - 1)
+    made = np.maximum(thickness[:, None] + off, 0.0)
+    return np.asarray(np.mean(np.interp(made, thickness, probability), axis=1))

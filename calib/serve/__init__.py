@@ -1,0 +1,33 @@
+"""A folder on this machine in, a local page out in which a lab works on it: files, experiment, check, runs, padding.
+
+All state is in the folder; the page shows of every step the command that does the same. It needs the extra `serve`, and knows
+no physics and no statistics.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from calib.lazy import on_demand
+
+if TYPE_CHECKING:
+    from calib.serve.app import app_of
+    from calib.serve.security import Door
+    from calib.serve.server import serve
+    from calib.serve.workspace import Workspace, open_workspace
+
+__all__ = ["Door", "Workspace", "app_of", "open_workspace", "serve"]
+
+__getattr__ = on_demand(
+    __name__,
+    {
+        ".app": ("app_of",),
+        ".security": ("Door",),
+        ".server": ("serve",),
+        ".workspace": ("Workspace", "open_workspace"),
+    },
+)
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -1,0 +1,166 @@
+"""The second step: the experiment as a form and as the text that it writes, each with what is wrong beside it."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable
+from typing import Any
+
+from starlette.requests import Request
+from starlette.responses import JSONResponse, Response
+from starlette.routing import Route
+
+from calib.errors import Fault, InputError
+from calib.experiment import KeyPath
+from calib.priors import FORMS
+from calib.serve.commands import typed
+from calib.serve.forms import Form, changed_by, form_of_experiment
+from calib.serve.looking import experiment_tables
+from calib.serve.page import as_json, elsewhere, form_of, in_words, part, shown, space_of, working, writing
+from calib.serve.toml_text import value_at, without_mark
+from calib.serve.workspace import Workspace
+
+
+async def experiment(request: Request) -> Response:
+    """The form and the text."""
+    space = space_of(request)
+    text = await working(lambda: space.text)
+    form = await working(form_of_experiment, space) if text else Form((), (), ())
+    return shown(
+        request,
+        "experiment.html.j2",
+        text=text,
+        seen=_mark(text),
+        form=form,
+        faults=in_words(form.faults, space) if text else [],
+        forms={kind: list(names) for kind, names in FORMS.items()},
+        exists=space.experiment.exists(),
+        command=typed(["check", space.experiment.name]),
+    )
+
+
+async def fields(request: Request) -> Response:
+    """The form alone, after the text was changed."""
+    space = space_of(request)
+    form = await working(form_of_experiment, space)
+    return part(
+        "fields.html.j2",
+        form=form,
+        faults=in_words(form.faults, space),
+        forms={kind: list(names) for kind, names in FORMS.items()},
+    )
+
+
+async def state(request: Request) -> Response:
+    """What the file holds now, and what is wrong with it."""
+    return as_json(await working(_state, space_of(request)))
+
+
+class _ChangedError(Exception):
+    """What is to be changed is not what was shown any more."""
+
+
+async def put(request: Request) -> Response:
+    """Put one field's value into the file; refused if it was changed elsewhere since it was shown."""
+    space, given = space_of(request), await form_of(request)
+    at = _path(given.get("at", ""))
+
+    def changed() -> None:
+        now = json.dumps(value_at(experiment_tables(space), at))
+        if "was" in given and now != given["was"]:
+            raise _ChangedError(f"it was changed elsewhere meanwhile, to {now}: the page now shows that. Yours was not put in")
+        space.write_experiment(changed_by(space, at, given))
+
+    return await _answer(request, space, changed)
+
+
+async def mean_it(request: Request) -> Response:
+    """Take the mark EDIT off a field: what stands there is meant."""
+    space, given = space_of(request), await form_of(request)
+    line = int(given["line"]) if given.get("line", "").isdecimal() and len(given["line"]) < 9 else 0
+    return await _answer(request, space, lambda: space.write_experiment(without_mark(space.text, line)))
+
+
+async def write(request: Request) -> Response:
+    """Write the text; refused if the file was changed elsewhere since it was shown.
+
+    Raises
+    ------
+    InputError
+        If there is no text.
+    """
+    space, given = space_of(request), await form_of(request)
+    if not given.get("text", "").strip():
+        raise InputError(Fault("an experiment without a word is not written", advice="Reload the page to have it back"))
+    text = given["text"].replace("\r\n", "\n")
+
+    def written() -> None:
+        now = space.text
+        if given.get("seen") != _mark(now) and text != now:
+            raise _ChangedError(
+                "the file was changed elsewhere meanwhile: yours was not written. Copy it, then reload the page"
+            )
+        space.write_experiment(text)
+
+    return await _answer(request, space, written)
+
+
+async def _answer(request: Request, space: Workspace, change: Callable[[], None]) -> Response:
+    """Make a change, and say what the file then holds."""
+    plain = "application/json" in request.headers.get("accept", "")
+    try:
+        await writing(change)
+    except _ChangedError as changed:
+        if not plain:
+            raise InputError(Fault(str(changed))) from None
+        return JSONResponse({**await working(_state, space), "refused": str(changed)}, 409)
+    return as_json(await working(_state, space)) if plain else elsewhere("/experiment")
+
+
+def _state(space: Workspace) -> dict[str, Any]:
+    text = space.text
+    form = form_of_experiment(space)
+    return {
+        "text": text,
+        "seen": _mark(text),
+        "marked": len(form.marked),
+        "faults": in_words(form.faults, space),
+        "fields": {
+            field.name: {
+                "value": field.value,
+                "was": json.dumps(field.value),
+                "wrong": field.wrong,
+                "read": field.read,
+                "task": field.task,
+                "usual": bool(field.default),
+                "marked": field.marked,
+            }
+            for field in form.fields
+        },
+    }
+
+
+def _path(text: str) -> KeyPath:
+    try:
+        found = json.loads(text)
+    except ValueError:
+        found = None
+    if not isinstance(found, list) or not found or not all(isinstance(k, str | int) and not isinstance(k, bool) for k in found):
+        raise InputError(Fault("this is no field of the experiment", advice="Reload the page"))
+    return tuple(found)
+
+
+def _mark(text: str) -> str:
+    """By which one tells whether a text is still what was shown."""
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+ROUTES = (
+    Route("/experiment", experiment),
+    Route("/experiment/fields", fields),
+    Route("/experiment/state", state),
+    Route("/experiment/put", put, methods=["POST"]),
+    Route("/experiment/mean-it", mean_it, methods=["POST"]),
+    Route("/experiment/write", write, methods=["POST"]),
+)

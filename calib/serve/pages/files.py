@@ -1,0 +1,197 @@
+"""The first step: lab files are dropped, what was understood of each is shown, and corrected."""
+
+from __future__ import annotations
+
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import Route
+
+from calib.errors import Fault, InputError
+from calib.experiment import Said, experiment_text, look_through, pair
+from calib.lab import QUANTITIES, SIGNED, SIGNS
+from calib.serve import looking
+from calib.serve.commands import reading_command, typed
+from calib.serve.page import address, as_json, elsewhere, form_of, limited, part, query_of, shown, space_of, working, writing
+from calib.serve.workspace import LARGEST_UPLOAD, Workspace
+
+#: Units that a form offers for a quantity; any other may be typed.
+_UNITS = {
+    "time": ("s", "ms", "min"),
+    "displacement": ("mm", "um", "in", "m"),
+    "force": ("N", "mN", "kN", "gf", "kgf", "lbf"),
+    "capacitance": ("pF", "nF", "fF", "F"),
+}
+
+
+async def files(request: Request) -> Response:
+    """All lab files of the folder; what was understood of each is loaded by the page."""
+    space = space_of(request)
+    names = await working(space.lab_files)
+    tables = await working(looking.experiment_tables, space)
+    return shown(
+        request,
+        "files.html.j2",
+        names=names,
+        experiment=space.experiment.exists(),
+        specimens=len(tables.get("specimens", [])) if isinstance(tables.get("specimens"), list) else 0,
+        most=LARGEST_UPLOAD // 1_000_000,
+        command=typed(_draft_words(space)),
+    )
+
+
+async def row(request: Request) -> Response:
+    """One file in a line."""
+    space, name = space_of(request), query_of(request).get("name", "")
+    found = await working(looking.understand, space, name)
+    o = found.observations
+    judged = [] if o is None else await working(looking.grades, o)
+    return part(
+        "file_row.html.j2",
+        found=found,
+        o=o,
+        worst=judged[0][0] if judged else "good",
+        used=0 if o is None else int(o.used.sum()),
+    )
+
+
+async def file(request: Request) -> Response:
+    """One file: what was understood, and a form to correct it."""
+    space, name = space_of(request), query_of(request).get("name", "")
+    found = await working(looking.understand, space, name)
+    return await working(_file_page, request, found, looking.form_of(found.said), ())
+
+
+def _file_page(
+    request: Request, found: looking.Understood, form: dict[str, str], wrong: tuple[Fault, ...], status: int = 200
+) -> Response:
+    o = found.observations
+    heads, rows = ([], []) if o is None else looking.first_rows(o)
+    choices = [fault.choice for fault in found.faults if fault.choice is not None]
+    return shown(
+        request,
+        "file.html.j2",
+        status,
+        found=found,
+        o=o,
+        columns=[] if o is None else looking.columns_of(o),
+        heads=heads,
+        rows=rows,
+        notes=[] if o is None else looking.notes_of(o),
+        left_out=[] if o is None else looking.left_out(o),
+        grades=[] if o is None else looking.grades(o),
+        used=0 if o is None else int(o.used.sum()),
+        form=form,
+        wrong=[str(fault) for fault in wrong],
+        quantities=[q for q in QUANTITIES if q in _UNITS],
+        units=_UNITS,
+        signed=tuple(SIGNED),
+        signs=tuple(SIGNS),
+        choices=[(c, [(value, _field(c.option, c.key)) for value in c.alternatives[:12]]) for c in choices],
+        command=reading_command(found.name, found.said),
+    )
+
+
+def _field(option: str, key: str) -> str:
+    """The field of the form that answers a choice which a file leaves open; "" if none does."""
+    if option == "where":
+        return "where_value"
+    return f"{option}_{key}" if key else option
+
+
+async def picture(request: Request) -> Response:
+    """The picture of what was understood of a file.
+
+    Raises
+    ------
+    InputError
+        If it is not understood.
+    """
+    space, name = space_of(request), query_of(request).get("name", "")
+    found = await working(looking.understand, space, name)
+    if found.observations is None:
+        raise InputError(found.faults)
+    return Response(await working(looking.picture, found.observations), media_type="image/png")
+
+
+async def correct(request: Request) -> Response:
+    """Keep what a form says of a file, and read it again."""
+    space, form = space_of(request), await form_of(request)
+    name = form.pop("name", "")
+    try:
+        said = looking.said_from(form)
+    except InputError as error:
+        found = await working(looking.understand, space, name)
+        return await working(_file_page, request, found, form, error.faults, 422)
+    await writing(looking.correct, space, name, said)
+    return elsewhere("/file", name=name)
+
+
+async def upload(request: Request) -> Response:
+    """Take a file that was dropped, as it comes."""
+    space, name = space_of(request), query_of(request).get("name", "")
+    kept = await space.receive(name, limited(request, LARGEST_UPLOAD))
+    return as_json({"name": kept, "address": address("/file", name=kept)})
+
+
+async def remove(request: Request) -> Response:
+    """Put a file out of the way.
+
+    Raises
+    ------
+    InputError
+        If the experiment names it.
+    """
+    space, form = space_of(request), await form_of(request)
+    name = form.get("name", "")
+    found = await working(looking.understand, space, name)
+    if found.entries:
+        said = f"the experiment names {name} ({', '.join(entry.title for entry in found.entries)})"
+        raise InputError(Fault(said, advice="Take it out of the experiment first, in its text"))
+    await writing(space.say, space.folder / name, Said())
+    await writing(space.remove_lab_file, name)
+    return elsewhere("/files")
+
+
+async def draft(request: Request) -> Response:
+    """Write a first experiment file from the lab files of the folder."""
+    space = space_of(request)
+    await form_of(request)
+    await writing(_draft, space)
+    return elsewhere("/experiment")
+
+
+def _draft(space: Workspace) -> None:
+    if space.experiment.exists():
+        advice = "Add a specimen to it in its text, or move it elsewhere to begin anew"
+        raise InputError(Fault("there is an experiment in this folder, which is not overwritten", advice=advice))
+    names = space.lab_files()
+    if not names:
+        raise InputError(Fault("there is no lab file in this folder", advice="Drop the files of a press first"))
+    said_of = {path: (said.reading, said.use) for path, said in space.said().items()}
+    looked, _ = look_through([space.folder / top for top in _tops(names)], said_of)
+    records = [record for file in looked for record in file.records]
+    if not records:
+        raise InputError([Fault(reason, file.path) for file in looked for reason in file.left_out])
+    space.write_experiment(experiment_text(pair(records), space.folder, looked))
+
+
+def _tops(names: list[str]) -> list[str]:
+    """What stands for all lab files on a command line: the folders that hold them, and files beside these."""
+    return list(dict.fromkeys(name.split("/")[0] for name in names))
+
+
+def _draft_words(space: Workspace) -> list[str]:
+    said = ["--said", space.readings.name] if space.readings.is_file() else []
+    return ["init", *_tops(space.lab_files()), *said, "-o", space.experiment.name]
+
+
+ROUTES = (
+    Route("/files", files),
+    Route("/files/row", row),
+    Route("/file", file),
+    Route("/file/picture.png", picture),
+    Route("/file/correct", correct, methods=["POST"]),
+    Route("/file/remove", remove, methods=["POST"]),
+    Route("/files/upload", upload, methods=["PUT"]),
+    Route("/files/draft", draft, methods=["POST"]),
+)

@@ -1,0 +1,273 @@
+"""The sixth step: runs are opened, looked at, compared, averaged, verified and taken along."""
+
+from __future__ import annotations
+
+import io
+import json
+import secrets
+import zipfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from starlette.background import BackgroundTask
+from starlette.requests import Request
+from starlette.responses import FileResponse, HTMLResponse, Response
+from starlette.routing import Route
+
+from calib.errors import Fault, InputError
+from calib.report import any_letters, difference_figure, pair_rows, parameter_rows, status_in_words
+from calib.runs import RESULTS, diff_runs, run_state, verify
+from calib.serve import jobs, viewing
+from calib.serve.commands import typed
+from calib.serve.looking import DRAWING
+from calib.serve.page import elsewhere, lists_of, part, query_of, shown, space_of, working
+from calib.serve.security import POLICY_OF_REPORT
+from calib.serve.workspace import Workspace
+
+_KINDS = {
+    "posterior.nc": "application/x-netcdf",
+    "summary.json": "application/json",
+    "summary.csv": "text/csv",
+    "recommendation.json": "application/json",
+    "specification.csv": "text/csv",
+    "next.json": "application/json",
+    "report.html": "text/html",
+    "report.pdf": "application/pdf",
+}
+_ABOUT = {
+    "posterior.nc": "draws, for ArviZ",
+    "summary.json": "numbers",
+    "summary.csv": "numbers, as a table",
+    "recommendation.json": "advice",
+    "specification.csv": "conformity, thickness by thickness",
+    "next.json": "what to measure next",
+    "report.html": "the report, one page that needs nothing else",
+    "report.pdf": "the report, printed",
+}
+
+
+@dataclass(frozen=True)
+class Row:
+    """A run in the list: what it is at, and its verdict, "" as long as there is none."""
+
+    name: str
+    condition: str
+    colour: str
+    command: str
+
+
+async def runs(request: Request) -> Response:
+    """All runs of the folder."""
+    space = space_of(request)
+    return shown(request, "runs.html.j2", rows=await working(_rows, space), **_commands())
+
+
+def _commands() -> dict[str, Any]:
+    return {"compare": typed(["diff", "RUN", "RUN2"]), "averaged": typed(["average", "RUN", "RUN2", "-o", "average"])}
+
+
+async def run(request: Request) -> Response:
+    """One run: how far it is, or what came of it, which the page loads by itself."""
+    space, name = space_of(request), query_of(request).get("name", "")
+    folder = space.run(name)
+    state = await working(run_state, folder)
+    job = await working(jobs.job_of, space, name)
+    there = [(n, _ABOUT[n]) for n in RESULTS if n in _ABOUT and (folder / n).is_file()]
+    return shown(
+        request,
+        "run.html.j2",
+        name=name,
+        state=state,
+        job=job,
+        alive=state.condition == "running" or (job is not None and job.alive),
+        average=(folder / "members").is_dir(),
+        files=there if state.condition == "finished" else [],
+        command=state.command or ("" if job is None else job.command),
+    )
+
+
+async def found(request: Request) -> Response:
+    """What came of a run."""
+    space, name = space_of(request), query_of(request).get("name", "")
+    folder = space.run(name)
+    values = await working(_found, folder)
+    return part("run_found.html.j2", name=name, has_report=(folder / "report.html").is_file(), **values)
+
+
+def _found(folder: Path) -> dict[str, Any]:
+    made = viewing.run_in(folder)
+    rows = [(r.name, f"{r.value} {r.unit}", r.interval, r.learned) for r in parameter_rows(made.posterior)]
+    return {
+        "verdict": made.verdict,
+        "status": status_in_words(made.verdict),
+        "parameters": rows,
+        "notes": (*made.notes, *made.gone),
+    }
+
+
+async def report(request: Request) -> Response:
+    """The report of a run in a frame.
+
+    Raises
+    ------
+    InputError
+        If it has none.
+    """
+    space, name = space_of(request), query_of(request).get("name", "")
+    folder = space.run(name)
+    if not (folder / "report.html").is_file():
+        raise InputError(Fault(f"{name} has no report", advice=f"Write it: {typed(['report', name])}"))
+    return shown(request, "report.html.j2", name=name, command=typed(["report", name]))
+
+
+async def page(request: Request) -> Response:
+    """The report itself, which may run nothing."""
+    space, name = space_of(request), query_of(request).get("name", "")
+    path = space.run(name) / "report.html"
+    return HTMLResponse(await working(path.read_bytes), headers={"Content-Security-Policy": POLICY_OF_REPORT})
+
+
+async def download(request: Request) -> Response:
+    """One file of a run to take along.
+
+    Raises
+    ------
+    InputError
+        If there is no such file.
+    """
+    space, query = space_of(request), query_of(request)
+    folder, file = space.run(query.get("name", "")), query.get("file", "")
+    if file not in _KINDS or not (folder / file).is_file():
+        raise InputError(Fault("there is no such file in this run", advice="Look at the list of its files"))
+    return FileResponse(folder / file, media_type=_KINDS[file], filename=f"{folder.name}-{file}")
+
+
+async def bundle(request: Request) -> Response:
+    """A whole run to take along: its folder in an archive, without what only going on with it needs."""
+    space = space_of(request)
+    folder = space.run(query_of(request).get("name", ""))
+    path = await working(_packed, space, folder)
+    return FileResponse(
+        path, media_type="application/zip", filename=f"{folder.name}.zip", background=BackgroundTask(path.unlink)
+    )
+
+
+def _packed(space: Workspace, folder: Path) -> Path:
+    inside = [path for path in sorted(folder.rglob("*")) if _is_result(path.relative_to(folder)) and path.is_file()]
+    into = space.own / "downloads"
+    into.mkdir(exist_ok=True)
+    target = into / f"{secrets.token_hex(8)}.zip"
+    try:
+        with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
+            for path in inside:
+                if not path.is_symlink():
+                    archive.write(path, Path(folder.name, path.relative_to(folder)).as_posix())
+    except BaseException:
+        target.unlink(missing_ok=True)
+        raise
+    return target
+
+
+def _is_result(name: Path) -> bool:
+    return name.parts[0] != "checkpoint" and not any(part.startswith(".") for part in name.parts)
+
+
+async def verified(request: Request) -> Response:
+    """Whether all files of a run are as they were."""
+    space, name = space_of(request), query_of(request).get("name", "")
+    findings = await working(verify, space.run(name))
+    wrong = [f for f in findings if f.state != "fine"]
+    return part("verified.html.j2", wrong=wrong, n=len(findings))
+
+
+async def difference(request: Request) -> Response:
+    """Two runs side by side."""
+    space, query = space_of(request), query_of(request)
+    names = (query.get("first", ""), query.get("second", ""))
+    found = await working(lambda: diff_runs(*(viewing.run_in(space.run(name)) for name in names)))
+    return shown(
+        request,
+        "difference.html.j2",
+        names=found.names,
+        first=names[0],
+        second=names[1],
+        rows=pair_rows(found),
+        said=found.in_words,
+        changed=found.changed,
+        colours=found.colours,
+        command=typed(["diff", *names]),
+    )
+
+
+async def curves(request: Request) -> Response:
+    """The picture of two runs side by side."""
+    space, query = space_of(request), query_of(request)
+    folders = [space.run(query.get(key, "")) for key in ("first", "second")]
+    return Response(await working(_curves, *folders), media_type="image/png")
+
+
+def _curves(first: Path, second: Path) -> bytes:
+    found = diff_runs(viewing.run_in(first), viewing.run_in(second))
+    buffer = io.BytesIO()
+    with DRAWING, any_letters():
+        difference_figure(found.loadings).savefig(buffer, format="png", dpi=110, metadata={"Software": None})
+    return buffer.getvalue()
+
+
+async def average(request: Request) -> Response:
+    """Average runs of the same data, in a process of its own.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than two, or the name is none.
+    """
+    space, form = space_of(request), await lists_of(request)
+    names = form.get("run", [])
+    name = form.get("name", [""])[-1].strip()
+    if len(set(names)) < 2:
+        raise InputError(Fault("an average is of two runs at least", advice="Mark them in the list"))
+    for one in names:
+        space.run(one)
+    space.new_run(name)
+    await working(jobs.start, space, name, ["average", *names, "-o", name])
+    return elsewhere("/run", name=name)
+
+
+def _rows(space: Workspace) -> list[Row]:
+    begun = [job.name for job in jobs.jobs(space)]
+    return list(_each(space, list(dict.fromkeys([*begun, *space.runs()]))))
+
+
+def _each(space: Workspace, names: list[str]) -> Iterator[Row]:
+    for name in names:
+        state = run_state(space.folder / name)
+        job = jobs.job_of(space, name)
+        condition = "running" if job is not None and job.alive else state.condition
+        yield Row(name, condition, _colour(space.folder / name) if condition == "finished" else "", state.command)
+
+
+def _colour(folder: Path) -> str:
+    """Verdict on a run, by its summary; the run itself is loaded where it is looked at."""
+    try:
+        colour = json.loads((folder / "summary.json").read_text(encoding="utf-8"))["verdict"]["colour"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return ""
+    return colour if colour in ("green", "amber", "red") else ""
+
+
+ROUTES = (
+    Route("/runs", runs),
+    Route("/run", run),
+    Route("/run/found", found),
+    Route("/report", report),
+    Route("/report/page", page),
+    Route("/run/file", download),
+    Route("/run/bundle.zip", bundle),
+    Route("/run/verified", verified),
+    Route("/runs/difference", difference),
+    Route("/runs/curves.png", curves),
+    Route("/runs/average", average, methods=["POST"]),
+)

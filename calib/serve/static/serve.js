@@ -1,0 +1,399 @@
+"use strict";
+// What makes the pages quick to work with. All of it but the dropping of files and the sliders can be done without it.
+
+document.documentElement.classList.add("scripted");
+const one = (selector, within = document) => within.querySelector(selector);
+const all = (selector, within = document) => [...within.querySelectorAll(selector)];
+
+function element(name, text, attributes = {}) {
+  const made = document.createElement(name);
+  made.textContent = text;
+  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
+  return made;
+}
+
+async function ask(address, options = {}) {
+  try {
+    return await fetch(address, { cache: "no-store", ...options });
+  } catch (error) {
+    if (error.name === "AbortError") throw error;
+    throw new Error("The server does not answer. Start `calib serve` again; what is in the folder is not lost.");
+  }
+}
+
+async function answer(address, options = {}) {
+  const got = await ask(address, { ...options, headers: { Accept: "application/json", ...options.headers } });
+  let said = {};
+  try { said = await got.json(); } catch { said = { faults: [`The server answered with ${got.status}.`] }; }
+  return { ok: got.ok, status: got.status, said };
+}
+
+// --- parts of a page that load by themselves -------------------------------------------------------------------------
+
+const loading = new WeakMap();
+
+async function load(part) {
+  loading.get(part)?.abort();
+  const stop = new AbortController();
+  loading.set(part, stop);
+  let text, alive = "";
+  try {
+    const got = await ask(part.dataset.load, { signal: stop.signal, headers: { "X-Part": "1" } });
+    alive = got.headers.get("X-Alive");
+    text = await got.text();
+  } catch (error) {
+    if (error.name === "AbortError") return;
+    text = "";
+    part.replaceChildren(element("p", error.message, { class: "note" }));
+  }
+  if (text) {
+    const open = all("details[open]", part).length > 0;
+    part.innerHTML = text;
+    if (open) all("details", part).forEach((d) => { d.open = true; });
+  }
+  if (part.dataset.then === "look" && one("#look", part)) lookAbout();
+  if (!part.dataset.again) return;
+  if (alive === "no") { location.reload(); return; }
+  tell(part);
+  setTimeout(() => load(part), Number(part.dataset.again));
+}
+
+// A page that changes every second would never let a screen reader rest: it is told of a new stage, and every 20 seconds.
+let told = { stage: "", at: 0 };
+function tell(part) {
+  const said = one("#progress-said");
+  const stage = one("strong", part)?.textContent ?? "";
+  if (said && (stage !== told.stage || Date.now() - told.at > 20000)) {
+    said.textContent = all("p, dt, dd", part).map((p) => p.textContent.trim()).join(". ");
+    told = { stage, at: Date.now() };
+  }
+}
+
+for (const part of all("[data-load]")) {
+  if (part.dataset.again) {
+    part.removeAttribute("aria-live");
+    part.removeAttribute("role");
+    part.after(element("p", "", { id: "progress-said", class: "out", role: "status" }));
+  }
+  load(part);
+}
+
+for (const button of all("button[data-from]")) {
+  button.addEventListener("click", () => {
+    const into = document.getElementById(button.dataset.into);
+    into.textContent = "Looking …";
+    into.dataset.load = button.dataset.from;
+    load(into);
+  });
+}
+
+// --- dropping files --------------------------------------------------------------------------------------------------
+
+async function filesOf(entry, before = "") {
+  if (entry.isFile) return [[before + entry.name, await new Promise((done, fail) => entry.file(done, fail))]];
+  const reader = entry.createReader(), found = [];
+  for (;;) {
+    const some = await new Promise((done, fail) => reader.readEntries(done, fail));
+    if (!some.length) break;
+    found.push(...some);
+  }
+  return (await Promise.all(found.map((inside) => filesOf(inside, `${before}${entry.name}/`)))).flat();
+}
+
+async function send(files) {
+  const list = one("#dropped");
+  const kept = files.filter(([name]) => !name.split("/").some((part) => part.startsWith(".")));
+  list.replaceChildren();
+  let refused = 0;
+  for (const [name, file] of kept) {
+    const line = element("p", `${name}: copying …`);
+    list.append(line);
+    try {
+      const { ok, said } = await answer(`/files/upload?name=${encodeURIComponent(name)}`, { method: "PUT", body: file });
+      line.textContent = ok ? `${name}: copied` : said.faults.join(" ");
+      line.className = ok ? "good" : "bad";
+      refused += !ok;
+    } catch (error) {
+      line.textContent = `${name}: ${error.message}`;
+      line.className = "bad";
+      refused += 1;
+    }
+  }
+  if (kept.length > refused) {
+    if (refused) list.append(element("a", "Show what was understood of the others", { href: "/files", class: "button" }));
+    else location.assign("/files");
+  }
+}
+
+const drop = one("#drop");
+if (drop) {
+  for (const name of ["dragenter", "dragover"]) drop.addEventListener(name, (event) => { event.preventDefault(); drop.classList.add("over"); });
+  drop.addEventListener("dragleave", () => drop.classList.remove("over"));
+  drop.addEventListener("drop", async (event) => {
+    event.preventDefault();
+    drop.classList.remove("over");
+    const entries = [...event.dataTransfer.items].map((item) => item.webkitGetAsEntry?.()).filter(Boolean);
+    send(entries.length ? (await Promise.all(entries.map((e) => filesOf(e)))).flat() : [...event.dataTransfer.files].map((f) => [f.name, f]));
+  });
+  for (const input of all("input[type=file]")) {
+    input.addEventListener("change", () => send([...input.files].map((f) => [f.webkitRelativePath || f.name, f])));
+  }
+}
+
+for (const button of all("button[data-field]")) {
+  button.addEventListener("click", () => {
+    const form = one("#correction");
+    if (button.dataset.column) form.elements.where_column.value = button.dataset.column;
+    form.elements[button.dataset.field].value = button.dataset.value;
+    form.requestSubmit();
+  });
+}
+
+// --- the experiment --------------------------------------------------------------------------------------------------
+
+const text = one("#text"), fields = one("#fields");
+if (text) {
+  const seen = one("#seen"), said = one("#said"), state = one("#text-state"), light = one("#light");
+  const forms = JSON.parse(fields.dataset.forms);
+  let dirty = false, wait = 0, waitLight = 0, queue = Promise.resolve();
+
+  const checkSoon = () => { clearTimeout(waitLight); waitLight = setTimeout(() => load(light), 500); };
+
+  function show(now) {
+    if (!dirty) { text.value = now.text; state.textContent = "as in the file"; }
+    seen.value = now.seen;
+    one("#marked").textContent = now.marked;
+    for (const form of all(".field[data-field]", fields)) {
+      const field = now.fields[form.dataset.field];
+      if (!field) continue;
+      form.elements.was.value = field.was;
+      form.elements.line.value = field.marked;
+      form.classList.toggle("wrong", Boolean(field.wrong));
+      form.classList.toggle("marked", Boolean(field.task));
+      const check = one(".check", form);
+      check.replaceChildren(
+        field.wrong ? element("span", `✗ ${field.wrong}`, { class: "bad" })
+          : field.value === null ? element("span", field.usual ? "as usual" : "not given", { class: "note" })
+            : element("span", `✓ ${field.read || "fine"}`, { class: "good" }));
+      for (const input of all("input:not([type=hidden])", form)) input.toggleAttribute("aria-invalid", Boolean(field.wrong));
+      if (!field.task) one(".task", form)?.remove();
+    }
+    let faults = one(":scope > .faults", fields);
+    if (!faults) { faults = element("div", "", { class: "faults", role: "alert" }); fields.prepend(faults); }
+    const list = element("ul", "");
+    for (const fault of now.faults) list.append(element("li", fault));
+    faults.replaceChildren(list);
+    faults.hidden = !now.faults.length;
+    checkSoon();
+  }
+
+  async function draw() {
+    const got = await ask("/experiment/fields", { headers: { "X-Part": "1" } });
+    if (!got.ok) return;
+    const at = document.activeElement?.id;
+    fields.innerHTML = await got.text();
+    if (at) document.getElementById(at)?.focus();
+  }
+
+  function change(address, data, redraw) {
+    // One after the other: each is of what the one before has made.
+    queue = queue.then(async () => {
+      try {
+        const { ok, status, said: now } = await answer(address, { method: "POST", body: new URLSearchParams(data()) });
+        said.textContent = ok ? "" : (now.refused ?? now.faults.join(" "));
+        if (ok || status === 409) {
+          if (ok && address.endsWith("write")) dirty = text.value.replaceAll("\r\n", "\n") !== now.text;
+          show(now);
+          if (redraw || status === 409) await draw();
+        }
+      } catch (error) { said.textContent = error.message; }
+    });
+  }
+
+  fields.addEventListener("change", (event) => {
+    const form = event.target.closest("form");
+    if (!form) return;
+    if ("add" in form.dataset) {
+      if (form.elements.at.value) change("/experiment/put", () => ({ at: form.elements.at.value, example: "yes", was: "null" }), true);
+      return;
+    }
+    if (event.target.name === "kind" && event.target.value) {
+      const names = forms[event.target.value], id = event.target.id;
+      all(".number", form).forEach((number) => number.remove());
+      names.forEach((name, k) => {
+        const number = element("span", "", { class: "number" });
+        number.append(element("label", name, { for: `${id}-${k}` }), element("input", "", { id: `${id}-${k}`, name: `number${k}`, autocomplete: "off" }));
+        one(".prior", form).append(number);
+      });
+      one(".number input", form).focus();
+      return;
+    }
+    if (all(".number input", form).some((input) => !input.value.trim()) && form.elements.kind?.value) return;
+    change("/experiment/put", () => new FormData(form), event.target.name === "kind");
+  });
+  fields.addEventListener("submit", (event) => {
+    event.preventDefault();
+    const form = event.target, mean = event.submitter && "mean" in event.submitter.dataset;
+    change(mean ? "/experiment/mean-it" : "/experiment/put", () => new FormData(form), false);
+    if (mean) (one("input:not([type=hidden]), select", form) ?? form).focus();
+  });
+
+  const write = () => { clearTimeout(wait); change("/experiment/write", () => ({ text: text.value, seen: seen.value }), true); };
+  text.addEventListener("input", () => {
+    dirty = true;
+    state.textContent = "changed, not written yet";
+    clearTimeout(wait);
+    wait = setTimeout(write, 800);
+  });
+  one("#text-form").addEventListener("submit", (event) => { event.preventDefault(); write(); });
+  window.addEventListener("beforeunload", (event) => { if (dirty) event.preventDefault(); });
+
+  // Another tab, an editor or the command line may change the file.
+  async function look() {
+    if (document.hidden || dirty) return;
+    try {
+      const { ok, said: now } = await answer("/experiment/state");
+      if (ok && !dirty && now.seen !== seen.value) { show(now); await draw(); state.textContent = "changed elsewhere: this is what the file holds now"; }
+    } catch { /* said where something is done */ }
+  }
+  document.addEventListener("visibilitychange", look);
+  setInterval(() => { queue = queue.then(look); }, 4000);
+}
+
+// --- a calibration ---------------------------------------------------------------------------------------------------
+
+const begin = one("#begin");
+if (begin) {
+  begin.addEventListener("input", async () => {
+    const { ok, said } = await answer(`/calibrate/command?${new URLSearchParams(new FormData(begin))}`);
+    if (ok) one("#command").textContent = said.command;
+  });
+  begin.addEventListener("submit", () => { one("button", begin).disabled = true; });
+}
+one(".pick select")?.addEventListener("change", (event) => event.target.form.submit());
+
+// --- padding ---------------------------------------------------------------------------------------------------------
+
+function lookAbout() {
+  const look = one("#look");
+  const W = 400, H = 230, L = 44, B = 28, T = 12;
+  const at = one("#at"), loadAt = one("#load"), said = one("#look-said"), seen = one("#seen");
+  let view = null, asking = false, asked = "", rest = false, began = 0;
+
+  const svg = (name, attributes, words = "") => {
+    const made = document.createElementNS("http://www.w3.org/2000/svg", name);
+    for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
+    made.textContent = words;
+    return made;
+  };
+  const between = (values, x) => {
+    const h = view.thickness, k = Math.min(Math.max(h.findIndex((v) => v >= x), 1), h.length - 1);
+    const share = (x - h[k - 1]) / (h[k] - h[k - 1]), a = values[k - 1], b = values[k];
+    if (share <= 0) return a;
+    if (share >= 1) return b;
+    return a === null || b === null ? null : a + share * (b - a);
+  };
+  const nice = (most) => { const p = 10 ** (Math.floor(Math.log10(most)) - 1); return [1, 2, 2.5, 5, 10, 20].map((m) => m * p).find((s) => most / s <= 5); };
+  const number = (value, digits = 3) => (value === null ? "not covered" : String(Number(value.toPrecision(digits))));
+
+  // A finite number of draws shows no certainty.
+  const percent = (p) => (p === null ? "not covered" : p > 0.99 ? "more than 99 %" : p < 0.01 ? "less than 1 %" : `${Math.round(100 * p)} %`);
+
+  function draw(target, bands, limits, top, label = number) {
+    const h = view.thickness, last = h.at(-1);
+    const most = top ?? Math.max(...bands.flat().filter((v) => v !== null), ...limits, 1e-9) * 1.06;
+    const x = (v) => L + (v - h[0]) / (last - h[0]) * (W - L - 8), y = (v) => H - B - Math.min(v, most) / most * (H - B - T);
+    const made = [];
+    const step = nice(most);
+    for (let v = 0; v <= most * 1.0001; v += step) {
+      made.push(svg("line", { class: "grid", x1: L, x2: W - 8, y1: y(v), y2: y(v) }));
+      made.push(svg("text", { x: L - 6, y: y(v) + 4, "text-anchor": "end" }, String(Number(v.toPrecision(6)))));
+    }
+    for (let v = Math.ceil(h[0]); v <= last; v += 1) made.push(svg("text", { x: x(v), y: H - 8, "text-anchor": "middle" }, String(v)));
+    const from = view.colour.map((c, k) => (c === "green" ? null : k)).filter((k) => k !== null);
+    for (const k of from) {
+      const a = x(h[Math.max(k - 1, 0)]) / 2 + x(h[k]) / 2, b = x(h[k]) / 2 + x(h[Math.min(k + 1, h.length - 1)]) / 2;
+      made.push(svg("rect", { class: "beyond", x: a, y: T, width: b - a, height: H - B - T }));
+    }
+    const runs = [];
+    h.forEach((_, k) => { if (bands.every((band) => band[k] !== null)) { if (bands[0][k - 1] === null || !runs.length || runs.at(-1).at(-1) !== k - 1) runs.push([]); runs.at(-1).push(k); } });
+    for (const run of runs) {
+      const line = (band, order) => order.map((k) => `${x(h[k]).toFixed(1)},${y(band[k]).toFixed(1)}`).join(" ");
+      const back = [...run].reverse();
+      if (bands.length === 5) {
+        made.push(svg("polygon", { class: "outer", points: `${line(bands[0], run)} ${line(bands[4], back)}` }));
+        made.push(svg("polygon", { class: "inner", points: `${line(bands[1], run)} ${line(bands[3], back)}` }));
+      }
+      made.push(svg("polyline", { class: "median", points: line(bands.length === 5 ? bands[2] : bands[0], run) }));
+    }
+    for (const v of limits) made.push(svg("line", { class: "limit", x1: L, x2: W - 8, y1: y(v), y2: y(v) }));
+    const now = Number(at.value), value = between(bands.length === 5 ? bands[2] : bands[0], now);
+    made.push(svg("line", { class: "mark", x1: x(now), x2: x(now), y1: T, y2: H - B }));
+    made.push(svg("text", { class: "now", x: Math.min(x(now) + 5, W - 104), y: T + 12 }, label(value)));
+    target.setAttribute("viewBox", `0 0 ${W} ${H}`);
+    target.replaceChildren(...made);
+  }
+
+  const wanted = (name, scale) => {
+    const input = look.elements[name].value.trim().replace(",", "."), value = parseFloat(input);
+    return Number.isFinite(value) ? [input.endsWith("%") || scale === 1 ? value : value * scale] : [];
+  };
+
+  function show(settled) {
+    one("#at-shown").textContent = `${Number(at.value).toFixed(2)} mm`;
+    one("#load-shown").textContent = `${Number(Number(loadAt.value).toPrecision(4))} N`;
+    at.setAttribute("aria-valuetext", `${Number(at.value).toFixed(2)} millimetres`);
+    loadAt.setAttribute("aria-valuetext", `${Number(Number(loadAt.value).toPrecision(4))} newtons`);
+    if (!view) return;
+    one("#charts").hidden = false;
+    draw(one("#chart-signal"), view.signal, wanted("signal", 100));
+    draw(one("#chart-stroke"), view.stroke, wanted("stroke", 1));
+    draw(one("#chart-conforming"), [view.conforming.map((p) => (p === null ? null : 100 * p))], [], 100, (v) => percent(v === null ? null : v / 100));
+    const x = Number(at.value), band = (bands, unit) => {
+      const [low, middle, high] = [0, 2, 4].map((k) => between(bands[k], x));
+      return middle === null ? "not covered by the model" : `${number(middle)} ${unit} (90 % between ${number(low)} and ${number(high)} ${unit})`;
+    };
+    const p = between(view.conforming, x), near = Math.round((x - view.thickness[0]) / (view.thickness[1] - view.thickness[0]));
+    const colour = view.colour[near], fails = view.limits.map((name, k) => [name, between(view.fails[k], x)]).filter(([, f]) => f > 0.005);
+    seen.setAttribute("aria-live", settled ? "polite" : "off");
+    seen.replaceChildren(
+      element("strong", `${x.toFixed(2)} mm of padding at ${number(view.force)} N: `),
+      `signal ${band(view.signal, "%")}, stroke ${band(view.stroke, "mm")}`
+        + (view.resolution[2].some((v) => v !== null) ? `, one reading tells ${band(view.resolution, "mN")} from noise` : "") + ". "
+        + (view.limits.length ? `Probability that it conforms: ${percent(p)}`
+          + (fails.length ? `; missed: ${fails.map(([name, f]) => `${name} by ${percent(f)} of the draws`).join(", ")}` : "") + ". " : ""),
+      element("span", colour, { class: `level ${colour}` }),
+      colour === "green" ? "" : ` ${view.reason[near]}`);
+    document.documentElement.dataset.lag = String(performance.now() - began);
+  }
+
+  async function update(settled) {
+    one("#force").value = `${Number(loadAt.value)} N`;
+    const query = String(new URLSearchParams(new FormData(look)));
+    rest = settled;
+    if (asking) return; // what is asked for meanwhile is asked for afterwards
+    if (query === asked) { show(rest); return; }
+    asking = true;
+    try {
+      const { ok, said: now } = await answer(`${look.dataset.view}?${query}`);
+      said.textContent = ok ? "" : now.faults.join(" ");
+      asked = query;
+      if (ok) { view = now; one("#command").textContent = now.command; show(rest); }
+    } catch (error) { said.textContent = error.message; asked = query; }
+    asking = false;
+    if (String(new URLSearchParams(new FormData(look))) !== asked) update(rest);
+  }
+
+  at.addEventListener("input", () => { began = performance.now(); show(false); });
+  at.addEventListener("change", () => { began = performance.now(); show(true); });
+  loadAt.addEventListener("input", () => { began = performance.now(); show(false); update(false); });
+  loadAt.addEventListener("change", () => update(true));
+  let wait = 0;
+  for (const input of all(".limits input", look)) {
+    input.addEventListener("input", () => { clearTimeout(wait); wait = setTimeout(() => { began = performance.now(); update(true); }, 150); });
+  }
+  look.addEventListener("submit", () => { one("button[type=submit]", look).disabled = true; one("#force").value = `${Number(loadAt.value)} N`; });
+  began = performance.now();
+  show(false);
+  update(true);
+}

@@ -1,0 +1,205 @@
+"""A run in, what its sensors do on any padding out, tabled once and looked at many times; and a specification as a file."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from calib.decision import Landscape, View, landscape, largest_force
+from calib.errors import Fault, InputError
+from calib.experiment import Limit, Limited, Side, quoted_text
+from calib.files import sha256_of
+from calib.quantity import parse_quantity
+from calib.runs import Run, load_run
+from calib.serve.looking import Kept
+from models.sensor import FloatArray
+
+# A run is loaded in seconds and takes tens of megabytes.
+_RUNS, _LANDSCAPES = Kept(3), Kept(4)
+_ONE = threading.Lock()
+
+#: Fields of the form of limits -> quantity, side, unit, and an example.
+LIMITS: Mapping[str, tuple[Limited, Side, str, str]] = {
+    "signal": ("signal", "at_least", "", "12 %"),
+    "stroke": ("stroke", "at_most", "m", "1.9 mm"),
+    "resolution": ("force_resolution", "at_most", "N", "20 mN"),
+    "height": ("height", "at_most", "m", "7 mm"),
+}
+
+
+def run_in(folder: Path) -> Run:
+    """Load a finished run, or remember it if its files have not changed.
+
+    Parameters
+    ----------
+    folder : of the run.
+
+    Raises
+    ------
+    InputError
+        If there is no finished run that can be trusted.
+    """
+    names = ("posterior.nc", "run.json")
+    marks = [(folder / name).stat() for name in names if (folder / name).is_file()]
+    key = (str(folder), *((mark.st_mtime_ns, mark.st_size) for mark in marks))
+    with _ONE:
+        return _RUNS.get(key, lambda: load_run(folder))
+
+
+def landscape_of(run: Run, force: float, lower: float, upper: float) -> Landscape:
+    """Table what the sensors of a run do up to a load, or remember it.
+
+    Parameters
+    ----------
+    run : as loaded.
+    force : [N], the largest load.
+    lower, upper : [m], range of paddings.
+
+    Raises
+    ------
+    InputError
+        If the request makes no sense, or the model is not that of the calibration.
+    """
+    if run.another_forward:
+        raise InputError(Fault(run.another_forward.rstrip("."), run.folder, advice="Calibrate again"))
+    key = (run.posterior_sha256 or sha256_of(run.folder / "posterior.nc"), force, lower, upper)
+
+    def made() -> Landscape:
+        return landscape(
+            run.posterior, run.forward, force=force, lower=lower, upper=upper, verdict=run.verdict, members=run.members
+        )
+
+    with _ONE:
+        return _LANDSCAPES.get(key, made)
+
+
+def largest_load(run: Run) -> float:
+    """Twice the largest load [N] that was measured, rounded up to what one says: up to there one may look about."""
+    measured = 2 * largest_force(run.posterior)
+    step = 10.0 ** (np.floor(np.log10(measured)) - 1)
+    return round(float(np.ceil(measured / step) * step), 9)
+
+
+def limits_from(form: Mapping[str, str]) -> list[Limit]:
+    """Limits as a form gives them; empty fields are none.
+
+    Parameters
+    ----------
+    form : name of a field of `LIMITS` -> text with its unit.
+
+    Raises
+    ------
+    InputError
+        With every field that is no quantity.
+    """
+    found: list[Limit] = []
+    faults: list[Fault] = []
+    for name, (quantity, side, unit, example) in LIMITS.items():
+        if text := form.get(name, "").strip():
+            try:
+                value = _share(text) if not unit else parse_quantity(text, unit)
+            except ValueError as error:
+                faults.append(Fault(f"{name}: {error}", advice=f"Write for example {example}"))
+                continue
+            if value > 0:
+                found.append(Limit(quantity, side, value))
+            else:
+                faults.append(Fault(f"{name} must be positive, got {text}", advice=f"Write for example {example}"))
+    if faults:
+        raise InputError(faults)
+    return found
+
+
+def _share(text: str) -> float:
+    """A share such as "12 %" or "0.12"."""
+    return parse_quantity(text.removesuffix("%").strip(), "") / 100 if text.endswith("%") else parse_quantity(text, "")
+
+
+def quantity(form: Mapping[str, str], name: str, unit: str, otherwise: float) -> float:
+    """A quantity of a form.
+
+    Parameters
+    ----------
+    form : name -> text.
+    name : of the field.
+    unit : SI.
+    otherwise : if it is empty.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
+    text = form.get(name, "").strip()
+    if not text:
+        return otherwise
+    try:
+        return parse_quantity(text, unit)
+    except ValueError as error:
+        raise InputError(Fault(f"{name}: {error}")) from None
+
+
+def view_plain(view: View, limits: Sequence[Limit]) -> dict[str, Any]:
+    """What a page draws of a view, in units of display; what is not covered is null.
+
+    Parameters
+    ----------
+    view : that is seen.
+    limits : that it was asked with.
+    """
+
+    def plain(values: FloatArray, scale: float) -> Any:
+        shown = np.where(np.isfinite(values), values * scale, np.nan)
+        return [[None if x != x else round(x, 6) for x in row] for row in shown.tolist()]
+
+    one = [None if x != x else round(x, 4) for x in view.conforming.tolist()]
+    return {
+        "force": view.force,
+        "thickness": [round(x, 6) for x in (view.thickness * 1e3).tolist()],
+        "covered": view.covered.tolist(),
+        "signal": plain(view.change, 1e2),
+        "stroke": plain(view.depth, 1e3),
+        "resolution": plain(view.resolution, 1e3),
+        "height": plain(view.height, 1e3),
+        "conforming": one,
+        "limits": [limit.in_words for limit in limits],
+        "fails": plain(view.fails, 1.0),
+        "colour": [verdict.colour for verdict in view.verdict],
+        "reason": [next((r.in_words for r in verdict.reasons), "") for verdict in view.verdict],
+    }
+
+
+def specification_text(
+    force: float, limits: Sequence[Limit], lower: float, upper: float, tolerance: float, probability: float
+) -> str:
+    """A specification file that asks for what the sliders stand at.
+
+    Parameters
+    ----------
+    force : [N], the load.
+    limits : that hold at it.
+    lower, upper : [m], paddings to choose from.
+    tolerance : [m], of pads, anywhere within plus or minus; 0 for none.
+    probability : of conforming that is asked for.
+
+    Raises
+    ------
+    InputError
+        If nothing is limited.
+    """
+    if not limits:
+        raise InputError(Fault("a specification limits something", advice="Give a least signal, or another limit"))
+    written = {"signal": (1.0, ""), "stroke": (1e3, " mm"), "force_resolution": (1e3, " mN"), "height": (1e3, " mm")}
+    lines = ["# Written by the padding page of `calib serve`.", 'name = "From the page"', f"probability = {probability:.6g}"]
+    lines += ["[loads]", f'force = ["{force:.6g} N"]', "[limits]"]
+    for limit in limits:
+        scale, unit = written[limit.quantity]
+        value = f"{limit.value * scale:.9g}{unit}"
+        lines.append(f"{limit.quantity} = {{ {limit.side} = {quoted_text(value) if unit else value} }}")
+    lines += ["[padding]", f'thickness = ["{lower * 1e3:.6g} mm", "{upper * 1e3:.6g} mm"]']
+    lines += [f'tolerance = {{ uniform = "{tolerance * 1e3:.6g} mm" }}'] if tolerance > 0 else []
+    return "\n".join(lines) + "\n"

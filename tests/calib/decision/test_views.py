@@ -1,0 +1,79 @@
+"""What one looks about in agrees with the advice, and limits and tolerances do to it what they should."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from calib.decision import Landscape, Requirement, landscape, recommend
+from calib.errors import InputError
+from calib.experiment import Limit
+from calib.sampling.posterior import Posterior
+from models.analytic import ClosedForm
+
+
+@pytest.fixture(scope="module")
+def land(make_posterior: Callable[..., Posterior]) -> Landscape:
+    """A landscape up to 6 N of a posterior made by hand."""
+    return landscape(make_posterior(), ClosedForm(), force=6.0, lower=0.0, upper=4e-3, n_thickness=17)
+
+
+@pytest.mark.parametrize("force", [0.3, 2.0, 4.7, 6.0])
+def test_bands_are_those_of_the_advice(land: Landscape, make_posterior: Callable[..., Posterior], force: float) -> None:
+    wanted = Requirement(force=force, lower=0.0, upper=4e-3, n_thickness=17, n_draw=300)
+    advice = recommend(make_posterior(), ClosedForm(), wanted, seed=1)
+    view = land.view(force)
+    both = view.covered & advice.covered
+    assert np.sum(both) >= 15
+    np.testing.assert_allclose(view.depth[:, both], advice.depth[:, both], rtol=1e-3)
+    np.testing.assert_allclose(view.resolution[:, both], advice.resolution[:, both], rtol=0.02)
+    width = advice.change[4] - advice.change[0]
+    assert np.all(np.abs(view.change[2] - advice.change[2])[both] < 0.1 * width[both])
+    assert np.all(np.abs((view.change[4] - view.change[0]) / width - 1)[both] < 0.2)
+
+
+def test_what_is_tighter_is_kept_less_often(land: Landscape) -> None:
+    loose, tight, both = (
+        land.view(4.0, limits)
+        for limits in (
+            [Limit("stroke", "at_most", 0.8e-3)],
+            [Limit("stroke", "at_most", 0.5e-3)],
+            [Limit("stroke", "at_most", 0.8e-3), Limit("signal", "at_least", 0.02), Limit("height", "at_most", 3e-3)],
+        )
+    )
+    there = loose.covered
+    assert np.all(tight.conforming[there] <= loose.conforming[there])
+    assert np.all(both.conforming[there] <= loose.conforming[there])
+    assert both.fails.shape == (3, 17)
+    np.testing.assert_allclose(1 - tight.fails[0][there], tight.conforming[there])
+    assert np.all(both.conforming[there] <= 1 - np.max(both.fails[:, there], axis=0) + 1e-12)
+
+
+def test_a_tolerance_smears_the_probability_over_the_pads(land: Landscape) -> None:
+    limit = [Limit("height", "at_most", 2.5e-3)]
+    exact, spread = land.view(2.0, limit), land.view(2.0, limit, tolerance=0.5e-3)
+    step = int(np.flatnonzero(np.diff(exact.conforming) < -0.5)[0])
+    assert exact.conforming[step] > spread.conforming[step] > spread.conforming[step + 1] > exact.conforming[step + 1]
+
+
+def test_what_goes_beyond_the_data_is_amber_there_and_not_elsewhere(land: Landscape) -> None:
+    colours = [verdict.colour for verdict in land.view(2.0).verdict]
+    near = int(np.argmin(np.abs(land.thickness - 1.2e-3)))
+    assert colours[near] == "green"
+    assert colours[-1] == "amber"
+
+
+def test_a_load_that_is_not_tabled_and_limits_that_are_not_told_are_refused_together(land: Landscape) -> None:
+    with pytest.raises(InputError) as refusal:
+        land.view(60.0, [Limit("dielectric_strain", "at_most", 0.4)], tolerance=-1e-4)
+    assert len(refusal.value.faults) == 3
+
+
+@pytest.mark.parametrize("asked", [{"force": 0.0}, {"lower": 5e-3}, {"lower": -1e-3}, {"n_thickness": 2}])
+def test_a_landscape_of_nothing_is_refused(make_posterior: Callable[..., Posterior], asked: dict[str, Any]) -> None:
+    usual: dict[str, Any] = {"force": 6.0, "lower": 0.0, "upper": 4e-3, "n_thickness": 17}
+    with pytest.raises(InputError, match="a landscape needs"):
+        landscape(make_posterior(), ClosedForm(), **{**usual, **asked})

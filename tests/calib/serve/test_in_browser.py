@@ -1,0 +1,220 @@
+"""A lab works on the page in Chromium, from a dropped file to a padding, by keyboard alone, and on a phone's screen."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import Locator, Page, sync_playwright
+from small_lab import EXPERIMENT, write_press
+
+from calib.report import find_browser
+
+BROWSER = find_browser()
+pytestmark = pytest.mark.skipif(BROWSER is None, reason="no Chromium on this machine: the page is not tried in a browser")
+
+AXE = (Path(__file__).parent / "axe" / "axe.min.js").read_text(encoding="utf-8")
+#: What a slow machine may take for what takes seconds elsewhere [ms].
+PATIENCE = 100_000
+
+
+class Served:
+    """A server in a process of its own."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.process = self._begun()
+        self.address = self._address()
+
+    def _begun(self) -> subprocess.Popen[str]:
+        words = [sys.executable, "-m", "calib", "serve", str(self.folder), "--no-browser"]
+        return subprocess.Popen(words, stdout=subprocess.PIPE, text=True, cwd=self.folder.parent)
+
+    def _address(self) -> str:
+        assert self.process.stdout is not None
+        for line in self.process.stdout:
+            if found := re.search(r"http://\S+", line):
+                return found[0]
+        raise AssertionError("the server did not say where it is")
+
+    def page(self, path: str) -> str:
+        return self.address.split("/?")[0] + path
+
+    def end(self, signum: signal.Signals) -> None:
+        self.process.send_signal(signum)
+        self.process.wait(30)
+        assert self.process.stdout is not None
+        self.process.stdout.close()
+
+    def kill_and_begin_again(self) -> None:
+        self.end(signal.SIGKILL)
+        self.process = self._begun()
+        assert self._address() == self.address
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
+    """The page of a folder that is new."""
+    made = Served(tmp_path_factory.mktemp("serve") / "work")
+    yield made
+    made.end(signal.SIGTERM)
+
+
+@pytest.fixture(scope="module")
+def page(served: Served) -> Iterator[Page]:
+    """A browser that was let in."""
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"] if os.getuid() == 0 else [])
+        made = browser.new_context(viewport={"width": 1280, "height": 900}).new_page()
+        made.set_default_timeout(PATIENCE)
+        made.on("filechooser", lambda _: None)  # from now on choosers open here and not on the screen
+        made.on("pageerror", lambda error: pytest.fail(f"the script failed: {error}"))
+        made.goto(served.address)
+        made.wait_for_url("**/files")
+        yield made
+        browser.close()
+
+
+def tab_to(page: Page, target: Locator) -> None:
+    """Go to an element as somebody without a mouse does."""
+    target.wait_for()
+    for _ in range(120):
+        if target.evaluate("element => element === document.activeElement"):
+            return
+        page.keyboard.press("Tab")
+    raise AssertionError(f"the keyboard does not lead to {target}")
+
+
+def serious(page: Page) -> list[str]:
+    """What axe finds that keeps somebody from using the page."""
+    page.evaluate(f"() => {{ {AXE} }}")
+    found: dict[str, Any] = page.evaluate("() => axe.run(document, { resultTypes: ['violations'] })")
+    return [f"{v['id']}: {v['nodes'][0]['html'][:160]}" for v in found["violations"] if v["impact"] in ("serious", "critical")]
+
+
+def as_wide_as_the_screen(page: Page) -> bool:
+    return bool(page.evaluate("() => document.documentElement.scrollWidth <= window.innerWidth"))
+
+
+def first_paint(page: Page) -> float:
+    """When something was seen [s]."""
+    page.wait_for_function("() => performance.getEntriesByName('first-contentful-paint').length")
+    return float(page.evaluate("() => performance.getEntriesByName('first-contentful-paint')[0].startTime")) / 1e3
+
+
+def test_from_a_dropped_file_to_a_padding_by_keyboard_alone(page: Page, served: Served, tmp_path: Path) -> None:
+    key = page.keyboard
+    # A file whose force has no unit is dropped, refused with the reason, and corrected.
+    tab_to(page, page.locator("#choose"))
+    with page.expect_file_chooser() as chooser:
+        key.press("Enter")
+    chooser.value.set_files(write_press(tmp_path / "press.csv"))
+    page.get_by_text("not understood").wait_for()
+    assert serious(page) == []
+    tab_to(page, page.get_by_role("link", name="lab/press.csv"))
+    key.press("Enter")
+    page.get_by_text('column "Force" has no unit').first.wait_for()
+    tab_to(page, page.locator("#units_force"))
+    key.type("N")
+    key.press("Enter")
+    page.get_by_role("heading", name="Quality").wait_for()
+    assert serious(page) == []
+    assert "--units force=N" in page.locator("#command").inner_text()
+
+    # The experiment: a first one from the file, which is then put right in the form and in the text.
+    page.goto(served.page("/files"))
+    tab_to(page, page.get_by_role("button", name="Write a first experiment"))
+    key.press("Enter")
+    page.wait_for_url("**/experiment")
+    assert serious(page) == []
+    tab_to(page, page.locator("#f-model"))
+    key.press("c")
+    key.press("Tab")
+    page.wait_for_function("() => /^model = .closed form/m.test(document.querySelector('#text').value)")
+    assert 'model = "closed form"' in (served.folder / "experiment.toml").read_text()
+    tab_to(page, page.locator("#text"))
+    key.press("Control+A")
+    key.insert_text(EXPERIMENT.strip().replace('radius = "5 mm"', 'radius = "5 mn"'))
+    page.locator(".field.wrong .check", has_text='unknown unit "mn"').wait_for()
+    ball = page.get_by_label("Ball radius")
+    ball.focus()
+    key.press("Control+A")
+    key.type("5 mm")
+    key.press("Tab")
+    page.locator(".check", has_text="10 mm in diameter").wait_for()
+    assert (served.folder / "experiment.toml").read_text() == EXPERIMENT.strip()
+    page.locator("#light .level").wait_for()
+
+    # A calibration outlives its server, and is found again.
+    page.goto(served.page("/calibrate"))
+    assert serious(page) == []
+    tab_to(page, page.get_by_role("button", name="Calibrate"))
+    key.press("Enter")
+    page.wait_for_url("**/run?name=run1")
+    served.kill_and_begin_again()
+    page.reload()
+    page.get_by_role("heading", name="What was found").wait_for()
+    assert serious(page) == []
+    assert (served.folder / "run1" / "report.html").is_file()
+
+    # The padding: bands move while one moves, and the advice goes into the report.
+    tab_to(page, page.get_by_role("link", name="Choose a padding"))
+    key.press("Enter")
+    page.locator("#charts:not([hidden])").wait_for()
+    assert serious(page) == []
+    tab_to(page, page.locator("#load"))
+    lags = []
+    for _ in range(7):
+        page.evaluate("() => delete document.documentElement.dataset.lag")
+        key.press("ArrowLeft")
+        page.wait_for_function("() => document.documentElement.dataset.lag")
+        time.sleep(0.3)
+        lags.append(float(page.evaluate("() => document.documentElement.dataset.lag")))
+    assert min(lags) < 200, f"none of seven moves was drawn within a fifth of a second, though others compute here: {lags}"
+    tab_to(page, page.get_by_role("button", name="Make the advice"))
+    key.press("Enter")
+    page.get_by_role("heading", name="Advice that is kept").wait_for()
+    assert json.loads((served.folder / "run1" / "recommendation.json").read_text())
+
+    # It is taken along.
+    page.goto(served.page("/run?name=run1"))
+    with page.expect_download() as download:
+        page.get_by_role("link", name="run1.zip").press("Enter")
+    assert download.value.path().stat().st_size > 1e5
+
+
+def test_every_page_fits_a_phone_is_seen_at_once_and_can_be_used_by_everybody(page: Page, served: Served) -> None:
+    page.set_viewport_size({"width": 390, "height": 844})
+    for path in ("/files", "/experiment", "/check", "/calibrate", "/padding", "/runs", "/run?name=run1", "/report?name=run1"):
+        paints = []
+        for _ in range(3):
+            page.goto(served.page(path))
+            paints.append(first_paint(page))
+            if paints[-1] < 1:
+                break
+        page.wait_for_load_state("networkidle")
+        assert min(paints) < 1, path
+        assert as_wide_as_the_screen(page), path
+        assert serious(page) == [], path
+
+
+def test_a_page_that_is_open_sees_what_another_changes(page: Page, served: Served) -> None:
+    page.set_viewport_size({"width": 1280, "height": 900})
+    page.goto(served.page("/experiment"))
+    other = page.context.new_page()
+    other.goto(served.page("/experiment"))
+    other.get_by_label("Disc radius").fill("9 mm")
+    other.get_by_label("Disc radius").press("Tab")
+    other.locator(".check", has_text="18 mm in diameter").wait_for()
+    page.locator(".check", has_text="18 mm in diameter").wait_for()
+    assert 'radius = "9 mm"' in page.locator("#text").input_value()
+    other.close()

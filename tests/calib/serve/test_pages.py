@@ -1,0 +1,482 @@
+"""Every page of a folder is there, does what its command does, and keeps what it is told as files that the commands read."""
+
+from __future__ import annotations
+
+import io
+import json
+import re
+import shutil
+import sys
+import time
+import tomllib
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+from small_lab import EXPERIMENT, write_lab, write_press
+from small_run import make_lab, quick
+from starlette.testclient import TestClient
+
+from calib.experiment import read_experiment, read_specification
+from calib.files import write_text
+from calib.runs import run_state, verify
+from calib.sampling.posterior import Posterior
+from calib.serve import Door, Workspace, app_of, jobs, open_workspace
+from calib.serve.commands import reading_command
+from calib.serve.forms import form_of_experiment
+from calib.serve.looking import form_of, said_from
+
+# What a report draws takes longest, and has tests of its own.
+pytestmark = pytest.mark.usefixtures("all_undrawn")
+
+HOST = "http://127.0.0.1:8311"
+DOOR = Door("s" * 43, 8311)
+SAYS = {"Origin": HOST}
+SCRIPT = {**SAYS, "Accept": "application/json"}
+
+
+def let_in(space: Workspace) -> TestClient:
+    """A browser that has opened the address of the terminal."""
+    client = TestClient(app_of(space, DOOR), base_url=HOST, headers=SAYS, raise_server_exceptions=False)
+    assert client.get(f"/?token={DOOR.token}").status_code == 200
+    return client
+
+
+class Work(NamedTuple):
+    """A page and the folder that it works on."""
+
+    page: TestClient
+    space: Workspace
+
+
+@pytest.fixture
+def space(tmp_path: Path) -> Workspace:
+    """A folder with a lab file and its experiment."""
+    return open_workspace(write_lab(tmp_path / "work"))
+
+
+@pytest.fixture
+def page(space: Workspace) -> TestClient:
+    """Its page."""
+    return let_in(space)
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory, all_undrawn: None) -> Work:
+    """The page of a folder with two runs that are finished, and one that was stopped."""
+    lab = make_lab(tmp_path_factory.mktemp("runs"))
+    quick(lab, "one", seed=1)
+    quick(lab, "two", seed=2)
+    shutil.copytree(lab / "one", lab / "stopped")
+    (lab / "stopped" / "posterior.nc").unlink()
+    return Work(let_in(space := open_workspace(lab)), space)
+
+
+# --- files --------------------------------------------------------------------------------------------------------------
+
+
+def test_a_dropped_file_is_kept_whole_and_listed(tmp_path: Path) -> None:
+    space = open_workspace(tmp_path / "new")
+    page = let_in(space)
+    content = write_press(tmp_path / "press.csv").read_bytes()
+    assert "no lab file" in page.get("/files").text
+    answer = page.put("/files/upload?name=Set 1/press.csv", content=content)
+    assert answer.json()["name"] == "lab/Set 1/press.csv"
+    assert (space.folder / "lab" / "Set 1" / "press.csv").read_bytes() == content
+    assert "lab/Set 1/press.csv" in page.get("/files").text
+    assert page.put("/files/upload?name=Set 1/press.csv", content=content).status_code == 200  # the same once more
+    other = page.put("/files/upload?name=Set 1/press.csv", content=b"other", headers=SCRIPT)
+    assert other.status_code == 422
+    assert "with other content" in other.json()["faults"][0]
+    assert (space.folder / "lab" / "Set 1" / "press.csv").read_bytes() == content
+    assert not list((space.folder / "lab").rglob(".*"))
+
+
+def test_a_file_that_is_refused_says_why_and_is_read_once_it_is_corrected(tmp_path: Path) -> None:
+    space = open_workspace(tmp_path / "new")
+    (space.folder / "lab").mkdir()
+    write_press(space.folder / "lab" / "press.csv")
+    page = let_in(space)
+    assert "not understood" in page.get("/files/row?name=lab/press.csv").text
+    assert "has no unit" in page.get("/file?name=lab/press.csv").text
+    assert page.get("/file/picture.png?name=lab/press.csv").status_code == 422
+    corrected = page.post(
+        "/file/correct", data={"name": "lab/press.csv", "units_force": "N", "max_force": "4 N", "cycles": "1"}
+    )
+    assert "148 of 150 rows" in corrected.text or re.search(r"\d+ of 150 rows are used", corrected.text)
+    assert 'value="4 N"' in corrected.text
+    assert "calib read lab/press.csv --units force=N --cycles 1 --max-force &#34;4 N&#34;" in corrected.text
+    assert page.get("/file/picture.png?name=lab/press.csv").content.startswith(b"\x89PNG")
+    # Nothing of it is in the server's memory alone.
+    assert 'value="4 N"' in let_in(open_workspace(space.folder)).get("/file?name=lab/press.csv").text
+
+
+def test_what_is_said_of_a_file_goes_into_the_first_experiment_and_is_changed_there_from_then_on(tmp_path: Path) -> None:
+    space = open_workspace(tmp_path / "new")
+    (space.folder / "lab").mkdir()
+    write_press(space.folder / "lab" / "press.csv")
+    page = let_in(space)
+    page.post("/file/correct", data={"name": "lab/press.csv", "units_force": "N", "max_force": "4 N"})
+    assert "calib init lab --said readings.toml -o experiment.toml" in page.get("/files").text
+    assert page.post("/files/draft", follow_redirects=False).headers["location"] == "/experiment"
+    specimen = tomllib.loads(space.text)["specimens"][0]
+    assert specimen["force"] == {"file": "lab/press.csv", "units": {"force": "N"}}
+    assert specimen["use"] == {"max_force": "4 N"}
+    before = space.text
+    page.post("/file/correct", data={"name": "lab/press.csv", "units_force": "mN"})
+    specimen = tomllib.loads(space.text)["specimens"][0]
+    assert specimen["force"] == specimen["capacitance"] == {"file": "lab/press.csv", "units": {"force": "mN"}}
+    assert "use" not in specimen
+    assert [line for line in space.text.split("\n") if line.startswith("#")] == [
+        line for line in before.split("\n") if line.startswith("#")
+    ]
+    assert page.post("/files/draft").status_code == 422  # it is not overwritten
+    assert page.post("/file/remove", data={"name": "lab/press.csv"}).status_code == 422  # the experiment names it
+
+
+def test_a_wrong_correction_is_refused_with_every_fault_and_what_was_typed_stays(page: TestClient, space: Workspace) -> None:
+    before = space.text
+    data = {"name": "lab/press.csv", "units_force": "N", "cycles": "two", "max_force": "5", "specimen": "0", "where_value": "1"}
+    answer = page.post("/file/correct", data=data)
+    assert answer.status_code == 422
+    for said in ("cycles must be", "max_force", "specimen must be a whole number", "belong together"):
+        assert said in answer.text
+    assert 'value="two"' in answer.text
+    assert space.text == before
+
+
+def test_a_file_that_is_put_out_of_the_way_is_kept(tmp_path: Path) -> None:
+    space = open_workspace(tmp_path / "new")
+    (space.folder / "lab").mkdir()
+    content = write_press(space.folder / "lab" / "press.csv").read_bytes()
+    page = let_in(space)
+    page.post("/file/correct", data={"name": "lab/press.csv", "units_force": "N"})
+    page.post("/file/remove", data={"name": "lab/press.csv"})
+    assert space.lab_files() == []
+    assert space.said() == {}
+    assert [path.read_bytes() for path in (space.folder / ".removed").glob("*/press.csv")] == [content]
+
+
+def test_what_a_form_says_of_a_file_comes_back_from_it() -> None:
+    form = {
+        "units_force": "kN",
+        "columns_time": "T",
+        "specimen": "2",
+        "where_column": "Frequency (Hz)",
+        "where_value": "1000",
+        "sign_force": "compression negative",
+        "sheet": "Test 1",
+        "scale": "micro",
+        "decimal": ",",
+        "max_force": "5 N",
+        "max_depth": "0.8 mm",
+        "branch": "unloading",
+        "cycles": "2, 3",
+    }
+    said = said_from(form)
+    assert {key: value for key, value in form_of(said).items() if value} == form
+    assert reading_command("a b.csv", said) == (
+        'calib read "a b.csv" --units force=kN --columns time=T --specimen 2 --where "Frequency (Hz)=1000" '
+        '--sign "force=compression negative" --sheet "Test 1" --scale micro --decimal , --branch unloading --cycles 2,3 '
+        '--max-force "5 N" --max-depth "0.8 mm"'
+    )
+
+
+# --- experiment ---------------------------------------------------------------------------------------------------------
+
+
+def put(page: TestClient, at: list[str | int], **given: str) -> dict[str, object]:
+    answer = page.post("/experiment/put", data={"at": json.dumps(at), **given}, headers=SCRIPT)
+    found: dict[str, object] = {"status": answer.status_code, **answer.json()}
+    return found
+
+
+def test_form_and_text_are_the_same_file(page: TestClient, space: Workspace) -> None:
+    put(page, ["indenter", "radius"], value="4 mm")
+    put(page, ["priors", "young_modulus"], kind="normal", number0="0.6 MPa", number1="0.1 MPa")
+    put(page, ["specimens", 0, "priors", "dielectric_thickness"], kind="normal", number0="0.16 mm", number1="0.01 mm")
+    tables = tomllib.loads(space.text)
+    assert tables["indenter"]["radius"] == "4 mm"
+    assert tables["priors"]["young_modulus"] == {"normal": ["0.6 MPa", "0.1 MPa"]}
+    assert tables["specimens"][0]["priors"]["dielectric_thickness"] == {"normal": ["0.16 mm", "0.01 mm"]}
+    shown = page.get("/experiment").text
+    assert 'value="4 mm"' in shown
+    assert "8 mm in diameter" in shown
+    changed = space.text.replace('"4 mm"', '"3 mm"')
+    page.post("/experiment/write", data={"text": changed, "seen": _seen(page)}, headers=SCRIPT)
+    assert "6 mm in diameter" in page.get("/experiment/fields").text
+    put(page, ["indenter", "friction_coefficient"], value="stick")
+    assert tomllib.loads(space.text)["indenter"]["friction_coefficient"] == "stick"
+    put(page, ["indenter", "friction_coefficient"], value="")
+    assert "friction_coefficient" not in space.text
+
+
+def _seen(page: TestClient) -> str:
+    return str(page.get("/experiment/state").json()["seen"])
+
+
+def test_what_is_wrong_is_said_beside_its_field(page: TestClient, space: Workspace) -> None:
+    put(page, ["indenter", "radius"], value="5")
+    form = form_of_experiment(space)
+    wrong = {field.at: field.wrong for field in form.fields if field.wrong}
+    assert list(wrong) == [("indenter", "radius")]
+    assert "has no unit" in wrong["indenter", "radius"]
+    assert "has no unit" in page.get("/experiment").text
+
+
+def test_a_text_that_is_no_toml_is_kept_and_said_with_its_line(page: TestClient, space: Workspace) -> None:
+    broken = EXPERIMENT + "radius = \n"
+    answer = page.post("/experiment/write", data={"text": broken, "seen": _seen(page)}, headers=SCRIPT).json()
+    assert "is not valid TOML" in answer["faults"][0]
+    assert space.text == broken
+    assert "is not valid TOML" in page.get("/experiment").text
+    assert put(page, ["indenter", "radius"], value="4 mm")["status"] == 422
+
+
+def test_two_tabs_lose_nothing(page: TestClient, space: Workspace) -> None:
+    seen, text = _seen(page), space.text
+    assert put(page, ["indenter", "radius"], value="4 mm", was='"5 mm"')["status"] == 200
+    late = put(page, ["indenter", "radius"], value="6 mm", was='"5 mm"')
+    assert (late["status"], tomllib.loads(space.text)["indenter"]["radius"]) == (409, "4 mm")
+    assert "changed elsewhere" in str(late["refused"])
+    assert put(page, ["sensor", "radius"], value="9 mm", was='"10 mm"')["status"] == 200  # another field goes in
+    answer = page.post("/experiment/write", data={"text": text, "seen": seen}, headers=SCRIPT)
+    assert answer.status_code == 409
+    assert tomllib.loads(space.text)["indenter"]["radius"] == "4 mm"
+    assert page.post("/experiment/write", data={"text": " ", "seen": _seen(page)}, headers=SCRIPT).status_code == 422
+
+
+def test_marks_go_as_values_are_said_or_meant(tmp_path: Path) -> None:
+    space = open_workspace(tmp_path / "new")
+    (space.folder / "lab").mkdir()
+    write_press(space.folder / "lab" / "press.csv")
+    page = let_in(space)
+    page.post("/file/correct", data={"name": "lab/press.csv", "units_force": "N"})
+    page.post("/files/draft")
+    before = form_of_experiment(space)
+    assert len(before.marked) == len(read_experiment(space.experiment).unedited) > 8
+    put(page, ["sensor", "radius"], value="9 mm")
+    ball = next(field for field in form_of_experiment(space).fields if field.at == ("indenter", "radius"))
+    assert ball.task == "radius of the ball, half its diameter"
+    page.post("/experiment/mean-it", data={"line": str(ball.marked)}, headers=SCRIPT)
+    electrode = next(field for field in form_of_experiment(space).fields if field.at == ("sensor", "electrode_radius"))
+    page.post("/experiment/mean-it", data={"line": str(electrode.marked)}, headers=SCRIPT)
+    left = read_experiment(space.experiment)
+    assert len(left.unedited) == len(before.marked) - 3
+    assert (left.indenter_radius, left.sensor_radius) == (5e-3, 9e-3)
+    assert page.post("/experiment/mean-it", data={"line": "1"}, headers=SCRIPT).status_code == 422
+    put(page, ["priors", "load_zero_drift"], example="yes")  # there is no such unknown
+    put(page, ["specimens", 0, "priors", "load_zero"], example="yes")
+    added = next(field for field in form_of_experiment(space).fields if field.at[-1] == "load_zero")
+    assert "example" in added.task
+
+
+def test_no_field_leads_out_of_the_experiment(page: TestClient, space: Workspace) -> None:
+    before = space.text
+    for at in ([], ["specimens", 5, "priors", "load_zero"], ["__class__"], [True], [0], ["priors", "nothing"], {"a": 1}, "x"):
+        answer = page.post("/experiment/put", data={"at": json.dumps(at), "value": "1", "kind": "fixed"}, headers=SCRIPT)
+        assert answer.status_code == 422, at
+    assert page.post("/experiment/put", data={"at": "[["}, headers=SCRIPT).status_code == 422
+    assert space.text == before
+
+
+# --- check and calibrate ------------------------------------------------------------------------------------------------
+
+
+def test_the_check_says_what_the_command_says(page: TestClient, space: Workspace) -> None:
+    assert "calib check experiment.toml" in page.get("/check").text
+    found = page.get("/check/found", headers={"X-Part": "1"})
+    assert "What the data will tell" in found.text
+    assert 'class="level' in page.get("/check/light").text
+    put(page, ["indenter", "radius"], value="5")
+    refused = page.get("/check/light", headers={"X-Part": "1"})
+    assert refused.status_code == 422
+    assert "has no unit" in refused.text
+
+
+def test_a_calibration_is_the_command_that_is_shown_and_outlives_the_page(page: TestClient, space: Workspace) -> None:
+    asked = {"name": "run1", "budget": "3", "seed": "7"}
+    command = page.get("/calibrate/command", params=asked).json()["command"]
+    assert command == "calib calibrate experiment.toml -o run1 --budget 3 --seed 7"
+    assert page.post("/calibrate/begin", data=asked, follow_redirects=False).headers["location"] == "/run?name=run1"
+    assert page.post("/calibrate/begin", data=asked).status_code == 422  # it goes on already
+    later = let_in(open_workspace(space.folder))  # another server, which knows nothing but the folder
+    begun = dict(jobs._CHILDREN)
+    jobs._CHILDREN.clear()
+    if sys.platform != "win32":
+        job = jobs.job_of(space, "run1")
+        assert job is not None
+        assert job.alive
+        assert job.command == command
+    assert "run1" in later.get("/runs").text
+    assert "Cancel" in later.get("/run?name=run1").text
+    until(lambda: run_state(space.folder / "run1").told is not None)
+    state = run_state(space.folder / "run1")
+    assert state.condition == "running"
+    assert later.get("/run/progress?name=run1").headers["x-alive"] == "yes"
+    later.post("/calibrate/cancel", data={"name": "run1"})
+    until(lambda: later.get("/run/progress?name=run1").headers["x-alive"] == "no")
+    assert run_state(space.folder / "run1").condition == "stopped"
+    assert "Stopped" in later.get("/run/progress?name=run1").text
+    assert "Resume" in later.get("/run?name=run1").text
+    assert later.post("/calibrate/cancel", data={"name": "run1"}).status_code == 422
+    assert [child.wait() for child in begun.values()] == [143]
+
+
+def until(holds: Callable[[], bool], seconds: float = 120.0) -> None:
+    end = time.monotonic() + seconds
+    while not holds():
+        assert time.monotonic() < end, "it did not come about"
+        time.sleep(0.1)
+
+
+def test_a_calibration_that_is_refused_says_so_and_may_be_begun_again(page: TestClient, space: Workspace) -> None:
+    put(page, ["indenter", "radius"], value="5")
+    page.post("/calibrate/begin", data={"name": "run1"})
+    until(lambda: page.get("/run/progress?name=run1").headers["x-alive"] == "no")
+    said = page.get("/run/progress?name=run1").text
+    assert "refused" in said
+    assert "has no unit" in said
+    assert page.get("/calibrate").text.count('value="run1"') == 1
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        {"name": "../out"},
+        {"name": "lab"},
+        {"name": ""},
+        {"name": "a/b"},
+        {"name": "x", "budget": "nan"},
+        {"name": "x", "seed": "1.5"},
+    ],
+)
+def test_a_calibration_with_a_wrong_name_or_number_is_refused(page: TestClient, space: Workspace, data: dict[str, str]) -> None:
+    assert page.post("/calibrate/begin", data=data).status_code == 422
+    assert not jobs.jobs(space)
+
+
+# --- runs ---------------------------------------------------------------------------------------------------------------
+
+
+def test_runs_are_listed_with_their_state_and_verdict(finished: Work) -> None:
+    listed = finished.page.get("/runs").text
+    assert re.search(r'name=one">one</a></th><td><span class="level (red|amber|green)">', listed)
+    assert re.search(r'name=stopped">stopped</a></th><td>stopped', listed)
+
+
+def test_a_run_shows_what_was_found_and_its_files_are_taken_along(finished: Work) -> None:
+    assert "young_modulus" in finished.page.get("/run/found?name=one").text
+    folder = finished.space.folder / "one"
+    assert finished.page.get("/run/file?name=one&file=posterior.nc").content == (folder / "posterior.nc").read_bytes()
+    with zipfile.ZipFile(io.BytesIO(finished.page.get("/run/bundle.zip?name=one").content)) as archive:
+        names = set(archive.namelist())
+        assert archive.read("one/summary.json") == (folder / "summary.json").read_bytes()
+    assert {"one/posterior.nc", "one/run.json", "one/report.html"} <= names
+    assert not any("checkpoint" in name for name in names)
+    assert not list((finished.space.own / "downloads").glob("*"))
+    assert "as they were" in finished.page.get("/run/verified?name=one").text
+    assert {f.state for f in verify(folder)} == {"fine"}
+
+
+def test_a_report_may_run_nothing(finished: Work) -> None:
+    assert "sandbox" in finished.page.get("/report?name=one").text
+    answer = finished.page.get("/report/page?name=one")
+    assert "sandbox" in answer.headers["content-security-policy"]
+    assert "script-src" not in answer.headers["content-security-policy"]
+    assert finished.page.get("/report?name=stopped").status_code in (200, 422)
+
+
+def test_two_runs_stand_side_by_side(finished: Work) -> None:
+    shown = finished.page.get("/runs/difference?first=one&second=two").text
+    assert "calib diff one two" in shown
+    assert "young_modulus" in shown
+    assert finished.page.get("/runs/curves.png?first=one&second=two").content.startswith(b"\x89PNG")
+
+
+def test_an_average_wants_two_runs_and_a_name(finished: Work) -> None:
+    assert finished.page.post("/runs/average", data={"run": "one", "name": "both"}).status_code == 422
+    assert finished.page.post("/runs/average", data={"run": ["one", "../x"], "name": "both"}).status_code == 422
+    assert finished.page.post("/runs/average", data={"run": ["one", "two"], "name": "one"}).status_code == 422
+
+
+def test_a_stopped_run_is_gone_on_with_by_the_command_that_resumes(finished: Work, monkeypatch: pytest.MonkeyPatch) -> None:
+    begun: list[list[str]] = []
+    monkeypatch.setattr("calib.serve.jobs.start", lambda space, name, words: begun.append(list(words)))
+    finished.page.post("/calibrate/resume", data={"name": "stopped", "budget": "5"})
+    assert begun == [["calibrate", "experiment.toml", "-o", "stopped", "--budget", "5", "--resume"]]
+    assert finished.page.post("/calibrate/resume", data={"name": "nothing"}).status_code == 422
+
+
+# --- padding ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory: pytest.TempPathFactory, make_posterior: Callable[..., Posterior]) -> Work:
+    """The page of a folder with a run that measured capacitance."""
+    from calib.runs.calibration import Stages
+
+    lab = make_lab(tmp_path_factory.mktemp("padding"))
+    quick(
+        lab,
+        stages=Stages(lambda *_, **__: make_posterior(), lambda p, _: p, page=lambda *_: "<p>page</p>", check=lambda _: None),
+    )
+    return Work(let_in(space := open_workspace(lab)), space)
+
+
+def test_bands_move_with_load_and_limits(built: Work) -> None:
+    assert 'type="range"' in built.page.get("/padding/look?name=run").text
+    assert "/padding/look?name=run" in built.page.get("/padding").text
+    low, high = (built.page.get(f"/padding/view?name=run&force={force} N").json() for force in (1, 4))
+    assert len(low["thickness"]) == len(low["signal"][2]) == 37
+    middle = [(a, b) for a, b in zip(low["signal"][2], high["signal"][2], strict=True) if a is not None and b is not None]
+    assert middle
+    assert all(a < b for a, b in middle)
+    limited = built.page.get(
+        "/padding/view", params={"name": "run", "force": "4 N", "stroke": "0.5 mm", "tolerance": "0.1 mm"}
+    ).json()
+    assert limited["limits"] == ["stroke at most 0.5 mm"]
+    assert max(p for p in limited["conforming"] if p is not None) <= 1
+    assert limited["command"] == "calib recommend run --spec run-specification.toml"
+    assert low["command"] == 'calib recommend run --force "1 N" --padding "0 mm:9 mm"'
+
+
+@pytest.mark.parametrize("asked", ["force=5", "force=1e9 N", "signal=-3 %", "stroke=x", "tolerance=-1 mm"])
+def test_a_view_that_makes_no_sense_is_refused(built: Work, asked: str) -> None:
+    answer = built.page.get(f"/padding/view?name=run&{asked}", headers={"Accept": "application/json"})
+    assert answer.status_code == 422
+    assert answer.json()["faults"]
+
+
+def test_the_advice_is_kept_with_the_run_as_the_command_keeps_it(built: Work) -> None:
+    space = built.space
+    built.page.post("/padding/advise", data={"name": "run", "force": "3 N"})
+    assert json.loads((space.folder / "run" / "recommendation.json").read_text())
+    assert "Advice that is kept with run" in built.page.get("/padding/look?name=run").text
+    built.page.post("/padding/advise", data={"name": "run", "force": "3 N", "stroke": "0.5 mm", "tolerance": "0.05 mm"})
+    wanted = read_specification(space.folder / "run-specification.toml", 100)
+    assert [limit.in_words for limit in wanted.limits] == ["stroke at most 0.5 mm"]
+    assert (space.folder / "run" / "specification.csv").is_file()
+    assert built.page.post("/padding/advise", data={"name": "run"}).status_code == 422
+
+
+def test_a_page_without_runs_says_what_to_do_first(page: TestClient) -> None:
+    for path in ("/padding", "/runs", "/calibrate"):
+        assert page.get(path).status_code == 200
+    assert "Calibrate first" in page.get("/padding").text
+
+
+def test_what_is_damaged_is_told_and_not_served_as_if_it_were_not(built: Work, tmp_path: Path) -> None:
+    space = open_workspace(tmp_path / "copy")
+    shutil.copytree(built.space.folder / "run", space.folder / "run")
+    page = let_in(space)
+    content = bytearray((space.folder / "run" / "posterior.nc").read_bytes())
+    content[len(content) // 2] ^= 1
+    (space.folder / "run" / "posterior.nc").write_bytes(content)
+    assert page.get("/run/found?name=run", headers={"X-Part": "1"}).status_code == 422
+    write_text(space.experiment, "\x00")
+    assert page.get("/experiment").status_code == 200
+    space.experiment.write_bytes(b"\xff\xfe")
+    assert page.get("/experiment").status_code == 422
