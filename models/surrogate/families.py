@@ -114,7 +114,7 @@ FAMILIES = MappingProxyType(
             Family(
                 "friction",
                 "neo-Hookean sensor on padding, bonded base, sphere with Coulomb friction from none to stick",
-                Recipe(2048, _SMALL, 40_000, coarse_points=4096, coarse_accuracy=3e-3),
+                Recipe(2048, _SMALL, 40_000, coarse_points=2560, coarse_accuracy=3e-3),
                 own=(FRICTION,),
                 adds_to="neo-hookean",
             ),
