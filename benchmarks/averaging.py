@@ -1,9 +1,9 @@
 """Whether intervals of averaged models cover where one of the models is true: `python benchmarks/averaging.py -o FILE`.
 
-Labs of `simulated.faulty` in which the experiment's own model is true, or another that differs in one choice (or nearly so: of
-friction 0.3 the candidate is a ball that sticks). Every model that `calib compare` would calibrate is asked for its posterior
-by importance draws near its mode, as the first answer is, with its evidence, and with the density of each block of data given
-the others: by weights of the draws, or where k-hat is above 1 by the evidences with and without it.
+Labs of `simulated.faulty` in which the experiment's own model is true, or another that differs in one choice. Every model that
+`calib compare` would calibrate is asked for its posterior by importance draws near its mode, as the first answer is, with its
+evidence, and with the density of each block of data given the others: by weights of the draws, or where k-hat is above 1 by
+the evidences with and without it.
 Printed for the experiment's own model and for averages by evidence, stacking and pseudo-BMA+: how many of the central 90 % of
 Young's modulus, and of the signal at 10 N on the padding that each recommends, hold the truth; how wide they are beside those
 of the experiment's own model (median); their score, which holds both together, over the truth (mean, the less the better); and
@@ -45,7 +45,7 @@ from models.threads import one_thread
 KINDS = {
     "sound": "as-given",
     "slippery base": "slippery",
-    "friction 0.3": "stick",
+    "friction 0.3": "friction",
     "padding 20 % softer": "own-padding",
     "padding 30 % harder": "own-padding",
 }

@@ -18,7 +18,6 @@ from models.fem import FiniteElements
 from models.sensor import design_from
 from models.surrogate import FAMILIES, is_shipped, load_surrogate
 from models.surrogate.gradients import gradients
-from models.surrogate.groups import FRICTION
 
 #: 14 steps to 0.7 mm.
 STEPS = np.linspace(0, 0.7e-3, 15)[1:]
@@ -59,8 +58,7 @@ def main() -> None:
     print(f"closed form, {shape}    {closed:10.4f} ms a curve   {fem / closed:8.0f} times faster")
     for family in filter(is_shipped, FAMILIES.values()):
         own = {g.parameter: np.full(n_draw, float(g.value(np.array(g.end / 2)))) for g in family.own}
-        contact = {"friction_coefficient": np.full(n_draw, family.plain(FRICTION))}
-        of_family = design_from(PAPER_SENSOR | varied | contact | own, base=family.base)
+        of_family = design_from(PAPER_SENSOR | varied | own, base=family.base)
         its = load_surrogate(family=family)
         took = median_ms(partial(its.respond, of_family, depth), 20) / n_draw
         print(f"surrogate of the family {family.name:<16} {took:10.4f} ms a curve   {1e3 / took:8.0f} curves a second")

@@ -32,7 +32,6 @@ class FamilyName(StrEnum):
 
     neo_hookean = "neo-hookean"
     gent = "gent"
-    stick = "stick"
     slippery = "slippery"
     friction = "friction"
     slippery_friction = "slippery-friction"

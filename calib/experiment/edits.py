@@ -55,7 +55,7 @@ GUESSES: Mapping[tuple[str, ...], Guess] = {
     ("indenter", "friction_coefficient"): Guess(
         "0",
         '0 if the ball slides on the sensor, "stick" if it sticks',
-        "A ball that sticks makes the same sensor stiffer. Talc or oil lets it slide; try both and compare (`calib compare`).",
+        "A ball that rubs makes the same sensor stiffer. Talc or oil lets it slide. Not sure? `calib compare` asks the data.",
     ),
     ("sensor", "radius"): Guess(
         '"10 mm"',

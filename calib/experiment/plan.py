@@ -137,10 +137,10 @@ class Experiment:
         """The family of surrogates that has this base, law, friction and padding; None if there is none."""
         has = {
             "stiffening": self.law == "gent",
-            "friction_coefficient": self.rubs,
+            "friction_coefficient": self.rubs or self.stick,
             "padding_poisson_ratio": self.padding_material == "foam",
         }
-        return family_of({name for name, there in has.items() if there}, base=self.base, stick=self.stick)
+        return family_of({name for name, there in has.items() if there}, base=self.base)
 
     @property
     def rubs(self) -> bool:

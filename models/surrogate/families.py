@@ -41,8 +41,7 @@ class Family:
     words : what its designs are.
     recipe : how it is trained.
     base : that its designs rest on.
-    own : groups that its designs have beyond geometry and the ratio of moduli; all others are `plain`.
-    sticks : whether the sensor sticks to the ball: its friction is infinite, and nothing else.
+    own : groups that its designs have beyond geometry and the ratio of moduli; all others are plain.
     adds_to : name of the family, on the same base, whose surrogate its own adds to; empty for one that stands by itself.
     """
 
@@ -51,27 +50,22 @@ class Family:
     recipe: Recipe
     base: Base = "bonded"
     own: tuple[Group, ...] = ()
-    sticks: bool = False
     adds_to: str = ""
 
     @property
     def signature(self) -> str:
         """What makes its surrogates compute otherwise than the same networks of another family would."""
         ends = {group.parameter: group.end for group in self.own}
-        first = f"{ends.pop(STIFFENING.parameter, 0.0)!r} {self.sticks!r} "
+        first = f"{ends.pop(STIFFENING.parameter, 0.0)!r} False "  # a ball that sticks had a family of its own once
         others = [*([self.base] if self.base != "bonded" else []), *(f"{name} {end!r}" for name, end in ends.items())]
         return first + "".join(f"{word} " for word in others)
-
-    def plain(self, group: Group) -> float:
-        """Value of the parameter of a group that is not the family's own, in all its designs."""
-        return float("inf") if self.sticks and group is FRICTION else group.plain
 
     def serves(self, design: Design) -> BoolArray:
         """Which draws of a batch have nothing that the family has not, (n_draw,); see `refusal`."""
         known = np.full(np.shape(design.sensor.thickness), design.base == self.base)
         for group in GROUPS:
             if group not in self.own:
-                known = known & (_values(design, group) == self.plain(group))
+                known = known & (_values(design, group) == group.plain)
         return known
 
     def refusal(self, design: Design) -> str:
@@ -79,11 +73,10 @@ class Family:
         if design.base != self.base:
             return f'is trained for layers on a {self.base} base; base must be "{self.base}", got "{design.base}"'
         for group in GROUPS:
-            values, plain = _values(design, group), self.plain(group)
-            if group not in self.own and np.any(values != plain):
-                words = "a ball that sticks" if plain == np.inf else group.plain_words
-                other = float(np.atleast_1d(values)[np.atleast_1d(values != plain)][0])
-                return f"is trained for {words}; {group.parameter} must be {plain:g}, got {other:.4g}"
+            values = _values(design, group)
+            if group not in self.own and np.any(values != group.plain):
+                other = float(np.atleast_1d(values)[np.atleast_1d(values != group.plain)][0])
+                return f"is trained for {group.plain_words}; {group.parameter} must be {group.plain:g}, got {other:.4g}"
         return ""
 
 
@@ -113,13 +106,6 @@ FAMILIES = MappingProxyType(
                 adds_to="neo-hookean",
             ),
             Family(
-                "stick",
-                "neo-Hookean sensor on padding, bonded base, sphere that sticks",
-                Recipe(2150, _SMALL, 40_000),
-                sticks=True,
-                adds_to="neo-hookean",
-            ),
-            Family(
                 "slippery",
                 "neo-Hookean sensor on padding, slippery base, frictionless sphere",
                 Recipe(5632, _LARGE, 60_000),
@@ -128,7 +114,7 @@ FAMILIES = MappingProxyType(
             Family(
                 "friction",
                 "neo-Hookean sensor on padding, bonded base, sphere with Coulomb friction from none to stick",
-                Recipe(2048, _SMALL, 40_000, coarse_points=4096, coarse_accuracy=3e-3),
+                Recipe(2048, _SMALL, 40_000, coarse_points=2560, coarse_accuracy=3e-3),
                 own=(FRICTION,),
                 adds_to="neo-hookean",
             ),
@@ -152,27 +138,26 @@ FAMILIES = MappingProxyType(
 )
 
 
-def family_of(unknowns: Collection[str] = (), *, base: Base = "bonded", stick: bool = False) -> Family | None:
-    """The family that serves designs on a base, with or without a ball that sticks, in which some parameters are not plain.
+def family_of(unknowns: Collection[str] = (), *, base: Base = "bonded") -> Family | None:
+    """The family that serves designs on a base in which some parameters are not plain.
 
     Parameters
     ----------
-    unknowns : names of the parameters of `GROUPS` that may be other than plain: "stiffening", "friction_coefficient", ...
+    unknowns : names of the parameters of `GROUPS` that may be other than plain: "stiffening", "friction_coefficient" (a ball
+        that sticks is the end of it), ...
     base : that they rest on.
-    stick : whether the ball sticks to the sensor; friction that is an unknown has this as its end.
 
     Returns
     -------
     The family; None if there is none for this combination.
     """
     for family in FAMILIES.values():
-        if {group.parameter for group in family.own} == set(unknowns) and (family.base, family.sticks) == (base, stick):
+        if {group.parameter for group in family.own} == set(unknowns) and family.base == base:
             return family
     return None
 
 
 def family_of_design(design: Design) -> Family | None:
     """The family that serves a design; None if there is none."""
-    stick = bool(np.all(design.indenter.friction_coefficient == np.inf))
     unknowns = {group.parameter for group in GROUPS if np.any(_values(design, group) != group.plain)}
-    return family_of(unknowns - {FRICTION.parameter} if stick else unknowns, base=design.base, stick=stick)
+    return family_of(unknowns, base=design.base)

@@ -344,12 +344,15 @@ def _from_arrays(data: Mapping[str, Any]) -> Surrogate:
     for name, array in data.items():
         if array.dtype.kind == "f" and not np.all(np.isfinite(array)):
             raise ValueError(f"{name} has numbers that are not finite")
+    family = str(data["family"])
+    if family not in FAMILIES:
+        raise ValueError(f"its family is {family}, there are {', '.join(FAMILIES)}")
     below = {name.removeprefix(_BASE): array for name, array in data.items() if name.startswith(_BASE)}
     return Surrogate(
         **{name: network_from(data, name) for name in _NETWORKS},
         force_modes=data["force_modes"],
         capacitance_modes=data["capacitance_modes"],
         provenance=json.loads(str(data["provenance"])),
-        family=FAMILIES[str(data["family"])],
+        family=FAMILIES[family],
         base=_from_arrays(below) if below else None,
     )

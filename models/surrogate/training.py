@@ -18,7 +18,6 @@ from models.layers import LayeredDesign, layered
 from models.sensor import BoolArray, FloatArray, IntArray, design_from
 from models.surrogate.domain import COMPRESSION, DEPTH, DIELECTRIC, ELECTRODE, OWN, PATH, group_names
 from models.surrogate.families import NEO_HOOKEAN, Family
-from models.surrogate.groups import FRICTION
 from models.surrogate.store import RunStore
 
 
@@ -136,10 +135,9 @@ def values_beyond(groups: FloatArray, family: Family) -> dict[str, float]:
 
     Returns
     -------
-    Parameter name -> value, of friction and of the family's own groups.
+    Parameter name -> value, of the family's own groups.
     """
-    own = {g.parameter: float(g.value(np.asarray(x))) for g, x in zip(family.own, groups[OWN:], strict=True)}
-    return {FRICTION.parameter: family.plain(FRICTION)} | own
+    return {g.parameter: float(g.value(np.asarray(x))) for g, x in zip(family.own, groups[OWN:], strict=True)}
 
 
 def run_point(groups: FloatArray, accuracy: float, family: Family = NEO_HOOKEAN, path: Path = walk) -> TrainingRun:

@@ -111,7 +111,7 @@ def kinds() -> dict[str, Forward]:
         "surrogate of Gent's law on another base": replace(
             load_surrogate(family=FAMILIES["gent"]), base=replace(shipped, mechanics=wider)
         ),
-        "surrogate of a ball that sticks": load_surrogate(family=FAMILIES["stick"]),
+        "surrogate of a ball that rubs": load_surrogate(family=FAMILIES["friction"]),
     }
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from calib.catalogue import UNKNOWNS
-from calib.experiment import Experiment, MaterialLaw, unedited_in_words
+from calib.experiment import Experiment, MaterialLaw, unedited_in_words, variants_of
 from calib.report.section import Results, Section
 from calib.sampling import Posterior
 from models.sensor import Base
@@ -105,7 +105,11 @@ def _contact(e: Experiment) -> tuple[str, str]:
         )
     if e.rubs:
         return "One friction for all presses", "The ball rubs by Coulomb's law, by the same coefficient whatever the pressure."
-    return "Friction is left out", "The ball slides freely on the sensor; friction would make it a little stiffer."
+    text = "The ball slides freely on the sensor; rubbing would make it stiffer, by tens of per cent at a friction of 0.3."
+    if any(variant.name == "friction" for variant in variants_of(e)):
+        example = UNKNOWNS["friction_coefficient"].example
+        text += f" Where that cannot be ruled out, give friction_coefficient = {example} in [priors]."
+    return "Friction is left out", text
 
 
 def _padding_material(e: Experiment) -> tuple[str, str]:

@@ -10,7 +10,7 @@ from models.sensor import FloatArray, design_from
 from models.surrogate import FAMILIES, Family, family_of, family_of_design
 from models.surrogate.coordinates import electric_features, mechanical_features
 from models.surrogate.domain import BOUNDS, GAP, LENGTHS, OWN, Bound, groups_of, inside, violated
-from models.surrogate.groups import FRICTION, GROUPS, Group
+from models.surrogate.groups import GROUPS, Group
 from models.surrogate.training import values_beyond
 from models.surrogate.validation import random_designs
 
@@ -73,13 +73,11 @@ def test_stiffening_belongs_to_gents_family_and_not_beyond_its_end() -> None:
 
 @pytest.mark.parametrize("family", FAMILIES.values(), ids=lambda f: f.name)
 def test_designs_of_a_family_are_its_own_and_no_others(family: Family) -> None:
-    assert family_of({group.parameter for group in family.own}, base=family.base, stick=family.sticks) is family
+    assert family_of({group.parameter for group in family.own}, base=family.base) is family
     for design in random_designs(5, 1, family):
         found = [other for other in FAMILIES.values() if other.serves(design.draws())[0]]
-        # No friction is the beginning of a family with friction, a ball that sticks its end.
-        same = [f for f in FAMILIES.values() if f.base == family.base]
-        wider = [f for f in same if f.own and ((not family.own and not family.sticks) or (family.sticks and FRICTION in f.own))]
-        assert found == [f for f in FAMILIES.values() if f is family or f in wider]
+        # Nothing of a group is the beginning of a family that has it.
+        assert found == [f for f in FAMILIES.values() if f is family or (f.base == family.base and not family.own)]
         assert family_of_design(design) is family
         assert not family.refusal(design.draws())
         groups = groups_of(design.draws(), family)
@@ -92,7 +90,7 @@ def test_designs_of_a_family_are_its_own_and_no_others(family: Family) -> None:
 
 
 def test_no_family_serves_two_kinds_of_physics_at_once() -> None:
-    assert family_of({"stiffening"}, stick=True) is None
+    assert family_of({"stiffening", "friction_coefficient"}) is None
     assert family_of({"stiffening"}, base="slippery") is None
     design = design_from(PAPER | {"stiffening": 0.02}, friction_coefficient=0.3)
     assert family_of_design(design) is None
@@ -117,7 +115,6 @@ def test_friction_goes_up_to_a_ball_that_sticks() -> None:
     groups = groups_of(design, FAMILIES["friction"])
     np.testing.assert_allclose(groups[:, OWN], np.tanh(friction / 0.4))
     assert groups[-1, OWN] == 1
-    np.testing.assert_array_equal(FAMILIES["stick"].serves(design), [False, False, False, True])
     np.testing.assert_array_equal(FAMILIES["neo-hookean"].serves(design), [True, False, False, False])
     assert np.all(FAMILIES["friction"].serves(design))
 
