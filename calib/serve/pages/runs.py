@@ -35,6 +35,11 @@ _KINDS = {
     "next.json": "application/json",
     "report.html": "text/html",
     "report.pdf": "application/pdf",
+    "certificate.html": "text/html",
+    "certificate.json": "application/json",
+    "certificate.xml": "application/xml",
+    "ro-crate-metadata.json": "application/json",
+    "certificate.json.minisig": "text/plain",
 }
 _ABOUT = {
     "posterior.nc": "draws, for ArviZ",
@@ -45,6 +50,11 @@ _ABOUT = {
     "next.json": "what to measure next",
     "report.html": "the report, one page that needs nothing else",
     "report.pdf": "the report, printed",
+    "certificate.html": "the certificate, to print",
+    "certificate.json": "the certificate, for programs",
+    "certificate.xml": "the certificate, as a Digital Calibration Certificate",
+    "ro-crate-metadata.json": "what the run is made of, as an RO-Crate",
+    "certificate.json.minisig": "signature of the certificate",
 }
 
 

@@ -381,6 +381,15 @@ def test_a_run_shows_what_was_found_and_its_files_are_taken_along(finished: Work
     assert {f.state for f in verify(folder)} == {"fine"}
 
 
+def test_a_certificate_is_taken_along_once_there_is_one(built: Work) -> None:
+    assert "calib certificate run" in built.page.get("/run?name=run").text
+    assert built.page.get("/run/file?name=run&file=certificate.json").status_code == 422
+    (built.space.folder / "run" / "certificate.json").write_text("{}")
+    assert "the certificate, for programs" in built.page.get("/run?name=run").text
+    assert built.page.get("/run/file?name=run&file=certificate.json").content == b"{}"
+    (built.space.folder / "run" / "certificate.json").unlink()
+
+
 def test_a_report_may_run_nothing(finished: Work) -> None:
     assert "sandbox" in finished.page.get("/report?name=one").text
     answer = finished.page.get("/report/page?name=one")
