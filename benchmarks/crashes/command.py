@@ -139,7 +139,7 @@ def make_small() -> None:
     assert defaults is not None
     defaults.update(n_walkers=_WALKERS, max_steps=_BLOCKS * _BLOCK_STEPS, gate=Gate(ess=_EFFECTIVE))
     small = {"BLOCK_STEPS": _BLOCK_STEPS, "FIRST_CHECK": (_BLOCKS - 1) * _BLOCK_STEPS, **_SMALL}
-    _replaced(lambda module: {name: value for name, value in small.items() if hasattr(module, name)})
+    _replaced(lambda module: {name: value for name, value in small.items() if name in vars(module)})
     calib.with_spot_check.__defaults__ = (FiniteElements(accuracy=_ACCURACY), None)
     pictures: dict[str, bytes] = {}
     for form in ("png", "svg"):

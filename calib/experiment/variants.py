@@ -26,8 +26,9 @@ _DISCREPANCY: Mapping[Any, tuple[str, str]] = {
     "on": ("discrepancy-on", ""),
     "off": ("discrepancy-off", "no discrepancy"),
 }
-# Of steel on silicone, dry or oiled, as the prior of a variant that rubs.
-_FRICTION, _ANY_FRICTION = "friction_coefficient", {"uniform": [0, 0.6]}
+# Of steel on silicone, dry or oiled, as the prior of a variant that rubs: with less, the frictionless one does, which would be
+# a part of it, so that data of a ball that slides could never rule it out.
+_FRICTION, _ANY_FRICTION = "friction_coefficient", {"uniform": [0.05, 0.6]}
 #: Names that `candidates` of an experiment file may hold; which of them depends on the experiment.
 CANDIDATES = (
     *(name for names in _CHOICES.values() for value, (name, _) in names.items() if value != "foam"),

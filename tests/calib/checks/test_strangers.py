@@ -121,4 +121,4 @@ def test_the_report_shows_how_specimens_lie_off_the_others(make_lot: MakePosteri
     assert found is not None
     rows = found.context["of_lot"]
     assert isinstance(rows, list)
-    assert rows[0] == ("sensor 2", "Young's modulus of the sensor", "1.310", "0.060", "4.2")
+    assert rows[0] == ("sensor 2", "Young's modulus of the sensor", "1.310 ± 0.060", "4.2")

@@ -147,7 +147,7 @@ def _nothing_was_zeroed() -> Iterator[Case]:
     for rows in (45, 60, 110):
         sound, _, _ = _numbers(rows, 95)
         for which in ((0, 1, 2, 3), (0, 1, 2), (0, 2, 3), (0, 1, 3)):
-            yield _case(f"sound_{rows}_{len(which)}_{which[-2]}", "benign short records", sound, "must_read", which=which)
+            yield _case(f"sound_{rows}_{''.join(map(str, which))}", "benign short records", sound, "must_read", which=which)
         far = np.where(np.arange(rows) < 4, sound[1] - 9.0, sound[1])
         yield _case(f"approach_{rows}", "benign short records", (sound[0], far, *sound[2:]), "must_read", excused=range(4))
     for k, words in enumerate(("timer reset", "unloading", "target 5 N", "hold")):
