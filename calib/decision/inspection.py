@@ -268,7 +268,7 @@ def _inspected(inspection: Inspection, one: Presented, blank: Inspected) -> Insp
     weighted = found
     strangers = belongs(newcomer, found.weight @ found.own)
     strangers = tuple(replace(s, specimen=one.name) for s in strangers)
-    known = [*one.reasons, *_unpaired(newcomer), *_strays(strangers, one.name)]
+    known = [*one.reasons, *_unpaired(newcomer), *_strays(strangers)]
     posterior, predictions, verdict = _judged(inspection, found, known)
     how: How = "weighted draws"
     effective = found.effective_draws
@@ -354,7 +354,7 @@ def _unpaired(newcomer: Newcomer) -> Iterator[Reason]:
 _OFF = 1.25
 
 
-def _strays(strangers: Sequence[Stranger], name: str) -> Iterator[Reason]:
+def _strays(strangers: Sequence[Stranger]) -> Iterator[Reason]:
     """Whether a newcomer does not belong to its lot."""
     ordered = sorted(strangers, key=lambda s: -abs(s.z))
     for level in LEVELS:
@@ -367,13 +367,12 @@ def _strays(strangers: Sequence[Stranger], name: str) -> Iterator[Reason]:
             action += "; where one quantity is off another looks so, too"
             yield Reason("belongs", level, f"it does not belong to the lot: {told}{more} than the lot lets one expect", action)
             return
-    limit = conflict_limit(len(ordered))
-    blind = [s for s in ordered if s.quantity in unknowns_of("material") and s.ratio.sd / s.ratio.mean * limit > math.log(_OFF)]
-    if blind:
-        worst = max(blind, key=lambda s: s.ratio.sd / s.ratio.mean)
+    known = {s.quantity: s.ratio.sd / s.ratio.mean for s in ordered if s.quantity in unknowns_of("material")}
+    quantity, sd = max(known.items(), key=lambda one: one[1], default=("", 0.0))
+    if sd * conflict_limit(len(ordered)) > math.log(_OFF):
         finding = (
-            f"whether it belongs to the lot is hardly told: of one that does the lot foretells {worst.quantity} to "
-            f"{worst.ratio.sd / worst.ratio.mean * 100:.0f} % (sd), so that one of another kind may pass for it"
+            f"whether it belongs to the lot is hardly told: of one that does the lot foretells {quantity} to "
+            f"{sd * 100:.0f} % (sd), so that one of another kind may pass for it"
         )
         action = "Calibrate the lot with more specimens, or say in [priors] how much its specimens differ, as you know it"
         yield Reason("belongs", "amber", finding, action)

@@ -13,7 +13,7 @@ import json
 import math
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from concurrent.futures import Executor, Future, as_completed
+from concurrent.futures import Executor
 from contextlib import nullcontext
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -35,9 +35,10 @@ from calib.decision import (
 )
 from calib.errors import Fault, InputError
 from calib.experiment import Looked, Pressed, Specification, look_through, pair
-from calib.files import naming, require_folder, sha256_of, write_text
+from calib.files import require_folder, sha256_of, write_text
 from calib.problem import template_of
 from calib.records import exact_record_from_text, record_from_text, record_to_text
+from calib.runs.arrivals import keep_as_they_come
 from calib.runs.certified import Finding
 from calib.runs.export import NotUsableError
 from calib.runs.folder import Run, fast_forward, require_own_forward
@@ -125,7 +126,8 @@ def batch_in(
         write_text(folder / LINES, "".join(_line(key, row) for key, row in made.items()))
         left = [(keys[k], ones[k]) for k in missing]
         with workers(0) if executor is None else nullcontext(executor) as crew:
-            _keep(crew, inspection, left, folder / LINES, made, lambda n: progress(n, len(ones)))
+            futures = {crew.submit(inspect, inspection, one): key for key, one in left}
+            keep_as_they_come(futures, folder / LINES, _line, made, lambda n: progress(n, len(ones)))
         found = Batch(
             run.posterior.experiment.name,
             run.posterior.experiment.pooling,
@@ -347,29 +349,6 @@ def _kept(path: Path) -> dict[str, Inspected]:
         except (ValueError, KeyError, TypeError):
             continue
     return found
-
-
-def _keep(
-    executor: Executor,
-    inspection: Inspection,
-    missing: Sequence[tuple[str, Presented]],
-    path: Path,
-    made: dict[str, Inspected],
-    told: Callable[[int], None],
-) -> None:
-    """Inspect, and keep each as it comes in: in memory, and as a line of a file."""
-    futures: dict[Future[Inspected], str] = {executor.submit(inspect, inspection, one): key for key, one in missing}
-    try:
-        with naming(path), path.open("a", encoding="utf-8") as file:
-            for done, future in enumerate(as_completed(futures), 1 + len(made)):
-                made[futures[future]] = future.result()
-                file.write(_line(futures[future], future.result()))
-                file.flush()
-                told(done)
-    except BaseException:
-        for future in futures:
-            future.cancel()
-        raise
 
 
 # --- what is written ----------------------------------------------------------------------------------------------------

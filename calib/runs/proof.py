@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Executor, Future, as_completed
+from collections.abc import Callable, Mapping
+from concurrent.futures import Executor
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ from calib.experiment import read_experiment
 from calib.files import require_folder, write_text
 from calib.problem import Problem
 from calib.records import record_to_text
+from calib.runs.arrivals import keep_as_they_come
 from calib.runs.before import seconds_of_evaluation
 from calib.runs.folder import load_run
 from calib.runs.ownership import owned
@@ -99,8 +100,8 @@ def prove(
         planned(len(missing), _expected(problem, made))
         progress(replicates - len(missing), replicates)
         if missing:
-            futures = [executor.submit(replicate, setting, number) for number in missing]
-            _keep(futures, folder / REPLICATES, made, lambda n: progress(n, replicates))
+            futures = {executor.submit(replicate, setting, number): number for number in missing}
+            keep_as_they_come(futures, folder / REPLICATES, _line, made, lambda n: progress(n, replicates))
         proof = Proof(tuple(made[number] for number in range(replicates)))
         _write(folder, proof, setting, parts)
     return proof
@@ -122,21 +123,8 @@ def _draws_of(folder: Path, problem: Problem) -> FloatArray:
     return draws[:: max(1, len(draws) // _DRAWS)]
 
 
-def _keep(futures: Sequence[Future[Replicate]], path: Path, made: dict[int, Replicate], told: Callable[[int], None]) -> None:
-    """Keep replicates as they come in: in memory, and each as a line of a file."""
-    first = 1 + len(made)
-    try:
-        with path.open("a", encoding="utf-8") as file:
-            for done, future in enumerate(as_completed(futures), first):
-                one = future.result()
-                made[one.number] = one
-                file.write(json.dumps(replicate_to_plain(one)) + "\n")
-                file.flush()
-                told(done)
-    except BaseException:
-        for future in futures:
-            future.cancel()
-        raise
+def _line(_: int, one: Replicate) -> str:
+    return json.dumps(replicate_to_plain(one)) + "\n"
 
 
 def _begun(folder: Path, parts: Mapping[str, str]) -> dict[int, Replicate]:

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
+from functools import partial
 from typing import Literal
 
 import numpy as np
 from hostile_cases import Case, truth
+from hostile_jumps import DECIMALS, HEADS, QUANTITIES, SI, case
 from hostile_press import FloatArray, content, lines_of, press, si, texts
 
-HEADS = ("Time (s)", "Extension (mm)", "Load (N)", "Cp (pF)")
-SI = ("1", "1e-3", "1", "1e-12")
-QUANTITIES = ("time", "displacement", "force", "capacitance")
-DECIMALS = (2, 4, 3, 3)
 REMARKS = (
     "tare",
     "Load zeroed",
@@ -45,23 +43,7 @@ def _numbers(rows: int, seed: int) -> tuple[tuple[FloatArray, ...], int, int]:
     return columns, rows * 3 // 5, int(np.argmax(columns[1] > 0.15))
 
 
-def _case(
-    name: str,
-    kind: str,
-    columns: Sequence[FloatArray],
-    may: Literal["must_read", "must_refuse", "may_refuse"],
-    *,
-    which: Sequence[int] = (0, 1, 2, 3),
-    told: tuple[str, ...] = (),
-    excused: range = range(0),
-) -> Case:
-    written = [texts(columns[q], DECIMALS[q]) for q in which]
-    lines, numbers = lines_of([HEADS[q] for q in which], written)
-    if may == "must_refuse":
-        return Case(name, kind, content(lines), may, None, blame=("jump", "jumps"))
-    right = {QUANTITIES[q]: si(c, SI[q]) for q, c in zip(which, written, strict=True)}
-    lost = frozenset(numbers[r] for r in excused)
-    return Case(name, kind, content(lines), may, truth(numbers, **right), told=told, excused=lost)
+_case = partial(case, blame=("jump", "jumps"))
 
 
 def _overflows() -> Iterator[Case]:
@@ -79,7 +61,7 @@ def _overflows() -> Iterator[Case]:
                 for which in ((0, 1, 2, 3), (0, 1, 2)):
                     told = () if short else ("jump|jumps",)
                     word = f"overflow_{name}_{rows}_{before}_{len(which)}"
-                    yield _case(word, "an overflow at the turn", (t, x, wrapped, c), may, which=which, told=told, excused=lost)
+                    yield _case(word, "an overflow at the turn", (t, x, wrapped, c), may, which=which, told=told, lost=lost)
         for behind in (1, 2, 3):
             doubled = np.where(np.arange(rows) >= turn + behind, 2 * c, c)
             word = f"range_{rows}_{behind}"
@@ -112,32 +94,23 @@ def _remarks() -> Iterator[Case]:
     right = {q: si(c, by) for q, c, by in zip(QUANTITIES, written, SI, strict=True)}
     row = touch + 6
     for k, words in enumerate(REMARKS):
-        lines, numbers = lines_of(HEADS, written)
+        among, numbers = lines_of(HEADS, written)
         at = numbers[row]
         moved = tuple(n if n < at else n + 1 for n in numbers)
-        lines.insert(at - 1, f"# {words}")
-        named = (f"line {at}",)
-        yield Case(
-            f"remark_line_{k}",
-            "a remark of a zero",
-            content(lines),
-            "must_read",
-            truth(moved, **right),
-            named=named,
-            told=("zero",),
-        )
+        among.insert(at - 1, f"# {words}")
         events = ["0" if k % 2 else ""] * 60
         events[row] = words
-        lines, numbers = lines_of((*HEADS, "Event"), [*written, events])
-        yield Case(
-            f"remark_cell_{k}",
-            "a remark of a zero",
-            content(lines),
-            "must_read",
-            truth(numbers, **right),
-            named=named,
-            told=("zero",),
-        )
+        beside, kept = lines_of((*HEADS, "Event"), [*written, events])
+        for place, lines, where in (("line", among, moved), ("cell", beside, kept)):
+            yield Case(
+                f"remark_{place}_{k}",
+                "a remark of a zero",
+                content(lines),
+                "must_read",
+                truth(where, **right),
+                named=(f"line {at}",),
+                told=("zero",),
+            )
 
 
 def _nothing_was_zeroed() -> Iterator[Case]:
@@ -149,7 +122,7 @@ def _nothing_was_zeroed() -> Iterator[Case]:
         for which in ((0, 1, 2, 3), (0, 1, 2), (0, 2, 3), (0, 1, 3)):
             yield _case(f"sound_{rows}_{''.join(map(str, which))}", "benign short records", sound, "must_read", which=which)
         far = np.where(np.arange(rows) < 4, sound[1] - 9.0, sound[1])
-        yield _case(f"approach_{rows}", "benign short records", (sound[0], far, *sound[2:]), "must_read", excused=range(4))
+        yield _case(f"approach_{rows}", "benign short records", (sound[0], far, *sound[2:]), "must_read", lost=range(4))
     for k, words in enumerate(("timer reset", "unloading", "target 5 N", "hold")):
         lines, numbers = lines_of((*HEADS, "Comment"), [*written, [words if r == 20 else "" for r in range(60)]])
         yield Case(f"other_remark_{k}", "benign remarks", content(lines), "must_read", truth(numbers, **right))
