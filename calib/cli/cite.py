@@ -6,6 +6,7 @@ from importlib.metadata import version
 
 from calib.citation import PAPER, bibtex, citation
 from calib.cli.common import refusing_bad_input, say
+from calib.provenance import PROGRAM
 
 
 def cite() -> None:
@@ -18,7 +19,7 @@ def cite() -> None:
     Exit codes: 0 done.
     """
     with refusing_bad_input():
-        installed = version("dielectric-elastomer-calibration")
+        installed = version(PROGRAM)
         say(citation(installed))
         say(PAPER)
         say("")

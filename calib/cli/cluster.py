@@ -16,12 +16,12 @@ import typer
 
 from calib.cli.common import err
 from calib.errors import Fault, InputError
+from calib.provenance import PROGRAM
 from calib.workers import workers
 
 #: How long a scheduler may take to answer [s].
 PATIENCE = 5.0
 
-_PACKAGE = "dielectric-elastomer-calibration"
 _GOES_ON = "What came in is kept; the same command goes on with it"
 
 
@@ -81,7 +81,7 @@ def dask_executor(address: str, patience: float = PATIENCE) -> Iterator[Executor
     try:
         distributed: Any = import_module("distributed")
     except ImportError:
-        advice = f'Install it with: pip install "{_PACKAGE}[cluster]"'
+        advice = f'Install it with: pip install "{PROGRAM}[cluster]"'
         raise InputError(Fault("--scheduler needs the extra `cluster`, which is not installed", advice=advice)) from None
     # What it logs of a lost connection, with its traceback, is said in a sentence.
     logging.getLogger("distributed.client").setLevel(logging.CRITICAL)
@@ -135,13 +135,13 @@ def _require_same_versions(client: Any, address: str) -> None:
                 message = f"--scheduler: {who} has {what} {there}, this computer has {here[what]}"
                 raise InputError(Fault(message, advice="Install the same versions on all of them"))
     try:
-        own = version(_PACKAGE)
+        own = version(PROGRAM)
     except PackageNotFoundError:
         return
-    for name, there in client.run(version, _PACKAGE, on_error="return").items():
+    for name, there in client.run(version, PROGRAM, on_error="return").items():
         if there != own:
             got = "none" if isinstance(there, Exception) else there
-            message = f"--scheduler: the worker {name} has {_PACKAGE} {got}, this computer has {own}"
+            message = f"--scheduler: the worker {name} has {PROGRAM} {got}, this computer has {own}"
             raise InputError(Fault(message, advice="Install the same version on all of them"))
 
 

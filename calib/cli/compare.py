@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
-import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from calib.cli.common import BUDGET, NOT_USABLE, err, loaded, out, pasted, refusing_bad_input, say, say_average
+from calib.cli.common import BUDGET, NOT_USABLE, as_given, err, loaded, out, pasted, refusing_bad_input, say, say_average
 from calib.cli.progress import progress_line
 from calib.cli.stopping import when_stopped
 from calib.errors import Fault, InputError, in_shell_path
@@ -117,7 +115,7 @@ def _rivals(
             seed=seed,
             seconds=60 * budget,
             processes=processes,
-            command=shlex.join(["calib", *sys.argv[1:]]),
+            command=as_given(),
             watch=watched,
             stages=ctx.obj if ctx.obj is not None else Stages(),
         )

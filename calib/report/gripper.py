@@ -14,6 +14,7 @@ import numpy as np
 
 from calib.decision import LEVEL, N_ROW, WIDTH_IN_SD, ForceTable, GripperTables
 from calib.errors import Fault, InputError
+from calib.provenance import PROGRAM
 from calib.records import record_to_text
 from calib.report.status import status_in_words
 from calib.visible import visible
@@ -159,7 +160,7 @@ def _about(made: GripperTables) -> Iterator[str]:
     for reason in made.verdict.reasons:
         yield _line(f"{reason.level}, {reason.gate}: {reason.in_words}")
     versions = dict(made.versions)
-    package = versions.get("dielectric-elastomer-calibration", "unknown")
+    package = versions.get(PROGRAM, "unknown")
     yield f"Made by calib export (calib {package}) from the run {made.fingerprint or 'without a fingerprint'}"
     yield f"(posterior.nc: SHA-256 {made.posterior_sha256 or 'not kept'}; {_line(made.forward_name)}; seed {made.seed})."
 

@@ -19,6 +19,7 @@ from typing import Literal
 from packaging.requirements import Requirement
 
 from calib.errors import InputError
+from calib.provenance import PROGRAM
 from calib.files import require_folder
 from calib.report import BROWSERS, find_browser
 from calib.runs.ownership import owned
@@ -26,7 +27,6 @@ from calib.runs.ownership import owned
 #: Works; is not there, and not needed for a calibration; does not work.
 Health = Literal["fine", "missing", "broken"]
 
-PACKAGE = "dielectric-elastomer-calibration"
 #: Free disk that a calibration with its checkpoint, report and figures is sure to fit into [bytes].
 ROOM = 500_000_000
 
@@ -37,7 +37,7 @@ _NEAR = {"force": (_FORCE, 5e-3), "capacitance change": (_CHANGE, 1.5e-2)}
 
 # Extras for who works on the project itself.
 _OF_DEVELOPERS = ("test", "benchmark")
-_ANEW = f"pip install --force-reinstall {PACKAGE}"
+_ANEW = f"pip install --force-reinstall {PROGRAM}"
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ def _python(_: Path) -> Iterator[Examined]:
 
 
 def _requirements() -> list[Requirement]:
-    return [Requirement(line) for line in metadata.requires(PACKAGE) or ()]
+    return [Requirement(line) for line in metadata.requires(PROGRAM) or ()]
 
 
 def _wanting(requirement: Requirement) -> str:
@@ -99,7 +99,7 @@ def _packages(_: Path) -> Iterator[Examined]:
     try:
         needed = [r for r in _requirements() if r.marker is None or r.marker.evaluate({"extra": ""})]
     except metadata.PackageNotFoundError:
-        yield Examined("packages", "broken", "the package is used without being installed", f"pip install {PACKAGE}")
+        yield Examined("packages", "broken", "the package is used without being installed", f"pip install {PROGRAM}")
         return
     wrong = [(r, why) for r in needed if (why := _wanting(r))]
     for requirement, why in wrong:
@@ -119,7 +119,7 @@ def _packages(_: Path) -> Iterator[Examined]:
 
 def _files(_: Path) -> Iterator[Examined]:
     """The files of this package, if they were installed and do not lie in a clone."""
-    distribution = metadata.distribution(PACKAGE)
+    distribution = metadata.distribution(PROGRAM)
     here = Path(__file__).parents[1]
     kept = [f for f in distribution.files or () if f.hash is not None and f.hash.mode == "sha256" and f.parts[0] != ".."]
     own = [f for f in kept if f.parts[0] in ("calib", "models")]
@@ -214,13 +214,13 @@ def _extras(_: Path) -> Iterator[Examined]:
     """What can be installed beside."""
     extras: dict[str, list[Requirement]] = {}
     for requirement in _requirements():
-        for name in metadata.metadata(PACKAGE).get_all("Provides-Extra") or ():
+        for name in metadata.metadata(PROGRAM).get_all("Provides-Extra") or ():
             if requirement.marker is not None and name not in _OF_DEVELOPERS and requirement.marker.evaluate({"extra": name}):
                 extras.setdefault(name, []).append(requirement)
     for name, requirements in sorted(extras.items()):
         wrong = [why for r in requirements if (why := _wanting(r))]
         if wrong:
-            yield Examined(f"extra {name}", "missing", "; ".join(wrong), f'pip install "{PACKAGE}[{name}]"')
+            yield Examined(f"extra {name}", "missing", "; ".join(wrong), f'pip install "{PROGRAM}[{name}]"')
         else:
             yield Examined(f"extra {name}", "fine", ", ".join(r.name for r in requirements))
 

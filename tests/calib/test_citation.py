@@ -12,7 +12,8 @@ from typer.testing import CliRunner
 
 from calib.citation import AUTHORS, PAPER, TITLE, YEAR, bibtex, citation
 from calib.cli import app
-from calib.report.sections.run import PACKAGE, run_facts
+from calib.provenance import PROGRAM
+from calib.report.sections.run import run_facts
 from calib.sampling.posterior import Posterior
 
 CFF = (Path(__file__).parents[2] / "CITATION.cff").read_text(encoding="utf-8")
@@ -25,7 +26,7 @@ def _said(key: str) -> list[str]:
 def test_the_citation_is_that_of_the_file() -> None:
     software, paper = _said("title")
     assert (software, AUTHORS, str(YEAR)) == (TITLE, _said("name")[0], _said("date-released")[0][:4])
-    assert _said("version") == [version(PACKAGE)]
+    assert _said("version") == [version(PROGRAM)]
     names = _said("family-names")
     assert PAPER.startswith(", ".join(names))
     assert all(part in PAPER for part in (paper, *_said("collection-title")[0].split(", SPIE"), _said("year")[0]))
@@ -36,9 +37,9 @@ def test_the_citation_is_that_of_the_file() -> None:
 def test_command_and_report_say_it(make_posterior: Callable[..., Posterior]) -> None:
     result = CliRunner().invoke(app, ["cite"])
     assert result.exit_code == 0
-    assert result.stdout.splitlines()[:2] == [citation(version(PACKAGE)), PAPER]
-    assert bibtex(version(PACKAGE)).rstrip() in result.stdout
+    assert result.stdout.splitlines()[:2] == [citation(version(PROGRAM)), PAPER]
+    assert bibtex(version(PROGRAM)).rstrip() in result.stdout
     posterior = make_posterior()
     assert "to cite" not in dict(run_facts(posterior))
-    made = replace(posterior, attrs={**posterior.attrs, f"version of {PACKAGE}": "0.0.7"})
+    made = replace(posterior, attrs={**posterior.attrs, f"version of {PROGRAM}": "0.0.7"})
     assert dict(run_facts(made))["to cite"] == f"{citation('0.0.7')}. Sensor model: {PAPER}"

@@ -7,12 +7,11 @@ import numpy as np
 from calib.checks import OF_MODELS
 from calib.citation import PAPER, citation
 from calib.experiment import model_in_words
+from calib.provenance import PROGRAM
 from calib.report.section import Results, Section
 from calib.sampling import Posterior
 
 ORDER = 90
-
-PACKAGE = "dielectric-elastomer-calibration"
 
 
 def section(results: Results) -> Section:
@@ -43,7 +42,7 @@ def run_facts(posterior: Posterior, posterior_sha256: str = "") -> list[tuple[st
     ]
     if posterior_sha256:
         facts.append(("posterior.nc", f"sha256 {posterior_sha256}"))
-    if version := posterior.attrs.get(f"version of {PACKAGE}"):
+    if version := posterior.attrs.get(f"version of {PROGRAM}"):
         facts.append(("to cite", f"{citation(version)}. Sensor model: {PAPER}"))
     facts += [(k.replace("_", " "), v) for k, v in posterior.attrs.items() if len(v) < 2000 and k != OF_MODELS]
     return facts
