@@ -19,8 +19,8 @@ from typing import Literal
 from packaging.requirements import Requirement
 
 from calib.errors import InputError
-from calib.provenance import PROGRAM
 from calib.files import require_folder
+from calib.provenance import PROGRAM
 from calib.report import BROWSERS, find_browser
 from calib.runs.ownership import owned
 
