@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated
 
@@ -68,7 +69,7 @@ def recommend(
         from calib.decision import Requirement
         from calib.experiment import Specification, read_specification
         from calib.report import status_in_words
-        from calib.runs import recommend_in
+        from calib.runs import load_recommendation, recommend_in
 
         wanted: Requirement | Specification
         if spec is not None:
@@ -93,10 +94,15 @@ def recommend(
             )
         found = loaded(run)
         require_writable(run / "recommendation.json")
+        earlier = None
+        with suppress(InputError):  # a damaged one is written anew
+            earlier = load_recommendation(run)
         with paging():
             recommendation = recommend_in(found, wanted, seed=seed, command=as_given())
         conformity = recommendation.conformity
         say(recommendation.in_words if conformity is None else conformity.in_words)
+        if earlier is not None and earlier.asked_in_words != recommendation.asked_in_words:
+            say(f"It takes the place of the advice for {earlier.asked_in_words} that was in {run} ({earlier.best_in_words}).")
         say_verdict(recommendation.verdict, status_in_words(recommendation.verdict, "the advice"))
         for left_out in () if conformity is None else conformity.unserved_in_words:
             say(f"  left out: {left_out}")

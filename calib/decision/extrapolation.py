@@ -1,4 +1,4 @@
-"""A posterior and what is asked of it in, how far that is beyond what was measured out."""
+"""A posterior and what is asked of it in, how far that is beyond what was measured and what the model covers out."""
 
 from __future__ import annotations
 
@@ -8,13 +8,18 @@ from dataclasses import astuple, dataclass
 import numpy as np
 
 from calib.checks import Reason
+from calib.decision.words import spans_in_words
 from calib.lab import Sweep
 from calib.problem import lookup, specimen_design
 from calib.sampling import Posterior
-from models.sensor import FloatArray
+from models.sensor import BoolArray, FloatArray
 
 #: What is asked may exceed what was measured by this factor before it counts as extrapolation.
 MARGIN = 1.1
+
+# Beside a thickness that is near the best with no more than this probability the signal has fallen off, and a thickness
+# farther out is not taken for a better one.
+_FALLEN_OFF = 0.05
 
 
 @dataclass(frozen=True)
@@ -75,6 +80,31 @@ def beyond(
         finding = f"{what} {', '.join(found)}: there the model was held against no data"
         action = f"Press one pad of about {padding * 1e3:.2g} mm to {force:g} N and calibrate with it, to confirm"
         yield Reason("extrapolation", "amber", finding, action)
+
+
+def beyond_the_covered(
+    thickness: FloatArray, covered: BoolArray, probability: FloatArray, force: float, everywhere: float
+) -> Iterator[Reason]:
+    """Say where the best padding may be one that the model does not cover: one beside it is as good as the best that it does.
+
+    Parameters
+    ----------
+    thickness : [m], (n_thickness,), ascending, of the paddings that were asked for.
+    covered : (n_thickness,), which of them the model covers.
+    probability : (n_thickness,), that one is near the best of those that are covered; nan where it is not.
+    force : [N], that was asked for.
+    everywhere : [N], up to which all of them are covered.
+    """
+    wall = np.concatenate([[True], covered, [True]])
+    beside = covered & ~(wall[:-2] & wall[2:])
+    if np.any(probability[beside] > _FALLEN_OFF):
+        finding = (
+            f"at {force:g} N the model covers {spans_in_words(thickness, covered)} of padding and not "
+            f"{spans_in_words(thickness, ~covered)}, and beside that the signal has not fallen off: another padding may "
+            "give more than the best of these"
+        )
+        less = f"a force below {everywhere:.2g} N, where all are covered, or " if everywhere > 0 else ""
+        yield Reason("coverage", "amber", finding, f"Ask for {less}for paddings that are covered, and take it for those alone")
 
 
 def largest_force(posterior: Posterior) -> float:

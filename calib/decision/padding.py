@@ -21,7 +21,7 @@ from calib.checks import (
 )
 from calib.decision.along import along
 from calib.decision.conditions import COVERED_SHARE, conditions_of, open_models_of
-from calib.decision.extrapolation import beyond_the_measured
+from calib.decision.extrapolation import beyond_the_covered, beyond_the_measured
 from calib.decision.recommendation import INTERVAL_PROBABILITY, OfModel, Recommendation
 from calib.decision.requirement import Requirement
 from calib.decision.sensors import Part, sensors_of, smooth_normals, with_padding
@@ -121,6 +121,7 @@ def recommend(
     depth = float(bands["depth"][2, pick])
     known_best = heaviest(models).posterior
     beyond = beyond_the_measured(known_best, requirement.force, float(grid[pick]), depth, radius)
+    unknown = beyond_the_covered(grid, covered, probability, requirement.force, float(np.min(reach)))
     known = judge_posterior(posterior) if verdict is None else verdict
     return Recommendation(
         requirement=requirement,
@@ -146,7 +147,7 @@ def recommend(
         conditions=conditions_of(parts, float(np.max(grid[covered]))),
         open_models=open_models,
         of_models=tuple(_of_models(posterior, parts, change[:, pick], near, grid)),
-        verdict=verdict_of([*known.reasons, *beyond]),
+        verdict=verdict_of([*known.reasons, *beyond, *unknown]),
         forward_name=forward.name,
         sensor="next" if sensors.of_next else "measured",
         seed=seed,

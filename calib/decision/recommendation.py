@@ -11,7 +11,7 @@ import numpy as np
 from calib.checks import BAND_LEVELS, Verdict
 from calib.decision.conformity import Conformity
 from calib.decision.requirement import Requirement
-from calib.decision.words import percent, sensor_in_words
+from calib.decision.words import percent, sensor_in_words, spans_in_words
 from calib.digits import interval_text, number_or_unknown, places_of
 from calib.sampling import share_between
 from models.sensor import BoolArray, FloatArray
@@ -148,6 +148,14 @@ class Recommendation:
         return f"{self.best * 1e3:.{self._places}f} mm"
 
     @property
+    def asked_in_words(self) -> str:
+        """What was asked for: a force and paddings, or a specification."""
+        if self.conformity is not None:
+            return f"a specification ({'; '.join(limit.in_words for limit in self.conformity.specification.limits)})"
+        r = self.requirement
+        return f"{r.force:g} N and {r.lower * 1e3:g} to {r.upper * 1e3:g} mm of padding"
+
+    @property
     def interval_in_words(self) -> str:
         """The thicknesses that are as good; "" where no range stands out."""
         if self.interval is None:
@@ -168,6 +176,8 @@ class Recommendation:
             return "not sure" if p >= 0.5 else "no clear best"
         if self.verdict.colour == "red":
             return "not to be relied on"
+        if self._open_beyond:
+            return "sure among those that the model covers, but see what speaks against it"
         if self.verdict.colour == "amber":
             return f"sure within the {'models' if self.of_models else 'model'}, but see what speaks against it"
         if self.open_models:
@@ -209,6 +219,22 @@ class Recommendation:
         return f" (and perhaps {' and '.join(sides)} padding, which was not asked for or is not covered)" if sides else ""
 
     @property
+    def _among_in_words(self) -> str:
+        """Among which paddings it is the best: those that were asked for, if the model covers them all."""
+        asked = f"between {self.requirement.lower * 1e3:g} and {self.requirement.upper * 1e3:g} mm"
+        if np.all(self.covered):
+            return asked
+        known, other = (spans_in_words(self.thickness, chosen) for chosen in (self.covered, ~self.covered))
+        if self._open_beyond:
+            return f"with {known} of padding, all that the model covers {asked} at this force"
+        return f"{asked} ({other} not covered by the model at this force)"
+
+    @property
+    def _open_beyond(self) -> bool:
+        """Whether a padding that the model does not cover may be the best: see `beyond_the_covered`."""
+        return any(reason.gate == "coverage" for reason in self.verdict.reasons)
+
+    @property
     def in_words(self) -> str:
         """The recommendation in words and numbers, in a few sentences."""
         r, mm = self.requirement, 1e3
@@ -219,8 +245,7 @@ class Recommendation:
         text = (
             f"{start} At {r.force:g} N it gives a capacitance change of {change} % "
             f"(90 % interval {within} %), and with a probability of {percent(self.best_probability)} it is within "
-            f"{r.tolerance * 100:g} % of the best this sensor can do between {r.lower * mm:g} and {r.upper * mm:g} mm "
-            f"({self.sureness}). "
+            f"{r.tolerance * 100:g} % of the best this sensor can do {self._among_in_words} ({self.sureness}). "
         )
         if self.interval is None:
             text += (

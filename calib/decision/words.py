@@ -1,6 +1,10 @@
-"""Probabilities and whose sensor an answer is for in, the words for people that all answers share out."""
+"""Probabilities, thicknesses and whose sensor an answer is for in, the words for people that all answers share out."""
 
 from __future__ import annotations
+
+import numpy as np
+
+from models.sensor import BoolArray, FloatArray
 
 
 def sensor_in_words(*, of_next: bool, spread: bool = False) -> str:
@@ -29,3 +33,19 @@ def percent(probability: float) -> str:
     if probability > 0.99:
         return "more than 99 %"
     return "less than 1 %" if probability < 0.01 else f"{probability * 100:.0f} %"
+
+
+def spans_in_words(thickness: FloatArray, chosen: BoolArray) -> str:
+    """Thicknesses of a grid in words: from where to where, as often as they begin anew.
+
+    Parameters
+    ----------
+    thickness : [m], (n,), ascending.
+    chosen : (n,), those that are meant; one or more.
+
+    >>> spans_in_words(np.array([0, 1e-3, 2e-3, 3e-3]), np.array([True, False, True, True]))
+    '0 mm and 2 to 3 mm'
+    """
+    turns = np.flatnonzero(np.diff(np.concatenate([[False], chosen, [False]]).astype(int))).reshape(-1, 2)
+    ends = [(thickness[first] * 1e3, thickness[last - 1] * 1e3) for first, last in turns]
+    return " and ".join(f"{a:.3g} mm" if a == b else f"{a:.3g} to {b:.3g} mm" for a, b in ends)

@@ -127,7 +127,7 @@ def check_compliance(c: LoadingBranch, machine_compliance: float | None) -> Grad
     level = level_beyond(share, COMPLIANCE_SHARE, LARGE_COMPLIANCE_SHARE if given else math.inf)
     shares = (COMPLIANCE_SHARE, LARGE_COMPLIANCE_SHARE)
     limits = " and ".join(f"{percent(s)} at {s * travel / force * 1e6:.3g}" for s in shares)
-    taken = "as given" if given else "a light table-top rig, as none is given"
+    taken = "at most, as given" if given else "a light table-top rig, as none is given"
     finding = (
         f"a machine of {compliance * 1e6:.3g} µm/N ({taken}) takes {percent(share)} of the {travel * 1e3:.3g} mm of travel at "
         f"{c.text(force)}; it would be {limits} µm/N"

@@ -189,7 +189,9 @@ def test_recommend_for_a_specification_writes_json_a_table_and_a_section(finishe
     assert "Specification: Finger tip" in page
     assert "What padding gives the largest signal" in page
     assert _run("verify", run).exit_code == 0
-    assert _run("recommend", run, "--force", "3 N", "--padding", "0.5 mm:3 mm", "--steps", 6, "--draws", 60).exit_code == 3
+    again = _run("recommend", run, "--force", "3 N", "--padding", "0.5 mm:3 mm", "--steps", 6, "--draws", 60)
+    assert again.exit_code == 3
+    assert "It takes the place of the advice for a specification (signal" in again.stdout
     assert not (run / "specification.csv").exists()
     assert "Specification: Finger tip" not in (run / "report.html").read_text(encoding="utf-8")
 

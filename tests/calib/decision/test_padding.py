@@ -118,6 +118,29 @@ def test_a_recommendation_at_the_end_of_the_models_range_says_so(make_posterior:
     assert "border of what the model covers" in r.border
 
 
+def test_where_a_padding_that_is_not_covered_may_be_the_best_the_advice_is_amber_and_says_among_which_it_is_best(
+    make_posterior: MakePosterior,
+) -> None:
+    # The top is well inside what is covered, but the signal has hardly fallen off where that ends.
+    r = _recommend(_exact(make_posterior()), Hill(top=1.4e-3), 3.0, 0.0, 4e-3, n_thickness=41)
+    assert r.best == pytest.approx(1.4e-3, abs=0.1e-3)
+    assert r.border == ""
+    (reason,) = (reason for reason in r.verdict.reasons if reason.gate == "coverage")
+    assert reason.level == "amber"
+    assert "covers 1 to 4 mm of padding and not 0 to 0.9 mm" in reason.finding
+    assert "below 2 N" in reason.action
+    assert "with 1 to 4 mm of padding, all that the model covers between 0 and 4 mm at this force" in r.in_words
+    assert r.sureness == "sure among those that the model covers, but see what speaks against it"
+
+
+def test_paddings_that_are_not_covered_are_named_where_the_signal_has_fallen_off_beside_them(
+    make_posterior: MakePosterior,
+) -> None:
+    r = _recommend(_exact(make_posterior()), Hill(), 3.0, 0.0, 8e-3, n_thickness=41)
+    assert not [reason for reason in r.verdict.reasons if reason.gate == "coverage"]
+    assert "between 0 and 8 mm (0 to 0.8 mm not covered by the model at this force)" in r.in_words
+
+
 def test_a_request_that_is_not_covered_at_all_names_the_range(make_posterior: MakePosterior) -> None:
     with pytest.raises(
         InputError, match=r"reaches 50 N at no padding from 0 to 9 mm .* up to 2 N at 0 mm and up to 20 N at 9 mm"
