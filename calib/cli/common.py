@@ -55,13 +55,13 @@ class _Console(Console):
 
 def out() -> Console:
     """Console of results (stdout); into a file or a pipe it writes wide enough for every table."""
-    console = _Console(highlight=False)
-    return console if console.is_terminal else _Console(highlight=False, width=120)
+    console = _Console(highlight=False, emoji=False)
+    return console if console.is_terminal else _Console(highlight=False, emoji=False, width=120)
 
 
 def err() -> Console:
     """Console of progress and messages (stderr)."""
-    return _Console(stderr=True, highlight=False)
+    return _Console(stderr=True, highlight=False, emoji=False)
 
 
 def say(text: str) -> None:

@@ -37,8 +37,13 @@ from models.response import Forward
 
 #: Logarithm of how many times as probable the data must be without a slip for it to be named.
 PREFERRED = math.log(1000.0)
+#: And for it to be no question any more: nothing is calibrated with it.
+DECISIVE = math.log(1e6)
 #: Gate of what the checks of the lab files say, which a report has by itself.
 FILES = "lab files"
+# Sd [m] of a thickness below which no gauge of a lab tells that of a soft layer.
+_FINEST = 0.2e-6
+_THICKNESSES = ("sensor_thickness", "padding_thickness", "dielectric_thickness")
 # Share of the prior's draws that must be covered for a slip to be believed.
 _COVERED = 0.5
 # Of more unknowns than this a look at a mode takes too long to be taken for every slip.
@@ -103,7 +108,7 @@ def plausibility(problem: Problem) -> Plausibility:
     The reasons for doubt; none for a sound lab but for one in fifty at most (docs/check.md).
     """
     ranges = ranges_of(problem)
-    files = (*_of_one_record(problem), *_of_files(problem))
+    files = (*_of_one_record(problem), *_of_gauges(problem), *_of_files(problem))
     unlikely = farthest(ranges) > UNLIKELY
     began = time.process_time()
     # A posterior of data that cannot be says nothing.
@@ -114,7 +119,7 @@ def plausibility(problem: Problem) -> Plausibility:
         return Plausibility(verdict_of((*_of_ranges(problem, ranges, repairs), *files)).reasons, ranges, None, None)
     conflicts = conflicts_in(look)
     within = list(_within(problem, hidden_only=not (unlikely or conflicts.suspicious)))
-    # What contradicts the priors is red, and so is the slip that explains it; by itself a slip is a question.
+    # What contradicts the priors is red, and so is the slip that explains it; by itself a slip is a question up to `DECISIVE`.
     level: Level = "red" if conflicts.wrong else "amber"
     preferred = [*_preferred(look, within, level), *(_of_models(look, level) if conflicts.suspicious else ())]
     repairs = [slip for slip, _ in within] if unlikely and not preferred else []
@@ -138,6 +143,15 @@ def _of_files(problem: Problem) -> Iterator[Reason]:
             else ""
         )
         yield Reason(FILES, "amber", f"{grade.file}, {check_name(grade)}: {grade.finding}{more}", grade.advice.rstrip("."))
+
+
+def _of_gauges(problem: Problem) -> Iterator[Reason]:
+    """Thicknesses that are believed to be known better than they can be measured: a unit, or a digit too many."""
+    for p in problem.parameters:
+        low, high = (float(p.prior.ppf_normal(np.array(z))) for z in (-1.0, 1.0))
+        if p.parameter in _THICKNESSES and high - low < 2 * _FINEST:
+            finding = f"the prior of {p.name} knows it to {(high - low) / 2e-9:.2g} nm, which no gauge tells of a soft layer"
+            yield Reason("prior", "amber", finding, "Look at its sd and the unit of that, and give what the gauge can tell")
 
 
 def _of_one_record(problem: Problem) -> Iterator[Reason]:
@@ -365,5 +379,5 @@ def _preferred(look: Look, slips: Sequence[tuple[Slip, Problem]], level: Level) 
         finding = f"with {slip.without} the data would be 10^{gain / math.log(10):.0f} times as probable"
         if (modulus := values.get("young_modulus")) is not None:
             finding += f", and young_modulus about {in_units('young_modulus', float(modulus[0]))}"
-        reasons.append(Reason(slip.gate, level, finding, slip.question))
+        reasons.append(Reason(slip.gate, "red" if gain > DECISIVE else level, finding, slip.question))
     return reasons

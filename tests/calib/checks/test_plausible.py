@@ -175,6 +175,29 @@ def test_files_of_two_specimens_that_are_mixed_up_are_asked_for() -> None:
     assert "files of sensor 1 and sensor 2 exchanged" in said
 
 
+def test_a_mix_up_without_which_the_data_are_a_million_times_as_probable_is_red_though_no_prior_is_contradicted() -> None:
+    lab = _lab(others={"dielectric_thickness": 0.186e-3})
+    one, other = lab.sweeps
+    changed = {"capacitance": one.channels["capacitance"]}, {"capacitance": other.channels["capacitance"]}
+    mixed = replace(
+        lab,
+        sweeps=(
+            replace(one, channels={**one.channels, **changed[1]}, clock_offset=other.clock_offset),
+            replace(other, channels={**other.channels, **changed[0]}, clock_offset=one.clock_offset),
+        ),
+    )
+    levels = {(r.gate, r.level) for r in mixed.check().reasons}
+    assert levels == {("files", "red"), ("prior", "amber")}
+
+
+def test_a_thickness_that_no_gauge_could_tell_so_well_is_amber() -> None:
+    lab = _lab()
+    own = tuple(replace(s, priors={**s.priors, "sensor_thickness": Normal(0.75e-3, 2e-8)}) for s in lab.experiment.specimens)
+    found = replace(lab, experiment=replace(lab.experiment, specimens=own)).check()
+    assert "the prior of sensor_thickness[sensor 1] knows it to 20 nm" in _said(found)
+    assert found.verdict.colour == "amber"
+
+
 def test_a_capacitance_of_another_specimen_is_not_green() -> None:
     lab = _lab()
     other = _lab(others={"sensor_thickness": 0.95e-3, "dielectric_thickness": 0.24e-3}).sweeps[1].channels["capacitance"]

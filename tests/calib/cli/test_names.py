@@ -212,3 +212,9 @@ def test_noise_is_never_good_however_well_its_chains_agree(tmp_path: Path, noise
     on_screen, on_page, _ = _judged(tmp_path, experiment, stages)
     assert not on_screen
     assert not on_page
+
+
+def test_a_line_number_between_colons_is_no_pictogram(tmp_path: Path) -> None:
+    file = tmp_path / "e.toml"
+    file.write_text("\n" * 99 + "model = 3\n", encoding="utf-8")
+    assert "e.toml:100:" in _run("check", file).stderr.replace("\n", "")
