@@ -159,7 +159,7 @@ def test_init_lists_every_file_and_says_what_is_open_and_what_to_do_next(tmp_pat
     for line in (
         ".hidden left out: a hidden file",
         "photo.png left out: a picture",
-        "s1_press.csv Instron Bluehill raw data",
+        "s1_press.csv table with a header",
         "old/s1_cap.csv LCR log",
         'open: column "Load (N)" appears twice (columns 3 and 4)',
         "s1: force s1_press.csv, capacitance old/s1_cap.csv (paired by name)",
