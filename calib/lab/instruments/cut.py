@@ -25,7 +25,7 @@ from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.side_by_side import one_of_side_by_side
 from calib.lab.instruments.stated import stated_factors
 from calib.lab.instruments.text import LabText
-from calib.lab.instruments.titles import below_header
+from calib.lab.instruments.titles import begins_at, below_header
 from calib.lab.instruments.vocabulary import words
 
 # Lines above a header and below a table that may speak of it.
@@ -55,11 +55,14 @@ def cut(text: LabText, reading: Reading) -> Sheet:
         holds several specimens and `reading` does not say which.
     """
     found = find_header(text, reading)
-    if found is None:
-        if any(c != "none" for c in reading.columns.values()) and all(
-            c.isdigit() or c == "none" for c in reading.columns.values()
-        ):
+    by_number = all(c.isdigit() or c == "none" for c in reading.columns.values()) and any(
+        map(str.isdigit, reading.columns.values())
+    )
+    if found is None and by_number:
+        found = find_header(text, reading, numbers=True)
+        if found is None:
             return _without_header(text, reading)
+    if found is None:
         raise InputError(no_header(text))
     delimiter, header, names = found
     below = below_header(text, delimiter, header, names, strict=not any(c.isdigit() for c in reading.columns.values()))
@@ -166,23 +169,52 @@ def _assigned(reading: Reading, names: Sequence[str], text: LabText, line: int) 
                     advice=f"Name it by its number, such as {quantity}=2",
                 )
             )
+        if matching[0] in assigned:
+            raise InputError(
+                Fault(
+                    f'column "{names[matching[0]]}" is named for {assigned[matching[0]]} and for {quantity}',
+                    text.path,
+                    line,
+                    matching[0] + 1,
+                    advice=f"Say another column for one of them: --columns {quantity}=...",
+                )
+            )
         assigned[matching[0]] = quantity
     return assigned
 
 
 def _without_header(text: LabText, reading: Reading) -> Sheet:
-    """A table of numbers only, with the columns that the user names by number."""
+    """A table of numbers only, with the columns that the user names by number; units and counts of columns may stand above."""
     wanted = [int(c) for c in reading.columns.values() if c.isdigit()]
-    last = max(wanted)
+    last, widest = max(wanted), (0, 0)
     for index, line in enumerate(text.lines[:HEADER_WITHIN]):
         for delimiter in DELIMITERS:
             cells = split_line(line, delimiter)
-            chosen = [cells[c - 1] for c in wanted] if 0 < last <= len(cells) else []
+            if len(cells) > widest[0] and sum(map(is_numeric, cells)) > 1:
+                widest = len(cells), index + 1
+            chosen = [cells[c - 1] for c in wanted] if min(wanted) > 0 and last <= len(cells) else []
             if chosen and all(is_numeric(c) or is_clock(c) or is_over_range(c) for c in chosen):
                 names = tuple(str(i + 1) for i in range(len(cells)))
                 assigned = _assigned(reading, names, text, index + 1)
-                sheet = Sheet(text, delimiter, 0, names, declared_decimal=text.decimal, assigned=assigned)
-                return with_rows(sheet, index, reading, ())
+                begin = begins_at(text, delimiter, index, len(cells))
+                below = below_header(text, delimiter, begin - 1, names, strict=False, nameless=True)
+                sheet = Sheet(
+                    text,
+                    delimiter,
+                    0,
+                    names,
+                    below.units_line,
+                    below.units,
+                    declared_decimal=text.decimal,
+                    assigned=assigned,
+                )
+                whole = with_rows(sheet, below.start, reading, ())
+                above = not_read(sheet, [i for i in range(begin) if text.lines[i].strip()], "above the rows")
+                return replace(whole, unread=(*above, *below.unread, *whole.unread))
+    if widest[0] and not 0 < min(wanted) <= last <= widest[0]:
+        none = last if last > widest[0] else 0
+        message = f"there is no column {none}: the rows have {widest[0]}, counted from 1"
+        raise InputError(Fault(message, text.path, widest[1], advice="Name columns that there are: --columns time=1"))
     raise InputError(no_header(text))
 
 

@@ -21,7 +21,7 @@ from calib.lab.instruments.brackets import (
     tidy,
     without_brackets,
 )
-from calib.lab.instruments.lexicon import NAMES, PROCESSED, RELATIVE
+from calib.lab.instruments.lexicon import NAMES, PROCESSED
 from calib.lab.instruments.meanings import Meaning, doubt_of, meanings, other_axis
 from calib.lab.instruments.units import SI_UNIT, is_mass, is_unit_of, lab_factor, looks_like_unit
 
@@ -45,8 +45,6 @@ EXAMPLE: Mapping[str, str] = MappingProxyType(
 )
 
 _TAIL = re.compile(r"^(?P<name>.+?)\s*(?:_|/|,|:|\sin\s|\s)\s*(?P<unit>[^\s_/,:]+)$")
-_UNIT_CELL = re.compile(r"^[(\[{]\s*(?P<unit>[^()\[\]{}]*?)\s*[)\]}]$")
-_UNIT_WITH_REMARK = re.compile(r"^[(\[](?P<unit>[^()\[\]]+)[)\]]\s+(?P<remark>[^\W\d][\w ,.]*)$")
 # Words that are units of plain numbers within brackets only.
 _NO_TAIL = ("x", "#", "-", "1", "none", "cycles")
 _LONGEST = 120
@@ -57,6 +55,11 @@ _ONLY_WITH_UNIT = ("s", "h", "p")
 _CLOCK_FORM = re.compile(r"[a-z]{1,5}(?:[:.][a-z]{1,5}){1,3}", re.IGNORECASE)
 _SERIES = re.compile(r"series|serie|reihe|\bcs\b|cs-|ls-|\bser\b", re.IGNORECASE)
 _PARALLEL = re.compile(r"parallel|\bcp\b|cp-|\bpar\b|parall[eè]le", re.IGNORECASE)
+# A setting of a meter, such as "Range" or "Meas. range (ohm)"; the range of a load is a statistic.
+_SETTING = re.compile(
+    r"(?:(?:meter|measurement|measuring|meas\.?|lcr|current|impedance|auto) )?(?:range|messbereich|bereich|gamme|calibre|"
+    r"rango|portata|zakres|量程|レンジ)"
+)
 _KNOWN_BY_WORDS = (
     (r"\btemp\b|temperatur|température|temperatura|온도|温度", "a temperature: not used"),
     (r"humid|feuchte|humidité", "a humidity: not used"),
@@ -349,39 +352,20 @@ def _of_something_else(quantity: str, name: str, units: Sequence[str], *, letter
 
 def _reason(name: str, brackets: Sequence[str], unit_below: str) -> str:
     """Why a name that means no quantity is not read."""
+    if _SETTING.fullmatch(name):
+        return "a range of the instrument: not used"
+    for pattern, reason in _KNOWN_BY_WORDS:
+        if re.search(pattern, name):
+            return reason
     for text in (name, *brackets):
         if not looks_like_unit(text) and (reason := no_record(text)):
             return reason
     axis = other_axis(name)
     if axis:
         return f"axis {axis}: not used"
-    for pattern, reason in _KNOWN_BY_WORDS:
-        if re.search(pattern, name):
-            return reason
     _, tail = next(_with_tail(name), ("", ""))
     for unit in (*brackets, unit_below, tail):
         kind = kind_of_unit(unit) if unit and not is_letter(unit) else ""
         if kind and not kind.startswith("in "):
             return f"{kind}: not used"
     return "not understood"
-
-
-def unit_of_cell(cell: str) -> str | None:
-    """The unit in a cell of a units row, "" if the cell is empty, None if it cannot be a unit.
-
-    A remark may stand behind a unit in brackets, unless it is a statistic or a factor.
-
-    >>> unit_of_cell("(mm)"), unit_of_cell("kN"), unit_of_cell("0.5"), unit_of_cell("(N) zeroed"), unit_of_cell("(N) max")
-    ('mm', 'kN', None, 'N', None)
-    """
-    cell = cell.strip()
-    if not cell:
-        return ""
-    match = _UNIT_CELL.match(cell)
-    if match:
-        return match["unit"]
-    match = _UNIT_WITH_REMARK.match(cell)
-    if match and looks_like_unit(match["unit"]):
-        relative = is_unit_of(match["unit"], "capacitance") and any(w in RELATIVE for w in words(match["remark"]).split())
-        return None if relative or no_record(match["remark"]) else match["unit"]
-    return cell if looks_like_unit(cell) else None
