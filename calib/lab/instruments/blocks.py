@@ -13,6 +13,7 @@ import numpy as np
 from calib.errors import Fault, InputError, capped
 from calib.lab.instruments.header import split_line
 from calib.lab.instruments.labtable import IntArray, Reading, Unread
+from calib.lab.instruments.lexicon import OF_TESTERS
 from calib.lab.instruments.lines import (
     FEW_ROWS,
     Table,
@@ -161,7 +162,7 @@ def _blocks(
                 break
             apart.append(i)
         else:
-            remarks = [k for k in apart if is_comment(text.lines[start + k]) and not _SPECIMEN.search(text.lines[start + k])]
+            remarks = [k for k in apart if _is_remark(text.lines[start + k])]
             if blocks[-1].rows:
                 faults += [_of_scale(text, start + k) for k in remarks if speaks_of_scale(text.lines[start + k])]
             if remarks and blocks[-1].rows:
@@ -190,6 +191,20 @@ def _blocks(
     among_text += apart
     lines = [start + i for i in sorted(among_text)]
     return blocks, [*left_out(sheet, lines), *below], [*not_read(sheet, lines, "text"), *unread]
+
+
+# "Status: Running" among the rows, as testers write it.
+_STATUS = re.compile(
+    r"[\W_]*(?:test |machine )?(?:status|state|zustand|statut|état|estado|stato|stan)\s*[:=]\s*(?P<words>[^\d,;\t]+)", re.I
+)
+
+
+def _is_remark(line: str) -> bool:
+    """Whether a line of text among the rows changes nothing of them: a comment that names no specimen, a tester's status."""
+    status = _STATUS.fullmatch(line.strip().strip(",;\t"))
+    if status is not None:
+        return all(w in OF_TESTERS for w in re.split(r"[\W_]+", status["words"].lower()) if w)
+    return is_comment(line) and not _SPECIMEN.search(line)
 
 
 def _of_scale(text: LabText, at: int) -> Fault:

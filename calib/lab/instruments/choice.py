@@ -241,6 +241,18 @@ def _same_unit(sheet: Sheet, index: int, taken: Mapping[str, int], unread: dict[
     return []
 
 
+_BY_NAME = "by its name or number:"
+
+
+def _in_unit_of(sheet: Sheet, quantity: str, choice: ColumnChoice) -> tuple[str, ...]:
+    """Columns that are not understood though they are in a unit of a quantity, as the user may name them."""
+    return tuple(
+        sheet.name_for_asking(i)
+        for i, why in choice.unread.items()
+        if why.startswith("not understood, though in ") and is_unit_of(sheet.unit_written(i), quantity)
+    )
+
+
 def missing_columns(sheet: Sheet, family: InstrumentFamily, choice: ColumnChoice, reading: Reading) -> list[Fault]:
     """List the faults of quantities that are needed and not there, and of units given to columns that are not there.
 
@@ -257,13 +269,19 @@ def missing_columns(sheet: Sheet, family: InstrumentFamily, choice: ColumnChoice
         for i, n in enumerate(sheet.names)
         if n
     )
+    alike = {q: _in_unit_of(sheet, q, choice) for q in ("displacement", "force", "capacitance")}
     faults = [
         Fault(
             f"no {quantity} column among {there}",
             sheet.text.path,
             sheet.header_line or None,
             advice=f"{quantity.capitalize()} is understood under the names {understood_names(quantity)} and others, "
-            f'for example "{EXAMPLE[quantity]}"; or say which column it is, by its name or number: --columns {quantity}=...',
+            f'for example "{EXAMPLE[quantity]}"; or say which column it is, '
+            + (
+                str(Choice("columns", own, quantity))
+                if (own := alike.get(quantity))
+                else f"{_BY_NAME} --columns {quantity}=..."
+            ),
         )
         for quantity in family.requirement(found)
     ]

@@ -48,6 +48,8 @@ _TAIL = re.compile(r"^(?P<name>.+?)\s*(?:_|/|,|:|\sin\s|\s)\s*(?P<unit>[^\s_/,:]
 # Words that are units of plain numbers within brackets only.
 _NO_TAIL = ("x", "#", "-", "1", "none", "cycles")
 _LONGEST = 120
+# Letters of a name that may be the beginning of a longer one.
+_CUT = 9
 _APART = " ,;:/"
 # Letters that are names only with a unit: s, h of a depth, P of a load.
 _ONLY_WITH_UNIT = ("s", "h", "p")
@@ -192,6 +194,7 @@ def heading_as(quantity: str, cell: str, unit_below: str = "") -> Heading:
     cut = without_brackets(tidy(cell))
     outside, brackets = cut if cut is not None else (tidy(cell), ())
     name, tail = next((n for n in _with_tail(outside) if is_unit_of(n[1], quantity)), (outside, ""))
+    tail = tail or (outside if is_unit_of(outside, quantity) and SI_UNIT[quantity] else "")
     unit, doubt = _unit_of(quantity, [*brackets, *([tail] if tail else [])], unit_below)
     if unit is None and not doubt and not unit_below:
         odd = [b for b in brackets if looks_like_unit(b) and not is_letter(b)]
@@ -207,7 +210,7 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
     """The heading of a cell, or why there is none."""
     cell = tidy(cell)
     cut = without_brackets(cell) if len(cell) <= _LONGEST else None
-    if cut is None:
+    if cut is None or (len(cell) > 1 and looks_like_unit(cell) and not any(words(cell) in names for names in NAMES.values())):
         return "not understood"
     outside, brackets = cut
     for name, tail in (*_with_tail(outside), (_bare(outside), "")):
@@ -225,7 +228,24 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
             continue
         if readings:
             return _weighed(readings, plain, inside, unit_below)
+        if whole := _cut_name(plain, [*inside, unit_below]):
+            return _weighed(list(meanings(whole, inside, unit_below)), whole, inside, unit_below)
     return _reason(words(outside), brackets, unit_below)
+
+
+def _cut_name(name: str, units: Sequence[str]) -> str:
+    """The name that one cut to a fixed width is the beginning of, as "Standardkr" of testers: by a unit of one quantity alone.
+
+    "" if it is of none, or of several.
+    """
+    if len(name) < _CUT:
+        return ""
+    whole = {
+        quantity: next(n for n in names if n.startswith(name))
+        for quantity, names in NAMES.items()
+        if any(n.startswith(name) for n in names) and any(u and is_unit_of(u, quantity) for u in units)
+    }
+    return next(iter(whole.values())) if len(whole) == 1 else ""
 
 
 def _bare(outside: str) -> str:

@@ -186,7 +186,7 @@ def test_a_record_that_starts_pressed_can_be_used_on_its_way_back(tmp_path: Path
         (Use(cycles=(2, 7)), "there is no cycle 7", "from 1 to 3"),
         (Use(max_force=0.0), "max_force must be positive, got 0", "Leave max_force out"),
         (Use(max_depth=-1e-3), "max_depth must be positive", "Leave max_depth out"),
-        (Use(max_force=0.01), "max_force = 0.01 N leave none of the", "larger limits"),
+        (Use(max_force=0.01), "max_force = 0.01 N leaves none of the", "larger limits"),
     ],
 )
 def test_a_use_that_cannot_be_is_refused_with_a_way_out(folder: Path, use: Use, message: str, advice: str) -> None:
