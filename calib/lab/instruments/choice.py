@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.errors import Choice, Fault
-from calib.lab.instruments.circuit import said_circuit
+from calib.lab.instruments.circuit import circuit_beside_unit, said_circuit
 from calib.lab.instruments.family import InstrumentFamily
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.lexicon import OF_TESTERS
@@ -93,11 +93,12 @@ def _in_circuit(sheet: Sheet, reading: Reading) -> tuple[dict[int, Heading], dic
     headings = dict(sheet.headings())
     notes: list[str] = []
     faults: list[Fault] = []
-    said = said_circuit(sheet.prelude)
-    if said is None:
-        return headings, {}, notes, faults
+    above = said_circuit(sheet.prelude)
     for index, heading in sheet.headings().items():
         if heading.quantity != "capacitance" or index in sheet.assigned:
+            continue
+        said = circuit_beside_unit(sheet, index) or above
+        if said is None:
             continue
         names_it = heading.name.startswith(("cp", "parallel"))
         if said.word == "both" or (said.word == "series" and names_it):

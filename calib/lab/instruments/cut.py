@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import zip_longest
 
 from calib.errors import Fault, InputError
 from calib.lab.instruments.clock_cells import is_clock
@@ -66,7 +67,7 @@ def cut(text: LabText, reading: Reading) -> Sheet:
         raise InputError(no_header(text))
     delimiter, header, names = found
     below = below_header(text, delimiter, header, names, strict=not any(c.isdigit() for c in reading.columns.values()))
-    assigned = _assigned(reading, names, text, header + 1)
+    assigned = _assigned(reading, names, text, header + 1, below.units)
     sheet = Sheet(
         text,
         delimiter,
@@ -147,16 +148,19 @@ def _check_nameless(sheet: Sheet, start: int, reading: Reading) -> None:
     )
 
 
-def _assigned(reading: Reading, names: Sequence[str], text: LabText, line: int) -> dict[int, str]:
-    """Columns by the user's word: index -> quantity."""
+def _assigned(reading: Reading, names: Sequence[str], text: LabText, line: int, units: Sequence[str] = ()) -> dict[int, str]:
+    """Columns by the user's word: index -> quantity. A column may be called as it is shown, with the unit below its name."""
+    shown = [f"{name} ({unit})" if unit else name for name, unit in zip_longest(names, units[: len(names)], fillvalue="")]
     assigned: dict[int, str] = {}
     for quantity, wanted in reading.columns.items():
         if wanted == "none" and wanted not in names:
             assigned[-1 - len(assigned)] = quantity  # no column is: none of those that are understood as it
             continue
-        matching = [i for i, name in enumerate(names) if name == wanted] or [
-            i for i, name in enumerate(names) if words(name) == words(wanted)
-        ]
+        matching = (
+            [i for i, name in enumerate(names) if name == wanted]
+            or [i for i, name in enumerate(names) if words(name) == words(wanted)]
+            or [i for i, name in enumerate(shown) if words(name) == words(wanted)]
+        )
         if not matching and wanted.isdigit() and 1 <= int(wanted) <= len(names):
             matching = [int(wanted) - 1]
         if len(matching) != 1:

@@ -80,7 +80,8 @@ def below_header(
                     f'"{shown}" stands below the header of line {header + 1} like another header',
                     text.path,
                     index + 1,
-                    advice="Which of the two names a column cannot be told: keep one line of names, each with its unit",
+                    advice="Which of the two names a column cannot be told: keep one line of names, each with its unit, or say by their "
+                    "numbers which column is what: --columns time=1 --columns displacement=2 --columns force=3, with --units",
                 )
             )
         else:

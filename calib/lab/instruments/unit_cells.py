@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 
 from calib.lab.instruments.brackets import factor_in, is_factor, is_letter, is_wiring, no_record
-from calib.lab.instruments.lexicon import RELATIVE
+from calib.lab.instruments.lexicon import DERIVED, RELATIVE
 from calib.lab.instruments.units import is_unit_of, looks_like_unit
 
 _BRACKETS = re.compile(r"[(\[{]\s*(?P<unit>[^()\[\]{}]*?)\s*[)\]}]")
@@ -20,7 +20,8 @@ _WITHIN = re.compile(r"(?P<unit>[^\s,;:]+)(?P<words>[\s,;:].*)", re.DOTALL)
 # Signs of an arithmetic, and words of one; of numbers only the reach of an instrument and the number of a channel are none.
 _ARITHMETIC = re.compile(
     r"[×*/=·^]\s*\d|\b[x]\s*\d|\d\s*[x×*/]|^\s*[/=·^:]|\b(?:or|oder|ou|per|divided|times|multiplied|scaled?|factor|gain|faktor|"
-    r"facteur|mal|geteilt)\b",
+    r"facteur|mal|geteilt|mille|kilo|milli|micro|centi|deci|mega|half|halved|doubled?|inverse|reciprocal|log|squared|"
+    r"(?:ten|hundred|thousand|million|tausend|hundert|zehn)\w*)\b",
     re.IGNORECASE,
 )
 # Units that are words of a language, too.
@@ -94,13 +95,16 @@ def _unit_and_words(cell: str) -> tuple[str, str] | None:
 
 def _changes_nothing(unit: str, words: str) -> bool:
     """Whether words beside a unit leave the readings what they are."""
-    plain = re.sub(r"[()\[\]{}]", " ", words).strip(" ,;:*†")
-    if not plain or is_wiring(plain):
+    plain = re.sub(r"[()\[\]{}]", " ", words).strip(" ,;*†")
+    parts = [w for w in re.split(r"[\s.,;:()\[\]]+", plain) if w]
+    if _ARITHMETIC.search(words) or (parts and looks_like_unit(f"{unit} {parts[0]}")):
+        return False
+    if not parts or is_wiring(plain):
         return True
-    parts = [w for w in re.split(r"[\s,;:()\[\]]+", plain) if w]
+    if any(w.lower() in DERIVED - RELATIVE for w in parts):
+        return False
     if is_unit_of(unit, "capacitance") and any(w.lower() in RELATIVE for w in parts):
         return False
     counted = any(any(c.isdigit() for c in w) for w in _NUMBERED.sub(" ", plain).split())
     other = any(looks_like_unit(w) and not is_letter(w) and w.lower() not in _WORDS for w in parts)
-    doubtful = counted or other or is_factor(plain) or factor_in(f" {plain}") or no_record(plain)
-    return not doubtful and not _ARITHMETIC.search(words)
+    return not (counted or other or is_factor(plain) or factor_in(f" {plain}") or no_record(plain))
