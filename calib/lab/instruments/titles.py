@@ -19,6 +19,10 @@ from calib.lab.instruments.vocabulary import understand
 
 # Lines that are looked at before the first row.
 _FEW_LINES = 5
+_ONE_LINE = (
+    "Which of the two names a column cannot be told: keep one line of names, each with its unit, or say by their numbers which "
+    "column is what: --columns time=1 --columns displacement=2 --columns force=3, with --units"
+)
 _RULER = re.compile(r"[-=_+|*~\s,;.:]*[-=_~*]{2}[-=_+|*~\s,;.:]*")
 
 
@@ -74,16 +78,11 @@ def below_header(
             unread.append(Unread(f"line {index + 1}", f'numbers of the columns, "{shown}"'))
         elif _falls_after(cells, later, time):
             unread.append(Unread(f"line {index + 1}", f'numbers above the record, time falls after them: "{shown}"'))
-        elif strict and _titles(cells, names) and delimiter != " ":
-            raise InputError(
-                Fault(
-                    f'"{shown}" stands below the header of line {header + 1} like another header',
-                    text.path,
-                    index + 1,
-                    advice="Which of the two names a column cannot be told: keep one line of names, each with its unit, or say by their "
-                    "numbers which column is what: --columns time=1 --columns displacement=2 --columns force=3, with --units",
-                )
-            )
+        elif _titles(cells, names) and delimiter != " ":
+            if strict:
+                message = f'"{shown}" stands below the header of line {header + 1} like another header'
+                raise InputError(Fault(message, text.path, index + 1, advice=_ONE_LINE))
+            unread.append(Unread(f"line {index + 1}", f'another line of titles, "{shown}"'))
         else:
             break
         start = index + 1
