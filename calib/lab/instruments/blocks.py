@@ -262,7 +262,7 @@ _SPECIMEN = re.compile(
 
 def _numbered(header: Sequence[str]) -> str:
     """The specimen whose number stands in the first cell of a header."""
-    return f"specimen {header[0].strip()}" if header and header[0].strip().isdigit() else ""
+    return f"specimen {header[0].strip()}" if header and header[0].strip().isdecimal() else ""
 
 
 def _label(sheet: Sheet, header: int) -> str:

@@ -27,7 +27,8 @@ from calib.lab.instruments.side_by_side import one_of_side_by_side
 from calib.lab.instruments.stated import stated_factors
 from calib.lab.instruments.text import LabText
 from calib.lab.instruments.titles import begins_at, below_header
-from calib.lab.instruments.vocabulary import words
+from calib.lab.instruments.units import IN_PLACE_OF
+from calib.lab.instruments.vocabulary import understand, words
 
 # Lines above a header and below a table that may speak of it.
 _WORDS_BESIDE = 200
@@ -56,17 +57,17 @@ def cut(text: LabText, reading: Reading) -> Sheet:
         holds several specimens and `reading` does not say which.
     """
     found = find_header(text, reading)
-    by_number = all(c.isdigit() or c == "none" for c in reading.columns.values()) and any(
-        map(str.isdigit, reading.columns.values())
+    by_number = all(c.isdecimal() or c == "none" for c in reading.columns.values()) and any(
+        map(str.isdecimal, reading.columns.values())
     )
     if found is None and by_number:
         found = find_header(text, reading, numbers=True)
-        if found is None:
+        if found is None or _named_otherwise(found[2], reading):
             return _without_header(text, reading)
     if found is None:
         raise InputError(no_header(text))
     delimiter, header, names = found
-    below = below_header(text, delimiter, header, names, strict=not any(c.isdigit() for c in reading.columns.values()))
+    below = below_header(text, delimiter, header, names, strict=not any(c.isdecimal() for c in reading.columns.values()))
     assigned = _assigned(reading, names, text, header + 1, below.units)
     sheet = Sheet(
         text,
@@ -113,7 +114,7 @@ def _check_torn_decimals(sheet: Sheet) -> None:
     for index, column in enumerate(sheet.columns[1:], 1):
         cells = [c.strip() for c in column[:1000] if c.strip()]
         torn = [c for c in cells if re.fullmatch(r"0\d+", c)]
-        if torn and len(set(cells)) > 4 and all(c.isdigit() and len(c) <= len(torn[0]) for c in cells):
+        if torn and len(set(cells)) > 4 and all(c.isdecimal() and len(c) <= len(torn[0]) for c in cells):
             raise InputError(
                 Fault(
                     f'"{torn[0]}" in column {index + 1} seems to be the decimals behind a decimal comma',
@@ -161,7 +162,7 @@ def _assigned(reading: Reading, names: Sequence[str], text: LabText, line: int, 
             or [i for i, name in enumerate(names) if words(name) == words(wanted)]
             or [i for i, name in enumerate(shown) if words(name) == words(wanted)]
         )
-        if not matching and wanted.isdigit() and 1 <= int(wanted) <= len(names):
+        if not matching and wanted.isdecimal() and 1 <= int(wanted) <= len(names):
             matching = [int(wanted) - 1]
         if len(matching) != 1:
             there = ", ".join(f'{i + 1} "{n}"' for i, n in enumerate(names))
@@ -187,9 +188,16 @@ def _assigned(reading: Reading, names: Sequence[str], text: LabText, line: int, 
     return assigned
 
 
+def _named_otherwise(names: Sequence[str], reading: Reading) -> bool:
+    """Whether a line with numbers in it names columns otherwise than the user does by their numbers: it is no header."""
+    said = {int(c) - 1: IN_PLACE_OF.get(q, q) for q, c in reading.columns.items() if c.isdecimal()}
+    meant = {i: h for i, name in enumerate(names) if i in said and (h := understand(name)) is not None}
+    return any(IN_PLACE_OF.get(h.quantity, h.quantity) != said[i] for i, h in meant.items())
+
+
 def _without_header(text: LabText, reading: Reading) -> Sheet:
     """A table of numbers only, with the columns that the user names by number; units and counts of columns may stand above."""
-    wanted = [int(c) for c in reading.columns.values() if c.isdigit()]
+    wanted = [int(c) for c in reading.columns.values() if c.isdecimal()]
     last, widest = max(wanted), (0, 0)
     for index, line in enumerate(text.lines[:HEADER_WITHIN]):
         for delimiter in DELIMITERS:

@@ -112,7 +112,7 @@ def is_same_header(cells: Sequence[str], header: Sequence[str]) -> bool:
     """
     if list(cells) == list(header):
         return True
-    numbered = len(cells) > 1 and cells[0].isdigit() and len(header) > 1 and header[0].isdigit()
+    numbered = len(cells) > 1 and cells[0].isdecimal() and len(header) > 1 and header[0].isdecimal()
     return numbered and list(cells[1:]) == list(header[1:])
 
 
@@ -183,13 +183,13 @@ def no_header(text: LabText) -> Fault:
     numbered = find_header(text, AS_FOUND, numbers=True)
     if numbered is not None and not seen:
         odd = [(k, c) for k, c in enumerate(numbered[2], 1) if is_numeric(c)]
-        said = f"--columns capacitance={odd[0][0]} --units capacitance=pF"
+        said = f"--columns capacitance={odd[0][1]} --units capacitance=pF"
         return Fault(
             f"numbers stand where names of columns would: {', '.join(c for _, c in odd[:8])}",
             text.path,
             numbered[1] + 1,
             odd[0][0],
-            advice=f"If they are names, say by its number which column is what, and its unit: {said}",
+            advice=f"If they are names, say which column is what, and its unit: {said}",
         )
     replies = _reply_lines(text)
     if replies and not seen:

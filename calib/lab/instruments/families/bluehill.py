@@ -28,7 +28,7 @@ def recognise(sheet: Sheet) -> str:
         return ""
     shown = channels(sheet)
     first = sheet.names[0].strip('"')
-    if first.isdigit() and sheet.units_line is not None:
+    if first.isdecimal() and sheet.units_line is not None:
         return f"{shown} after the specimen number {first}, units in line {sheet.units_line} (Bluehill Universal export)"
     block = line_above(sheet, _BLOCK)
     if block is not None:
