@@ -242,16 +242,19 @@ def _same_unit(sheet: Sheet, index: int, taken: Mapping[str, int], unread: dict[
     return []
 
 
-_BY_NAME = "by its name or number:"
-
-
-def _in_unit_of(sheet: Sheet, quantity: str, choice: ColumnChoice) -> tuple[str, ...]:
-    """Columns that are not understood though they are in a unit of a quantity, as the user may name them."""
-    return tuple(
-        sheet.name_for_asking(i)
-        for i, why in choice.unread.items()
-        if why.startswith("not understood, though in ") and is_unit_of(sheet.unit_written(i), quantity)
-    )
+def _which_it_is(sheet: Sheet, quantity: str, choice: ColumnChoice) -> str:
+    """How the user may say which column a quantity is: one in its unit, a strain of a known height, or any other."""
+    of_unit = [i for i, why in choice.unread.items() if why.startswith("not understood, though in ")]
+    own = tuple(sheet.name_for_asking(i) for i in of_unit if is_unit_of(sheet.unit_written(i), quantity))
+    if own:
+        return f"say which column it is: {Choice('columns', own, quantity)}"
+    strains = [i for i, why in choice.unread.items() if why.startswith(("a share or strain", "a strain"))]
+    shares = tuple(sheet.name_for_asking(i) for i in strains if sheet.unit_written(i) == "%")
+    of_height = ""
+    if quantity == "displacement" and shares:
+        asked = Choice("columns", shares[:1], quantity)
+        of_height = f'; a strain of a known height, as of 2 mm, is {asked} --units "displacement=0.02 mm"'
+    return f"say which column it is, by its name or number: --columns {quantity}=...{of_height}"
 
 
 def missing_columns(sheet: Sheet, family: InstrumentFamily, choice: ColumnChoice, reading: Reading) -> list[Fault]:
@@ -270,19 +273,13 @@ def missing_columns(sheet: Sheet, family: InstrumentFamily, choice: ColumnChoice
         for i, n in enumerate(sheet.names)
         if n
     )
-    alike = {q: _in_unit_of(sheet, q, choice) for q in ("displacement", "force", "capacitance")}
     faults = [
         Fault(
             f"no {quantity} column among {there}",
             sheet.text.path,
             sheet.header_line or None,
             advice=f"{quantity.capitalize()} is understood under the names {understood_names(quantity)} and others, "
-            f'for example "{EXAMPLE[quantity]}"; or say which column it is, '
-            + (
-                str(Choice("columns", own, quantity))
-                if (own := alike.get(quantity))
-                else f"{_BY_NAME} --columns {quantity}=..."
-            ),
+            f'for example "{EXAMPLE[quantity]}"; or {_which_it_is(sheet, quantity, choice)}',
         )
         for quantity in family.requirement(found)
     ]

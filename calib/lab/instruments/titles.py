@@ -145,7 +145,8 @@ def _is_reading(cell: str) -> bool:
 def _counts(cells: Sequence[str], names: Sequence[str]) -> bool:
     """Whether a row counts the columns: 1, 2, 3 or 0, 1, 2 or CH1, CH2, CH3."""
     digits = [re.sub(r"^(?:ch(?:annel)?|col(?:umn)?|no)?[ ._#]*", "", c.strip().lower()) for c in cells if c.strip()]
-    if len(digits) < 2 or len(digits) < len([n for n in names if n]) - 1 or not all(d.isdecimal() and len(d) < 4 for d in digits):
+    whole = all(d.isdecimal() and len(d) < 4 for d in digits)
+    if len(digits) < 2 or len(digits) < len([n for n in names if n]) - 1 or not whole:
         return False
     first = int(digits[0])
     return first in (0, 1) and [int(d) for d in digits] == list(range(first, first + len(digits)))
