@@ -27,8 +27,8 @@ _OTHER_CLOCK, _FEWEST = 0.05, 5
 _SMOOTHED = 0.02
 # Largest difference, as a share of the span, of columns that hold the same numbers, maybe in other units.
 _EXACT = 1e-5
-# A column with so many times fewer different readings than another is coarser.
-_COARSE = 1.5
+# A column whose smallest step is so many times that of another is coarser.
+_COARSE = 10.0
 _RAW = "the load as the cell read it is preferred, its zero is a parameter of the model"
 
 
@@ -87,7 +87,7 @@ def best_of(
         if c not in plain:
             unread[c.index] = c.heading.name_doubt or c.heading.unit_doubt or "its unit is none of the quantity"
     candidates = plain or candidates
-    coarse = _coarse(sheet, candidates)
+    coarse = _coarse(candidates)
     candidates = sorted(candidates, key=lambda c: (*_preference(c, asked_index), c.index in coarse, c.index))
     best, others = candidates[0], candidates[1:]
     found = _beside(sheet, quantity, best, others, asked_index)
@@ -202,13 +202,22 @@ def _preference(candidate: Candidate, asked_index: str) -> tuple[bool, bool, boo
     return (bool(asked_index) and heading.index != asked_index, other, heading.processed, heading.rank)
 
 
-def _coarse(sheet: Sheet, candidates: Sequence[Candidate]) -> set[int]:
-    """The columns written in far fewer steps than another of the same name, such as a load in pounds beside newtons."""
+def _coarse(candidates: Sequence[Candidate]) -> set[int]:
+    """The columns written in far larger steps than another of the same name, such as a load in pounds beside newtons."""
     if len({c.heading.name for c in candidates}) == len(candidates):
         return set()
-    steps = {c.index: len(set(sheet.columns[c.index])) for c in candidates}
-    alike = [[o.index for o in candidates if o.heading.name == c.heading.name] for c in candidates]
-    return {c.index for c, own in zip(candidates, alike, strict=True) if _COARSE * steps[c.index] < max(steps[i] for i in own)}
+    steps = {c.index: _smallest_step(c.values) for c in candidates}
+    finest: dict[str, float] = {}
+    for c in candidates:
+        finest[c.heading.name] = min(steps[c.index], finest.get(c.heading.name, np.inf))
+    return {c.index for c in candidates if steps[c.index] > _COARSE * finest[c.heading.name]}
+
+
+def _smallest_step(values: FloatArray | None) -> float:
+    """The smallest difference of two readings; infinite where there are no two."""
+    if values is None:
+        return np.inf
+    return float(np.min(np.diff(np.unique(values[np.isfinite(values)])), initial=np.inf))
 
 
 def _with_values(sheet: Sheet, candidates: Sequence[Candidate], reading: Reading) -> list[Candidate]:
