@@ -28,7 +28,7 @@ _SMOOTHED = 0.02
 # Largest difference, as a share of the span, of columns that hold the same numbers, maybe in other units.
 _EXACT = 1e-5
 # A column whose smallest step is so many times that of another is coarser.
-_COARSE = 10.0
+_COARSE = 5.0
 _RAW = "the load as the cell read it is preferred, its zero is a parameter of the model"
 
 
