@@ -1,4 +1,4 @@
-"""Rows of units with words in them, tables without names, names that are numbers: read as written, or refused with a way out."""
+"""Rows of units with words in them, tables without names, numbers for names: read as written, or refused with a way out."""
 
 from __future__ import annotations
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -120,6 +120,18 @@ def test_depth_counts_from_where_contact_begins_and_the_note_says_where(folder: 
     assert "counted from contact at 0.0" in note
     assert "where force leaves its flat part" in note
     assert any(f"deeper than max_depth = {limit:g} mm after contact" in reason for reason in obs.reason)
+
+
+@pytest.mark.parametrize("branch", ["loading", "unloading"])
+@pytest.mark.parametrize(
+    "use", [Use(max_depth=1e-6), Use(max_force=0.2), Use(max_depth=1e-6, cycles=(2, 3)), Use(max_force=4.0, max_depth=1e-6)]
+)
+def test_limits_that_leave_no_row_in_contact_are_refused_with_where_it_begins(folder: Path, use: Use, branch: Branch) -> None:
+    with pytest.raises(InputError, match=r"rows? in contact, which begins at 0\.\d+ mm .*; what is left ends at 0\.") as caught:
+        seen(folder / "tester.csv", replace(use, branch=branch))
+    (fault,) = caught.value.faults
+    assert fault.line is not None
+    assert "a sweep needs 5 rows in contact" in fault.advice
 
 
 def test_a_record_that_starts_in_contact_says_that_the_true_depth_is_larger(tmp_path: Path) -> None:
