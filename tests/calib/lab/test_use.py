@@ -124,7 +124,7 @@ def test_depth_counts_from_where_contact_begins_and_the_note_says_where(folder: 
 
 @pytest.mark.parametrize("branch", ["loading", "unloading"])
 @pytest.mark.parametrize(
-    "use", [Use(max_depth=1e-6), Use(max_force=0.2), Use(max_depth=1e-6, cycles=(2, 3)), Use(max_force=4.0, max_depth=1e-6)]
+    "use", [Use(max_depth=1e-6), Use(max_depth=1e-9), Use(max_depth=1e-6, cycles=(2, 3)), Use(max_force=4.0, max_depth=1e-6)]
 )
 def test_limits_that_leave_no_row_in_contact_are_refused_with_where_it_begins(folder: Path, use: Use, branch: Branch) -> None:
     with pytest.raises(InputError, match=r"rows? in contact, which begins at 0\.\d+ mm .*; what is left ends at 0\.") as caught:
