@@ -47,7 +47,7 @@ def unit_cell(cell: str) -> UnitCell | None:
     cell : as written.
 
     >>> unit_cell("(mm)"), unit_cell("kN").unit, unit_cell("0.5"), unit_cell("N [100 N cell]")
-    (UnitCell(unit='mm', remark=''), 'kN', None, UnitCell(unit='N', remark='100 N cell'))
+    (UnitCell(unit='mm', remark=''), 'kN', None, UnitCell(unit='N', remark='[100 N cell]'))
     >>> unit_cell("(N) zeroed").unit, unit_cell("(N) max"), unit_cell("(N) x10"), unit_cell("(N) or (kN)")
     ('N', None, None, None)
     """
