@@ -210,7 +210,7 @@ def _coarse(candidates: Sequence[Candidate]) -> set[int]:
     finest: dict[str, float] = {}
     for c in candidates:
         finest[c.heading.name] = min(steps[c.index], finest.get(c.heading.name, np.inf))
-    return {c.index for c in candidates if steps[c.index] > _COARSE * finest[c.heading.name]}
+    return {c.index for c in candidates if _COARSE * finest[c.heading.name] < steps[c.index] < np.inf}
 
 
 def _smallest_step(values: FloatArray | None) -> float:
@@ -300,7 +300,7 @@ def _beside(sheet: Sheet, quantity: str, best: Candidate, others: Sequence[Candi
         word, share = ("different", 1.0)
         if other.values is not None and best.values is not None:
             word, share = difference(best.values, other.values)
-        elif best.values is not None and list(sheet.columns[index]) == list(sheet.columns[best.index]):
+        elif best.values is not None and not sheet.unit_written(index) and _same_cells(sheet, index, best.index):
             word, share = ("same", 0.0)  # the same numbers, once without a unit
         alike = sheet.names[index] == name and sheet.unit_below(index) == sheet.unit_below(best.index)
         if alike and share > 0.0:
@@ -347,6 +347,10 @@ def _beside(sheet: Sheet, quantity: str, best: Candidate, others: Sequence[Candi
             within = f" within {100 * far:.1g} % of their span" if far > _EXACT else ""
             notes.append(f'{in_words(quantity)} is taken from "{name}"; {listed} agrees with it{within}')
     return Told(unread, tuple(notes), tuple(_choice_of(sheet, quantity, best, rivals, shares)))
+
+
+def _same_cells(sheet: Sheet, one: int, other: int) -> bool:
+    return list(sheet.columns[one]) == list(sheet.columns[other])
 
 
 def _of_two_instruments(sheet: Sheet) -> bool:

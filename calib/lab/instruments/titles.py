@@ -20,8 +20,8 @@ from calib.lab.instruments.vocabulary import understand
 # Lines that are looked at before the first row.
 _FEW_LINES = 5
 _ONE_LINE = (
-    "Which of the two names a column cannot be told: keep one line of names, each with its unit, or say by their numbers which "
-    "column is what: --columns time=1 --columns displacement=2 --columns force=3, with --units"
+    "Which of the two names a column cannot be told: keep one line of names, each with its unit, or say of every column by its "
+    "number what it is, and its unit: --columns force=... --units force=..."
 )
 _RULER = re.compile(r"[-=_+|*~\s,;.:]*[-=_~*]{2}[-=_+|*~\s,;.:]*")
 
