@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def read(
-    file: Annotated[Path, typer.Argument(help="A file of a testing machine or an LCR meter (CSV, TSV, TXT).")],
+    file: Annotated[Path, typer.Argument(help="A file of a testing machine or an LCR meter: text, workbook, LVM, TDMS, MAT.")],
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Write every row as CSV in SI, with branch, cycle, used and reason.")
     ] = None,
@@ -62,19 +62,23 @@ def read(
     ] = "",
     decimal: Annotated[str, typer.Option(help='The decimal mark, "." or ",", where the file leaves it open.')] = "",
     max_force: Annotated[
-        str, typer.Option(metavar="QUANTITY", help='Use rows up to this force, its zero not taken off: --max-force "5 N".')
-    ] = "",
+        str | None,
+        typer.Option(metavar="QUANTITY", help='Use rows up to this force, its zero not taken off: --max-force "5 N".'),
+    ] = None,
     max_depth: Annotated[
-        str,
+        str | None,
         typer.Option(
             metavar="QUANTITY",
             help='Use rows up to this depth, counted from where contact is estimated to begin: --max-depth "0.8 mm".',
         ),
-    ] = "",
-    branch: Annotated[str, typer.Option(help="The branch that is used: loading or unloading [default: loading].")] = "",
+    ] = None,
+    branch: Annotated[
+        str | None, typer.Option(help="The branch that is used: loading or unloading [default: loading].")
+    ] = None,
     cycles: Annotated[
-        str, typer.Option(metavar="NUMBERS", help="The cycles that are used together: --cycles 2,3 [default: the first].")
-    ] = "",
+        str | None,
+        typer.Option(metavar="NUMBERS", help="The cycles that are used together: --cycles 2,3 [default: the first]."),
+    ] = None,
 ) -> None:
     """Show what is understood of one lab file, before anything is done with it.
 
@@ -303,8 +307,8 @@ def _one_of(given: str, option: str, choices: Sequence[str]) -> str:
     return given
 
 
-def _use(given: Mapping[str, str]) -> Use:
-    """Options on the part that is used, by the key of an experiment file; "" for those that are left out.
+def _use(given: Mapping[str, str | None]) -> Use:
+    """Options on the part that is used, by the key of an experiment file; None for those that are left out.
 
     Raises
     ------
@@ -316,7 +320,7 @@ def _use(given: Mapping[str, str]) -> Use:
     found: dict[str, Any] = {}
     faults: list[Fault] = []
     for key, text in given.items():
-        if not text:
+        if text is None:
             continue
         numbers = [part.strip() for part in text.split(",")]
         whole = key == "cycles" and all(part.isdecimal() for part in numbers)
@@ -331,7 +335,7 @@ def _use(given: Mapping[str, str]) -> Use:
     return Use(**found)
 
 
-_EXAMPLES = {"max_force": '"5 N"', "max_depth": '"0.8 mm"', "branch": "unloading", "cycles": "2,3"}
+_EXAMPLES = {"max_force": '"5 N"', "max_depth": '"0.8 mm"', "branch": "loading or --branch unloading", "cycles": "2,3"}
 _DELIMITERS = {",": "comma", ";": "semicolon", "\t": "tab", "|": "bar", " ": "blanks"}
 
 

@@ -104,8 +104,11 @@ def _specimen(specimen: Pressed, folder: Path, electrical: bool, *, first: bool)
         lines += ["[[specimens.sweeps]]", f"name = {quoted_text(press.name)}", *_press(press, folder)]
         if press.ball:
             named = press.name.replace('"', "'")
-            task = f"radius of this ball, half its diameter; the file's name says {named}"
-            lines.append(f"# indenter_radius = {GUESSES['indenter', 'radius'].value}   {MARK} {task}")
+            line = f"   {MARK} radius of this ball, half its diameter; the file's name says {named}"
+            if press.radius:
+                lines.append(f'indenter_radius = "{press.radius} mm"{line}')
+            else:
+                lines.append(f"# indenter_radius = {GUESSES['indenter', 'radius'].value}{line}")
     return "\n".join(lines)
 
 

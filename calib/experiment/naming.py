@@ -39,6 +39,8 @@ _REPEAT = re.compile(
     r"run|rep|repeat|repetition|replicate|trial|sweep|take|try|cycle|wdh|wiederholung|zyklus|mess\w*|versuch|test"
 )
 _BALL = re.compile(r"ball|sphere|kugel|indenter|bille|bola")
+# Words before the size of a ball; a letter alone is one before a number in mm, and "r" behind the number of a specimen.
+_RADIUS, _DIAMETER = re.compile(r"r|rad|radius|rayon"), re.compile(r"d|dia|diam|diameter|durchmesser|diamètre|ø")
 #: Words that may stand before the number of a specimen, and say nothing else.
 _SPECIMEN = re.compile(r"s|sp|smp|sensor\w*|sensoren|specimen|sample|probe|probek\w*|muster|dut|device|nr|no|n|id")
 
@@ -48,7 +50,7 @@ _STAMP = re.compile(
     r"(?<!\d)[0-3]\d([-.])[01]\d\3(?:19|20)\d\d(?!\d)"
 )
 _EASTERN = re.compile(r"(静電容量|试验力|試験力|压力|荷重|电容|容量|力)")
-_PIECE = re.compile(r"\d+|[^\W\d_]+")
+_PIECE = re.compile(r"\d+(?:[.,]\d+(?=[ _-]?mm(?![^\W\d_])))?|[^\W\d_]+")
 _HUMP = re.compile(r"(?<=[a-zäöüßé])(?=[A-ZÄÖÜ])|(?<=[A-Z])(?=[A-Z][a-z])")
 
 
@@ -85,7 +87,7 @@ def tokens_of(title: str, kind: Literal["force", "capacitance", ""]) -> tuple[To
         for start, end in pairwise(inside):
             text = unicodedata.normalize("NFKC", title[start:end]).casefold()
             role: Role = next((r for a, b, r in taken if a <= start and end <= b), _role(text))
-            found.append(Token(str(int(text)) if text.isdecimal() else text, role, start, end))
+            found.append(Token(_plain(text), role, start, end))
     if kind and not any(t.role in ("force", "capacitance") for t in found):
         letters = [i for i, t in enumerate(found) if t.text == _ONE_LETTER[kind]]
         if letters and len(found) > 1:
@@ -94,8 +96,15 @@ def tokens_of(title: str, kind: Literal["force", "capacitance", ""]) -> tuple[To
     return tuple(found)
 
 
-def _role(text: str) -> Role:
+def _plain(text: str) -> str:
+    """A number without leading zeros and with a point, such as that of a ball of 2,5 mm; a word as it is."""
     if text.isdecimal():
+        return str(int(text))
+    return text.replace(",", ".")
+
+
+def _role(text: str) -> Role:
+    if text[:1].isdecimal():
         return "number"
     return next((role for role, words in _ROLES if words.fullmatch(text)), "word")
 
@@ -118,7 +127,7 @@ def key_of(tokens: Iterable[Token], *, stamps: bool = True, specimen_words: bool
 
 def numbers_of(key: Iterable[str]) -> tuple[str, ...]:
     """The numbers of a key; those of two records of one press agree."""
-    return tuple(text for text in key if text.isdecimal())
+    return tuple(text for text in key if text[:1].isdecimal())
 
 
 def split_repeat(tokens: Sequence[Token]) -> tuple[tuple[Token, ...], tuple[Token, ...]]:
@@ -131,9 +140,17 @@ def split_repeat(tokens: Sequence[Token]) -> tuple[tuple[Token, ...], tuple[Toke
     [['s', '1'], ['press', '2']]
     >>> [[t.text for t in part] for part in split_repeat(tokens_of("s1 5mm ball", "force"))]
     [['s', '1'], ['5', 'mm', 'ball']]
+    >>> [[t.text for t in part] for part in split_repeat(tokens_of("s1_R2.5mm_F", "force"))]
+    [['s', '1'], ['r', '2.5', 'mm', 'f']]
     """
     own = tuple(tokens)
+    first_ones = _size_at(own, 0, own[_SIZE:])
+    if first_ones and key_of(own[first_ones:]):
+        return own[first_ones:], own[:first_ones]
     for i in range(1, len(own)):
+        size = _size_at(own, i, own[:i])
+        if size and key_of(own[:i]) and _says_no_more(own[i + size :]):
+            return own[:i], own[i:]
         word, rest = own[i], own[i + 1 :]
         told = [t for t in rest if t.role in ("word", "number")]
         counted = word.role in ("force", "capacitance") or bool(_REPEAT.fullmatch(word.text))
@@ -148,9 +165,56 @@ def split_repeat(tokens: Sequence[Token]) -> tuple[tuple[Token, ...], tuple[Toke
     return own, ()
 
 
+# Tokens of the size of a ball at most: "r 2.5 mm".
+_SIZE = 3
+
+
+def _size_at(own: Sequence[Token], i: int, rest: Sequence[Token]) -> int:
+    """How many tokens from one on are the radius or the diameter of a ball, beside the rest of a name; 0 if they are none."""
+    if i + 1 >= len(own) or own[i + 1].role != "number" or own[i].role != "word":
+        return 0
+    word, in_mm = own[i].text, i + 2 < len(own) and own[i + 2].text == "mm"
+    numbered = any(t.role == "number" for t in rest)
+    said = len(word) > 1 or in_mm or (word == "r" and numbered)
+    return 2 + in_mm if said and (_RADIUS.fullmatch(word) or _DIAMETER.fullmatch(word)) else 0
+
+
+def _says_no_more(rest: Sequence[Token]) -> bool:
+    """Whether what follows the size of a ball are words for instruments, or the number of a press: no other specimen."""
+    told = [t for t in rest if t.role in ("word", "number")]
+    if told and told[0].role == "word" and _REPEAT.fullmatch(told[0].text):
+        told = told[1:]
+    elif told and not any(t.role in ("force", "capacitance") for t in rest):
+        return False
+    return [t.role for t in told] in ([], ["number"])
+
+
 def is_ball(repeat: Sequence[Token]) -> bool:
     """Whether the end of a name speaks of a ball, so that presses may differ in it."""
-    return any(_BALL.fullmatch(t.text) for t in repeat)
+    return any(_BALL.fullmatch(t.text) for t in repeat) or bool(repeat and _sized(repeat))
+
+
+def _sized(repeat: Sequence[Token]) -> int:
+    return _size_at(repeat, 0, (Token("1", "number", 0, 0),))
+
+
+def radius_told(repeat: Sequence[Token]) -> str:
+    """The radius of the ball [mm] that the end of a name tells: "2.5" of "R2.5mm", "5" of "r5" and "dia 10"; "" if none.
+
+    >>> radius_told(split_repeat(tokens_of("s1_r8_force", "force"))[1]), radius_told(tokens_of("ball 5mm", ""))
+    ('8', '')
+    """
+    if not (repeat and _sized(repeat)):
+        return ""
+    half = 1.0 if _RADIUS.fullmatch(repeat[0].text) else 0.5
+    return f"{half * float(repeat[1].text):g}"
+
+
+def counts_presses(repeats: Sequence[Sequence[Token]]) -> bool:
+    """Whether ends of names such as "r1", "r2", "r3" count presses rather than name balls: from 1 on, no gap, no unit."""
+    told = [[t.text for t in repeat if t.role in ("word", "number")] for repeat in repeats]
+    numbers = sorted(int(t[1]) for t in told if len(t) == 2 and t[0] == "r" and t[1].isdecimal())
+    return numbers == list(range(1, len(repeats) + 1))
 
 
 def shown(title: str, tokens: Iterable[Token], *, instruments: bool = False) -> str:

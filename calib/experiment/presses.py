@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from calib.experiment.lab_files import Found
-from calib.experiment.naming import Token, is_ball, key_of, shown, split_repeat, tokens_of
+from calib.experiment.naming import Token, counts_presses, is_ball, key_of, radius_told, shown, split_repeat, tokens_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,6 +22,7 @@ class Press:
     notes : what speaks against it, or why no partner was found, one sentence each.
     name : what the file names call it, among several presses of one specimen; "" for the only one.
     ball : whether that speaks of a ball, which may differ from the others'.
+    radius : of the ball [mm], as the file names tell it; "" if they do not.
     """
 
     force: Found | None
@@ -30,6 +31,7 @@ class Press:
     notes: tuple[str, ...] = ()
     name: str = ""
     ball: bool = False
+    radius: str = ""
 
     @property
     def in_words(self) -> str:
@@ -111,7 +113,11 @@ def _put_together(presses: Sequence[Press]) -> list[Pressed]:
     names = [_sweep_name(n, repeat) for n, repeat in zip(own, repeats, strict=True)]
     if len(presses) == 1 or not any(repeats) or len(set(names)) < len(names):
         return [Pressed(_name(n), (press,)) for n, press in zip(own, presses, strict=True)]
-    sweeps = [replace(p, name=name, ball=is_ball(r)) for p, name, r in zip(presses, names, repeats, strict=True)]
+    balls = not counts_presses(repeats)
+    sweeps = [
+        replace(p, name=name, ball=balls and is_ball(r), radius=radius_told(r) if balls else "")
+        for p, name, r in zip(presses, names, repeats, strict=True)
+    ]
     note = "by their names these are presses of one specimen; if not, make blocks of them"
     return [Pressed(shown(own[0].record.title, split_repeat(own[0].tokens)[0]), tuple(sweeps), (note,))]
 

@@ -14,7 +14,7 @@ from calib.errors import Fault, InputError
 from calib.lab.branches import label_branches
 from calib.lab.instruments import IntArray, LabTable
 from calib.lab.limits import contact_of, limits_of
-from calib.lab.part import OF_CYCLE, nothing_left, nothing_tells, used_cycles, why_not
+from calib.lab.part import FEWEST_ROWS, OF_CYCLE, check_contact, nothing_left, nothing_tells, used_cycles, why_not
 from calib.lab.resets import of_another_zero, resets_of, without_jumps
 from calib.lab.signs import SignDecision, decide_signs
 from calib.lab.use import FIRST_LOADING, Use, use_in_words
@@ -169,7 +169,7 @@ def observe(table: LabTable, use: Use = FIRST_LOADING) -> Observations:
     loading &= ~of_another_zero(loading, zeros, driver)
     chosen &= ~other_zero
     contact = None
-    if use.max_depth is not None and displacement is not None:
+    if (use.max_depth is not None or use.max_force is not None) and displacement is not None:
         contact = contact_of(displacement, channels, np.flatnonzero(loading if np.any(loading) else chosen))
     stretches = [np.flatnonzero(chosen & (cycles == c)) for c in taken]
     beyond = limits_of(use, table, displacement, channels, stretches, contact)
@@ -185,6 +185,8 @@ def observe(table: LabTable, use: Use = FIRST_LOADING) -> Observations:
         reasons[row] = reason
     if use != FIRST_LOADING and all(reasons):
         raise InputError(nothing_left(table, use, channels, chosen, branch))
+    if beyond.reasons and contact is not None and displacement is not None:
+        check_contact(table, use, contact, displacement, np.flatnonzero([not r for r in reasons]))
     notes = list(beyond.notes)
     if anew.size:
         notes.insert(0, f"the displacement was set to zero anew in {_lines(table, anew)}: rows of one zero are used together")
@@ -230,7 +232,7 @@ def usable_rows(
         If there are fewer than five.
     """
     rows = np.flatnonzero((obs.used if among is None else among) & np.isfinite(abscissa) & np.isfinite(values))
-    if rows.size < 5:
+    if rows.size < FEWEST_ROWS:
         reasons = ", ".join(f"{n} x {r}" for r, n in why_left_out(obs).most_common(3))
         unloads = obs.use.branch == "loading" and obs.branch.count("unloading") >= 5
         back = ': if the press is on record only on its way back, say use = { branch = "unloading" }' if unloads else ""

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from calib.errors import Fault, InputError
 from calib.lab.instruments import IntArray, LabTable
-from calib.lab.limits import columns_in_words
+from calib.lab.limits import Contact, columns_in_words
 from calib.lab.use import Use
 from models.sensor import BoolArray, FloatArray
 
@@ -17,6 +17,8 @@ LOADING = "loading branch (unloading is used)"
 UNLOADING = "unloading branch (hysteresis is not modelled)"
 HOLD = "hold (crosshead standing still)"
 BEFORE = "before the first loading branch"
+#: Rows of a channel without which there is no sweep.
+FEWEST_ROWS = 5
 #: How the reason of a row of a cycle that is not used begins.
 OF_CYCLE = ("loading branch of cycle", "unloading branch of cycle")
 
@@ -93,14 +95,49 @@ def nothing_left(
         other = "loading" if use.branch == "unloading" else "unloading"
         return Fault(found, table.path, advice=f'Leave the branch out, or say branch = "{other}" if that is what is wanted')
     least = f", where the force is {np.nanmin(channels['force'][rows]):.4g} N and more" if "force" in channels else ""
-    said = [f"max_force = {use.max_force:.6g} N"] if use.max_force is not None else []
-    said += [f"max_depth = {use.max_depth * 1e3:.6g} mm"] if use.max_depth is not None else []
     return Fault(
-        f"{' and '.join(said)} leave none of the {rows.size} rows of the {use.branch} branch{least}",
+        f"{_limits(use)} none of the {rows.size} rows of the {use.branch} branch{least}",
         table.path,
         int(table.lines[rows[0]]),
         advice="Give larger limits, or leave them out",
     )
+
+
+def _limits(use: Use) -> str:
+    """The limits of a use as the beginning of what they leave."""
+    said = [f"max_force = {use.max_force:.6g} N"] if use.max_force is not None else []
+    said += [f"max_depth = {use.max_depth * 1e3:.6g} mm"] if use.max_depth is not None else []
+    return f"{' and '.join(said)} {'leaves' if len(said) == 1 else 'leave'}"
+
+
+def check_contact(table: LabTable, use: Use, contact: Contact, displacement: FloatArray, kept: IntArray) -> None:
+    """Refuse limits that end before the press begins: what they leave holds nothing of the sensor.
+
+    Parameters
+    ----------
+    table : the file, for refusals.
+    use : with a limit.
+    contact : where contact begins.
+    displacement : [m], (n_row,), compression positive.
+    kept : rows that the limits leave.
+
+    Raises
+    ------
+    InputError
+        If fewer rows than a sweep needs lie beyond contact.
+    """
+    n = int(np.sum(displacement[kept] > contact.reading))
+    if n < FEWEST_ROWS:
+        deepest = f"; what is left ends at {np.nanmax(displacement[kept]) * 1e3:.5g} mm"
+        raise InputError(
+            Fault(
+                f"{_limits(use)} {n or 'no'} row{'' if n == 1 else 's'} in contact, which begins at "
+                f"{contact.reading * 1e3:.5g} mm ({contact.words}){deepest}",
+                table.path,
+                int(table.lines[kept[-1]]),
+                advice=f"Give larger limits: a sweep needs {FEWEST_ROWS} rows in contact, and lives on a hundred and more",
+            )
+        )
 
 
 def nothing_tells(table: LabTable) -> Fault:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -13,6 +13,7 @@ import numpy as np
 from calib.errors import Fault, InputError, capped
 from calib.lab.instruments.header import split_line
 from calib.lab.instruments.labtable import IntArray, Reading, Unread
+from calib.lab.instruments.lexicon import OF_TESTERS
 from calib.lab.instruments.lines import (
     FEW_ROWS,
     Table,
@@ -28,7 +29,8 @@ from calib.lab.instruments.numbers import is_numeric, parse_number
 from calib.lab.instruments.sheet import Sheet, no_such_specimen, which_specimen
 from calib.lab.instruments.stated import speaks_of_scale, speaks_of_zero
 from calib.lab.instruments.text import LabText
-from calib.lab.instruments.vocabulary import understand, unit_of_cell
+from calib.lab.instruments.unit_cells import unit_cell
+from calib.lab.instruments.vocabulary import understand
 
 
 def block_table(sheet: Sheet, start: int, keys: Sequence[int], reading: Reading, *, has_side_by_side: bool) -> Table:
@@ -70,7 +72,10 @@ def block_table(sheet: Sheet, start: int, keys: Sequence[int], reading: Reading,
     _check_width(sheet, chosen, lines, width)
     short = short_rows({i: len(row) for i, row in enumerate(chosen) if len(row) != width}, len(chosen), width)
     full = [row if len(row) == width else (row + [""] * width)[:width] for row in chosen]
-    return Table(tuple(zip(*full, strict=True)), lines, (*block_notes, *more), tuple(unread), short)
+    own = next(b for b in blocks if b.rows[0] in kept)
+    units = own.units if own.units is not None and own.units_line != sheet.units_line else None
+    notes = (*block_notes, *more)
+    return Table(tuple(zip(*full, strict=True)), lines, notes, tuple(unread), short, units, own.units_line)
 
 
 def _cells_of(sheet: Sheet, start: int) -> list[list[str]]:
@@ -103,11 +108,13 @@ def _cells_of(sheet: Sheet, start: int) -> list[list[str]]:
 
 @dataclass(frozen=True)
 class _Block:
-    """Rows below one header: 1-based line of that header, its label, and the places of its rows."""
+    """Rows below one header: its 1-based line, label, places of its rows, units below it and their line (None without)."""
 
     line: int
     label: str
     rows: list[int]
+    units: tuple[str, ...] | None = None
+    units_line: int | None = None
 
 
 def _blocks(
@@ -116,7 +123,9 @@ def _blocks(
     """Rows of numbers below each standing of the header; lines of text below a block are left out, among its rows refused."""
     text, names = sheet.text, list(sheet.names)
     header = split_line(text.lines[sheet.header_line - 1], sheet.delimiter) if sheet.header_line else []
-    blocks = [_Block(sheet.header_line, _numbered(header) or _label(sheet, sheet.header_line - 1), [])]
+    first_units = sheet.units if sheet.units_line is not None else None
+    label = _numbered(header) or _label(sheet, sheet.header_line - 1)
+    blocks = [_Block(sheet.header_line, label, [], first_units, sheet.units_line)]
     faults: list[Fault] = []
     apart: list[int] = []  # lines of text since the last row
     among_text: list[int] = []
@@ -129,16 +138,10 @@ def _blocks(
         kind = kind_of_line(row, header, keys, len(names))
         if skip_units:
             skip_units = False
-            if all(unit_of_cell(c) is not None for c in row):
-                if sheet.units and [unit_of_cell(c) for c in row] != list(sheet.units):
-                    raise InputError(
-                        Fault(
-                            "the units of this block differ from those of the first",
-                            text.path,
-                            start + i + 1,
-                            advice="Export the file again, one record per file",
-                        )
-                    )
+            own = [unit_cell(c) for c in row]
+            if all(cell is not None for cell in own):
+                units = tuple("" if cell is None else cell.unit for cell in own)
+                blocks[-1] = replace(blocks[-1], units=units, units_line=start + i + 1)
                 continue
         if kind == "header":
             if apart and not blocks[-1].rows:
@@ -159,7 +162,7 @@ def _blocks(
                 break
             apart.append(i)
         else:
-            remarks = [k for k in apart if is_comment(text.lines[start + k]) and not _SPECIMEN.search(text.lines[start + k])]
+            remarks = [k for k in apart if _is_remark(text.lines[start + k])]
             if blocks[-1].rows:
                 faults += [_of_scale(text, start + k) for k in remarks if speaks_of_scale(text.lines[start + k])]
             if remarks and blocks[-1].rows:
@@ -188,6 +191,20 @@ def _blocks(
     among_text += apart
     lines = [start + i for i in sorted(among_text)]
     return blocks, [*left_out(sheet, lines), *below], [*not_read(sheet, lines, "text"), *unread]
+
+
+# "Status: Running" among the rows, as testers write it.
+_STATUS = re.compile(
+    r"[\W_]*(?:test |machine )?(?:status|state|zustand|statut|état|estado|stato|stan)\s*[:=]\s*(?P<words>[^\d,;\t]+)", re.I
+)
+
+
+def _is_remark(line: str) -> bool:
+    """Whether a line of text among the rows changes nothing of them: a comment that names no specimen, a tester's status."""
+    status = _STATUS.fullmatch(line.strip().strip(",;\t"))
+    if status is not None:
+        return all(w in OF_TESTERS for w in re.split(r"[\W_]+", status["words"].lower()) if w)
+    return is_comment(line) and not _SPECIMEN.search(line)
 
 
 def _of_scale(text: LabText, at: int) -> Fault:
@@ -245,7 +262,7 @@ _SPECIMEN = re.compile(
 
 def _numbered(header: Sequence[str]) -> str:
     """The specimen whose number stands in the first cell of a header."""
-    return f"specimen {header[0].strip()}" if header and header[0].strip().isdigit() else ""
+    return f"specimen {header[0].strip()}" if header and header[0].strip().isdecimal() else ""
 
 
 def _label(sheet: Sheet, header: int) -> str:
@@ -270,6 +287,7 @@ def _one_specimen(
             raise InputError(no_such_specimen(sheet, reading))
         return blocks[0].rows, []
     if _time_goes_on(sheet, blocks, rows):
+        _check_same_units(sheet, blocks)
         note = f"the header stands {len(blocks)} times; time goes on from block to block: one record"
         return [i for b in blocks for i in b.rows], [note]
     listed = "; ".join(
@@ -281,6 +299,20 @@ def _one_specimen(
         raise which_specimen(sheet, f"there is no specimen {reading.specimen} ({listed})", len(blocks))
     block = blocks[reading.specimen - 1]
     return block.rows, [f"specimen {reading.specimen} of {len(blocks)}: {block.label or f'header at line {block.line}'}"]
+
+
+def _check_same_units(sheet: Sheet, blocks: Sequence[_Block]) -> None:
+    """Refuse blocks of one record in other units."""
+    other = next((b for b in blocks if b.units is not None and sheet.units and b.units != sheet.units), None)
+    if other is not None:
+        raise InputError(
+            Fault(
+                f"the units of this block differ from those in line {sheet.units_line}, and time goes on from block to block",
+                sheet.text.path,
+                other.units_line,
+                advice="Write all rows of the record in the same units, or save the blocks in files of their own",
+            )
+        )
 
 
 def _time_goes_on(sheet: Sheet, blocks: list[_Block], rows: list[list[str]]) -> bool:

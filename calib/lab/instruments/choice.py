@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.errors import Choice, Fault
-from calib.lab.instruments.circuit import said_circuit
+from calib.lab.instruments.circuit import circuit_beside_unit, said_circuit
 from calib.lab.instruments.family import InstrumentFamily
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.lexicon import OF_TESTERS
@@ -93,11 +93,12 @@ def _in_circuit(sheet: Sheet, reading: Reading) -> tuple[dict[int, Heading], dic
     headings = dict(sheet.headings())
     notes: list[str] = []
     faults: list[Fault] = []
-    said = said_circuit(sheet.prelude)
-    if said is None:
-        return headings, {}, notes, faults
+    above = said_circuit(sheet.prelude)
     for index, heading in sheet.headings().items():
         if heading.quantity != "capacitance" or index in sheet.assigned:
+            continue
+        said = circuit_beside_unit(sheet, index) or above
+        if said is None:
             continue
         names_it = heading.name.startswith(("cp", "parallel"))
         if said.word == "both" or (said.word == "series" and names_it):
@@ -241,6 +242,21 @@ def _same_unit(sheet: Sheet, index: int, taken: Mapping[str, int], unread: dict[
     return []
 
 
+def _which_it_is(sheet: Sheet, quantity: str, choice: ColumnChoice) -> str:
+    """How the user may say which column a quantity is: one in its unit, a strain of a known height, or any other."""
+    of_unit = [i for i, why in choice.unread.items() if why.startswith("not understood, though in ")]
+    own = tuple(sheet.name_for_asking(i) for i in of_unit if is_unit_of(sheet.unit_written(i), quantity))
+    if own:
+        return f"say which column it is: {Choice('columns', own, quantity)}"
+    strains = [i for i, why in choice.unread.items() if why.startswith(("a share or strain", "a strain"))]
+    shares = tuple(sheet.name_for_asking(i) for i in strains if sheet.unit_written(i) == "%")
+    of_height = ""
+    if quantity == "displacement" and shares:
+        asked = Choice("columns", shares[:1], quantity)
+        of_height = f'; a strain of a known height, as of 2 mm, is {asked} --units "displacement=0.02 mm"'
+    return f"say which column it is, by its name or number: --columns {quantity}=...{of_height}"
+
+
 def missing_columns(sheet: Sheet, family: InstrumentFamily, choice: ColumnChoice, reading: Reading) -> list[Fault]:
     """List the faults of quantities that are needed and not there, and of units given to columns that are not there.
 
@@ -263,7 +279,7 @@ def missing_columns(sheet: Sheet, family: InstrumentFamily, choice: ColumnChoice
             sheet.text.path,
             sheet.header_line or None,
             advice=f"{quantity.capitalize()} is understood under the names {understood_names(quantity)} and others, "
-            f'for example "{EXAMPLE[quantity]}"; or say which column it is, by its name or number: --columns {quantity}=...',
+            f'for example "{EXAMPLE[quantity]}"; or {_which_it_is(sheet, quantity, choice)}',
         )
         for quantity in family.requirement(found)
     ]

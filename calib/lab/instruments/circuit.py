@@ -9,7 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.errors import Choice, Fault
+from calib.lab.instruments.header import split_line, without_comment_mark
 from calib.lab.instruments.sheet import Sheet
+from calib.lab.instruments.unit_cells import unit_cell
 from calib.lab.instruments.vocabulary import Heading
 from models.sensor import FloatArray
 
@@ -58,6 +60,29 @@ def said_circuit(lines: Sequence[str]) -> Circuit | None:
         return None
     words = {c.word for c in found}
     return found[0] if len(words) == 1 else Circuit("both", "; ".join(c.shown for c in found[:2]), found[0].line)
+
+
+_BESIDE = (
+    ("series", re.compile(r"\b(?:series?|serie[ns]?|seriell|série|ser|cs|ls|reihe\w*)\b|直列|串联", re.IGNORECASE)),
+    ("parallel", re.compile(r"\b(?:par|parallel\w*|parallèle|paralelo|cp|lp)\b|並列|并联", re.IGNORECASE)),
+)
+
+
+def circuit_beside_unit(sheet: Sheet, index: int) -> Circuit | None:
+    """Which equivalent circuit the words beside the unit of a column name, in a row of units; None if they name none.
+
+    Parameters
+    ----------
+    sheet : the record.
+    index : which of its columns.
+    """
+    if sheet.units_line is None:
+        return None
+    line = without_comment_mark(sheet.text.lines[sheet.units_line - 1], sheet.delimiter)
+    cells = split_line(line, sheet.delimiter)
+    remark = found.remark if index < len(cells) and (found := unit_cell(cells[index])) is not None else ""
+    named = [word for word, pattern in _BESIDE if pattern.search(remark)]
+    return Circuit(named[0] if len(named) == 1 else "both", cells[index][:60], sheet.units_line) if named else None
 
 
 # No capacitor loses more.

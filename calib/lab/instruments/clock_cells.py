@@ -146,7 +146,7 @@ def _without_one_zone(cells: Sequence[str]) -> tuple[Sequence[str], float | None
 
 
 def _offset(zone: str) -> float:
-    if not zone[1:2].isdigit():
+    if not zone[1:2].isdecimal():
         return 0.0
     digits = zone[1:].replace(":", "")
     return (-1.0 if zone[0] == "-" else 1.0) * (3600.0 * int(digits[:2]) + 60.0 * int(digits[2:]))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
@@ -26,8 +26,8 @@ from calib.lab.instruments.spikes import SMOOTH, alone, in_words
 from calib.lab.instruments.started import started_at
 from calib.lab.instruments.unit_choice import source_of_column, unit_of_column
 from calib.lab.instruments.units import is_pound
-from calib.lab.instruments.where import only_rows, rows_asked
-from models.sensor import BoolArray, FloatArray
+from calib.lab.instruments.where import RowsAsked, only_rows, rows_asked
+from models.sensor import FloatArray
 
 _ESSENTIAL = ("time", "displacement", "force", "capacitance", "capacitance_series")
 _STATUS_GOOD = ("0", "+0", "0.0", "ok", "normal", "good", "")
@@ -55,25 +55,28 @@ def read_columns(sheet: Sheet, family: InstrumentFamily, reason: str, reading: R
         return _read_rows(sheet, family, reason, reading)
     asked = rows_asked(sheet, reading)
     table = _read_rows(only_rows(sheet, asked.kept), family, reason, reading)
-    return _among_all(table, sheet, asked.kept, asked.reasons, asked.notes)
+    return _among_all(table, sheet, asked)
 
 
-def _among_all(table: LabTable, sheet: Sheet, kept: BoolArray, reasons: Mapping[int, str], notes: tuple[str, ...]) -> LabTable:
+def _among_all(table: LabTable, sheet: Sheet, asked: RowsAsked) -> LabTable:
     """A table of some rows with the others between them: without readings, each with the reason why."""
+    kept = asked.kept
     columns: dict[str, FloatArray] = {}
     for quantity, values in table.columns.items():
         columns[quantity] = np.full(len(kept), np.nan)
         columns[quantity][kept] = values
         columns[quantity].flags.writeable = False
     own = iter(table.reasons)
-    all_reasons = tuple(next(own) if k else reasons[r] for r, k in enumerate(kept.tolist()))
+    all_reasons = tuple(next(own) if k else asked.reasons[r] for r, k in enumerate(kept.tolist()))
     rows = np.flatnonzero(kept)
+    keys = {key.what: key for key in (_unread(sheet, index, "rows are chosen by it") for index in asked.columns)}
     return replace(
         table,
         columns=MappingProxyType(columns),
         lines=sheet.lines,
         reasons=all_reasons,
-        notes=(*notes, *table.notes),
+        notes=(*asked.notes, *table.notes),
+        unread=tuple(keys.get(unread.what, unread) for unread in table.unread),
         zeroed={q: tuple(rows[list(of)].tolist()) for q, of in table.zeroed.items()},
     )
 

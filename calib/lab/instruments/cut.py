@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import zip_longest
 
 from calib.errors import Fault, InputError
 from calib.lab.instruments.clock_cells import is_clock
@@ -25,8 +26,9 @@ from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.side_by_side import one_of_side_by_side
 from calib.lab.instruments.stated import stated_factors
 from calib.lab.instruments.text import LabText
-from calib.lab.instruments.titles import below_header
-from calib.lab.instruments.vocabulary import words
+from calib.lab.instruments.titles import begins_at, below_header
+from calib.lab.instruments.units import IN_PLACE_OF
+from calib.lab.instruments.vocabulary import understand, words
 
 # Lines above a header and below a table that may speak of it.
 _WORDS_BESIDE = 200
@@ -55,15 +57,18 @@ def cut(text: LabText, reading: Reading) -> Sheet:
         holds several specimens and `reading` does not say which.
     """
     found = find_header(text, reading)
-    if found is None:
-        if any(c != "none" for c in reading.columns.values()) and all(
-            c.isdigit() or c == "none" for c in reading.columns.values()
-        ):
+    by_number = all(c.isdecimal() or c == "none" for c in reading.columns.values()) and any(
+        map(str.isdecimal, reading.columns.values())
+    )
+    if found is None and by_number:
+        found = find_header(text, reading, numbers=True)
+        if found is None or _named_otherwise(found[2], reading):
             return _without_header(text, reading)
+    if found is None:
         raise InputError(no_header(text))
     delimiter, header, names = found
-    below = below_header(text, delimiter, header, names, strict=not any(c.isdigit() for c in reading.columns.values()))
-    assigned = _assigned(reading, names, text, header + 1)
+    below = below_header(text, delimiter, header, names, strict=not any(c.isdecimal() for c in reading.columns.values()))
+    assigned = _assigned(reading, names, text, header + 1, below.units)
     sheet = Sheet(
         text,
         delimiter,
@@ -109,7 +114,7 @@ def _check_torn_decimals(sheet: Sheet) -> None:
     for index, column in enumerate(sheet.columns[1:], 1):
         cells = [c.strip() for c in column[:1000] if c.strip()]
         torn = [c for c in cells if re.fullmatch(r"0\d+", c)]
-        if torn and len(set(cells)) > 4 and all(c.isdigit() and len(c) <= len(torn[0]) for c in cells):
+        if torn and len(set(cells)) > 4 and all(c.isdecimal() and len(c) <= len(torn[0]) for c in cells):
             raise InputError(
                 Fault(
                     f'"{torn[0]}" in column {index + 1} seems to be the decimals behind a decimal comma',
@@ -144,17 +149,20 @@ def _check_nameless(sheet: Sheet, start: int, reading: Reading) -> None:
     )
 
 
-def _assigned(reading: Reading, names: Sequence[str], text: LabText, line: int) -> dict[int, str]:
-    """Columns by the user's word: index -> quantity."""
+def _assigned(reading: Reading, names: Sequence[str], text: LabText, line: int, units: Sequence[str] = ()) -> dict[int, str]:
+    """Columns by the user's word: index -> quantity. A column may be called as it is shown, with the unit below its name."""
+    shown = [f"{name} ({unit})" if unit else name for name, unit in zip_longest(names, units[: len(names)], fillvalue="")]
     assigned: dict[int, str] = {}
     for quantity, wanted in reading.columns.items():
         if wanted == "none" and wanted not in names:
             assigned[-1 - len(assigned)] = quantity  # no column is: none of those that are understood as it
             continue
-        matching = [i for i, name in enumerate(names) if name == wanted] or [
-            i for i, name in enumerate(names) if words(name) == words(wanted)
-        ]
-        if not matching and wanted.isdigit() and 1 <= int(wanted) <= len(names):
+        matching = (
+            [i for i, name in enumerate(names) if name == wanted]
+            or [i for i, name in enumerate(names) if words(name) == words(wanted)]
+            or [i for i, name in enumerate(shown) if words(name) == words(wanted)]
+        )
+        if not matching and wanted.isdecimal() and 1 <= int(wanted) <= len(names):
             matching = [int(wanted) - 1]
         if len(matching) != 1:
             there = ", ".join(f'{i + 1} "{n}"' for i, n in enumerate(names))
@@ -166,23 +174,59 @@ def _assigned(reading: Reading, names: Sequence[str], text: LabText, line: int) 
                     advice=f"Name it by its number, such as {quantity}=2",
                 )
             )
+        if matching[0] in assigned:
+            raise InputError(
+                Fault(
+                    f'column "{names[matching[0]]}" is named for {assigned[matching[0]]} and for {quantity}',
+                    text.path,
+                    line,
+                    matching[0] + 1,
+                    advice=f"Say another column for one of them: --columns {quantity}=...",
+                )
+            )
         assigned[matching[0]] = quantity
     return assigned
 
 
+def _named_otherwise(names: Sequence[str], reading: Reading) -> bool:
+    """Whether a line with numbers in it names columns otherwise than the user does by their numbers: it is no header."""
+    said = {int(c) - 1: IN_PLACE_OF.get(q, q) for q, c in reading.columns.items() if c.isdecimal()}
+    meant = {i: h for i, name in enumerate(names) if i in said and (h := understand(name)) is not None}
+    return any(IN_PLACE_OF.get(h.quantity, h.quantity) != said[i] for i, h in meant.items())
+
+
 def _without_header(text: LabText, reading: Reading) -> Sheet:
-    """A table of numbers only, with the columns that the user names by number."""
-    wanted = [int(c) for c in reading.columns.values() if c.isdigit()]
-    last = max(wanted)
+    """A table of numbers only, with the columns that the user names by number; units and counts of columns may stand above."""
+    wanted = [int(c) for c in reading.columns.values() if c.isdecimal()]
+    last, widest = max(wanted), (0, 0)
     for index, line in enumerate(text.lines[:HEADER_WITHIN]):
         for delimiter in DELIMITERS:
             cells = split_line(line, delimiter)
-            chosen = [cells[c - 1] for c in wanted] if 0 < last <= len(cells) else []
+            if len(cells) > widest[0] and sum(map(is_numeric, cells)) > 1:
+                widest = len(cells), index + 1
+            chosen = [cells[c - 1] for c in wanted] if min(wanted) > 0 and last <= len(cells) else []
             if chosen and all(is_numeric(c) or is_clock(c) or is_over_range(c) for c in chosen):
                 names = tuple(str(i + 1) for i in range(len(cells)))
                 assigned = _assigned(reading, names, text, index + 1)
-                sheet = Sheet(text, delimiter, 0, names, declared_decimal=text.decimal, assigned=assigned)
-                return with_rows(sheet, index, reading, ())
+                begin = begins_at(text, delimiter, index, len(cells))
+                below = below_header(text, delimiter, begin - 1, names, strict=False, nameless=True)
+                sheet = Sheet(
+                    text,
+                    delimiter,
+                    0,
+                    names,
+                    below.units_line,
+                    below.units,
+                    declared_decimal=text.decimal,
+                    assigned=assigned,
+                )
+                whole = with_rows(sheet, below.start, reading, ())
+                above = not_read(sheet, [i for i in range(begin) if text.lines[i].strip()], "above the rows")
+                return replace(whole, unread=(*above, *below.unread, *whole.unread))
+    if widest[0] and not 0 < min(wanted) <= last <= widest[0]:
+        none = last if last > widest[0] else 0
+        message = f"there is no column {none}: the rows have {widest[0]}, counted from 1"
+        raise InputError(Fault(message, text.path, widest[1], advice="Name columns that there are: --columns time=1"))
     raise InputError(no_header(text))
 
 

@@ -209,7 +209,7 @@ def _of_other_form(cells: Sequence[str], rows: IntArray, at: FloatArray, steps: 
     whole = [
         k
         for k in dict.fromkeys((np.stack((wide, wide + 1), 1).ravel())[:1000].tolist())
-        if cells[rows[k]].strip("+- \t").isdigit()
+        if cells[rows[k]].strip("+- \t").isdecimal()
     ]
     if not whole or rows.size < _FEWEST:
         return None

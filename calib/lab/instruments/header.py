@@ -9,7 +9,7 @@ from types import MappingProxyType
 
 from calib.errors import Fault
 from calib.lab.instruments.clock_cells import is_clock
-from calib.lab.instruments.labtable import Reading
+from calib.lab.instruments.labtable import AS_FOUND, Reading
 from calib.lab.instruments.numbers import is_missing, is_numeric
 from calib.lab.instruments.stated import stated_units
 from calib.lab.instruments.text import LabText
@@ -48,7 +48,7 @@ def split_line(line: str, delimiter: str) -> list[str]:
     return [c.strip() for c in line.split(delimiter)]
 
 
-def find_header(text: LabText, reading: Reading) -> tuple[str, int, list[str]] | None:
+def find_header(text: LabText, reading: Reading, *, numbers: bool = False) -> tuple[str, int, list[str]] | None:
     """Find the line that names the columns, whatever a software writes above it.
 
     Of the lines in which names are understood (or that the user gave), that with most rows of numbers below it, then that
@@ -58,6 +58,7 @@ def find_header(text: LabText, reading: Reading) -> tuple[str, int, list[str]] |
     ----------
     text : the file.
     reading : what the user says of it.
+    numbers : whether names may be numbers, such as frequencies, beside those that are understood.
 
     Returns
     -------
@@ -78,7 +79,9 @@ def find_header(text: LabText, reading: Reading) -> tuple[str, int, list[str]] |
                     continue
                 known = [i for i, c in enumerate(cells) if c and (c in wanted or understand(c) is not None)]
                 # A first number may be the specimen's, another the name of a channel.
-                if not known or sum(map(is_numeric, cells[1:])) > (len(known) - 1) // 2:
+                named_so = numbers or any(is_numeric(c) and c in wanted for c in cells)
+                most = len(cells) if named_so and any(understand(c) for c in cells) else (len(known) - 1) // 2
+                if not known or sum(map(is_numeric, cells[1:])) > most:
                     continue
                 rows = _rows_below(text, index, delimiter, len(cells), known)
                 if len(known) < 2 and rows == 0:
@@ -109,7 +112,7 @@ def is_same_header(cells: Sequence[str], header: Sequence[str]) -> bool:
     """
     if list(cells) == list(header):
         return True
-    numbered = len(cells) > 1 and cells[0].isdigit() and len(header) > 1 and header[0].isdigit()
+    numbered = len(cells) > 1 and cells[0].isdecimal() and len(header) > 1 and header[0].isdecimal()
     return numbered and list(cells[1:]) == list(header[1:])
 
 
@@ -177,6 +180,17 @@ def no_header(text: LabText) -> Fault:
     first = next((i for i, line in enumerate(text.lines) if line.strip()), 0)
     found = f"; found {', '.join(seen[1])}" if seen else f'; the file begins with "{text.lines[first].strip()[:60]}"'
     advice = "; ".join(f"{q}: {understood_names(q)}" for q in ("displacement", "force", "capacitance", "time"))
+    numbered = find_header(text, AS_FOUND, numbers=True)
+    if numbered is not None and not seen:
+        odd = [(k, c) for k, c in enumerate(numbered[2], 1) if is_numeric(c)]
+        said = f"--columns capacitance={odd[0][1]} --units capacitance=pF"
+        return Fault(
+            f"numbers stand where names of columns would: {', '.join(c for _, c in odd[:8])}",
+            text.path,
+            numbered[1] + 1,
+            odd[0][0],
+            advice=f"If they are names, say which column is what, and its unit: {said}",
+        )
     replies = _reply_lines(text)
     if replies and not seen:
         return Fault(

@@ -44,6 +44,8 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
                 "profondità | deslocamento | deslocação | extensão | posição | deformação | curso | profundidade",
                 "verplaatsing | indrukking | indringdiepte | positie | afstand | uitrekking | slag | traverseweg",
                 "przemieszczenie | przesunięcie | przesuniecie | droga | wydłużenie | wydluzenie | ugięcie | ugiecie",
+                "zagłębienie | zaglebienie | wgłębienie | głębokość | glebokosc | skrócenie | skrocenie | piezo | piezo z",
+                "position vérin | position verin | course vérin | course verin | déplacement vérin | deplacement verin",
                 "położenie | polozenie | pozycja | przemieszczenie trawersy | skok | posunutí | posuv | dráha",
                 "förskjutning | väg | sträcka | deformation | hoptryckning | vej | vejlængde | forskydning | sammentrykning",
                 "vei",
@@ -112,7 +114,7 @@ QUALIFIERS = _set(
     "primary main measured measurement meas measure tensile compressive compression tension applied actual act current "
     "present static reading readings value values val signal sensor cell machine instron axial vertical live instantaneous "
     "data instant raw digital linear analog test sample specimen frame total device meter ist messwert istwert gemessene "
-    "gemessener feedback lcr daq tester mesurée mesuré mesure misurata misurato medida medido zmierzona gemeten"
+    "gemessener feedback lcr daq tester cellule capteur mesurée mesuré mesure misurata misurato medida medido zmierzona gemeten"
 )
 #: Words that say that a column was worked on after the measurement: read only where no other column is.
 PROCESSED = _set(

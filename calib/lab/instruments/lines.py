@@ -29,6 +29,8 @@ class Table:
     notes : on what was left out.
     unread : lines that are no rows of the record.
     reasons : row from 0 -> why its cells cannot be trusted.
+    units, units_line : those below the header of this specimen and their 1-based line, where it has a header of its own; None
+        where those of the sheet hold.
     """
 
     columns: Sequence[Sequence[str]]
@@ -36,6 +38,8 @@ class Table:
     notes: Sequence[str]
     unread: Sequence[Unread] = ()
     reasons: Mapping[int, str] = field(default_factory=dict)
+    units: tuple[str, ...] | None = None
+    units_line: int | None = None
 
 
 def n_named(sheet: Sheet) -> int:

@@ -27,6 +27,8 @@ _OTHER_CLOCK, _FEWEST = 0.05, 5
 _SMOOTHED = 0.02
 # Largest difference, as a share of the span, of columns that hold the same numbers, maybe in other units.
 _EXACT = 1e-5
+# A column whose smallest step is so many times that of another is coarser.
+_COARSE = 5.0
 _RAW = "the load as the cell read it is preferred, its zero is a parameter of the model"
 
 
@@ -84,7 +86,9 @@ def best_of(
     for c in candidates if plain else ():
         if c not in plain:
             unread[c.index] = c.heading.name_doubt or c.heading.unit_doubt or "its unit is none of the quantity"
-    candidates = sorted(plain or candidates, key=lambda c: _preference(c, asked_index))
+    candidates = plain or candidates
+    coarse = _coarse(candidates)
+    candidates = sorted(candidates, key=lambda c: (*_preference(c, asked_index), c.index in coarse, c.index))
     best, others = candidates[0], candidates[1:]
     found = _beside(sheet, quantity, best, others, asked_index)
     faults = [*found.faults, *_less_than(sheet, quantity, best, unread, asked_index)]
@@ -192,10 +196,28 @@ def _fits(sheet: Sheet, candidate: Candidate) -> bool:
     return all(is_unit_of(u, candidate.heading.quantity) for u in units)
 
 
-def _preference(candidate: Candidate, asked_index: str) -> tuple[bool, bool, bool, int, int]:
+def _preference(candidate: Candidate, asked_index: str) -> tuple[bool, bool, bool, int]:
     heading = candidate.heading
     other = bool(heading.index) and heading.index != asked_index
-    return (bool(asked_index) and heading.index != asked_index, other, heading.processed, heading.rank, candidate.index)
+    return (bool(asked_index) and heading.index != asked_index, other, heading.processed, heading.rank)
+
+
+def _coarse(candidates: Sequence[Candidate]) -> set[int]:
+    """The columns written in far larger steps than another of the same name, such as a load in pounds beside newtons."""
+    if len({c.heading.name for c in candidates}) == len(candidates):
+        return set()
+    steps = {c.index: _smallest_step(c.values) for c in candidates}
+    finest: dict[str, float] = {}
+    for c in candidates:
+        finest[c.heading.name] = min(steps[c.index], finest.get(c.heading.name, np.inf))
+    return {c.index for c in candidates if _COARSE * finest[c.heading.name] < steps[c.index] < np.inf}
+
+
+def _smallest_step(values: FloatArray | None) -> float:
+    """The smallest difference of two readings; infinite where there are no two."""
+    if values is None:
+        return np.inf
+    return float(np.min(np.diff(np.unique(values[np.isfinite(values)])), initial=np.inf))
 
 
 def _with_values(sheet: Sheet, candidates: Sequence[Candidate], reading: Reading) -> list[Candidate]:
@@ -278,6 +300,8 @@ def _beside(sheet: Sheet, quantity: str, best: Candidate, others: Sequence[Candi
         word, share = ("different", 1.0)
         if other.values is not None and best.values is not None:
             word, share = difference(best.values, other.values)
+        elif best.values is not None and not sheet.unit_written(index) and _same_cells(sheet, index, best.index):
+            word, share = ("same", 0.0)  # the same numbers, once without a unit
         alike = sheet.names[index] == name and sheet.unit_below(index) == sheet.unit_below(best.index)
         if alike and share > 0.0:
             word = "different"  # two columns of one name and unit are the same or not
@@ -323,6 +347,10 @@ def _beside(sheet: Sheet, quantity: str, best: Candidate, others: Sequence[Candi
             within = f" within {100 * far:.1g} % of their span" if far > _EXACT else ""
             notes.append(f'{in_words(quantity)} is taken from "{name}"; {listed} agrees with it{within}')
     return Told(unread, tuple(notes), tuple(_choice_of(sheet, quantity, best, rivals, shares)))
+
+
+def _same_cells(sheet: Sheet, one: int, other: int) -> bool:
+    return list(sheet.columns[one]) == list(sheet.columns[other])
 
 
 def _of_two_instruments(sheet: Sheet) -> bool:
@@ -380,5 +408,7 @@ def _choice_of(
     else:
         listed = ", ".join(f'"{sheet.names[c.index]}"' for c in all_of[:40])
         apart = f" by up to {100 * min(shares[first.index], 9.99):.0f} % of their span" if len(rivals) == 1 else ""
-        message = f"{len(all_of)} columns may be the {in_words(quantity)}, and they differ{apart}: {listed}"
+        unknown = [f'"{sheet.names[c.index]}"' for c in all_of if c.values is None]
+        differ = f"and {unknown[0]} has no unit that is known" if unknown else f"and they differ{apart}"
+        message = f"{len(all_of)} columns may be the {in_words(quantity)}, {differ}: {listed}"
     return [Fault(message, sheet.text.path, line, first.index + 1, advice=advice, choice=choice)]

@@ -88,13 +88,13 @@ def _one_of(path: Path, parts: Sequence[Part], reading: Reading) -> LabTable:
         raise InputError(Fault("there is nothing in the file", path, advice="Export it again from the instrument's software"))
     if reading.sheet:
         own, others = _asked(path, parts, reading.sheet)
-        table = _read_part(own, reading)
+        table = _read_part(path, own, reading)
         return _with_unread(table, own, {part.title: part.reason or f"{own.title} was asked for" for part in others})
     faults: dict[Part, InputError] = {}
     read: dict[Part, LabTable] = {}
     for part in parts:
         try:
-            read[part] = _read_part(part, reading)
+            read[part] = _read_part(path, part, reading)
         except InputError as error:
             faults[part] = error
     # A part that is a record but for its faults is one too: it must not be passed over for another.
@@ -120,6 +120,9 @@ def _one_of(path: Path, parts: Sequence[Part], reading: Reading) -> LabTable:
     raise InputError(Fault(f"none of the {len(parts)} parts of the file is a record: {listed}", path, advice=advice))
 
 
+_ANOTHER = "Give a file, or a sheet of it, that holds a record: export it again from the instrument's software"
+
+
 def _asked(path: Path, parts: Sequence[Part], name: str) -> tuple[Part, list[Part]]:
     found = [part for part in parts if part.name == name] or [
         part for part in parts if part.name.strip().casefold() == name.strip().casefold()
@@ -131,9 +134,9 @@ def _asked(path: Path, parts: Sequence[Part], name: str) -> tuple[Part, list[Par
     return found[0], [part for part in parts if part is not found[0]]
 
 
-def _read_part(part: Part, reading: Reading) -> LabTable:
+def _read_part(path: Path, part: Part, reading: Reading) -> LabTable:
     if part.text is None:
-        raise InputError(Fault(f"{part.title} is no table: {part.reason}"))
+        raise InputError(Fault(f"{part.title} is no table: {part.reason}", path, advice=_ANOTHER))
     try:
         table = _read_text(part.text, reading, part.types)
         return replace(table, lines=table.lines - part.above)

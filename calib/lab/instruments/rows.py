@@ -69,6 +69,8 @@ def with_rows(sheet: Sheet, start: int, reading: Reading, notes: tuple[str, ...]
     n_short = len(table.reasons)
     first = int(table.lines[min(table.reasons)]) if n_short else 0
     short = [f"{n_short} row(s) with fewer cells than most are left out, the first in line {first}"] if n_short else []
+    if table.units is not None:
+        sheet = replace(sheet, units=table.units, units_line=table.units_line)
     return replace(
         sheet,
         columns=tuple(column[:n_row] for column in table.columns),

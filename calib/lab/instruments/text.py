@@ -14,7 +14,7 @@ from calib.lab.instruments.vocabulary import understand
 from calib.regular import names_beside, require_regular
 
 # Encodings of instruments' software besides Unicode, in the order in which a draw is decided.
-_LEGACY = ("latin-1", "cp1250", "cp1251", "cp1253", "cp1254", "gb18030", "cp932", "cp949", "cp950")
+_LEGACY = ("latin-1", "cp1250", "iso8859-2", "cp1251", "cp1253", "cp1254", "gb18030", "cp932", "cp949", "cp950")
 _NAMES = {"gb18030": "gbk", "cp932": "shift-jis", "cp950": "big5"}
 
 # Characters that no table has: bytes of another kind of file.

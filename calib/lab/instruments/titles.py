@@ -13,11 +13,16 @@ from calib.lab.instruments.header import split_line, without_comment_mark
 from calib.lab.instruments.labtable import Unread
 from calib.lab.instruments.numbers import is_missing, is_numeric, is_over_range, parse_number
 from calib.lab.instruments.text import LabText
+from calib.lab.instruments.unit_cells import begins_with_unit, unit_cell
 from calib.lab.instruments.units import looks_like_unit
-from calib.lab.instruments.vocabulary import understand, unit_of_cell
+from calib.lab.instruments.vocabulary import understand
 
 # Lines that are looked at before the first row.
 _FEW_LINES = 5
+_ONE_LINE = (
+    "Which of the two names a column cannot be told: keep one line of names, each with its unit, or say of every column by its "
+    "number what it is, and its unit: --columns force=... --units force=..."
+)
 _RULER = re.compile(r"[-=_+|*~\s,;.:]*[-=_~*]{2}[-=_+|*~\s,;.:]*")
 
 
@@ -31,7 +36,9 @@ class BelowHeader:
     unread: tuple[Unread, ...] = ()
 
 
-def below_header(text: LabText, delimiter: str, header: int, names: Sequence[str], *, strict: bool) -> BelowHeader:
+def below_header(
+    text: LabText, delimiter: str, header: int, names: Sequence[str], *, strict: bool, nameless: bool = False
+) -> BelowHeader:
     """Find the units row below a header, and pass by rulers and by numbers of columns or channels.
 
     Parameters
@@ -41,6 +48,7 @@ def below_header(text: LabText, delimiter: str, header: int, names: Sequence[str
     header : index of the line of the header.
     names : its cells.
     strict : whether a second line of titles is refused; not where the user says which column is what.
+    nameless : whether the columns have numbers only, so that a row which counts them is no reading, however those are written.
 
     Raises
     ------
@@ -60,44 +68,74 @@ def below_header(text: LabText, delimiter: str, header: int, names: Sequence[str
         found = _units(cells, names) if units_line is None else None
         if index + 1 == text.units_line:
             # Units that are not known stay as they are written: what has one is no quantity, or is refused.
-            found = tuple(c.strip() if (unit := unit_of_cell(c)) is None else unit for c in cells)
+            found = tuple(c.strip() if (own := unit_cell(c)) is None else own.unit for c in cells)
         if _RULER.fullmatch(line):
             unread.append(Unread(f"line {index + 1}", f'a ruler, "{shown}"'))
         elif found is not None:
             units_line, units = index + 1, found
-            notes = [c for c, u in zip(cells, found, strict=True) if c.strip() and not u and unit_of_cell(c) is None]
-            unread += [Unread(f"line {index + 1}", f'"{c[:40]}" stands among the units') for c in notes]
-        elif _counts(cells, names) and _written_otherwise(cells, later):
+            unread += _words_among(cells, found, index + 1)
+        elif _counts(cells, names) and ((nameless and len(names) > 2) or _written_otherwise(cells, later)):
             unread.append(Unread(f"line {index + 1}", f'numbers of the columns, "{shown}"'))
         elif _falls_after(cells, later, time):
             unread.append(Unread(f"line {index + 1}", f'numbers above the record, time falls after them: "{shown}"'))
-        elif strict and _titles(cells, names) and delimiter != " ":
-            raise InputError(
-                Fault(
-                    f'"{shown}" stands below the header of line {header + 1} like another header',
-                    text.path,
-                    index + 1,
-                    advice="Which of the two names a column cannot be told: keep one line of names, each with its unit",
-                )
-            )
+        elif _titles(cells, names) and delimiter != " ":
+            if strict:
+                message = f'"{shown}" stands below the header of line {header + 1} like another header'
+                raise InputError(Fault(message, text.path, index + 1, advice=_ONE_LINE))
+            unread.append(Unread(f"line {index + 1}", f'another line of titles, "{shown}"'))
         else:
             break
         start = index + 1
     return BelowHeader(start, units_line, units, tuple(unread))
 
 
+def begins_at(text: LabText, delimiter: str, row: int, width: int) -> int:
+    """The line where a table without names begins: at its first row of numbers, or at rows of units and counts right above.
+
+    Parameters
+    ----------
+    text : the file.
+    delimiter : between cells.
+    row : index of the first row of numbers.
+    width : its number of cells.
+    """
+    names = [str(k + 1) for k in range(width)]
+    while row > 0:
+        cells = split_line(without_comment_mark(text.lines[row - 1], delimiter), delimiter)
+        if len(cells) != width or not (_units(cells, names) or _counts(cells, names)):
+            break
+        row -= 1
+    return row
+
+
+def _words_among(cells: Sequence[str], units: Sequence[str], line: int) -> list[Unread]:
+    """What stands in a row of units beside them, or in place of one, and is not read."""
+    found = []
+    for cell, unit in zip(cells, units, strict=True):
+        own = unit_cell(cell)
+        if own is None and cell.strip() and not unit:
+            found.append(Unread(f"line {line}", f'"{cell[:40]}" stands among the units'))
+        elif own is not None and own.remark:
+            found.append(Unread(f"line {line}", f'"{own.remark[:40]}" stands beside the unit {own.unit}'))
+    return found
+
+
 def _units(cells: Sequence[str], names: Sequence[str]) -> tuple[str, ...] | None:
     """The units in a row of units, "" where there is none; None if it is no such row."""
-    read = [unit_of_cell(c) for c in cells]
-    if any(read) and all(unit is not None for unit in read):
-        return tuple(unit or "" for unit in read)
-    # A remark may stand among them, in the last of several cells.
+    read = [unit_cell(c) for c in cells]
+    units = tuple("" if own is None else own.unit for own in read)
+    if any(units) and all(own is not None for own in read):
+        return units
     there = [c for c in cells if c.strip()]
-    known = sum(bool(u) and looks_like_unit(u or "") for u in read)
-    wordy = [c for c, u in zip(cells, read, strict=True) if c.strip() and u is None]
-    if known >= 2 and known >= len(there) - 1 and len(cells) <= len(names) and not any(map(_is_reading, wordy)):
-        return tuple(unit or "" for unit in read)
-    return None
+    if len(cells) > len(names) or len(there) < 2:
+        return None
+    # Where words may change what a unit means, its column has none; but the row is one of units.
+    if all(begins_with_unit(c) or unit_cell(c) is not None for c in there):
+        return units
+    # A remark may stand among them, in the last of several cells.
+    known = sum(bool(u) and looks_like_unit(u) for u in units)
+    wordy = [c for c, own in zip(cells, read, strict=True) if c.strip() and own is None]
+    return units if known >= max(2, len(there) - 1) and not any(map(_is_reading, wordy)) else None
 
 
 def _is_reading(cell: str) -> bool:
@@ -107,7 +145,8 @@ def _is_reading(cell: str) -> bool:
 def _counts(cells: Sequence[str], names: Sequence[str]) -> bool:
     """Whether a row counts the columns: 1, 2, 3 or 0, 1, 2 or CH1, CH2, CH3."""
     digits = [re.sub(r"^(?:ch(?:annel)?|col(?:umn)?|no)?[ ._#]*", "", c.strip().lower()) for c in cells if c.strip()]
-    if len(digits) < 2 or len(digits) < len([n for n in names if n]) - 1 or not all(d.isdigit() and len(d) < 4 for d in digits):
+    whole = all(d.isdecimal() and len(d) < 4 for d in digits)
+    if len(digits) < 2 or len(digits) < len([n for n in names if n]) - 1 or not whole:
         return False
     first = int(digits[0])
     return first in (0, 1) and [int(d) for d in digits] == list(range(first, first + len(digits)))

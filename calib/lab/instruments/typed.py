@@ -147,7 +147,7 @@ def _dates(column: _Column, types: CellTypes) -> list[Fault]:
             cells = [(p, c) for p, c in cells if p in types.dates]
             message = f'"{cells[0][1]}" is a date or time among numbers of another kind'
             return [_fault(cells[0][0], message, _DATED)]
-        cells = [(p, c) for p, c in cells if c[:4].isdigit() and c[4:5] == "-" and int(c[:4]) < _OLDEST]
+        cells = [(p, c) for p, c in cells if c[:4].isdecimal() and c[4:5] == "-" and int(c[:4]) < _OLDEST]
     return [
         _fault(place, f'"{cell}" is a date (shown as "{types.dates[place]}") where a number is expected', _DATED)
         for place, cell in cells[:1]

@@ -117,7 +117,7 @@ def source_of_column(sheet: Sheet, index: int, heading: Heading, reading: Readin
     clock : whether its cells are times of day, which have no unit.
     """
     quantity, name = heading.quantity, sheet.names[index]
-    if not sheet.header_line and name.isdigit():
+    if not sheet.header_line and name.isdecimal():
         name = f"column {name}"
     asked = _asked_unit(quantity, reading)
     if asked is not None:

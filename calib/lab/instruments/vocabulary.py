@@ -21,7 +21,7 @@ from calib.lab.instruments.brackets import (
     tidy,
     without_brackets,
 )
-from calib.lab.instruments.lexicon import NAMES, PROCESSED, RELATIVE
+from calib.lab.instruments.lexicon import NAMES, PROCESSED
 from calib.lab.instruments.meanings import Meaning, doubt_of, meanings, other_axis
 from calib.lab.instruments.units import SI_UNIT, is_mass, is_unit_of, lab_factor, looks_like_unit
 
@@ -45,11 +45,11 @@ EXAMPLE: Mapping[str, str] = MappingProxyType(
 )
 
 _TAIL = re.compile(r"^(?P<name>.+?)\s*(?:_|/|,|:|\sin\s|\s)\s*(?P<unit>[^\s_/,:]+)$")
-_UNIT_CELL = re.compile(r"^[(\[{]\s*(?P<unit>[^()\[\]{}]*?)\s*[)\]}]$")
-_UNIT_WITH_REMARK = re.compile(r"^[(\[](?P<unit>[^()\[\]]+)[)\]]\s+(?P<remark>[^\W\d][\w ,.]*)$")
 # Words that are units of plain numbers within brackets only.
 _NO_TAIL = ("x", "#", "-", "1", "none", "cycles")
 _LONGEST = 120
+# Letters of a name that may be the beginning of a longer one.
+_CUT = 9
 _APART = " ,;:/"
 # Letters that are names only with a unit: s, h of a depth, P of a load.
 _ONLY_WITH_UNIT = ("s", "h", "p")
@@ -57,6 +57,11 @@ _ONLY_WITH_UNIT = ("s", "h", "p")
 _CLOCK_FORM = re.compile(r"[a-z]{1,5}(?:[:.][a-z]{1,5}){1,3}", re.IGNORECASE)
 _SERIES = re.compile(r"series|serie|reihe|\bcs\b|cs-|ls-|\bser\b", re.IGNORECASE)
 _PARALLEL = re.compile(r"parallel|\bcp\b|cp-|\bpar\b|parall[eè]le", re.IGNORECASE)
+# A setting of a meter, such as "Range" or "Meas. range (ohm)"; the range of a load is a statistic.
+_SETTING = re.compile(
+    r"(?:(?:meter|measurement|measuring|meas\.?|lcr|current|impedance|auto) )?(?:range|messbereich|bereich|gamme|calibre|"
+    r"rango|portata|zakres|量程|レンジ)"
+)
 _KNOWN_BY_WORDS = (
     (r"\btemp\b|temperatur|température|temperatura|온도|温度", "a temperature: not used"),
     (r"humid|feuchte|humidité", "a humidity: not used"),
@@ -189,6 +194,7 @@ def heading_as(quantity: str, cell: str, unit_below: str = "") -> Heading:
     cut = without_brackets(tidy(cell))
     outside, brackets = cut if cut is not None else (tidy(cell), ())
     name, tail = next((n for n in _with_tail(outside) if is_unit_of(n[1], quantity)), (outside, ""))
+    tail = tail or (outside if is_unit_of(outside, quantity) and SI_UNIT[quantity] else "")
     unit, doubt = _unit_of(quantity, [*brackets, *([tail] if tail else [])], unit_below)
     if unit is None and not doubt and not unit_below:
         odd = [b for b in brackets if looks_like_unit(b) and not is_letter(b)]
@@ -204,7 +210,7 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
     """The heading of a cell, or why there is none."""
     cell = tidy(cell)
     cut = without_brackets(cell) if len(cell) <= _LONGEST else None
-    if cut is None:
+    if cut is None or (len(cell) > 1 and looks_like_unit(cell) and not any(words(cell) in names for names in NAMES.values())):
         return "not understood"
     outside, brackets = cut
     for name, tail in (*_with_tail(outside), (_bare(outside), "")):
@@ -222,7 +228,24 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
             continue
         if readings:
             return _weighed(readings, plain, inside, unit_below)
+        if whole := _cut_name(plain, [*inside, unit_below]):
+            return _weighed(list(meanings(whole, inside, unit_below)), whole, inside, unit_below)
     return _reason(words(outside), brackets, unit_below)
+
+
+def _cut_name(name: str, units: Sequence[str]) -> str:
+    """The name that one cut to a fixed width is the beginning of, as "Standardkr" of testers: by a unit of one quantity alone.
+
+    "" if it is of none, or of several.
+    """
+    if len(name) < _CUT:
+        return ""
+    whole = {
+        quantity: next(n for n in names if n.startswith(name))
+        for quantity, names in NAMES.items()
+        if any(n.startswith(name) for n in names) and any(u and is_unit_of(u, quantity) for u in units)
+    }
+    return next(iter(whole.values())) if len(whole) == 1 else ""
 
 
 def _bare(outside: str) -> str:
@@ -349,39 +372,20 @@ def _of_something_else(quantity: str, name: str, units: Sequence[str], *, letter
 
 def _reason(name: str, brackets: Sequence[str], unit_below: str) -> str:
     """Why a name that means no quantity is not read."""
+    if _SETTING.fullmatch(name):
+        return "a range of the instrument: not used"
+    for pattern, reason in _KNOWN_BY_WORDS:
+        if re.search(pattern, name):
+            return reason
     for text in (name, *brackets):
         if not looks_like_unit(text) and (reason := no_record(text)):
             return reason
     axis = other_axis(name)
     if axis:
         return f"axis {axis}: not used"
-    for pattern, reason in _KNOWN_BY_WORDS:
-        if re.search(pattern, name):
-            return reason
     _, tail = next(_with_tail(name), ("", ""))
     for unit in (*brackets, unit_below, tail):
         kind = kind_of_unit(unit) if unit and not is_letter(unit) else ""
         if kind and not kind.startswith("in "):
             return f"{kind}: not used"
     return "not understood"
-
-
-def unit_of_cell(cell: str) -> str | None:
-    """The unit in a cell of a units row, "" if the cell is empty, None if it cannot be a unit.
-
-    A remark may stand behind a unit in brackets, unless it is a statistic or a factor.
-
-    >>> unit_of_cell("(mm)"), unit_of_cell("kN"), unit_of_cell("0.5"), unit_of_cell("(N) zeroed"), unit_of_cell("(N) max")
-    ('mm', 'kN', None, 'N', None)
-    """
-    cell = cell.strip()
-    if not cell:
-        return ""
-    match = _UNIT_CELL.match(cell)
-    if match:
-        return match["unit"]
-    match = _UNIT_WITH_REMARK.match(cell)
-    if match and looks_like_unit(match["unit"]):
-        relative = is_unit_of(match["unit"], "capacitance") and any(w in RELATIVE for w in words(match["remark"]).split())
-        return None if relative or no_record(match["remark"]) else match["unit"]
-    return cell if looks_like_unit(cell) else None

@@ -22,11 +22,12 @@ _LISTED = 24
 
 @dataclass(frozen=True, eq=False)
 class RowsAsked:
-    """The rows that are read, (n_row,), why each of the others is not, and notes on what was asked."""
+    """The rows that are read, (n_row,), why each of the others is not, notes on what was asked, and the columns asked by."""
 
     kept: BoolArray
     reasons: Mapping[int, str]
     notes: tuple[str, ...]
+    columns: tuple[int, ...]
 
 
 def rows_asked(sheet: Sheet, reading: Reading) -> RowsAsked:
@@ -46,6 +47,7 @@ def rows_asked(sheet: Sheet, reading: Reading) -> RowsAsked:
     reasons: dict[int, str] = {}
     notes: list[str] = []
     faults: list[Fault] = []
+    by: list[int] = []
     marks = [sheet.declared_decimal] if sheet.declared_decimal else [".", ","]
     for wanted, value in reading.where.items():
         column = column_called(sheet, wanted)
@@ -78,13 +80,14 @@ def rows_asked(sheet: Sheet, reading: Reading) -> RowsAsked:
             continue
         reasons |= {r: f'not asked for: "{name}" is "{cells[r]}"' for r in np.flatnonzero(kept & ~here).tolist()}
         kept &= here
+        by.append(column)
         notes.append(f'only rows whose "{name}" is "{value}" are read: {int(here.sum())} of {len(kept)}')
     if not faults and not kept.any():
         said = " and ".join(f'"{k}" is "{v}"' for k, v in reading.where.items())
         faults.append(Fault(f"no row in which {said}", sheet.text.path, int(sheet.lines[0]), advice="Ask for less by --where"))
     if faults:
         raise InputError(faults)
-    return RowsAsked(kept, reasons, tuple(notes))
+    return RowsAsked(kept, reasons, tuple(notes), tuple(by))
 
 
 def only_rows(sheet: Sheet, kept: BoolArray) -> Sheet:
@@ -120,7 +123,7 @@ def column_called(sheet: Sheet, wanted: str) -> int | None:
     ways = (
         [i for i, name in enumerate(sheet.names) if name == wanted],
         [i for i, name in enumerate(sheet.names) if words(name) == words(wanted)],
-        [int(wanted) - 1] if wanted.isdigit() and 1 <= int(wanted) <= len(sheet.names) else [],
+        [int(wanted) - 1] if wanted.isdecimal() and 1 <= int(wanted) <= len(sheet.names) else [],
         [i for i, name in enumerate(sheet.names) if words(name.split("(")[0].split("[")[0]) == words(wanted) != ""],
     )
     found = next((way for way in ways if way), [])

@@ -159,7 +159,7 @@ def test_init_lists_every_file_and_says_what_is_open_and_what_to_do_next(tmp_pat
     for line in (
         ".hidden left out: a hidden file",
         "photo.png left out: a picture",
-        "s1_press.csv Instron Bluehill raw data",
+        "s1_press.csv table with a header",
         "old/s1_cap.csv LCR log",
         'open: column "Load (N)" appears twice (columns 3 and 4)',
         "s1: force s1_press.csv, capacitance old/s1_cap.csv (paired by name)",
@@ -286,7 +286,11 @@ def test_read_takes_what_is_said_of_a_file_and_of_the_part_that_is_used(tmp_path
         (("--decimal", ";"), '--decimal ";" is not understood'),
         (("--max-force", "5"), '--max-force: max_force: "5" has no unit'),
         (("--max-depth", "0 mm"), 'max_depth must be positive, got "0 mm". Write --max-depth "0.8 mm"'),
-        (("--branch", "down"), 'branch must be "loading" or "unloading", got "down". Write --branch unloading'),
+        (("--branch", "down"), 'branch must be "loading" or "unloading", got "down". Write --branch loading'),
+        (("--max-force", ""), '--max-force: max_force: "" is not a number with a unit. Write --max-force "5 N"'),
+        (("--max-depth", ""), '--max-depth: max_depth: "" is not a number with a unit'),
+        (("--branch", ""), 'branch must be "loading" or "unloading", got ""'),
+        (("--cycles", ""), 'cycles must be a list of whole numbers from 1, got ""'),
         (("--cycles", "2,x"), 'cycles must be a list of whole numbers from 1, got "2,x". Write --cycles 2,3'),
     ],
 )

@@ -262,3 +262,18 @@ def test_what_a_file_says_cannot_break_the_draft_or_pass_for_a_mark() -> None:
     assert data["specimens"][0]["name"] == 's"\\'
     assert data["specimens"][0]["force"] == 'a"\\\n.csv'
     assert len(unedited_lines(text, data, locate_keys(text))) == plain.count(MARK)
+
+
+def test_the_radius_that_names_tell_of_a_ball_stands_in_the_draft_to_be_checked(tmp_path: Path) -> None:
+    for name in ("s1_r5", "s1_R8mm", "s2 ball 3mm", "s2 ball 5mm"):
+        (tmp_path / f"{name}_press.csv").write_text(TESTER + _press())
+        (tmp_path / f"{name}_lcr.csv").write_text(LCR + _log())
+    looked, _ = look_through([tmp_path])
+    text = experiment_text(pair([record for file in looked for record in file.records]), tmp_path, looked)
+    data = tomllib.loads(text)
+    radii = {s["name"]: [sweep.get("indenter_radius") for sweep in s["sweeps"]] for s in data["specimens"]}
+    assert radii == {"s1": ["5 mm", "8 mm"], "s2": [None, None]}
+    left = [u for u in unedited_lines(text, data, locate_keys(text)) if u.what == "indenter_radius"]
+    assert [u.of for u in left] == ["s1", "s1", "s2", "s2"]
+    done = text.replace(f'indenter_radius = "8 mm"   {MARK}', 'indenter_radius = "8 mm"   # measured:')
+    assert len(unedited_lines(done, tomllib.loads(done), locate_keys(done))) == text.count(MARK) - 1

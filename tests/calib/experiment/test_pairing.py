@@ -152,6 +152,46 @@ def test_presses_of_one_specimen_become_its_sweeps_where_the_names_say_so() -> N
     assert _sweeps("s1_press.csv", "s1_press_2.csv") == {"s1": ["1", "press 2"]}
 
 
+def _balls(*names: str) -> dict[str, dict[str, tuple[bool, str]]]:
+    """Specimen -> press -> whether it speaks of a ball, and the radius that it tells."""
+    return {s.name: {p.name: (p.ball, p.radius) for p in s.presses} for s in pair([_found(n, FORCE) for n in names])}
+
+
+def test_names_that_differ_in_the_radius_of_a_ball_alone_are_presses_of_one_specimen() -> None:
+    assert _balls("s1_r5_force.csv", "s1_r8_force.csv", "s2_r5_force.csv") == {
+        "s1": {"r5": (True, "5"), "r8": (True, "8")},
+        "s2_r5": {"": (False, "")},
+    }
+    assert _balls("s3_R2.5mm_F.csv", "s3_R5mm_F.csv") == {"s3": {"R2.5mm": (True, "2.5"), "R5mm": (True, "5")}}
+    assert _balls("padA_radius5.csv", "padA_radius3.csv") == {"padA": {"radius5": (True, "5"), "radius3": (True, "3")}}
+    assert _balls("r5_s6_force.csv", "r8_s6_force.csv") == {"s6": {"r5": (True, "5"), "r8": (True, "8")}}
+    assert _balls("s7 d10mm press.csv", "s7 d16mm press.csv") == {"s7": {"d10mm": (True, "5"), "d16mm": (True, "8")}}
+    assert _balls("s8_r5_press_1.csv", "s8_r5_press_2.csv") == {"s8": {"r5 1": (True, "5"), "r5 2": (True, "5")}}
+    assert _balls("s1 ball 5mm.csv", "s1 ball 3mm.csv") == {"s1": {"ball 5mm": (True, ""), "ball 3mm": (True, "")}}
+    # From one on without a gap the letter counts runs.
+    assert _balls("s1_r1.csv", "s1_r2.csv", "s1_r3.csv") == {"s1": {f"r{k}": (False, "") for k in (1, 2, 3)}}
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ("ecoflex_r5.csv", "ecoflex_r8.csv"),  # replicates of a material, it may be
+        ("batch1_d1_force.csv", "batch1_d2_force.csv"),  # devices
+        ("s1_r5_b3.csv", "s1_r8_b4.csv"),
+        ("s1_5mm.csv", "s1_8mm.csv"),  # a thickness, it may be
+        ("r5_force.csv", "r8_force.csv"),
+    ],
+)
+def test_what_may_be_no_radius_of_a_ball_makes_no_presses_of_one_specimen(names: tuple[str, str]) -> None:
+    assert all(presses == [""] for presses in _sweeps(*names).values())
+
+
+def test_presses_with_balls_have_each_their_capacitance() -> None:
+    names = [("s1_r5_force.csv", "s1_r5_lcr.csv"), ("s1_r8_force.csv", "s1_r8_lcr.csv")]
+    (s1,) = pair([_found(n, columns) for pair in names for n, columns in zip(pair, (FORCE, CAPACITANCE), strict=True)])
+    assert [(p.force and p.force.shown, p.capacitance and p.capacitance.shown) for p in s1.presses] == names
+
+
 @pytest.mark.parametrize(
     "names", [("press_1.csv", "press_2.csv"), ("s1_press.csv", "s2_press.csv"), ("sensor_1.csv", "sensor_2.csv")]
 )

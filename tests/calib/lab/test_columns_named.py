@@ -12,8 +12,9 @@ import pytest
 
 from calib.errors import InputError
 from calib.lab import LabTable, Reading, SeveralSpecimens, read_lab_file
+from calib.lab.instruments.unit_cells import unit_cell
 from calib.lab.instruments.units import asked_factor, lab_factor
-from calib.lab.instruments.vocabulary import understand, unit_of_cell, why_unread
+from calib.lab.instruments.vocabulary import understand, why_unread
 
 N = 60
 TIME = np.arange(N) * 0.1
@@ -208,8 +209,8 @@ def test_a_remark_within_a_units_row_is_no_other_header(tmp_path: Path) -> None:
     columns = [("Time", T), ("Extension", D), ("Load", F)]
     table = read(tmp_path, columns, below=["(s)", "(mm) from touch", "(N) zeroed"])
     np.testing.assert_allclose(table.columns["force"], force_of(F))
-    assert unit_of_cell("(N) peak") is None
-    assert unit_of_cell("(pF) tared") is None
+    assert unit_cell("(N) peak") is None
+    assert unit_cell("(pF) tared") is None
 
 
 # --------------------------------------------------------------------------------------------------------- which column

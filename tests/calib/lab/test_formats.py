@@ -450,6 +450,28 @@ def rezipped(source: Path, target: Path, change: Callable[[str, bytes], bytes]) 
     return target
 
 
+def test_a_workbook_of_the_strict_variant_is_refused_as_one(tmp_path: Path) -> None:
+    new_workbook(tmp_path / "usual.xlsx", {"Data": [HEADER, *ROWS]})
+    new = b"http://purl.oclc.org/ooxml/"
+    strict = rezipped(
+        tmp_path / "usual.xlsx",
+        tmp_path / "strict.xlsx",
+        lambda name, data: data.replace(
+            b"http://schemas.openxmlformats.org/spreadsheetml/2006/main", new + b"spreadsheetml/main"
+        ).replace(
+            b"http://schemas.openxmlformats.org/officeDocument/2006/relationships", new + b"officeDocument/relationships"
+        ),
+    )
+    assert 'strict.xlsx: the workbook is saved as Strict Open XML, which is not read. Save it as "Excel Workbook' in refusal(
+        strict
+    )
+
+
+def test_an_empty_workbook_is_refused_with_its_name_and_advice(tmp_path: Path) -> None:
+    path = new_workbook(tmp_path / "empty.xlsx", {"Leer": []})
+    assert 'empty.xlsx: sheet "Leer" is no table: it is empty. Give a file' in refusal(path)
+
+
 def test_a_workbook_that_would_fill_the_memory_is_refused(tmp_path: Path) -> None:
     new_workbook(tmp_path / "small.xlsx", {"Data": [HEADER, *ROWS]})
     far = rezipped(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -122,6 +122,18 @@ def test_depth_counts_from_where_contact_begins_and_the_note_says_where(folder: 
     assert any(f"deeper than max_depth = {limit:g} mm after contact" in reason for reason in obs.reason)
 
 
+@pytest.mark.parametrize("branch", ["loading", "unloading"])
+@pytest.mark.parametrize(
+    "use", [Use(max_depth=1e-6), Use(max_depth=1e-9), Use(max_depth=1e-6, cycles=(2, 3)), Use(max_force=4.0, max_depth=1e-6)]
+)
+def test_limits_that_leave_no_row_in_contact_are_refused_with_where_it_begins(folder: Path, use: Use, branch: Branch) -> None:
+    with pytest.raises(InputError, match=r"rows? in contact, which begins at 0\.\d+ mm .*; what is left ends at 0\.") as caught:
+        seen(folder / "tester.csv", replace(use, branch=branch))
+    (fault,) = caught.value.faults
+    assert fault.line is not None
+    assert "a sweep needs 5 rows in contact" in fault.advice
+
+
 def test_a_record_that_starts_in_contact_says_that_the_true_depth_is_larger(tmp_path: Path) -> None:
     x = np.linspace(0.2, 0.8, 400)
     (tmp_path / "t.csv").write_text("Extension (mm),Load (N)\n" + "".join(f"{v:.5f},{5 * v**1.8:.5f}\n" for v in x))
@@ -186,7 +198,7 @@ def test_a_record_that_starts_pressed_can_be_used_on_its_way_back(tmp_path: Path
         (Use(cycles=(2, 7)), "there is no cycle 7", "from 1 to 3"),
         (Use(max_force=0.0), "max_force must be positive, got 0", "Leave max_force out"),
         (Use(max_depth=-1e-3), "max_depth must be positive", "Leave max_depth out"),
-        (Use(max_force=0.01), "max_force = 0.01 N leave none of the", "larger limits"),
+        (Use(max_force=0.01), "max_force = 0.01 N leaves none of the", "larger limits"),
     ],
 )
 def test_a_use_that_cannot_be_is_refused_with_a_way_out(folder: Path, use: Use, message: str, advice: str) -> None:

@@ -16,7 +16,7 @@ def recognise(sheet: Sheet) -> str:
     log = capacitance_log(sheet)
     if not log:
         return ""
-    named = word_above(sheet, r"hioki|\bIM35\d\d\b|\bIM75\d\d\b|\b35(?:06|22|32|04)-?\d*\b")
+    named = word_above(sheet, r"hioki|\bIM35\d\d\b|\bIM75\d\d\b|\b35(?:06|22|32|04)-\d\d\b")
     if named:
         return f"{named}; {log}"
     own = [n for n in sheet.names if _NAMES.match(n)]

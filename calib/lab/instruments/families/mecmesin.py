@@ -7,15 +7,14 @@ from calib.lab.instruments.sheet import Sheet
 
 
 def recognise(sheet: Sheet) -> str:
-    """Recognise Mecmesin by its name above, or by event flags beside load and displacement, with specimens side by side."""
+    """Recognise Mecmesin by its name above, or by event flags beside load and displacement over minutes."""
     above = line_above(sheet, r"mecmesin|vectorpro|emperor")
     if above is not None:
         return f'{channels(sheet)}, "{above[1]}" in line {above[0]}'
     events = any(n.strip().lower() in ("event", "events") for n in sheet.names)
     minutes = any(h.quantity == "time" and h.unit in ("min", "mins", "minutes") for h in sheet.headings().values())
-    beside = any("side by side" in note for note in sheet.notes)
-    if events and (minutes or beside):
-        return f"{channels(sheet)}, event flags, {'specimens side by side' if beside else 'time in minutes'}"
+    if events and minutes:
+        return f"{channels(sheet)}, event flags, time in minutes"
     return ""
 
 

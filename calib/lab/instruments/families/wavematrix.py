@@ -7,22 +7,19 @@ import re
 from calib.lab.instruments.family import InstrumentFamily, channels, holds_capacitance, line_above, needs
 from calib.lab.instruments.sheet import Sheet
 
-# A channel with its wiring in brackets, "Position(Linear:Digital Position) (mm)", or counters only WaveMatrix writes.
+# A channel with its wiring in brackets, "Position(Linear:Digital Position) (mm)", or the clocks and counters of its own.
 _CHANNEL = re.compile(r"^\w[\w ]*\([^()]*:[^()]*\)\s*\(")
 _COUNTERS = ("elapsed cycles", "cycle elapsed time")
+_TOTALS = ("total time", "total cycles")
 
 
 def recognise(sheet: Sheet) -> str:
-    """Recognise WaveMatrix by units inside the names, with torque, elapsed cycles, or a channel's wiring in brackets."""
+    """Recognise WaveMatrix by its name above, or by its counters, or a channel's wiring in brackets, among names with units."""
     if holds_capacitance(sheet) or sheet.units_line is not None:
         return ""
-    telling = [
-        n
-        for n in sheet.names
-        if _CHANNEL.match(n)
-        or re.match(r"torque\s*\(", n, re.IGNORECASE)
-        or re.sub(r"\s*\(.*", "", n).strip().lower() in _COUNTERS
-    ]
+    plain = [re.sub(r"\s*\(.*", "", n).strip().lower() for n in sheet.names]
+    counters = (*_COUNTERS, *(_TOTALS if all(n in plain for n in _TOTALS) else ()))
+    telling = [n for n, bare in zip(sheet.names, plain, strict=True) if _CHANNEL.match(n) or bare in counters]
     above = line_above(sheet, r"wavematrix")
     if above is not None:
         return f"{channels(sheet)}, WaveMatrix named in line {above[0]}"

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 # Bytes that the sheets of a workbook may have once unpacked: a sheet of a million rows has a tenth of it, a bomb more.
 _MOST_BYTES = 1_500_000_000
+# The namespace by which a workbook says that it is of the strict variant.
+_STRICT = b"http://purl.oclc.org/ooxml/"
 
 
 def recognise(head: bytes, path: Path) -> bool:
@@ -50,6 +52,7 @@ def take_apart(path: Path) -> tuple[Part, ...]:
         data = path.read_bytes()
         _check_size(path, data)
         sha256 = hashlib.sha256(data).hexdigest()
+        _check_strict(path, data)
         book = load_workbook(io.BytesIO(data), data_only=True, read_only=True, keep_links=False)
         scans = {sheet.title: _scan(data, sheet._worksheet_path) for sheet in book.worksheets}
         formulas: dict[str, Mapping[Cell, str]] = {}
@@ -70,6 +73,15 @@ def _check_size(path: Path, data: bytes) -> None:
     if total > _MOST_BYTES:
         message = f"the workbook would unpack to {total / 1e9:.1f} GB"
         raise InputError(Fault(message, path, advice="Export the record as a CSV file"))
+
+
+def _check_strict(path: Path, data: bytes) -> None:
+    """Refuse a workbook of the strict variant of the format, in which openpyxl finds no sheet."""
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        strict = _STRICT in archive.read(WORKBOOK)[:4096]
+    if strict:
+        message = "the workbook is saved as Strict Open XML, which is not read"
+        raise InputError(Fault(message, path, advice='Save it as "Excel Workbook (*.xlsx)", or export a CSV file'))
 
 
 def _formulas(sheet: ReadOnlyWorksheet) -> Mapping[Cell, str]:

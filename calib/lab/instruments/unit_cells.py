@@ -1,0 +1,110 @@
+"""From a cell of a row of units to the unit in it and the words beside that, or to that it holds none that can be told."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from calib.lab.instruments.brackets import factor_in, is_factor, is_letter, is_wiring, no_record
+from calib.lab.instruments.lexicon import DERIVED, RELATIVE
+from calib.lab.instruments.units import is_unit_of, looks_like_unit
+
+_BRACKETS = re.compile(r"[(\[{]\s*(?P<unit>[^()\[\]{}]*?)\s*[)\]}]")
+# "mm", "(mm)", "in mm", "unit: mm", and what stands behind it.
+_UNIT_FIRST = re.compile(
+    r"(?:(?:in|units?|einheit|unité|unidad|unità)\s*[:=]?\s+)?"
+    r"(?:[(\[{]\s*(?P<inside>[^()\[\]{}]+?)\s*[)\]}]|(?P<bare>[^\s()\[\]{},;*†:=]+))(?P<words>.*)",
+    re.IGNORECASE | re.DOTALL,
+)
+_WITHIN = re.compile(r"(?P<unit>[^\s,;:]+)(?P<words>[\s,;:].*)", re.DOTALL)
+# Signs of an arithmetic, and words of one; of numbers only the reach of an instrument and the number of a channel are none.
+_ARITHMETIC = re.compile(
+    r"[×*/=·^]\s*\d|\b[x]\s*\d|\d\s*[x×*/]|^\s*[/=·^:]|\b(?:or|oder|ou|per|divided|times|multiplied|scaled?|factor|gain|faktor|"
+    r"facteur|mal|geteilt|mille|kilo|milli|micro|centi|deci|mega|half|halved|doubled?|inverse|reciprocal|log|squared|"
+    r"(?:ten|hundred|thousand|million|tausend|hundert|zehn)\w*)\b",
+    re.IGNORECASE,
+)
+# Units that are words of a language, too.
+_WORDS = ("s", "m", "in", "d", "h", "min", "-")
+_NUMBERED = re.compile(r"\b(?:ch|chan|channel|kanal|sensor|cell|no|nr|axis)[ ._#]*\d{1,3}\b", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class UnitCell:
+    """A unit, "" of an empty cell, and the words beside it in its cell, "" for none."""
+
+    unit: str
+    remark: str = ""
+
+
+def unit_cell(cell: str) -> UnitCell | None:
+    """The unit in a cell of a units row, and the words beside it; None if the cell cannot be one of units.
+
+    Words may stand before or behind a unit, in brackets or not, unless they are a statistic, a factor, or another unit.
+
+    Parameters
+    ----------
+    cell : as written.
+
+    >>> unit_cell("(mm)"), unit_cell("kN").unit, unit_cell("0.5"), unit_cell("N [100 N cell]")
+    (UnitCell(unit='mm', remark=''), 'kN', None, UnitCell(unit='N', remark='[100 N cell]'))
+    >>> unit_cell("(N) zeroed").unit, unit_cell("(N) max"), unit_cell("(N) x10"), unit_cell("(N) or (kN)")
+    ('N', None, None, None)
+    """
+    cell = cell.strip()
+    if not cell:
+        return UnitCell("")
+    match = _BRACKETS.fullmatch(cell)
+    if match and (looks_like_unit(match["unit"]) or not _WITHIN.fullmatch(match["unit"])):
+        return UnitCell(match["unit"])
+    if looks_like_unit(cell):
+        return UnitCell(cell)
+    beside = _unit_and_words(cell)
+    if beside is None:
+        return None
+    unit, words = beside
+    return UnitCell(unit, words) if _changes_nothing(unit, words) else None
+
+
+def begins_with_unit(cell: str) -> bool:
+    """Whether a cell is a unit with words beside it, whatever these say; no letter such as A or C, which may begin a name.
+
+    Parameters
+    ----------
+    cell : as written.
+
+    >>> begins_with_unit("N or kN"), begins_with_unit("A sensor"), begins_with_unit("Load")
+    (True, False, False)
+    """
+    found = _unit_and_words(cell.strip())
+    return found is not None and not (is_letter(found[0]) and not cell.strip().startswith(("(", "[")))
+
+
+def _unit_and_words(cell: str) -> tuple[str, str] | None:
+    match = _UNIT_FIRST.fullmatch(cell)
+    if match is None:
+        return None
+    unit, behind = match["inside"] or match["bare"], match["words"]
+    if not looks_like_unit(unit):
+        within = _WITHIN.fullmatch(unit) if match["inside"] else None
+        if within is None or not looks_like_unit(within["unit"]):
+            return None
+        unit, behind = within["unit"], f"{within['words']} {behind}"
+    return unit, behind.strip(" ,;:*†") if not _ARITHMETIC.search(behind) else behind.strip()
+
+
+def _changes_nothing(unit: str, words: str) -> bool:
+    """Whether words beside a unit leave the readings what they are."""
+    plain = re.sub(r"[()\[\]{}]", " ", words).strip(" ,;*†")
+    parts = [w for w in re.split(r"[\s.,;:()\[\]]+", plain) if w]
+    if _ARITHMETIC.search(words) or (parts and looks_like_unit(f"{unit} {parts[0]}")):
+        return False
+    if not parts or is_wiring(plain):
+        return True
+    if any(w.lower() in DERIVED - RELATIVE for w in parts):
+        return False
+    if is_unit_of(unit, "capacitance") and any(w.lower() in RELATIVE for w in parts):
+        return False
+    counted = any(any(c.isdigit() for c in w) for w in _NUMBERED.sub(" ", plain).split())
+    other = any(looks_like_unit(w) and not is_letter(w) and w.lower() not in _WORDS for w in parts)
+    return not (counted or other or is_factor(plain) or factor_in(f" {plain}") or no_record(plain))

@@ -1,0 +1,284 @@
+"""Rows of units with words in them, tables without names, numbers for names: read as written, or refused with a way out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from calib.errors import InputError
+from calib.lab import LabTable, Reading, read_lab_file
+from calib.lab.instruments.unit_cells import UnitCell, begins_with_unit, unit_cell
+
+N = 80
+TIME = np.round(np.arange(N) * 0.1, 3)
+DEPTH = np.round(np.arange(N) * 0.01, 4)
+FORCE = np.round(0.21 + 5.0 * np.clip(DEPTH - 0.1, 0, None) ** 1.5, 4)
+CAPACITANCE = np.round(97.3 + 0.5 * FORCE, 4)
+PRESS = (TIME, DEPTH, FORCE)
+UNITS = {"time": "s", "displacement": "mm", "force": "N"}
+NUMBERED = {"time": "1", "displacement": "2", "force": "3"}
+
+
+def rows(*columns: np.ndarray) -> list[str]:
+    return [",".join(f"{v:.4f}" for v in row) for row in zip(*columns, strict=True)]
+
+
+def read(tmp_path: Path, lines: Sequence[str], encoding: str = "utf-8", **said: Any) -> LabTable:
+    path = tmp_path / "lab.csv"
+    path.write_bytes(("\n".join(lines) + "\n").encode(encoding))
+    return read_lab_file(path, Reading(**said))
+
+
+def refusal(tmp_path: Path, lines: Sequence[str], **said: Any) -> str:
+    with pytest.raises(InputError) as caught:
+        read(tmp_path, lines, **said)
+    assert all(f.advice for f in caught.value.faults)
+    return str(caught.value)
+
+
+def assert_press(table: LabTable, force: np.ndarray = FORCE) -> None:
+    for name, wanted in (("time", TIME), ("displacement", DEPTH * 1e-3), ("force", force)):
+        np.testing.assert_allclose(table.columns[name], wanted, rtol=1e-12, atol=1e-15)
+    assert not any(table.reasons)
+
+
+def unread(table: LabTable) -> Mapping[str, str]:
+    return {u.what: u.reason for u in table.unread}
+
+
+# ----------------------------------------------------------------------------------------------------- words beside units
+
+
+@pytest.mark.parametrize(
+    ("below", "words"),
+    [
+        ("(s),(mm) crosshead,(N) compression positive", "compression positive"),
+        ("s,mm [crosshead],N [100 N cell]", "[100 N cell]"),
+        ("sec,mm (from LVDT),N (filtered)", "(filtered)"),
+        ("[s],[mm]*,[N]**", ""),
+        ("(s),(mm),(N) *zeroed at start", "zeroed at start"),
+        ("in s,in mm,in N", ""),
+        ("unit: s,unit: mm,unit: N", ""),
+        ('s,"mm, crosshead","N, cell 2"', "cell 2"),
+        ('s,"(mm, crosshead)","(N, tared)"', "tared"),
+    ],
+)
+def test_words_beside_a_unit_are_told_and_change_nothing(tmp_path: Path, below: str, words: str) -> None:
+    table = read(tmp_path, ["Time,Extension,Load", below, *rows(*PRESS)])
+    assert_press(table)
+    assert not words or any(words in u.reason for u in table.unread), table.unread
+
+
+@pytest.mark.parametrize(
+    "cell",
+    [
+        *("(N) x10", "(N)/10", "N *10", "N ×10³", "N 10^-1", "N [0.1]", "N (thousandths)", "N E3", "N per mm", "N in tens"),
+        *("N or kN", "(N) or (kN)", "N (kN)", "N = 0.102 kgf", "N max", "N (peak hold)", "N error", "N m torque"),
+    ],
+)
+def test_words_that_may_change_a_unit_leave_the_column_without_one(tmp_path: Path, cell: str) -> None:
+    lines = ["Time,Extension,Load", f"s,mm,{cell}", *rows(*PRESS)]
+    assert 'column "Load" has no unit' in refusal(tmp_path, lines)
+    table = read(tmp_path, lines, units={"force": "N"})
+    assert_press(table)
+    assert any(cell[:40] in u.reason for u in table.unread)
+    # Where it is so of several columns the row is one of units all the same.
+    several = ["Time,Extension,Load", f"s,mm x10,{cell}", *rows(*PRESS)]
+    assert "has no unit" in refusal(tmp_path, several)
+    assert_press(read(tmp_path, several, units={"force": "N", "displacement": "mm"}))
+
+
+def test_words_beside_the_unit_of_a_capacitance_say_its_circuit(tmp_path: Path) -> None:
+    loss = np.full(N, 0.4)
+    table = read(tmp_path, ["Time,C,D", "s,pF (series),-", *rows(TIME, CAPACITANCE, loss)])
+    np.testing.assert_allclose(table.columns["capacitance"], CAPACITANCE * 1e-12 / 1.16, rtol=1e-12)
+    assert any("series capacitance" in note and "line 2" in note for note in table.notes)
+    alone = ["Time,C", "s,pF (series)", *rows(TIME, CAPACITANCE)]
+    said = refusal(tmp_path, alone)
+    assert '--columns "capacitance=C (pF)"' in said
+    np.testing.assert_allclose(read(tmp_path, alone, columns={"capacitance": "C (pF)"}).columns["capacitance"][0], 97.405e-12)
+    assert "may be a series or a parallel" in refusal(tmp_path, ["Time,Cp", "s,pF (series)", *rows(TIME, CAPACITANCE)])
+    assert 'column "C" has no unit' in refusal(tmp_path, ["Time,C", "s,pF rel.", *rows(TIME, CAPACITANCE)])
+
+
+def test_a_clocks_form_is_no_unit_with_words_behind_it() -> None:
+    assert unit_cell("h:min:s") is None
+    assert unit_cell("N (ch 2)") == UnitCell("N", "(ch 2)")
+    assert [begins_with_unit(c) for c in ("N or kN", "A sensor", "Load", "(C) cell")] == [True, False, False, True]
+
+
+# ------------------------------------------------------------------------------------------------- tables without names
+
+
+@pytest.mark.parametrize(
+    "above",
+    [
+        ["s,mm,N"],
+        ["(s),(mm),(N)"],
+        ["1,2,3", "s,mm,N"],
+        ["0,1,2", "[s],[mm],[N]"],
+        ["# a remark", "s,mm,N"],
+        ["Time,Extension,Load", "T1,D1,F1", "s,mm,N"],
+    ],
+)
+def test_units_above_a_table_without_names_are_taken(tmp_path: Path, above: list[str]) -> None:
+    assert_press(read(tmp_path, [*above, *rows(*PRESS)], columns=NUMBERED))
+
+
+@pytest.mark.parametrize("above", ["0,1,2", "1,2,3", "1,2,3,"])
+@pytest.mark.parametrize("decimals", [True, False])
+def test_a_row_that_counts_the_columns_is_no_reading(tmp_path: Path, above: str, decimals: bool) -> None:
+    columns = PRESS if decimals else tuple(np.round(v * f) for v, f in zip(PRESS, (10, 100, 1000), strict=True))
+    lines = [above, *([f"{a:.{4 * decimals}f}" for a in row] for row in zip(*columns, strict=True))]
+    written = [line if isinstance(line, str) else ",".join(line) + "," * (above.count(",") - 2) for line in lines]
+    units = UNITS if decimals else {"time": "0.1 s", "displacement": "10 um", "force": "mN"}
+    table = read(tmp_path, written, columns=NUMBERED, units=units)
+    assert len(table.lines) == N
+    assert unread(table)["line 1"].startswith("numbers of the columns")
+    if decimals:
+        assert_press(table)
+
+
+def test_the_index_of_a_data_frame_and_its_numbers_of_columns_are_no_readings(tmp_path: Path) -> None:
+    indexed = [f"{i},{line}" for i, line in enumerate(rows(*PRESS))]
+    table = read(tmp_path, [",0,1,2", *indexed], columns={q: str(int(c) + 1) for q, c in NUMBERED.items()}, units=UNITS)
+    assert_press(table)
+
+
+def test_a_number_of_a_column_that_is_not_there_or_named_twice_is_refused(tmp_path: Path) -> None:
+    assert "there is no column 9: the rows have 3" in refusal(tmp_path, rows(*PRESS), columns={**NUMBERED, "force": "9"})
+    assert "there is no column 0" in refusal(tmp_path, rows(*PRESS), columns={**NUMBERED, "time": "0"})
+    twice = refusal(tmp_path, rows(*PRESS), columns={**NUMBERED, "displacement": "3"})
+    assert 'column "3" is named for displacement and for force' in twice
+    refusal(tmp_path, rows(*PRESS), columns={**NUMBERED, "force": "²"})
+
+
+def test_superscript_digits_below_a_header_are_no_crash(tmp_path: Path) -> None:
+    assert "another header" in refusal(tmp_path, ["Time (s),Extension (mm),Load (N)", "²,³,¹", *rows(*PRESS)])
+
+
+def test_names_that_are_numbers_are_chosen_as_the_refusal_says(tmp_path: Path) -> None:
+    for lines in (
+        ["Time (s),1000,10000", *rows(TIME, CAPACITANCE, CAPACITANCE - 1)],
+        ["Time (s),1000,10000", ",Hz,Hz", *rows(TIME, CAPACITANCE, CAPACITANCE - 1)],
+    ):
+        said = refusal(tmp_path, lines)
+        assert "numbers stand where names of columns would: 1000, 10000" in said
+        assert "--columns capacitance=1000 --units capacitance=pF" in said
+        for name in ("1000", "2"):
+            table = read(tmp_path, lines, columns={"capacitance": name}, units={"capacitance": "pF"})
+            np.testing.assert_allclose(table.columns["capacitance"], CAPACITANCE * 1e-12, rtol=1e-12)
+            np.testing.assert_array_equal(table.columns["time"], TIME)
+
+
+def test_a_result_above_a_table_without_names_is_no_header_of_it(tmp_path: Path) -> None:
+    table = read(
+        tmp_path,
+        ["Load (N),500", *rows(DEPTH, FORCE)],
+        columns={"displacement": "1", "force": "2"},
+        units={"displacement": "mm", "force": "N"},
+    )
+    np.testing.assert_allclose(table.columns["force"], FORCE, rtol=1e-12)
+    assert "line 1" in unread(table)
+
+
+# ---------------------------------------------------------------------------------------------------------- other causes
+
+
+def test_specimens_below_each_other_have_units_of_their_own(tmp_path: Path) -> None:
+    first = ["1,Time,Displacement,Force", ",(s),(mm),(N)", *(f",{line}" for line in rows(*PRESS))]
+    second = ["2,Time,Displacement,Force", ",(s),(mm),(kN)", *(f",{line}" for line in rows(TIME, DEPTH, FORCE))]
+    for between in ([], [""]):
+        lines = [*first, *between, *second]
+        assert "holds 2 specimens" in refusal(tmp_path, lines)
+        assert_press(read(tmp_path, lines, specimen=1))
+        assert_press(read(tmp_path, lines, specimen=2), FORCE * 1e3)
+
+
+def test_one_record_whose_header_is_repeated_in_other_units_is_refused(tmp_path: Path) -> None:
+    head = ["Time,Displacement,Force", "(s),(mm),(N)"]
+    other = ["Time,Displacement,Force", "(s),(mm),(kN)"]
+    said = refusal(tmp_path, [*head, *rows(*PRESS)[:40], *other, *rows(*PRESS)[40:]])
+    assert "the units of this block differ from those in line 2" in said
+    assert "lab.csv:44" in said
+    assert_press(read(tmp_path, [*head, *rows(*PRESS)[:40], *head, *rows(*PRESS)[40:]]))
+
+
+def test_a_testers_status_among_the_rows_is_named_and_other_text_refused(tmp_path: Path) -> None:
+    head, press = "Time (s),Extension (mm),Load (N)", rows(*PRESS)
+    table = read(tmp_path, [head, *press[:40], "Status: Running", *press[40:], "Status: Stopped"])
+    assert_press(table)
+    assert unread(table)["line 42"].endswith('"Status: Running"')
+    for line in ("Status: load cell tared", "Status: x10", "State: range 2"):
+        assert "stands among the rows" in refusal(tmp_path, [head, *press[:40], line, *press[40:]])
+
+
+def test_the_range_of_a_meter_is_no_statistic_and_a_key_is_used(tmp_path: Path) -> None:
+    once = [f"{t:.1f},100,{c:.4f}" for t, c in zip(TIME, CAPACITANCE, strict=True)]
+    table = read(tmp_path, ["Time (s),Range,Cp (pF)", *once])
+    assert unread(table)['column 2 "Range"'] == "a range of the instrument: not used"
+    swept = [f"{t + 0.02 * k:.2f},{100 * 10**k},{c + k:.4f}" for t, c in zip(TIME, CAPACITANCE, strict=True) for k in (0, 1)]
+    assert '"100", "1000"' in refusal(tmp_path, ["Time (s),Range,Cp (pF)", *swept])
+    chosen = read(tmp_path, ["Time (s),Range,Cp (pF)", *swept], where={"Range": "100"})
+    assert unread(chosen)['column 2 "Range"'] == "rows are chosen by it"
+
+
+def test_a_nominal_strain_is_a_strain(tmp_path: Path) -> None:
+    table = read(tmp_path, ["Time (s),Extension (mm),Load (N),Nominal strain (%)", *rows(*PRESS, DEPTH * 50)])
+    assert unread(table)['column 4 "Nominal strain (%)"'] == "a strain: not used"
+
+
+def test_of_two_loads_that_agree_the_finer_is_read(tmp_path: Path) -> None:
+    pounds = np.round(FORCE / 4.4482216, 2)
+    lines = [f"{t:.1f},{d:.4f},{p:.2f},{f:.4f}" for t, d, p, f in zip(TIME, DEPTH, pounds, FORCE, strict=True)]
+    table = read(tmp_path, ["Time (s),Extension (mm),Load (lbf),Load (N)", *lines])
+    assert_press(table)
+    assert "the same readings" in unread(table)['column 3 "Load (lbf)"']
+
+
+def test_a_time_without_a_unit_beside_the_same_with_one_is_no_choice(tmp_path: Path) -> None:
+    table = read(tmp_path, ["Time (s),T (degC),Zeit,Cp (pF)", *rows(TIME, TIME * 0 + 22, TIME, CAPACITANCE)])
+    np.testing.assert_array_equal(table.columns["time"], TIME)
+    said = refusal(tmp_path, ["Time (s),Zeit,Cp (pF)", *rows(TIME, TIME * 3 + 0.5, CAPACITANCE)])
+    assert '"Zeit" has no unit that is known' in said
+
+
+@pytest.mark.parametrize(
+    ("header", "encoding"),
+    [
+        ("temps [s],Position verin [mm],Force cellule [N]", "utf-8"),
+        ("Czas [s],Droga [mm],Siła ściskająca [N]", "iso8859-2"),
+        ("Czas [s],Droga [mm],Siła ściskająca [N]", "cp1250"),
+        ("Czas (s),Zagłębienie (mm),Nacisk (N)", "utf-8"),
+        ("Czas (s),Skrócenie (mm),Siła (N)", "cp1250"),
+        ('"Prüfzeit  ","Standardwe (mm)","Standardkr (N)"', "latin-1"),
+        ("Time (s),Displaceme (mm),Compressiv (N)", "utf-8"),
+    ],
+)
+def test_names_of_more_languages_and_names_cut_to_a_width(tmp_path: Path, header: str, encoding: str) -> None:
+    assert_press(read(tmp_path, [header.replace("Prüfzeit  ", "Prüfzeit (s)"), *rows(*PRESS)], encoding))
+
+
+def test_a_cut_name_that_may_be_of_several_quantities_is_none(tmp_path: Path) -> None:
+    assert "no force column" in refusal(tmp_path, ["Time (s),Extension (mm),Compressiv", *rows(*PRESS)])
+
+
+def test_a_column_in_the_unit_of_what_is_missing_is_offered(tmp_path: Path) -> None:
+    lines = ["Time (s),E1-E2 (pF),E1-E3 (pF)", *rows(TIME, CAPACITANCE, CAPACITANCE + 1)]
+    assert '--columns "capacitance=E1-E2 (pF)" or --columns "capacitance=E1-E3 (pF)"' in refusal(tmp_path, lines)
+    table = read(tmp_path, lines, columns={"capacitance": "E1-E2 (pF)"})
+    np.testing.assert_allclose(table.columns["capacitance"], CAPACITANCE * 1e-12, rtol=1e-12)
+    named = ["Time (s),pF", *rows(TIME, CAPACITANCE)]
+    table = read(tmp_path, named, columns={"capacitance": "2"})
+    np.testing.assert_allclose(table.columns["capacitance"], CAPACITANCE * 1e-12, rtol=1e-12)
+
+
+def test_a_strain_alone_is_refused_with_how_it_is_read_by_a_height(tmp_path: Path) -> None:
+    lines = ["Time (s),Compression (%),Load (N)", *rows(TIME, DEPTH * 50, FORCE)]
+    assert '--columns "displacement=Compression (%)" --units "displacement=0.02 mm"' in refusal(tmp_path, lines)
+    table = read(tmp_path, lines, columns={"displacement": "Compression (%)"}, units={"displacement": "0.02 mm"})
+    np.testing.assert_allclose(table.columns["displacement"], DEPTH * 1e-3, rtol=1e-9)
