@@ -28,8 +28,12 @@ _FEWEST, _BACK = 4, 0.2
 _MISS, _MISS_SCATTER, _MISS_SHARE = 1.0, 4.0, 0.015
 # What they may scatter at most, in that measure, as a share of the level.
 _LEVEL = 0.4
+# Steps of a course behind a jump that tell it from noise about a rest, and how much they may differ then.
+_COURSE, _COURSE_ALIKE, _TWO_ALIKE = 3, 3.0, 1.5
 # A force may drop so much where a press turns round: told by a large factor if its steps are scaled without doubt.
 _TURN, _MOVES, _ONE_WAY = 0.2, 0.01, 0.7
+# By a factor that no force changes by within a row it may drop by more.
+_MANY, _TURN_OF_MANY = 50.0, 0.45
 # That may be no larger than such a share of the reading, by the logarithm of the factor; of small ones
 # a smaller share.
 _SHARP, _SHARP_IF_SMALL, _SMALL = 0.17, 0.1, 7.0
@@ -141,8 +145,10 @@ def _jumps(y: FloatArray) -> IntArray:
     if not np.any(wide):
         return np.zeros(0, dtype=np.int64)
     calm_before, calm_after = np.zeros(wide.size, dtype=bool), np.zeros(wide.size, dtype=bool)
-    calm_before[1:] = steps[:-1] <= _CALM * size[1:-1]
-    calm_after[:-1] = steps[1:] <= _CALM * size[1:-1]
+    # Steps at a turn are larger, and hide no jump by a factor of many.
+    calm = np.where(np.abs(np.log(np.where(wide, ratio, 1.0))) > np.log(_MANY), _CALM_ALL, _CALM)
+    calm_before[1:] = steps[:-1] <= calm[1:] * size[1:-1]
+    calm_after[:-1] = steps[1:] <= calm[:-1] * size[1:-1]
     return np.flatnonzero(wide & calm_before & calm_after)
 
 
@@ -168,7 +174,8 @@ def _switch(
     rough = max(np.max(np.abs(steps)) / abs(before[-1]), np.max(np.abs(steps_after)) / abs(after[0]))
     if rough > _CALM_ALL:
         return None
-    ended = quantity == "force" and _usual(steps_after) > digit_after and _one_way(steps) and not _one_way(steps_after)
+    rests = not (_one_way(steps_after) or _sets_out(steps_after, digit_after))
+    ended = quantity == "force" and _usual(steps_after) > digit_after and _one_way(steps) and rests
     found = _goes_on_scaled(quantity, before, after, digit, digit_after)
     sure = found is not None
     if found is None and quantity == "force":
@@ -204,12 +211,16 @@ def _goes_on_scaled(
 ) -> tuple[float, str, float] | None:
     """The factor, its words, and by which share readings then miss the course on which they were before, once it is taken off.
 
-    Readings that scatter about a level more than they go anywhere may also meet at their levels.
+    Readings that scatter about a level more than they go anywhere may also meet at their levels. Those of a smooth course meet
+    at the mean of the steps on either side, which tells a factor where the steps are large.
     """
     steps, steps_after = np.diff(before), np.diff(after)
     best: tuple[float, float, str, float] | None = None
     fine = _is_fine(before, after, digit, digit_after)
     scatters = [fine and v.size >= _FEWEST - 1 and not _one_way(np.diff(v)) for v in (before, after)]
+    smooth = min(steps.size, steps_after.size) > 1 and _one_way(steps) and (
+        _one_way(steps_after) or _sets_out(steps_after, digit_after)
+    )
     levels = [float(np.median(v)) if s else float(v[k]) for v, s, k in zip((before, after), scatters, (-1, 0), strict=True)]
     for factor, words in _factors(quantity):
         large = max(factor, 1 / factor) > _SMALL
@@ -218,9 +229,14 @@ def _goes_on_scaled(
         course = (0.0, float(steps[-1]), float(steps_after[0]) / factor)
         onwards = float(after[0]) / factor - float(before[-1]), min(course), max(course), _MISS
         level = levels[1] / factor - levels[0], 0.0, 0.0, _MISS_SCATTER if large else _MISS_SCATTER / 2
-        for gap, low, high, miss in (onwards, level) if any(scatters) else (onwards,):
+        ways = [(*onwards, size), (*level, size)] if any(scatters) else [(*onwards, size)]
+        if smooth:
+            ends = float(steps[-1]), float(steps_after[0]) / factor
+            bend = max(abs(ends[1] - ends[0]), abs(float(steps[-1] - steps[-2])), abs(float(steps_after[1] - steps_after[0])) / factor)
+            ways.append((onwards[0], sum(ends) / 2, sum(ends) / 2, _MISS, bend))
+        for gap, low, high, miss, step in ways:
             off = max(low - gap, gap - high, 0.0)
-            slack = miss * size + _MISS_SHARE * abs(before[-1]) + rounding
+            slack = miss * step + _MISS_SHARE * abs(before[-1]) + rounding
             sharp = slack <= (_SHARP if large else _SHARP_IF_SMALL) * abs(np.log(factor) * before[-1])
             if miss != _MISS:  # readings that scatter about zero have no level
                 sharp &= slack <= _LEVEL * min(abs(levels[0]), abs(levels[1] / factor))
@@ -237,9 +253,10 @@ def _turns_scaled(quantity: str, before: FloatArray, after: FloatArray) -> tuple
     # By a small factor a force also grows at the touch: there it must turn.
     turns = float(np.sum(steps)) * float(np.sum(steps_after)) < 0
     factors = [(f, words) for f, words in _factors(quantity) if turns or max(f, 1 / f) > _SMALL]
-    factor, words = min(factors, key=lambda found: abs(after[0] / found[0] - before[-1]))
-    missed = abs(float(after[0]) / factor / float(before[-1]) - 1)
-    return (factor, words, missed) if missed < _TURN else None
+    # It turned within the step, so that the ball went back by as much as to the next row.
+    first = [float(after[0]), float(after[0] - steps_after[0])] if turns else [float(after[0])]
+    missed, factor, words = min((abs(y / f / float(before[-1]) - 1), f, words) for f, words in factors for y in first)
+    return (factor, words, missed) if missed < (_TURN_OF_MANY if max(factor, 1 / factor) > _MANY else _TURN) else None
 
 
 def _is_fine(before: FloatArray, after: FloatArray, digit: float, digit_after: float) -> bool:
@@ -255,6 +272,16 @@ def _usual(steps: FloatArray) -> float:
 def _one_way(steps: FloatArray) -> bool:
     """Whether steps are those of a course, and not of noise."""
     return abs(float(np.sum(steps))) >= _ONE_WAY * float(np.sum(np.abs(steps)))
+
+
+def _sets_out(steps: FloatArray, digit: float) -> bool:
+    """Whether the first steps are those of a course, which may turn behind them: two that are alike, or three that differ less."""
+    for n, alike in ((2, _TWO_ALIKE), (_COURSE, _COURSE_ALIKE)):
+        first = np.abs(steps[:n])
+        one_sign = steps.size > n and abs(float(np.sum(np.sign(steps[:n])))) == n
+        if one_sign and float(np.max(first)) <= alike * float(np.min(first)) and float(np.min(first)) > 2 * digit:
+            return True
+    return False
 
 
 def _alike(step: float, digit: float, other: float, other_digit: float, wide: float) -> bool:
