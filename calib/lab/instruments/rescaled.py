@@ -59,13 +59,17 @@ _BESIDE: Mapping[str, tuple[str, ...]] = {
 
 @dataclass(frozen=True)
 class _Switch:
-    """A jump as of a change of units: its row and the last before it, the factor, whether it scales the steps, too."""
+    """A jump as of a change of units: its row and the last before it, the factor, whether it scales the steps, too.
+
+    Where what moved a force seems to have ended, as a ball that comes off, it is one only if the ball turns there (`ended`).
+    """
 
     row: int
     last: int
     factor: float
     words: str
     scaled: bool
+    ended: bool
 
 
 def rescaled(
@@ -142,14 +146,12 @@ def _jumps(y: FloatArray) -> IntArray:
     size, steps = np.abs(y), np.abs(np.diff(y))
     ratio = size[1:] / size[:-1]
     wide = ((ratio > _LEAST) | (ratio < 1 / _LEAST)) & (np.sign(y[1:]) == np.sign(y[:-1]))
-    if not np.any(wide):
-        return np.zeros(0, dtype=np.int64)
-    calm_before, calm_after = np.zeros(wide.size, dtype=bool), np.zeros(wide.size, dtype=bool)
+    at = np.flatnonzero(wide)
+    at = at[(at > 0) & (at < wide.size - 1)]
     # Steps at a turn are larger, and hide no jump by a factor of many.
-    calm = np.where(np.abs(np.log(np.where(wide, ratio, 1.0))) > np.log(_MANY), _CALM_ALL, _CALM)
-    calm_before[1:] = steps[:-1] <= calm[1:] * size[1:-1]
-    calm_after[:-1] = steps[1:] <= calm[:-1] * size[1:-1]
-    return np.flatnonzero(wide & calm_before & calm_after)
+    many = (ratio[at] > _MANY) | (ratio[at] < 1 / _MANY)
+    calm = np.where(many, _CALM_ALL, _CALM)
+    return at[(steps[at - 1] <= calm * size[at]) & (steps[at + 1] <= calm * size[at + 1])]
 
 
 def _end_of_calm(readings: FloatArray) -> int:
@@ -168,14 +170,14 @@ def _end_of_block(before: FloatArray, after: FloatArray) -> int:
 
 def _switch(
     quantity: str, before: FloatArray, after: FloatArray, digit: float, digit_after: float
-) -> tuple[float, str, bool] | None:
-    """Factor, its words, and whether the steps are scaled by it, or leave that open; None for another jump."""
+) -> tuple[float, str, bool, bool] | None:
+    """Factor, its words, whether the steps are scaled by it, or leave that open, and whether they end; None for another jump."""
     steps, steps_after = np.diff(before), np.diff(after)
     rough = max(np.max(np.abs(steps)) / abs(before[-1]), np.max(np.abs(steps_after)) / abs(after[0]))
     if rough > _CALM_ALL:
         return None
-    rests = not (_one_way(steps_after) or _sets_out(steps_after, digit_after))
-    ended = quantity == "force" and _usual(steps_after) > digit_after and _one_way(steps) and rests
+    rests = not _is_course(steps_after, digit_after)
+    ended = quantity == "force" and _usual(steps_after) > digit_after and _is_course(steps[::-1], digit) and rests
     found = _goes_on_scaled(quantity, before, after, digit, digit_after)
     sure = found is not None
     if found is None and quantity == "force":
@@ -183,8 +185,7 @@ def _switch(
     if found is None:
         return None
     factor, words, missed = found
-    if ended and factor < 1 and digit == digit_after:
-        return None  # a ball that comes off, or a sample that breaks: what moved the force has ended
+    ended &= factor < 1 and digit == digit_after
     usual, usual_after = _usual(steps), _usual(steps_after)
     wide = min(_MOST_MISSED, max(factor, 1 / factor) ** 0.5) * (1.0 if min(steps.size, steps_after.size) > 1 else 1.5)
     scaled = _alike(usual * factor, digit * factor, usual_after, digit_after, wide)
@@ -195,14 +196,14 @@ def _switch(
         scaled = _alike(next_to[0] * factor, digit * factor, next_to[1], digit_after, wide)
         same |= _alike(next_to[0], digit, next_to[1], digit_after, wide)
     if scaled and not same:
-        return factor, words, True
+        return factor, words, True, ended
     # No capacitance jumps by a power of ten, whatever its noise does; no force rises so while the ball does not jump, is
     # written with other decimals from there on, or falls exactly so and goes on.
     large = max(factor, 1 / factor) > _SMALL
     told = _is_fine(before, after, digit, digit_after) and (digit != digit_after or missed <= _EXACT)
     held = quantity == "force" and ((large and (factor > 1 or digit != digit_after)) or told)
     if sure and (scaled or held or quantity in ("capacitance", "capacitance_series")):
-        return factor, words, False
+        return factor, words, False, ended
     return None
 
 
@@ -218,9 +219,7 @@ def _goes_on_scaled(
     best: tuple[float, float, str, float] | None = None
     fine = _is_fine(before, after, digit, digit_after)
     scatters = [fine and v.size >= _FEWEST - 1 and not _one_way(np.diff(v)) for v in (before, after)]
-    smooth = min(steps.size, steps_after.size) > 1 and _one_way(steps) and (
-        _one_way(steps_after) or _sets_out(steps_after, digit_after)
-    )
+    smooth = min(steps.size, steps_after.size) > 1 and _is_course(steps[::-1], digit) and _is_course(steps_after, digit_after)
     levels = [float(np.median(v)) if s else float(v[k]) for v, s, k in zip((before, after), scatters, (-1, 0), strict=True)]
     for factor, words in _factors(quantity):
         large = max(factor, 1 / factor) > _SMALL
@@ -232,7 +231,8 @@ def _goes_on_scaled(
         ways = [(*onwards, size), (*level, size)] if any(scatters) else [(*onwards, size)]
         if smooth:
             ends = float(steps[-1]), float(steps_after[0]) / factor
-            bend = max(abs(ends[1] - ends[0]), abs(float(steps[-1] - steps[-2])), abs(float(steps_after[1] - steps_after[0])) / factor)
+            bends = float(steps[-1] - steps[-2]), float(steps_after[1] - steps_after[0]) / factor, ends[1] - ends[0]
+            bend = max(map(abs, bends))
             ways.append((onwards[0], sum(ends) / 2, sum(ends) / 2, _MISS, bend))
         for gap, low, high, miss, step in ways:
             off = max(low - gap, gap - high, 0.0)
@@ -274,8 +274,10 @@ def _one_way(steps: FloatArray) -> bool:
     return abs(float(np.sum(steps))) >= _ONE_WAY * float(np.sum(np.abs(steps)))
 
 
-def _sets_out(steps: FloatArray, digit: float) -> bool:
-    """Whether the first steps are those of a course, which may turn behind them: two that are alike, or three that differ less."""
+def _is_course(steps: FloatArray, digit: float) -> bool:
+    """Whether steps, or the first of them, are those of a course, which may turn behind: two that are alike, three roughly."""
+    if _one_way(steps):
+        return True
     for n, alike in ((2, _TWO_ALIKE), (_COURSE, _COURSE_ALIKE)):
         first = np.abs(steps[:n])
         one_sign = steps.size > n and abs(float(np.sum(np.sign(steps[:n])))) == n
@@ -321,9 +323,20 @@ def _unexplained(quantity: str, found: Mapping[str, list[_Switch]], values: Mapp
         )
         # A displacement may stand still on two levels, time go on after a pause, and a force be held if nothing tells of it.
         enough = switch.scaled or quantity.startswith("capacitance") or (quantity == "force" and "displacement" in values)
-        if enough and not shared:
+        if enough and not shared and not (switch.ended and not _turns_there(values.get("displacement"), switch)):
             kept.append(switch)
     return kept
+
+
+def _turns_there(ball: FloatArray | None, switch: _Switch) -> bool:
+    """Whether the ball is on record, and goes one way before a jump and the other within a few readings behind it."""
+    if ball is None:
+        return False
+    before, after = (part[np.isfinite(part)] for part in (ball[max(switch.last - _NEAR, 0) : switch.last + 1], ball[switch.row :]))
+    steps, steps_after = np.diff(before), np.diff(after[: 2 * _NEAR])
+    if not steps.size or not steps_after.size:
+        return False
+    return bool(steps[-1] * steps_after[-1] < 0 and _one_way(steps) and min(abs(steps[-1]), abs(steps_after[-1])) > 0)
 
 
 def _jumps_there(values: FloatArray, switch: _Switch, share: float) -> bool:
