@@ -32,8 +32,8 @@ _LEVEL = 0.4
 _COURSE, _COURSE_ALIKE, _TWO_ALIKE = 3, 3.0, 1.5
 # A force may drop so much where a press turns round: told by a large factor if its steps are scaled without doubt.
 _TURN, _MOVES, _ONE_WAY = 0.2, 0.01, 0.7
-# By a factor that no force changes by within a row it may drop by more.
-_MANY, _TURN_OF_MANY = 50.0, 0.45
+# By a factor that no force changes by within a row it may drop by more, and the steps next to the jump may be larger.
+_MANY, _TURN_OF_MANY, _CALM_IF_MANY = 50.0, 0.45, 0.4
 # That may be no larger than such a share of the reading, by the logarithm of the factor; of small ones
 # a smaller share.
 _SHARP, _SHARP_IF_SMALL, _SMALL = 0.17, 0.1, 7.0
@@ -150,7 +150,7 @@ def _jumps(y: FloatArray) -> IntArray:
     at = at[(at > 0) & (at < wide.size - 1)]
     # Steps at a turn are larger, and hide no jump by a factor of many.
     many = (ratio[at] > _MANY) | (ratio[at] < 1 / _MANY)
-    calm = np.where(many, _CALM_ALL, _CALM)
+    calm = np.where(many, _CALM_IF_MANY, _CALM)
     return at[(steps[at - 1] <= calm * size[at]) & (steps[at + 1] <= calm * size[at + 1])]
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -25,6 +25,9 @@ _BEYOND = 2
 _LARGER = 2
 # A reading at an end stands alone if it is beyond all others by so many times their range.
 _RANGES = 1.0
+# Among steps as large as it nearly is, one is told by the course: off it by so many of these steps and of the bends beside it, where
+# other channels go on straight: their steps differ by less than this share.
+_OFF_STEPS, _OFF_BENDS, _STRAIGHT = 1.5, 6.0, 0.6
 # Where a larger share of a record seems to stand alone, it is what the record is like.
 _SHARE = 0.1
 
@@ -54,6 +57,9 @@ def alone(values: Mapping[str, FloatArray]) -> dict[str, dict[int, float]]:
             for run, near in by_rows.items():
                 if (length == 1 and quantity in _DRIVEN) or not beside & set(run):
                     rows.update((r, rows.get(r, near)) for r in run)
+        if len(channels) > 1:
+            others = [y for q, y in channels.items() if q != quantity]
+            rows |= {r: near for r, near in _off_course(channels[quantity], others).items() if r not in rows}
         rows |= {r: near for r, near in _at_ends(channels[quantity]).items() if r not in rows}
         if 0 < len(rows) <= max(1, _SHARE * np.count_nonzero(np.isfinite(channels[quantity]))):
             kept[quantity] = rows
@@ -91,6 +97,39 @@ def _runs(rows: IntArray, y: FloatArray, floor: float, length: int) -> dict[tupl
     usual = np.maximum(np.sort(steps, axis=1)[:, -1 - _LARGER], slope)
     found = first[off > _STEPS * usual]
     return {tuple(rows[k : k + length].tolist()): float(y[k - 1] + y[k + length]) / 2 for k in found.tolist()}
+
+
+def _off_course(values: FloatArray, others: Sequence[FloatArray]) -> dict[int, float]:
+    """Single readings off a course of large steps, while all other channels go on -> the middle of those beside them."""
+    rows = np.flatnonzero(np.isfinite(values))
+    y = values[rows]
+    if y.size < 2 * _BESIDE:
+        return {}
+    off = np.abs(np.diff(y, 2)) / 2
+    at = 1 + np.flatnonzero(off > max(_NOISES * noise_of(y), _DIGITS * last_step(y)))
+    at = at[(at > 1) & (at < y.size - 2)]
+    found: dict[int, float] = {}
+    for k in at[off[at - 1] >= np.maximum(off[np.maximum(at - 2, 0)], off[np.minimum(at, off.size - 1)])].tolist():
+        before, after = y[max(k - _BESIDE, 0) : k], y[k + 1 : k + 1 + _BESIDE]
+        whole = np.concatenate([before, [(before[-1] + after[0]) / 2], after])
+        usual = float(np.max(np.abs(np.diff(whole))))
+        bend = float(np.max(np.abs(np.diff(whole, 2))))
+        beside = off[k - 1] > _OFF_STEPS * usual and off[k - 1] > _OFF_BENDS * bend
+        if beside and all(_straight(other, int(rows[k])) for other in others):
+            found[int(rows[k])] = float(whole[before.size])
+    return found
+
+
+def _straight(values: FloatArray, row: int) -> bool:
+    """Whether a channel goes on, or rests, over a row: it neither turns nor jumps there."""
+    rows = np.flatnonzero(np.isfinite(values))
+    k = int(np.searchsorted(rows, row))
+    if k >= rows.size or rows[k] != row or not 1 < k < rows.size - 2:
+        return False
+    y = values[rows[k - 2 : k + 3]]
+    steps = np.diff(y)
+    noise = 8 * noise_of(values[rows]) + last_step(values[rows])
+    return bool(np.ptp(steps) <= max(_STRAIGHT * float(np.max(np.abs(steps))), noise))
 
 
 def _at_ends(values: FloatArray) -> dict[int, float]:

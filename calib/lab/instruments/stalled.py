@@ -128,10 +128,10 @@ def _runs(rows: IntArray, y: FloatArray, others: Mapping[str, FloatArray]) -> li
         at_end = min(high - v[first], v[first] - low) <= _SAME * span
         ends = int(rows[first]), int(rows[last])
         if at_end:
-            if _one_way(before) and pace * lengths[k] > floor and _go_on(others, *ends):
+            if _one_way(before) and pace * lengths[k] > floor and _go_on(others, *ends, ahead=False):
                 found.append((*ends, "end"))
             continue
-        if not (after.size and _one_way(before) and _go_on(others, *ends)):
+        if not (after.size and _one_way(before) and _go_on(others, *ends, ahead=True)):
             continue
         jump, way = float(v[last + 1] - v[last]), float(before[-1] - before[0])
         would = pace * (lengths[k] - 1)
@@ -152,8 +152,8 @@ def _one_way(v: FloatArray) -> bool:
     return bool(np.all(steps > 0) or np.all(steps < 0))
 
 
-def _go_on(others: Mapping[str, FloatArray], first: int, last: int) -> bool:
-    """Whether all other channels move between two rows as fast as beside them; out of contact they may rest."""
+def _go_on(others: Mapping[str, FloatArray], first: int, last: int, *, ahead: bool) -> bool:
+    """Whether all other channels move between two rows as fast as before them; `ahead` if in the same direction, too."""
     moving = 0
     for v in others.values():
         rows = np.flatnonzero(np.isfinite(v))
@@ -161,7 +161,8 @@ def _go_on(others: Mapping[str, FloatArray], first: int, last: int) -> bool:
         there, before = v[rows[begin:end]], v[rows[max(begin - _BESIDE, 0) : begin + 1]]
         if there.size < 3 or before.size < 2:
             continue
-        if float(np.ptp(there)) < _GOES_ON * _pace(before) * (there.size - 1) or np.all(there == there[0]):
+        moved = float(there[-1] - there[0]) * np.sign(float(before[-1] - before[0])) if ahead else float(np.ptp(there))
+        if moved < _GOES_ON * _pace(before) * (there.size - 1) or np.all(there == there[0]):
             return False
         moving += _pace(before) > 0 and float(np.ptp(there)) > 3 * noise_of(v[rows])
     return moving > 0
