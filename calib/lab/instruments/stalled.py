@@ -124,7 +124,8 @@ def _runs(rows: IntArray, y: FloatArray, others: Mapping[str, FloatArray]) -> li
         before, after = v[max(first - _BESIDE, 0) : first + 1], v[last + 1 : last + 3]
         if lengths[k] < _USUAL * usual or before.size <= _BESIDE or abs(v[first] - rest) < _AT_REST * span:
             continue
-        pace, pace_after = _pace(before), _pace(after)
+        # The least of the steps before: one of them may be a jump.
+        pace, pace_after = float(np.min(np.abs(np.diff(before)))), _pace(after)
         at_end = min(high - v[first], v[first] - low) <= _SAME * span
         ends = int(rows[first]), int(rows[last])
         if at_end:
