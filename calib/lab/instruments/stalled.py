@@ -23,6 +23,8 @@ _RUN, _USUAL, _FEWEST = 4, 3.0, 16
 _BESIDE = 3
 # Within a run the channel would have moved by so many noises and last digits.
 _NOISES, _DIGITS = 6.0, 4.0
+# What it moves by from reading to reading, in last digits.
+_PACE = 2.5
 # It has caught up if it jumps by such a share of what it would have moved, and by so many steps.
 _CAUGHT_UP, _STEPS = 0.5, 2.0
 # Another channel goes on if it moves by such a share of what it did before in as many rows.
@@ -115,7 +117,8 @@ def _runs(rows: IntArray, y: FloatArray, others: Mapping[str, FloatArray]) -> li
         return []
     usual = float(np.quantile(lengths[(lengths < _RUN) | (lengths <= np.median(lengths))], 0.9))
     # What a motor drives has steps of many digits, which differ by few.
-    floor = max(_NOISES * noise_of(v[starts]), _DIGITS * min(last_step(v), last_step(np.diff(v))))
+    digit = min(last_step(v), last_step(np.diff(v)))
+    floor = max(_NOISES * noise_of(v[starts]), _DIGITS * digit)
     low, high, rest = float(np.min(v)), float(np.max(v)), float(np.median(v[: max(1, min(9, v.size // 10))]))
     span = high - low
     found = []
@@ -124,6 +127,8 @@ def _runs(rows: IntArray, y: FloatArray, others: Mapping[str, FloatArray]) -> li
         before, after = v[max(first - _BESIDE, 0) : first + 1], v[last + 1 : last + 3]
         if lengths[k] < _USUAL * usual or before.size <= _BESIDE or abs(v[first] - rest) < _AT_REST * span:
             continue
+        if float(np.min(np.abs(np.diff(before)))) < _PACE * digit:
+            continue  # a digit that goes to and fro
         # The least of the steps before: one of them may be a jump.
         pace, pace_after = float(np.min(np.abs(np.diff(before)))), _pace(after)
         at_end = min(high - v[first], v[first] - low) <= _SAME * span
