@@ -489,7 +489,7 @@ _ROWS: tuple[Unknown, ...] = (
         reason="",
         example='{ normal = ["0 N", "5 mN"] }',
         exists=_named_and_pressed,
-        when="the experiment names it, as where the cell may have been balanced anew at the touch, and no force ties a capacitance",
+        when="the experiment names it, as where the cell may be balanced anew at the touch, and force ties no capacitance",
         derived="0",
     ),
     Unknown(

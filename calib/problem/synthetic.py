@@ -20,8 +20,8 @@ class Rig:
 
     Attributes
     ----------
-    contact_offset, machine_compliance, load_zero, load_step, parasitic_capacitance, clock_offset, force_gain, capacitance_gain :
-        true values of these unknowns.
+    contact_offset, machine_compliance, load_zero, load_step, parasitic_capacitance : true values of these unknowns.
+    clock_offset, force_gain, capacitance_gain : likewise.
     force_noise, capacitance_noise : [N], [F], sd of one reading.
     n_effective : [1], independent readings behind each point.
     speed : [m/s], of the crosshead.

@@ -180,8 +180,8 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     if zeros.faults:
         raise InputError(zeros.faults)
     notes += [*still.notes, *zeros.notes]
-    for told in (still.lost, zeros.lost):
-        for quantity, lost in told.items():
+    for left_out in (still.lost, zeros.lost):
+        for quantity, lost in left_out.items():
             for r, why in lost.items():
                 _append(reasons, r, why)
                 values[quantity][r] = np.nan

@@ -15,7 +15,7 @@ from models.sensor import FloatArray
 # Quantities of which each reading is near to those beside it.
 _JUDGED = ("time", "displacement", "force", "capacitance", "capacitance_series")
 # Steps of which both columns jump by so many at least, and by so few if they are read across.
-_JUMP, _ACROSS = 5.0, 2.5
+_JUMP, _ACROSS = 3.0, 1.5
 # Readings on either side whose steps are looked at.
 _NEAR = 4
 
@@ -29,7 +29,9 @@ def exchanged(sheet: Sheet, columns: Sequence[ReadColumn], values: Mapping[str, 
     columns : those that are read.
     values : quantity -> readings in SI, nan where there is none or none that is used, (n_row,).
     """
-    written = {c: values[c.quantity] / c.factor for c in columns if c.quantity in _JUDGED and c.quantity in values and not c.clock}
+    written = {
+        c: values[c.quantity] / c.factor for c in columns if c.quantity in _JUDGED and c.quantity in values and not c.clock
+    }
     faults = []
     for one, other in combinations(written, 2):
         row = _row_of(written[one], written[other])

@@ -46,7 +46,7 @@ _IN_PRESS = 0.25
 _RESTS = 0.2
 # Jumps of one counter differ by less than this share; so many of different sizes may be zeros that were set anew.
 _SAME, _FEW = 0.05, 3
-# A jump by a factor is such a share of the range at least, and the logarithm of what slopes change by so many of its own at most.
+# A jump by a factor is such a share of the range at least; slopes change by so many of its own powers at most.
 _OF_SCALE, _AS_STEEP = 0.02, 3.0
 # What moved with the other channels by its share of the range would be seen in so many of their noises and digits.
 _WOULD_SHOW = 5.0

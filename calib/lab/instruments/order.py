@@ -1,4 +1,4 @@
-"""From the readings of a record without a clock to whether its rows were sorted by one of them, which mixes loading and unloading."""
+"""From the readings of a record without a clock to whether its rows were sorted by one, which mixes loading with unloading."""
 
 from __future__ import annotations
 

@@ -151,7 +151,8 @@ def _jumps(y: FloatArray) -> IntArray:
     # Steps at a turn are larger, and hide no jump by a factor of many.
     many = (ratio[at] > _MANY) | (ratio[at] < 1 / _MANY)
     calm = np.where(many, _CALM_IF_MANY, _CALM)
-    return at[(steps[at - 1] <= calm * size[at]) & (steps[at + 1] <= calm * size[at + 1])]
+    both = (steps[at - 1] <= calm * size[at]) & (steps[at + 1] <= calm * size[at + 1])
+    return np.asarray(at[both], dtype=np.int64)
 
 
 def _end_of_calm(readings: FloatArray) -> int:
@@ -171,7 +172,7 @@ def _end_of_block(before: FloatArray, after: FloatArray) -> int:
 def _switch(
     quantity: str, before: FloatArray, after: FloatArray, digit: float, digit_after: float
 ) -> tuple[float, str, bool, bool] | None:
-    """Factor, its words, whether the steps are scaled by it, or leave that open, and whether they end; None for another jump."""
+    """Factor, its words, whether steps are scaled by it, or leave that open, and whether they end; None for another jump."""
     steps, steps_after = np.diff(before), np.diff(after)
     rough = max(np.max(np.abs(steps)) / abs(before[-1]), np.max(np.abs(steps_after)) / abs(after[0]))
     if rough > _CALM_ALL:
@@ -332,7 +333,9 @@ def _turns_there(ball: FloatArray | None, switch: _Switch) -> bool:
     """Whether the ball is on record, and goes one way before a jump and the other within a few readings behind it."""
     if ball is None:
         return False
-    before, after = (part[np.isfinite(part)] for part in (ball[max(switch.last - _NEAR, 0) : switch.last + 1], ball[switch.row :]))
+    before, after = (
+        part[np.isfinite(part)] for part in (ball[max(switch.last - _NEAR, 0) : switch.last + 1], ball[switch.row :])
+    )
     steps, steps_after = np.diff(before), np.diff(after[: 2 * _NEAR])
     if not steps.size or not steps_after.size:
         return False

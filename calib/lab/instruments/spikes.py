@@ -25,9 +25,13 @@ _BEYOND = 2
 _LARGER = 2
 # A reading at an end stands alone if it is beyond all others by so many times their range.
 _RANGES = 1.0
-# Among steps as large as it nearly is, one is told by the course: off it by so many of these steps and of the bends beside it, where
-# other channels go on straight: their steps differ by less than this share.
+# Among steps nearly as large as it is, one is told by the course: off it by so many of these steps, and of the bends beside it,
+# where other channels go on straight, whose steps differ by less than this share.
 _OFF_STEPS, _OFF_BENDS, _STRAIGHT = 1.5, 6.0, 0.6
+# It, and another so many rows behind it.
+_TOGETHER = (0, 1, 2, 3)
+# So many readings may look off where a few are, as those between them do.
+_MOST_OFF = 12
 # Where a larger share of a record seems to stand alone, it is what the record is like.
 _SHARE = 0.1
 
@@ -100,24 +104,40 @@ def _runs(rows: IntArray, y: FloatArray, floor: float, length: int) -> dict[tupl
 
 
 def _off_course(values: FloatArray, others: Sequence[FloatArray]) -> dict[int, float]:
-    """Single readings off a course of large steps, while all other channels go on -> the middle of those beside them."""
+    """Readings, one or two near each other, off a course of large steps, while other channels go on -> what is near them."""
     rows = np.flatnonzero(np.isfinite(values))
     y = values[rows]
     if y.size < 2 * _BESIDE:
         return {}
+    floor = max(_NOISES * noise_of(y), _DIGITS * last_step(y))
     off = np.abs(np.diff(y, 2)) / 2
-    at = 1 + np.flatnonzero(off > max(_NOISES * noise_of(y), _DIGITS * last_step(y)))
-    at = at[(at > 1) & (at < y.size - 2)]
+    usual = np.abs(y[2:] - y[:-2]) / 2
+    at = (1 + np.flatnonzero((off > floor) & (off > usual))).tolist()
     found: dict[int, float] = {}
-    for k in at[off[at - 1] >= np.maximum(off[np.maximum(at - 2, 0)], off[np.minimum(at, off.size - 1)])].tolist():
-        before, after = y[max(k - _BESIDE, 0) : k], y[k + 1 : k + 1 + _BESIDE]
-        whole = np.concatenate([before, [(before[-1] + after[0]) / 2], after])
-        usual = float(np.max(np.abs(np.diff(whole))))
-        bend = float(np.max(np.abs(np.diff(whole, 2))))
-        beside = off[k - 1] > _OFF_STEPS * usual and off[k - 1] > _OFF_BENDS * bend
-        if beside and all(_straight(other, int(rows[k])) for other in others):
-            found[int(rows[k])] = float(whole[before.size])
+    if len(at) > max(_MOST_OFF, _SHARE * y.size):
+        return found
+    for k in at:
+        for also in _TOGETHER:
+            left = [k] if not also else [k, k + also]
+            near = _beside(rows, y, left, floor)
+            if near and not any(int(rows[r]) in found for r in left):
+                if all(_straight(other, int(rows[r])) for other in others for r in left):
+                    found |= {int(rows[r]): v for r, v in zip(left, near, strict=True)}
+                break
     return found
+
+
+def _beside(rows: IntArray, y: FloatArray, left: Sequence[int], floor: float) -> list[float]:
+    """What those next to some readings let expect in their places, if these go on smoothly and they are far off; else none."""
+    if left[0] < 2 or left[-1] > y.size - 3:
+        return []
+    around = np.arange(max(left[0] - _BESIDE, 0), min(left[-1] + _BESIDE + 1, y.size))
+    kept = around[~np.isin(around, left)]
+    slopes = np.diff(y[kept]) / np.diff(rows[kept])
+    usual, bend = float(np.max(np.abs(slopes))), float(np.max(np.abs(np.diff(slopes))))
+    near = np.interp(rows[list(left)], rows[kept], y[kept])
+    off = float(np.min(np.abs(y[list(left)] - near)))
+    return near.tolist() if off > max(_OFF_STEPS * usual, _OFF_BENDS * bend, floor) else []
 
 
 def _straight(values: FloatArray, row: int) -> bool:

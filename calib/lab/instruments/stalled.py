@@ -1,4 +1,4 @@
-"""From the readings of a record to those of a channel that stand still while others go on: a stalled meter, the end of a range."""
+"""From the readings of a record to those of a channel that stand still while others go on: a stalled logger, a range's end."""
 
 from __future__ import annotations
 
@@ -53,8 +53,8 @@ class Stalled:
 def stalled(sheet: Sheet, columns: Sequence[ReadColumn], values: Mapping[str, FloatArray], reading: Reading) -> Stalled:
     """Find readings that stand still, to the last digit, where they were moving and another channel goes on.
 
-    Where they catch up behind, the logger wrote an old reading for a while: these rows are left out. Where they go on from where
-    they stood, all behind may be late: refused. At an end of its range, as of a meter that saturates, it is noted. A slow
+    Where they catch up behind, the logger wrote an old reading for a while: these rows are left out. Where they go on from
+    where they stood, all behind may be late: refused. At an end of its range, as of a meter that saturates, it is noted. A slow
     meter, whose readings are all written several times, a display of few digits, a hold, and a load at rest are none of this.
 
     Parameters

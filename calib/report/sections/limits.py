@@ -174,9 +174,9 @@ def _instruments(posterior: Posterior, unknown: set[str]) -> list[tuple[str, str
         found.append(
             (
                 "The load cell keeps its zero",
-                "A zero that was set anew at the touch, by less than the readings show, goes into contact point and modulus: two "
-                "thousandths of the load by up to some of its standard deviations. Where the machine may balance its cell while "
-                f"it presses, give load_step = {UNKNOWNS['load_step'].example} in [specimens.priors].",
+                "A zero that was set anew at the touch, by less than the readings show, goes into contact point and modulus: "
+                "one of two thousandths of the load may move it by several of its standard deviations. Where the machine may "
+                f"balance its cell while it presses, give load_step = {UNKNOWNS['load_step'].example} in [specimens.priors].",
             )
         )
     return found
