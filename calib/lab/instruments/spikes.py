@@ -30,6 +30,8 @@ _RANGES = 1.0
 _OFF_STEPS, _OFF_BENDS, _STRAIGHT = 1.5, 6.0, 0.6
 # It, and another so many rows behind it.
 _TOGETHER = (0, 1, 2, 3)
+# Records of more readings have no steps as large.
+_SHORT = 5000
 # So many readings may look off where a few are, as those between them do.
 _MOST_OFF = 12
 # Where a larger share of a record seems to stand alone, it is what the record is like.
@@ -107,7 +109,7 @@ def _off_course(values: FloatArray, others: Sequence[FloatArray]) -> dict[int, f
     """Readings, one or two near each other, off a course of large steps, while other channels go on -> what is near them."""
     rows = np.flatnonzero(np.isfinite(values))
     y = values[rows]
-    if y.size < 2 * _BESIDE:
+    if not 2 * _BESIDE <= y.size <= _SHORT:
         return {}
     floor = max(_NOISES * noise_of(y), _DIGITS * last_step(y))
     off = np.abs(np.diff(y, 2)) / 2
