@@ -17,7 +17,7 @@ from models.sensor import BoolArray, FloatArray
 _JUMP = 2.8
 # Numbers with a mark and without beside each other: steps in powers of ten as written, and once the lost mark is put back.
 _APART, _TOGETHER = 0.9, 0.3
-# A number that is too small is off its neighbours by so many times the noise.
+# A number is off its neighbours by so many times the noise.
 _NOISES = 4.0
 # Steps on one side of a number so many times as large as on the other are those of another wrong one.
 _WILD = 4.0
@@ -171,7 +171,7 @@ def _jumping(cells: Sequence[str], values: FloatArray, decimal: str) -> Doubts:
 
 
 def _beyond_noise(found: dict[int, str], values: FloatArray, rows: IntArray, at: FloatArray) -> dict[int, str]:
-    """Those of which a smaller number is off the middle of its neighbours by more than noise about zero is."""
+    """Those that are off the middle of their neighbours by more than noise about zero is."""
     if not found or at.size < _FEWEST:
         return found
     noise = float(np.median(np.abs(np.diff(at, 2)))) * 1.4826 / math.sqrt(6.0)
@@ -179,7 +179,7 @@ def _beyond_noise(found: dict[int, str], values: FloatArray, rows: IntArray, at:
     for row, power in found.items():
         k = int(np.searchsorted(rows, row))
         beside = float(np.median(at[[i for i in range(max(k - 2, 0), min(k + 3, at.size)) if i != k]]))
-        if abs(values[row]) > abs(beside) or abs(values[row] - beside) > _NOISES * noise:
+        if abs(values[row] - beside) > _NOISES * noise:
             kept[row] = power
     return kept
 

@@ -120,7 +120,7 @@ def _switches(quantity: str, values: FloatArray, unit: float, cells: Sequence[st
     """The jumps of a channel that a change of units would make."""
     rows = np.flatnonzero(np.isfinite(values) & (values != 0))
     y = values[rows] / unit
-    jumps = _jumps(y)
+    jumps = _jumps(y, _CALM_IF_MANY if quantity == "force" else _CALM)
     found = []
     for place, j in enumerate(jumps.tolist()):
         first = int(jumps[place - 1]) + 1 if place else 0
@@ -139,8 +139,8 @@ def _switches(quantity: str, values: FloatArray, unit: float, cells: Sequence[st
     return found
 
 
-def _jumps(y: FloatArray) -> IntArray:
-    """Places of readings that are much larger or smaller than the next one, where those on either side are calm."""
+def _jumps(y: FloatArray, calm_if_many: float) -> IntArray:
+    """Places of readings that are much larger or smaller than the next one, where those on either side are calm enough."""
     if y.size < 4:
         return np.zeros(0, dtype=np.int64)
     size, steps = np.abs(y), np.abs(np.diff(y))
@@ -148,9 +148,9 @@ def _jumps(y: FloatArray) -> IntArray:
     wide = ((ratio > _LEAST) | (ratio < 1 / _LEAST)) & (np.sign(y[1:]) == np.sign(y[:-1]))
     at = np.flatnonzero(wide)
     at = at[(at > 0) & (at < wide.size - 1)]
-    # Steps at a turn are larger, and hide no jump by a factor of many.
+    # Steps of a force at a turn are larger, and hide no jump by a factor of many.
     many = (ratio[at] > _MANY) | (ratio[at] < 1 / _MANY)
-    calm = np.where(many, _CALM_IF_MANY, _CALM)
+    calm = np.where(many, calm_if_many, _CALM)
     both = (steps[at - 1] <= calm * size[at]) & (steps[at + 1] <= calm * size[at + 1])
     return np.asarray(at[both], dtype=np.int64)
 
