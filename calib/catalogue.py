@@ -180,6 +180,10 @@ def _named_and_loaded(s: Setting) -> bool:
     return s.given == "fixed" or (s.given == "prior" and (_pressed(s) or "force" in s.ties))
 
 
+def _named_and_pressed(s: Setting) -> bool:
+    return s.given == "fixed" or (s.given == "prior" and _pressed(s) and "force" not in s.ties)
+
+
 _SILICONES = (
     "casting silicones of this kind: small-strain E = 3 mu of 0.58 MPa (Dragon Skin 30), 0.66 MPa (Elastosil 28), "
     "1.05 MPa (RTV 615), 2.0 MPa (Sylgard 184, 10:1); within-lab scatter is 3-5 %, but test methods and labs differ by a "
@@ -478,6 +482,17 @@ _ROWS: tuple[Unknown, ...] = (
         when="there is force",
     ),
     Unknown(
+        Parameter("load_step", "F_1", "N", "mN", 1e3, "load zero in contact less that before it"),
+        "sweep",
+        "any",
+        default="",
+        reason="",
+        example='{ normal = ["0 N", "5 mN"] }',
+        exists=_named_and_pressed,
+        when="the experiment names it, as where the cell may be balanced anew at the touch, and force ties no capacitance",
+        derived="0",
+    ),
+    Unknown(
         Parameter("clock_offset", "τ", "s", "s", 1.0, "clock of the tester minus clock of the LCR meter"),
         "sweep",
         "any",
@@ -501,7 +516,7 @@ def unknowns_of(*scopes: Scope) -> tuple[str, ...]:
     """Names of the unknowns that belong to one of these scopes, in the order of the catalogue.
 
     >>> unknowns_of("sweep")
-    ('contact_offset', 'load_zero', 'clock_offset')
+    ('contact_offset', 'load_zero', 'load_step', 'clock_offset')
     """
     return tuple(name for name, row in UNKNOWNS.items() if row.scope in scopes)
 

@@ -408,7 +408,7 @@ def _expected_sweep(known: Known, stub: Problem, like: Sweep, force: float) -> t
         found = lookup(values, parameter, like.specimen, like.name)
         return otherwise if found is None else float(found[0])
 
-    zeros = {name: value(name) for name in ("contact_offset", "load_zero", "clock_offset")}
+    zeros = {name: value(name) for name in ("contact_offset", "load_zero", "load_step", "clock_offset")}
     if any(
         info.parameter == "contact_offset" and info.origin != "experiment file" for info in stub.parameters[known.middle.size :]
     ):
@@ -468,7 +468,8 @@ def _largest_force(known: Known, sweep: Sweep) -> float:
 
     loads = [load for name in sweep.channels if (load := sweep.load_at(name)) is not None]
     if loads:
-        return (max(float(np.max(load)) for load in loads) - value("load_zero", 0.0)) / value("force_gain", 1.0)
+        zero = value("load_zero", 0.0) + value("load_step", 0.0)
+        return (max(float(np.max(load)) for load in loads) - zero) / value("force_gain", 1.0)
     reading = max(float(np.max(p.displacement)) for p in sweep.channels.values() if p.displacement is not None)
     design = specimen_design(known.problem, values, sweep.specimen, sweep.name)
     depth = np.array([max(reading - value("contact_offset", 0.0), 0.0)])

@@ -128,7 +128,7 @@ def _press(posterior: Posterior, middle: Mapping[str, FloatArray], sweep: Sweep)
     design = specimen_design(posterior, middle, sweep.specimen, sweep.name)
     loads = [p.value for name, p in sweep.channels.items() if name == "force"]
     loads += [p.force for p in sweep.channels.values() if p.force is not None]
-    zero, gain = value("load_zero", 0.0), value("force_gain", 1.0)
+    zero, gain = value("load_zero", 0.0) + value("load_step", 0.0), value("force_gain", 1.0)
     force = max((float(np.max(load)) - zero) / gain for load in loads) if loads else 0.0
     readings = [p.displacement for p in sweep.channels.values() if p.displacement is not None]
     readings += [sweep.track.displacement] if sweep.track is not None else []

@@ -3,10 +3,11 @@
 Measurement model of a sweep, readings i of the tester and j of the LCR meter:
 
     d_i = reading_i - d_0 - c_m f_i / g_F           true indentation; before contact F = 0 and C = C0              (1)
-    f_i = g_F F(d_i) + F_0 + error                                                                                (2)
+    f_i = g_F F(d_i) + F_0 + F_1 [d_i > 0] + error                                                                (2)
     C_j = g_C C(d_j) + C_p + error                                                                                (3)
 
-with the gains g_F and g_C of the instruments, 1 unless they are unknown, and d_j from (1) at the tester's record at time
+with the gains g_F and g_C of the instruments, 1 unless they are unknown, F_1 the step of a load zero that was set anew at the
+touch, 0 unless it is, which sets in over one distance of the points, and d_j from (1) at the tester's record at time
 t_j + clock offset; or from F^-1((f_j - F_0) / g_F), where the LCR file has a force column; or from (1) at its own displacement
 column. The errors of a channel (n points) are normal with covariance
 
@@ -269,7 +270,7 @@ def reach(
         ends = forward.respond(_batch(design, inside, known.experiment), limit[inside][:, None])
         some = own.of(inside)
         reading[inside] = (limit[inside][:, None] + some["contact_offset"])[:, 0]
-        load[inside] = (ends.force * some.gain("force") + some["load_zero"])[:, 0]
+        load[inside] = (ends.force * some.gain("force") + some["load_zero"] + some["load_step"])[:, 0]
     return reading, load
 
 
@@ -331,12 +332,20 @@ def _predict(own: _SweepValues, name: str, channel: ChannelPlan, at: Response, p
         depth, ideal, error = place.at(depth), place.at(ideal), place.at(error)
     own_sd = own[f"{name}_discrepancy"] * gain * model.signal(ideal, at)
     mean = gain * ideal + own[model.zero]
+    if name == "force":
+        mean = mean + own["load_step"] * _in_contact(depth, points.displacement)
     if channel.slope is not None:
         share = np.maximum(1 - own["machine_compliance"] * channel.slope / gain, _LEAST_SHARE)
         mean = points.value - (points.value - mean) * share
         own_sd, error = own_sd * share, error * share[..., None]
     variance = variance + own_sd**2 * channel.correlation.rest
     return PredictedReadings(depth, mean, variance, error, points.value, Discrepancy(own_sd, channel.correlation))
+
+
+def _in_contact(depth: FloatArray, reading: FloatArray | None) -> FloatArray:
+    """Which points of the force lie in contact, 0 to 1, (n_draw, n_point): a point is the mean of what lies about it."""
+    apart = float(np.median(np.abs(np.diff(present(reading)))))
+    return np.asarray(np.clip(depth / max(apart, 1e-9) + 0.5, 0.0, 1.0))
 
 
 def _require_finite(forward: Forward, response: Response, columns: Sequence[Column]) -> None:

@@ -20,8 +20,8 @@ class Rig:
 
     Attributes
     ----------
-    contact_offset, machine_compliance, load_zero, parasitic_capacitance, clock_offset, force_gain, capacitance_gain : true
-        values of these unknowns.
+    contact_offset, machine_compliance, load_zero, load_step, parasitic_capacitance : true values of these unknowns.
+    clock_offset, force_gain, capacitance_gain : likewise.
     force_noise, capacitance_noise : [N], [F], sd of one reading.
     n_effective : [1], independent readings behind each point.
     speed : [m/s], of the crosshead.
@@ -30,6 +30,7 @@ class Rig:
     contact_offset: float = 0.0
     machine_compliance: float = 0.0
     load_zero: float = 0.0
+    load_step: float = 0.0
     parasitic_capacitance: float = 0.0
     clock_offset: float = 0.0
     force_gain: float = 1.0
@@ -82,7 +83,7 @@ def synthetic_sweep(
         raise ValueError("a tie by clock needs the tester's file")
     path = np.linspace(-approach, depth, 1500)
     response = forward.respond(design, path)
-    force = rig.force_gain * response.force + rig.load_zero
+    force = rig.force_gain * response.force + rig.load_zero + rig.load_step * (path > 0)
     reading = path + rig.contact_offset + rig.machine_compliance * force / rig.force_gain
     time = (reading - reading[0]) / rig.speed
     capacitance = rig.capacitance_gain * response.capacitance + rig.parasitic_capacitance

@@ -138,7 +138,7 @@ def _ridges(look: Look, correlation: FloatArray) -> tuple[Ridge, ...]:
         pair = (one.parameter, other.parameter)
         if (
             not (set(pair) & _SENSOR)
-            or set(pair) & (SCALES | {"clock_offset", "load_zero"})
+            or set(pair) & (SCALES | {"clock_offset", "load_zero", "load_step"})
             or one.parameter == other.parameter
         ):
             continue

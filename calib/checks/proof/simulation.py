@@ -132,7 +132,9 @@ class TrueSweep:
 
 #: Value of an unknown of the rig that does not exist.
 _ABSENT: Mapping[str, float] = {
-    **dict.fromkeys(("contact_offset", "machine_compliance", "load_zero", "parasitic_capacitance", "clock_offset"), 0.0),
+    **dict.fromkeys(
+        ("contact_offset", "machine_compliance", "load_zero", "load_step", "parasitic_capacitance", "clock_offset"), 0.0
+    ),
     **dict.fromkeys(("force_noise", "capacitance_noise", "force_discrepancy", "capacitance_discrepancy"), 0.0),
     **dict.fromkeys(("force_gain", "capacitance_gain"), 1.0),
 }
@@ -211,7 +213,11 @@ def _way(sweep: TrueSweep, curve: Curve, rng: np.random.Generator) -> _Way:
     way = sweep.reading
     deepest = float(along[-1]) if way is None else float(np.max(way) - sweep.at_contact)
     share = np.clip(along / deepest, 0.0, None)
-    load = v["force_gain"] * force * (1 + v["force_discrepancy"] * _process(share, rng)) + v["load_zero"]
+    load = (
+        v["force_gain"] * force * (1 + v["force_discrepancy"] * _process(share, rng))
+        + v["load_zero"]
+        + v["load_step"] * (depth > 0)
+    )
     signal = (capacitance - at_rest) * (1 + v["capacitance_discrepancy"] * _process(share, rng))
     reading = depth + v["contact_offset"] + v["machine_compliance"] * load / v["force_gain"]
     read = v["capacitance_gain"] * (at_rest + signal) + v["parasitic_capacitance"]

@@ -12,17 +12,20 @@ from calib.errors import Fault, InputError, capped
 from calib.lab.instruments.another_zero import another_zero
 from calib.lab.instruments.choice import choose_columns, missing_columns
 from calib.lab.instruments.circuit import impossible_loss, untold_circuit
+from calib.lab.instruments.exchanged import exchanged
 from calib.lab.instruments.family import InstrumentFamily
 from calib.lab.instruments.keys import remarks_on_scale, several_records
 from calib.lab.instruments.labtable import LabTable, Reading, Unread
 from calib.lab.instruments.notation import Notation, decide_notation
 from calib.lab.instruments.numbers import is_missing
+from calib.lab.instruments.order import sorted_rows
 from calib.lab.instruments.readings import DAMAGED, ReadColumn, readings_of
 from calib.lab.instruments.rescaled import rescaled
 from calib.lab.instruments.rivals import holds_clock
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.size import implausible
 from calib.lab.instruments.spikes import SMOOTH, alone, in_words
+from calib.lab.instruments.stalled import stalled
 from calib.lab.instruments.started import started_at
 from calib.lab.instruments.unit_choice import source_of_column, unit_of_column
 from calib.lab.instruments.units import is_pound
@@ -169,14 +172,22 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     if faults:
         raise InputError(faults)
     good = np.array([not why for why in reasons])
-    zeros = another_zero(sheet, columns, {q: np.where(good, v, np.nan) for q, v in values.items()}, reading)
+    usable = {q: np.where(good, v, np.nan) for q, v in values.items()}
+    faults = [*exchanged(sheet, columns, usable), *sorted_rows(sheet, columns, usable)]
+    still = stalled(sheet, columns, usable, reading)
+    if faults or still.faults:
+        raise InputError(faults or still.faults)
+    for quantity, lost in still.lost.items():
+        usable[quantity][list(lost)] = np.nan
+    zeros = another_zero(sheet, columns, usable, reading)
     if zeros.faults:
         raise InputError(zeros.faults)
-    notes += zeros.notes
-    for quantity, lost in zeros.lost.items():
-        for r, why in lost.items():
-            _append(reasons, r, why)
-            values[quantity][r] = np.nan
+    notes += [*still.notes, *zeros.notes]
+    for left_out in (still.lost, zeros.lost):
+        for quantity, lost in left_out.items():
+            for r, why in lost.items():
+                _append(reasons, r, why)
+                values[quantity][r] = np.nan
     if "status" in choice.chosen:
         for r, cell in enumerate(_cells(sheet, places["status"])):
             if cell.lower() not in _STATUS_GOOD and not is_missing(cell):

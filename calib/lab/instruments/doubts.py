@@ -17,10 +17,12 @@ from models.sensor import BoolArray, FloatArray
 _JUMP = 2.8
 # Numbers with a mark and without beside each other: steps in powers of ten as written, and once the lost mark is put back.
 _APART, _TOGETHER = 0.9, 0.3
-# A number that is too small is off its neighbours by so many times the noise.
+# A number is off its neighbours by so many times the noise.
 _NOISES = 4.0
 # Steps on one side of a number so many times as large as on the other are those of another wrong one.
-_WILD = 8.0
+_WILD = 4.0
+# How often numbers are looked at once those that were found are taken out.
+_PASSES = 4
 # How near a number must come to its neighbours once its mark is moved, in steps between these, and how small these must be.
 _NEAR, _SMALL_STEPS, _COARSE_STEPS = 2.0, 0.03, 0.5
 # A single number may miss its neighbours by this share of them once its mark is moved, by one place or by more.
@@ -146,11 +148,19 @@ def _jumping(cells: Sequence[str], values: FloatArray, decimal: str) -> Doubts:
         rest[list(population.rows)] = np.nan
         other = _jumping(cells, rest, decimal)
         return Doubts({**other.rows, **population.rows}, other.fault, other.row)
-    found = _off_by_units(cells, rows, at, decimal) | _off(cells, rows, at, level, decimal)
-    found = _beyond_noise(found, values, rows, at)
+    found: dict[int, str] = {}
+    for _ in range(_PASSES):
+        # One wrong number may hide another beside it.
+        more = _off_by_units(cells, rows, at, decimal) | _off(cells, rows, at, level, decimal)
+        more = _beyond_noise(more, values, rows, at)
+        found |= more
+        kept = ~np.isin(rows, list(more))
+        if np.all(kept):
+            break
+        rows, at, level = rows[kept], at[kept], level[kept]
     # Where no number has a mark, those that are the fewer may be the right ones.
     unmarked = not any(decimal in c for c in cells)
-    if len(found) > 1 and (unmarked or len(found) > _SHARE * rows.size):
+    if len(found) > 1 and (unmarked or len(found) > _SHARE * (rows.size + len(found))):
         row, power = next(iter(found.items()))
         return Doubts(
             fault=f'"{cells[row].strip()}" and {len(found) - 1} more are off by powers of ten, such as {power}', row=row
@@ -161,7 +171,7 @@ def _jumping(cells: Sequence[str], values: FloatArray, decimal: str) -> Doubts:
 
 
 def _beyond_noise(found: dict[int, str], values: FloatArray, rows: IntArray, at: FloatArray) -> dict[int, str]:
-    """Those of which a smaller number is off the middle of its neighbours by more than noise about zero is."""
+    """Those that are off the middle of their neighbours by more than noise about zero is."""
     if not found or at.size < _FEWEST:
         return found
     noise = float(np.median(np.abs(np.diff(at, 2)))) * 1.4826 / math.sqrt(6.0)
@@ -169,7 +179,7 @@ def _beyond_noise(found: dict[int, str], values: FloatArray, rows: IntArray, at:
     for row, power in found.items():
         k = int(np.searchsorted(rows, row))
         beside = float(np.median(at[[i for i in range(max(k - 2, 0), min(k + 3, at.size)) if i != k]]))
-        if abs(values[row]) > abs(beside) or abs(values[row] - beside) > _NOISES * noise:
+        if abs(values[row] - beside) > _NOISES * noise:
             kept[row] = power
     return kept
 
@@ -246,10 +256,12 @@ def _off(cells: Sequence[str], rows: IntArray, at: FloatArray, level: FloatArray
             continue
         mended = at[start : end + 1] / 10 ** power[j]
         low, high = float(min(before[-1], after[0])), float(max(before[-1], after[0]))
-        beside = [float(np.max(np.abs(np.diff(numbers)), initial=0.0)) for numbers in (before, after)]
-        step = max(high - low, *beside)
+        parts = ((before, rows[max(start - 3, 0) : start]), (after, rows[end + 1 : end + 4]))
+        beside = [float(np.max(np.abs(np.diff(v)) / np.diff(r), initial=0.0)) for v, r in parts]
+        across = (high - low) / float(rows[end + 1] - rows[start - 1])
+        step = max(across, *beside)
         # Another row beside it may be wrong, too: then those on the other side tell how large steps are.
-        calm = max(high - low, min(beside))
+        calm = max(across, min(beside))
         told_by = (step, calm) if start > 2 and end + 3 < n and step > _WILD * calm else (step,)
         middle = abs(low + high) / 2
         digits = max(_decimals(cells[i], decimal) for i in rows[start : end + 1].tolist())

@@ -46,6 +46,8 @@ _IN_PRESS = 0.25
 _RESTS = 0.2
 # Jumps of one counter differ by less than this share; so many of different sizes may be zeros that were set anew.
 _SAME, _FEW = 0.05, 3
+# A jump by a factor is such a share of the range at least; slopes change by so many of its own powers at most.
+_OF_SCALE, _AS_STEEP = 0.02, 3.0
 # What moved with the other channels by its share of the range would be seen in so many of their noises and digits.
 _WOULD_SHOW = 5.0
 # A load shows nothing of a jump if it is off its course by less than this share of what it would show.
@@ -379,7 +381,18 @@ def _of_force(course: _Course, i: int, at: IntArray, others: Mapping[str, _Cours
     if does == "other" and zero and course.begins(i, at) and _touches(course, i, witness):
         # A load that rests while the ball moves is none: a cell that was not zeroed before the touch.
         return (OPEN, _SLIP) if pause else (ZERO, _ANEW)
-    return (OPEN, _SLIP) if does == "rests" else None
+    scaled = does == "other" and _is_scaled(course, i, at) and witness.moves(i, _NONE) == "on"
+    return (OPEN, f"another range of the load cell, or {_SLIP}") if scaled else (OPEN, _SLIP) if does == "rests" else None
+
+
+def _is_scaled(course: _Course, i: int, at: IntArray) -> bool:
+    """Whether a jump of a good part of the range is one by a factor by which the readings go on more or less steeply."""
+    before, after = float(course.y[i]), float(course.y[i + 1])
+    ahead, behind, _ = course.slopes(i, at)
+    if not (before * after > 0 and ahead * behind > 0) or abs(after - before) < _OF_SCALE * course.span:
+        return False
+    by, steeper = np.log(after / before), np.log(behind / ahead)
+    return bool(by * steeper > 0 and abs(steeper) < _AS_STEEP * abs(by))
 
 
 def _touches(course: _Course, i: int, witness: _Course) -> bool:
@@ -403,6 +416,8 @@ def _of_displacement(course: _Course, i: int, at: IntArray, others: Mapping[str,
     if own == "on" and float(course.y[i + 1] - course.y[i]) * moves[0] < 0 and load in ("rests", "other", "on"):
         # A motor that goes on as before does not go back within a reading.
         found = load != "on" or jump > 2 * float(np.max(np.abs(moves)))
+    elif own == "other" and load == "on" and _is_scaled(course, i, at):
+        return OPEN, "another scale or zero of the displacement"
     elif load == own == "on":
         moved, steep = (np.abs(np.array(c.slopes(i, o)[:2])) for c, o in ((course, at), (witness, _NONE)))
         shown = jump / float(np.max(moved)) * float(np.min(steep))

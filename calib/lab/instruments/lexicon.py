@@ -111,7 +111,7 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
 
 #: Words beside a name that leave it what it is: `Primary load measurement`, `Tensile Force`.
 QUALIFIERS = _set(
-    "primary main measured measurement meas measure tensile compressive compression tension applied actual act current "
+    "primary main normal measured measurement meas measure tensile compressive compression tension applied actual act current "
     "present static reading readings value values val signal sensor cell machine instron axial vertical live instantaneous "
     "data instant raw digital linear analog test sample specimen frame total device meter ist messwert istwert gemessene "
     "gemessener feedback lcr daq tester cellule capteur mesurée mesuré mesure misurata misurato medida medido zmierzona gemeten"

@@ -28,8 +28,12 @@ _FEWEST, _BACK = 4, 0.2
 _MISS, _MISS_SCATTER, _MISS_SHARE = 1.0, 4.0, 0.015
 # What they may scatter at most, in that measure, as a share of the level.
 _LEVEL = 0.4
+# Steps of a course behind a jump that tell it from noise about a rest, and how much they may differ then.
+_COURSE, _COURSE_ALIKE, _TWO_ALIKE = 3, 3.0, 1.5
 # A force may drop so much where a press turns round: told by a large factor if its steps are scaled without doubt.
 _TURN, _MOVES, _ONE_WAY = 0.2, 0.01, 0.7
+# By a factor that no force changes by within a row it may drop by more, and the steps next to the jump may be larger.
+_MANY, _TURN_OF_MANY, _CALM_IF_MANY = 50.0, 0.45, 0.4
 # That may be no larger than such a share of the reading, by the logarithm of the factor; of small ones
 # a smaller share.
 _SHARP, _SHARP_IF_SMALL, _SMALL = 0.17, 0.1, 7.0
@@ -55,13 +59,17 @@ _BESIDE: Mapping[str, tuple[str, ...]] = {
 
 @dataclass(frozen=True)
 class _Switch:
-    """A jump as of a change of units: its row and the last before it, the factor, whether it scales the steps, too."""
+    """A jump as of a change of units: its row and the last before it, the factor, whether it scales the steps, too.
+
+    Where what moved a force seems to have ended, as a ball that comes off, it is one only if the ball turns there (`ended`).
+    """
 
     row: int
     last: int
     factor: float
     words: str
     scaled: bool
+    ended: bool
 
 
 def rescaled(
@@ -112,7 +120,7 @@ def _switches(quantity: str, values: FloatArray, unit: float, cells: Sequence[st
     """The jumps of a channel that a change of units would make."""
     rows = np.flatnonzero(np.isfinite(values) & (values != 0))
     y = values[rows] / unit
-    jumps = _jumps(y)
+    jumps = _jumps(y, _CALM_IF_MANY if quantity == "force" else _CALM)
     found = []
     for place, j in enumerate(jumps.tolist()):
         first = int(jumps[place - 1]) + 1 if place else 0
@@ -131,19 +139,20 @@ def _switches(quantity: str, values: FloatArray, unit: float, cells: Sequence[st
     return found
 
 
-def _jumps(y: FloatArray) -> IntArray:
-    """Places of readings that are much larger or smaller than the next one, where those on either side are calm."""
+def _jumps(y: FloatArray, calm_if_many: float) -> IntArray:
+    """Places of readings that are much larger or smaller than the next one, where those on either side are calm enough."""
     if y.size < 4:
         return np.zeros(0, dtype=np.int64)
     size, steps = np.abs(y), np.abs(np.diff(y))
     ratio = size[1:] / size[:-1]
     wide = ((ratio > _LEAST) | (ratio < 1 / _LEAST)) & (np.sign(y[1:]) == np.sign(y[:-1]))
-    if not np.any(wide):
-        return np.zeros(0, dtype=np.int64)
-    calm_before, calm_after = np.zeros(wide.size, dtype=bool), np.zeros(wide.size, dtype=bool)
-    calm_before[1:] = steps[:-1] <= _CALM * size[1:-1]
-    calm_after[:-1] = steps[1:] <= _CALM * size[1:-1]
-    return np.flatnonzero(wide & calm_before & calm_after)
+    at = np.flatnonzero(wide)
+    at = at[(at > 0) & (at < wide.size - 1)]
+    # Steps of a force at a turn are larger, and hide no jump by a factor of many.
+    many = (ratio[at] > _MANY) | (ratio[at] < 1 / _MANY)
+    calm = np.where(many, calm_if_many, _CALM)
+    both = (steps[at - 1] <= calm * size[at]) & (steps[at + 1] <= calm * size[at + 1])
+    return np.asarray(at[both], dtype=np.int64)
 
 
 def _end_of_calm(readings: FloatArray) -> int:
@@ -162,13 +171,14 @@ def _end_of_block(before: FloatArray, after: FloatArray) -> int:
 
 def _switch(
     quantity: str, before: FloatArray, after: FloatArray, digit: float, digit_after: float
-) -> tuple[float, str, bool] | None:
-    """Factor, its words, and whether the steps are scaled by it, or leave that open; None for another jump."""
+) -> tuple[float, str, bool, bool] | None:
+    """Factor, its words, whether steps are scaled by it, or leave that open, and whether they end; None for another jump."""
     steps, steps_after = np.diff(before), np.diff(after)
     rough = max(np.max(np.abs(steps)) / abs(before[-1]), np.max(np.abs(steps_after)) / abs(after[0]))
     if rough > _CALM_ALL:
         return None
-    ended = quantity == "force" and _usual(steps_after) > digit_after and _one_way(steps) and not _one_way(steps_after)
+    rests = not _is_course(steps_after, digit_after)
+    ended = quantity == "force" and _usual(steps_after) > digit_after and _is_course(steps[::-1], digit) and rests
     found = _goes_on_scaled(quantity, before, after, digit, digit_after)
     sure = found is not None
     if found is None and quantity == "force":
@@ -176,8 +186,7 @@ def _switch(
     if found is None:
         return None
     factor, words, missed = found
-    if ended and factor < 1 and digit == digit_after:
-        return None  # a ball that comes off, or a sample that breaks: what moved the force has ended
+    ended &= factor < 1 and digit == digit_after
     usual, usual_after = _usual(steps), _usual(steps_after)
     wide = min(_MOST_MISSED, max(factor, 1 / factor) ** 0.5) * (1.0 if min(steps.size, steps_after.size) > 1 else 1.5)
     scaled = _alike(usual * factor, digit * factor, usual_after, digit_after, wide)
@@ -188,14 +197,14 @@ def _switch(
         scaled = _alike(next_to[0] * factor, digit * factor, next_to[1], digit_after, wide)
         same |= _alike(next_to[0], digit, next_to[1], digit_after, wide)
     if scaled and not same:
-        return factor, words, True
+        return factor, words, True, ended
     # No capacitance jumps by a power of ten, whatever its noise does; no force rises so while the ball does not jump, is
     # written with other decimals from there on, or falls exactly so and goes on.
     large = max(factor, 1 / factor) > _SMALL
     told = _is_fine(before, after, digit, digit_after) and (digit != digit_after or missed <= _EXACT)
     held = quantity == "force" and ((large and (factor > 1 or digit != digit_after)) or told)
     if sure and (scaled or held or quantity in ("capacitance", "capacitance_series")):
-        return factor, words, False
+        return factor, words, False, ended
     return None
 
 
@@ -204,12 +213,14 @@ def _goes_on_scaled(
 ) -> tuple[float, str, float] | None:
     """The factor, its words, and by which share readings then miss the course on which they were before, once it is taken off.
 
-    Readings that scatter about a level more than they go anywhere may also meet at their levels.
+    Readings that scatter about a level more than they go anywhere may also meet at their levels. Those of a smooth course meet
+    at the mean of the steps on either side, which tells a factor where the steps are large.
     """
     steps, steps_after = np.diff(before), np.diff(after)
     best: tuple[float, float, str, float] | None = None
     fine = _is_fine(before, after, digit, digit_after)
     scatters = [fine and v.size >= _FEWEST - 1 and not _one_way(np.diff(v)) for v in (before, after)]
+    smooth = min(steps.size, steps_after.size) > 1 and _is_course(steps[::-1], digit) and _is_course(steps_after, digit_after)
     levels = [float(np.median(v)) if s else float(v[k]) for v, s, k in zip((before, after), scatters, (-1, 0), strict=True)]
     for factor, words in _factors(quantity):
         large = max(factor, 1 / factor) > _SMALL
@@ -218,9 +229,15 @@ def _goes_on_scaled(
         course = (0.0, float(steps[-1]), float(steps_after[0]) / factor)
         onwards = float(after[0]) / factor - float(before[-1]), min(course), max(course), _MISS
         level = levels[1] / factor - levels[0], 0.0, 0.0, _MISS_SCATTER if large else _MISS_SCATTER / 2
-        for gap, low, high, miss in (onwards, level) if any(scatters) else (onwards,):
+        ways = [(*onwards, size), (*level, size)] if any(scatters) else [(*onwards, size)]
+        if smooth:
+            ends = float(steps[-1]), float(steps_after[0]) / factor
+            bends = float(steps[-1] - steps[-2]), float(steps_after[1] - steps_after[0]) / factor, ends[1] - ends[0]
+            bend = max(map(abs, bends))
+            ways.append((onwards[0], sum(ends) / 2, sum(ends) / 2, _MISS, bend))
+        for gap, low, high, miss, step in ways:
             off = max(low - gap, gap - high, 0.0)
-            slack = miss * size + _MISS_SHARE * abs(before[-1]) + rounding
+            slack = miss * step + _MISS_SHARE * abs(before[-1]) + rounding
             sharp = slack <= (_SHARP if large else _SHARP_IF_SMALL) * abs(np.log(factor) * before[-1])
             if miss != _MISS:  # readings that scatter about zero have no level
                 sharp &= slack <= _LEVEL * min(abs(levels[0]), abs(levels[1] / factor))
@@ -237,9 +254,10 @@ def _turns_scaled(quantity: str, before: FloatArray, after: FloatArray) -> tuple
     # By a small factor a force also grows at the touch: there it must turn.
     turns = float(np.sum(steps)) * float(np.sum(steps_after)) < 0
     factors = [(f, words) for f, words in _factors(quantity) if turns or max(f, 1 / f) > _SMALL]
-    factor, words = min(factors, key=lambda found: abs(after[0] / found[0] - before[-1]))
-    missed = abs(float(after[0]) / factor / float(before[-1]) - 1)
-    return (factor, words, missed) if missed < _TURN else None
+    # It turned within the step, so that the ball went back by as much as to the next row.
+    first = [float(after[0]), float(after[0] - steps_after[0])] if turns else [float(after[0])]
+    missed, factor, words = min((abs(y / f / float(before[-1]) - 1), f, words) for f, words in factors for y in first)
+    return (factor, words, missed) if missed < (_TURN_OF_MANY if max(factor, 1 / factor) > _MANY else _TURN) else None
 
 
 def _is_fine(before: FloatArray, after: FloatArray, digit: float, digit_after: float) -> bool:
@@ -255,6 +273,18 @@ def _usual(steps: FloatArray) -> float:
 def _one_way(steps: FloatArray) -> bool:
     """Whether steps are those of a course, and not of noise."""
     return abs(float(np.sum(steps))) >= _ONE_WAY * float(np.sum(np.abs(steps)))
+
+
+def _is_course(steps: FloatArray, digit: float) -> bool:
+    """Whether steps, or the first of them, are those of a course, which may turn behind: two that are alike, three roughly."""
+    if _one_way(steps):
+        return True
+    for n, alike in ((2, _TWO_ALIKE), (_COURSE, _COURSE_ALIKE)):
+        first = np.abs(steps[:n])
+        one_sign = steps.size > n and abs(float(np.sum(np.sign(steps[:n])))) == n
+        if one_sign and float(np.max(first)) <= alike * float(np.min(first)) and float(np.min(first)) > 2 * digit:
+            return True
+    return False
 
 
 def _alike(step: float, digit: float, other: float, other_digit: float, wide: float) -> bool:
@@ -294,9 +324,22 @@ def _unexplained(quantity: str, found: Mapping[str, list[_Switch]], values: Mapp
         )
         # A displacement may stand still on two levels, time go on after a pause, and a force be held if nothing tells of it.
         enough = switch.scaled or quantity.startswith("capacitance") or (quantity == "force" and "displacement" in values)
-        if enough and not shared:
+        if enough and not shared and not (switch.ended and not _turns_there(values.get("displacement"), switch)):
             kept.append(switch)
     return kept
+
+
+def _turns_there(ball: FloatArray | None, switch: _Switch) -> bool:
+    """Whether the ball is on record, and goes one way before a jump and the other within a few readings behind it."""
+    if ball is None:
+        return False
+    before, after = (
+        part[np.isfinite(part)] for part in (ball[max(switch.last - _NEAR, 0) : switch.last + 1], ball[switch.row :])
+    )
+    steps, steps_after = np.diff(before), np.diff(after[: 2 * _NEAR])
+    if not steps.size or not steps_after.size:
+        return False
+    return bool(steps[-1] * steps_after[-1] < 0 and _one_way(steps) and min(abs(steps[-1]), abs(steps_after[-1])) > 0)
 
 
 def _jumps_there(values: FloatArray, switch: _Switch, share: float) -> bool:

@@ -19,6 +19,8 @@ PLAUSIBLE: Mapping[str, tuple[float, float]] = MappingProxyType(
 )
 #: The same for instruments of nanometres and micronewtons (`Reading.scale` "micro").
 MICRO: Mapping[str, tuple[float, float]] = MappingProxyType({**PLAUSIBLE, "displacement": (1e-12, 2.0), "force": (1e-12, 1e6)})
+# A capacitance that a pressed sensor rarely has, written in whole numbers of so many digits at least; cells that show it.
+_LARGE_CAPACITANCE, _MANY_DIGITS, _SHOWN = 1e-8, 5, 500
 
 
 def implausible(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[str, int], reading: Reading) -> list[Fault]:
@@ -57,7 +59,35 @@ def implausible(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[
                 advice=advice,
             )
         )
-    return faults or _negative(sheet, values, places)
+    return faults or _negative(sheet, values, places) or _without_marks(sheet, values, places, reading)
+
+
+def _without_marks(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[str, int], reading: Reading) -> list[Fault]:
+    """The fault of a large capacitance in long whole numbers beside columns with decimals: all its marks may be lost."""
+    for quantity in ("capacitance", "capacitance_series"):
+        if quantity not in values or {quantity, "capacitance"} & set(reading.units) or sheet.text.typed:
+            continue
+        own = sheet.columns[places[quantity]]
+        rows = np.flatnonzero(np.isfinite(values[quantity]))
+        if not rows.size or float(np.nanmedian(np.abs(values[quantity]))) < _LARGE_CAPACITANCE:
+            continue
+        cells = [own[r].strip() for r in rows[:_SHOWN].tolist()]
+        others = (sheet.columns[i][r] for q, i in places.items() if q != quantity for r in rows[:_SHOWN].tolist())
+        marked = any("." in c or "," in c for c in others)
+        if marked and all(c.isdigit() and len(c) >= _MANY_DIGITS for c in cells):
+            row = int(rows[0])
+            return [
+                Fault(
+                    f'column "{sheet.names[places[quantity]]}": "{cells[0]}" would be {values[quantity][row]:.3g} F, written '
+                    "in whole numbers beside columns with decimals: the decimal marks may be lost",
+                    sheet.text.path,
+                    int(sheet.lines[row]),
+                    places[quantity] + 1,
+                    advice="Export the file again from the instrument's software; if the numbers are whole, say their unit "
+                    "once more: --units capacitance=...",
+                )
+            ]
+    return []
 
 
 def _negative(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[str, int]) -> list[Fault]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -25,6 +25,15 @@ _BEYOND = 2
 _LARGER = 2
 # A reading at an end stands alone if it is beyond all others by so many times their range.
 _RANGES = 1.0
+# Among steps nearly as large as it is, one is told by the course: off it by so many of these steps, and of the bends beside it,
+# where other channels go on straight, whose steps differ by less than this share.
+_OFF_STEPS, _OFF_BENDS, _STRAIGHT = 1.5, 6.0, 0.6
+# It, and another so many rows behind it.
+_TOGETHER = (0, 1, 2, 3)
+# Records of more readings have no steps as large.
+_SHORT = 5000
+# So many readings may look off where a few are, as those between them do.
+_MOST_OFF = 12
 # Where a larger share of a record seems to stand alone, it is what the record is like.
 _SHARE = 0.1
 
@@ -54,6 +63,9 @@ def alone(values: Mapping[str, FloatArray]) -> dict[str, dict[int, float]]:
             for run, near in by_rows.items():
                 if (length == 1 and quantity in _DRIVEN) or not beside & set(run):
                     rows.update((r, rows.get(r, near)) for r in run)
+        if len(channels) > 1:
+            others = [y for q, y in channels.items() if q != quantity]
+            rows |= {r: near for r, near in _off_course(channels[quantity], others).items() if r not in rows}
         rows |= {r: near for r, near in _at_ends(channels[quantity]).items() if r not in rows}
         if 0 < len(rows) <= max(1, _SHARE * np.count_nonzero(np.isfinite(channels[quantity]))):
             kept[quantity] = rows
@@ -91,6 +103,55 @@ def _runs(rows: IntArray, y: FloatArray, floor: float, length: int) -> dict[tupl
     usual = np.maximum(np.sort(steps, axis=1)[:, -1 - _LARGER], slope)
     found = first[off > _STEPS * usual]
     return {tuple(rows[k : k + length].tolist()): float(y[k - 1] + y[k + length]) / 2 for k in found.tolist()}
+
+
+def _off_course(values: FloatArray, others: Sequence[FloatArray]) -> dict[int, float]:
+    """Readings, one or two near each other, off a course of large steps, while other channels go on -> what is near them."""
+    rows = np.flatnonzero(np.isfinite(values))
+    y = values[rows]
+    if not 2 * _BESIDE <= y.size <= _SHORT:
+        return {}
+    floor = max(_NOISES * noise_of(y), _DIGITS * last_step(y))
+    off = np.abs(np.diff(y, 2)) / 2
+    usual = np.abs(y[2:] - y[:-2]) / 2
+    at = (1 + np.flatnonzero((off > floor) & (off > usual))).tolist()
+    found: dict[int, float] = {}
+    if len(at) > max(_MOST_OFF, _SHARE * y.size):
+        return found
+    for k in at:
+        for also in _TOGETHER:
+            left = [k] if not also else [k, k + also]
+            near = _beside(rows, y, left, floor)
+            if near and not any(int(rows[r]) in found for r in left):
+                if all(_straight(other, int(rows[r])) for other in others for r in left):
+                    found |= {int(rows[r]): v for r, v in zip(left, near, strict=True)}
+                break
+    return found
+
+
+def _beside(rows: IntArray, y: FloatArray, left: Sequence[int], floor: float) -> list[float]:
+    """What those next to some readings let expect in their places, if these go on smoothly and they are far off; else none."""
+    if left[0] < 2 or left[-1] > y.size - 3:
+        return []
+    around = np.arange(max(left[0] - _BESIDE, 0), min(left[-1] + _BESIDE + 1, y.size))
+    kept = around[~np.isin(around, left)]
+    slopes = np.diff(y[kept]) / np.diff(rows[kept])
+    usual, bend = float(np.max(np.abs(slopes))), float(np.max(np.abs(np.diff(slopes))))
+    near = np.interp(rows[list(left)], rows[kept], y[kept])
+    off = float(np.min(np.abs(y[list(left)] - near)))
+    return near.tolist() if off > max(_OFF_STEPS * usual, _OFF_BENDS * bend, floor) else []
+
+
+def _straight(values: FloatArray, row: int) -> bool:
+    """Whether a channel goes on, or rests, over a row: it neither turns nor jumps there."""
+    rows = np.flatnonzero(np.isfinite(values))
+    k = int(np.searchsorted(rows, row))
+    if k >= rows.size or rows[k] != row or not 1 < k < rows.size - 2:
+        return False
+    y = values[rows[k - 2 : k + 3]]
+    steps = np.diff(y)
+    noise = 8 * noise_of(values[rows]) + last_step(values[rows])
+    return bool(np.ptp(steps) <= max(_STRAIGHT * float(np.max(np.abs(steps))), noise))
 
 
 def _at_ends(values: FloatArray) -> dict[int, float]:

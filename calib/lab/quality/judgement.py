@@ -10,6 +10,7 @@ from calib.lab.quality.material import check_compliance, check_hysteresis, check
 from calib.lab.quality.readings import (
     check_clipping,
     check_gap,
+    check_late,
     check_readings,
     check_resolution,
     check_signal,
@@ -39,7 +40,8 @@ def judge(obs: Observations, machine_compliance: float | None = None) -> tuple[G
         grades += [check_readings(c), check_signal(c), check_gap(obs, c), check_time_steps(obs, c)]
         if c.span <= NO_SIGNAL * c.noise:
             continue  # all other numbers would be shares of noise
-        grades += [check_resolution(c), check_clipping(obs, c), check_start(c), check_drift(obs, c), check_relaxation(obs, c)]
+        grades += [check_resolution(c), check_clipping(obs, c), check_late(obs, c)]
+        grades += [check_start(c), check_drift(obs, c), check_relaxation(obs, c)]
         if c.name == "force":
             grades += [check_load_zero(c), check_hysteresis(obs, c), check_compliance(c, machine_compliance)]
     return tuple(v for v in grades if v is not None)

@@ -28,6 +28,9 @@ FLAT_TOP, FLAT_TOP_LOSS = 5, 0.02
 #: A gap is longer than so many usual time steps, and takes so much of the duration of loading: one of the forty points, and one
 #: fifth of the curve.
 GAP_STEPS, GAP, LARGE_GAP = 5.0, 1 / 40, 0.2
+#: Travel on the way back, as a share of that in contact, after which a channel that still rises was not read then, and by how
+#: much it rises, as a share of its range: a meter is late by about half of what it averages over.
+LATE, LATE_RISE = 0.02, 0.02
 #: Ratio of long to short time steps (95th to 5th percentile) above which neighbouring readings are no even series: their
 #: correlation, counted in readings, is then that of the densest part.
 UNEVEN_STEPS = 10.0
@@ -148,3 +151,40 @@ def check_time_steps(obs: Observations, c: LoadingBranch) -> Grade | None:
     finding = f"nine of ten time steps lie between {low:.3g} and {high:.3g} s"
     advice = "Log in equal steps of time: the noise is judged as if readings followed each other evenly."
     return c.grade("even time steps", level_beyond(ratio, UNEVEN_STEPS, math.inf), ratio, "times", finding, advice)
+
+
+def check_late(obs: Observations, c: LoadingBranch) -> Grade | None:
+    """Does the channel still rise when the ball goes back, as of a meter that averages over a part of the press?
+
+    Parameters
+    ----------
+    obs : the lab file.
+    c : the channel that is judged.
+
+    Returns
+    -------
+    None if it does not, and where nothing tells.
+    """
+    if obs.displacement is None or obs.use.branch == "unloading":
+        return None
+    x, y = obs.displacement, c.sign * channel_values(obs, c.name)
+    end = int(c.rows[-1])
+    travel = float(x[end]) - c.touch
+    behind = np.arange(end + 1, x.size)
+    behind = behind[np.isfinite(x[behind]) & np.isfinite(y[behind])]
+    # Rows of a hold may lie a little deeper; those of the next press are another's.
+    first = np.flatnonzero(x[behind] < float(x[end]) - LATE * travel)
+    if not first.size:
+        return None
+    again = np.flatnonzero(x[behind[first[0] :]] > x[end])
+    back = behind[first[0] : first[0] + int(again[0])] if again.size else behind[first[0] :]
+    if travel <= 0:
+        return None
+    last = int(back[np.argmax(y[back])])
+    rise = float(y[last] - y[end])
+    if rise <= max(LATE_RISE * c.span, 6 * c.noise):
+        return None
+    share = float(x[end] - x[last]) / travel
+    finding = f"{c.name} still rises by {percent(rise / c.span)} of its range while the ball goes back by {percent(share)}"
+    advice = "It is averaged over a part of the press, or late: average over less, or press slower, and look at the clocks."
+    return c.grade("late readings", "bad", share, "1", finding, advice)

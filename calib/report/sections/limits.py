@@ -170,6 +170,15 @@ def _instruments(posterior: Posterior, unknown: set[str]) -> list[tuple[str, str
         if used and f"{channel}_gain" not in unknown:
             advice = f"Give {channel}_gain = {example} in [priors], by its class or manual, to have that in the uncertainties."
             found.append((f"The {instrument} is taken as exact", f"{effect} {advice}"))
+    if any("force" in sweep.channels for sweep in posterior.sweeps) and "load_step" not in unknown:
+        found.append(
+            (
+                "The load cell keeps its zero",
+                "A zero that was set anew at the touch, by less than the readings show, goes into contact point and modulus: "
+                "one of two thousandths of the load may move it by several of its standard deviations. Where the machine may "
+                f"balance its cell while it presses, give load_step = {UNKNOWNS['load_step'].example} in [specimens.priors].",
+            )
+        )
     return found
 
 

@@ -189,3 +189,16 @@ def test_a_line_that_says_tare_without_a_mark_of_comments_is_refused_with_a_way_
         read_lab_file(path)
     path.write_text("\n".join([*lines[:31], "# TARE", *lines[31:]]) + "\n")
     assert read_lab_file(path).zeroed["force"] == (30,)
+
+
+def test_a_capacitance_all_of_whose_marks_are_lost_is_refused_unless_its_unit_is_said(tmp_path: Path) -> None:
+    path = tmp_path / "press.csv"
+    rows = (f"{t:.2f},{x:.4f},{f:.3f},{1000 * c:.0f}\n" for t, x, f, c in zip(T, X, F, C, strict=True))
+    path.write_text(",".join(HEADS) + "\n" + "".join(rows))
+    with pytest.raises(InputError, match="decimal marks may be lost") as caught:
+        read_lab_file(path)
+    assert (caught.value.faults[0].line, caught.value.faults[0].column) == (2, 4)
+    table = read_lab_file(path, Reading(units={"capacitance": "pF"}))
+    np.testing.assert_allclose(table.columns["capacitance"], np.round(1000 * C) * 1e-12)
+    path.write_text(path.read_text().replace("Cp (pF)", "Cp (fF)"))
+    np.testing.assert_allclose(read_lab_file(path).columns["capacitance"], np.round(1000 * C) * 1e-15)

@@ -130,6 +130,19 @@ def test_objections_come_first_and_with_advice(tmp_path: Path) -> None:
     assert "resolution, force, of tester.csv" in words
 
 
+@pytest.mark.parametrize(("window", "late"), [(1, False), (5, False), (300, True), (900, True)])
+def test_a_channel_that_is_averaged_over_a_part_of_the_press_is_late(tmp_path: Path, window: int, late: bool) -> None:
+    t, x, f = Test(load_zero=0.0).columns()
+    before = np.cumsum(np.concatenate([np.full(window, f[0]), f]))
+    averaged = (before[window:] - before[:-window]) / window
+    path = tmp_path / "tester.csv"
+    rows = (f"{a:.1f},{b:.5f},{c:.4f}\n" for a, b, c in zip(t, x, averaged, strict=True))
+    path.write_text("Time (s),Extension (mm),Load (N)\n" + "".join(rows))
+    found = [v for v in judge(observe(read_lab_file(path))) if v.check == "late readings"]
+    assert [v.level for v in found] == (["bad"] if late else [])
+    assert all(v.number > 0.02 and "average" in v.advice for v in found)
+
+
 def test_worst_first_keeps_the_order_within_a_level() -> None:
     levels: dict[str, Literal["good", "bad"]] = {"a": "good", "b": "bad", "c": "good", "d": "bad"}
     made = [Grade(check, level, 1.0, "N", "", "", "force", "f") for check, level in levels.items()]

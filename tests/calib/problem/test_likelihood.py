@@ -185,6 +185,29 @@ def test_readings_of_instruments_with_gains_are_those_of_the_truth(tie: Tie, wit
         np.testing.assert_allclose(channel.mean[0], sweep.channels[name].value, rtol=2e-5, err_msg=name)
 
 
+@pytest.mark.parametrize("tie", ["clock", "displacement"])
+def test_a_load_zero_that_was_set_anew_at_the_touch_is_added_in_contact_alone(tie: Tie) -> None:
+    rig = replace(RIG, force_noise=0.0, capacitance_noise=0.0, load_step=-0.04)
+    sweep = press(tie=tie, rig=rig)
+    problem = build_problem(experiment({"load_step": Normal(0.0, 0.02)}), [sweep], EXACT)
+    force = predict_sweep(problem, values_at(problem, true_theta(problem, rig)), sweep).channels["force"]
+    # A point within half the distance of points from the touch has a part of the step.
+    away = np.abs(force.depth[0]) > 0.5 * np.median(np.diff(force.depth[0]))
+    assert np.count_nonzero(~away) <= 1
+    np.testing.assert_allclose(force.mean[0][away], force.observed[away], rtol=2e-5, atol=2e-6)
+    plain = build_problem(experiment(), [sweep], EXACT)
+    without = predict_sweep(plain, values_at(plain, true_theta(plain, rig)), sweep).channels["force"]
+    # In a reading that the load moved, what is missing is seen through what the frame gives way by.
+    added = np.where(force.depth[0] > 0, 0.04, 0.0)[away]
+    np.testing.assert_allclose((without.mean[0] - force.mean[0])[away], added, rtol=0.05, atol=1e-9)
+
+
+def test_there_is_no_load_step_where_force_ties_the_capacitance_or_where_nobody_names_it() -> None:
+    named = build_problem(experiment({"load_step": Normal(0.0, 0.02)}), [press(tie="force")], EXACT)
+    unnamed = build_problem(experiment(), [press()], EXACT)
+    assert all(p.parameter != "load_step" for problem in (named, unnamed) for p in problem.parameters)
+
+
 @pytest.mark.parametrize("tie", ["clock", "force", "displacement"])
 def test_a_gain_is_worth_as_much_modulus_or_permittivity(tie: Tie) -> None:
     # Force is proportional to the modulus, capacitance to the permittivity: readings alone cannot tell a gain from these.

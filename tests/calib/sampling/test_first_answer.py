@@ -158,3 +158,23 @@ def test_specimens_of_a_lot_have_a_first_answer_with_lot_and_spread(make_lot: Ca
     assert 0.01 < found["young_modulus_spread"].mean < 0.06
     assert found["young_modulus_spread"].sd > 0.01
     assert found["young_modulus"].sd > found["young_modulus[sensor 1]"].sd
+
+
+def test_a_load_zero_set_anew_at_the_touch_moves_the_modulus_unless_the_experiment_names_it() -> None:
+    plan = read_experiment(DATASET)
+    plain = problem_from(replace(plan, specimens=plan.specimens[:1]))
+    truth = SAMPLED["young_modulus"]
+    (sweep,) = plain.sweeps
+    force = sweep.channels["force"]
+    assert force.displacement is not None
+    contact = force.displacement > SAMPLED["contact_offset[sensor 1]"][0]
+    tared = replace(force, value=force.value - np.where(contact, 0.02, 0.0))
+    sweeps = [replace(sweep, channels={**sweep.channels, "force": tared})]
+    own = {**plan.specimens[0].priors, "load_step": Normal(0.0, 0.02)}
+    named = replace(plan, specimens=(replace(plan.specimens[0], priors=own),))
+    unnamed = first_answer(build_problem(plain.experiment, sweeps, plain.forward)).parameters["young_modulus"]
+    held = first_answer(build_problem(named, sweeps, plain.forward)).parameters
+    assert abs(unnamed.mean - truth[0]) > 2 * unnamed.sd
+    assert abs(held["young_modulus"].mean - truth[0]) < held["young_modulus"].sd
+    assert held["load_step[sensor 1]"].mean == pytest.approx(-0.02, abs=3 * held["load_step[sensor 1]"].sd)
+    assert held["young_modulus"].sd < 1.6 * truth[1]

@@ -1,0 +1,205 @@
+"""From the readings of a record to those of a channel that stand still while others go on: a stalled logger, a range's end."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from calib.errors import Fault
+from calib.lab.instruments.labtable import IntArray, Reading
+from calib.lab.instruments.readings import ReadColumn
+from calib.lab.instruments.sheet import Sheet
+from calib.lab.instruments.spikes import last_step, noise_of
+from calib.lab.instruments.unit_choice import is_confirmed
+from calib.lab.instruments.units import IN_PLACE_OF
+from models.sensor import FloatArray
+
+_JUDGED = ("displacement", "force", "capacitance", "capacitance_series")
+# Equal readings in succession that are looked at, so many times as long as runs usually are, of a column so long at least.
+_RUN, _USUAL, _FEWEST = 4, 3.0, 16
+# Steps on either side of a run that tell how the channel moved.
+_BESIDE = 3
+# Within a run the channel would have moved by so many noises and last digits.
+_NOISES, _DIGITS = 6.0, 4.0
+# What it moves by from reading to reading, in last digits.
+_PACE = 2.5
+# It has caught up if it jumps by such a share of what it would have moved, and by so many steps.
+_CAUGHT_UP, _STEPS = 0.5, 2.0
+# Another channel goes on if it moves by such a share of what it did before in as many rows.
+_GOES_ON = 0.4
+# Readings that are the same, and those of a channel at rest, as shares of the range.
+_SAME, _AT_REST = 1e-9, 0.03
+# Rows that are filled with one number: such a share of all at least, with so many others between them at equal distances.
+_FILLED, _OTHERS = 0.45, 6
+
+
+@dataclass(frozen=True)
+class Stalled:
+    """What is done about readings that stand still.
+
+    Attributes
+    ----------
+    notes, faults : of which readings stay, and for which the record is refused.
+    lost : quantity -> row from 0 -> why it is not usable.
+    """
+
+    notes: list[str] = field(default_factory=list)
+    faults: list[Fault] = field(default_factory=list)
+    lost: dict[str, dict[int, str]] = field(default_factory=dict)
+
+
+def stalled(sheet: Sheet, columns: Sequence[ReadColumn], values: Mapping[str, FloatArray], reading: Reading) -> Stalled:
+    """Find readings that stand still, to the last digit, where they were moving and another channel goes on.
+
+    Where they catch up behind, the logger wrote an old reading for a while: these rows are left out. Where they go on from
+    where they stood, all behind may be late: refused. At an end of its range, as of a meter that saturates, it is noted. A slow
+    meter, whose readings are all written several times, a display of few digits, a hold, and a load at rest are none of this.
+
+    Parameters
+    ----------
+    sheet : the record.
+    columns : those that are read.
+    values : quantity -> readings in SI, nan where there is none or none that is used, (n_row,).
+    reading : what the user says of the file.
+    """
+    told = Stalled()
+    for column in columns:
+        if column.quantity not in _JUDGED or column.quantity not in values:
+            continue
+        y = values[column.quantity]
+        rows = np.flatnonzero(np.isfinite(y))
+        if rows.size < _FEWEST or is_confirmed(sheet, column.index, column.heading, column.factor, reading):
+            continue
+        filled = _filled(rows, y)
+        if filled is not None:
+            told.faults.append(_of_filled(sheet, column, *filled))
+            continue
+        others = {q: v for q, v in values.items() if q in _JUDGED and _name(q) != _name(column.quantity)}
+        for first, last, kind in _runs(rows, y, others):
+            _tell(sheet, column, first, last, kind, told)
+    return told
+
+
+def _tell(sheet: Sheet, column: ReadColumn, first: int, last: int, kind: str, told: Stalled) -> None:
+    cells, name = sheet.columns[column.index], _name(column.quantity)
+    lines = f"lines {int(sheet.lines[first])} to {int(sheet.lines[last])}"
+    shown = f'"{cells[first].strip()[:40]}"'
+    if kind == "end":
+        told.notes.append(
+            f'column "{sheet.names[column.index]}": {shown} stands in {lines} while the other channels go on: the end of its '
+            "range, behind which nothing was measured"
+        )
+    elif kind == "late":
+        message = (
+            f'column "{sheet.names[column.index]}": {shown} stands in {lines} while the other channels go on, and the readings '
+            "behind go on from there: they may be late by as many rows"
+        )
+        advice = (
+            "Save the rows before it in a file of their own, or export the record again; if the readings are right, let the "
+            f"header name the unit and say it once more: --units {name}=..."
+        )
+        told.faults.append(Fault(message, sheet.text.path, int(sheet.lines[first]), column.index + 1, advice=advice))
+    else:
+        why = f"{name} stands still in {lines} ({shown}) while the other channels go on, and catches up behind"
+        told.lost.setdefault(column.quantity, {}).update(dict.fromkeys(range(first + 1, last + 1), why))
+
+
+def _runs(rows: IntArray, y: FloatArray, others: Mapping[str, FloatArray]) -> list[tuple[int, int, str]]:
+    """Runs of equal readings that cannot be: first row, last row, and whether it is "end", "late" or "lost"."""
+    v = y[rows]
+    change = np.flatnonzero(np.diff(v) != 0) + 1
+    starts = np.concatenate([[0], change])
+    lengths = np.diff(np.append(starts, v.size))
+    long = np.flatnonzero(lengths >= _RUN)
+    if not long.size or lengths.size < 2 * _BESIDE:
+        return []
+    usual = float(np.quantile(lengths[(lengths < _RUN) | (lengths <= np.median(lengths))], 0.9))
+    # What a motor drives has steps of many digits, which differ by few.
+    digit = min(last_step(v), last_step(np.diff(v)))
+    floor = max(_NOISES * noise_of(v[starts]), _DIGITS * digit)
+    low, high, rest = float(np.min(v)), float(np.max(v)), float(np.median(v[: max(1, min(9, v.size // 10))]))
+    span = high - low
+    found = []
+    for k in long.tolist():
+        first, last = int(starts[k]), int(starts[k] + lengths[k]) - 1
+        before, after = v[max(first - _BESIDE, 0) : first + 1], v[last + 1 : last + 3]
+        if lengths[k] < _USUAL * usual or before.size <= _BESIDE or abs(v[first] - rest) < _AT_REST * span:
+            continue
+        if float(np.min(np.abs(np.diff(before)))) < _PACE * digit:
+            continue  # a digit that goes to and fro
+        # The least of the steps before: one of them may be a jump.
+        pace, pace_after = float(np.min(np.abs(np.diff(before)))), _pace(after)
+        at_end = min(high - v[first], v[first] - low) <= _SAME * span
+        ends = int(rows[first]), int(rows[last])
+        if at_end:
+            if _one_way(before) and pace * lengths[k] > floor and _go_on(others, *ends, ahead=False):
+                found.append((*ends, "end"))
+            continue
+        if not (after.size and _one_way(before) and _go_on(others, *ends, ahead=True)):
+            continue
+        jump, way = float(v[last + 1] - v[last]), float(before[-1] - before[0])
+        would = pace * (lengths[k] - 1)
+        if jump * way > 0 and would > floor and abs(jump) > max(_CAUGHT_UP * would, _STEPS * pace):
+            found.append((*ends, "lost"))
+        elif after.size > 1 and way * float(after[-1] - after[0]) > 0 and min(pace, pace_after) * (lengths[k] - 1) > floor:
+            found.append((*ends, "late"))
+    return found
+
+
+def _pace(v: FloatArray) -> float:
+    """By how much readings change from one to the next."""
+    return abs(float(v[-1] - v[0])) / (v.size - 1) if v.size > 1 else 0.0
+
+
+def _one_way(v: FloatArray) -> bool:
+    steps = np.diff(v)
+    return bool(np.all(steps > 0) or np.all(steps < 0))
+
+
+def _go_on(others: Mapping[str, FloatArray], first: int, last: int, *, ahead: bool) -> bool:
+    """Whether all other channels move between two rows as fast as before them; `ahead` if in the same direction, too."""
+    moving = 0
+    for v in others.values():
+        rows = np.flatnonzero(np.isfinite(v))
+        begin, end = np.searchsorted(rows, [first, last + 1])
+        there, before = v[rows[begin:end]], v[rows[max(begin - _BESIDE, 0) : begin + 1]]
+        if there.size < 3 or before.size < 2:
+            continue
+        moved = float(there[-1] - there[0]) * np.sign(float(before[-1] - before[0])) if ahead else float(np.ptp(there))
+        if moved < _GOES_ON * _pace(before) * (there.size - 1) or np.all(there == there[0]):
+            return False
+        moving += _pace(before) > 0 and float(np.ptp(there)) > 3 * noise_of(v[rows])
+    return moving > 0
+
+
+def _filled(rows: IntArray, y: FloatArray) -> tuple[int, int, float] | None:
+    """A number that stands in most rows, with others at equal distances between: its first row, the distance, the number."""
+    v = y[rows]
+    numbers, counts = np.unique(v[:2000], return_counts=True)
+    number = float(numbers[int(np.argmax(counts))])
+    own = v == number
+    if not _FILLED <= np.mean(own) < 1:
+        return None
+    between = np.flatnonzero(~own)
+    apart = np.diff(between)
+    if between.size < _OTHERS or int(apart[0]) < 2:
+        return None
+    if np.mean(apart == np.median(apart)) < 0.8 or np.median(apart) < 2:
+        return None
+    return int(rows[np.flatnonzero(own)[0]]), int(np.median(apart)), number
+
+
+def _of_filled(sheet: Sheet, column: ReadColumn, row: int, apart: int, number: float) -> Fault:
+    cell = sheet.columns[column.index][row].strip()[:40]
+    message = (
+        f'column "{sheet.names[column.index]}": "{cell}" stands in all rows but every {apart}th: cells without a reading seem '
+        "to have been filled with it"
+    )
+    advice = f'Empty the cells with "{cell}", so that a row has a reading or none, or export them so'
+    return Fault(message, sheet.text.path, int(sheet.lines[row]), column.index + 1, advice=advice)
+
+
+def _name(quantity: str) -> str:
+    return IN_PLACE_OF.get(quantity, quantity)
