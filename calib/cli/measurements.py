@@ -26,17 +26,22 @@ from calib.files import require_writable, write_text
 
 if TYPE_CHECKING:
     from calib.decision import NextMeasurements, Requirement
+    from calib.experiment import Specification
     from calib.runs import Run
 
 
 def next_measurement(
     run: RunFolder,
     what: Annotated[
-        Literal["modulus", "padding"], typer.Option("--for", help="What is to be known better: the modulus, or the signal.")
+        Literal["modulus", "padding", "spec"],
+        typer.Option("--for", help="What is to be known better: the modulus, the signal, or whether a specification is met."),
     ] = "modulus",
     force: Annotated[str | None, typer.Option(help="Force at which the signal counts [default: as recommended for].")] = None,
     padding: Annotated[
         str | None, typer.Option(help='With --force: thicknesses to choose from [default: "0 mm:9 mm"].')
+    ] = None,
+    spec: Annotated[
+        Path | None, typer.Option(help="With --for spec: specification file [default: as recommended for].")
     ] = None,
     bench: Annotated[Path | None, typer.Option(help="TOML file: what your lab can measure, how well, in what time.")] = None,
     draft: Annotated[Path | None, typer.Option(help="Experiment file to draft; never overwritten.")] = None,
@@ -50,7 +55,10 @@ def next_measurement(
     machine's compliance, ...) it is worked out how sure the modulus, or the signal on the recommended padding, would be after
     it. Nothing is sampled. What the ranking rests on, and what cannot be judged, is said below it: docs/next.md.
 
-    Example: `calib next run1 --for padding --force "10 N" --draft next.toml`
+    With --for spec it is worked out how often it would be decided wrongly whether sensors are released for a specification, or
+    held back, and how much better the padding would be chosen.
+
+    Example: `calib next run1 --for padding --force "10 N" --draft next.toml`, `calib next run1 --for spec --spec spec.toml`
 
     Writes: run1/next.json (SI), and the draft of an experiment file with the measurement in it, if asked for.
 
@@ -68,7 +76,7 @@ def next_measurement(
             require_writable(draft, "Create it, or choose another --draft")
         of_lab = None if bench is None else read_bench(bench)
         found = loaded(run)
-        requirement = _requirement(found, what, force, padding)
+        requirement = _requirement(found, what, force, padding, spec)
         require_writable(run / "next.json")
         result = next_in(found, requirement, of_lab, seed=seed, command=as_given())
         text = "" if draft is None else result.draft(number, draft.absolute().parent)
@@ -88,14 +96,21 @@ def next_measurement(
     exit_by(result.verdict, strict)
 
 
-def _requirement(run: Run, what: str, force: str | None, padding: str | None) -> Requirement | None:
+def _requirement(
+    run: Run, what: str, force: str | None, padding: str | None, spec: Path | None
+) -> Requirement | Specification | None:
     from calib.decision import Requirement
-    from calib.runs import asked_before
+    from calib.experiment import read_specification
+    from calib.runs import asked_before, specified_before
 
+    if what != "padding" and (force is not None or padding is not None):
+        raise InputError(Fault("--force and --padding are of --for padding", advice="Say --for padding, or leave them out"))
+    if what != "spec" and spec is not None:
+        raise InputError(Fault("--spec is of --for spec", advice="Say --for spec, or leave it out"))
     if what == "modulus":
-        if force is not None or padding is not None:
-            raise InputError(Fault("--force and --padding are of --for padding", advice="Say --for padding, or leave them out"))
         return None
+    if what == "spec":
+        return specified_before(run) if spec is None else read_specification(spec)
     if force is None:
         if padding is not None:
             raise InputError(Fault("--padding goes with --force", advice='Give --force, e.g. "10 N", too'))
@@ -107,6 +122,9 @@ def _say(result: NextMeasurements) -> None:
     from rich.markup import escape
 
     say(result.in_words)
+    if result.deciding is not None:
+        _say_decisions(result)
+        return
     of = "modulus" if result.asked == "modulus" else "signal"
     shown = table("", "measurement", f"sd of the {of}", "less", "min", "an hour")
     for number, one in enumerate(result.ranked, 1):
@@ -116,3 +134,28 @@ def _say(result: NextMeasurements) -> None:
     out().print(shown)
     now = f"Now: ±{result.relative(result.sd)}"
     say(f"{now}. Less: share of the sd that is taken away; an hour: the same for an hour in the lab.")
+
+
+def _say_decisions(result: NextMeasurements) -> None:
+    from rich.markup import escape
+
+    from calib.decision import percent_of_few
+
+    shown = table("", "measurement", "released wrongly", "held back wrongly", "shortfall", "less", "min", "an hour")
+    for number, one in enumerate(result.ranked, 1):
+        if one.decided is not None:
+            most = "≤ " if one.decided.share < 1 else ""
+            wrong = [f"{most}{percent_of_few(share)}" for share in (one.decided.wrong_release, one.decided.wrong_hold)]
+            less = f"{100 * one.reduction:.0f} %" if one.tells else "nothing"
+            rate = f"{100 * one.per_hour:.0f} %" if one.tells else ""
+            short = f"{most}{percent_of_few(one.regret)}"
+            shown.add_row(f"{number}", escape(one.what), *wrong, short, less, f"{one.minutes:.0f}", rate)
+    out().print(shown)
+    if result.deciding is not None:
+        now = result.deciding.now
+        wrong = [percent_of_few(share) for share in (now.wrong_release, now.wrong_hold)]
+        said = f"Now: {wrong[0]} released wrongly, {wrong[1]} held back wrongly, shortfall {percent_of_few(now.regret)} of a limit"
+        say(
+            f"{said}. Less: share of what wrong decisions cost, both kinds weighted as the probability asked for says; an hour: "
+            "the same for an hour in the lab."
+        )

@@ -27,8 +27,16 @@ from calib.decision.inspection import (
     presented,
 )
 from calib.decision.inverse import invert
-from calib.decision.measurements import Measurement, NextMeasurements, next_measurements, next_to_json
+from calib.decision.measurements import (
+    Deciding,
+    Measurement,
+    NextMeasurements,
+    next_measurements,
+    next_to_json,
+    percent_of_few,
+)
 from calib.decision.padding import recommend
+from calib.decision.release import Decided
 from calib.decision.recommendation import INTERVAL_PROBABILITY, OfModel, Recommendation
 from calib.decision.record import recommendation_from_json, recommendation_to_json
 from calib.decision.requirement import Requirement
@@ -49,6 +57,8 @@ __all__ = [
     "Built",
     "Cause",
     "Conformity",
+    "Decided",
+    "Deciding",
     "Drawing",
     "ForceReading",
     "ForceTable",
@@ -80,6 +90,7 @@ __all__ = [
     "next_measurements",
     "next_to_json",
     "percent",
+    "percent_of_few",
     "presented",
     "recommend",
     "recommend_for",

@@ -4,21 +4,22 @@ from __future__ import annotations
 
 from calib.decision import NextMeasurements, Requirement, next_measurements, next_to_json
 from calib.errors import Fault, InputError
-from calib.experiment import Bench
+from calib.experiment import Bench, Specification
 from calib.files import write_text
 from calib.runs.folder import Run, fast_forward, load_recommendation, owned_run, require_own_forward
 from calib.runs.listing import NEXT, writing
 
 
 def next_in(
-    run: Run, requirement: Requirement | None, bench: Bench | None = None, *, seed: int, command: str = ""
+    run: Run, requirement: Requirement | Specification | None, bench: Bench | None = None, *, seed: int, command: str = ""
 ) -> NextMeasurements:
     """Say what to measure next after a run, and keep that there: next.json.
 
     Parameters
     ----------
     run : the calibration.
-    requirement : the load and the thicknesses of the padding whose signal is to be known better; None for the modulus.
+    requirement : the load and the thicknesses of the padding whose signal is to be known better, or the specification to
+        decide on; None for the modulus.
     bench : what the lab can measure; usual values by default.
     seed : of the choice of draws.
     command : the command line, kept with the run.
@@ -58,3 +59,18 @@ def asked_before(run: Run) -> Requirement:
         advice = 'Give --force "10 N" and --padding "0 mm:9 mm", or run `calib recommend` first'
         raise InputError(Fault("nothing says at which load the signal counts", run.folder, advice=advice))
     return kept.requirement
+
+
+def specified_before(run: Run) -> Specification:
+    """The specification that the recommendation of a run was asked for.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
+    kept = load_recommendation(run.folder)
+    if kept is None or kept.conformity is None:
+        advice = "Give --spec spec.toml, or run `calib recommend RUN --spec spec.toml` first"
+        raise InputError(Fault("nothing says which specification is to be met", run.folder, advice=advice))
+    return kept.conformity.specification
