@@ -14,6 +14,7 @@ from calib.cli.common import (
     exit_by,
     loaded,
     out,
+    paging,
     quantity,
     refusing_bad_input,
     say,
@@ -60,9 +61,10 @@ def next_measurement(
 
     Example: `calib next run1 --for padding --force "10 N" --draft next.toml`, `calib next run1 --for spec --spec spec.toml`
 
-    Writes: run1/next.json (SI), and the draft of an experiment file with the measurement in it, if asked for.
+    Writes: run1/next.json (SI), run1/report.html anew with the first three, and the draft of an experiment file with the
+    measurement in it, if asked for.
 
-    Exit codes: 0 done, the verdict green or amber; 2 bad input, nothing written; 3 done, but the verdict is red, or with
+    Exit codes: 0 done, the verdict green or amber; 1 the page could not be made, and saying why; 2 bad input, nothing written; 3 done, but the verdict is red, or with
     --strict amber.
     """
     with refusing_bad_input():
@@ -78,7 +80,8 @@ def next_measurement(
         found = loaded(run)
         requirement = _requirement(found, what, force, padding, spec)
         require_writable(run / "next.json")
-        result = next_in(found, requirement, of_lab, seed=seed, command=as_given())
+        with paging():
+            result = next_in(found, requirement, of_lab, seed=seed, command=as_given())
         text = "" if draft is None else result.draft(number, draft.absolute().parent)
         _say(result)
         say_verdict(result.verdict, status_in_words(result.verdict, "the ranking"))
@@ -86,7 +89,7 @@ def next_measurement(
             say(f"  not judged: {reason}")
         for condition in result.rests_on:
             say(f"  rests on: {condition}")
-        say(f"Written: {run / 'next.json'}")
+        say(f"Written: {run / 'next.json'}, {run / 'report.html'}")
         if draft is not None:
             write_text(draft, text)
             lines = text.count(MARK)

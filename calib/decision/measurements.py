@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -39,13 +39,13 @@ from calib.decision.words import percent
 from calib.errors import Fault, InputError
 from calib.experiment import Bench, Experiment, Specification, experiment_toml
 from calib.problem import Problem, coordinates_of, plan_sweep
-from calib.records import record_to_text
+from calib.records import exact_record_from_text, record_to_text
 from calib.sampling import Posterior
 from models.response import Forward, OutOfRangeError
 from models.sensor import FloatArray, IntArray
 
 #: Layout version of next.json.
-FORMAT = 1
+FORMAT = 2
 _KIND = "next measurements"
 
 # Draws of the scales, fewer where there are so many unknowns.
@@ -54,6 +54,8 @@ _DRAWS, _MANY, _FEW_DRAWS = 64, 100, 16
 _NORMAL, _NOTHING = 0.2, 0.005
 # A decision that is wrong less often than this is sure; less than so many standard errors of a loss are chance.
 _SURE, _CHANCE = 0.001, 2.0
+# Measurements that a report shows.
+_SHOWN = 3
 # Draws of sensors by which decisions are judged, at least, and most thicknesses of padding among which they are made.
 _SENSORS, _STEPS = 4000, 91
 
@@ -120,6 +122,35 @@ class Deciding:
         return max(self.now.wrong_release, self.now.wrong_hold) < _SURE
 
 
+@dataclass(frozen=True)
+class ShortMeasurement:
+    """One measurement as a report shows it: what to do, what it brings in words, minutes, reduction and that per hour [1]."""
+
+    what: str
+    brings: str
+    minutes: float
+    reduction: float
+    per_hour: float
+
+
+@dataclass(frozen=True)
+class NextInShort:
+    """What to measure next as a report shows it.
+
+    Attributes
+    ----------
+    asked, label, said : as of `NextMeasurements`, the last in words.
+    first : the first three that tell anything.
+    why_not : why nothing is said, in words; "" if something is.
+    """
+
+    asked: Asked
+    label: str
+    said: str
+    first: tuple[ShortMeasurement, ...]
+    why_not: str = ""
+
+
 @dataclass(frozen=True, eq=False)
 class NextMeasurements:
     """What to measure next; `next_measurements` makes it. SI throughout.
@@ -160,12 +191,26 @@ class NextMeasurements:
         """A standard deviation as people read it: in per cent of the mean."""
         return f"{100 * sd / abs(self.mean):.3g} %"
 
+    def brings(self, one: Measurement) -> str:
+        """What a measurement would bring, in words."""
+        if self.deciding is not None and one.decided is not None:
+            return f"{wrong_in_words(one.decided)} instead of {wrong_in_words(self.deciding.now)}"
+        name = "modulus" if self.asked == "modulus" else "signal"
+        return f"{name} ±{self.relative(one.sd)} instead of ±{self.relative(self.sd)}"
+
     def in_lab_terms(self, one: Measurement) -> str:
         """One measurement in a line: what to do, what it would bring, and how long it takes."""
-        if self.deciding is not None and one.decided is not None:
-            return f"{one.what}: {wrong_in_words(one.decided)} instead of {wrong_in_words(self.deciding.now)}, {one.minutes:.0f} min"
-        name = "modulus" if self.asked == "modulus" else "signal"
-        return f"{one.what}: {name} ±{self.relative(one.sd)} instead of ±{self.relative(self.sd)}, {one.minutes:.0f} min"
+        return f"{one.what}: {self.brings(one)}, {one.minutes:.0f} min"
+
+    @property
+    def in_short(self) -> NextInShort:
+        """The first three, for a report."""
+        first = tuple(
+            ShortMeasurement(one.what, self.brings(one), one.minutes, one.reduction, one.per_hour)
+            for one in self.ranked[:_SHOWN]
+            if one.tells
+        )
+        return NextInShort(self.asked, self.label, self.in_words, first)
 
     @property
     def in_words(self) -> str:
@@ -382,7 +427,7 @@ def next_to_json(found: NextMeasurements, fingerprint: str = "") -> str:
 
     def plain(one: Measurement) -> dict[str, Any]:
         names = ("kind", "what", "minutes", "sd", "reduction", "per_hour", "regret")
-        said = {"said": found.in_lab_terms(one), **{name: getattr(one, name) for name in names}}
+        said = {"said": found.in_lab_terms(one), "brings": found.brings(one), **{name: getattr(one, name) for name in names}}
         return said if one.decided is None else {**said, "decided": asdict(one.decided)}
 
     content = {
@@ -407,6 +452,39 @@ def next_to_json(found: NextMeasurements, fingerprint: str = "") -> str:
         "seed": found.seed,
     }
     return record_to_text(_KIND, FORMAT, content)
+
+
+def next_from_json(text: str, path: Path | None = None, posterior_sha256: str | None = None) -> NextInShort | None:
+    """Read as much as a report shows of what `next_to_json` wrote.
+
+    Parameters
+    ----------
+    text : of the file.
+    path : of the file, to be named if it is refused.
+    posterior_sha256 : of the posterior that it must be of; None for any.
+
+    Returns
+    -------
+    None where it is of another posterior.
+
+    Raises
+    ------
+    InputError
+        If the text is not, to the last byte, what was written in this format.
+    """
+    try:
+        record = exact_record_from_text(_KIND, FORMAT, text)
+        if posterior_sha256 is not None and record["posterior_sha256"] != posterior_sha256:
+            return None
+        first = tuple(
+            ShortMeasurement(*(one[f.name] for f in fields(ShortMeasurement)))
+            for one in record["ranked"][:_SHOWN]
+            if one["reduction"] >= _NOTHING
+        )
+        return NextInShort(record["for"], record["target"]["label"], record["said"], first)
+    except (ValueError, KeyError, TypeError) as error:
+        message = f"this is not what `calib next` has written ({error})"
+        raise InputError(Fault(message, path, advice="Delete it, or run `calib next` again")) from None
 
 
 # --- what is known ------------------------------------------------------------------------------------------------------

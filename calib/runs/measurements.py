@@ -2,18 +2,29 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from calib.decision import NextMeasurements, Requirement, next_measurements, next_to_json
 from calib.errors import Fault, InputError
 from calib.experiment import Bench, Specification
 from calib.files import write_text
-from calib.runs.folder import Run, fast_forward, load_recommendation, owned_run, require_own_forward
-from calib.runs.listing import NEXT, writing
+from calib.runs.folder import (
+    Run,
+    fast_forward,
+    kept_page_drawings,
+    load_recommendation,
+    owned_run,
+    page_of,
+    require_own_forward,
+    write_page,
+)
+from calib.runs.listing import NEXT, PAGES, writing
 
 
 def next_in(
     run: Run, requirement: Requirement | Specification | None, bench: Bench | None = None, *, seed: int, command: str = ""
 ) -> NextMeasurements:
-    """Say what to measure next after a run, and keep that there: next.json.
+    """Say what to measure next after a run, and keep that there: next.json, and report.html anew.
 
     Parameters
     ----------
@@ -29,6 +40,8 @@ def next_in(
     InputError
         If nothing can be said, the model is not the one that the run was calibrated with, or another process writes into the
         folder; nothing is written then.
+    PageError
+        If the page cannot be made; next.json is written then.
     """
     require_own_forward(run)
     found = next_measurements(
@@ -41,8 +54,13 @@ def next_in(
         verdict=run.verdict,
     )
     command = command or "calib next"
-    with owned_run(run, command) as listing, writing(run.folder, listing, (NEXT,), command):
-        write_text(run.folder / NEXT, next_to_json(found, listing.fingerprint))
+    with owned_run(run, command) as listing:
+        drawings = kept_page_drawings(run, listing)
+        with writing(run.folder, listing, (NEXT, *PAGES), command):
+            write_text(run.folder / NEXT, next_to_json(found, listing.fingerprint))
+            failure = write_page(run, partial(page_of, drawings=drawings) if drawings else page_of)
+    if failure is not None:
+        raise failure
     return found
 
 
