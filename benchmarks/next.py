@@ -6,11 +6,11 @@ each kind is then held against what comes of it: it is made in the same lab, wit
 own, and all is calibrated again, by weighted draws, too. Where these cannot be trusted (effective draws below 150) the lab is
 left out, and counted. What the model leaves out of a press is a function of depth that every press of the same specimen under
 the same ball repeats, which a calibration does not know: the sd that it says is then no measure of what is known, so that the
-error of the modulus is held against it, too. Printed for each layout and kind: by how much the sd of the modulus was expected to
-fall and fell, means over labs; the ratio of the sd that came to that expected, its mean, its scatter, and in how many labs it is
-within 20 % of 1; the root mean square of the error over the sd expected and over that which came. Then how much more an hour for
-what was ranked first was expected to bring than an hour of pressing once more in the same way. With -o labs are kept, and those
-that are there are not repeated.
+error of the modulus is held against it, too. Printed for each layout and kind: by how much the sd of the modulus was expected
+to fall and fell, means over labs; the ratio of the sd that came to that expected, its mean, its scatter, and in how many labs
+it is within 20 % of 1; the root mean square of the error over the sd expected and over that which came. Then how much more an
+hour for what was ranked first was expected to bring than an hour of pressing once more in the same way. With -o labs are kept,
+and those that are there are not repeated.
 """
 
 from __future__ import annotations
@@ -252,7 +252,12 @@ def held(layout: str, seed: int, kinds: Sequence[str]) -> dict[str, Any]:
 
     true = truth["young_modulus"]
     before, (mean, sd) = variance(present), modulus_of(look)
-    row |= {"outcome": "done", "sd": sd, "error": mean - true, "linear": float(np.sqrt(before) / np.sqrt(np.var(known.draws @ slope)))}
+    row |= {
+        "outcome": "done",
+        "sd": sd,
+        "error": mean - true,
+        "linear": float(np.sqrt(before) / np.sqrt(np.var(known.draws @ slope))),
+    }
     best: dict[str, tuple[float, Candidate]] = {}
     for candidate in candidates_of(known, Bench())[0]:
         if kinds and candidate.kind not in kinds:
@@ -291,7 +296,9 @@ def tell(rows: Sequence[Mapping[str, Any]]) -> None:
             falls = f"{100 * (1 - np.mean(expected)):.0f} % | {100 * (1 - np.mean(came)):.0f} %"
             near = f"{100 * np.mean(np.abs(ratio - 1) < 0.2):.0f} %"
             off = " | ".join(f"{np.sqrt(np.mean((error / of) ** 2)):.2f}" for of in (expected, came))
-            print(f"| {layout} | {kind} | {len(pairs)} | {falls} | {np.mean(ratio):.2f} | {np.std(ratio):.2f} | {near} | {off} |")
+            print(
+                f"| {layout} | {kind} | {len(pairs)} | {falls} | {np.mean(ratio):.2f} | {np.std(ratio):.2f} | {near} | {off} |"
+            )
         if done:
             now = np.sqrt(np.mean([(row["error"] / row["sd"]) ** 2 for row in done]))
             print(f"| {layout} | nothing | {len(done)} | | | | | | {now:.2f} | {now:.2f} |")

@@ -1,12 +1,12 @@
-"""Decide on a specification after what `calib next --for spec` says, in simulated labs: `python benchmarks/next_decision.py -o FILE`.
+"""Decide on a specification after what `calib next --for spec` says: `python benchmarks/next_decision.py --labs 20 -o FILE`.
 
-A lab is one specimen of `benchmarks/next.py`, calibrated by weighted draws. It is asked for padding that keeps a window of signal
-and stroke about what its posterior's medians do on 3 mm of padding, so that it hangs on what is not known. Of a measurement of
-each kind it is worked out how often it would be decided wrongly after it. Then it is made: in sensors that are drawn from the
-lab's posterior, as what will be read is not known; each time all is calibrated again, decided again, and the loss of that
-decision is told by the new posterior, p (1 - P) if sensors are released and (1 - p) P if they are held back. Printed for each
-kind: the loss now, the loss expected after it, and the mean that came, with its standard error over labs. With -o readings are
-kept, a line of JSON each, and not repeated.
+A simulated lab is one specimen of `benchmarks/next.py`, calibrated by weighted draws. It is asked for padding that keeps a
+window of signal and stroke about what its posterior's medians do on 3 mm of padding, so that it hangs on what is not known. Of a
+measurement of each kind it is worked out how often it would be decided wrongly after it. Then it is made: in sensors that are
+drawn from the lab's posterior, as what will be read is not known; each time all is calibrated again, decided again, and the
+loss of that decision is told by the new posterior, p (1 - P) if sensors are released and (1 - p) P if they are held back.
+Printed for each kind: the loss now, the loss expected after it, and the mean that came, with the standard error over labs of
+the difference. With -o labs are kept, a line of JSON each, and not repeated.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def window(look: Look, forward: Forward, seed: int, rng: np.random.Generator) ->
     """What a lab is asked for: signal and stroke within so much of what they are on 3 mm of padding, by medians."""
     wide = Specification((Limit("signal", "at_least", 1e-4),), (FORCE,), lower=LOWER, upper=UPPER, steps=STEPS)
     middle = conform(weighted_posterior(look.problem, look, rng), forward, wide, seed=seed, verdict=Verdict()).best
-    at = int(round((PADDING - LOWER) / (UPPER - LOWER) * (STEPS - 1)))
+    at = round((PADDING - LOWER) / (UPPER - LOWER) * (STEPS - 1))
     signal, stroke = float(middle.signal[2, at]), float(middle.stroke[2, at])
     limits = (Limit("signal", "at_least", (1 - ROOM) * signal), Limit("stroke", "at_most", (1 + ROOM) * stroke))
     return replace(wide, limits=limits, probability=ASKED, n_draw=DRAWS)
@@ -77,7 +77,7 @@ def decided(seed: int, kinds: Sequence[str], readings: int) -> dict[str, Any]:
             continue
         came = []
         for k in range(readings):
-            truth = dict(zip(problem.names, _picked(look, rng), strict=True)) | problem.fixed
+            truth = {**dict(zip(problem.names, _picked(look, rng), strict=True)), **problem.fixed}
             after = made(candidate, problem, truth, Left((*left.seed, k), left.length), rng)
             again = None if after is None else looked(after)
             if again is not None:
@@ -90,7 +90,7 @@ def decided(seed: int, kinds: Sequence[str], readings: int) -> dict[str, Any]:
 def _picked(look: Look, rng: np.random.Generator) -> FloatArray:
     """Values [SI] of a draw of the posterior: a sensor as it may be."""
     one = look.theta[rng.choice(len(look.theta), 1, p=look.weight)]
-    return columns_at(look.problem, one)[0]
+    return np.asarray(columns_at(look.problem, one)[0], dtype=float)
 
 
 def tell(rows: Sequence[dict[str, Any]]) -> None:

@@ -64,8 +64,8 @@ def next_measurement(
     Writes: run1/next.json (SI), run1/report.html anew with the first three, and the draft of an experiment file with the
     measurement in it, if asked for.
 
-    Exit codes: 0 done, the verdict green or amber; 1 the page could not be made, and saying why; 2 bad input, nothing written; 3 done, but the verdict is red, or with
-    --strict amber.
+    Exit codes: 0 done, the verdict green or amber; 1 the page could not be made, and saying why; 2 bad input, nothing written;
+    3 done, but the verdict is red, or with --strict amber.
     """
     with refusing_bad_input():
         from calib.experiment import MARK, read_bench
@@ -157,8 +157,10 @@ def _say_decisions(result: NextMeasurements) -> None:
     if result.deciding is not None:
         now = result.deciding.now
         wrong = [percent_of_few(share) for share in (now.wrong_release, now.wrong_hold)]
-        said = f"Now: {wrong[0]} released wrongly, {wrong[1]} held back wrongly, shortfall {percent_of_few(now.regret)} of a limit"
+        said = (
+            f"Now: {wrong[0]} released wrongly, {wrong[1]} held back wrongly, shortfall {percent_of_few(now.regret)} of a limit"
+        )
         say(
-            f"{said}. Less: share of what wrong decisions cost, both kinds weighted as the probability asked for says; an hour: "
-            "the same for an hour in the lab."
+            f"{said}. Less: share of what wrong decisions cost, both kinds weighted as the probability asked for says; an "
+            "hour: the same for an hour in the lab."
         )

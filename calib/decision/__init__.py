@@ -39,9 +39,9 @@ from calib.decision.measurements import (
     percent_of_few,
 )
 from calib.decision.padding import recommend
-from calib.decision.release import Decided
 from calib.decision.recommendation import INTERVAL_PROBABILITY, OfModel, Recommendation
 from calib.decision.record import recommendation_from_json, recommendation_to_json
+from calib.decision.release import Decided
 from calib.decision.requirement import Requirement
 from calib.decision.specified import conform, recommend_for
 from calib.decision.trend import Trend

@@ -92,9 +92,13 @@ def with_measurement(present: Knowledge, candidate: Candidate) -> Knowledge:
     draws[:, :n] = present.draws
     *before, new = candidate.problem.plans
     alike = [plan for plan in before if _misses_the_same(plan.sweep, new.sweep)]
-    more = information_together(candidate.problem, [*alike, new], candidate.middle, draws)
     if alike:  # what the new one tells to who knows the others
-        more -= information_together(candidate.problem, alike, candidate.middle, draws)
+        both, one = (
+            information_together(candidate.problem, plans, candidate.middle, draws) for plans in ([*alike, new], alike)
+        )
+        more = both - one
+    else:
+        more = expected_information(candidate.problem, [new], candidate.middle, draws)
     more[:, :n, :n] += present.information
     return Knowledge(candidate.problem, candidate.middle, draws, present.spread, more)
 

@@ -101,7 +101,9 @@ def _without_scatter(s: Specification) -> Specification:
         middle = float(ball.ppf_normal(0.0))
         ball = (1 / middle if s.by_curvature else middle,)
     materials = tuple(
-        replace(m, young_modulus=float(m.young_modulus.ppf_normal(0.0)) if isinstance(m.young_modulus, Prior) else m.young_modulus)
+        replace(
+            m, young_modulus=float(m.young_modulus.ppf_normal(0.0)) if isinstance(m.young_modulus, Prior) else m.young_modulus
+        )
         for m in s.materials
     )
     return replace(
@@ -129,7 +131,7 @@ def _weighted_slopes(posterior: Posterior, known: Known, s: Specification, tried
     at = np.union1d(at, [tried.at])
     grid = np.linspace(s.lower, s.upper, s.steps)
     specimens = tuple(dict.fromkeys((sweep.specimen, sweep.name) for sweep in known.problem.sweeps))
-    first = {specimen: name for specimen, name in reversed(specimens)}
+    first = dict(reversed(specimens))
     member = Member("", posterior, known.problem.forward, 1.0)
 
     def margins(values: Mapping[str, FloatArray]) -> FloatArray:

@@ -70,8 +70,8 @@ class Measurement:
     what : in words of the lab.
     minutes : in the lab.
     sd : SI, of the target after it; nan where that is a specification.
-    reduction : share of the target's sd that it takes away; of a specification of the loss of deciding (`Decided`), 0 where that
-        is no more than chance.
+    reduction : share of the target's sd that it takes away; of a specification of the loss of deciding (`Decided`), 0 where
+        that is no more than chance.
     per_hour : [1/h], the same for an hour in the lab.
     regret : share of the best signal that is expected to be lost after it, of a specification that of `Decided`; nan where the
         target is a modulus.
@@ -252,7 +252,9 @@ class NextMeasurements:
         """What is decided now, how often wrongly, and what would change that."""
         asked, what = f"{100 * d.asked:g} %", f"{self.label[0].upper()}{self.label[1:]}"
         if d.released:
-            text = f"{what}: released, as sensors on the best padding conform with {percent(d.probability)} ({asked} asked for). "
+            text = (
+                f"{what}: released, as sensors on the best padding conform with {percent(d.probability)} ({asked} asked for). "
+            )
             text += f"Of all, {percent_of_few(d.now.wrong_release)} would be released wrongly. "
         else:
             text = (
@@ -268,16 +270,13 @@ class NextMeasurements:
             if most is not useful[0]:
                 text += f"Most in all: {self.in_lab_terms(most)}. "
         else:
-            text += (
-                "No measurement that was tried is worth its time for this decision: none would be expected to make it wrong less "
-                "often. "
-            )
+            text += "No measurement that was tried is worth its time for this decision: none makes it wrong less often. "
         if not d.nothing_to_gain:
             text += f"With all unknowns known there would be {wrong_in_words(d.exactly)}: what scatters is left by all. "
         after = f", {percent_of_few(useful[0].regret)} after the first" if useful else ""
         return (
-            f"{text}For not knowing the sensors better the padding falls short by {percent_of_few(self.regret)} of a limit more "
-            f"than that which is best for each{after}. "
+            f"{text}For not knowing the sensors better the padding falls short by {percent_of_few(self.regret)} of a limit "
+            f"more than that which is best for each{after}. "
         )
 
     def draft(self, number: int, folder: Path) -> str:
@@ -518,8 +517,8 @@ def _spread_of(posterior: Posterior, known: Known, rows: IntArray) -> FloatArray
 class _Decision:
     """A decision on a specification: what it is on, the draws it is made with, and what these hang on.
 
-    `directions` (n_state, n_direction) are those of the unknowns, `width` (n_direction, n_direction) the covariance of the draws
-    along them.
+    `directions` (n_state, n_direction) are those of the unknowns, `width` (n_direction, n_direction) is the covariance of the
+    draws along them.
     """
 
     specification: Specification
@@ -564,9 +563,7 @@ def _decision(
     width = np.atleast_2d(np.cov(hinges.draws[hinges.there], rowvar=False)) if hinges.draws.shape[1] else np.zeros((0, 0))
     along = np.where(hinges.there[:, None], hinges.draws @ _root(width, -0.5), np.nan)
     options = options_of(answered.tried, along, specification.probability)
-    deciding = Deciding(
-        specification.probability, options.probability, options.released, options.now, known_exactly(options)
-    )
+    deciding = Deciding(specification.probability, options.probability, options.released, options.now, known_exactly(options))
     return _Decision(specification, options, hinges.directions, width, deciding), answered.conformity
 
 
@@ -636,7 +633,6 @@ def _measurement(target: Target, candidate: Candidate, after: CovarianceTimes, b
 def _ranked(found: Sequence[tuple[str, Measurement]]) -> list[Measurement]:
     """The most for an hour first; of those that differ in nothing but the specimen the best one."""
 
-
     def by(one: Measurement) -> tuple[float, float, float]:
         # Where no decision changes, what padding is chosen may still fall less short.
         return -one.per_hour, one.regret * one.minutes if one.decided is not None else 0.0, one.minutes
@@ -692,8 +688,8 @@ def _decision_rests_on(decision: _Decision, ranked: Sequence[Measurement]) -> li
     p = decision.specification.probability
     said = [
         (
-            f"a sensor that is released and does not conform costing {p / (1 - p):.3g} times as much as one that is held back and "
-            f"would, which is what {100 * p:g} % asks for"
+            f"a sensor that is released and does not conform costing {p / (1 - p):.3g} times as much as one that is held back "
+            f"and would, which is what {100 * p:g} % asks for"
         ),
         "what a measurement tells of noise and discrepancy themselves being nothing; both scatter as they do now",
     ]
@@ -701,8 +697,8 @@ def _decision_rests_on(decision: _Decision, ranked: Sequence[Measurement]) -> li
     if weak:
         told = "; ".join(f"{one.what} ({100 * share:.2g} %)" for one, share in weak[:5])
         said.append(
-            f"measurements that tell more than the draws carry being weakened to what they do, so that they bring at least what is "
-            f"said: {told}"
+            "measurements that tell more than re-weighted draws carry being weakened to this share of what they tell, so that "
+            f"they bring at least what is said: {told}"
         )
     return said
 

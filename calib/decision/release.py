@@ -20,7 +20,7 @@ decision is not judged by the draws that it was made with, it is made with one h
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -118,7 +118,9 @@ def options_of(tried: Sequence[Tried], hinges: FloatArray, asked: float) -> Opti
     best = int(np.argmax(mean - _TIE * fall))
     p = float(mean[best])
     released = p >= asked
-    now = _decided(asked, 1 - p if released else 0.0, 0.0 if released else p, float(np.min(fall) - np.mean(np.min(short, axis=1))))
+    now = _decided(
+        asked, 1 - p if released else 0.0, 0.0 if released else p, float(np.min(fall) - np.mean(np.min(short, axis=1)))
+    )
     first = np.arange(len(worst)) % 2 == 0
     return Options(conforms, short, asked, first, hinges[there], now, best)
 
@@ -178,7 +180,9 @@ def _weights(seen: FloatArray, away: FloatArray) -> FloatArray:
 def _judged(options: Options, halves: Sequence[FloatArray], share: float) -> Decided:
     """Decide with one half of the draws, judge by the other, and the other way round."""
     sides = (options.first, ~options.first)
-    known = [(weight @ options.conforms[side], weight @ options.short[side]) for weight, side in zip(halves, sides, strict=True)]
+    known = [
+        (weight @ options.conforms[side], weight @ options.short[side]) for weight, side in zip(halves, sides, strict=True)
+    ]
     gains = []
     for (conforms, short), (of_others, short_of_others) in (known, known[::-1]):
         row = np.arange(len(conforms))
@@ -187,7 +191,9 @@ def _judged(options: Options, halves: Sequence[FloatArray], share: float) -> Dec
         p_now, p_then = of_others[:, options.best], of_others[row, best]
         fails = np.where(released, 1 - p_then, 0.0) - (1 - p_now if options.released else 0.0)
         holds = np.where(released, 0.0, p_then) - (0.0 if options.released else p_now)
-        fall = short_of_others[row, np.argmin(short, axis=1)] - short_of_others[:, int(np.argmin(np.mean(options.short, axis=0)))]
+        fall = (
+            short_of_others[row, np.argmin(short, axis=1)] - short_of_others[:, int(np.argmin(np.mean(options.short, axis=0)))]
+        )
         gains.append(np.column_stack([fails, holds, fall, released != options.released]))
     gain = np.mean(gains, axis=0)  # (n_reading, 4)
     fails, holds, fall, overturned = np.mean(gain, axis=0)
@@ -195,10 +201,11 @@ def _judged(options: Options, halves: Sequence[FloatArray], share: float) -> Dec
     loss = p * gain[:, 0] + (1 - p) * gain[:, 1]
     error = float(np.std(loss) / np.sqrt(len(loss)))
     # What is judged by a half of the draws may come out worse than what all of them decide now, which one would stay with.
-    if np.mean(loss) >= 0:
-        fails = holds = 0.0
-    found = _decided(p, max(now.wrong_release + fails, 0.0), max(now.wrong_hold + holds, 0.0), max(now.regret + min(fall, 0.0), 0.0))
-    return Decided(found.wrong_release, found.wrong_hold, found.regret, found.loss, error, float(overturned), share)
+    worth = float(np.mean(loss)) < 0
+    wrong_release = max(now.wrong_release + float(fails), 0.0) if worth else now.wrong_release
+    wrong_hold = max(now.wrong_hold + float(holds), 0.0) if worth else now.wrong_hold
+    found = _decided(p, wrong_release, wrong_hold, max(now.regret + min(float(fall), 0.0), 0.0))
+    return replace(found, error=error, overturned=float(overturned), share=share)
 
 
 def _decided(asked: float, fails: float, holds: float, regret: float) -> Decided:

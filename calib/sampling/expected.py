@@ -33,7 +33,7 @@ from models.sensor import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class _Channel:
-    """A channel of a sweep: its slopes M (n_point, n_unknown), its points' depth [m] (n_point,), and S at draws of the scales."""
+    """A channel of a sweep: its slopes M (n_point, n_unknown), depths of its points [m] (n_point,), S at draws of scales."""
 
     slopes: FloatArray
     depth: FloatArray
@@ -109,9 +109,7 @@ def _own_variance(readings: PredictedReadings) -> FloatArray:
     return np.asarray(readings.variance - rest, dtype=float)
 
 
-def _by_channel(
-    problem: Problem, plans: Sequence[SweepPlan], at: FloatArray, draws: FloatArray
-) -> dict[str, list[_Channel]]:
+def _by_channel(problem: Problem, plans: Sequence[SweepPlan], at: FloatArray, draws: FloatArray) -> dict[str, list[_Channel]]:
     """Differentiate the readings of sweeps at a point, and find their covariance at draws of the scales, channel by channel."""
     step = STEP * np.eye(at.size)
     scales = np.array([p.parameter in SCALES for p in problem.parameters])
