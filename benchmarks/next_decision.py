@@ -1,12 +1,12 @@
 """Decide on a specification after what `calib next --for spec` says: `python benchmarks/next_decision.py --labs 20 -o FILE`.
 
 A simulated lab is one specimen of `benchmarks/next.py`, calibrated by weighted draws. It is asked for padding that keeps a
-window of signal and stroke about what its posterior's medians do on 3 mm of padding, so that it hangs on what is not known. Of a
-measurement of each kind it is worked out how often it would be decided wrongly after it. Then it is made: in sensors that are
-drawn from the lab's posterior, as what will be read is not known; each time all is calibrated again, decided again, and the
-loss of that decision is told by the new posterior, p (1 - P) if sensors are released and (1 - p) P if they are held back.
-Printed for each kind: the loss now, the loss expected after it, and the mean that came, with the standard error over labs of
-the difference. With -o labs are kept, a line of JSON each, and not repeated.
+window of signal and stroke about what its posterior's medians do on 3 mm of padding, so that it hangs on what is not known.
+Of a measurement of each kind it is worked out how often it would be decided wrongly after it. Then it is made: in sensors
+that are drawn from the lab's posterior, as what will be read is not known; each time all is calibrated again, decided again,
+and the loss of that decision is told by the new posterior, p (1 - P) if sensors are released and (1 - p) P if they are held
+back. Printed for each kind: the loss now, the loss expected after it, and the mean that came, with the standard error over
+labs of the difference. With -o labs are kept, a line of JSON each, and not repeated.
 """
 
 from __future__ import annotations
