@@ -3,10 +3,11 @@
 A simulated lab is one specimen of `benchmarks/next.py`, calibrated by weighted draws. It is asked for padding that keeps a
 window of signal and stroke about what its posterior's medians do on 3 mm of padding, so that it hangs on what is not known.
 Of a measurement of each kind it is worked out how often it would be decided wrongly after it. Then it is made: in sensors
-that are drawn from the lab's posterior, as what will be read is not known; each time all is calibrated again, decided again,
-and the loss of that decision is told by the new posterior, p (1 - P) if sensors are released and (1 - p) P if they are held
-back. Printed for each kind: the loss now, the loss expected after it, and the mean that came, with the standard error over
-labs of the difference. With -o labs are kept, a line of JSON each, and not repeated.
+that are drawn from the lab's posterior, as what will be read is not known; each time all is calibrated again, and what is won
+by that decision is told by the new posterior: P - p if sensors are released, and nothing if they are held back, which is all of
+the loss that a decision changes (`calib.decision.release`). Printed for each kind: what is won now, what is expected after it,
+and the mean that came, with the standard error over labs of the difference. With -o labs are kept, a line of JSON each, and not
+repeated.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from simulated.labs import keep_row, kept_rows
 from calib.checks import Verdict
 from calib.decision import conform, next_measurements
 from calib.decision.candidates import Known, candidates_of
-from calib.experiment import Bench, Limit, Specification, forward_of_experiment, read_experiment
+from calib.experiment import PRESSES, READINGS, Bench, Limit, Specification, forward_of_experiment, read_experiment
 from calib.problem import columns_at
 from calib.sampling import Look
 from models.response import Forward
@@ -35,7 +36,7 @@ from models.sensor import FloatArray
 KINDS = ("ball", "padding", "padding_thickness", "machine_compliance")
 BENCH = Bench(balls=(3e-3,), paddings=(3.3e-3,))
 #: Load [N], padding [m] about which the window lies, how wide it is, and probability that is asked for.
-FORCE, PADDING, ROOM, ASKED = 5.0, 3e-3, 0.012, 0.9
+FORCE, PADDING, ROOM, ASKED = 5.0, 3e-3, 0.025, 0.8
 LOWER, UPPER, STEPS, DRAWS = 2.6e-3, 3.4e-3, 9, 2000
 
 
@@ -49,16 +50,15 @@ def window(look: Look, forward: Forward, seed: int, rng: np.random.Generator) ->
     return replace(wide, limits=limits, probability=ASKED, n_draw=DRAWS)
 
 
-def loss_now(look: Look, forward: Forward, specification: Specification, seed: int, rng: np.random.Generator) -> float:
-    """What deciding by a posterior loses, as it says itself."""
+def won_by(look: Look, forward: Forward, specification: Specification, seed: int, rng: np.random.Generator) -> float:
+    """What deciding by a posterior wins, as it says itself."""
     posterior = weighted_posterior(look.problem, look, rng)
     found = conform(posterior, forward, specification, seed=seed, verdict=Verdict())
-    p = float(np.nanmax(found.best.probability))
-    return ASKED * (1 - p) if p >= ASKED else (1 - ASKED) * p
+    return max(float(np.nanmax(found.best.probability)) - ASKED, 0.0)
 
 
 def decided(seed: int, kinds: Sequence[str], readings: int) -> dict[str, Any]:
-    """One lab: loss now, and for each kind the loss expected and those that came."""
+    """One lab: what is won now, and for each kind what is expected and came."""
     forward = forward_of_experiment(read_experiment(EXPERIMENT))
     rng = np.random.default_rng([7, seed])
     problem, _, left = lab("one specimen", forward, rng)
@@ -68,12 +68,16 @@ def decided(seed: int, kinds: Sequence[str], readings: int) -> dict[str, Any]:
         return {**row, "outcome": "not to be trusted"}
     specification = window(look, forward, seed, rng)
     posterior = weighted_posterior(problem, look, rng)
-    found = next_measurements(posterior, forward, specification, BENCH, seed=seed, verdict=Verdict())
-    row |= {"outcome": "done", "now": loss_now(look, forward, specification, seed, rng)}
+    bench = replace(BENCH, without=frozenset({*PRESSES, *READINGS} - {*kinds}))
+    found = next_measurements(posterior, forward, specification, bench, seed=seed, verdict=Verdict())
+    deciding = found.deciding
+    assert deciding is not None
+    now = max(deciding.probability - ASKED, 0.0)
+    row |= {"outcome": "done", "now": now}
     known = Known(problem, look.weight @ look.theta, look.theta[rng.choice(len(look.theta), 4000, p=look.weight)])
-    for candidate in candidates_of(known, BENCH)[0]:
+    for candidate in candidates_of(known, bench)[0]:
         expected = next((one for one in found.ranked if one.what == candidate.what), None)
-        if candidate.kind not in kinds or expected is None or expected.decided is None:
+        if expected is None or expected.decided is None:
             continue
         came = []
         for k in range(readings):
@@ -81,8 +85,9 @@ def decided(seed: int, kinds: Sequence[str], readings: int) -> dict[str, Any]:
             after = made(candidate, problem, truth, Left((*left.seed, k), left.length), rng)
             again = None if after is None else looked(after)
             if again is not None:
-                came.append(loss_now(again, forward, specification, seed, rng))
-        of = {"expected": expected.decided.loss, "share": expected.decided.share, "came": came}
+                came.append(won_by(again, forward, specification, seed, rng))
+        gain = deciding.now.loss - expected.decided.loss
+        of = {"expected": now + gain, "share": expected.decided.share, "came": came}
         row["kinds"][candidate.kind] = of
     return row
 
@@ -94,9 +99,9 @@ def _picked(look: Look, rng: np.random.Generator) -> FloatArray:
 
 
 def tell(rows: Sequence[dict[str, Any]]) -> None:
-    """Print the losses, kind by kind."""
+    """Print what is won, kind by kind."""
     done = [row for row in rows if row["outcome"] == "done"]
-    print("| measurement | labs | readings | loss now | expected after it | came | standard error |")
+    print("| measurement | labs | readings | won now | expected after it | came | standard error |")
     print("|---|---|---|---|---|---|---|")
     for kind in dict.fromkeys(kind for row in done for kind in row["kinds"]):
         own = [(row["now"], row["kinds"][kind]) for row in done if row["kinds"].get(kind, {}).get("came")]

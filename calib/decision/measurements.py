@@ -54,6 +54,8 @@ _DRAWS, _MANY, _FEW_DRAWS = 64, 100, 16
 _NORMAL, _NOTHING = 0.2, 0.005
 # A decision that is wrong less often than this is sure; less than so many standard errors of a loss are chance.
 _SURE, _CHANCE = 0.001, 2.0
+# From this share of the loss on nothing is decided better by knowing all unknowns.
+_SAME = 0.97
 # Measurements that a report shows.
 _SHOWN = 3
 # Draws of sensors by which decisions are judged, at least, and most thicknesses of padding among which they are made.
@@ -271,8 +273,13 @@ class NextMeasurements:
                 text += f"Most in all: {self.in_lab_terms(most)}. "
         else:
             text += "No measurement that was tried is worth its time for this decision: none makes it wrong less often. "
-        if not d.nothing_to_gain:
-            text += f"With all unknowns known there would be {wrong_in_words(d.exactly)}: what scatters is left by all. "
+        if not d.nothing_to_gain and d.exactly.loss > _SAME * d.now.loss:
+            text += (
+                "As far as the draws tell it would not be decided better if all unknowns were known: the doubt is in tolerances, "
+                "spread, noise, and what the model leaves out. "
+            )
+        elif not d.nothing_to_gain:
+            text += f"With all unknowns known it would be {wrong_in_words(d.exactly)}, for what scatters. "
         after = f", {percent_of_few(useful[0].regret)} after the first" if useful else ""
         return (
             f"{text}For not knowing the sensors better the padding falls short by {percent_of_few(self.regret)} of a limit "
@@ -302,18 +309,19 @@ class NextMeasurements:
 
 def wrong_in_words(decided: Decided) -> str:
     """Both ways of deciding wrongly, such as "4.1 % released wrongly and 0.2 % held back wrongly"."""
-    least = "at most " if decided.share < 1 else ""
     shares = [(decided.wrong_release, "released wrongly"), (decided.wrong_hold, "held back wrongly")]
-    told = [f"{least}{percent_of_few(share)} {words}" for share, words in shares]
-    return " and ".join(told)
+    told = " and ".join(f"{percent_of_few(share)} {words}" for share, words in shares)
+    return f"{told} at most" if decided.share < 1 else told
 
 
 def percent_of_few(share: float) -> str:
     """A share that may be small, in per cent.
 
-    >>> percent_of_few(0.0413), percent_of_few(0.0002)
-    ('4.1 %', 'below 0.1 %')
+    >>> percent_of_few(0.0413), percent_of_few(0.0002), percent_of_few(0.9955)
+    ('4.1 %', 'below 0.1 %', 'more than 99 %')
     """
+    if share >= 0.0995:
+        return percent(share)
     return f"{100 * share:.2g} %" if share >= 0.001 else "below 0.1 %"
 
 

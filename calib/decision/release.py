@@ -1,13 +1,15 @@
 """Draws of what may be built and a measurement in, what would be decided after it, and how often wrongly, out.
 
-Whether a sensor on the most promising padding is released or held back is decided by its probability of conforming P: released
-if that is at least the p that the specification asks for. That is the best that can be decided where a sensor that is released
-and does not conform costs p / (1 - p) times as much as one that is held back and would, since the loss
+Whether sensors on the most promising padding are released or held back is decided by their probability of conforming P:
+released if that is at least the p that the specification asks for. That is the best that can be decided where a sensor that is
+released and does not conform costs p / (1 - p) times as much as one that would have conformed, on some padding (with
+probability A), and is not released on it: the loss
 
-    L = p (1 - P)  if released,   (1 - p) P  if held back                                                           (1)
+    L = p (1 - P) + (1 - p) (A - P)  if released,   (1 - p) A  if held back,                                        (1)
 
-is least so. Before a measurement nobody knows what will be read. With T what the margins hang on (`calib.decision.hinges`), C
-what is not known of it now and C' after the measurement, in coordinates in which C = 1, a measurement is as good as a reading
+which is (1 - p) A less what is won, P - p or nothing, is least so. Before a measurement nobody knows what will be read. With T
+what the margins hang on (`calib.decision.hinges`), C what is not known of it now and C' after the measurement, in coordinates
+in which C = 1, a measurement is as good as a reading
 
     t = T + e,   e ~ N(0, J^-1),   J = C'^-1 - 1,                                                                   (2)
 
@@ -20,7 +22,7 @@ decision is not judged by the draws that it was made with, it is made with one h
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -45,9 +47,9 @@ class Decided:
     Attributes
     ----------
     wrong_release : it is released, and does not conform: the consumer's risk.
-    wrong_hold : it is held back, and would conform: the producer's risk.
+    wrong_hold : it is held back, and would conform on some padding: the producer's risk.
     regret : expected shortfall, as a share of a limit, beyond that of the padding which is best for each sensor.
-    loss : (1), what a wrong release and a wrong hold weigh together.
+    loss : (1), what a wrong release, a wrong hold and padding that is wrong for a sensor weigh together.
     error : of the loss, standard error by the readings that were tried.
     overturned : [1], share of readings after which what is held back now is released, or the other way round.
     share : of what the measurement tells, that the draws carry; below 1 it is worth at least what is said.
@@ -69,6 +71,7 @@ class Options:
     Attributes
     ----------
     conforms : (n_draw, n_option), 1 where a sensor conforms on such padding, else 0.
+    anywhere : (n_draw,), 1 where it conforms on some padding, else 0.
     short : (n_draw, n_option), by which share of a limit it falls short.
     asked : p.
     first : (n_half,), the draws of one half; the others are the rest.
@@ -78,6 +81,7 @@ class Options:
     """
 
     conforms: FloatArray
+    anywhere: FloatArray
     short: FloatArray
     asked: float
     first: BoolArray
@@ -116,13 +120,13 @@ def options_of(tried: Sequence[Tried], hinges: FloatArray, asked: float) -> Opti
     conforms, short = (worst >= 0).astype(float), np.maximum(-worst, 0.0)
     mean, fall = np.mean(conforms, axis=0), np.mean(short, axis=0)
     best = int(np.argmax(mean - _TIE * fall))
-    p = float(mean[best])
-    released = p >= asked
-    now = _decided(
-        asked, 1 - p if released else 0.0, 0.0 if released else p, float(np.min(fall) - np.mean(np.min(short, axis=1)))
-    )
+    anywhere = np.max(conforms, axis=1)
+    p, some = float(mean[best]), float(np.mean(anywhere))
+    fails, holds, won = (1 - p, 0.0, p - asked) if p >= asked else (0.0, some, 0.0)
+    regret = float(np.min(fall) - np.mean(np.min(short, axis=1)))
+    now = Decided(fails, holds, regret, (1 - asked) * some - won)
     first = np.arange(len(worst)) % 2 == 0
-    return Options(conforms, short, asked, first, hinges[there], now, best)
+    return Options(conforms, anywhere, short, asked, first, hinges[there], now, best)
 
 
 def after_reading(options: Options, left: FloatArray) -> Decided:
@@ -181,32 +185,33 @@ def _judged(options: Options, halves: Sequence[FloatArray], share: float) -> Dec
     """Decide with one half of the draws, judge by the other, and the other way round."""
     sides = (options.first, ~options.first)
     known = [
-        (weight @ options.conforms[side], weight @ options.short[side]) for weight, side in zip(halves, sides, strict=True)
+        tuple(weight @ column[side] for column in (options.conforms, options.anywhere, options.short))
+        for weight, side in zip(halves, sides, strict=True)
     ]
+    least, now = int(np.argmin(np.mean(options.short, axis=0))), options.now
     gains = []
-    for (conforms, short), (of_others, short_of_others) in (known, known[::-1]):
+    for (conforms, _, short), (of_others, anywhere, short_of_others) in (known, known[::-1]):
         row = np.arange(len(conforms))
         best = np.argmax(conforms - _TIE * short, axis=1)
         released = conforms[row, best] >= options.asked
         p_now, p_then = of_others[:, options.best], of_others[row, best]
         fails = np.where(released, 1 - p_then, 0.0) - (1 - p_now if options.released else 0.0)
-        holds = np.where(released, 0.0, p_then) - (0.0 if options.released else p_now)
-        fall = (
-            short_of_others[row, np.argmin(short, axis=1)] - short_of_others[:, int(np.argmin(np.mean(options.short, axis=0)))]
-        )
-        gains.append(np.column_stack([fails, holds, fall, released != options.released]))
-    gain = np.mean(gains, axis=0)  # (n_reading, 4)
-    fails, holds, fall, overturned = np.mean(gain, axis=0)
-    p, now = options.asked, options.now
-    loss = p * gain[:, 0] + (1 - p) * gain[:, 1]
-    error = float(np.std(loss) / np.sqrt(len(loss)))
-    # What is judged by a half of the draws may come out worse than what all of them decide now, which one would stay with.
-    worth = float(np.mean(loss)) < 0
-    wrong_release = max(now.wrong_release + float(fails), 0.0) if worth else now.wrong_release
-    wrong_hold = max(now.wrong_hold + float(holds), 0.0) if worth else now.wrong_hold
-    found = _decided(p, wrong_release, wrong_hold, max(now.regret + min(float(fall), 0.0), 0.0))
-    return replace(found, error=error, overturned=float(overturned), share=share)
-
-
-def _decided(asked: float, fails: float, holds: float, regret: float) -> Decided:
-    return Decided(fails, holds, regret, asked * fails + (1 - asked) * holds)
+        holds = np.where(released, 0.0, anywhere) - (0.0 if options.released else anywhere)
+        won = np.where(released, p_then - options.asked, 0.0) - (p_now - options.asked if options.released else 0.0)
+        fall = short_of_others[row, np.argmin(short, axis=1)] - short_of_others[:, least]
+        gains.append(np.column_stack([fails, holds, won, fall, released != options.released]))
+    of_readings = np.mean(gains, axis=0)  # (n_reading, 5)
+    fails, holds, won, fall, overturned = (float(mean) for mean in np.mean(of_readings, axis=0))
+    error = float(np.std(of_readings[:, 2]) / np.sqrt(len(of_readings)))
+    if won <= 0:
+        # What is judged by a half of the draws may come out worse than what all of them decide now, which one would stay with.
+        fails = holds = won = 0.0
+    return Decided(
+        max(now.wrong_release + fails, 0.0),
+        max(now.wrong_hold + holds, 0.0),
+        max(now.regret + min(fall, 0.0), 0.0),
+        max(now.loss - won, 0.0),
+        error,
+        overturned,
+        share,
+    )

@@ -234,13 +234,11 @@ def next_steps_of(run: Run) -> NextInShort | None:
         return None
     path = run.folder / NEXT
     if path.is_file():
-        try:
+        with suppress(InputError):  # of an earlier version, or not as it was written: it is worked out anew
             text = path.read_bytes().decode("utf-8", errors="replace")
             kept = next_from_json(text, path, run.posterior_sha256)
-        except InputError as error:
-            return _nothing_next(f"{path.name} is refused, {error.faults[0].message}")
-        if kept is not None:
-            return kept
+            if kept is not None:
+                return kept
     if run.members or run.another_forward or run.posterior.experiment.model == "fem":
         return _nothing_next("it takes the runs of single models, with a surrogate that is as it was")
     if len(run.posterior.unknowns) > _MOST_UNKNOWNS:

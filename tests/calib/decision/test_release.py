@@ -1,4 +1,4 @@
-"""Deciding after a measurement: against what normal knowledge of one margin makes of it exactly, and against what draws hold."""
+"""Deciding after a measurement, against what normal knowledge of one margin makes of it exactly."""
 
 from __future__ import annotations
 
@@ -26,7 +26,8 @@ def _options(limit: float, n_draw: int = 6000, scatter: float = 0.0, paddings: i
     conforms, short = (worst >= 0).astype(float), np.maximum(-worst, 0.0)
     p = float(np.mean(conforms[:, 0]))
     regret = float(np.mean(short[:, 0]) - np.mean(np.min(short, axis=1)))
-    return Options(conforms, short, ASKED, np.arange(n_draw) % 2 == 0, t[:, None], _decided(p, regret), 0)
+    anywhere = np.max(conforms, axis=1)
+    return Options(conforms, anywhere, short, ASKED, np.arange(n_draw) % 2 == 0, t[:, None], _decided(p, regret), 0)
 
 
 def _exact_loss(limit: float, left: float) -> float:
@@ -72,7 +73,7 @@ def test_directions_that_no_margin_hangs_on_tell_nothing() -> None:
     options = _options(-1.0)
     rng = np.random.default_rng(9)
     both: FloatArray = np.column_stack([options.hinges, rng.standard_normal(len(options.hinges))])
-    wide = Options(options.conforms, options.short, ASKED, options.first, both, options.now, 0)
+    wide = Options(options.conforms, options.anywhere, options.short, ASKED, options.first, both, options.now, 0)
     found = after_reading(wide, np.diag([1.0, 0.3]))
     assert found.loss == pytest.approx(options.now.loss, abs=3 * found.error + 1e-3)
 
@@ -86,7 +87,7 @@ def test_padding_is_chosen_better_by_who_knows_more() -> None:
     regret = float(np.min(np.mean(short, axis=0)) - np.mean(np.min(short, axis=1)))
     p = float(np.max(np.mean(conforms, axis=0)))
     best = int(np.argmax(np.mean(conforms, axis=0)))
-    two = Options(conforms, short, ASKED, options.first, options.hinges, _decided(p, regret), best)
+    two = Options(conforms, np.max(conforms, axis=1), short, ASKED, options.first, options.hinges, _decided(p, regret), best)
     found = after_reading(two, np.array([[0.05]]))
     assert found.regret < 0.2 * regret
     assert found.overturned > 0.5
