@@ -308,16 +308,24 @@ def tell(rows: Sequence[Mapping[str, Any]]) -> None:
 
 
 def told_of_winner(layout: str, rows: Sequence[Mapping[str, Any]]) -> None:
-    """Print what an hour of what was ranked first was expected to bring, beside an hour of pressing once more."""
+    """Print what an hour of what was ranked first was expected to bring, beside an hour of pressing once more, and what came.
+
+    What came is the sd that the calibration said, but of presses that repeat what the model left out, which it takes for new.
+    """
     hours = []
     for row in rows:
         rates = {kind: 60 * (1 - of["expected"] / row["sd"]) / of["minutes"] for kind, of in row["kinds"].items()}
         if "repeat" in rates:
-            hours.append([max(rates.values()), rates["repeat"]])
+            first = max(rates, key=lambda kind: rates[kind])
+            of = row["kinds"][first]
+            said = of["came"] is not None and first not in ("repeat", "force")
+            came = 60 * (1 - of["came"] / row["sd"]) / of["minutes"] if said else rates[first]
+            hours.append([rates[first], rates["repeat"], came])
     if hours:
-        winner, repeat = np.mean(hours, axis=0)
-        times = f"{winner / repeat:.2f} times" if repeat > 0 else "nothing comes of it:"
-        print(f"{layout}: an hour of the first {100 * winner:.0f} %, of the same press {100 * repeat:.0f} %: {times}")
+        winner, repeat, came = np.mean(hours, axis=0)
+        times = f"{winner / repeat:.2f} times, came {came / repeat:.2f}" if repeat > 0 else "nothing comes of it"
+        of_first = f"an hour of the first {100 * winner:.0f} %, came {100 * came:.0f} %"
+        print(f"{layout}: {of_first}, of the same {100 * repeat:.0f} %: {times}")
 
 
 def main(words: Sequence[str] | None = None) -> None:

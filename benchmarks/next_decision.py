@@ -51,8 +51,10 @@ def window(look: Look, forward: Forward, seed: int, rng: np.random.Generator) ->
 
 
 def won_by(look: Look, forward: Forward, specification: Specification, seed: int, rng: np.random.Generator) -> float:
-    """What deciding by a posterior wins, as it says itself."""
+    """What deciding by a posterior wins, as it says itself, for sensors like the first: one more that was made to learn is none."""
     posterior = weighted_posterior(look.problem, look, rng)
+    first = replace(posterior.experiment, specimens=posterior.experiment.specimens[:1])
+    posterior = replace(posterior, experiment=first, sweeps=posterior.sweeps[:1])
     found = conform(posterior, forward, specification, seed=seed, verdict=Verdict())
     return max(float(np.nanmax(found.best.probability)) - ASKED, 0.0)
 

@@ -275,8 +275,8 @@ class NextMeasurements:
             text += "No measurement that was tried is worth its time for this decision: none makes it wrong less often. "
         if not d.nothing_to_gain and d.exactly.loss > _SAME * d.now.loss:
             text += (
-                "As far as the draws tell it would not be decided better if all unknowns were known: the doubt is in tolerances, "
-                "spread, noise, and what the model leaves out. "
+                "As far as the draws tell it would not be decided better if all unknowns were known: the doubt is in "
+                "tolerances, spread, noise, and what the model leaves out. "
             )
         elif not d.nothing_to_gain:
             text += f"With all unknowns known it would be {wrong_in_words(d.exactly)}, for what scatters. "
@@ -701,6 +701,8 @@ def _decision_rests_on(decision: _Decision, ranked: Sequence[Measurement]) -> li
         ),
         "what a measurement tells of noise and discrepancy themselves being nothing; both scatter as they do now",
     ]
+    if any(one.kind in ("specimen", "padding") for one in ranked):
+        said.append("deciding for sensors like those measured now, not for one that is made to learn from")
     weak = [(one, one.decided.share) for one in ranked if one.decided is not None and one.decided.share < 1]
     if weak:
         told = "; ".join(f"{one.what} ({100 * share:.2g} %)" for one, share in weak[:5])
