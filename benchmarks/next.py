@@ -96,11 +96,11 @@ class Left:
     Attributes
     ----------
     seed : of all of it.
-    length : [m], over which it stays alike.
+    lengths : [m], by specimen and ball, over which it stays alike: by their first press. Of others it is that of the press.
     """
 
     seed: tuple[int, ...]
-    length: float
+    lengths: Mapping[tuple[str, float], float]
 
     def out_of(self, sweep: Sweep, channel: str, readings: PredictedReadings) -> FloatArray:
         """By how much the readings of a channel are off for it, (n_point,).
@@ -117,7 +117,9 @@ class Left:
         alike = np.exp(-0.5 * (_NODES[:, None] - _NODES) ** 2) + 1e-10 * np.eye(_NODES.size)
         smooth = np.linalg.cholesky(alike) @ rng.standard_normal(_NODES.size)
         sd = 0.0 if readings.discrepancy is None else readings.discrepancy.sd[0]
-        return np.asarray(own + sd * np.interp(readings.depth[0] / self.length, _NODES, smooth), dtype=float)
+        of_press = CORRELATION_LENGTH * float(np.max(readings.depth))
+        length = self.lengths.get((sweep.specimen, sweep.indenter_radius), of_press)
+        return np.asarray(own + sd * np.interp(readings.depth[0] / length, _NODES, smooth), dtype=float)
 
 
 def measured(
@@ -178,9 +180,12 @@ def lab(layout: str, forward: Forward, rng: np.random.Generator) -> tuple[Proble
         truth = {name: float(value[0]) for name, value in prior_values(problem, rng, 1).items()}
         try:
             values = {name: np.array([value]) for name, value in truth.items()}
-            first = specimen_design(problem, values, problem.sweeps[0].specimen, "").draw(0)
-            depth = float(predict_design(forward, first, np.array([FORCE])).depth[0, 0])
-            left, made = Left(seed, CORRELATION_LENGTH * depth), problem
+            lengths = {}
+            for sweep in problem.sweeps:
+                first = specimen_design(problem, values, sweep.specimen, "").draw(0)
+                depth = float(predict_design(forward, first, np.array([FORCE])).depth[0, 0])
+                lengths[sweep.specimen, sweep.indenter_radius] = CORRELATION_LENGTH * depth
+            left, made = Left(seed, lengths), problem
             for k in range(len(problem.sweeps)):
                 sweeps = measured(made, truth, made.sweeps[k], FORCE, left, rng)
                 made = replace(made, sweeps=sweeps, plans=tuple(plan_sweep(sweep) for sweep in sweeps))

@@ -51,7 +51,7 @@ def window(look: Look, forward: Forward, seed: int, rng: np.random.Generator) ->
 
 
 def won_by(look: Look, forward: Forward, specification: Specification, seed: int, rng: np.random.Generator) -> float:
-    """What deciding by a posterior wins, as it says itself, for sensors like the first: one more that was made to learn is none."""
+    """What deciding by a posterior wins, as it says itself, for sensors like the first, not like one made to learn from."""
     posterior = weighted_posterior(look.problem, look, rng)
     first = replace(posterior.experiment, specimens=posterior.experiment.specimens[:1])
     posterior = replace(posterior, experiment=first, sweeps=posterior.sweeps[:1])
@@ -84,7 +84,7 @@ def decided(seed: int, kinds: Sequence[str], readings: int) -> dict[str, Any]:
         came = []
         for k in range(readings):
             truth = {**dict(zip(problem.names, _picked(look, rng), strict=True)), **problem.fixed}
-            after = made(candidate, problem, truth, Left((*left.seed, k), left.length), rng)
+            after = made(candidate, problem, truth, Left((*left.seed, k), left.lengths), rng)
             again = None if after is None else looked(after)
             if again is not None:
                 came.append(won_by(again, forward, specification, seed, rng))

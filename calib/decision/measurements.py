@@ -27,6 +27,7 @@ import numpy as np
 from calib.catalogue import spread_of
 from calib.checks import Reason, Verdict, judge_posterior, verdict_of
 from calib.decision.candidates import Candidate, Known, candidates_of, largest_load
+from calib.decision.choices import choices_of
 from calib.decision.conformity import Conformity
 from calib.decision.gain import CovarianceTimes, covariance, present_knowledge, with_measurement
 from calib.decision.hinges import hinges_of
@@ -58,8 +59,9 @@ _SURE, _CHANCE = 0.001, 2.0
 _SAME = 0.97
 # Measurements that a report shows.
 _SHOWN = 3
-# Draws of sensors by which decisions are judged, at least, and most thicknesses of padding among which they are made.
-_SENSORS, _STEPS = 4000, 91
+# Draws of sensors by which decisions are judged, at least, of several that may be built down to this part of them; and most
+# thicknesses of padding among which decisions are made.
+_SENSORS, _FEWER, _STEPS = 4000, 4, 91
 
 
 @dataclass(frozen=True, eq=False)
@@ -565,7 +567,9 @@ def _decision(
     posterior: Posterior, known: Known, specification: Specification, seed: int, verdict: Verdict
 ) -> tuple[_Decision, Conformity]:
     """Decide on a specification by what is known, and keep the draws."""
-    more = replace(specification, n_draw=max(specification.n_draw, _SENSORS), steps=min(specification.steps, _STEPS))
+    n_choice = sum(len(group) for group in choices_of(specification))
+    n_draw = max(specification.n_draw, _SENSORS // min(n_choice, _FEWER))
+    more = replace(specification, n_draw=n_draw, steps=min(specification.steps, _STEPS))
     answered = answer(posterior, known.problem.forward, more, seed=seed, verdict=verdict)
     hinges = hinges_of(posterior, known, more, answered.tried, answered.sensors.values[0])
     width = np.atleast_2d(np.cov(hinges.draws[hinges.there], rowvar=False)) if hinges.draws.shape[1] else np.zeros((0, 0))

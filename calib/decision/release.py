@@ -22,7 +22,7 @@ decision is not judged by the draws that it was made with, it is made with one h
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -160,7 +160,7 @@ def after_reading(options: Options, left: FloatArray) -> Decided:
         if min(float(np.quantile(count, _TENTH)) for count in counted) >= _COUNT or share < _WEAKEST:
             break
         share *= _WEAKER
-    return _judged(options, halves, share)
+    return _judged(options, halves, share) if share >= _WEAKEST else replace(options.now, share=share)
 
 
 def known_exactly(options: Options) -> Decided:
