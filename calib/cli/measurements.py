@@ -142,7 +142,7 @@ def _say(result: NextMeasurements) -> None:
 def _say_decisions(result: NextMeasurements) -> None:
     from rich.markup import escape
 
-    from calib.decision import percent_of_few
+    from calib.decision import percent_of_few, shortfall_in_words
 
     shown = table("", "measurement", "released wrongly", "held back wrongly", "shortfall", "less", "min", "an hour")
     for number, one in enumerate(result.ranked, 1):
@@ -151,16 +151,14 @@ def _say_decisions(result: NextMeasurements) -> None:
             wrong = [f"{most}{percent_of_few(share)}" for share in (one.decided.wrong_release, one.decided.wrong_hold)]
             less = f"{100 * one.reduction:.0f} %" if one.tells else "nothing"
             rate = f"{100 * one.per_hour:.0f} %" if one.tells else ""
-            short = f"{most}{percent_of_few(one.regret)}"
+            short = f"{most}{shortfall_in_words(one.regret)}"
             shown.add_row(f"{number}", escape(one.what), *wrong, short, less, f"{one.minutes:.0f}", rate)
     out().print(shown)
     if result.deciding is not None:
         now = result.deciding.now
         wrong = [percent_of_few(share) for share in (now.wrong_release, now.wrong_hold)]
-        said = (
-            f"Now: {wrong[0]} released wrongly, {wrong[1]} held back wrongly, shortfall {percent_of_few(now.regret)} of a limit"
-        )
+        said = f"Now: {wrong[0]} released wrongly, {wrong[1]} held back wrongly, shortfall {shortfall_in_words(now.regret)}"
         say(
-            f"{said}. Less: share of what wrong decisions cost, both kinds weighted as the probability asked for says; an "
-            "hour: the same for an hour in the lab."
+            f"{said} of a limit. Less: share of what wrong decisions cost, both kinds weighted as the probability asked for "
+            "says; an hour: the same for an hour in the lab."
         )

@@ -37,6 +37,7 @@ from calib.decision.measurements import (
     next_measurements,
     next_to_json,
     percent_of_few,
+    shortfall_in_words,
 )
 from calib.decision.padding import recommend
 from calib.decision.recommendation import INTERVAL_PROBABILITY, OfModel, Recommendation
@@ -102,4 +103,5 @@ __all__ = [
     "recommend_for",
     "recommendation_from_json",
     "recommendation_to_json",
+    "shortfall_in_words",
 ]

@@ -55,6 +55,8 @@ _DRAWS, _MANY, _FEW_DRAWS = 64, 100, 16
 _NORMAL, _NOTHING = 0.2, 0.005
 # A decision that is wrong less often than this is sure; less than so many standard errors of a loss are chance.
 _SURE, _CHANCE = 0.001, 2.0
+# Shares of a limit below this are not told apart.
+_SHORT = 1e-5
 # From this share of the loss on nothing is decided better by knowing all unknowns.
 _SAME = 0.97
 # Measurements that a report shows.
@@ -282,9 +284,9 @@ class NextMeasurements:
             )
         elif not d.nothing_to_gain:
             text += f"With all unknowns known it would be {wrong_in_words(d.exactly)}, for what scatters. "
-        after = f", {percent_of_few(useful[0].regret)} after the first" if useful else ""
+        after = f", {shortfall_in_words(useful[0].regret)} after the first" if useful else ""
         return (
-            f"{text}For not knowing the sensors better the padding falls short by {percent_of_few(self.regret)} of a limit "
+            f"{text}For not knowing the sensors better the padding falls short by {shortfall_in_words(self.regret)} of a limit "
             f"more than that which is best for each{after}. "
         )
 
@@ -316,15 +318,31 @@ def wrong_in_words(decided: Decided) -> str:
     return f"{told} at most" if decided.share < 1 else told
 
 
-def percent_of_few(share: float) -> str:
-    """A share that may be small, in per cent.
+def shortfall_in_words(share: float) -> str:
+    """A shortfall in per cent of a limit.
 
+    >>> shortfall_in_words(0.0014), shortfall_in_words(1e-7)
+    ('0.14 %', 'below 0.001 %')
+    """
+    return percent_of_few(share, _SHORT)
+
+
+def percent_of_few(share: float, least: float = 0.001) -> str:
+    """Write a share that may be small in per cent.
+
+    Parameters
+    ----------
+    share : [1].
+    least : [1], below which no number is given.
+
+    Examples
+    --------
     >>> percent_of_few(0.0413), percent_of_few(0.0002), percent_of_few(0.9955)
     ('4.1 %', 'below 0.1 %', 'more than 99 %')
     """
     if share >= 0.0995:
         return percent(share)
-    return f"{100 * share:.2g} %" if share >= 0.001 else "below 0.1 %"
+    return f"{100 * share:.2g} %" if share >= least else f"below {100 * least:g} %"
 
 
 _HEAD = (
@@ -406,7 +424,7 @@ def next_measurements(
             else _deciding_measurement(decision, candidate, after, now)
         )
         found.append((candidate.alike, made))
-    ranked = tuple(_ranked(found))
+    ranked = tuple(_ranked(found, target.regret))
     return NextMeasurements(
         target.asked,
         target.label,
@@ -437,7 +455,10 @@ def next_to_json(found: NextMeasurements, fingerprint: str = "") -> str:
     def plain(one: Measurement) -> dict[str, Any]:
         names = ("kind", "what", "minutes", "sd", "reduction", "per_hour", "regret")
         said = {"said": found.in_lab_terms(one), "brings": found.brings(one), **{name: getattr(one, name) for name in names}}
-        return said if one.decided is None else {**said, "decided": asdict(one.decided)}
+        if one.decided is None:
+            return said
+        less = (found.regret - one.regret) / (one.minutes / 60)
+        return {**said, "decided": asdict(one.decided), "regret_per_hour": less}
 
     content = {
         "fingerprint": fingerprint,
@@ -642,12 +663,13 @@ def _measurement(target: Target, candidate: Candidate, after: CovarianceTimes, b
     )
 
 
-def _ranked(found: Sequence[tuple[str, Measurement]]) -> list[Measurement]:
+def _ranked(found: Sequence[tuple[str, Measurement]], regret_now: float) -> list[Measurement]:
     """The most for an hour first; of those that differ in nothing but the specimen the best one."""
 
     def by(one: Measurement) -> tuple[float, float, float]:
         # Where no decision changes, what padding is chosen may still fall less short.
-        return -one.per_hour, one.regret * one.minutes if one.decided is not None else 0.0, one.minutes
+        less = 0.0 if one.decided is None else (one.regret - regret_now) / one.minutes
+        return -one.per_hour, less, one.minutes
 
     best: dict[str, Measurement] = {}
     for alike, one in sorted(found, key=lambda pair: by(pair[1])):

@@ -195,13 +195,13 @@ def _judged(options: Options, halves: Sequence[FloatArray], share: float) -> Dec
         best = np.argmax(conforms - _TIE * short, axis=1)
         released = conforms[row, best] >= options.asked
         p_now, p_then = of_others[:, options.best], of_others[row, best]
-        fails = np.where(released, 1 - p_then, 0.0) - (1 - p_now if options.released else 0.0)
-        holds = np.where(released, 0.0, anywhere) - (0.0 if options.released else anywhere)
-        won = np.where(released, p_then - options.asked, 0.0) - (p_now - options.asked if options.released else 0.0)
-        fall = short_of_others[row, np.argmin(short, axis=1)] - short_of_others[:, least]
-        gains.append(np.column_stack([fails, holds, won, fall, released != options.released]))
+        more_fail = np.where(released, 1 - p_then, 0.0) - (1 - p_now if options.released else 0.0)
+        more_held = np.where(released, 0.0, anywhere) - (0.0 if options.released else anywhere)
+        more_won = np.where(released, p_then - options.asked, 0.0) - (p_now - options.asked if options.released else 0.0)
+        longer = short_of_others[row, np.argmin(short, axis=1)] - short_of_others[:, least]
+        gains.append(np.column_stack([more_fail, more_held, more_won, longer, released != options.released]))
     of_readings = np.mean(gains, axis=0)  # (n_reading, 5)
-    fails, holds, won, fall, overturned = (float(mean) for mean in np.mean(of_readings, axis=0))
+    fails, holds, won, longer_by, overturned = (float(mean) for mean in np.mean(of_readings, axis=0))
     error = float(np.std(of_readings[:, 2]) / np.sqrt(len(of_readings)))
     if won <= 0:
         # What is judged by a half of the draws may come out worse than what all of them decide now, which one would stay with.
@@ -209,7 +209,7 @@ def _judged(options: Options, halves: Sequence[FloatArray], share: float) -> Dec
     return Decided(
         max(now.wrong_release + fails, 0.0),
         max(now.wrong_hold + holds, 0.0),
-        max(now.regret + min(fall, 0.0), 0.0),
+        max(now.regret + min(longer_by, 0.0), 0.0),
         max(now.loss - won, 0.0),
         error,
         overturned,
