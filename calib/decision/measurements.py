@@ -549,7 +549,7 @@ class _Decision:
     """A decision on a specification: what it is on, the draws it is made with, and what these hang on.
 
     `directions` (n_state, n_direction) are those of the unknowns, `width` (n_direction, n_direction) is the covariance of the
-    draws along them.
+    draws along them, `error` [1] that of the probability of conforming, for as many draws as the posterior's are worth.
     """
 
     specification: Specification
@@ -557,6 +557,7 @@ class _Decision:
     directions: FloatArray
     width: FloatArray
     deciding: Deciding
+    error: float
 
     def target(self, conformity: Conformity) -> Target:
         """What is asked, for people."""
@@ -597,7 +598,8 @@ def _decision(
     along = np.where(hinges.there[:, None], hinges.draws @ _root(width, -0.5), np.nan)
     options = options_of(answered.tried, along, specification.probability)
     deciding = Deciding(specification.probability, options.probability, options.released, options.now, known_exactly(options))
-    return _Decision(specification, options, hinges.directions, width, deciding), answered.conformity
+    error = answered.conformity.best.best_error
+    return _Decision(specification, options, hinges.directions, width, deciding, error), answered.conformity
 
 
 def _deciding_measurement(
@@ -729,6 +731,11 @@ def _decision_rests_on(decision: _Decision, ranked: Sequence[Measurement]) -> li
     ]
     if any(one.kind in ("specimen", "padding") for one in ranked):
         said.append("deciding for sensors like those measured now, not for one that is made to learn from")
+    if abs(decision.deciding.probability - p) < 2 * decision.error:
+        said.append(
+            f"a probability of conforming that the draws leave open by ± {200 * decision.error:.2g} %: on which side of "
+            f"{100 * p:g} % it lies, and with it what a measurement turns"
+        )
     weak = [(one, one.decided.share) for one in ranked if one.decided is not None and one.decided.share < 1]
     if weak:
         told = "; ".join(f"{one.what} ({100 * share:.2g} %)" for one, share in weak[:5])
