@@ -59,6 +59,8 @@ _SURE, _CHANCE = 0.001, 2.0
 _SHORT = 1e-5
 # From this share of the loss on nothing is decided better by knowing all unknowns.
 _SAME = 0.97
+# Gate of a ranking that is a hint only.
+_LINEARISATION = "linearisation"
 # Measurements that a report shows.
 _SHOWN = 3
 # Draws of sensors by which decisions are judged, at least, of several that may be built down to this part of them; and most
@@ -148,6 +150,7 @@ class NextInShort:
     asked, label, said : as of `NextMeasurements`, the last in words.
     first : the first three that tell anything.
     why_not : why nothing is said, in words; "" if something is.
+    doubts : what makes the ranking a hint, in words.
     """
 
     asked: Asked
@@ -155,6 +158,7 @@ class NextInShort:
     said: str
     first: tuple[ShortMeasurement, ...]
     why_not: str = ""
+    doubts: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,7 +220,8 @@ class NextMeasurements:
             for one in self.ranked[:_SHOWN]
             if one.tells
         )
-        return NextInShort(self.asked, self.label, self.in_words, first)
+        doubts = tuple(reason.finding for reason in self.verdict.reasons if reason.gate == _LINEARISATION)
+        return NextInShort(self.asked, self.label, self.in_words, first, doubts=doubts)
 
     @property
     def in_words(self) -> str:
@@ -511,7 +516,8 @@ def next_from_json(text: str, path: Path | None = None, posterior_sha256: str | 
             for one in record["ranked"][:_SHOWN]
             if one["reduction"] >= _NOTHING
         )
-        return NextInShort(record["for"], record["target"]["label"], record["said"], first)
+        doubts = tuple(one["finding"] for one in record["verdict"]["reasons"] if one["gate"] == _LINEARISATION)
+        return NextInShort(record["for"], record["target"]["label"], record["said"], first, doubts=doubts)
     except (ValueError, KeyError, TypeError) as error:
         message = f"this is not what `calib next` has written ({error})"
         raise InputError(Fault(message, path, advice="Delete it, or run `calib next` again")) from None
@@ -640,7 +646,7 @@ def _not_normal_along(decision: _Decision, now: CovarianceTimes) -> list[Reason]
         f"by linearisation the sd of what the margins of the specification hang on is {worst:.2f} times that of the draws: the "
         "posterior is not nearly normal"
     )
-    return [Reason("linearisation", "amber", finding, "Take the ranking as a hint, and try the first two or three")]
+    return [Reason(_LINEARISATION, "amber", finding, "Take the ranking as a hint, and try the first two or three")]
 
 
 # --- what is said of it -------------------------------------------------------------------------------------------------
@@ -688,7 +694,7 @@ def _not_normal(target: Target, before: float) -> list[Reason]:
         f"by linearisation the sd of {target.label} is {linear / target.by_unknowns if target.by_unknowns else math.inf:.2f} "
         "times that of the draws: the posterior is not nearly normal"
     )
-    return [Reason("linearisation", "amber", finding, "Take the ranking as a hint, and try the first two or three")]
+    return [Reason(_LINEARISATION, "amber", finding, "Take the ranking as a hint, and try the first two or three")]
 
 
 def _rests_on(

@@ -327,6 +327,8 @@ def test_a_red_calibration_and_a_posterior_that_is_not_normal_are_said(
     # Draws made by hand, far narrower than the data make them.
     by_hand = next_measurements(make_posterior(n_specimen=1), ClosedForm(), seed=1, verdict=GREEN)
     assert [reason.gate for reason in by_hand.verdict.reasons] == ["linearisation"]
+    assert by_hand.in_short.doubts == (by_hand.verdict.reasons[0].finding,)
+    assert next_from_json(next_to_json(by_hand)) == by_hand.in_short
 
 
 def test_record_says_all_of_it_in_si(found: NextMeasurements) -> None:

@@ -72,6 +72,8 @@ def test_report_shows_what_to_measure_next_with_minutes_and_what_it_brings_but_n
     told = _text(write_report(make_posterior(), predictions, verdict=Verdict(), next_steps=known))
     assert "What to measure next" in told
     assert "press &lt;sensor 1&gt; with a ball of 3 mm modulus ±0.7 % instead of ±1.1 % 36 % 108 % 20" in told
+    hint = write_report(make_posterior(), predictions, verdict=Verdict(), next_steps=replace(known, doubts=("it bends",)))
+    assert "A hint only: it bends." in _text(hint)
     why = replace(known, first=(), why_not="there are 99 unknowns")
     assert "Not worked out here: there are 99 unknowns" in _text(
         write_report(make_posterior(), predictions, verdict=Verdict(), next_steps=why)
