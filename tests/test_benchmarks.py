@@ -74,6 +74,7 @@ QUICK: dict[str, tuple[list[str], str]] = {
     "likelihood.py": (["--draws", "40", "--specimens", "2", "--sweeps", "3", "--repeats", "1"], "sweeps of one specimen"),
     # What fails is told by its exit code: a seed of which all mutants are read as they may be.
     "mutate_lab_files.py": (["-n", "30", "--folder", "FOLDER", "-o", "FOLDER/mutants.csv"], "0 of 30 failed"),
+    "next_decision.py": (["--labs", "1", "--readings", "1", "--kinds", "padding_thickness"], "1 labs, 0 of them left out"),
     "next.py": (["force alone", "--labs", "1", "--kinds", "ball"], "1 labs, 0 of them left out"),
     "outliers.py": (["1 % at 10 sd", "--seeds", "1"], "| 1 % at 10 sd | 1 | 0 |"),
     "specifications.py": (

@@ -27,10 +27,22 @@ from calib.decision.inspection import (
     presented,
 )
 from calib.decision.inverse import invert
-from calib.decision.measurements import Measurement, NextMeasurements, next_measurements, next_to_json
+from calib.decision.measurements import (
+    Deciding,
+    Measurement,
+    NextInShort,
+    NextMeasurements,
+    ShortMeasurement,
+    next_from_json,
+    next_measurements,
+    next_to_json,
+    percent_of_few,
+    shortfall_in_words,
+)
 from calib.decision.padding import recommend
 from calib.decision.recommendation import INTERVAL_PROBABILITY, OfModel, Recommendation
 from calib.decision.record import recommendation_from_json, recommendation_to_json
+from calib.decision.release import Decided
 from calib.decision.requirement import Requirement
 from calib.decision.specified import conform, recommend_for
 from calib.decision.trend import Trend
@@ -49,6 +61,8 @@ __all__ = [
     "Built",
     "Cause",
     "Conformity",
+    "Decided",
+    "Deciding",
     "Drawing",
     "ForceReading",
     "ForceTable",
@@ -59,12 +73,14 @@ __all__ = [
     "Landscape",
     "Measurement",
     "Needed",
+    "NextInShort",
     "NextMeasurements",
     "OfModel",
     "Presented",
     "Recommendation",
     "Requirement",
     "Risks",
+    "ShortMeasurement",
     "Status",
     "Trend",
     "View",
@@ -77,12 +93,15 @@ __all__ = [
     "invert",
     "landscape",
     "largest_force",
+    "next_from_json",
     "next_measurements",
     "next_to_json",
     "percent",
+    "percent_of_few",
     "presented",
     "recommend",
     "recommend_for",
     "recommendation_from_json",
     "recommendation_to_json",
+    "shortfall_in_words",
 ]

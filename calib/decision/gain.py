@@ -5,7 +5,8 @@ Given the scales u (noises, discrepancies, and the spread of a lot) what is not 
     C(u) = (P(u) + I(u))^-1,                                                                                         (1)
 
 P what is believed before the data, I what all readings tell (`calib.sampling.expected`). A press adds its own information, and
-its own unknowns; a quantity that is read by itself with the sd s adds (dvalue/dz)^2 / s^2.
+its own unknowns; a quantity that is read by itself with the sd s adds (dvalue/dz)^2 / s^2. What the model leaves out of a press
+it leaves out of every other of the same specimen under the same ball: such a press adds what it tells to who knows the others.
 """
 
 from __future__ import annotations
@@ -17,9 +18,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.decision.candidates import Candidate, Known
+from calib.lab import Sweep
 from calib.priors import LogNormal, Prior
 from calib.problem import Lot, Problem, columns_at
-from calib.sampling import expected_information
+from calib.sampling import expected_information, information_together
 from models.sensor import FloatArray
 
 #: C g (n_draw, n_state, n_part) of slopes g (n_state, n_part), of the unknowns before a measurement and the lot's values.
@@ -88,9 +90,22 @@ def with_measurement(present: Knowledge, candidate: Candidate) -> Knowledge:
     n = present.middle.size
     draws = np.tile(candidate.middle, (len(present.draws), 1))
     draws[:, :n] = present.draws
-    more = expected_information(candidate.problem, candidate.problem.plans[-1:], candidate.middle, draws)
+    *before, new = candidate.problem.plans
+    alike = [plan for plan in before if _misses_the_same(plan.sweep, new.sweep)]
+    if alike:  # what the new one tells to who knows the others
+        both, one = (
+            information_together(candidate.problem, plans, candidate.middle, draws) for plans in ([*alike, new], alike)
+        )
+        more = both - one
+    else:
+        more = expected_information(candidate.problem, [new], candidate.middle, draws)
     more[:, :n, :n] += present.information
     return Knowledge(candidate.problem, candidate.middle, draws, present.spread, more)
+
+
+def _misses_the_same(one: Sweep, other: Sweep) -> bool:
+    """Whether what the model leaves out is the same in two sweeps: of one specimen, under one ball."""
+    return one.specimen == other.specimen and one.indenter_radius == other.indenter_radius
 
 
 def covariance(known: Knowledge) -> CovarianceTimes:

@@ -8,13 +8,17 @@ P what is believed before the data, I and I' what the readings tell that there a
 (`calib.decision.gain`), g the slope of the target, sd what is not known of it, and s the part of that which the unknowns
 cause, both by the draws of the posterior. All unknowns that a measurement brings are among those of A'. E is over u: on average
 over what may be read the variance that is left is that mean, whatever u turns out to be.
+
+Of a specification what is asked is the decision itself: g are the directions that its margins hang on
+(`calib.decision.hinges`), and of the draws of sensors that may be built it is told what would be decided after a measurement
+that leaves g^T A'^-1 g of g^T A^-1 g, and how often wrongly (`calib.decision.release`).
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,26 +27,45 @@ import numpy as np
 from calib.catalogue import spread_of
 from calib.checks import Reason, Verdict, judge_posterior, verdict_of
 from calib.decision.candidates import Candidate, Known, candidates_of, largest_load
+from calib.decision.choices import choices_of
+from calib.decision.conformity import Conformity
 from calib.decision.gain import CovarianceTimes, covariance, present_knowledge, with_measurement
+from calib.decision.hinges import hinges_of
 from calib.decision.padding import recommend
+from calib.decision.release import Decided, Options, after_reading, known_exactly, options_of
 from calib.decision.requirement import Requirement
+from calib.decision.specified import answer
 from calib.decision.target import Asked, Target, modulus_target, regret, signal_target
+from calib.decision.words import percent
 from calib.errors import Fault, InputError
-from calib.experiment import Bench, Experiment, experiment_toml
+from calib.experiment import Bench, Experiment, Specification, experiment_toml
 from calib.problem import Problem, coordinates_of, plan_sweep
-from calib.records import record_to_text
+from calib.records import exact_record_from_text, record_to_text
 from calib.sampling import Posterior
 from models.response import Forward, OutOfRangeError
 from models.sensor import FloatArray, IntArray
 
 #: Layout version of next.json.
-FORMAT = 1
+FORMAT = 2
 _KIND = "next measurements"
 
 # Draws of the scales, fewer where there are so many unknowns.
 _DRAWS, _MANY, _FEW_DRAWS = 64, 100, 16
 # By more than this share the sd by linearisation may not be off that of the draws; less than this share of the sd is nothing.
 _NORMAL, _NOTHING = 0.2, 0.005
+# A decision that is wrong less often than this is sure; less than so many standard errors of a loss are chance.
+_SURE, _CHANCE = 0.001, 2.0
+# Shares of a limit below this are not told apart.
+_SHORT = 1e-5
+# From this share of the loss on nothing is decided better by knowing all unknowns.
+_SAME = 0.97
+# Gate of a ranking that is a hint only.
+_LINEARISATION = "linearisation"
+# Measurements that a report shows.
+_SHOWN = 3
+# Draws of sensors by which decisions are judged, at least, of several that may be built down to this part of them; and most
+# thicknesses of padding among which decisions are made.
+_SENSORS, _FEWER, _STEPS = 4000, 4, 91
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,12 +77,15 @@ class Measurement:
     kind : of a press (`calib.experiment.PRESSES`), or the quantity that is read (`calib.experiment.READINGS`).
     what : in words of the lab.
     minutes : in the lab.
-    sd : SI, of the target after it.
-    reduction : share of the target's sd that it takes away.
+    sd : SI, of the target after it; nan where that is a specification.
+    reduction : share of the target's sd that it takes away; of a specification of the loss of deciding (`Decided`), 0 where
+        that is no more than chance.
     per_hour : [1/h], the same for an hour in the lab.
-    regret : share of the best signal that is expected to be lost after it; nan where the target is no padding.
+    regret : share of the best signal that is expected to be lost after it, of a specification that of `Decided`; nan where the
+        target is a modulus.
     experiment : with it, lab files to be put in.
     notes : what is to be put in there.
+    decided : what is expected to be decided after it on a specification, and how often wrongly; None where there is none.
     """
 
     kind: str
@@ -71,6 +97,7 @@ class Measurement:
     regret: float
     experiment: Experiment
     notes: dict[tuple[str, str], str]
+    decided: Decided | None = None
 
     @property
     def tells(self) -> bool:
@@ -79,23 +106,80 @@ class Measurement:
 
 
 @dataclass(frozen=True, eq=False)
+class Deciding:
+    """What is decided on a specification by what is known now, and what would be if all unknowns were known.
+
+    Attributes
+    ----------
+    asked : [1], the probability of conforming that the specification asks for.
+    probability : [1], of conforming on the padding that does so most probably.
+    released : whether that is enough, and such sensors are released.
+    now : how often that is wrong.
+    exactly : what is expected of deciding once all unknowns are known: scatter, noise and the model's own error are left.
+    """
+
+    asked: float
+    probability: float
+    released: bool
+    now: Decided
+    exactly: Decided
+
+    @property
+    def nothing_to_gain(self) -> bool:
+        """Whether it is hardly ever wrong: as good as all such sensors conform, or none."""
+        return max(self.now.wrong_release, self.now.wrong_hold) < _SURE
+
+
+@dataclass(frozen=True)
+class ShortMeasurement:
+    """One measurement as a report shows it: what to do, what it brings in words, minutes, reduction and that per hour [1]."""
+
+    what: str
+    brings: str
+    minutes: float
+    reduction: float
+    per_hour: float
+
+
+@dataclass(frozen=True)
+class NextInShort:
+    """What to measure next as a report shows it.
+
+    Attributes
+    ----------
+    asked, label, said : as of `NextMeasurements`, the last in words.
+    first : the first three that tell anything.
+    why_not : why nothing is said, in words; "" if something is.
+    doubts : what makes the ranking a hint, in words.
+    """
+
+    asked: Asked
+    label: str
+    said: str
+    first: tuple[ShortMeasurement, ...]
+    why_not: str = ""
+    doubts: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
 class NextMeasurements:
     """What to measure next; `next_measurements` makes it. SI throughout.
 
     Attributes
     ----------
-    asked : "modulus" or "padding": what is to be known better.
+    asked : "modulus" or "padding": what is to be known better; or "spec": on what it is to be decided more surely.
     label : of that, for people.
-    mean, sd : of it now.
-    by_unknowns : the part of `sd` that the unknowns cause, and measurements can take away.
-    regret : share of the best signal that is expected to be lost now; nan where no padding is asked for.
-    ranked : the measurements, by what they take away of the sd for an hour in the lab.
+    mean, sd : of it now; of a specification the probability of conforming, and nan.
+    by_unknowns : the part of `sd` that the unknowns cause, and measurements can take away; nan of a specification.
+    regret : share of the best signal that is expected to be lost now, of a specification that of `Decided`; nan of a modulus.
+    ranked : the measurements, by what they take away of the sd, or of the loss of deciding, for an hour in the lab.
     unjudged : measurements of which nothing is said, each with the reason.
     rests_on : what the ranking takes for granted, in words.
     verdict : on the calibration, and on whether linearisation does.
     forward_name : the model that predicted.
     seed : of the choice of draws.
     posterior_sha256 : hash of the posterior's file, empty if there is none.
+    deciding : on a specification; None where none is asked for.
     """
 
     asked: Asked
@@ -111,19 +195,39 @@ class NextMeasurements:
     forward_name: str
     seed: int
     posterior_sha256: str = field(default="")
+    deciding: Deciding | None = None
 
     def relative(self, sd: float) -> str:
         """A standard deviation as people read it: in per cent of the mean."""
         return f"{100 * sd / abs(self.mean):.3g} %"
 
+    def brings(self, one: Measurement) -> str:
+        """What a measurement would bring, in words."""
+        if self.deciding is not None and one.decided is not None:
+            return f"{wrong_in_words(one.decided)} instead of {wrong_in_words(self.deciding.now)}"
+        name = "modulus" if self.asked == "modulus" else "signal"
+        return f"{name} ±{self.relative(one.sd)} instead of ±{self.relative(self.sd)}"
+
     def in_lab_terms(self, one: Measurement) -> str:
         """One measurement in a line: what to do, what it would bring, and how long it takes."""
-        name = "modulus" if self.asked == "modulus" else "signal"
-        return f"{one.what}: {name} ±{self.relative(one.sd)} instead of ±{self.relative(self.sd)}, {one.minutes:.0f} min"
+        return f"{one.what}: {self.brings(one)}, {one.minutes:.0f} min"
+
+    @property
+    def in_short(self) -> NextInShort:
+        """The first three, for a report."""
+        first = tuple(
+            ShortMeasurement(one.what, self.brings(one), one.minutes, one.reduction, one.per_hour)
+            for one in self.ranked[:_SHOWN]
+            if one.tells
+        )
+        doubts = tuple(reason.finding for reason in self.verdict.reasons if reason.gate == _LINEARISATION)
+        return NextInShort(self.asked, self.label, self.in_words, first, doubts=doubts)
 
     @property
     def in_words(self) -> str:
         """What to measure next, in a few sentences."""
+        if self.deciding is not None:
+            return f"{self._warning}{self._decision_in_words(self.deciding)}".strip()
         mean = f"{self.mean * 1e-6:.4g} MPa" if self.asked == "modulus" else f"{self.mean * 100:.3g} %"
         text = f"{self.label[0].upper()}{self.label[1:]} is {mean} ± {self.relative(self.sd)}. "
         useful = [one for one in self.ranked if one.tells]
@@ -149,9 +253,47 @@ class NextMeasurements:
                     f"For not knowing the sensor better the padding is expected to lose {100 * self.regret:.2g} % of its signal"
                     f"{after}. "
                 )
-        if self.verdict.colour == "red":
-            text = f"Do not plan by this: {self.verdict.reasons[0].finding}. {text}"
-        return text.strip()
+        return f"{self._warning}{text}".strip()
+
+    @property
+    def _warning(self) -> str:
+        return f"Do not plan by this: {self.verdict.reasons[0].finding}. " if self.verdict.colour == "red" else ""
+
+    def _decision_in_words(self, d: Deciding) -> str:
+        """What is decided now, how often wrongly, and what would change that."""
+        asked, what = f"{100 * d.asked:g} %", f"{self.label[0].upper()}{self.label[1:]}"
+        if d.released:
+            text = (
+                f"{what}: released, as sensors on the best padding conform with {percent(d.probability)} ({asked} asked for). "
+            )
+            text += f"Of all, {percent_of_few(d.now.wrong_release)} would be released wrongly. "
+        else:
+            text = (
+                f"{what}: held back, as sensors on the best padding conform with {percent(d.probability)} only ({asked} "
+                f"asked for). Of all, {percent_of_few(d.now.wrong_hold)} would be held back wrongly. "
+            )
+        useful = [one for one in self.ranked if one.tells]
+        if d.nothing_to_gain:
+            text += "So sure is that already that no measurement is worth its time for this decision. "
+        elif useful:
+            text += f"Most for an hour in the lab: {self.in_lab_terms(useful[0])}. "
+            most = max(useful, key=lambda one: one.reduction)
+            if most is not useful[0]:
+                text += f"Most in all: {self.in_lab_terms(most)}. "
+        else:
+            text += "No measurement that was tried is worth its time for this decision: none makes it wrong less often. "
+        if not d.nothing_to_gain and d.exactly.loss > _SAME * d.now.loss:
+            text += (
+                "As far as the draws tell it would not be decided better if all unknowns were known: the doubt is in "
+                "tolerances, spread, noise, and what the model leaves out. "
+            )
+        elif not d.nothing_to_gain:
+            text += f"With all unknowns known it would be {wrong_in_words(d.exactly)}, for what scatters. "
+        after = f", {shortfall_in_words(useful[0].regret)} after the first" if useful else ""
+        return (
+            f"{text}For not knowing the sensors better the padding falls short by {shortfall_in_words(self.regret)} of a limit "
+            f"more than that which is best for each{after}. "
+        )
 
     def draft(self, number: int, folder: Path) -> str:
         """The experiment file with a measurement in it, to be completed where it is marked EDIT.
@@ -174,6 +316,40 @@ class NextMeasurements:
         return experiment_toml(experiment, folder, one.notes, head)
 
 
+def wrong_in_words(decided: Decided) -> str:
+    """Both ways of deciding wrongly, such as "4.1 % released wrongly and 0.2 % held back wrongly"."""
+    shares = [(decided.wrong_release, "released wrongly"), (decided.wrong_hold, "held back wrongly")]
+    told = " and ".join(f"{percent_of_few(share)} {words}" for share, words in shares)
+    return f"{told} at most" if decided.share < 1 else told
+
+
+def shortfall_in_words(share: float) -> str:
+    """A shortfall in per cent of a limit.
+
+    >>> shortfall_in_words(0.0014), shortfall_in_words(1e-7)
+    ('0.14 %', 'below 0.001 %')
+    """
+    return percent_of_few(share, _SHORT)
+
+
+def percent_of_few(share: float, least: float = 0.001) -> str:
+    """Write a share that may be small in per cent.
+
+    Parameters
+    ----------
+    share : [1].
+    least : [1], below which no number is given.
+
+    Examples
+    --------
+    >>> percent_of_few(0.0413), percent_of_few(0.0002), percent_of_few(0.9955)
+    ('4.1 %', 'below 0.1 %', 'more than 99 %')
+    """
+    if share >= 0.0995:
+        return percent(share)
+    return f"{100 * share:.2g} %" if share >= least else f"below {100 * least:g} %"
+
+
 _HEAD = (
     "Comments of the file that it follows from are left out. Put in what is marked EDIT and remove the mark, then:",
     "  calib check FILE",
@@ -183,24 +359,24 @@ _HEAD = (
 def next_measurements(
     posterior: Posterior,
     forward: Forward,
-    requirement: Requirement | None = None,
+    requirement: Requirement | Specification | None = None,
     bench: Bench | None = None,
     *,
     seed: int,
     posterior_sha256: str = "",
     verdict: Verdict | None = None,
 ) -> NextMeasurements:
-    """Say which measurement would make Young's modulus, or the signal on the recommended padding, better known.
+    """Say which measurement would make Young's modulus, or the signal on padding, better known, or a decision more often right.
 
     Presses (once more, deeper, another ball, another specimen or padding) and quantities that are read by themselves (a
     thickness, the machine's compliance, ...) are ranked by how much of the standard deviation each is expected to take away for
-    an hour in the lab: (1). Nothing is sampled.
+    an hour in the lab: (1); for a specification by how much of the loss of deciding on it wrongly. Nothing is sampled.
 
     Parameters
     ----------
     posterior : of the calibration, of one model.
     forward : the model that predicts, a surrogate or a closed form.
-    requirement : the load and the thicknesses to choose from; None to ask for the modulus.
+    requirement : the load and the thicknesses to choose from, or the specification that is to be met; None for the modulus.
     bench : what the lab can measure; usual values by default.
     seed : of the choice of draws.
     posterior_sha256 : hash of the posterior's file, kept with the result.
@@ -217,8 +393,12 @@ def next_measurements(
     rng = np.random.default_rng(seed)
     known = _known(posterior, forward)
     reasons = list((judge_posterior(posterior) if verdict is None else verdict).reasons)
+    decision = None
     if requirement is None:
         target = modulus_target(posterior, known)
+    elif isinstance(requirement, Specification):
+        decision, conformity = _decision(posterior, known, requirement, seed, verdict_of(reasons))
+        target, reasons = decision.target(conformity), list(conformity.verdict.reasons)
     else:
         recommended = recommend(posterior, forward, requirement, seed=seed, verdict=verdict_of(reasons))
         reasons = list(recommended.verdict.reasons)
@@ -232,8 +412,8 @@ def next_measurements(
         message = f"the middle of the posterior lies at the end of what the model covers ({error})"
         raise InputError(Fault(message, advice="Use less of the sweep, see `calib check`")) from None
     now = covariance(present)
-    before = target.variance(now)
-    reasons += _not_normal(target, before)
+    before = target.variance(now) if decision is None else math.nan
+    reasons += _not_normal(target, before) if decision is None else _not_normal_along(decision, now)
     candidates, unjudged = candidates_of(known, bench or Bench())
     along = _along(target, now)
     found = []
@@ -243,7 +423,13 @@ def next_measurements(
         except (OutOfRangeError, np.linalg.LinAlgError) as error:
             unjudged.append(f"{candidate.what}: {error}")
             continue
-        found.append((candidate.alike, _measurement(target, candidate, after, before, along)))
+        made = (
+            _measurement(target, candidate, after, before, along)
+            if decision is None
+            else _deciding_measurement(decision, candidate, after, now)
+        )
+        found.append((candidate.alike, made))
+    ranked = tuple(_ranked(found, target.regret))
     return NextMeasurements(
         target.asked,
         target.label,
@@ -251,13 +437,14 @@ def next_measurements(
         target.sd,
         target.by_unknowns,
         target.regret,
-        tuple(_ranked(found)),
+        ranked,
         tuple(unjudged),
-        _rests_on(target, known, bench or Bench()),
+        _rests_on(target, known, bench or Bench(), None if decision is None else (decision, ranked)),
         verdict_of(reasons),
         forward.name,
         seed,
         posterior_sha256,
+        None if decision is None else decision.deciding,
     )
 
 
@@ -272,7 +459,11 @@ def next_to_json(found: NextMeasurements, fingerprint: str = "") -> str:
 
     def plain(one: Measurement) -> dict[str, Any]:
         names = ("kind", "what", "minutes", "sd", "reduction", "per_hour", "regret")
-        return {"said": found.in_lab_terms(one), **{name: getattr(one, name) for name in names}}
+        said = {"said": found.in_lab_terms(one), "brings": found.brings(one), **{name: getattr(one, name) for name in names}}
+        if one.decided is None:
+            return said
+        less = (found.regret - one.regret) / (one.minutes / 60)
+        return {**said, "decided": asdict(one.decided), "regret_per_hour": less}
 
     content = {
         "fingerprint": fingerprint,
@@ -288,6 +479,7 @@ def next_to_json(found: NextMeasurements, fingerprint: str = "") -> str:
             "sd_by_unknowns": found.by_unknowns,
             "regret": found.regret,
         },
+        **({} if found.deciding is None else {"deciding": asdict(found.deciding)}),
         "ranked": [plain(one) for one in found.ranked],
         "not_judged": list(found.unjudged),
         "rests_on": list(found.rests_on),
@@ -295,6 +487,40 @@ def next_to_json(found: NextMeasurements, fingerprint: str = "") -> str:
         "seed": found.seed,
     }
     return record_to_text(_KIND, FORMAT, content)
+
+
+def next_from_json(text: str, path: Path | None = None, posterior_sha256: str | None = None) -> NextInShort | None:
+    """Read as much as a report shows of what `next_to_json` wrote.
+
+    Parameters
+    ----------
+    text : of the file.
+    path : of the file, to be named if it is refused.
+    posterior_sha256 : of the posterior that it must be of; None for any.
+
+    Returns
+    -------
+    None where it is of another posterior.
+
+    Raises
+    ------
+    InputError
+        If the text is not, to the last byte, what was written in this format.
+    """
+    try:
+        record = exact_record_from_text(_KIND, FORMAT, text)
+        if posterior_sha256 is not None and record["posterior_sha256"] != posterior_sha256:
+            return None
+        first = tuple(
+            ShortMeasurement(*(one[f.name] for f in fields(ShortMeasurement)))
+            for one in record["ranked"][:_SHOWN]
+            if one["reduction"] >= _NOTHING
+        )
+        doubts = tuple(one["finding"] for one in record["verdict"]["reasons"] if one["gate"] == _LINEARISATION)
+        return NextInShort(record["for"], record["target"]["label"], record["said"], first, doubts=doubts)
+    except (ValueError, KeyError, TypeError) as error:
+        message = f"this is not what `calib next` has written ({error})"
+        raise InputError(Fault(message, path, advice="Delete it, or run `calib next` again")) from None
 
 
 # --- what is known ------------------------------------------------------------------------------------------------------
@@ -321,6 +547,108 @@ def _spread_of(posterior: Posterior, known: Known, rows: IntArray) -> FloatArray
     return np.stack(columns, axis=1) if columns else np.zeros((rows.size, 0))
 
 
+# --- deciding on a specification ----------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class _Decision:
+    """A decision on a specification: what it is on, the draws it is made with, and what these hang on.
+
+    `directions` (n_state, n_direction) are those of the unknowns, `width` (n_direction, n_direction) is the covariance of the
+    draws along them, `error` [1] that of the probability of conforming, for as many draws as the posterior's are worth.
+    """
+
+    specification: Specification
+    options: Options
+    directions: FloatArray
+    width: FloatArray
+    deciding: Deciding
+    error: float
+
+    def target(self, conformity: Conformity) -> Target:
+        """What is asked, for people."""
+        name = f"specification {self.specification.name}" if self.specification.name else "specification"
+        nothing = np.empty((0, 0))
+        p = conformity.best.best_probability
+        return Target("spec", name, p, math.nan, math.nan, nothing, nothing, np.empty(0), self.deciding.now.regret)
+
+    def left(self, before: CovarianceTimes, after: CovarianceTimes) -> FloatArray:
+        """What a measurement leaves unknown along the directions, where it is 1 before, (n_direction, n_direction)."""
+        now, then = (_along_directions(self.directions, times) for times in (before, after))
+        narrow = _root(now, -0.5)
+        return np.asarray(narrow @ then @ narrow, dtype=float)
+
+
+def _along_directions(directions: FloatArray, times: CovarianceTimes) -> FloatArray:
+    """Covariance along directions, the mean over the scales, (n_direction, n_direction)."""
+    return np.asarray(np.mean(directions.T @ times(directions), axis=0), dtype=float)
+
+
+def _root(covariance: FloatArray, power: float) -> FloatArray:
+    """A power of a symmetric matrix, (n, n)."""
+    value, vector = np.linalg.eigh(0.5 * (covariance + covariance.T))
+    least = 1e-12 * np.max(value, initial=1e-300)
+    return np.asarray((vector * np.maximum(value, least) ** power) @ vector.T, dtype=float)
+
+
+def _decision(
+    posterior: Posterior, known: Known, specification: Specification, seed: int, verdict: Verdict
+) -> tuple[_Decision, Conformity]:
+    """Decide on a specification by what is known, and keep the draws."""
+    n_choice = sum(len(group) for group in choices_of(specification))
+    n_draw = max(specification.n_draw, _SENSORS // min(n_choice, _FEWER))
+    more = replace(specification, n_draw=n_draw, steps=min(specification.steps, _STEPS))
+    answered = answer(posterior, known.problem.forward, more, seed=seed, verdict=verdict)
+    hinges = hinges_of(posterior, known, more, answered.tried, answered.sensors.values[0])
+    width = np.atleast_2d(np.cov(hinges.draws[hinges.there], rowvar=False)) if hinges.draws.shape[1] else np.zeros((0, 0))
+    along = np.where(hinges.there[:, None], hinges.draws @ _root(width, -0.5), np.nan)
+    options = options_of(answered.tried, along, specification.probability)
+    deciding = Deciding(specification.probability, options.probability, options.released, options.now, known_exactly(options))
+    error = answered.conformity.best.best_error
+    return _Decision(specification, options, hinges.directions, width, deciding, error), answered.conformity
+
+
+def _deciding_measurement(
+    decision: _Decision, candidate: Candidate, after: CovarianceTimes, before: CovarianceTimes
+) -> Measurement:
+    now = decision.deciding.now
+    decided = after_reading(decision.options, decision.left(before, after)) if decision.width.size else now
+    gain = now.loss - decided.loss
+    if decision.deciding.nothing_to_gain or not gain > _CHANCE * decided.error:
+        gain, decided = 0.0, replace(now, regret=decided.regret, error=decided.error, share=decided.share)
+    reduction = gain / now.loss if gain > 0 else 0.0
+    per_hour = reduction / (candidate.minutes / 60)
+    notes = dict(candidate.notes)
+    return Measurement(
+        candidate.kind,
+        candidate.what,
+        candidate.minutes,
+        math.nan,
+        reduction,
+        per_hour,
+        decided.regret,
+        candidate.experiment,
+        notes,
+        decided,
+    )
+
+
+def _not_normal_along(decision: _Decision, now: CovarianceTimes) -> list[Reason]:
+    """A reason for doubt where along what margins hang on the sd by linearisation is not that of the draws."""
+    if not decision.width.size:
+        return []
+    narrow = _root(decision.width, -0.5)
+    ratio = np.sqrt(np.linalg.eigvalsh(narrow @ _along_directions(decision.directions, now) @ narrow))
+    worst = float(ratio[np.argmax(np.abs(np.log(ratio)))])
+    if abs(worst - 1) <= _NORMAL:
+        return []
+    finding = (
+        f"by linearisation the sd of what the margins of the specification hang on is {worst:.2f} times that of the draws: the "
+        "posterior is not nearly normal"
+    )
+    return [Reason(_LINEARISATION, "amber", finding, "Take the ranking as a hint, and try the first two or three")]
+
+
 # --- what is said of it -------------------------------------------------------------------------------------------------
 
 
@@ -343,12 +671,18 @@ def _measurement(target: Target, candidate: Candidate, after: CovarianceTimes, b
     )
 
 
-def _ranked(found: Sequence[tuple[str, Measurement]]) -> list[Measurement]:
+def _ranked(found: Sequence[tuple[str, Measurement]], regret_now: float) -> list[Measurement]:
     """The most for an hour first; of those that differ in nothing but the specimen the best one."""
+
+    def by(one: Measurement) -> tuple[float, float, float]:
+        # Where no decision changes, what padding is chosen may still fall less short.
+        less = 0.0 if one.decided is None else (one.regret - regret_now) / one.minutes
+        return -one.per_hour, less, one.minutes
+
     best: dict[str, Measurement] = {}
-    for alike, one in sorted(found, key=lambda pair: -pair[1].per_hour):
+    for alike, one in sorted(found, key=lambda pair: by(pair[1])):
         best.setdefault(alike, one)
-    return sorted(best.values(), key=lambda one: (-one.per_hour, one.minutes))
+    return sorted(best.values(), key=by)
 
 
 def _not_normal(target: Target, before: float) -> list[Reason]:
@@ -360,10 +694,12 @@ def _not_normal(target: Target, before: float) -> list[Reason]:
         f"by linearisation the sd of {target.label} is {linear / target.by_unknowns if target.by_unknowns else math.inf:.2f} "
         "times that of the draws: the posterior is not nearly normal"
     )
-    return [Reason("linearisation", "amber", finding, "Take the ranking as a hint, and try the first two or three")]
+    return [Reason(_LINEARISATION, "amber", finding, "Take the ranking as a hint, and try the first two or three")]
 
 
-def _rests_on(target: Target, known: Known, bench: Bench) -> tuple[str, ...]:
+def _rests_on(
+    target: Target, known: Known, bench: Bench, decided: tuple[_Decision, Sequence[Measurement]] | None
+) -> tuple[str, ...]:
     """What the ranking takes for granted."""
     experiment = known.problem.experiment
     said = [
@@ -378,14 +714,42 @@ def _rests_on(target: Target, known: Known, bench: Bench) -> tuple[str, ...]:
     ]
     if experiment.discrepancy == "on":
         said.append(
-            "a discrepancy of its own for every press: pressing the same specimen once more in the same way may repeat that of "
-            "the first, and then brings less"
+            "a press of the same specimen under the same ball repeating what the model left out of the earlier ones, which a "
+            "calibration with it takes as new: its standard deviations come out smaller than is known then"
         )
     if experiment.pooling == "complete" and len(experiment.specimens) >= 1:
         said.append("one modulus for all specimens, those that are still to be made included")
     if target.asked == "padding":
         said.append("new padding of the same material, and a thickness that is met exactly")
+    if decided is not None:
+        said += _decision_rests_on(*decided)
     return tuple(said)
+
+
+def _decision_rests_on(decision: _Decision, ranked: Sequence[Measurement]) -> list[str]:
+    p = decision.specification.probability
+    said = [
+        (
+            f"a sensor that is released and does not conform costing {p / (1 - p):.3g} times as much as one that is held back "
+            f"and would, which is what {100 * p:g} % asks for"
+        ),
+        "what a measurement tells of noise and discrepancy themselves being nothing; both scatter as they do now",
+    ]
+    if any(one.kind in ("specimen", "padding") for one in ranked):
+        said.append("deciding for sensors like those measured now, not for one that is made to learn from")
+    if abs(decision.deciding.probability - p) < 2 * decision.error:
+        said.append(
+            f"a probability of conforming that the draws leave open by ± {200 * decision.error:.2g} %: on which side of "
+            f"{100 * p:g} % it lies, and with it what a measurement turns"
+        )
+    weak = [(one, one.decided.share) for one in ranked if one.decided is not None and one.decided.share < 1]
+    if weak:
+        told = "; ".join(f"{one.what} ({100 * share:.2g} %)" for one, share in weak[:5])
+        said.append(
+            "measurements that tell more than re-weighted draws carry being weakened to this share of what they tell, so that "
+            f"they bring at least what is said: {told}"
+        )
+    return said
 
 
 def _files_in(experiment: Experiment, folder: Path) -> Experiment:

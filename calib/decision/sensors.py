@@ -60,11 +60,13 @@ class Sensors:
     measured : sensors like those measured, a part for each model.
     parts : what the answer is for: the same, or under partial pooling the next sensor of the lot.
     of_next : whether it is that.
+    values : the posterior's draws that they are made of, by name, SI (n_draw,), for each model.
     """
 
     measured: tuple[Part, ...]
     parts: tuple[Part, ...]
     of_next: bool
+    values: tuple[Mapping[str, FloatArray], ...]
 
 
 def sensors_of(
@@ -85,8 +87,9 @@ def sensors_of(
     """
     chosen = drawn(models, n_draw, rng)
     measured = tuple(Part(m, *_like_those_measured(m.posterior, values, indenter_radius, rng)) for m, values in chosen)
+    of_models = tuple(values for _, values in chosen)
     if pooling != "partial":
-        return Sensors(measured, measured, False)
+        return Sensors(measured, measured, False, of_models)
     own = np.random.default_rng([seed, _NEXT])
     parts = []
     for member, values in chosen:
@@ -94,7 +97,7 @@ def sensors_of(
         following = as_next_specimen(values, lots, own)
         made = _like_those_measured(member.posterior, following, indenter_radius, own)
         parts.append(Part(member, *made, padding_about_mean(values, following, lots)))
-    return Sensors(measured, tuple(parts), True)
+    return Sensors(measured, tuple(parts), True, of_models)
 
 
 def _like_those_measured(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -45,6 +45,22 @@ _FEW, _FEWEST = 20, 50
 _SIGNAL_DRAWS = 400
 
 
+@dataclass(frozen=True, eq=False)
+class Answered:
+    """An answer to a specification with the draws that it was read off.
+
+    Attributes
+    ----------
+    conformity : the answer.
+    tried : the sensors that may be built, that which is advised first.
+    sensors : what they are made of.
+    """
+
+    conformity: Conformity
+    tried: tuple[Tried, ...]
+    sensors: Sensors
+
+
 def conform(
     posterior: Posterior,
     forward: Forward,
@@ -78,6 +94,29 @@ def conform(
     ------
     InputError
         If the specification does not fit the run, there are too few draws, or no thickness of no sensor is covered by a model.
+    """
+    return answer(posterior, forward, specification, seed=seed, verdict=verdict, members=members).conformity
+
+
+def answer(
+    posterior: Posterior,
+    forward: Forward,
+    specification: Specification,
+    *,
+    seed: int,
+    verdict: Verdict | None = None,
+    members: Sequence[Member] = (),
+) -> Answered:
+    """Do what `conform` does, and keep the draws.
+
+    Parameters
+    ----------
+    posterior, forward, specification, seed, verdict, members : as in `conform`.
+
+    Raises
+    ------
+    InputError
+        As in `conform`.
     """
     pooling = posterior.experiment.pooling
     require_spread_once(specification, [lot.quantity for lot in posterior.table.lots])
@@ -117,7 +156,7 @@ def conform(
     needed, all_needed = needed_for(best, grid, specification)
     known = judge_posterior(posterior) if verdict is None else verdict
     beyond = [*_beyond(models, specification, best, z), *_unmet(best.built, specification)]
-    return Conformity(
+    conformity = Conformity(
         specification=specification,
         thickness=grid,
         built=(*(tried.built for tried in order), *unserved),
@@ -134,6 +173,7 @@ def conform(
         seed=seed,
         verdict=verdict_of([*known.reasons, *beyond]),
     )
+    return Answered(conformity, tuple(order), sensors)
 
 
 def recommend_for(

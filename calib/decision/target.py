@@ -24,7 +24,7 @@ from models.curves import DesignPrediction, predict_design
 from models.sensor import FloatArray
 
 #: What a measurement may be for.
-Asked = Literal["modulus", "padding"]
+Asked = Literal["modulus", "padding", "spec"]
 
 _MODULUS = "young_modulus"
 # Width of the differences as a share of the posterior's, and draws by which a signal's spread is told.
@@ -87,7 +87,7 @@ def modulus_target(posterior: Posterior, known: Known) -> Target:
     if _MODULUS not in infos:
         raise InputError(Fault("young_modulus is fixed in this run: there is nothing to learn of it", advice="Give it a prior"))
     draws = posterior.draws[..., infos.index(_MODULUS)]
-    slopes = _slopes(known, lambda values: values[_MODULUS])
+    slopes = slopes_at_middle(known, lambda values: values[_MODULUS])
     label = "Young's modulus of the lot" if known.problem.experiment.pooling == "partial" else "Young's modulus"
     sd = float(np.std(draws))
     return Target("modulus", label, float(np.mean(draws)), sd, sd, slopes[None], np.empty((0, 0)), np.empty(0), np.nan)
@@ -123,7 +123,7 @@ def signal_target(posterior: Posterior, known: Known, wanted: Requirement, best:
 
     def changes(values: Mapping[str, FloatArray]) -> FloatArray:
         """(n_draw, n_specimen, n_thickness)."""
-        of_lot = _all_as_lot(values, problem.table.lots)
+        of_lot = all_as_lot(values, problem.table.lots)
         return np.stack(
             [np.stack([predicted(of_lot, s, h).change[:, 0] for h in grid], axis=-1) for s in specimens],
             axis=1,
@@ -131,7 +131,7 @@ def signal_target(posterior: Posterior, known: Known, wanted: Requirement, best:
 
     values = thin_draws(posterior, _DRAWS, rng)
     of_draws = changes(values)
-    slopes = _slopes(known, changes)
+    slopes = slopes_at_middle(known, changes)
     covered = np.all(np.isfinite(slopes), axis=(0, 1)) & (np.mean(np.isfinite(of_draws), axis=(0, 1)) > 0.95)
     if not covered[-1]:
         advice = "Ask for a smaller --force or other thicknesses"
@@ -204,8 +204,14 @@ def _or_zero(value: FloatArray | None, p: DesignPrediction) -> FloatArray:
     return np.zeros(p.change.shape[0]) if value is None else value
 
 
-def _all_as_lot(values: Mapping[str, FloatArray], lots: Sequence[Lot]) -> dict[str, FloatArray]:
-    """Draws in which every specimen of a lot is as the lot is on average, where the same was wanted of it."""
+def all_as_lot(values: Mapping[str, FloatArray], lots: Sequence[Lot]) -> dict[str, FloatArray]:
+    """Draws in which every specimen of a lot is as the lot is on average, where the same was wanted of it.
+
+    Parameters
+    ----------
+    values : draws by name, SI (n_draw,), with those of the lot.
+    lots : the quantities that are pooled.
+    """
     whole = dict(values)
     for lot in lots:
         own = [name for name in values if (key := UnknownName.parse(name)).parameter == lot.quantity and key.specimen]
@@ -214,8 +220,18 @@ def _all_as_lot(values: Mapping[str, FloatArray], lots: Sequence[Lot]) -> dict[s
     return whole
 
 
-def _slopes(known: Known, of: Callable[[Mapping[str, FloatArray]], FloatArray]) -> FloatArray:
-    """Derivatives (n_state, ...) of what follows from values of the unknowns, and those of the lot, at the middle."""
+def slopes_at_middle(known: Known, of: Callable[[Mapping[str, FloatArray]], FloatArray]) -> FloatArray:
+    """Differentiate what follows from values of the unknowns, and those of the lot, at the middle of the posterior.
+
+    Parameters
+    ----------
+    known : the calibration.
+    of : gives it (n_draw, ...) at values by name, SI (n_draw,).
+
+    Returns
+    -------
+    (n_state, ...); nothing follows from the scales.
+    """
     n, lots = known.middle.size, known.problem.table.lots
     width = _WIDTH * np.std(known.draws, axis=0)
     width[[p.parameter in SCALES for p in known.problem.parameters]] = 0.0

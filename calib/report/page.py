@@ -11,7 +11,7 @@ import jinja2
 from markupsafe import Markup
 
 from calib.checks import Member, Prediction, Verdict, judge_posterior
-from calib.decision import Recommendation
+from calib.decision import NextInShort, Recommendation
 from calib.report.pictures import Drawing, Plot, pictures_in
 from calib.report.section import Results, Section
 from calib.report.sections import drawings_of, plots_of, sections_of
@@ -27,6 +27,7 @@ def write_report(
     posterior_sha256: str = "",
     drawings: Mapping[str, Drawing] | None = None,
     members: Sequence[Member] = (),
+    next_steps: NextInShort | None = None,
 ) -> str:
     """Lay out a calibration as one HTML page that needs nothing beside itself: no network, no script, no other file.
 
@@ -39,6 +40,7 @@ def write_report(
     posterior_sha256 : hash of the posterior's file, "" if it is not kept; a recommendation from another one is marked as such.
     drawings : pictures that are not to be drawn here: from `begin_drawing` or `kept_drawings`.
     members : the models that the posterior is an average of; none for one model.
+    next_steps : what to measure next; None to say nothing of it.
 
     Returns
     -------
@@ -47,7 +49,7 @@ def write_report(
     """
     environment = templates()
     verdict = judge_posterior(posterior, predictions) if verdict is None else verdict
-    results = Results(posterior, predictions, verdict, recommendation, posterior_sha256, members=members)
+    results = Results(posterior, predictions, verdict, recommendation, posterior_sha256, members=members, next_steps=next_steps)
     sections = sections_of(results, drawings or {})
     laid_out = [(section, _laid_out(section, environment)) for section in sections]
     return environment.get_template("page.html.j2").render(

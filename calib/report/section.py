@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from calib.checks import Member, Prediction, Verdict
-from calib.decision import Recommendation
+from calib.decision import NextInShort, Recommendation
 from calib.report.pictures import Drawing, Picture, Plot
 from calib.sampling import Posterior
 
@@ -28,6 +28,7 @@ class Results:
     plots : name -> figure of the report, of all sections; see `calib.report.sections`.
     drawings : name -> picture, drawn when it is called for, or before by a worker.
     members : the models that the posterior is an average of; none for one model.
+    next_steps : what to measure next; None where nothing is said of it.
     """
 
     posterior: Posterior
@@ -38,6 +39,7 @@ class Results:
     plots: Mapping[str, Plot] = field(default_factory=dict)
     drawings: Mapping[str, Drawing] = field(default_factory=dict)
     members: Sequence[Member] = ()
+    next_steps: NextInShort | None = None
 
     def picture(self, name: str) -> Picture:
         """One of `plots`, drawn, as part of a page."""

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from calib.runs.folder import PageError, Run, load_recommendation, load_run, recommend_in, report_in
     from calib.runs.integrity import verify
     from calib.runs.listing import RESULTS
-    from calib.runs.measurements import asked_before, next_in
+    from calib.runs.measurements import asked_before, next_in, specified_before
     from calib.runs.ownership import owned, owner_of
     from calib.runs.preview import quick
     from calib.runs.progress import Look, RunState, Told, run_state
@@ -73,6 +73,7 @@ __all__ = [
     "refine",
     "report_in",
     "run_state",
+    "specified_before",
     "verify",
     "verify_batch",
 ]
@@ -124,6 +125,7 @@ __getattr__ = on_demand(
         ".measurements": (
             "asked_before",
             "next_in",
+            "specified_before",
         ),
         ".listing": ("RESULTS",),
         ".ownership": ("owned", "owner_of"),

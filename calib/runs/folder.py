@@ -14,8 +14,11 @@ import numpy as np
 
 from calib.checks import Member, Prediction, Reason, Verdict, judge_posterior, predict
 from calib.decision import (
+    NextInShort,
     Recommendation,
     Requirement,
+    next_from_json,
+    next_measurements,
     recommend_for,
     recommendation_from_json,
     recommendation_to_json,
@@ -34,6 +37,7 @@ from calib.report import (
 )
 from calib.runs.listing import (
     LISTING,
+    NEXT,
     PAGES,
     POSTERIOR,
     PRINTED,
@@ -54,6 +58,8 @@ from calib.sampling import FINGERPRINT, Posterior, load_posterior, save_posterio
 from models.response import Forward
 
 _FORWARD = "forward model"
+# With more unknowns what to measure next is not worked out for the page.
+_MOST_UNKNOWNS = 40
 _RESUME = "`calib calibrate EXPERIMENT -o RUN --resume`"
 
 
@@ -213,7 +219,38 @@ def page_of(
         posterior_sha256=run.posterior_sha256,
         drawings=drawings,
         members=run.members,
+        next_steps=next_steps_of(run),
     )
+
+
+def next_steps_of(run: Run) -> NextInShort | None:
+    """What to measure next after a run: what `calib next` has kept of its posterior, else for its modulus, where that is quick.
+
+    Returns
+    -------
+    None where the verdict is red.
+    """
+    if run.verdict.colour == "red":
+        return None
+    path = run.folder / NEXT
+    if path.is_file():
+        with suppress(InputError, OSError):  # of an earlier version, or not as it was written: it is worked out anew
+            text = path.read_bytes().decode("utf-8", errors="replace")
+            kept = next_from_json(text, path, run.posterior_sha256)
+            if kept is not None:
+                return kept
+    if run.members or run.another_forward or run.posterior.experiment.model == "fem":
+        return _nothing_next("it takes the runs of single models, with a surrogate that is as it was")
+    if len(run.posterior.unknowns) > _MOST_UNKNOWNS:
+        return _nothing_next(f"there are {len(run.posterior.unknowns)} unknowns, and it would take a while")
+    try:
+        return next_measurements(run.posterior, run.forward, seed=run.posterior.seed, verdict=run.verdict).in_short
+    except InputError as error:
+        return _nothing_next(error.faults[0].message)
+
+
+def _nothing_next(why: str) -> NextInShort:
+    return NextInShort("modulus", "", "", (), why)
 
 
 def write_run(
@@ -266,8 +303,14 @@ def _begin_drawing(run: Run, executor: Executor) -> Mapping[str, Callable[[], st
     return None
 
 
-def _kept_drawings(run: Run, listing: Listing) -> Mapping[str, Callable[[], str]]:
-    """The pictures that the page of a run has, if that is as it was written for the run's posterior."""
+def kept_page_drawings(run: Run, listing: Listing) -> Mapping[str, Callable[[], str]]:
+    """The pictures that the page of a run has, if that is as it was written for the run's posterior.
+
+    Parameters
+    ----------
+    run : whose page it is.
+    listing : what its `run.json` says.
+    """
     if not run.report.is_file() or listing.files.get(POSTERIOR) != run.posterior_sha256:
         return {}
     content = run.report.read_bytes()
@@ -380,7 +423,7 @@ def recommend_in(run: Run, wanted: Requirement | Specification, *, seed: int, co
     )
     command = command or "calib recommend"
     with owned_run(run, command) as listing:
-        drawings = _kept_drawings(run, listing)
+        drawings = kept_page_drawings(run, listing)
         names = (RECOMMENDATION, SPECIFICATION, *PAGES, *unlisted(run.folder, listing))
         with writing(run.folder, listing, names, command):
             write_text(run.folder / RECOMMENDATION, recommendation_to_json(found, listing.fingerprint))
@@ -389,7 +432,7 @@ def recommend_in(run: Run, wanted: Requirement | Specification, *, seed: int, co
                 table.unlink(missing_ok=True)
             else:
                 write_text(table, found.conformity.to_dataframe().to_csv(index=False, lineterminator="\n"))
-            failure = _write_page(run, partial(page_of, drawings=drawings) if drawings else page_of)
+            failure = write_page(run, partial(page_of, drawings=drawings) if drawings else page_of)
     if failure is not None:
         raise failure
     return found
@@ -440,13 +483,18 @@ def _write_rest(run: Run, page: Callable[[Run, Recommendation | None], str]) -> 
     """Write what follows from a posterior: the summaries, and the page if that can be made."""
     write_text(run.folder / SUMMARIES[0], summary_json(run.posterior, run.verdict))
     write_text(run.folder / SUMMARIES[1], summary_csv(run.posterior))
-    return _write_page(run, page)
+    return write_page(run, page)
 
 
-def _write_page(run: Run, page: Callable[[Run, Recommendation | None], str]) -> PageError | None:
+def write_page(run: Run, page: Callable[[Run, Recommendation | None], str]) -> PageError | None:
     """Write the page; if that fails, for whatever reason, remove the earlier one, which is of other results, and say why.
 
     A print of the earlier one is removed in any case.
+
+    Parameters
+    ----------
+    run : whose page it is.
+    page : lays it out.
     """
     run.printed.unlink(missing_ok=True)
     try:

@@ -2,23 +2,35 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from calib.decision import NextMeasurements, Requirement, next_measurements, next_to_json
 from calib.errors import Fault, InputError
-from calib.experiment import Bench
+from calib.experiment import Bench, Specification
 from calib.files import write_text
-from calib.runs.folder import Run, fast_forward, load_recommendation, owned_run, require_own_forward
-from calib.runs.listing import NEXT, writing
+from calib.runs.folder import (
+    Run,
+    fast_forward,
+    kept_page_drawings,
+    load_recommendation,
+    owned_run,
+    page_of,
+    require_own_forward,
+    write_page,
+)
+from calib.runs.listing import NEXT, PAGES, writing
 
 
 def next_in(
-    run: Run, requirement: Requirement | None, bench: Bench | None = None, *, seed: int, command: str = ""
+    run: Run, requirement: Requirement | Specification | None, bench: Bench | None = None, *, seed: int, command: str = ""
 ) -> NextMeasurements:
-    """Say what to measure next after a run, and keep that there: next.json.
+    """Say what to measure next after a run, and keep that there: next.json, and report.html anew.
 
     Parameters
     ----------
     run : the calibration.
-    requirement : the load and the thicknesses of the padding whose signal is to be known better; None for the modulus.
+    requirement : the load and the thicknesses of the padding whose signal is to be known better, or the specification to
+        decide on; None for the modulus.
     bench : what the lab can measure; usual values by default.
     seed : of the choice of draws.
     command : the command line, kept with the run.
@@ -28,6 +40,8 @@ def next_in(
     InputError
         If nothing can be said, the model is not the one that the run was calibrated with, or another process writes into the
         folder; nothing is written then.
+    PageError
+        If the page cannot be made; next.json is written then.
     """
     require_own_forward(run)
     found = next_measurements(
@@ -40,8 +54,13 @@ def next_in(
         verdict=run.verdict,
     )
     command = command or "calib next"
-    with owned_run(run, command) as listing, writing(run.folder, listing, (NEXT,), command):
-        write_text(run.folder / NEXT, next_to_json(found, listing.fingerprint))
+    with owned_run(run, command) as listing:
+        drawings = kept_page_drawings(run, listing)
+        with writing(run.folder, listing, (NEXT, *PAGES), command):
+            write_text(run.folder / NEXT, next_to_json(found, listing.fingerprint))
+            failure = write_page(run, partial(page_of, drawings=drawings) if drawings else page_of)
+    if failure is not None:
+        raise failure
     return found
 
 
@@ -58,3 +77,18 @@ def asked_before(run: Run) -> Requirement:
         advice = 'Give --force "10 N" and --padding "0 mm:9 mm", or run `calib recommend` first'
         raise InputError(Fault("nothing says at which load the signal counts", run.folder, advice=advice))
     return kept.requirement
+
+
+def specified_before(run: Run) -> Specification:
+    """The specification that the recommendation of a run was asked for.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
+    kept = load_recommendation(run.folder)
+    if kept is None or kept.conformity is None:
+        advice = "Give --spec spec.toml, or run `calib recommend RUN --spec spec.toml` first"
+        raise InputError(Fault("nothing says which specification is to be met", run.folder, advice=advice))
+    return kept.conformity.specification

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+
 from calib.catalogue import UNKNOWNS
 from calib.experiment import Experiment, MaterialLaw, unedited_in_words, variants_of
 from calib.report.section import Results, Section
@@ -83,9 +85,26 @@ def limits(posterior: Posterior) -> list[tuple[str, str]]:
         LIMITS_OF_LAWS[e.law],
         _padding_material(e),
         *_pooling(e),
+        *_repeated(posterior),
         *_derived(e, unknown),
         *_instruments(posterior, unknown),
         *_model(e),
+    ]
+
+
+def _repeated(posterior: Posterior) -> list[tuple[str, str]]:
+    """Presses of a specimen under the same ball, which repeat what the model leaves out."""
+    presses = Counter((sweep.specimen, sweep.indenter_radius) for sweep in posterior.sweeps)
+    (specimen, _), most = max(presses.items(), key=lambda pair: pair[1])
+    if most == 1 or posterior.experiment.discrepancy == "off":
+        return []
+    return [
+        (
+            "What the model leaves out is taken as new in every press",
+            f"{specimen} was pressed {most} times with the same ball. What the model leaves out is the same each time, but is "
+            "averaged here as noise is: these standard deviations are too small by what the further presses seem to bring. "
+            "Another ball tells more.",
+        )
     ]
 
 

@@ -246,6 +246,25 @@ def test_next_for_padding_needs_a_load_and_takes_that_of_the_recommendation(fini
     assert "ignal at 3 N on" in asked.stdout
 
 
+def test_next_for_a_specification_takes_its_file_or_that_of_the_recommendation(
+    finished: tuple[Path, Result], tmp_path: Path
+) -> None:
+    run, _ = finished
+    (run / "recommendation.json").unlink(missing_ok=True)
+    refused = _run("next", run, "--for", "spec")
+    assert refused.exit_code == 2
+    assert "nothing says which specification is to be met" in _said(refused)
+    spec = tmp_path / "spec.toml"
+    spec.write_text(SPEC, encoding="utf-8")
+    assert "--spec is of --for spec" in _said(_run("next", run, "--spec", spec))
+    asked = _run("next", run, "--for", "spec", "--spec", spec)
+    assert asked.exit_code == 3, asked.output
+    assert "held back" in asked.stdout
+    assert "rests on: a sensor that is released and does not conform costing" in asked.stdout
+    record = json.loads((run / "next.json").read_text(encoding="utf-8"))
+    assert record["for"] == "spec"
+
+
 def test_report_can_be_made_anew(finished: tuple[Path, Result]) -> None:
     run, _ = finished
     (run / "report.html").unlink()

@@ -20,6 +20,7 @@ import pytest
 
 from calib.checks.predictive import Prediction, predict
 from calib.checks.verdict import Reason, Verdict, verdict_of
+from calib.decision import NextInShort, ShortMeasurement
 from calib.decision.padding import recommend
 from calib.decision.recommendation import Recommendation
 from calib.decision.requirement import Requirement
@@ -60,6 +61,33 @@ def recommendation(make_posterior: MakePosterior) -> Recommendation:
 @pytest.fixture(scope="module")
 def page(make_posterior: MakePosterior, predictions: tuple[Prediction, ...], recommendation: Recommendation) -> str:
     return write_report(make_posterior(), predictions, recommendation, posterior_sha256="aa")
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_report_shows_what_to_measure_next_with_minutes_and_what_it_brings_but_not_where_it_is_red(
+    make_posterior: MakePosterior, predictions: tuple[Prediction, ...]
+) -> None:
+    one = ShortMeasurement("press <sensor 1> with a ball of 3 mm", "modulus ±0.7 % instead of ±1.1 %", 20.0, 0.36, 1.08)
+    known = NextInShort("modulus", "Young's modulus", "Young's modulus is 0.62 MPa ± 1.1 %.", (one,))
+    told = _text(write_report(make_posterior(), predictions, verdict=Verdict(), next_steps=known))
+    assert "What to measure next" in told
+    assert "press &lt;sensor 1&gt; with a ball of 3 mm modulus ±0.7 % instead of ±1.1 % 36 % 108 % 20" in told
+    hint = write_report(make_posterior(), predictions, verdict=Verdict(), next_steps=replace(known, doubts=("it bends",)))
+    assert "A hint only: it bends." in _text(hint)
+    why = replace(known, first=(), why_not="there are 99 unknowns")
+    assert "Not worked out here: there are 99 unknowns" in _text(
+        write_report(make_posterior(), predictions, verdict=Verdict(), next_steps=why)
+    )
+    red = verdict_of([Reason("convergence", "red", "chains do not agree", "Go on")])
+    assert "What to measure next" not in _text(write_report(make_posterior(), predictions, verdict=red, next_steps=known))
+
+
+def test_limits_say_that_pressing_once_more_averages_what_the_model_leaves_out(make_posterior: MakePosterior) -> None:
+    posterior = make_posterior(n_specimen=1)
+    again = replace(posterior, sweeps=(*posterior.sweeps, replace(posterior.sweeps[0], name="again")))
+    other = replace(posterior, sweeps=(*posterior.sweeps, replace(posterior.sweeps[0], name="other", indenter_radius=3e-3)))
+    headings = [[heading for heading, _ in limits(one)] for one in (posterior, other, again)]
+    assert ["What the model leaves out is taken as new in every press" in of for of in headings] == [False, False, True]
 
 
 def _text(page: str) -> str:

@@ -1,0 +1,22 @@
+"""What to measure next, if that is known."""
+
+from __future__ import annotations
+
+from calib.report.section import Results, Section
+
+ORDER = 43
+
+_TITLE = "What to measure next"
+
+
+def section(results: Results) -> Section | None:
+    """Show the first measurements that would tell something; None where nothing is known of them, or the calibration is red."""
+    known = results.next_steps
+    if known is None or results.verdict.colour == "red":
+        return None
+    rows = [
+        (one.what, one.brings, f"{100 * one.reduction:.0f} %", f"{100 * one.per_hour:.0f} %", f"{one.minutes:.0f}")
+        for one in known.first
+    ]
+    context = {"known": known, "rows": rows}
+    return Section("measurements", _TITLE, "Next", "measurements.html.j2", context)
