@@ -61,8 +61,12 @@ def beyond(
     ball : radius [m].
     what : asks for that, in words.
     """
-    # A few numbers, asked for thickness by thickness while somebody moves a slider: arrays of them would take ten times as long.
-    largest, thickest, thinnest = max(p.force for p in presses), max(p.padding for p in presses), min(p.padding for p in presses)
+    # A few numbers, asked for thickness by thickness while somebody moves a slider: arrays of them take ten times as long.
+    largest, thickest, thinnest = (
+        max(p.force for p in presses),
+        max(p.padding for p in presses),
+        min(p.padding for p in presses),
+    )
     deepest, share = max(p.depth for p in presses), max(p.depth / p.total for p in presses)
     balls = sorted({p.ball for p in presses})
     total = padding + median(p.total - p.padding for p in presses)

@@ -10,6 +10,30 @@ from calib.runs.folder import Run, fast_forward, load_recommendation, owned_run,
 from calib.runs.listing import NEXT, writing
 
 
+def next_for(run: Run, requirement: Requirement | None, bench: Bench | None = None, *, seed: int) -> NextMeasurements:
+    """Say what to measure next after a run, and write nothing.
+
+    Parameters
+    ----------
+    run, requirement, bench, seed : as of `next_in`.
+
+    Raises
+    ------
+    InputError
+        If nothing can be said, or the model is not the one that the run was calibrated with.
+    """
+    require_own_forward(run)
+    return next_measurements(
+        run.posterior,
+        fast_forward(run),
+        requirement,
+        bench,
+        seed=seed,
+        posterior_sha256=run.posterior_sha256,
+        verdict=run.verdict,
+    )
+
+
 def next_in(
     run: Run, requirement: Requirement | None, bench: Bench | None = None, *, seed: int, command: str = ""
 ) -> NextMeasurements:
@@ -29,16 +53,7 @@ def next_in(
         If nothing can be said, the model is not the one that the run was calibrated with, or another process writes into the
         folder; nothing is written then.
     """
-    require_own_forward(run)
-    found = next_measurements(
-        run.posterior,
-        fast_forward(run),
-        requirement,
-        bench,
-        seed=seed,
-        posterior_sha256=run.posterior_sha256,
-        verdict=run.verdict,
-    )
+    found = next_for(run, requirement, bench, seed=seed)
     command = command or "calib next"
     with owned_run(run, command) as listing, writing(run.folder, listing, (NEXT,), command):
         write_text(run.folder / NEXT, next_to_json(found, listing.fingerprint))
