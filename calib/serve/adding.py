@@ -441,7 +441,7 @@ def _with_specimen(space: Workspace, told: Offer, said: Mapping[str, str]) -> st
     tables = tomllib.loads(text)
     electrical = capacitance is not None or any("capacitance" in str(s) for s in _specimens(tables))
     block = specimen_text(Pressed(said["specimen"], (press,)), space.folder, electrical)
-    made = f"{text.rstrip()}\n\n{block}\n"
+    made = f"{text.rstrip()}\n\n{block}\n\n"
     try:
         now = tomllib.loads(made)
         own = now["specimens"].pop()

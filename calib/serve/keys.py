@@ -14,7 +14,7 @@ from pathlib import Path
 
 from calib.errors import Fault, InputError, in_shell_path
 from calib.files import write_text
-from calib.serve.workspace import Workspace
+from calib.serve.workspace import Workspace, require_plain
 from calib.signature import (
     PASSWORD,
     PublicKey,
@@ -95,7 +95,7 @@ class Keys:
         InputError
             If the name is none, or taken, or the package that signs is not installed.
         """
-        self.space.new_folder(name)  # what may be the name of a folder here may be that of a key
+        require_plain(name)
         secret, public = (self.space.folder / f"{name}{ending}" for ending in (_SECRET, _PUBLIC))
         for path in (secret, public):
             if os.path.lexists(path):

@@ -109,6 +109,7 @@ def _table(entry: dict[str, Any]) -> Table:
     made = tomlkit.table()
     for key, value in entry.items():
         made.add(key, _item(value))
+    made.add(tomlkit.nl())
     return made
 
 

@@ -293,9 +293,9 @@ class Workspace:
         InputError
             If the name is none, or taken.
         """
-        if not _RUN_NAME.fullmatch(name) or name == _LAB:
-            advice = "Use letters, digits, - and _, such as run1"
-            raise InputError(Fault(f'"{shortened(name)}" cannot be the name of a folder here', advice=advice))
+        require_plain(name)
+        if name == _LAB:
+            raise InputError(Fault(f'"{name}" is the folder of lab files', advice="Choose another name"))
         path = self.folder / name
         if path.exists() or path.is_symlink():
             raise InputError(Fault(f'there is a "{name}" in this folder already', advice="Choose another name"))
@@ -376,6 +376,19 @@ def _why_not(part: str) -> str:
     if found := _NOT_IN_NAMES.search(part):
         return f"holds the character {found[0]}"
     return f"is longer than {2 * LONGEST_NAME} bytes" if len(part.encode()) > 2 * LONGEST_NAME else ""
+
+
+def require_plain(name: str) -> None:
+    """Refuse a name that not every file system and shell takes as it stands.
+
+    Raises
+    ------
+    InputError
+        If so.
+    """
+    if not _RUN_NAME.fullmatch(name):
+        advice = "Use letters, digits, - and _, such as run1"
+        raise InputError(Fault(f'"{shortened(name)}" cannot be a name here', advice=advice))
 
 
 def too_large(name: str) -> Fault:

@@ -142,7 +142,7 @@ async def issue(request: Request) -> Response:
         secret = keys.secret(key) if key else None
         certify_in(viewing.run_in(folder), key=secret, command=_command(name, key))
 
-    await writing(issued)
+    await working(issued)
     return elsewhere("/certificate", name=name)
 
 

@@ -19,7 +19,7 @@ from calib.runs import export_in, load_recommendation
 from calib.serve import viewing
 from calib.serve.commands import typed
 from calib.serve.packing import packed
-from calib.serve.page import answered, elsewhere, form_of, part, query_of, shown, space_of, working, writing
+from calib.serve.page import answered, elsewhere, form_of, part, query_of, shown, space_of, working
 from calib.serve.workspace import Workspace
 from calib.visible import visible
 
@@ -133,7 +133,7 @@ async def make(request: Request) -> Response:
     folder = space.run(form.get("name", ""))
     output = space.new_folder(form.get("output", "").strip())
     gripper = _gripper(form)
-    await writing(lambda: export_in(viewing.run_in(folder), gripper, output))
+    await working(lambda: export_in(viewing.run_in(folder), gripper, output))
     return elsewhere("/export", name=form.get("name", ""))
 
 

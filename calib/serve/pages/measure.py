@@ -91,7 +91,7 @@ async def ask(request: Request) -> Response:
         result = next_in(run, wanted, bench, seed=_SEED, command=_command(space, form))
         _ANSWERED.get(_key(run, wanted, bench), lambda: result)
 
-    await writing(asked)
+    await working(asked)
     return elsewhere("/next", **{key: form[key] for key in ("name", "for", "force") if form.get(key)})
 
 
@@ -101,13 +101,13 @@ async def draft(request: Request) -> Response:
     folder = space.run(form.get("name", ""))
     number = int(form["number"]) if form.get("number", "").isdecimal() and len(form["number"]) < 4 else 0
 
-    def drafted() -> tuple[str, str]:
-        text = _answer(space, viewing.run_in(folder), form).draft(number, space.folder)
+    def drafted(text: str) -> str:
         name = space.free_name("next", ".toml")
         write_text(space.folder / name, text)
-        return name, text
+        return name
 
-    name, text = await writing(drafted)
+    text = await working(lambda: _answer(space, viewing.run_in(folder), form).draft(number, space.folder))
+    name = await writing(drafted, text)
     words = typed([*_words(space, form), "--draft", name, "--number", str(number)])
     back = {key: form[key] for key in ("name", "for", "force") if form.get(key)}
     return shown(

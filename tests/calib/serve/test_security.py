@@ -11,6 +11,7 @@ from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
 
 import pytest
+from letting_in import DOOR, HOST
 from small_lab import write_lab
 from starlette.testclient import TestClient
 
@@ -20,9 +21,6 @@ from calib.serve import Door, Workspace, app_of, open_workspace
 from calib.serve import server as serving
 from calib.serve.page import LARGEST_FORM
 from calib.serve.workspace import LARGEST_UPLOAD, parts_of
-
-HOST = "http://127.0.0.1:8311"
-DOOR = Door("s" * 43, 8311)
 
 PAGES = (
     "/",
@@ -52,6 +50,19 @@ PAGES = (
     "/runs",
     "/runs/difference?first=a&second=b",
     "/runs/curves.png?first=a&second=b",
+    "/files/add?name=lab/press.csv",
+    "/certificate?name=a",
+    "/certificate/look?name=a",
+    "/certificate/command?name=a",
+    "/certificate/page?name=a",
+    "/export?name=a",
+    "/export/look?name=a",
+    "/export/command?name=a",
+    "/export/file?name=a&file=README.md",
+    "/export/bundle.zip?name=a",
+    "/next?name=a",
+    "/next/found?name=a",
+    "/next/command?name=a",
     "/static/serve.js",
 )
 CHANGES = (
@@ -67,6 +78,13 @@ CHANGES = (
     ("POST", "/calibrate/cancel"),
     ("POST", "/padding/advise"),
     ("POST", "/runs/average"),
+    ("POST", "/files/add/put"),
+    ("POST", "/experiment/instrument"),
+    ("POST", "/certificate/issue"),
+    ("POST", "/certificate/key"),
+    ("POST", "/export/make"),
+    ("POST", "/next/ask"),
+    ("POST", "/next/draft"),
 )
 
 
@@ -189,7 +207,9 @@ def test_no_name_leads_out_of_the_folder(page: TestClient, space: Workspace, tmp
     (tmp_path / "secret.csv").write_text("Displacement (mm),Force (N)\n0,0\n")
     before = everything(tmp_path)
     own = {"Origin": HOST}
-    for path in ("/files/row", "/file", "/file/picture.png", "/run", "/run/progress", "/run/found", "/report", "/report/page"):
+    pages = ("/files/row", "/file", "/file/picture.png", "/files/add", "/run", "/run/progress", "/run/found", "/report")
+    pages += ("/report/page", "/certificate", "/certificate/look", "/certificate/page", "/export", "/export/look", "/next")
+    for path in (*pages, "/next/found", "/export/file", "/export/bundle.zip"):
         assert page.get(path, params={"name": name}).status_code == 422, path
     for path in ("/run/file", "/run/bundle.zip", "/padding/view", "/padding/look", "/run/verified"):
         assert page.get(path, params={"name": name, "file": "../run.json"}).status_code == 422, path
@@ -200,6 +220,12 @@ def test_no_name_leads_out_of_the_folder(page: TestClient, space: Workspace, tmp
         "/calibrate/resume",
         "/calibrate/cancel",
         "/padding/advise",
+        "/files/add/put",
+        "/certificate/issue",
+        "/certificate/key",
+        "/export/make",
+        "/next/ask",
+        "/next/draft",
     ):
         assert page.post(path, data={"name": name}, headers=own).status_code == 422, path
     assert page.post("/runs/average", data={"run": ["a", name], "name": name}, headers=own).status_code == 422
