@@ -7,6 +7,8 @@ import math
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
 from typing import Any
 
 from calib.catalogue import QUANTITIES
@@ -18,6 +20,7 @@ from calib.experiment import (
     KeyPath,
     Press,
     Pressed,
+    Said,
     experiment_from,
     locate_keys,
     look_through,
@@ -28,7 +31,7 @@ from calib.experiment import (
 from calib.files import sha256_of
 from calib.lab import AS_FOUND, Sweep, make_sweep
 from calib.priors import parse_value
-from calib.serve.looking import Understood, entries_of, experiment_tables, reading_tables, understand, use_tables
+from calib.serve.looking import Kept, Understood, entries_of, experiment_tables, reading_tables, understand, use_tables
 from calib.serve.toml_text import value_at, with_entry, with_presses, with_value, without_mark
 from calib.serve.workspace import Workspace
 from calib.visible import name_fault, shortened
@@ -40,6 +43,8 @@ NEW, OF = "new", "="
 _NEAR = 12
 # Files of the experiment that one is held against by its name.
 _KNOWN = 24
+# What was read lately: a form that is sent again does not read it again.
+_LOOKED, _TIED = Kept(64), Kept(16)
 _ANOTHER, _SAME = "another", "same"
 _THICKNESSES = ("sensor_thickness", "padding_thickness")
 
@@ -253,10 +258,9 @@ def _specimens(tables: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 
 def _presses(tables: Mapping[str, Any], specimen: str) -> int:
-    """How many presses a specimen has."""
-    found = next((s for s in _specimens(tables) if s.get("name") == specimen), {})
-    sweeps = found.get("sweeps")
-    return len(sweeps) if isinstance(sweeps, list) else int(bool(found))
+    """How many presses a specimen has; of none in particular the one with the most."""
+    sweeps = [s.get("sweeps") for s in _specimens(tables) if specimen in ("", s.get("name"))]
+    return max((len(own) if isinstance(own, list) else 1 for own in sweeps), default=1)
 
 
 def _addable(space: Workspace, name: str) -> Understood:
@@ -339,11 +343,20 @@ def _told_by_names(space: Workspace, tables: Mapping[str, Any], found: Understoo
 
 
 def _records(space: Workspace, names: Sequence[str]) -> list[Found]:
-    said_of = {path: (said.reading, said.use) for path, said in space.said().items()}
-    looked, _ = look_through([space.folder / name for name in names], said_of)
-    return [
-        replace(record, folder=_folder_of(name)) for name, file in zip(names, looked, strict=True) for record in file.records
-    ]
+    """The records of files, each looked through once as long as it and what is said of it stay the same."""
+    kept = space.said()
+    found: list[Found] = []
+    for name in names:
+        path = space.folder / name
+        said = kept.get(path, Said())
+        looked = _LOOKED.get(_mark(path, said), partial(look_through, [path], {path: (said.reading, said.use)}))[0]
+        found += [replace(record, folder=_folder_of(name)) for record in looked[0].records]
+    return found
+
+
+def _mark(path: Path, said: Said) -> str:
+    stat = path.stat()
+    return repr((str(path), stat.st_mtime_ns, stat.st_size, said))
 
 
 def _folder_of(name: str) -> str:
@@ -372,10 +385,9 @@ def _tie(space: Workspace, found: Understood, partner: str) -> tuple[tuple[str, 
         return (), False, ()
     both = files["force"], files["capacitance"]
     by_clock = both[0] is not both[1] and not _is_tied(both[1])
-    try:
-        sweep = _sweep(space, files)
-    except InputError as error:
-        return (), by_clock, error.faults
+    sweep = _TIED.get(tuple(_mark(space.folder / u.name, u.said) for u in both), partial(_sweep, space, files))
+    if isinstance(sweep, InputError):
+        return (), by_clock, sweep.faults
     by = sweep.tied_by("capacitance")
     if by == "clock" and sweep.clock is not None:
         c = sweep.clock
@@ -385,20 +397,24 @@ def _tie(space: Workspace, found: Understood, partner: str) -> tuple[tuple[str, 
     return (words.get(by, ""),) if by in words and both[0] is not both[1] else (), False, ()
 
 
-def _sweep(space: Workspace, files: Mapping[str, Understood]) -> Sweep:
+def _sweep(space: Workspace, files: Mapping[str, Understood]) -> Sweep | InputError:
+    """The sweep that the records of a press would be, or why they are none."""
     force, capacitance = files.get("force"), files.get("capacitance")
     main = force or capacitance
     assert main is not None
-    return make_sweep(
-        "new",
-        "",
-        5e-3,  # any: nothing that is asked here depends on the ball
-        None if force is None else space.folder / force.name,
-        None if capacitance is None else space.folder / capacitance.name,
-        force_reading=AS_FOUND if force is None else force.said.reading,
-        capacitance_reading=AS_FOUND if capacitance is None else capacitance.said.reading,
-        use=main.said.use,
-    )
+    try:
+        return make_sweep(
+            "new",
+            "",
+            5e-3,  # any: nothing that is asked here depends on the ball
+            None if force is None else space.folder / force.name,
+            None if capacitance is None else space.folder / capacitance.name,
+            force_reading=AS_FOUND if force is None else force.said.reading,
+            capacitance_reading=AS_FOUND if capacitance is None else capacitance.said.reading,
+            use=main.said.use,
+        )
+    except InputError as error:
+        return error
 
 
 # --- into the experiment ------------------------------------------------------------------------------------------------

@@ -5,7 +5,7 @@ from __future__ import annotations
 from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
 from starlette.middleware import Middleware
-from starlette.requests import Request
+from starlette.requests import ClientDisconnect, Request
 from starlette.responses import Response
 from starlette.routing import Route
 
@@ -52,6 +52,7 @@ def app_of(space: Workspace, door: Door, keys: Keys | None = None) -> Starlette:
             OSError: page.no_place,
             **dict.fromkeys((OutOfRangeError, ConvergenceError, PageError, NotUsableError, MemoryError), page.not_computed),
             HTTPException: page.no_page,
+            ClientDisconnect: page.gone,
             Exception: page.defect,
         },
     )

@@ -261,6 +261,17 @@ async def not_computed(request: Request, error: Exception) -> Response:
     return _refused(request, 422, [plain], unchanged=not isinstance(error, PageError))
 
 
+async def gone(request: Request, error: Exception) -> Response:
+    """Answer nobody: who asked has gone before all of it had come, as by closing a tab.
+
+    Parameters
+    ----------
+    request : that it would answer.
+    error : that says so.
+    """
+    return Response(status_code=400)
+
+
 async def no_page(request: Request, error: Exception) -> Response:
     """Answer a request for what there is not.
 

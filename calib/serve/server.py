@@ -17,6 +17,7 @@ from calib.errors import Fault, InputError
 from calib.files import whole_file
 from calib.runs import owned, owner_of
 from calib.serve.app import app_of
+from calib.serve.connection import Patient
 from calib.serve.keys import Keys
 from calib.serve.security import Door
 from calib.serve.workspace import Workspace
@@ -57,7 +58,13 @@ def serve(space: Workspace, port: int | None, ready: Callable[[Door], None], key
             door = Door(token, listening.getsockname()[1], secrets.token_urlsafe(32))
             _keep(space.own / "door.json", door)
             config = uvicorn.Config(
-                app_of(space, door, keys), log_level="error", access_log=False, server_header=False, ws="none", lifespan="off"
+                app_of(space, door, keys),
+                http=Patient,
+                log_level="error",
+                access_log=False,
+                server_header=False,
+                ws="none",
+                lifespan="off",
             )
             _warm_up()
             listening.listen()  # so that who is told of it finds it

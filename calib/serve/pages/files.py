@@ -23,15 +23,23 @@ _UNITS = {
 }
 
 
+# Files that are listed on one page: a browser is slow with many thousands.
+_SHOWN = 500
+
+
 async def files(request: Request) -> Response:
     """All lab files of the folder; what was understood of each is loaded by the page."""
-    space = space_of(request)
+    space, begin = space_of(request), query_of(request).get("from", "")
     names = await working(space.lab_files)
+    first = min(int(begin), len(names)) if begin.isascii() and begin.isdecimal() and len(begin) < 9 else 0
     tables = await working(looking.experiment_tables, space)
     return shown(
         request,
         "files.html.j2",
-        names=names,
+        names=names[first : first + _SHOWN],
+        first=first,
+        n=len(names),
+        further=first + _SHOWN if first + _SHOWN < len(names) else 0,
         experiment=space.experiment.exists(),
         specimens=len(tables.get("specimens", [])) if isinstance(tables.get("specimens"), list) else 0,
         most=LARGEST_UPLOAD // 1_000_000,

@@ -207,8 +207,8 @@ def test_no_name_leads_out_of_the_folder(page: TestClient, space: Workspace, tmp
     (tmp_path / "secret.csv").write_text("Displacement (mm),Force (N)\n0,0\n")
     before = everything(tmp_path)
     own = {"Origin": HOST}
-    pages = ("/files/row", "/file", "/file/picture.png", "/files/add", "/run", "/run/progress", "/run/found", "/report")
-    pages += ("/report/page", "/certificate", "/certificate/look", "/certificate/page", "/export", "/export/look", "/next")
+    pages = ["/files/row", "/file", "/file/picture.png", "/files/add", "/run", "/run/progress", "/run/found", "/report"]
+    pages += ["/report/page", "/certificate", "/certificate/look", "/certificate/page", "/export", "/export/look", "/next"]
     for path in (*pages, "/next/found", "/export/file", "/export/bundle.zip"):
         assert page.get(path, params={"name": name}).status_code == 422, path
     for path in ("/run/file", "/run/bundle.zip", "/padding/view", "/padding/look", "/run/verified"):
