@@ -175,7 +175,7 @@ def _remade(text: str, at: KeyPath, put: Callable[[Any, bool], None]) -> str:
     wanted = deepcopy(_parsed(text)[0])
     try:
         put(wanted, False)
-        document = tomlkit.parse(text)
+        document = tomlkit.parse(text if text.endswith("\n") else f"{text}\n")  # what is put behind it begins a line
         put(document, True)
         made = tomlkit.dumps(document)
         right = tomllib.loads(made) == wanted
