@@ -175,9 +175,10 @@ def _remade(text: str, at: KeyPath, put: Callable[[Any, bool], None]) -> str:
     wanted = deepcopy(_parsed(text)[0])
     try:
         put(wanted, False)
-        document = tomlkit.parse(text if text.endswith("\n") else f"{text}\n")  # what is put behind it begins a line
+        ended = text.endswith("\n")
+        document = tomlkit.parse(text if ended else f"{text}\n")  # what is put behind it begins a line
         put(document, True)
-        made = tomlkit.dumps(document)
+        made = tomlkit.dumps(document) if ended else tomlkit.dumps(document).removesuffix("\n")
         right = tomllib.loads(made) == wanted
     except (TOMLKitError, tomllib.TOMLDecodeError, KeyError, IndexError, TypeError, ValueError, AttributeError):
         right, made = False, ""

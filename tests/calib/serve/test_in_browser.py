@@ -13,6 +13,7 @@ import time
 import zipfile
 from collections.abc import Iterator
 from pathlib import Path
+from statistics import median
 from typing import Any
 
 import pytest
@@ -192,7 +193,7 @@ def test_from_a_dropped_file_to_a_padding_by_keyboard_alone(page: Page, served: 
         page.wait_for_function("() => document.documentElement.dataset.lag")
         time.sleep(0.3)
         lags.append(float(page.evaluate("() => document.documentElement.dataset.lag")))
-    assert min(lags) < 200, f"none of seven moves was drawn within a fifth of a second, though others compute here: {lags}"
+    assert median(lags) < 200, f"most of seven moves were not drawn within a fifth of a second: {lags}"
     tab_to(page, page.get_by_role("button", name="Make the advice"))
     key.press("Enter")
     page.get_by_role("heading", name="Advice that is kept").wait_for()
