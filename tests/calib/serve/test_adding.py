@@ -57,7 +57,7 @@ def test_another_specimen_is_paired_tied_asked_for_and_added(work: Work) -> None
     assert "clock of the tester minus clock of the meter" in seen
     assert 'value="sensor2"' in seen
     assert 'value="same"' in seen
-    assert "selected>that of the experiment" not in seen  # the ball is asked, and not taken for granted
+    assert "selected>5 mm radius" not in seen  # the ball is asked, and not taken for granted
     everything = refused(work, **SECOND, sensor_thickness="0.7", of="new", specimen="")
     for said in ("which ball pressed", "belong together", "what is the new specimen called"):
         assert said in everything
