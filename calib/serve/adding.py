@@ -63,7 +63,7 @@ class Offer:
     tie : by what the two belong together, in words.
     clock : whether that is the clock, of which something may be said.
     faults : why the two cannot be used together as they are.
-    specimens : names of those that there are, each with whether it has one press in its own table.
+    specimens : names of those that there are.
     specimen : the one that it seems to be of; "" for a new one.
     name : what a new one would be called.
     press : what its press would be called.
@@ -78,7 +78,7 @@ class Offer:
     tie: tuple[str, ...]
     clock: bool
     faults: tuple[Fault, ...]
-    specimens: tuple[tuple[str, bool], ...]
+    specimens: tuple[str, ...]
     specimen: str
     name: str
     press: str
@@ -101,7 +101,7 @@ def offer(space: Workspace, name: str, chosen: str | None = None) -> Offer:
     """
     found = _addable(space, name)
     tables = experiment_tables(space)
-    specimens = tuple((str(s.get("name", "")), "sweeps" not in s) for s in _specimens(tables))
+    names = tuple(str(s.get("name", "")) for s in _specimens(tables))
     near = _near(space, tables, found)
     told = _told_by_names(space, tables, found, near)
     partner = told.partner if chosen is None else chosen
@@ -112,7 +112,6 @@ def offer(space: Workspace, name: str, chosen: str | None = None) -> Offer:
     needs = ""
     if not partner and not _is_force(found) and not _is_tied(found):
         needs = "a force file of the same press: nothing in this one ties its capacitance to a depth"
-    names = [specimen for specimen, _ in specimens]
     return Offer(
         found,
         tuple(near),
@@ -122,7 +121,7 @@ def offer(space: Workspace, name: str, chosen: str | None = None) -> Offer:
         tie,
         clock,
         faults,
-        specimens,
+        names,
         told.specimen if told.specimen in names else "",
         _unused(told.name, names),
         told.press or f"press {_presses(tables, told.specimen) + 1}",
@@ -137,7 +136,7 @@ def added(space: Workspace, form: Mapping[str, str]) -> str:
     ----------
     space : the folder.
     form : `name` and `partner`, the files; `of`, `specimen`, `press`, `first`: which specimen, and names; `ball`, `radius`;
-        `clock`, `clock_sd`; and of a new specimen each thickness and its sd.
+        `clock_offset` and `clock_offset_sd`; and of a new specimen each thickness and its sd, likewise.
 
     Raises
     ------
@@ -148,7 +147,7 @@ def added(space: Workspace, form: Mapping[str, str]) -> str:
     told = offer(space, said.get("name", ""), said.get("partner", ""))
     faults = [*([Fault(f"it needs {told.needs}", advice="Choose it, or drop it first")] if told.needs else [])]
     of = said.get("of", "")
-    names = [name for name, _ in told.specimens]
+    names = told.specimens
     if of != NEW and of.removeprefix(OF) not in names:
         faults.append(Fault("which specimen was pressed?", advice="Choose one, or a new one"))
     faults += _name_faults(said, of, names)
@@ -156,6 +155,7 @@ def added(space: Workspace, form: Mapping[str, str]) -> str:
     faults += wrong
     priors, wrong = _priors(said, of == NEW)
     faults += wrong
+    faults += _clock_faults(space, priors, of)
     faults += _copies(space, told)
     if faults:
         raise InputError(faults)
@@ -217,6 +217,15 @@ def _priors(said: Mapping[str, str], new: bool) -> tuple[dict[str, Any], list[Fa
         faults += [fault for fault in wrong if fault is not None]
         found[key] = {"normal": list(texts)}
     return found, faults
+
+
+def _clock_faults(space: Workspace, priors: Mapping[str, Any], of: str) -> list[Fault]:
+    """A fault where a specimen has clocks of its own already, which those given for one more press would replace."""
+    there = next((s for s in _specimens(experiment_tables(space)) if f"{OF}{s.get('name')}" == of), {})
+    if "clock_offset" not in priors or value_at(there, ("priors", "clock_offset")) is None:
+        return []
+    message = f"the experiment says already how far the clocks of {of.removeprefix(OF)} are apart, for all of its presses"
+    return [Fault(message, advice="Leave the clocks out here, and change that in the experiment if it does not hold for all")]
 
 
 def _no_quantity(key: str, text: str, what: str) -> Fault | None:

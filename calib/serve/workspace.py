@@ -239,7 +239,7 @@ class Workspace:
         if path.is_symlink():
             return "is a link: open the page of the folder that it leads to"
         name = path.relative_to(self.folder).as_posix()
-        fault = character_fault(name)
+        fault = "begins with a dash, as options of commands do" if name.startswith("-") else character_fault(name)
         return f"{fault}: rename it" if fault else ""
 
     def run(self, name: str) -> Path:
@@ -302,13 +302,19 @@ class Workspace:
         return path
 
     def free_name(self, begin: str, end: str = "") -> str:
-        """A name for a folder or a file that is not taken: the beginning, a number, and the end."""
+        """A name for a folder or a file that is not taken: the beginning, a number, and the end.
+
+        Parameters
+        ----------
+        begin, end : of the name.
+        """
         return next(name for k in range(1, 10_000) if not os.path.lexists(self.folder / (name := f"{begin}{k}{end}")))
 
     def tidy(self) -> None:
         """Remove what a killed server left unfinished; for the one that has the folder to itself."""
         shutil.rmtree(self.own / "downloads", ignore_errors=True)
-        for path, _, files in os.walk(self.folder / _LAB):
+        dropped = self.folder / _LAB
+        for path, _, files in () if dropped.is_symlink() else os.walk(dropped):
             for name in files:
                 if name.startswith(".") and name.endswith(".dropped"):
                     Path(path, name).unlink(missing_ok=True)

@@ -93,6 +93,15 @@ def test_another_press_with_another_ball_stands_beside_the_first(work: Work) -> 
     assert 'capacitance = "sensor1_lcr.csv"       # own clock: the offset is inferred' in text
     sweeps = read_experiment(work.space.experiment).specimens[0].sweeps
     assert [sweep.indenter_radius for sweep in sweeps] == [5e-3, 3e-3]
+    clock = {"clock_offset": "-2 s", "clock_offset_sd": "1 s"}
+    text = work.space.text
+    work.space.write_experiment(
+        text.replace("[specimens.priors]", '[specimens.priors]\nclock_offset = { normal = ["0 s", "9 s"] }')
+    )
+    again = {"name": "again.csv", "partner": "", "of": "=sensor 1", "press": "x", "ball": "same"}
+    shutil.copy(work.space.folder / "sensor2_instron.csv", work.space.folder / "again.csv")
+    assert "for all of its presses" in refused(work, **again, **clock)
+    work.space.write_experiment(text)
     # A third one, of a file with something said of it, which goes along.
     lines = (DATASET / "sensor1_instron.csv").read_text(encoding="utf-8").split("\n")
     (work.space.folder / "third.csv").write_text("\n".join(lines[:-2]) + "\n", encoding="utf-8")

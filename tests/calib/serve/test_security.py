@@ -330,7 +330,7 @@ def test_nothing_behind_a_link_is_taken_for_a_run_or_for_the_page_s_own(
 
 
 def test_a_run_whose_name_cannot_be_shown_does_not_keep_the_others_away(page: TestClient, space: Workspace) -> None:
-    for name in ("x\u202ey", "x\ny", os.fsdecode(b"x\xff"), "<b> \"'"):
+    for name in ("x\u202ey", "x\ny", os.fsdecode(b"x\xff"), "<b> \"'", "--x $(id)"):
         (space.folder / name).mkdir()
         (space.folder / name / "run.json").write_text("{}")
     for path in ("/runs", "/calibrate", "/padding", "/files"):
@@ -339,6 +339,7 @@ def test_a_run_whose_name_cannot_be_shown_does_not_keep_the_others_away(page: Te
     assert "x\\u202ey holds the character" in shown
     assert "\u202e" not in shown
     assert "<b>" not in shown
+    assert "--x $(id) begins with a dash" in shown
     assert space.runs() == ["<b> \"'"]
 
 
