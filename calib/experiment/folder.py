@@ -178,7 +178,7 @@ def written_by_calib(path: Path) -> bool:
             return False
         with path.open("rb") as file:
             start = file.readline(300)
-        if start.startswith(BEGIN.encode()):
+        if start.removeprefix(b"\xef\xbb\xbf").lstrip().startswith(BEGIN.encode()):
             return True
         if path.suffix.lower() != ".toml":
             return _OWN_TABLE.match(start) is not None

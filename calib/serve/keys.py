@@ -112,7 +112,7 @@ class Keys:
     def _files(self, ending: str) -> list[Path]:
         """Files in the folder that end so; behind a link lies none, and none has a name that cannot be shown."""
         found = [path for path in sorted(self.space.folder.glob(f"*{ending}")) if path.is_file() and not path.is_symlink()]
-        return [path for path in found if not path.name.startswith(".") and not character_fault(path.name)]
+        return [path for path in found if not path.name.startswith((".", "-")) and not character_fault(path.name)]
 
     def _shown(self, path: Path) -> str:
         return path.name if path.parent == self.space.folder else str(path)

@@ -416,7 +416,7 @@ def _may_be_data(path: Path) -> bool:
 def _is_key(path: Path) -> bool:
     """Whether a file is a secret key of minisign's format, as `calib key new` writes it."""
     with path.open("rb") as file:
-        first = file.readline(300)
+        first = file.readline(300).removeprefix(b"\xef\xbb\xbf").lstrip()
     return first.startswith(BEGIN.encode()) and b"secret key" in first
 
 

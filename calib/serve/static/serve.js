@@ -241,9 +241,17 @@ if (text) {
   async function draw() {
     const got = await ask("/experiment/fields", { headers: { "X-Part": "1" } });
     if (!got.ok) return;
-    const at = document.activeElement?.id;
-    fields.innerHTML = await got.text();
-    if (at) document.getElementById(at)?.focus();
+    const drawn = await got.text();
+    const held = document.activeElement, typing = fields.contains(held) && held.value !== held.defaultValue && held.matches("input");
+    fields.innerHTML = drawn;
+    const again = held?.id ? document.getElementById(held.id) : null;
+    if (!again) return;
+    again.focus();
+    if (!typing) return;
+    // Somebody is in the middle of a word: it stays, and is put into the file when they leave the field.
+    again.value = held.value;
+    again.setSelectionRange(held.selectionStart, held.selectionEnd);
+    again.addEventListener("blur", () => again.dispatchEvent(new Event("change", { bubbles: true })), { once: true });
   }
 
   function change(address, data, redraw) {

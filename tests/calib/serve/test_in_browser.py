@@ -287,6 +287,20 @@ def test_a_page_that_is_open_sees_what_another_changes(page: Page, served: Serve
     other.locator(".check", has_text="18 mm in diameter").wait_for()
     page.locator(".check", has_text="18 mm in diameter").wait_for()
     assert 'radius = "9 mm"' in page.locator("#text").input_value()
+    # What somebody is typing meanwhile stays, and goes in when they leave the field.
+    ball = page.get_by_label("Ball radius")
+    ball.fill("")
+    ball.press_sequentially("4 m")
+    other.get_by_label("Disc radius").fill("8 mm")
+    other.get_by_label("Disc radius").press("Tab")
+    page.locator(".check", has_text="16 mm in diameter").wait_for()
+    page.wait_for_function("() => document.querySelector('#f-sensor-radius').value === '8 mm'")
+    assert ball.input_value() == "4 m"
+    ball.press_sequentially("m")
+    ball.press("Tab")
+    page.locator(".check", has_text="8 mm in diameter").first.wait_for()
+    page.wait_for_function("() => /^radius = .4 mm/m.test(document.querySelector('#text').value)")
+    assert 'radius = "4 mm"' in (served.folder / "experiment.toml").read_text()
     other.close()
 
 
