@@ -75,7 +75,8 @@ def write_text(path: Path, text: str, advice: str = "Create it, or choose anothe
 def remove_leftovers(folder: Path) -> None:
     """Remove the unfinished files that killed processes left in a folder."""
     for leftover in folder.glob(f".*{_PART}*"):
-        leftover.unlink(missing_ok=True)
+        if not leftover.is_dir() or leftover.is_symlink():
+            leftover.unlink(missing_ok=True)
 
 
 def require_folder(path: Path, advice: str = "Create it, or choose another") -> None:

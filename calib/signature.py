@@ -20,8 +20,13 @@ from typing import Any
 from calib.errors import Fault, InputError
 from calib.regular import bytes_of
 
-# What stands in front of the two comments, and the longest one that minisign reads.
-_UNTRUSTED, _TRUSTED, _LONGEST = "untrusted comment: ", "trusted comment: ", 1024
+#: How every file of a key or a signature begins: in front of its first comment.
+BEGIN = "untrusted comment: "
+#: Where the password of a key may stand for programs that nobody sits at.
+PASSWORD = "CALIB_KEY_PASSWORD"
+
+# What stands in front of the other comment, and the longest one that minisign reads.
+_TRUSTED, _LONGEST = "trusted comment: ", 1024
 # Ed25519 of a key, and of a signature of the bytes themselves; of their BLAKE2b; scrypt, or nothing; BLAKE2b as checksum.
 _PURE, _HASHED, _SCRYPT, _OPEN, _CHECKSUM = b"Ed", b"ED", b"Sc", bytes(2), b"B2"
 _NUMBER, _KEY, _SEED, _SALT, _SIGNATURE = 8, 32, 32, 32, 64
@@ -106,7 +111,7 @@ def secret_key_text(key: SecretKey, password: str = "") -> str:
         salt, kind, operations, memory = secrets.token_bytes(_SALT), _SCRYPT, _OPERATIONS, _MEMORY
         plain = _xor(plain, _stretched(password, salt, operations, memory, len(plain)))
     content = _PURE + kind + _CHECKSUM + salt + operations.to_bytes(8, "little") + memory.to_bytes(8, "little") + plain
-    return f"{_UNTRUSTED}{'minisign encrypted secret key' if password else 'minisign secret key'}\n{_encoded(content)}\n"
+    return f"{BEGIN}{'minisign encrypted secret key' if password else 'minisign secret key'}\n{_encoded(content)}\n"
 
 
 def read_secret_key(path: Path | str, ask: Callable[[], str]) -> SecretKey:
@@ -147,7 +152,7 @@ def read_secret_key(path: Path | str, ask: Callable[[], str]) -> SecretKey:
 
 def public_key_text(key: PublicKey) -> str:
     """Write the file of a public key."""
-    return f"{_UNTRUSTED}minisign public key {key.name}\n{_encoded(_PURE + key.number + key.key)}\n"
+    return f"{BEGIN}minisign public key {key.name}\n{_encoded(_PURE + key.number + key.key)}\n"
 
 
 def read_public_key(path: Path | str) -> PublicKey:
@@ -191,7 +196,7 @@ def sign(content: bytes, key: SecretKey, comment: str) -> str:
     private = _ed25519().Ed25519PrivateKey.from_private_bytes(key.seed)
     signature = private.sign(_blake(content, 64))
     whole = private.sign(signature + comment.encode())
-    first = f"{_UNTRUSTED}signature from minisign secret key\n{_encoded(_HASHED + key.number + signature)}"
+    first = f"{BEGIN}signature from minisign secret key\n{_encoded(_HASHED + key.number + signature)}"
     return f"{first}\n{_TRUSTED}{comment}\n{_encoded(whole)}\n"
 
 
@@ -299,7 +304,7 @@ def _lines(path: Path, number: int, what: str) -> list[str]:
     except UnicodeDecodeError:
         raise _no(path, what) from None
     lines = text.replace("\r\n", "\n").removesuffix("\n").split("\n")
-    if len(lines) != number or not lines[0].startswith(_UNTRUSTED):
+    if len(lines) != number or not lines[0].startswith(BEGIN):
         raise _no(path, what)
     return lines
 

@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 import os
-import stat
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from calib.cli.common import RunFolder, Strict, as_given, err, exit_by, loaded, refusing_bad_input, say, say_verdict
+from calib.cli.common import RunFolder, Strict, as_given, exit_by, loaded, refusing_bad_input, say, say_verdict
+from calib.cli.signing import secret_key
 from calib.errors import Fault, InputError, in_shell_path
 from calib.files import require_writable, write_text
+from calib.signature import PASSWORD
 
 if TYPE_CHECKING:
     from calib.report import Certificate
-    from calib.signature import SecretKey
-
-#: Where the password of a key may stand for programs that nobody sits at.
-PASSWORD = "CALIB_KEY_PASSWORD"
 
 _SECRET, _PUBLIC = ".key", ".pub"
 
@@ -51,7 +48,7 @@ def certificate(
         from calib.report import dcc_gaps, status_in_words
         from calib.runs import certify_in
 
-        secret = None if key is None else _secret_key(key)
+        secret = None if key is None else secret_key(key)
         found = loaded(run)
         made = certify_in(found, key=secret, command=as_given())
         say(f"{made.title}, No. {made.number}")
@@ -101,30 +98,6 @@ def new_key(
         write_text(public, public_key_text(key.public))
         say(f"Written: {output}, to be kept secret and backed up, and {public}, to be given to who gets certificates.")
         say(f"The key is {key.public.name}.")
-
-
-def _secret_key(path: Path) -> SecretKey:
-    from calib.signature import read_secret_key
-
-    key = read_secret_key(path, lambda: _password(path))
-    if os.name == "posix" and path.stat().st_mode & (stat.S_IRGRP | stat.S_IROTH):
-        err().print(f"Note: others can read {path}: chmod 600 {in_shell_path(path)}", markup=False, soft_wrap=True)
-    return key
-
-
-def _password(path: Path) -> str:
-    """The password of a key: from the environment, else from who sits here.
-
-    Raises
-    ------
-    InputError
-        If nobody does.
-    """
-    if given := os.environ.get(PASSWORD, ""):
-        return given
-    if not sys.stdin.isatty():
-        raise InputError(Fault("this key has a password, and nobody can be asked for it", path, advice=f"Set {PASSWORD}"))
-    return str(typer.prompt(f"Password of {path}", hide_input=True, err=True))
 
 
 def _new_password() -> str:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from calib.cli.common import refusing_bad_input, say
+from calib.cli.signing import secret_key
 from calib.cli.stopping import when_stopped
 from calib.errors import Fault, InputError
 
@@ -25,6 +26,12 @@ def serve(
     port: Annotated[
         int | None, typer.Option(min=1, max=65535, help="Port of the page [default: that of last time, or one that is free].")
     ] = None,
+    key: Annotated[
+        list[Path] | None,
+        typer.Option(
+            metavar="FILE", help="Secret key that certificates may be signed with [default: those in the folder]. Repeatable."
+        ),
+    ] = None,
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")] = True,
 ) -> None:
     """Work on a page in the browser instead of on the command line: on this machine alone, for you alone.
@@ -39,7 +46,12 @@ def serve(
     Nobody else can open the page: it listens on loopback, and asks for the secret in the address that is shown here. It loads
     nothing from anywhere.
 
+    Certificates are signed on the page with keys that lie in the folder, or that --key names wherever they lie. The password of
+    one that has one is asked for here, in the terminal; neither it nor a key ever goes to the browser.
+
     Example: `calib serve measurements`
+
+    Example: `calib serve measurements --key ~/keys/lab.key`
 
     Exit codes: 2 the folder cannot be used, another page of it is served, or the extra is missing; 130 stopped by Ctrl-C.
     """
@@ -51,9 +63,10 @@ def serve(
         if missing:
             advice = 'Install it: pip install "dielectric-elastomer-calibration[serve]"'
             raise InputError(Fault(f"the page needs the extra `serve` ({', '.join(missing)} not installed)", advice=advice))
-        from calib.serve import open_workspace
+        from calib.serve import Keys, open_workspace
         from calib.serve import serve as serve_pages
 
+        given = {path.absolute(): secret_key(path) for path in key or ()}
         space = open_workspace(folder)
 
         def ready(door: Door) -> None:
@@ -65,4 +78,4 @@ def serve(
             if browser:
                 webbrowser.open(door.address_once)
 
-        serve_pages(space, port, ready)
+        serve_pages(space, port, ready, Keys(space, given))

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
+from statistics import median
 
 import numpy as np
 
@@ -60,21 +61,28 @@ def beyond(
     ball : radius [m].
     what : asks for that, in words.
     """
-    forces, depths, paddings, totals, balls = (np.array(column) for column in zip(*map(astuple, presses), strict=True))
-    total = padding + float(np.median(totals - paddings))
+    # A few numbers, asked for thickness by thickness while somebody moves a slider: arrays of them take ten times as long.
+    largest, thickest, thinnest = (
+        max(p.force for p in presses),
+        max(p.padding for p in presses),
+        min(p.padding for p in presses),
+    )
+    deepest, share = max(p.depth for p in presses), max(p.depth / p.total for p in presses)
+    balls = sorted({p.ball for p in presses})
+    total = padding + median(p.total - p.padding for p in presses)
     found = []
-    if force > MARGIN * np.max(forces):
-        found.append(f"{force / np.max(forces):.1f} times the largest measured force ({np.max(forces):.2g} N)")
-    if padding > 0 and np.max(paddings) == 0:
+    if force > MARGIN * largest:
+        found.append(f"{force / largest:.1f} times the largest measured force ({largest:.2g} N)")
+    if padding > 0 and thickest == 0:
         found.append(f"{padding * 1e3:.2f} mm of padding (measured without any)")
-    elif padding > MARGIN * np.max(paddings):
-        found.append(f"{padding / np.max(paddings):.1f} times the thickest measured padding ({np.max(paddings) * 1e3:.2f} mm)")
-    elif padding < np.min(paddings) / MARGIN:
-        found.append(f"{padding * 1e3:.2f} mm of padding, thinner than any measured ({np.min(paddings) * 1e3:.2f} mm)")
-    if np.max(depths) > 0 and depth / total > MARGIN * np.max(depths / totals):
-        found.append(f"a depth of {depth / total:.0%} of the thickness (measured up to {np.max(depths / totals):.0%})")
-    if not np.min(balls) / MARGIN < ball < np.max(balls) * MARGIN:
-        known = " and ".join(f"{r * 1e3:g}" for r in sorted(set(balls)))
+    elif padding > MARGIN * thickest:
+        found.append(f"{padding / thickest:.1f} times the thickest measured padding ({thickest * 1e3:.2f} mm)")
+    elif padding < thinnest / MARGIN:
+        found.append(f"{padding * 1e3:.2f} mm of padding, thinner than any measured ({thinnest * 1e3:.2f} mm)")
+    if deepest > 0 and depth / total > MARGIN * share:
+        found.append(f"a depth of {depth / total:.0%} of the thickness (measured up to {share:.0%})")
+    if not balls[0] / MARGIN < ball < balls[-1] * MARGIN:
+        known = " and ".join(f"{r * 1e3:g}" for r in balls)
         found.append(f"a ball of {ball * 1e3:g} mm radius (measured with {known} mm)")
     if found:
         finding = f"{what} {', '.join(found)}: there the model was held against no data"

@@ -224,7 +224,7 @@ def _at_load(table: FloatArray, loads: FloatArray, force: float) -> FloatArray:
     start = int(np.clip(cell - _ORDER // 2 + 1, 0, x.size - _ORDER))
     own = np.arange(start, start + _ORDER)
     weights = np.array([np.prod([(at - x[m]) / (x[k] - x[m]) for m in own if m != k]) for k in own])
-    smooth = table[..., own] @ weights
+    smooth = table[..., start : start + _ORDER] @ weights
     share = (at - x[cell]) / (x[cell + 1] - x[cell])
     line = table[..., cell] if share <= 0 else (1 - share) * table[..., cell] + share * table[..., cell + 1]
     return np.where(np.isfinite(smooth), smooth, line)

@@ -2,10 +2,10 @@
 
 from calib.experiment.bench import PRESSES, READINGS, Bench, read_bench
 from calib.experiment.design import read_design
-from calib.experiment.draft import experiment_text, quoted_text
+from calib.experiment.draft import experiment_text, quoted_text, specimen_text
 from calib.experiment.edits import MARK, Unedited, unedited_in_words, unedited_lines
 from calib.experiment.experiment_file import experiment_from, read_experiment
-from calib.experiment.folder import walk, written_by_calib
+from calib.experiment.folder import listed, walk, written_by_calib
 from calib.experiment.forward import forward_of_design, forward_of_experiment, require_use_of, surrogate_from
 from calib.experiment.lab_files import Found, Looked, look_through
 from calib.experiment.laboratory import Instrument, Laboratory, keys_of
@@ -16,6 +16,7 @@ from calib.experiment.presses import Press, Pressed
 from calib.experiment.record import experiment_from_json, experiment_to_json
 from calib.experiment.said import Said, read_said, said_toml
 from calib.experiment.schema import design_schema, experiment_schema, specification_schema
+from calib.experiment.signposts import SWEEP_KEYS
 from calib.experiment.specification import (
     LIMITED,
     Limit,
@@ -29,16 +30,19 @@ from calib.experiment.specification import (
 )
 from calib.experiment.specification_file import read_specification, specification_from
 from calib.experiment.sweeps import read_sweeps
+from calib.experiment.toml_file import LARGEST as LARGEST_TOML
 from calib.experiment.toml_places import KeyPath, locate_keys
 from calib.experiment.variants import AS_GIVEN, Variant, candidates_of, model_in_words, possible_candidates, variants_of
 from calib.experiment.written import experiment_toml, prior_toml
 
 __all__ = [
     "AS_GIVEN",
+    "LARGEST_TOML",
     "LIMITED",
     "MARK",
     "PRESSES",
     "READINGS",
+    "SWEEP_KEYS",
     "Bench",
     "Experiment",
     "Found",
@@ -72,6 +76,7 @@ __all__ = [
     "forward_of_experiment",
     "keys_of",
     "limited_in_words",
+    "listed",
     "locate_keys",
     "look_through",
     "lot_prior",
@@ -93,6 +98,7 @@ __all__ = [
     "specification_from",
     "specification_from_plain",
     "specification_schema",
+    "specimen_text",
     "spread_prior",
     "surrogate_from",
     "unedited_in_words",

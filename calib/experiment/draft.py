@@ -37,7 +37,7 @@ def experiment_text(specimens: Sequence[Pressed], folder: Path, looked: Sequence
     presses = [press for specimen in specimens for press in specimen.presses]
     electrical = any(press.capacitance is not None for press in presses)
     guessed = {at: "\n".join(_guess(at)) for at, guess in GUESSES.items() if electrical or not guess.electrical}
-    blocks = [_head(guessed), *(_specimen(s, folder, electrical, first=s is specimens[0]) for s in specimens)]
+    blocks = [_head(guessed), *(specimen_text(s, folder, electrical, first=s is specimens[0]) for s in specimens)]
     left_out = [f"  {relative_name(f.path, folder)}: {reason}" for f in looked for reason in f.left_out]
     if left_out:
         blocks.append("\n".join(_comments(["Left out (see `calib read FILE` for what to do):", *left_out])))
@@ -91,7 +91,16 @@ def _guess(at: tuple[str, ...], *, why: bool = True) -> list[str]:
     return [*_comments([guess.why] if why and guess.why else []), line if guess.in_force else f"# {line}"]
 
 
-def _specimen(specimen: Pressed, folder: Path, electrical: bool, *, first: bool) -> str:
+def specimen_text(specimen: Pressed, folder: Path, electrical: bool, *, first: bool = False) -> str:
+    """The block of one specimen in an experiment file, with guesses marked EDIT for what no file tells.
+
+    Parameters
+    ----------
+    specimen : with its records.
+    folder : of the experiment file, which lab files are named relative to.
+    electrical : whether the experiment has capacitance.
+    first : whether it is the first one, at which it is said why what is asked for matters.
+    """
     lines = [*_comments(specimen.notes), "[[specimens]]", f"name = {quoted_text(specimen.name)}"]
     alone = len(specimen.presses) == 1
     if alone:

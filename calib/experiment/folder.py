@@ -3,10 +3,16 @@
 from __future__ import annotations
 
 import mimetypes
+import os
 import re
 import tomllib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
+
+from calib.signature import BEGIN
+
+# What lies in a folder that calib wrote as a whole: a run, and tables for a gripper.
+_OF_OWN_FOLDERS = ("run.json", "force_tables.json")
 
 
 def walk(folder: Path) -> Iterator[tuple[Path, str]]:
@@ -17,22 +23,69 @@ def walk(folder: Path) -> Iterator[tuple[Path, str]]:
         yield folder, f"{error.strerror}: an unreadable folder"
         return
     for path in entries:
-        hidden = path.name.startswith((".", "~$"))
-        if path.is_dir():
-            if path.is_symlink():
-                yield path, "a link to a folder"
-            elif hidden or path.name == "__pycache__":
-                yield path, "a hidden folder"
-            elif not any(path.iterdir()):
-                yield path, "an empty folder"
-            elif (path / "run.json").is_file():
-                yield path, ""
-            else:
-                yield from walk(path)
-        elif not path.is_file():
-            yield path, "a broken link" if path.is_symlink() else "no regular file"
+        if not path.is_dir():
+            yield path, _why_no_file(path)
+        elif reason := _why_not_into(path):
+            yield path, reason
+        elif _is_empty(path):
+            yield path, "an empty folder"
+        elif _is_own(path):
+            yield path, ""
         else:
-            yield path, "a hidden file" if hidden else _name_fault(path) or _kind(path)
+            yield from walk(path)
+
+
+def listed(folder: Path, name: str) -> Path | None:
+    """The file that `walk` finds under a name and gives no reason against; None if it finds none.
+
+    Looked for folder by folder, so that one among ten thousand does not take a walk through all of them.
+
+    Parameters
+    ----------
+    folder : that is walked.
+    name : as seen from it, with forward slashes.
+    """
+    path = folder
+    parts = name.split("/")
+    try:
+        for depth, part in enumerate(parts, 1):
+            if part not in os.listdir(path):
+                return None
+            path = path / part
+            if depth < len(parts) and (not path.is_dir() or _why_not_into(path) or _is_own(path)):
+                return None
+        return path if not path.is_dir() and not _why_no_file(path) else None
+    except OSError:
+        return None
+
+
+def _why_not_into(path: Path) -> str:
+    """Why a folder is not looked into; "" if it is."""
+    if path.is_symlink():
+        return "a link to a folder"
+    return "a hidden folder" if _is_hidden(path) or path.name == "__pycache__" else ""
+
+
+def _why_no_file(path: Path) -> str:
+    """Why what is no folder is no lab file, as its name tells; "" if it may be one."""
+    if not path.is_file():
+        return "a broken link" if path.is_symlink() else "no regular file"
+    return "a hidden file" if _is_hidden(path) else _name_fault(path) or _kind(path)
+
+
+def _is_hidden(path: Path) -> bool:
+    return path.name.startswith((".", "~$"))
+
+
+def _is_empty(path: Path) -> bool:
+    try:
+        return not any(path.iterdir())
+    except OSError:
+        return False  # it cannot be read, which is said where its files would be
+
+
+def _is_own(path: Path) -> bool:
+    return any((path / name).is_file() for name in _OF_OWN_FOLDERS)
 
 
 def _in_order(name: str) -> list[tuple[int, int, str]]:
@@ -114,14 +167,19 @@ _OWN_TABLE = re.compile(
 
 
 def written_by_calib(path: Path) -> bool:
-    """Whether calib wrote it itself: an experiment file, a run folder, a table of `calib read` or `calib simulate`."""
+    """Whether calib wrote it itself: an experiment file, a run folder, a table of `calib read` or `calib simulate`, a key.
+
+    A key or a signature is known by its first words, of calib or of minisign, under whatever name: nobody is to see its lines.
+    """
     if path.is_dir():
-        return (path / "run.json").is_file()
+        return _is_own(path)
     try:
         if not path.is_file():
             return False
         with path.open("rb") as file:
             start = file.readline(300)
+        if start.removeprefix(b"\xef\xbb\xbf").lstrip().startswith(BEGIN.encode()):
+            return True
         if path.suffix.lower() != ".toml":
             return _OWN_TABLE.match(start) is not None
         data = tomllib.loads(path.read_text(encoding="utf-8-sig"))

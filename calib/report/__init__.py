@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     )
     from calib.report.crate import CrateFile, crate_json
     from calib.report.curve import check_in_words, curve_csv
-    from calib.report.dcc import dcc_gaps, dcc_xml
+    from calib.report.dcc import dcc_gaps, dcc_xml, laboratory_gaps
     from calib.report.deformed.cross_section import cross_section_figure
     from calib.report.deformed.paraview import write_vtk
     from calib.report.deformed.revolved import revolved_figure, revolved_picture
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from calib.report.figures.predictive import change_figure, channel_figure
     from calib.report.figures.proof import proof_figure
     from calib.report.figures.specification import conformity_figure, front_figure
-    from calib.report.gripper import gripper_files
+    from calib.report.gripper import force_tables_from_json, gripper_files
     from calib.report.moves import moves_in_words
     from calib.report.page import begin_drawing, kept_drawings, plots_of_report, write_report
     from calib.report.pictures import any_letters, write_figure
@@ -80,9 +80,11 @@ __all__ = [
     "file_figure",
     "find_browser",
     "first_rows",
+    "force_tables_from_json",
     "front_figure",
     "gripper_files",
     "kept_drawings",
+    "laboratory_gaps",
     "learned_in_words",
     "modulus_share",
     "moves_in_words",
@@ -122,7 +124,7 @@ __getattr__ = on_demand(
         ),
         ".crate": ("CrateFile", "crate_json"),
         ".curve": ("check_in_words", "curve_csv"),
-        ".dcc": ("dcc_gaps", "dcc_xml"),
+        ".dcc": ("dcc_gaps", "dcc_xml", "laboratory_gaps"),
         ".deformed.cross_section": ("cross_section_figure",),
         ".deformed.paraview": ("write_vtk",),
         ".deformed.revolved": ("revolved_figure", "revolved_picture"),
@@ -134,7 +136,7 @@ __getattr__ = on_demand(
         ".figures.predictive": ("change_figure", "channel_figure"),
         ".figures.proof": ("proof_figure",),
         ".figures.specification": ("conformity_figure", "front_figure"),
-        ".gripper": ("gripper_files",),
+        ".gripper": ("force_tables_from_json", "gripper_files"),
         ".moves": ("moves_in_words",),
         ".page": ("begin_drawing", "kept_drawings", "plots_of_report", "write_report"),
         ".pictures": ("any_letters", "write_figure"),

@@ -10,6 +10,7 @@ import re
 from collections.abc import Iterable, Mapping
 from xml.etree import ElementTree as ET
 
+from calib.experiment import Laboratory
 from calib.provenance import PROGRAM
 from calib.report.certificate import COVERAGE, MEANT, NOT_ACCREDITED, Certificate, CertifiedValue, KnownValue
 from calib.visible import visible
@@ -38,8 +39,12 @@ _NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 def dcc_gaps(certificate: Certificate) -> tuple[str, ...]:
     """What keeps a certificate from being written as XML, in words; nothing if it can be."""
-    missing = [f"{key} in [laboratory]" for key in _ASKED if not getattr(certificate.laboratory, key)]
-    return (*missing, *(() if certificate.usable else ("a verdict that is not red",)))
+    return (*laboratory_gaps(certificate.laboratory), *(() if certificate.usable else ("a verdict that is not red",)))
+
+
+def laboratory_gaps(laboratory: Laboratory) -> tuple[str, ...]:
+    """What an experiment file does not say of the laboratory, and PTB's form asks for, in words."""
+    return tuple(f"{key} in [laboratory]" for key in _ASKED if not getattr(laboratory, key))
 
 
 def dcc_xml(certificate: Certificate) -> str:

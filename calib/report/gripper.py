@@ -7,6 +7,7 @@ import unicodedata
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from importlib import resources
+from pathlib import Path
 from typing import Any
 
 import jinja2
@@ -15,12 +16,12 @@ import numpy as np
 from calib.decision import LEVEL, N_ROW, WIDTH_IN_SD, ForceTable, GripperTables
 from calib.errors import Fault, InputError
 from calib.provenance import PROGRAM
-from calib.records import record_to_text
+from calib.records import record_from_text, record_to_text
 from calib.report.status import status_in_words
 from calib.visible import visible
 from models.sensor import FloatArray
 
-_FORMAT = 1
+_KIND, _FORMAT = "force tables", 1
 # Most letters of an identifier; C99 tells 63 apart.
 _LONGEST = 40
 # Bytes of a number in a table, and numbers of it beside its rows.
@@ -80,6 +81,25 @@ def gripper_files(made: GripperTables) -> dict[str, str]:
         "taxels.json": _taxels(made, tables),
         "README.md": rendered("gripper.md.j2", _in_markdown),
     }
+
+
+def force_tables_from_json(text: str, path: Path) -> dict[str, Any]:
+    """Read the content of a force_tables.json again, plain values in SI, to show what it is of.
+
+    Parameters
+    ----------
+    text : of the file.
+    path : of it, for the refusal.
+
+    Raises
+    ------
+    InputError
+        If it is not as it was written.
+    """
+    try:
+        return record_from_text(_KIND, _FORMAT, text)
+    except ValueError as error:
+        raise InputError(Fault(f"cannot be read: {error}", path, advice="Export the run again")) from None
 
 
 @dataclass(frozen=True)
@@ -229,7 +249,7 @@ def _json(made: GripperTables, laid_out: Sequence[_LaidOut]) -> str:
     status = {"valid": 0, "no contact": 1, "beyond range": 2, "below rest": 3, "bad input": 4}
     input_ = "capacitance over the tare, the mean of readings without contact, minus 1"
     content = {**_origin(made), "input": input_, "level": LEVEL, "interpolation": "linear", "status": status, "tables": tables}
-    return record_to_text("force tables", _FORMAT, content)
+    return record_to_text(_KIND, _FORMAT, content)
 
 
 def _taxels(made: GripperTables, laid_out: Sequence[_LaidOut]) -> str:

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from calib.runs.figures import figures_in
     from calib.runs.folder import PageError, Run, load_recommendation, load_run, recommend_in, report_in
     from calib.runs.integrity import verify
-    from calib.runs.listing import RESULTS
-    from calib.runs.measurements import asked_before, next_in, specified_before
+    from calib.runs.listing import CERTIFICATES, RESULTS
+    from calib.runs.measurements import asked_before, next_for, next_in, specified_before
     from calib.runs.ownership import owned, owner_of
     from calib.runs.preview import quick
     from calib.runs.progress import Look, RunState, Told, run_state
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "AVERAGE",
+    "CERTIFICATES",
     "RESULTS",
     "STAGES",
     "Calibration",
@@ -64,6 +65,7 @@ __all__ = [
     "is_batch",
     "load_recommendation",
     "load_run",
+    "next_for",
     "next_in",
     "owned",
     "owner_of",
@@ -124,10 +126,11 @@ __getattr__ = on_demand(
         ".integrity": ("verify",),
         ".measurements": (
             "asked_before",
+            "next_for",
             "next_in",
             "specified_before",
         ),
-        ".listing": ("RESULTS",),
+        ".listing": ("CERTIFICATES", "RESULTS"),
         ".ownership": ("owned", "owner_of"),
         ".preview": ("quick",),
         ".progress": (

@@ -21,6 +21,32 @@ from calib.runs.folder import (
 from calib.runs.listing import NEXT, PAGES, writing
 
 
+def next_for(
+    run: Run, requirement: Requirement | Specification | None, bench: Bench | None = None, *, seed: int
+) -> NextMeasurements:
+    """Say what to measure next after a run, and write nothing.
+
+    Parameters
+    ----------
+    run, requirement, bench, seed : as of `next_in`.
+
+    Raises
+    ------
+    InputError
+        If nothing can be said, or the model is not the one that the run was calibrated with.
+    """
+    require_own_forward(run)
+    return next_measurements(
+        run.posterior,
+        fast_forward(run),
+        requirement,
+        bench,
+        seed=seed,
+        posterior_sha256=run.posterior_sha256,
+        verdict=run.verdict,
+    )
+
+
 def next_in(
     run: Run, requirement: Requirement | Specification | None, bench: Bench | None = None, *, seed: int, command: str = ""
 ) -> NextMeasurements:
@@ -43,16 +69,7 @@ def next_in(
     PageError
         If the page cannot be made; next.json is written then.
     """
-    require_own_forward(run)
-    found = next_measurements(
-        run.posterior,
-        fast_forward(run),
-        requirement,
-        bench,
-        seed=seed,
-        posterior_sha256=run.posterior_sha256,
-        verdict=run.verdict,
-    )
+    found = next_for(run, requirement, bench, seed=seed)
     command = command or "calib next"
     with owned_run(run, command) as listing:
         drawings = kept_page_drawings(run, listing)

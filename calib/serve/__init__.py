@@ -12,16 +12,18 @@ from calib.lazy import on_demand
 
 if TYPE_CHECKING:
     from calib.serve.app import app_of
+    from calib.serve.keys import Keys
     from calib.serve.security import Door
     from calib.serve.server import serve
     from calib.serve.workspace import Workspace, open_workspace
 
-__all__ = ["Door", "Workspace", "app_of", "open_workspace", "serve"]
+__all__ = ["Door", "Keys", "Workspace", "app_of", "open_workspace", "serve"]
 
 __getattr__ = on_demand(
     __name__,
     {
         ".app": ("app_of",),
+        ".keys": ("Keys",),
         ".security": ("Door",),
         ".server": ("serve",),
         ".workspace": ("Workspace", "open_workspace"),

@@ -16,7 +16,7 @@ def typed(words: Sequence[str]) -> str:
     >>> typed(["recommend", "run1", "--force", "10 N"])
     'calib recommend run1 --force "10 N"'
     """
-    return " ".join(["calib", *(word if word.startswith("--") else in_shell(word) for word in words)])
+    return " ".join(["calib", *map(in_shell, words)])
 
 
 def reading_command(name: str, said: Said) -> str:

@@ -9,6 +9,7 @@ import json
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from datetime import date
 from typing import Any
 
 from calib.catalogue import QUANTITIES, UNKNOWNS, unknowns_of
@@ -18,6 +19,11 @@ from calib.priors import FORMS, parse_prior, parse_value
 from calib.serve.looking import experiment_tables
 from calib.serve.toml_text import value_at, with_mark, with_value, without_mark
 from calib.serve.workspace import Workspace
+
+
+def as_json(value: Any) -> str:
+    """A value of an experiment as a page compares it, a day as its text."""
+    return json.dumps(value, default=str)
 
 
 @dataclass(frozen=True)
@@ -69,7 +75,9 @@ class Field:
     @property
     def shown(self) -> str:
         """Its value as a text."""
-        return "" if self.value is None else self.value if isinstance(self.value, str) else json.dumps(self.value)
+        if self.at[-1] == "measured" and isinstance(self.value, list):
+            return _TO.join(map(str, self.value))
+        return "" if self.value is None else self.value if isinstance(self.value, str) else as_json(self.value)
 
     @property
     def kind_of_prior(self) -> str:
@@ -92,11 +100,14 @@ class Field:
 
 @dataclass(frozen=True)
 class Group:
-    """Fields that belong together, under a heading; `addable` are unknowns that may get a prior there, at the path `at`."""
+    """Fields that belong together, under a heading; `addable` are unknowns that may get a prior there, at the path `at`.
+
+    `identifier` is by what a page knows it; "" for none.
+    """
 
     title: str
     fields: tuple[Field, ...]
-    about: str = ""
+    identifier: str = ""
     at: KeyPath = ()
     addable: tuple[tuple[str, str], ...] = ()
 
@@ -136,6 +147,19 @@ _LABELS = {
     "material": "Padding is of",
     "friction_coefficient": "Friction of the ball",
 }
+# Of a laboratory and its instruments, by table and key.
+_NAMES = {
+    ("laboratory", "name"): "Name of the laboratory",
+    ("laboratory", "operator"): "Who measured",
+    ("laboratory", "email"): "E-mail",
+    ("laboratory", "measured"): "Measured on",
+    ("instruments", "kind"): "What it is",
+    ("instruments", "serial"): "Serial number",
+    ("instruments", "calibrated"): "Last calibrated on",
+}
+_EXAMPLES = {"measured": "2026-03-17, or 2026-03-17 to 2026-03-18", "calibrated": "2026-01-12", "country": "NZ"}
+# Between the first day and the last.
+_TO = " to "
 _PARAMETERS = {("indenter", "radius"): "indenter_radius", ("sensor", "radius"): "sensor_radius"}
 
 
@@ -168,6 +192,7 @@ def form_of_experiment(space: Workspace) -> Form:
         if isinstance(specimen, dict):
             title = f"Specimen {specimen.get('name', i + 1)}"
             groups.append(builder.priors(("specimens", i, "priors"), title, _OF_SPECIMEN, ("specimen", "sweep")))
+    groups += builder.certificate()
     lines = {field.line for group in groups for field in group.fields if field.line}
     rest = tuple(fault for fault in faults if fault.line not in lines)
     return Form(tuple(groups), rest, builder.unedited)
@@ -207,6 +232,8 @@ def changed_by(space: Workspace, at: KeyPath, form: Mapping[str, str]) -> str:
 def _value(field: Field, text: str) -> Any:
     if not text:
         return None
+    if field.at == ("laboratory", "measured") and _TO in text:
+        return [day.strip() for day in text.split(_TO)]
     if field.at[-1] == "friction_coefficient" or (field.quantity and not QUANTITIES[field.quantity].unit):
         return _number(text)
     return text
@@ -262,15 +289,18 @@ class _Builder:
         """One that is no prior."""
         schema = self.schema
         for key in at[:-1]:
-            schema = schema[key]["properties"]
+            schema = schema["items"]["properties"] if isinstance(key, int) else schema[key]
+            schema = schema if isinstance(key, int) else schema.get("properties", schema)
         own = schema[at[-1]]
         key = str(at[-1])
         quantity = _PARAMETERS.get((str(at[0]), key), key if key in QUANTITIES else "")
         label = QUANTITIES[quantity].label if quantity in QUANTITIES and key not in _LABELS else _LABELS.get(key, key)
+        label = _NAMES.get((str(at[0]), key), label)
         choices = tuple(map(str, own.get("enum", ())))
         kind = "choice" if choices else "quantity" if quantity and key != "friction_coefficient" else "text"
         default = own.get("default")
         value = value_at(self.tables, at)
+        value = value.isoformat() if isinstance(value, date) else value
         read = self._quantity_in_words(quantity, value) if kind == "quantity" and value is not None else ""
         if quantity in ("indenter_radius", "sensor_radius") and read:
             read = f"{read} in diameter"
@@ -281,12 +311,23 @@ class _Builder:
             kind,
             value,
             choices,
-            str(own.get("examples", [""])[0]),
+            _EXAMPLES.get(key, str(own.get("examples", [""])[0])),
             "" if default is None else str(default),
             read=read,
             quantity=quantity if kind == "quantity" else "",
             **self._state(at),
         )
+
+    def certificate(self) -> list[Group]:
+        """What is for a certificate alone: the laboratory, and each instrument that is there."""
+        laboratory = tuple(self.field(("laboratory", key)) for key in self.schema["laboratory"]["properties"])
+        found = [Group("Laboratory, for a certificate", laboratory, "laboratory")]
+        there = self.tables.get("instruments")
+        for i, instrument in enumerate(there if isinstance(there, list) else []):
+            if isinstance(instrument, dict):
+                own = tuple(self.field(("instruments", i, key)) for key in self.schema["instruments"]["items"]["properties"])
+                found.append(Group(f"Instrument {instrument.get('kind', i + 1)}", own))
+        return found
 
     def priors(self, at: KeyPath, title: str, usual: Sequence[str], scopes: Sequence[Any]) -> Group:
         """Those of a table of priors: the usual ones, and those that are in the file."""

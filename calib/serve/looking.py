@@ -372,7 +372,18 @@ def use_tables(use: Use) -> dict[str, Any]:
 
 def _entries(space: Workspace, path: Path) -> Iterator[Entry]:
     """Where the experiment names a file."""
-    specimens = experiment_tables(space).get("specimens")
+    return (entry for named, entry in entries_of(space, experiment_tables(space)) if named == path)
+
+
+def entries_of(space: Workspace, tables: Mapping[str, Any]) -> Iterator[tuple[Path, Entry]]:
+    """Every lab file that an experiment names, and where.
+
+    Parameters
+    ----------
+    space : the folder.
+    tables : of the experiment.
+    """
+    specimens = tables.get("specimens")
     for i, specimen in enumerate(specimens if isinstance(specimens, list) else []):
         if not isinstance(specimen, dict):
             continue
@@ -383,8 +394,11 @@ def _entries(space: Workspace, path: Path) -> Iterator[Entry]:
             for key in ("force", "capacitance"):
                 entry = press.get(key) if isinstance(press, dict) else None
                 file = entry.get("file") if isinstance(entry, dict) else entry
-                if isinstance(file, str) and file and "\0" not in file and Path(os.path.abspath(space.folder / file)) == path:
-                    yield Entry((*at, key), at, f"{specimen.get('name', i + 1)}, {key}")
+                if isinstance(file, str) and file and "\0" not in file:
+                    yield (
+                        Path(os.path.abspath(space.folder / file)),
+                        Entry((*at, key), at, f"{specimen.get('name', i + 1)}, {key}"),
+                    )
 
 
 def _said_in(tables: Mapping[str, Any], entry: Entry) -> Said:

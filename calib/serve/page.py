@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import threading
 from collections.abc import AsyncIterator, Callable, Mapping, Sequence
-from functools import cache
+from functools import cache, partial
 from http import HTTPStatus
 from importlib import resources
 from typing import Any, TypeVar
@@ -16,7 +16,9 @@ from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
 from starlette.responses import HTMLResponse, JSONResponse, RedirectResponse, Response
 
-from calib.errors import Fault, InputError
+from calib.errors import Fault, InputError, in_shell
+from calib.runs import PageError
+from calib.serve.keys import Keys
 from calib.serve.workspace import Workspace
 from calib.visible import visible
 
@@ -44,6 +46,12 @@ class TooLargeError(Exception):
 def space_of(request: Request) -> Workspace:
     """The folder that a page works on."""
     found: Workspace = request.app.state.space
+    return found
+
+
+def keys_of(request: Request) -> Keys:
+    """The keys that a page may sign and check with."""
+    found: Keys = request.app.state.keys
     return found
 
 
@@ -223,7 +231,7 @@ async def too_large(request: Request, error: Exception) -> Response:
 
 
 async def no_place(request: Request, error: Exception) -> Response:
-    """Answer a request that the system cannot serve: no room, no permission.
+    """Answer a request that the system cannot serve: no room, no permission, a file that has gone.
 
     Parameters
     ----------
@@ -232,8 +240,36 @@ async def no_place(request: Request, error: Exception) -> Response:
     """
     assert isinstance(error, OSError)
     why = error.strerror or str(error)
+    if isinstance(error, FileNotFoundError | NotADirectoryError):
+        name = str(error.filename or "A file").replace(f"{space_of(request).folder}/", "")
+        said = f"{name} is not there any more: something else has moved or removed it. Reload the page."
+        return _refused(request, 409, [visible(said)])
     advice = "Make room on the disk, or give permission, then try again; nothing was half written."
     return _refused(request, 507, [visible(f"{error.filename or 'The folder'}: {why}. {advice}")])
+
+
+async def not_computed(request: Request, error: Exception) -> Response:
+    """Answer a request whose numbers cannot be had, or must not be used, or whose page could not be drawn.
+
+    Parameters
+    ----------
+    request : that it answers.
+    error : what is wrong.
+    """
+    said = str(error) or "There is not enough memory: close other programs, or ask for less at once"
+    plain = visible(f"{said.rstrip('.')}.").replace(f"{space_of(request).folder}/", "")
+    return _refused(request, 422, [plain], unchanged=not isinstance(error, PageError))
+
+
+async def gone(request: Request, error: Exception) -> Response:
+    """Answer nobody: who asked has gone before all of it had come, as by closing a tab.
+
+    Parameters
+    ----------
+    request : that it would answer.
+    error : that says so.
+    """
+    return Response(status_code=400)
 
 
 async def no_page(request: Request, error: Exception) -> Response:
@@ -260,12 +296,12 @@ async def defect(request: Request, error: Exception) -> Response:
     return _refused(request, 500, [f"This is a defect of calib, not of your files. The terminal shows where: {said[:500]}"])
 
 
-def _refused(request: Request, status: int, said: Sequence[str]) -> Response:
+def _refused(request: Request, status: int, said: Sequence[str], *, unchanged: bool = True) -> Response:
     if "application/json" in request.headers.get("accept", ""):
         return JSONResponse({"faults": list(said)}, status)
     if request.headers.get("x-part") == "1":
         return HTMLResponse(_templates().get_template("faults.html.j2").render(faults=said), status)
-    return shown(request, "refused.html.j2", status, faults=said)
+    return shown(request, "refused.html.j2", status, faults=said, unchanged=unchanged)
 
 
 def part(template: str, **values: Any) -> Response:
@@ -279,7 +315,7 @@ def part(template: str, **values: Any) -> Response:
     return HTMLResponse(_templates().get_template(template).render(**values))
 
 
-def as_json(content: Mapping[str, Any]) -> Response:
+def answered(content: Mapping[str, Any]) -> Response:
     """Answer with numbers and texts for the script."""
     return JSONResponse(dict(content))
 
@@ -294,7 +330,8 @@ def _templates() -> jinja2.Environment:
         lstrip_blocks=True,
     )
     environment.filters["plainly"] = visible
-    environment.filters["json"] = json.dumps
+    environment.filters["json"] = partial(json.dumps, default=str)
+    environment.filters["word"] = in_shell
     environment.globals["address"] = address
     return environment
 

@@ -11,7 +11,6 @@ import hmac
 from collections.abc import Mapping
 from dataclasses import dataclass
 from html import escape
-from http.cookies import CookieError, SimpleCookie
 from urllib.parse import parse_qsl
 
 from starlette.datastructures import Headers, MutableHeaders
@@ -59,7 +58,8 @@ class Door:
     @property
     def hosts(self) -> tuple[str, ...]:
         """What a request may call this machine."""
-        return tuple(f"{name}:{self.port}" for name in ("127.0.0.1", "localhost"))
+        port = "" if self.port == 80 else f":{self.port}"  # which browsers leave out
+        return tuple(f"{name}{port}" for name in ("127.0.0.1", "localhost"))
 
     @property
     def cookie(self) -> str:
@@ -111,8 +111,8 @@ class Guarded:
             return _said(403, "This address is not that of the page", f"Open http://{door.hosts[0]} on the machine it runs on.")
         if scope["method"] not in SAFE and not _own(headers, host):
             return _said(403, "Another page asked for this", "Only calib's own page may change what is here.")
-        given = dict(parse_qsl(scope.get("query_string", b"").decode("latin-1"))).get("token", "")
-        if given and scope["method"] == "GET" and scope["path"] == "/":
+        given = _given(scope.get("query_string", b"")) if scope["path"] == "/" else ""
+        if given and scope["method"] == "GET":
             if self._once and _same(given, self._once):
                 self._once = ""
             elif not _same(given, door.token):
@@ -122,7 +122,9 @@ class Guarded:
             entered = HTMLResponse(page)
             entered.set_cookie(door.cookie, door.token, httponly=True, samesite="strict", path="/")
             return entered
-        if not _same(_cookie(headers.get("cookie", ""), door.cookie), door.token):
+        if headers.get("sec-fetch-site") in ("cross-site", "same-site"):
+            return _said(403, "Another page asked for this", "Open the page by its address, or go on in its own tab.")
+        if not any(_same(value, door.token) for value in _cookies(headers.get("cookie", ""), door.cookie)):
             return _said(403, "This browser has not been let in", _AGAIN)
         return None
 
@@ -140,12 +142,18 @@ def _same(one: str, other: str) -> bool:
     return hmac.compare_digest(one.encode("utf-8", "replace"), other.encode())
 
 
-def _cookie(header: str, name: str) -> str:
+def _cookies(header: str, name: str) -> list[str]:
+    """What stands under a name among cookies: browsers send those of every port of this machine, of any form and name."""
+    pairs = (part.strip().partition("=") for part in header.split(";"))
+    return [value for key, _, value in pairs if key == name]
+
+
+def _given(query: bytes) -> str:
+    """The secret in an address; "" if none, or no address of ours."""
     try:
-        found = SimpleCookie(header).get(name)
-    except CookieError:
+        return dict(parse_qsl(query.decode("latin-1"), max_num_fields=8)).get("token", "")
+    except ValueError:
         return ""
-    return "" if found is None else found.value
 
 
 def _said(status: int, what: str, advice: str) -> Response:

@@ -17,6 +17,8 @@ from calib.errors import Fault, InputError
 from calib.files import whole_file
 from calib.runs import owned, owner_of
 from calib.serve.app import app_of
+from calib.serve.connection import Patient
+from calib.serve.keys import Keys
 from calib.serve.security import Door
 from calib.serve.workspace import Workspace
 
@@ -26,7 +28,7 @@ PORT = 8311
 _TRIED = 20
 
 
-def serve(space: Workspace, port: int | None, ready: Callable[[Door], None]) -> None:
+def serve(space: Workspace, port: int | None, ready: Callable[[Door], None], keys: Keys | None = None) -> None:
     """Serve the page of a folder on loopback until the process is told to stop.
 
     The secret and the port are kept in the folder, for its owner's eyes alone, so that a page that is open goes on when its
@@ -37,6 +39,7 @@ def serve(space: Workspace, port: int | None, ready: Callable[[Door], None]) -> 
     space : the folder.
     port : to listen on; None for that of last time, or the first that is free.
     ready : told who is let in, once it listens.
+    keys : that certificates may be signed with; None for those that lie in the folder.
 
     Raises
     ------
@@ -48,13 +51,20 @@ def serve(space: Workspace, port: int | None, ready: Callable[[Door], None]) -> 
         advice = "Stop it with Ctrl-C in its terminal" if known is None else f"Open {known.address}"
         raise InputError(Fault(f"the page of this folder is served already, by {said}", space.folder, advice=advice))
     with owned(space.own, "calib serve"):
+        space.tidy()
         listening = _listening(port, None if known is None else known.port)
         with listening:
             token = secrets.token_urlsafe(32) if known is None else known.token
             door = Door(token, listening.getsockname()[1], secrets.token_urlsafe(32))
             _keep(space.own / "door.json", door)
             config = uvicorn.Config(
-                app_of(space, door), log_level="error", access_log=False, server_header=False, ws="none", lifespan="off"
+                app_of(space, door, keys),
+                http=Patient,
+                log_level="error",
+                access_log=False,
+                server_header=False,
+                ws="none",
+                lifespan="off",
             )
             _warm_up()
             listening.listen()  # so that who is told of it finds it

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import re
 import tomllib
+from collections.abc import Callable
 from copy import deepcopy
 from typing import Any
 
 import tomlkit
 from tomlkit.exceptions import TOMLKitError
-from tomlkit.items import Item
+from tomlkit.items import Item, Table
 
 from calib.errors import Fault, InputError
-from calib.experiment import MARK, KeyPath, locate_keys, quoted_text
+from calib.experiment import MARK, SWEEP_KEYS, KeyPath, locate_keys, quoted_text
 
 
 def value_at(data: Any, at: KeyPath) -> Any:
@@ -46,6 +47,70 @@ def with_value(text: str, at: KeyPath, value: Any) -> str:
         If the text is no TOML, or is written so that this cannot be put in without changing something else.
     """
     return _changed(text, at, value)
+
+
+def with_entry(text: str, at: KeyPath, entry: dict[str, Any]) -> str:
+    """Put one more table at the end of an array of tables, which is made if it is not there.
+
+    Parameters
+    ----------
+    text : TOML.
+    at : path of the array.
+    entry : texts, numbers, lists, tables.
+
+    Raises
+    ------
+    InputError
+        If the text is no TOML, or is written so that this cannot be put in without changing something else.
+    """
+
+    def put(data: Any, made: bool) -> None:
+        *way, last = at
+        for key in way:
+            data = data[key]
+        if last not in data:
+            data[last] = tomlkit.aot() if made else []
+        data[last].append(_table(entry) if made else deepcopy(entry))
+
+    return _remade(text, at, put)
+
+
+def with_presses(text: str, specimen: int, first: str, entry: dict[str, Any]) -> str:
+    """Let a specimen whose own table has the files of its one press have two: [[specimens.sweeps]] of that, and of another.
+
+    Parameters
+    ----------
+    text : TOML.
+    specimen : which, from 0.
+    first : name of the press that is there.
+    entry : the other one.
+
+    Raises
+    ------
+    InputError
+        As `with_entry`.
+    """
+
+    def put(data: Any, made: bool) -> None:
+        own = data["specimens"][specimen]
+        moved = {key: own.pop(key) for key in SWEEP_KEYS if key in own}
+        sweep = tomlkit.table() if made else {}
+        sweep["name"] = first
+        for key, value in moved.items():
+            sweep[key] = value
+        own["sweeps"] = tomlkit.aot() if made else []
+        own["sweeps"].append(sweep)
+        own["sweeps"].append(_table(entry) if made else deepcopy(entry))
+
+    return _remade(text, ("specimens", specimen, "sweeps"), put)
+
+
+def _table(entry: dict[str, Any]) -> Table:
+    made = tomlkit.table()
+    for key, value in entry.items():
+        made.add(key, _item(value))
+    made.add(tomlkit.nl())
+    return made
 
 
 def with_mark(text: str, at: KeyPath, task: str) -> str:
@@ -102,12 +167,18 @@ def _parsed(text: str) -> tuple[dict[str, Any], str]:
 
 
 def _changed(text: str, at: KeyPath, value: Any) -> str:
+    return _remade(text, at, lambda data, made: _put(data, at, value if value is None or not made else _item(value)))
+
+
+def _remade(text: str, at: KeyPath, put: Callable[[Any, bool], None]) -> str:
+    """A text with a change, made in plain tables and in those that keep comments, if both then hold the same."""
     wanted = deepcopy(_parsed(text)[0])
     try:
-        _put(wanted, at, value)
-        document = tomlkit.parse(text)
-        _put(document, at, None if value is None else _item(value))
-        made = tomlkit.dumps(document)
+        put(wanted, False)
+        ended = text.endswith("\n")
+        document = tomlkit.parse(text if ended else f"{text}\n")  # what is put behind it begins a line
+        put(document, True)
+        made = tomlkit.dumps(document) if ended else tomlkit.dumps(document).removesuffix("\n")
         right = tomllib.loads(made) == wanted
     except (TOMLKitError, tomllib.TOMLDecodeError, KeyError, IndexError, TypeError, ValueError, AttributeError):
         right, made = False, ""

@@ -23,9 +23,11 @@ from datetime import datetime
 from pathlib import Path
 
 from calib.errors import Fault, InputError
-from calib.experiment import Said, read_said, said_toml, walk, written_by_calib
-from calib.files import whole_file, write_text
-from calib.visible import LONGEST_NAME, character_fault, shortened
+from calib.experiment import LARGEST_TOML, Said, listed, read_said, said_toml, walk, written_by_calib
+from calib.files import remove_leftovers, whole_file, write_text
+from calib.regular import bytes_of
+from calib.signature import BEGIN
+from calib.visible import LONGEST_NAME, character_fault, shortened, visible
 
 #: Bytes of the largest file that may be dropped: ten times the largest export that the readers were tried on.
 LARGEST_UPLOAD = 200_000_000
@@ -68,10 +70,11 @@ class Workspace:
         Raises
         ------
         InputError
-            If it is no text.
+            If it is no text, no file, or too large.
         """
         try:
-            return self.experiment.read_bytes().decode("utf-8-sig").replace("\r\n", "\n")
+            content = bytes_of(self.experiment, LARGEST_TOML, "an experiment file")
+            return content.decode("utf-8-sig").replace("\r\n", "\n")
         except FileNotFoundError:
             return ""
         except UnicodeDecodeError:
@@ -79,8 +82,20 @@ class Workspace:
             raise InputError(Fault("is not UTF-8 text", self.experiment, advice=advice)) from None
 
     def write_experiment(self, text: str) -> None:
-        """Write the experiment file, whole or not at all."""
-        write_text(self.experiment, text.replace("\r\n", "\n"))
+        """Write the experiment file, whole or not at all.
+
+        Raises
+        ------
+        InputError
+            If it would be larger than what is read again.
+        """
+        content = text.replace("\r\n", "\n")
+        if len(content.encode()) > LARGEST_TOML:
+            advice = "Take out what is not needed; lab files are named in it, and not put into it"
+            raise InputError(
+                Fault(f"an experiment file has at most {LARGEST_TOML / 1e6:g} MB, and this has more", advice=advice)
+            )
+        write_text(self.experiment, content)
 
     # --- lab files ---
 
@@ -88,7 +103,7 @@ class Workspace:
         """Names of all files that may be lab files, as seen from the folder, with forward slashes."""
         names = []
         for path, reason in walk(self.folder):
-            if not reason and path.is_file() and path.suffix.lower() != ".toml" and not written_by_calib(path):
+            if not reason and path.is_file() and _may_be_data(path):
                 names.append(path.relative_to(self.folder).as_posix())
         return names
 
@@ -100,11 +115,12 @@ class Workspace:
         InputError
             If none is listed by it.
         """
-        if name not in self.lab_files():
+        path = listed(self.folder, name)
+        if path is None or not _may_be_data(path):
             raise InputError(
                 Fault(f'there is no lab file "{shortened(name)}" in this folder', advice="Look at the list of files")
             )
-        return self.folder / name
+        return path
 
     def remove_lab_file(self, name: str) -> None:
         """Put a lab file out of the way; it stays in a hidden folder."""
@@ -151,6 +167,9 @@ class Workspace:
                 file.write(chunk)
         dropped = path.with_name(f".{path.name}.dropped")
         try:
+            if _is_key(dropped):
+                advice = "It belongs into the folder itself, where its owner alone can read it; make it anew if others may have"
+                raise InputError(Fault(f'"{shortened(name)}" is a key, which is not dropped on a page', advice=advice))
             if path.exists() and (not path.is_file() or _sha256(path) != digest.hexdigest()):
                 advice = "Remove that one first, or rename this one"
                 raise InputError(Fault(f'another file "{shortened(name)}" is there already, with other content', advice=advice))
@@ -186,9 +205,42 @@ class Workspace:
 
     def runs(self) -> list[str]:
         """Names of the folders of all runs, as seen from the folder, the one begun last first."""
-        found = [path.parent for depth in ("*", "*/*") for path in self.folder.glob(f"{depth}/run.json")]
-        shown = [path for path in found if not any(part.startswith(".") for part in path.relative_to(self.folder).parts)]
-        return [path.relative_to(self.folder).as_posix() for path in sorted(shown, key=_age)]
+        return [path.relative_to(self.folder).as_posix() for path in sorted(self._holding("run.json"), key=_age)]
+
+    def exports(self) -> list[str]:
+        """Names of the folders with tables for a gripper, the one made last first."""
+        found = sorted(self._holding("force_tables.json"), key=lambda path: _age(path, "force_tables.json"))
+        return [path.relative_to(self.folder).as_posix() for path in found]
+
+    def left_out(self) -> list[str]:
+        """Folders that hold a run and are not shown, each with the reason: the page does not go behind links."""
+        found = []
+        for path in self._folders():
+            name = path.relative_to(self.folder).as_posix()
+            if (reason := self._why_not_shown(path)) and (path / "run.json").is_file():
+                found.append(f"{visible(name)} {reason}")
+        return found
+
+    def _holding(self, name: str) -> list[Path]:
+        return [path for path in self._folders() if (path / name).is_file() and not self._why_not_shown(path)]
+
+    def _folders(self) -> list[Path]:
+        """Folders in this one, and in those, that are not hidden."""
+        found: list[Path] = []
+        for path in self.folder.glob("*"):
+            if not path.name.startswith(".") and path.is_dir():
+                found.append(path)
+                if not path.is_symlink():
+                    found += [below for below in path.glob("*") if not below.name.startswith(".") and below.is_dir()]
+        return found
+
+    def _why_not_shown(self, path: Path) -> str:
+        """Why a folder is not shown, as the end of a sentence; "" if it is."""
+        if path.is_symlink():
+            return "is a link: open the page of the folder that it leads to"
+        name = path.relative_to(self.folder).as_posix()
+        fault = "begins with a dash, as options of commands do" if name.startswith("-") else character_fault(name)
+        return f"{fault}: rename it" if fault else ""
 
     def run(self, name: str) -> Path:
         """Folder of a run by the name that it is listed by, or that of a calibration which has just been begun.
@@ -198,29 +250,75 @@ class Workspace:
         InputError
             If none is listed by it.
         """
-        if name in self.runs() or (_RUN_NAME.fullmatch(name) and (self.own / "jobs" / name).is_dir()):
+        begun = _RUN_NAME.fullmatch(name) and (self.own / "jobs" / name).is_dir() and not (self.folder / name).is_symlink()
+        if begun or name in self.runs():
             return self.folder / name
         raise InputError(Fault(f'there is no run "{shortened(name)}" in this folder', advice="Look at the list of runs"))
 
-    def new_run(self, name: str) -> Path:
-        """Folder of a run that is to be made.
+    def result(self, name: str, file: str) -> Path:
+        """A file of a run, or of tables for a gripper; what is behind a link is none.
+
+        Parameters
+        ----------
+        name : of the run or of the tables, as it is listed.
+        file : in it.
+
+        Raises
+        ------
+        InputError
+            If there is none.
+        """
+        path = (self.export(name) if name in self.exports() else self.run(name)) / file
+        if not path.is_file() or path.is_symlink():
+            raise InputError(Fault(f"there is no {shortened(file)} in {name}", advice="Look at the list of its files"))
+        return path
+
+    def export(self, name: str) -> Path:
+        """Folder of tables for a gripper by the name that it is listed by.
+
+        Raises
+        ------
+        InputError
+            If none is listed by it.
+        """
+        if name in self.exports():
+            return self.folder / name
+        raise InputError(Fault(f'there are no tables "{shortened(name)}" in this folder', advice="Look at their list"))
+
+    def new_folder(self, name: str) -> Path:
+        """Folder of a run, or of tables, that is to be made.
 
         Raises
         ------
         InputError
             If the name is none, or taken.
         """
-        if not _RUN_NAME.fullmatch(name) or name == _LAB:
-            advice = "Use letters, digits, - and _, such as run1"
-            raise InputError(Fault(f'"{shortened(name)}" cannot be the name of a run', advice=advice))
+        require_plain(name)
+        if name == _LAB:
+            raise InputError(Fault(f'"{name}" is the folder of lab files', advice="Choose another name"))
         path = self.folder / name
         if path.exists() or path.is_symlink():
             raise InputError(Fault(f'there is a "{name}" in this folder already', advice="Choose another name"))
         return path
 
-    def free_name(self, begin: str) -> str:
-        """A name for a run that is not taken: the beginning and a number."""
-        return next(name for k in range(1, 10_000) if not (self.folder / (name := f"{begin}{k}")).exists())
+    def free_name(self, begin: str, end: str = "") -> str:
+        """A name for a folder or a file that is not taken: the beginning, a number, and the end.
+
+        Parameters
+        ----------
+        begin, end : of the name.
+        """
+        return next(name for k in range(1, 10_000) if not os.path.lexists(self.folder / (name := f"{begin}{k}{end}")))
+
+    def tidy(self) -> None:
+        """Remove what a killed server left unfinished; for the one that has the folder to itself."""
+        shutil.rmtree(self.own / "downloads", ignore_errors=True)
+        dropped = self.folder / _LAB
+        for path, _, files in () if dropped.is_symlink() else os.walk(dropped):
+            for name in files:
+                if name.startswith(".") and name.endswith(".dropped"):
+                    Path(path, name).unlink(missing_ok=True)
+            remove_leftovers(Path(path))
 
 
 def open_workspace(folder: Path | str) -> Workspace:
@@ -247,7 +345,10 @@ def open_workspace(folder: Path | str) -> Workspace:
     path.mkdir(exist_ok=True)
     found = Workspace(path.resolve())
     found.own.mkdir(mode=0o700, exist_ok=True)
-    shutil.rmtree(found.own / "downloads", ignore_errors=True)
+    links = (found.own, *found.own.glob("*"), *found.own.glob("jobs/*"), *found.own.glob("jobs/*/*"))
+    if link := next((link for link in links if link.is_symlink()), None):
+        advice = "Remove the link: what is of the page lies in its folder and nowhere else"
+        raise InputError(Fault("this leads elsewhere, where the page would write and remove", link, advice=advice))
     return found
 
 
@@ -283,6 +384,19 @@ def _why_not(part: str) -> str:
     return f"is longer than {2 * LONGEST_NAME} bytes" if len(part.encode()) > 2 * LONGEST_NAME else ""
 
 
+def require_plain(name: str) -> None:
+    """Refuse a name that not every file system and shell takes as it stands.
+
+    Raises
+    ------
+    InputError
+        If so.
+    """
+    if not _RUN_NAME.fullmatch(name):
+        advice = "Use letters, digits, - and _, such as run1"
+        raise InputError(Fault(f'"{shortened(name)}" cannot be a name here', advice=advice))
+
+
 def too_large(name: str) -> Fault:
     """What is said of a dropped file that is too large."""
     most = f"{LARGEST_UPLOAD / 1e6:.0f} MB"
@@ -295,8 +409,19 @@ def _sha256(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-def _age(path: Path) -> tuple[float, str]:
+def _may_be_data(path: Path) -> bool:
+    return path.suffix.lower() != ".toml" and not written_by_calib(path)
+
+
+def _is_key(path: Path) -> bool:
+    """Whether a file is a secret key of minisign's format, as `calib key new` writes it."""
+    with path.open("rb") as file:
+        first = file.readline(300).removeprefix(b"\xef\xbb\xbf").lstrip()
+    return first.startswith(BEGIN.encode()) and b"secret key" in first
+
+
+def _age(path: Path, name: str = "run.json") -> tuple[float, str]:
     try:
-        return -(path / "run.json").stat().st_mtime, path.name
+        return -(path / name).stat().st_mtime, path.name
     except OSError:
         return 0.0, path.name

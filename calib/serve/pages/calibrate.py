@@ -13,7 +13,7 @@ from calib.report import duration_in_words
 from calib.runs import STAGES, run_state
 from calib.serve import jobs
 from calib.serve.commands import typed
-from calib.serve.page import as_json, elsewhere, form_of, part, query_of, shown, space_of, working
+from calib.serve.page import answered, elsewhere, form_of, part, query_of, shown, space_of, working
 from calib.serve.workspace import Workspace
 
 #: Minutes that are offered.
@@ -39,7 +39,7 @@ async def calibrate(request: Request) -> Response:
 async def command(request: Request) -> Response:
     """The command of a form as it is filled in."""
     form = query_of(request)
-    return as_json({"command": typed(_words(space_of(request), {**form, "name": form.get("name", "").strip()}))})
+    return answered({"command": typed(_words(space_of(request), {**form, "name": form.get("name", "").strip()}))})
 
 
 async def begin(request: Request) -> Response:
@@ -54,7 +54,7 @@ async def begin(request: Request) -> Response:
     name = form.get("name", "").strip()
     if any(name == going for going in await working(_going, space)):
         raise InputError(Fault(f'"{name}" is being computed already', advice="Wait until it has ended, or choose another name"))
-    space.new_run(name)
+    space.new_folder(name)
     words = _words(space, {**form, "name": name})
     await working(jobs.start, space, name, words)
     return elsewhere("/run", name=name)

@@ -15,10 +15,10 @@ from calib.errors import Fault, InputError
 from calib.experiment import KeyPath
 from calib.priors import FORMS
 from calib.serve.commands import typed
-from calib.serve.forms import Form, changed_by, form_of_experiment
+from calib.serve.forms import Form, as_json, changed_by, form_of_experiment
 from calib.serve.looking import experiment_tables
-from calib.serve.page import as_json, elsewhere, form_of, in_words, part, shown, space_of, working, writing
-from calib.serve.toml_text import value_at, without_mark
+from calib.serve.page import answered, elsewhere, form_of, in_words, part, shown, space_of, working, writing
+from calib.serve.toml_text import value_at, with_entry, without_mark
 from calib.serve.workspace import Workspace
 
 
@@ -54,7 +54,7 @@ async def fields(request: Request) -> Response:
 
 async def state(request: Request) -> Response:
     """What the file holds now, and what is wrong with it."""
-    return as_json(await working(_state, space_of(request)))
+    return answered(await working(_state, space_of(request)))
 
 
 class _ChangedError(Exception):
@@ -67,7 +67,7 @@ async def put(request: Request) -> Response:
     at = _path(given.get("at", ""))
 
     def changed() -> None:
-        now = json.dumps(value_at(experiment_tables(space), at))
+        now = as_json(value_at(experiment_tables(space), at))
         if "was" in given and now != given["was"]:
             raise _ChangedError(f"it was changed elsewhere meanwhile, to {now}: the page now shows that. Yours was not put in")
         space.write_experiment(changed_by(space, at, given))
@@ -80,6 +80,22 @@ async def mean_it(request: Request) -> Response:
     space, given = space_of(request), await form_of(request)
     line = int(given["line"]) if given.get("line", "").isdecimal() and len(given["line"]) < 9 else 0
     return await _answer(request, space, lambda: space.write_experiment(without_mark(space.text, line)))
+
+
+async def instrument(request: Request) -> Response:
+    """Put one more instrument into the file, by what it is; all else of it is then filled in.
+
+    Raises
+    ------
+    InputError
+        If it is not said what it is.
+    """
+    space, given = space_of(request), await form_of(request)
+    kind = given.get("kind", "").strip()
+    if not kind:
+        raise InputError(Fault("what is the instrument?", advice="Say for example load cell"))
+    await writing(lambda: space.write_experiment(with_entry(space.text, ("instruments",), {"kind": kind})))
+    return elsewhere("/experiment")
 
 
 async def write(request: Request) -> Response:
@@ -115,7 +131,7 @@ async def _answer(request: Request, space: Workspace, change: Callable[[], None]
         if not plain:
             raise InputError(Fault(str(changed))) from None
         return JSONResponse({**await working(_state, space), "refused": str(changed)}, 409)
-    return as_json(await working(_state, space)) if plain else elsewhere("/experiment")
+    return answered(await working(_state, space)) if plain else elsewhere("/experiment")
 
 
 def _state(space: Workspace) -> dict[str, Any]:
@@ -128,8 +144,8 @@ def _state(space: Workspace) -> dict[str, Any]:
         "faults": in_words(form.faults, space),
         "fields": {
             field.name: {
-                "value": field.value,
-                "was": json.dumps(field.value),
+                "value": json.loads(as_json(field.value)),
+                "was": as_json(field.value),
                 "wrong": field.wrong,
                 "read": field.read,
                 "task": field.task,
@@ -162,5 +178,6 @@ ROUTES = (
     Route("/experiment/state", state),
     Route("/experiment/put", put, methods=["POST"]),
     Route("/experiment/mean-it", mean_it, methods=["POST"]),
+    Route("/experiment/instrument", instrument, methods=["POST"]),
     Route("/experiment/write", write, methods=["POST"]),
 )

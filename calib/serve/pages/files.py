@@ -11,7 +11,7 @@ from calib.experiment import Said, experiment_text, look_through, pair
 from calib.lab import QUANTITIES, SIGNED, SIGNS
 from calib.serve import looking
 from calib.serve.commands import reading_command, typed
-from calib.serve.page import address, as_json, elsewhere, form_of, limited, part, query_of, shown, space_of, working, writing
+from calib.serve.page import address, answered, elsewhere, form_of, limited, part, query_of, shown, space_of, working, writing
 from calib.serve.workspace import LARGEST_UPLOAD, Workspace
 
 #: Units that a form offers for a quantity; any other may be typed.
@@ -23,15 +23,23 @@ _UNITS = {
 }
 
 
+# Files that are listed on one page: a browser is slow with many thousands.
+_SHOWN = 500
+
+
 async def files(request: Request) -> Response:
     """All lab files of the folder; what was understood of each is loaded by the page."""
-    space = space_of(request)
+    space, begin = space_of(request), query_of(request).get("from", "")
     names = await working(space.lab_files)
+    first = min(int(begin), len(names)) if begin.isascii() and begin.isdecimal() and len(begin) < 9 else 0
     tables = await working(looking.experiment_tables, space)
     return shown(
         request,
         "files.html.j2",
-        names=names,
+        names=names[first : first + _SHOWN],
+        first=first,
+        n=len(names),
+        further=first + _SHOWN if first + _SHOWN < len(names) else 0,
         experiment=space.experiment.exists(),
         specimens=len(tables.get("specimens", [])) if isinstance(tables.get("specimens"), list) else 0,
         most=LARGEST_UPLOAD // 1_000_000,
@@ -51,7 +59,13 @@ async def row(request: Request) -> Response:
         o=o,
         worst=judged[0][0] if judged else "good",
         used=0 if o is None else int(o.used.sum()),
+        addable=_addable(space, found),
     )
+
+
+def _addable(space: Workspace, found: looking.Understood) -> bool:
+    """Whether a file may be added to an experiment that is there."""
+    return found.observations is not None and not found.entries and space.experiment.exists()
 
 
 async def file(request: Request) -> Response:
@@ -80,6 +94,7 @@ def _file_page(
         left_out=[] if o is None else looking.left_out(o),
         grades=[] if o is None else looking.grades(o),
         used=0 if o is None else int(o.used.sum()),
+        addable=_addable(space_of(request), found),
         form=form,
         wrong=[str(fault) for fault in wrong],
         quantities=[q for q in QUANTITIES if q in _UNITS],
@@ -130,7 +145,7 @@ async def upload(request: Request) -> Response:
     """Take a file that was dropped, as it comes."""
     space, name = space_of(request), query_of(request).get("name", "")
     kept = await space.receive(name, limited(request, LARGEST_UPLOAD))
-    return as_json({"name": kept, "address": address("/file", name=kept)})
+    return answered({"name": kept, "address": address("/file", name=kept)})
 
 
 async def remove(request: Request) -> Response:

@@ -18,7 +18,7 @@ from calib.report import status_in_words
 from calib.runs import load_recommendation, recommend_in, run_state
 from calib.serve import viewing
 from calib.serve.commands import typed
-from calib.serve.page import as_json, elsewhere, form_of, part, query_of, shown, space_of, working, writing
+from calib.serve.page import answered, elsewhere, form_of, part, query_of, shown, space_of, working, writing
 from calib.serve.workspace import Workspace
 
 #: Range of paddings [m] that is looked at, and draws of a specification, as on the command line.
@@ -69,7 +69,7 @@ async def view(request: Request) -> Response:
     """What is seen at one load, with the limits of the form."""
     space, form = space_of(request), query_of(request)
     folder = space.run(form.get("name", ""))
-    return as_json(await working(_view, folder, form))
+    return answered(await working(_view, folder, form))
 
 
 def _view(folder: Path, form: dict[str, str]) -> dict[str, object]:

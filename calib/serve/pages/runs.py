@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import io
 import json
-import secrets
-import zipfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,11 +16,12 @@ from starlette.routing import Route
 
 from calib.errors import Fault, InputError
 from calib.report import any_letters, difference_figure, pair_rows, parameter_rows, status_in_words
-from calib.runs import RESULTS, diff_runs, run_state, verify
+from calib.runs import CERTIFICATES, RESULTS, diff_runs, run_state, verify
 from calib.serve import jobs, viewing
 from calib.serve.commands import typed
 from calib.serve.looking import DRAWING
-from calib.serve.page import elsewhere, lists_of, part, query_of, shown, space_of, working
+from calib.serve.packing import packed
+from calib.serve.page import elsewhere, keys_of, lists_of, part, query_of, shown, space_of, working
 from calib.serve.security import POLICY_OF_REPORT
 from calib.serve.workspace import Workspace
 
@@ -71,7 +70,9 @@ class Row:
 async def runs(request: Request) -> Response:
     """All runs of the folder."""
     space = space_of(request)
-    return shown(request, "runs.html.j2", rows=await working(_rows, space), **_commands())
+    return shown(
+        request, "runs.html.j2", rows=await working(_rows, space), left_out=await working(space.left_out), **_commands()
+    )
 
 
 def _commands() -> dict[str, Any]:
@@ -135,7 +136,7 @@ async def report(request: Request) -> Response:
 async def page(request: Request) -> Response:
     """The report itself, which may run nothing."""
     space, name = space_of(request), query_of(request).get("name", "")
-    path = space.run(name) / "report.html"
+    path = space.result(name, "report.html")
     return HTMLResponse(await working(path.read_bytes), headers={"Content-Security-Policy": POLICY_OF_REPORT})
 
 
@@ -148,48 +149,32 @@ async def download(request: Request) -> Response:
         If there is no such file.
     """
     space, query = space_of(request), query_of(request)
-    folder, file = space.run(query.get("name", "")), query.get("file", "")
-    if file not in _KINDS or not (folder / file).is_file():
+    name, file = query.get("name", ""), query.get("file", "")
+    if file not in _KINDS:
         raise InputError(Fault("there is no such file in this run", advice="Look at the list of its files"))
-    return FileResponse(folder / file, media_type=_KINDS[file], filename=f"{folder.name}-{file}")
+    path = space.result(name, file)
+    return FileResponse(path, media_type=_KINDS[file], filename=f"{path.parent.name}-{file}")
 
 
 async def bundle(request: Request) -> Response:
     """A whole run to take along: its folder in an archive, without what only going on with it needs."""
     space = space_of(request)
     folder = space.run(query_of(request).get("name", ""))
-    path = await working(_packed, space, folder)
+    path = await working(packed, space, folder)
     return FileResponse(
         path, media_type="application/zip", filename=f"{folder.name}.zip", background=BackgroundTask(path.unlink)
     )
 
 
-def _packed(space: Workspace, folder: Path) -> Path:
-    inside = [path for path in sorted(folder.rglob("*")) if _is_result(path.relative_to(folder)) and path.is_file()]
-    into = space.own / "downloads"
-    into.mkdir(exist_ok=True)
-    target = into / f"{secrets.token_hex(8)}.zip"
-    try:
-        with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
-            for path in inside:
-                if not path.is_symlink():
-                    archive.write(path, Path(folder.name, path.relative_to(folder)).as_posix())
-    except BaseException:
-        target.unlink(missing_ok=True)
-        raise
-    return target
-
-
-def _is_result(name: Path) -> bool:
-    return name.parts[0] != "checkpoint" and not any(part.startswith(".") for part in name.parts)
-
-
 async def verified(request: Request) -> Response:
     """Whether all files of a run are as they were."""
-    space, name = space_of(request), query_of(request).get("name", "")
-    findings = await working(verify, space.run(name))
-    wrong = [f for f in findings if f.state != "fine"]
-    return part("verified.html.j2", wrong=wrong, n=len(findings))
+    space, query = space_of(request), query_of(request)
+    folder, key = space.run(query.get("name", "")), query.get("key", "")
+    public = keys_of(request).publics().get(key)
+    findings = await working(verify, folder, public)
+    wrong = [(f.state, f.name.replace(f"{space.folder}/", ""), f.note) for f in findings if f.state != "fine"]
+    told = [f for f in findings if f.state == "fine" and f.name in CERTIFICATES and f.note]
+    return part("verified.html.j2", wrong=wrong, told=told, n=len(findings), key=key if public is not None else "")
 
 
 async def difference(request: Request) -> Response:
@@ -241,7 +226,7 @@ async def average(request: Request) -> Response:
         raise InputError(Fault("an average is of two runs at least", advice="Mark them in the list"))
     for one in names:
         space.run(one)
-    space.new_run(name)
+    space.new_folder(name)
     await working(jobs.start, space, name, ["average", *names, "-o", name])
     return elsewhere("/run", name=name)
 

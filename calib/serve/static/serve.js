@@ -12,6 +12,8 @@ function element(name, text, attributes = {}) {
   return made;
 }
 
+const shutOut = "This page is of an earlier server, or was not let in: open the address that `calib serve` shows in its terminal. What is in the folder is not lost.";
+
 async function ask(address, options = {}) {
   try {
     return await fetch(address, { cache: "no-store", ...options });
@@ -24,7 +26,7 @@ async function ask(address, options = {}) {
 async function answer(address, options = {}) {
   const got = await ask(address, { ...options, headers: { Accept: "application/json", ...options.headers } });
   let said = {};
-  try { said = await got.json(); } catch { said = { faults: [`The server answered with ${got.status}.`] }; }
+  try { said = await got.json(); } catch { said = { faults: [got.status === 403 ? shutOut : `The server answered with ${got.status}.`] }; }
   return { ok: got.ok, status: got.status, said };
 }
 
@@ -36,10 +38,12 @@ async function load(part) {
   loading.get(part)?.abort();
   const stop = new AbortController();
   loading.set(part, stop);
-  let text, alive = "";
+  let text, alive = "", gone = false;
   try {
     const got = await ask(part.dataset.load, { signal: stop.signal, headers: { "X-Part": "1" } });
+    if (got.status === 403) throw new Error(shutOut);
     alive = got.headers.get("X-Alive");
+    gone = got.status === 422;
     text = await got.text();
   } catch (error) {
     if (error.name === "AbortError") return;
@@ -50,9 +54,10 @@ async function load(part) {
     const open = all("details[open]", part).length > 0;
     part.innerHTML = text;
     if (open) all("details", part).forEach((d) => { d.open = true; });
+    begin(part);
   }
   if (part.dataset.then === "look" && one("#look", part)) lookAbout();
-  if (!part.dataset.again) return;
+  if (!part.dataset.again || gone) return;
   if (alive === "no") { location.reload(); return; }
   tell(part);
   setTimeout(() => load(part), Number(part.dataset.again));
@@ -69,23 +74,69 @@ function tell(part) {
   }
 }
 
-for (const part of all("[data-load]")) {
-  if (part.dataset.again) {
-    part.removeAttribute("aria-live");
-    part.removeAttribute("role");
-    part.after(element("p", "", { id: "progress-said", class: "out", role: "status" }));
+// Of a long list what is on the screen is loaded, a few at a time: a folder may hold ten thousand files.
+const waiting = [];
+let under = 0;
+function inTurn() {
+  while (waiting.length && under < 4) {
+    under += 1;
+    load(waiting.shift()).finally(() => { under -= 1; inTurn(); });
   }
-  load(part);
 }
+const inSight = new IntersectionObserver((seen) => {
+  for (const { target } of seen.filter((s) => s.isIntersecting)) { inSight.unobserve(target); waiting.push(target); }
+  inTurn();
+}, { rootMargin: "600px" });
 
-for (const button of all("button[data-from]")) {
-  button.addEventListener("click", () => {
-    const into = document.getElementById(button.dataset.into);
-    into.textContent = "Looking …";
-    into.dataset.load = button.dataset.from;
-    load(into);
-  });
+// What a page, or a part of it that has just been loaded, does by itself.
+function begin(within) {
+  for (const part of all("[data-load]", within)) {
+    if (part.dataset.again) {
+      part.removeAttribute("aria-live");
+      part.removeAttribute("role");
+      part.after(element("p", "", { id: "progress-said", class: "out", role: "status" }));
+    }
+    if (part.tagName === "LI") inSight.observe(part);
+    else load(part);
+  }
+  for (const button of all("button[data-from]", within)) {
+    button.addEventListener("click", () => {
+      const into = document.getElementById(button.dataset.into);
+      into.textContent = "Looking …";
+      into.dataset.load = button.dataset.from;
+      load(into);
+    });
+  }
+  // The command that a form stands for, as it is filled in.
+  for (const form of all("form[data-command]", within)) {
+    form.addEventListener("input", async () => {
+      const { ok, said } = await answer(`${form.dataset.command}?${new URLSearchParams(new FormData(form))}`);
+      if (ok) one("#command").textContent = said.command;
+    });
+    form.addEventListener("submit", () => {
+      one("button[type=submit]", form).disabled = true;
+      if (form.dataset.busy) one(".buttons", form).append(element("span", form.dataset.busy, { class: "note", role: "status" }));
+    });
+  }
+  // Questions that only some answers raise.
+  for (const form of all("form", within)) {
+    const asked = all("[data-when]", form);
+    if (!asked.length) continue;
+    const sort = () => {
+      for (const part of asked) {
+        const value = form.elements[part.dataset.when].value;
+        const wanted = "only" in part.dataset ? value === part.dataset.only : value !== "" && value !== part.dataset.unless;
+        part.hidden = !wanted;
+      }
+    };
+    form.addEventListener("change", sort);
+    sort();
+  }
+  for (const select of all(".pick select", within)) select.addEventListener("change", () => select.form.submit());
 }
+// A page that the browser brings back has its buttons as they were left.
+window.addEventListener("pageshow", (event) => { if (event.persisted) location.reload(); });
+begin(document);
 
 // --- dropping files --------------------------------------------------------------------------------------------------
 
@@ -190,9 +241,17 @@ if (text) {
   async function draw() {
     const got = await ask("/experiment/fields", { headers: { "X-Part": "1" } });
     if (!got.ok) return;
-    const at = document.activeElement?.id;
-    fields.innerHTML = await got.text();
-    if (at) document.getElementById(at)?.focus();
+    const drawn = await got.text();
+    const held = document.activeElement, typing = fields.contains(held) && held.value !== held.defaultValue && held.matches("input");
+    fields.innerHTML = drawn;
+    const again = held?.id ? document.getElementById(held.id) : null;
+    if (!again) return;
+    again.focus();
+    if (!typing) return;
+    // Somebody is in the middle of a word: it stays, and is put into the file when they leave the field.
+    again.value = held.value;
+    again.setSelectionRange(held.selectionStart, held.selectionEnd);
+    again.addEventListener("blur", () => again.dispatchEvent(new Event("change", { bubbles: true })), { once: true });
   }
 
   function change(address, data, redraw) {
@@ -259,18 +318,6 @@ if (text) {
   document.addEventListener("visibilitychange", look);
   setInterval(() => { queue = queue.then(look); }, 4000);
 }
-
-// --- a calibration ---------------------------------------------------------------------------------------------------
-
-const begin = one("#begin");
-if (begin) {
-  begin.addEventListener("input", async () => {
-    const { ok, said } = await answer(`/calibrate/command?${new URLSearchParams(new FormData(begin))}`);
-    if (ok) one("#command").textContent = said.command;
-  });
-  begin.addEventListener("submit", () => { one("button", begin).disabled = true; });
-}
-one(".pick select")?.addEventListener("change", (event) => event.target.form.submit());
 
 // --- padding ---------------------------------------------------------------------------------------------------------
 

@@ -8,6 +8,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,9 +17,13 @@ import pandas as pd
 import pytest
 
 from calib.errors import InputError
+from calib.experiment import read_experiment
+from calib.files import sha256_of
 from calib.problem import Problem
 from calib.runs.calibration import Calibration, Stages, calibrate
-from calib.sampling import Gate, assess, identity_of, sampler
+from calib.runs.folder import Run, write_run
+from calib.runs.listing import Input, Listing
+from calib.sampling import FINGERPRINT, Gate, Identity, assess, identity_of, sampler
 from calib.sampling.posterior import Posterior
 from calib.sampling.sampler import sample
 from calib.sampling.start import Start, start
@@ -132,6 +137,30 @@ def quick(lab: Path, name: str = "run", *, seed: int | None = None, stages: Stag
     """Calibrate the experiment of a folder, as short as can be."""
     options = {"processes": 0, "command": "calib calibrate", **options}
     return calibrate(lab / "experiment.toml", lab / name, seed=seed, stages=stages, **options)
+
+
+def by_hand(lab: Path, name: str, posterior: Posterior) -> Run:
+    """A run folder of a posterior that was made by hand, as if it were of the experiment of a lab."""
+    told = read_experiment(lab / "experiment.toml")
+    own: dict[str, Any] = {
+        "path": told.path,
+        "sha256": told.sha256,
+        "laboratory": told.laboratory,
+        "instruments": told.instruments,
+    }
+    forward = ClosedForm()
+    identity = Identity({"seed": str(posterior.seed), "forward model": f"{forward.name}, {forward.identity}"})
+    posterior = replace(
+        posterior,
+        experiment=replace(posterior.experiment, **own),
+        attrs={**posterior.attrs, "version of python": "3", "platform": "any", FINGERPRINT: identity.fingerprint},
+    )
+    files = {"experiment": lab / "experiment.toml", "lab file": lab / "force.csv"}
+    inputs = tuple(Input(what, str(path), f"../{path.name}", sha256_of(path)) for what, path in files.items())
+    listing = Listing(posterior.seed, {}, identity.parts, identity.fingerprint, inputs, {}, "")
+    (lab / name).mkdir()
+    run, _ = write_run(lab / name, posterior, forward, listing, "calib calibrate", QUICK.page)
+    return run
 
 
 def begin(work: Callable[[], object]) -> int:

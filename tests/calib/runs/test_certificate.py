@@ -14,22 +14,18 @@ from typing import Any
 
 import numpy as np
 import pytest
-from small_run import KILLED, QUICK, at_operation, in_a_process, make_lab, quick
+from small_run import KILLED, at_operation, by_hand, in_a_process, make_lab, quick
 from typer.testing import CliRunner, Result
 
 from calib.cli import app
 from calib.errors import InputError
-from calib.experiment import read_experiment
-from calib.files import sha256_of
 from calib.records import exact_record_from_text, record_to_text
 from calib.report import CERTIFICATE_KINDS
 from calib.runs import certify_in, load_run, recommend_in, report_in, verify
-from calib.runs.folder import Run, write_run
-from calib.runs.listing import CERTIFICATES, SIGNATURE, Input, Listing, read_listing, write_listing
+from calib.runs.listing import CERTIFICATES, SIGNATURE, Listing, read_listing, write_listing
 from calib.runs.ownership import owned
-from calib.sampling import FINGERPRINT, Identity, Posterior
+from calib.sampling import Posterior
 from calib.signature import SecretKey, new_key, sign
-from models.analytic import ClosedForm
 
 pytestmark = pytest.mark.usefixtures("all_undrawn")
 
@@ -58,37 +54,13 @@ def _lab(folder: Path, more: str = WHO) -> Path:
     return lab
 
 
-def _calibrated(lab: Path, name: str, posterior: Posterior) -> Run:
-    """A run folder of a posterior that was made by hand, as if it were of the experiment of a lab."""
-    told = read_experiment(lab / "experiment.toml")
-    own: dict[str, Any] = {
-        "path": told.path,
-        "sha256": told.sha256,
-        "laboratory": told.laboratory,
-        "instruments": told.instruments,
-    }
-    forward = ClosedForm()
-    identity = Identity({"seed": str(posterior.seed), "forward model": f"{forward.name}, {forward.identity}"})
-    posterior = replace(
-        posterior,
-        experiment=replace(posterior.experiment, **own),
-        attrs={**posterior.attrs, "version of python": "3", "platform": "any", FINGERPRINT: identity.fingerprint},
-    )
-    files = {"experiment": lab / "experiment.toml", "lab file": lab / "force.csv"}
-    inputs = tuple(Input(what, str(path), f"../{path.name}", sha256_of(path)) for what, path in files.items())
-    listing = Listing(posterior.seed, {}, identity.parts, identity.fingerprint, inputs, {}, "")
-    (lab / name).mkdir()
-    run, _ = write_run(lab / name, posterior, forward, listing, "calib calibrate", QUICK.page)
-    return run
-
-
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory, make_posterior: Callable[..., Posterior]) -> Path:
     """A lab folder with two finished runs that are certified, and one that is not usable."""
     lab = _lab(tmp_path_factory.mktemp("lab"))
-    certify_in(_calibrated(lab, "run", make_posterior(n_specimen=1)), key=KEY)
-    certify_in(_calibrated(lab, "other", replace(make_posterior(n_specimen=1), seed=8)), key=KEY)
-    _calibrated(lab, "red", make_posterior(converged=False, n_specimen=1))
+    certify_in(by_hand(lab, "run", make_posterior(n_specimen=1)), key=KEY)
+    certify_in(by_hand(lab, "other", replace(make_posterior(n_specimen=1), seed=8)), key=KEY)
+    by_hand(lab, "red", make_posterior(converged=False, n_specimen=1))
     return lab
 
 
@@ -219,7 +191,7 @@ def test_what_the_experiment_file_does_not_say_is_said_not_to_be_said(
     tmp_path: Path, make_posterior: Callable[..., Posterior]
 ) -> None:
     lab = _lab(tmp_path, "")
-    _calibrated(lab, "run", make_posterior(n_specimen=1))
+    by_hand(lab, "run", make_posterior(n_specimen=1))
     (lab / "experiment.toml").unlink()
     done = _command("certificate", lab / "run")
     assert done.exit_code == 0, done.output

@@ -6,37 +6,51 @@ import json
 import os
 import re
 import signal
+import socket
 import subprocess
 import sys
 import time
+import zipfile
 from collections.abc import Iterator
 from pathlib import Path
+from statistics import median
 from typing import Any
 
 import pytest
 from playwright.sync_api import Locator, Page, sync_playwright
 from small_lab import EXPERIMENT, write_press
 
+from calib.experiment import read_experiment
 from calib.report import find_browser
+from calib.runs import verify
+from calib.signature import read_public_key
 
 BROWSER = find_browser()
 pytestmark = pytest.mark.skipif(BROWSER is None, reason="no Chromium on this machine: the page is not tried in a browser")
 
 AXE = (Path(__file__).parent / "axe" / "axe.min.js").read_text(encoding="utf-8")
+HANDED_ON = ("/certificate?name=run1", "/export?name=run1", "/next?name=run1&for=modulus")
 #: What a slow machine may take for what takes seconds elsewhere [ms].
 PATIENCE = 100_000
+
+
+def _free_port() -> int:
+    """A port that nobody has, away from those that other servers begin with."""
+    with socket.socket() as found:
+        found.bind(("127.0.0.1", 0))
+        return int(found.getsockname()[1])
 
 
 class Served:
     """A server in a process of its own."""
 
     def __init__(self, folder: Path) -> None:
-        self.folder = folder
+        self.folder, self.port = folder, _free_port()
         self.process = self._begun()
         self.address = self._address()
 
     def _begun(self) -> subprocess.Popen[str]:
-        words = [sys.executable, "-m", "calib", "serve", str(self.folder), "--no-browser"]
+        words = [sys.executable, "-m", "calib", "serve", str(self.folder), "--no-browser", "--port", str(self.port)]
         return subprocess.Popen(words, stdout=subprocess.PIPE, text=True, cwd=self.folder.parent)
 
     def _address(self) -> str:
@@ -179,7 +193,7 @@ def test_from_a_dropped_file_to_a_padding_by_keyboard_alone(page: Page, served: 
         page.wait_for_function("() => document.documentElement.dataset.lag")
         time.sleep(0.3)
         lags.append(float(page.evaluate("() => document.documentElement.dataset.lag")))
-    assert min(lags) < 200, f"none of seven moves was drawn within a fifth of a second, though others compute here: {lags}"
+    assert median(lags) < 200, f"most of seven moves were not drawn within a fifth of a second: {lags}"
     tab_to(page, page.get_by_role("button", name="Make the advice"))
     key.press("Enter")
     page.get_by_role("heading", name="Advice that is kept").wait_for()
@@ -192,9 +206,65 @@ def test_from_a_dropped_file_to_a_padding_by_keyboard_alone(page: Page, served: 
     assert download.value.path().stat().st_size > 1e5
 
 
+def test_a_certificate_is_made_signed_and_checked_by_keyboard_alone(page: Page, served: Served) -> None:
+    key = page.keyboard
+    page.goto(served.page("/run?name=run1"))
+    tab_to(page, page.get_by_role("link", name="Certificate"))
+    key.press("Enter")
+    tab_to(page, page.get_by_text("Make a key pair"))
+    key.press("Enter")
+    tab_to(page, page.get_by_role("button", name="Make it"))
+    key.press("Enter")
+    page.wait_for_function("() => document.querySelector('#key')?.options.length === 2")
+    assert serious(page) == []
+    tab_to(page, page.locator("#key"))
+    key.press("l")
+    page.wait_for_function("() => document.querySelector('#command').textContent.includes('--key lab1.key')")
+    tab_to(page, page.get_by_role("button", name="Issue the certificate"))
+    key.press("Enter")
+    page.get_by_text("Checked with lab1.pub").wait_for()
+    assert "calib verify run1 --public-key lab1.pub" in page.locator("#verify-command").inner_text()
+    assert serious(page) == []
+    run = served.folder / "run1"
+    assert {f.state for f in verify(run, read_public_key(served.folder / "lab1.pub"))} == {"fine"}
+    with page.expect_download() as download:
+        page.get_by_role("link", name="certificate.json", exact=True).press("Enter")
+    assert download.value.path().read_bytes() == (run / "certificate.json").read_bytes()
+    assert served.folder.joinpath("lab1.key").read_text().split("\n")[1] not in page.content()
+
+
+def test_tables_for_a_gripper_are_made_and_taken_along_by_keyboard_alone(page: Page, served: Served) -> None:
+    key = page.keyboard
+    page.goto(served.page("/export?name=run1"))
+    tab_to(page, page.locator("#padding"))
+    key.press("Control+A")
+    key.type("2.5 mm")
+    page.wait_for_function("() => document.querySelector('#command').textContent.includes('--padding \"2.5 mm\"')")
+    tab_to(page, page.get_by_role("button", name="Make the tables"))
+    key.press("Enter")
+    page.get_by_role("heading", name="run1-gripper1").wait_for()
+    assert page.get_by_role("cell", name="2.5 mm").count() == 1
+    assert serious(page) == []
+    with page.expect_download() as download:
+        page.get_by_role("link", name="run1-gripper1.zip").press("Enter")
+    with zipfile.ZipFile(download.value.path()) as archive:
+        header = archive.read("run1-gripper1/force_tables.h")
+    assert header == (served.folder / "run1-gripper1" / "force_tables.h").read_bytes()
+
+
 def test_every_page_fits_a_phone_is_seen_at_once_and_can_be_used_by_everybody(page: Page, served: Served) -> None:
     page.set_viewport_size({"width": 390, "height": 844})
-    for path in ("/files", "/experiment", "/check", "/calibrate", "/padding", "/runs", "/run?name=run1", "/report?name=run1"):
+    for path in (
+        "/files",
+        "/experiment",
+        "/check",
+        "/calibrate",
+        "/padding",
+        "/runs",
+        "/run?name=run1",
+        "/report?name=run1",
+        *HANDED_ON,
+    ):
         paints = []
         for _ in range(3):
             page.goto(served.page(path))
@@ -217,4 +287,60 @@ def test_a_page_that_is_open_sees_what_another_changes(page: Page, served: Serve
     other.locator(".check", has_text="18 mm in diameter").wait_for()
     page.locator(".check", has_text="18 mm in diameter").wait_for()
     assert 'radius = "9 mm"' in page.locator("#text").input_value()
+    # What somebody is typing meanwhile stays, and goes in when they leave the field.
+    ball = page.get_by_label("Ball radius")
+    ball.fill("")
+    ball.press_sequentially("4 m")
+    other.get_by_label("Disc radius").fill("8 mm")
+    other.get_by_label("Disc radius").press("Tab")
+    page.locator(".check", has_text="16 mm in diameter").wait_for()
+    page.wait_for_function("() => document.querySelector('#f-sensor-radius').value === '8 mm'")
+    assert ball.input_value() == "4 m"
+    ball.press_sequentially("m")
+    ball.press("Tab")
+    page.locator(".check", has_text="8 mm in diameter").first.wait_for()
+    page.wait_for_function("() => /^radius = .4 mm/m.test(document.querySelector('#text').value)")
+    assert 'radius = "4 mm"' in (served.folder / "experiment.toml").read_text()
     other.close()
+
+
+@pytest.mark.parametrize("width", [390, 1280])
+def test_a_file_more_is_dropped_corrected_and_added_by_keyboard_alone(
+    page: Page, served: Served, tmp_path: Path, width: int
+) -> None:
+    key, name = page.keyboard, f"more{width}"
+    page.set_viewport_size({"width": width, "height": 844})
+    lines = write_press(tmp_path / "press.csv").read_text().split("\n")
+    (tmp_path / f"{name}.csv").write_text("\n".join(lines[: -width // 390 - 1]) + "\n")
+    page.goto(served.page("/files"))
+    with page.expect_file_chooser() as chooser:
+        page.locator("#choose").press("Enter")
+    chooser.value.set_files(tmp_path / f"{name}.csv")
+    row = page.locator("li", has_text=name)
+    row.get_by_text("not understood").wait_for()
+    tab_to(page, page.get_by_role("link", name=f"lab/{name}.csv"))
+    key.press("Enter")
+    tab_to(page, page.locator("#units_force"))
+    key.type("N")
+    key.press("Enter")
+    tab_to(page, page.get_by_role("link", name="Add it to the experiment"))
+    key.press("Enter")
+    page.wait_for_url("**/files/add**")
+    assert serious(page) == []
+    tab_to(page, page.locator("#of"))
+    key.press("a" if width == 390 else "End")  # another press of the specimen, or a new specimen
+    assert page.locator("#sensor_thickness").is_visible() == (width == 1280)
+    assert page.locator("#press").is_visible() == (width == 390)
+    tab_to(page, page.locator("#ball"))
+    key.press("End")
+    tab_to(page, page.locator("#radius"))
+    key.type("3 mm")
+    assert serious(page) == []
+    assert as_wide_as_the_screen(page)
+    tab_to(page, page.get_by_role("button", name="Add it to the experiment"))
+    key.press("Enter")
+    page.wait_for_url("**/experiment")
+    specimens = read_experiment(served.folder / "experiment.toml").specimens
+    added = specimens[0].sweeps[1] if width == 390 else specimens[1].sweeps[0]
+    assert (added.force, added.indenter_radius) == (served.folder / "lab" / f"{name}.csv", 3e-3)
+    assert f"lab/{name}.csv" in page.locator("#text").input_value()

@@ -12,9 +12,9 @@ import tomllib
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
 
 import pytest
+from letting_in import SCRIPT, Work, let_in
 from small_lab import EXPERIMENT, write_lab, write_press
 from small_run import make_lab, quick
 from starlette.testclient import TestClient
@@ -23,32 +23,13 @@ from calib.experiment import read_experiment, read_specification
 from calib.files import write_text
 from calib.runs import run_state, verify
 from calib.sampling.posterior import Posterior
-from calib.serve import Door, Workspace, app_of, jobs, open_workspace
+from calib.serve import Workspace, jobs, open_workspace
 from calib.serve.commands import reading_command
 from calib.serve.forms import form_of_experiment
 from calib.serve.looking import form_of, said_from
 
 # What a report draws takes longest, and has tests of its own.
 pytestmark = pytest.mark.usefixtures("all_undrawn")
-
-HOST = "http://127.0.0.1:8311"
-DOOR = Door("s" * 43, 8311)
-SAYS = {"Origin": HOST}
-SCRIPT = {**SAYS, "Accept": "application/json"}
-
-
-def let_in(space: Workspace) -> TestClient:
-    """A browser that has opened the address of the terminal."""
-    client = TestClient(app_of(space, DOOR), base_url=HOST, headers=SAYS, raise_server_exceptions=False)
-    assert client.get(f"/?token={DOOR.token}").status_code == 200
-    return client
-
-
-class Work(NamedTuple):
-    """A page and the folder that it works on."""
-
-    page: TestClient
-    space: Workspace
 
 
 @pytest.fixture
@@ -382,7 +363,6 @@ def test_a_run_shows_what_was_found_and_its_files_are_taken_along(finished: Work
 
 
 def test_a_certificate_is_taken_along_once_there_is_one(built: Work) -> None:
-    assert "calib certificate run" in built.page.get("/run?name=run").text
     assert built.page.get("/run/file?name=run&file=certificate.json").status_code == 422
     (built.space.folder / "run" / "certificate.json").write_text("{}")
     assert "the certificate, for programs" in built.page.get("/run?name=run").text

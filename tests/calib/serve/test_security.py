@@ -4,13 +4,19 @@ from __future__ import annotations
 
 import asyncio
 import os
+import socket
 import stat
 import subprocess
 import sys
-from collections.abc import AsyncIterator, Iterator
+import threading
+from collections.abc import AsyncIterator, Iterator, MutableMapping
+from contextlib import closing
 from pathlib import Path
+from typing import Any
 
 import pytest
+import uvicorn
+from letting_in import DOOR, HOST
 from small_lab import write_lab
 from starlette.testclient import TestClient
 
@@ -18,11 +24,9 @@ from calib.errors import InputError
 from calib.runs import owned
 from calib.serve import Door, Workspace, app_of, open_workspace
 from calib.serve import server as serving
+from calib.serve.connection import Patient
 from calib.serve.page import LARGEST_FORM
 from calib.serve.workspace import LARGEST_UPLOAD, parts_of
-
-HOST = "http://127.0.0.1:8311"
-DOOR = Door("s" * 43, 8311)
 
 PAGES = (
     "/",
@@ -52,6 +56,19 @@ PAGES = (
     "/runs",
     "/runs/difference?first=a&second=b",
     "/runs/curves.png?first=a&second=b",
+    "/files/add?name=lab/press.csv",
+    "/certificate?name=a",
+    "/certificate/look?name=a",
+    "/certificate/command?name=a",
+    "/certificate/page?name=a",
+    "/export?name=a",
+    "/export/look?name=a",
+    "/export/command?name=a",
+    "/export/file?name=a&file=README.md",
+    "/export/bundle.zip?name=a",
+    "/next?name=a",
+    "/next/found?name=a",
+    "/next/command?name=a",
     "/static/serve.js",
 )
 CHANGES = (
@@ -67,6 +84,13 @@ CHANGES = (
     ("POST", "/calibrate/cancel"),
     ("POST", "/padding/advise"),
     ("POST", "/runs/average"),
+    ("POST", "/files/add/put"),
+    ("POST", "/experiment/instrument"),
+    ("POST", "/certificate/issue"),
+    ("POST", "/certificate/key"),
+    ("POST", "/export/make"),
+    ("POST", "/next/ask"),
+    ("POST", "/next/draft"),
 )
 
 
@@ -154,6 +178,30 @@ def test_a_change_that_another_page_asks_for_is_refused(page: TestClient, space:
     assert everything(space.folder) == before
 
 
+def test_what_another_page_shows_or_links_to_is_not_answered(page: TestClient, stranger: TestClient) -> None:
+    for site in ("cross-site", "same-site"):  # another port of this machine is the same site, and gets the cookie sent along
+        for path in ("/files", "/run/bundle.zip?name=a", "/certificate/page?name=a"):
+            assert page.get(path, headers={"Sec-Fetch-Site": site}).status_code == 403, path
+    assert stranger.get(f"/?token={DOOR.token}", headers={"Sec-Fetch-Site": "cross-site"}).status_code == 200  # a link to it
+    assert page.get("/files", headers={"Sec-Fetch-Site": "none"}).status_code == 200
+
+
+@pytest.mark.parametrize("other", ['{"a": 1}', "a b, c", 'x="', f"1; {DOOR.cookie}=forged", "é", "; ;=;"])
+def test_cookies_that_others_of_this_machine_have_left_keep_nobody_out(stranger: TestClient, other: str) -> None:
+    own = f"{DOOR.cookie}={DOOR.token}"
+    for header in (f"{own}; other={other}", f"other={other}; {own}"):
+        assert stranger.get("/files", headers=[(b"Cookie", header.encode())]).status_code == 200, header
+    assert stranger.get("/files", headers=[(b"Cookie", f"other={other}".encode())]).status_code == 403
+
+
+def test_a_browser_names_no_port_80(space: Workspace) -> None:
+    host = "http://127.0.0.1"
+    page = TestClient(app_of(space, Door("s" * 43, 80)), base_url=host, raise_server_exceptions=False)
+    assert page.get(f"/?token={DOOR.token}").status_code == 200
+    assert page.get("/files").status_code == 200
+    assert page.post("/experiment/instrument", data={"kind": "ball"}, headers={"Origin": host}).status_code == 200
+
+
 def test_no_change_is_made_by_a_link(page: TestClient) -> None:
     for _, path in CHANGES:
         assert page.get(path).status_code == 405, path
@@ -189,7 +237,9 @@ def test_no_name_leads_out_of_the_folder(page: TestClient, space: Workspace, tmp
     (tmp_path / "secret.csv").write_text("Displacement (mm),Force (N)\n0,0\n")
     before = everything(tmp_path)
     own = {"Origin": HOST}
-    for path in ("/files/row", "/file", "/file/picture.png", "/run", "/run/progress", "/run/found", "/report", "/report/page"):
+    pages = ["/files/row", "/file", "/file/picture.png", "/files/add", "/run", "/run/progress", "/run/found", "/report"]
+    pages += ["/report/page", "/certificate", "/certificate/look", "/certificate/page", "/export", "/export/look", "/next"]
+    for path in (*pages, "/next/found", "/export/file", "/export/bundle.zip"):
         assert page.get(path, params={"name": name}).status_code == 422, path
     for path in ("/run/file", "/run/bundle.zip", "/padding/view", "/padding/look", "/run/verified"):
         assert page.get(path, params={"name": name, "file": "../run.json"}).status_code == 422, path
@@ -200,6 +250,12 @@ def test_no_name_leads_out_of_the_folder(page: TestClient, space: Workspace, tmp
         "/calibrate/resume",
         "/calibrate/cancel",
         "/padding/advise",
+        "/files/add/put",
+        "/certificate/issue",
+        "/certificate/key",
+        "/export/make",
+        "/next/ask",
+        "/next/draft",
     ):
         assert page.post(path, data={"name": name}, headers=own).status_code == 422, path
     assert page.post("/runs/average", data={"run": ["a", name], "name": name}, headers=own).status_code == 422
@@ -245,6 +301,96 @@ def test_a_dropped_file_goes_through_no_link(page: TestClient, space: Workspace,
     answer = page.put("/files/upload?name=link/x.csv", content=b"x", headers={"Origin": HOST})
     assert answer.status_code == 422
     assert list((tmp_path / "elsewhere").iterdir()) == []
+
+
+def test_nothing_behind_a_link_is_taken_for_a_run_or_for_the_page_s_own(
+    page: TestClient, space: Workspace, tmp_path: Path
+) -> None:
+    elsewhere = tmp_path / "elsewhere"
+    (elsewhere / "downloads").mkdir(parents=True)
+    (elsewhere / "downloads" / "precious").touch()
+    for name in ("run.json", "report.html", "posterior.nc"):
+        (elsewhere / name).write_text("{}")
+    (space.folder / "linked").symlink_to(elsewhere)
+    shown = page.get("/runs").text
+    assert "linked is a link" in shown
+    for path in ("/run", "/run/found", "/report/page", "/run/bundle.zip", "/run/file", "/certificate"):
+        assert page.get(path, params={"name": "linked", "file": "report.html"}).status_code == 422, path
+    (space.folder / "own").mkdir()
+    (space.folder / "own" / "run.json").write_text("{}")
+    (space.folder / "own" / "report.html").symlink_to(elsewhere / "report.html")
+    for path in ("/report/page", "/run/file"):
+        assert page.get(path, params={"name": "own", "file": "report.html"}).status_code == 422, path
+    other = tmp_path / "other"
+    other.mkdir()
+    (other / ".serve").symlink_to(elsewhere)
+    with pytest.raises(InputError, match="leads elsewhere"):
+        open_workspace(other)
+    assert (elsewhere / "downloads" / "precious").exists()
+
+
+def test_a_run_whose_name_cannot_be_shown_does_not_keep_the_others_away(page: TestClient, space: Workspace) -> None:
+    for name in ("x\u202ey", "x\ny", os.fsdecode(b"x\xff"), "<b> \"'", "--x $(id)"):
+        (space.folder / name).mkdir()
+        (space.folder / name / "run.json").write_text("{}")
+    for path in ("/runs", "/calibrate", "/padding", "/files"):
+        assert page.get(path).status_code == 200, path
+    shown = page.get("/runs").text
+    assert "x\\u202ey holds the character" in shown
+    assert "\u202e" not in shown
+    assert "<b>" not in shown
+    assert "--x $(id) begins with a dash" in shown
+    assert space.runs() == ["<b> \"'"]
+
+
+def test_of_ten_thousand_files_a_page_lists_some(page: TestClient, space: Workspace, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("calib.serve.pages.files._SHOWN", 5)
+    for k in range(12):
+        (space.folder / "lab" / f"f{k}.csv").write_text("x")
+    first, second, last = (page.get(f"/files?from={k}").text for k in ("x", "5", "10"))
+    assert [text.count("data-load=") for text in (first, second, last)] == [5, 5, 3]
+    assert "Files 6 to 10 of 13" in second
+    assert "from=10" in second
+    assert "The next ones" not in last
+    assert page.get("/files?from=99999999").text.count("data-load=") == 0
+
+
+def test_a_connection_on_which_nothing_is_asked_is_closed(space: Workspace, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("calib.serve.connection.PATIENCE", 0.3)
+    server = uvicorn.Server(uvicorn.Config(app_of(space, DOOR), http=Patient, log_level="error", ws="none", lifespan="off"))
+    with serving._listening(None, None) as listening:
+        listening.listen()
+        address = listening.getsockname()
+        thread = threading.Thread(target=server.run, kwargs={"sockets": [listening]})
+        thread.start()
+        try:
+            with closing(socket.create_connection(address)) as silent, closing(socket.create_connection(address)) as half:
+                half.sendall(b"GET /files HTTP/1.1\r\nHost: x\r\nX-")
+                for held in (silent, half):
+                    held.settimeout(20)
+                    assert held.recv(100) == b""
+        finally:
+            server.should_exit = True
+            thread.join()
+
+
+def test_who_has_gone_before_all_was_said_is_no_defect(space: Workspace) -> None:
+    sent: list[int] = []
+
+    async def left() -> None:
+        async def receive() -> dict[str, object]:
+            return {"type": "http.disconnect"}
+
+        async def send(message: MutableMapping[str, Any]) -> None:
+            sent.append(message.get("status", 0))
+
+        said = {"host": HOST.removeprefix("http://"), "origin": HOST, "cookie": f"{DOOR.cookie}={DOOR.token}"}
+        headers = [(name.encode(), value.encode()) for name, value in said.items()]
+        scope = {"type": "http", "method": "POST", "path": "/experiment/put", "query_string": b"", "headers": headers}
+        await app_of(space, DOOR)(scope, receive, send)
+
+    asyncio.run(left())
+    assert sent[0] == 400
 
 
 def test_a_file_of_a_gigabyte_is_refused_before_it_comes(page: TestClient, space: Workspace) -> None:

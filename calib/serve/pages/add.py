@@ -1,0 +1,66 @@
+"""One more file for the experiment that there is, as another press or another specimen; what it cannot tell is asked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import Route
+
+from calib.errors import Fault, InputError
+from calib.serve import adding, looking
+from calib.serve.commands import reading_command, typed
+from calib.serve.page import elsewhere, form_of, in_words, query_of, shown, space_of, working, writing
+
+
+async def add(request: Request) -> Response:
+    """The form for one file; without a file those that may be added."""
+    query = query_of(request)
+    return await working(_page, request, query, ())
+
+
+async def put(request: Request) -> Response:
+    """Put it into the experiment, or say everything that is not said yet."""
+    space, form = space_of(request), await form_of(request)
+
+    def added() -> None:
+        space.write_experiment(adding.added(space, form))
+
+    try:
+        await writing(added)
+    except InputError as error:
+        return await working(_page, request, form, error.faults, 422)
+    return elsewhere("/experiment")
+
+
+def _page(request: Request, form: Mapping[str, str], faults: tuple[Fault, ...], status: int = 200) -> Response:
+    space = space_of(request)
+    told = adding.offer(space, form.get("name", ""), form.get("partner"))
+    understood = told.found.observations
+    assert understood is not None
+    chosen = f"{adding.OF}{told.specimen}" if told.specimen else ""
+    usual = {"specimen": told.name, "press": told.press, "first": "press 1", "of": chosen}
+    values: dict[str, Any] = {"form": {**usual, **form}, "wrong": in_words(faults, space)}
+    return shown(
+        request,
+        "add.html.j2",
+        status,
+        told=told,
+        o=understood,
+        grades=[g for g in looking.grades(understood) if g[0] != "good"],
+        tie_faults=in_words(told.faults, space),
+        columns=looking.columns_of(understood),
+        read=reading_command(told.found.name, told.found.said),
+        check=typed(["check", space.experiment.name]),
+        new=adding.NEW,
+        of=adding.OF,
+        **values,
+    )
+
+
+ROUTES = (
+    Route("/files/add", add),
+    Route("/files/add/put", put, methods=["POST"]),
+)
