@@ -28,17 +28,16 @@ import numpy as np
 from scipy.special import ndtr
 
 from calib.checks import (
-    RULED_OUT,
     Member,
     Reason,
     Verdict,
-    departure_in_words,
     drawn,
     heaviest,
     judge_posterior,
     members_or,
     verdict_of,
 )
+from calib.decision.conditions import open_models_of
 from calib.decision.extrapolation import MARGIN, beyond_the_measured, largest_force
 from calib.decision.force_table import LEVEL, N_ROW, ForceTable, GripperTables, Kind, WorkingPoint
 from calib.decision.gripper import Gripper
@@ -131,7 +130,6 @@ def invert(
         built = [draws.on(gripper.padding) for draws in following]
         sensors.append((f"{name} on {gripper.padding * 1e3:.6g} mm of padding", "design", built))
     of_data = heaviest(models).posterior
-    models_left = [departure_in_words(d, posterior) for d in posterior.diagnostics.departures if d.log_bayes > RULED_OUT]
     tables = []
     for title, sensor, those in sensors:
         table = table_of(title, sensor, those, gripper, rated)
@@ -139,7 +137,7 @@ def invert(
         beyond = beyond_the_measured(of_data, rated, table.padding_thickness, depth, table.indenter_radius)
         judged = verdict_of([*known.reasons, *beyond, *_doubts(table)])
         rough = dict.fromkeys(f"a first look alone: {said}" for d in those if (said := caution(d.forward, d.design)))
-        left_open = (f"not ruled out by these data: {said}" for said in models_left)
+        left_open = (f"not ruled out by these data: {said}" for said in open_models_of(posterior))
         conditions = _conditions([m.posterior.experiment for m, _ in chosen], table, gripper)
         tables.append(replace(table, verdict=judged, conditions=(*rough, *left_open, *conditions)))
     reasons = dict.fromkeys(reason for found in tables for reason in found.verdict.reasons)

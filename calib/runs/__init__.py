@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from calib.runs.batch import batch_in, is_batch, verify_batch
     from calib.runs.before import Check, check
     from calib.runs.calibration import STAGES, Calibration, Stages, Watch, calibrate
-    from calib.runs.certificate import certify_in
+    from calib.runs.certificate import certify_in, input_now
     from calib.runs.certified import Finding
     from calib.runs.difference import diff_runs
     from calib.runs.doctor import Examined, examine
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from calib.runs.preview import quick
     from calib.runs.progress import Look, RunState, Told, run_state
     from calib.runs.proof import prove
+    from calib.runs.received import Received, is_received, verify_certificate
     from calib.runs.refinement import Means, Refinement, refine
     from calib.runs.rivals import Rivalry, calibrate_rivals
 
@@ -43,6 +44,7 @@ __all__ = [
     "Means",
     "NotUsableError",
     "PageError",
+    "Received",
     "Refinement",
     "Rivalry",
     "Run",
@@ -61,7 +63,9 @@ __all__ = [
     "examine",
     "export_in",
     "figures_in",
+    "input_now",
     "is_batch",
+    "is_received",
     "load_recommendation",
     "load_run",
     "next_in",
@@ -75,6 +79,7 @@ __all__ = [
     "run_state",
     "verify",
     "verify_batch",
+    "verify_certificate",
 ]
 
 __getattr__ = on_demand(
@@ -108,7 +113,7 @@ __getattr__ = on_demand(
             "AVERAGE",
             "average_runs",
         ),
-        ".certificate": ("certify_in",),
+        ".certificate": ("certify_in", "input_now"),
         ".certified": ("Finding",),
         ".difference": ("diff_runs",),
         ".doctor": (
@@ -135,6 +140,7 @@ __getattr__ = on_demand(
             "run_state",
         ),
         ".proof": ("prove",),
+        ".received": ("Received", "is_received", "verify_certificate"),
         ".refinement": (
             "Means",
             "Refinement",
