@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from calib.runs.certified import Finding
     from calib.runs.difference import diff_runs
     from calib.runs.doctor import Examined, examine
-    from calib.runs.export import NotUsableError, export_in
+    from calib.runs.export import NotUsableError, export_in, force_tables
     from calib.runs.figures import figures_in
     from calib.runs.folder import PageError, Run, load_recommendation, load_run, recommend_in, report_in
     from calib.runs.integrity import verify
@@ -63,6 +63,7 @@ __all__ = [
     "examine",
     "export_in",
     "figures_in",
+    "force_tables",
     "input_now",
     "is_batch",
     "is_received",
@@ -123,6 +124,7 @@ __getattr__ = on_demand(
         ".export": (
             "NotUsableError",
             "export_in",
+            "force_tables",
         ),
         ".figures": ("figures_in",),
         ".integrity": ("verify",),

@@ -530,8 +530,8 @@ def test_every_byte_of_what_a_customer_gets_counts(handed: Path, name: str) -> N
 
 def test_a_page_or_a_signature_of_another_certificate_does_not_pass_without_the_run_either(run: Path, handed: Path) -> None:
     for name in HANDED:
-        for other in HANDED:
-            shutil.copy((run.parent / "other" if other == name else run) / other, handed / other)
+        for each in HANDED:
+            shutil.copy((run.parent / "other" if each == name else run) / each, handed / each)
         assert _checked(handed)[0] == 3, name
     other = new_key()
     forged = SecretKey(KEY.number, other.seed, other.public)
