@@ -37,7 +37,7 @@ def section(results: Results) -> Section:
     cards = [r for r in rows if not r.where]
     sentences = summary_sentences(posterior)
     advice = "" if recommendation is None else recommendation.in_words if conformity is None else conformity.in_words
-    height = _height([*verdict.reasons, *more], (sentences, advice), len(cards) + (recommendation is not None))
+    height = _height([*verdict.reasons, *more], (sentences, *advice.splitlines()), len(cards) + (recommendation is not None))
     context = {
         "verdict": verdict,
         "status": status_in_words(verdict),
