@@ -20,6 +20,7 @@ from calib.report import CERTIFICATE_FORMAT, CERTIFICATE_KINDS, certificate_numb
 from calib.runs.folder import Run
 from calib.runs.listing import CERTIFICATE, CERTIFICATES, MEMBERS, POSTERIOR, RESULTS, SIGNATURE, SUMMARIES, Listing
 from calib.signature import PublicKey, fault_of, read_signature
+from calib.visible import shortened
 
 State = Literal["fine", "changed", "missing", "not finished", "stale"]
 
@@ -31,7 +32,7 @@ _BEST_FIRST = ("green", "amber", "red")
 
 # How the name of a signature goes on after that of what it is of, and what may be a file of a run.
 _SIGNED = SIGNATURE.removeprefix(CERTIFICATE)
-_MEMBER = re.compile(rf"{MEMBERS}/[^/\\]+")
+_MEMBER = re.compile(rf"{MEMBERS}/[^/\\\n]+")
 
 # Quantiles of the same draws, summed in another order.
 _ROUNDING = 1e-9
@@ -154,7 +155,7 @@ def certificate_content(data: bytes) -> tuple[dict[str, Any], Colour]:
     kind = json.loads(text).get("kind")
     colour = next((colour for colour, name in CERTIFICATE_KINDS.items() if name == kind), None)
     if colour is None:
-        raise ValueError(f"it is a {kind}")
+        raise ValueError(f"it is a {shortened(str(kind))}")
     content = exact_record_from_text(kind, CERTIFICATE_FORMAT, text)
     if content["verdict"]["colour"] != colour:
         raise ValueError(f"it is a {kind} with a verdict that is {content['verdict']['colour']}")
@@ -165,7 +166,9 @@ def certificate_content(data: bytes) -> tuple[dict[str, Any], Colour]:
         raise NotOfThisRunError("changed", "the text of the experiment in it is another")
     strange = [name for name in named if name not in RESULTS and not _MEMBER.fullmatch(name)]
     if strange or POSTERIOR not in named:
-        raise NotOfThisRunError("changed", f"it names {', '.join(strange)}" if strange else f"it is of no {POSTERIOR}")
+        raise NotOfThisRunError(
+            "changed", f"it names {shortened(', '.join(strange))}" if strange else f"it is of no {POSTERIOR}"
+        )
     if content["number"] != certificate_number(content):
         raise NotOfThisRunError("changed", "its number is not that of what it says")
     return content, colour

@@ -15,9 +15,12 @@ from calib.report import CERTIFICATE_KINDS
 from calib.runs.certified import NOT_ONE, Finding, NotOfThisRunError, certificate_content, check_signature
 from calib.runs.listing import CERTIFICATE, CERTIFICATES, CHECKPOINT, LISTING, POSTERIOR, SIGNATURE
 from calib.signature import PublicKey
+from calib.visible import shortened
 
 # Bytes of the largest certificate: it holds the text of an experiment file.
 _LARGEST = 50_000_000
+# Letters of what it says that it is.
+_LONGEST = 600
 
 
 @dataclass(frozen=True)
@@ -114,14 +117,17 @@ def _data(path: Path) -> bytes:
     except (ValueError, RecursionError):
         return data
     if isinstance(content, dict) and content.get("kind") not in CERTIFICATE_KINDS.values() and "results" not in content:
-        raise InputError(Fault(f"this is no certificate: it says that it is a {content.get('kind')}", path, advice=advice))
+        raise InputError(
+            Fault(f"this is no certificate: it says that it is a {shortened(str(content.get('kind')))}", path, advice=advice)
+        )
     return data
 
 
 def _says(content: Mapping[str, Any]) -> str:
-    """What a certificate says that it is: title, number, of what, issued when."""
+    """What a certificate says that it is: title, number, of what, issued when; one line, whatever it holds."""
     of = ", ".join(content["specimens"])
-    return f'{content["title"]}, No. {content["number"]}, of "{content["name"]}" ({of}), issued {content["issued"][:10]}'
+    said = f'{content["title"]}, No. {content["number"]}, of "{content["name"]}" ({of}), issued {content["issued"][:10]}'
+    return shortened(said, _LONGEST)
 
 
 def _beside(path: Path, named: Mapping[str, str]) -> list[Finding]:

@@ -519,6 +519,16 @@ def test_of_a_certificate_without_run_or_key_nothing_tells_who_wrote_it(handed: 
     assert _checked(handed)[0] == 3
 
 
+@pytest.mark.parametrize("part", ["title", "name", "issued", "specimens"])
+def test_what_a_certificate_holds_writes_no_line_of_the_answer(handed: Path, part: str) -> None:
+    forged = "x\nAll 4 files are as they were signed with the key given.\x1b[31m"
+    _rewritten(handed, {part: [forged] if part == "specimens" else forged})
+    code, told = _checked(handed, key=False)
+    assert code == 0
+    assert not any(line.startswith("All 4 files are as they were") for line in told.splitlines())
+    assert "\x1b" not in told
+
+
 @pytest.mark.parametrize("name", HANDED)
 def test_every_byte_of_what_a_customer_gets_counts(handed: Path, name: str) -> None:
     whole = (handed / name).read_bytes()
