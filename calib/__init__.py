@@ -107,6 +107,7 @@ if TYPE_CHECKING:
         recommend_in,
         run_state,
         verify,
+        verify_certificate,
     )
     from calib.sampling import (
         Diagnostics,
@@ -238,6 +239,7 @@ __all__ = [
     "trace_figure",
     "values_at",
     "verify",
+    "verify_certificate",
     "with_departures",
     "with_reweighting",
     "with_sensitivity",
@@ -387,6 +389,7 @@ _ROOMS: dict[str, tuple[str, ...]] = {
         "recommend_in",
         "run_state",
         "verify",
+        "verify_certificate",
     ),
 }
 __getattr__ = on_demand(__name__, _ROOMS)

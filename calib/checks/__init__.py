@@ -54,6 +54,7 @@ from calib.checks.reweighting import ACCURACY, LEAST_DRAWS, reweight, with_rewei
 from calib.checks.sensitivity import sensitivity_of_headlines, with_sensitivity
 from calib.checks.spotcheck import Comparison, compare_draws, with_spot_check
 from calib.checks.verdict import (
+    AMBER_ALLOWS,
     LEVELS,
     Colour,
     Level,
@@ -68,6 +69,7 @@ from calib.checks.weights import USUAL, WEIGHTINGS, Weighting
 
 __all__ = [
     "ACCURACY",
+    "AMBER_ALLOWS",
     "BAND_LEVELS",
     "BAYES_LIMITS",
     "BEFORE_SAMPLING",

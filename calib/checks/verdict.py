@@ -10,6 +10,12 @@ from typing import Any, Literal
 Colour = Literal["green", "amber", "red"]
 Level = Literal["amber", "red"]
 
+#: What an amber verdict allows, after what it is on.
+AMBER_ALLOWS = (
+    "may be used to plan and to try; for anything that is signed or released, first settle each reason given or accept it "
+    "knowingly"
+)
+
 #: The worse first.
 LEVELS: tuple[Level, ...] = ("red", "amber")
 
@@ -21,7 +27,7 @@ class Reason:
     Attributes
     ----------
     gate : what was looked at, in a word or two, such as "extrapolation".
-    level : "amber" if the numbers may be used for what this leaves, "red" if they must not be used.
+    level : "amber" if it has to be settled or accepted first, see `AMBER_ALLOWS`; "red" if the numbers must not be used.
     finding : what was found, with its numbers, in a sentence without a full stop.
     action : the one thing to do about it, likewise.
     """
@@ -50,7 +56,7 @@ class Verdict:
 
     @property
     def colour(self) -> Colour:
-        """Red if a reason is, else amber if there are any: the numbers may be used for what the reasons leave; else green."""
+        """Red if a reason is, else amber if there are any, else green; what amber allows says `AMBER_ALLOWS`."""
         return min((r.level for r in self.reasons), key=LEVELS.index) if self.reasons else "green"
 
     def to_plain(self) -> dict[str, Any]:

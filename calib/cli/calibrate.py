@@ -91,8 +91,9 @@ def calibrate(
 
     Writes: run1/report.html (read this one), summary.json, summary.csv, posterior.nc, checkpoint/.
 
-    What came of it is summed up in a verdict: green, amber (the numbers may be used for what its reasons leave) or red (they
-    must not be used), with what to do about each reason.
+    What came of it is summed up in a verdict: green, amber (the numbers may be used to plan and to try; for anything
+    that is signed or released, first settle each reason given or accept it knowingly) or red (they must not be used), with
+    what to do about each reason.
 
     Exit codes: 0 done, the verdict green or amber; 1 all results written, but not the page or the words that show them; 2 bad
     input, nothing written; 3 everything written, but the verdict is red, or with --strict amber, or the budget ended before

@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import os
 import sys
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from calib.cli.common import RunFolder, Strict, as_given, exit_by, loaded, refusing_bad_input, say, say_verdict
+from calib.cli.common import RunFolder, Strict, as_given, exit_by, loaded, pasted, refusing_bad_input, say, say_verdict
 from calib.cli.signing import secret_key
 from calib.errors import Fault, InputError, in_shell_path
 from calib.files import require_writable, write_text
 from calib.signature import PASSWORD
 
 if TYPE_CHECKING:
-    from calib.report import Certificate
+    from calib.runs import Run
+    from calib.signature import SecretKey
 
 _SECRET, _PUBLIC = ".key", ".pub"
 
@@ -38,31 +40,43 @@ def certificate(
 
     Example: `calib certificate run1 --key lab.key`
 
-    Writes: run1/certificate.html (to print), certificate.json, certificate.xml, ro-crate-metadata.json, and with a key
-    certificate.json.minisig, which `calib verify run1 --public-key lab.pub` and minisign check.
+    Writes: run1/certificate.html (to print), certificate.json, certificate.xml, and with a key certificate.json.minisig, which
+    go to the customer, who checks them by `calib verify certificate.json --public-key lab.pub`, or minisign; and
+    ro-crate-metadata.json, for archives of the whole folder.
 
     Exit codes: 0 done, the verdict green or amber; 2 bad input, or files that are not as they were written, nothing written;
     3 done, but the verdict is red, or with --strict amber.
     """
     with refusing_bad_input():
         from calib.report import dcc_gaps, status_in_words
-        from calib.runs import certify_in
+        from calib.runs import certify_in, input_now
 
         secret = None if key is None else secret_key(key)
         found = loaded(run)
         made = certify_in(found, key=secret, command=as_given())
         say(f"{made.title}, No. {made.number}")
         say_verdict(made.verdict, status_in_words(made.verdict))
+        for model in made.open_models:
+            say(f"  not ruled out by these data: {model}")
         for what in made.unsaid:
             say(f"  not said: {what}")
-        if made.usable and (missing := dcc_gaps(made)):
-            say(f"  no certificate.xml, which needs {', '.join(missing)}. {_how_to_add(made, run)}")
-        names = [name for name in ("certificate.html", "certificate.json", "certificate.xml") if (run / name).is_file()]
-        names += ["ro-crate-metadata.json", *(["certificate.json.minisig"] if secret is not None else [])]
-        say(f"Written: {', '.join(str(run / name) for name in names)}")
-        if secret is not None:
-            again = f"calib verify {in_shell_path(run)} --public-key FILE.pub"
-            say(f"Signed with the key {secret.public.name}. To check it: {again}")
+        missing = dcc_gaps(made) if made.usable else ()
+        if missing:
+            say(f"  no certificate.xml, which needs {', '.join(missing)}.")
+        if missing or not made.instruments:
+            say(f"  {_how_to_add(found, input_now(found, 'experiment'), input_now(found, 'surrogate'))}")
+        handed = [name for name in ("certificate.html", "certificate.json", "certificate.xml") if (run / name).is_file()]
+        handed += ["certificate.json.minisig"] if secret is not None else []
+        say(f"Written: {', '.join(str(run / name) for name in (*handed, 'ro-crate-metadata.json'))}")
+        say(f"To send to the customer: {', '.join(handed)}. The others stay with the run.")
+        if secret is None:
+            say("Not signed: nothing will tell the customer who wrote it. `calib key new -o lab.key`, then --key lab.key.")
+        else:
+            public = _public_of(secret, key)
+            told, alone = in_shell_path(public), in_shell_path(Path(public.name))
+            say(f"Signed with the key {secret.public.name}. {told} goes to the customer once, by another way than these.")
+            say(f"To check it: calib verify {in_shell_path(run)} --public-key {told}")
+            say(f"The customer, without the run: calib verify certificate.json --public-key {alone}")
     exit_by(made.verdict, strict)
 
 
@@ -108,7 +122,44 @@ def _new_password() -> str:
     return str(typer.prompt("New password", hide_input=True, confirmation_prompt=True, err=True))
 
 
-def _how_to_add(made: Certificate, run: Path) -> str:
-    """How a run learns what was added to its experiment file, which changes no draw."""
-    words = f"calib calibrate {in_shell_path(Path(made.experiment[0]))} -o {in_shell_path(run)} --resume"
-    return f"Add it to the experiment file, then: {words}"
+def _public_of(secret: SecretKey, path: Path | None) -> Path:
+    """The file of the public half of a key: beside the secret one, if that is where it lies."""
+    from calib.signature import read_public_key
+
+    if path is not None:
+        beside = path.with_suffix(_PUBLIC)
+        with suppress(InputError, OSError):
+            if read_public_key(beside).key == secret.public.key:
+                return beside
+    return Path(f"FILE{_PUBLIC}")
+
+
+def _how_to_add(run: Run, experiment: tuple[Path | None, Path | None], surrogate: tuple[Path | None, Path | None]) -> str:
+    """How a run learns what is added to its experiment file, which changes no draw, as a command that can be pasted.
+
+    Parameters
+    ----------
+    run : the calibration.
+    experiment, surrogate : where the file of each is, and where it was; None where it is not, or there was none.
+    """
+    now, then = experiment
+    file = _from_here(now) if now is not None else then
+    if file is None:
+        return "The run was made from no experiment file: say it where the experiment is made."
+    add = f"Add it to {in_shell_path(file)}" if now is not None else f"Put {in_shell_path(file)} back, and add it there"
+    begun = run.posterior.attrs.get("command", "")
+    if run.members or begun.startswith("calib compare"):
+        return f"{add}, then make the run anew in another folder, as it was made by: {begun}"
+    reweighted = run.posterior.diagnostics.reweighting
+    options = {
+        "--surrogate": _from_here(surrogate[0]) if surrogate[0] is not None else surrogate[1],
+        "--reweight": None if reweighted is None else reweighted.n_draw,
+    }
+    words = ["calib calibrate", in_shell_path(file), "-o", in_shell_path(run.folder), "--resume"]
+    return f"{add}, then: {pasted(words, options)}"
+
+
+def _from_here(path: Path) -> Path:
+    """A path as it is seen from where the command was given, if that is a shorter one."""
+    whole, here = path.resolve(), Path.cwd()
+    return whole.relative_to(here) if whole.is_relative_to(here) else whole

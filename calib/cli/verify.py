@@ -1,17 +1,25 @@
-"""The command `verify`: a run folder in, which files of it and of what it was made from have changed, on the screen."""
+"""The command `verify`: a run folder or a certificate in, which files of it have changed and who signed it, on the screen."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from calib.cli.common import NOT_USABLE, refusing_bad_input, say
 
+if TYPE_CHECKING:
+    from calib.runs import Received
+
 
 def verify(
-    run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of `calib calibrate` or `calib batch`.")],
+    run: Annotated[
+        Path,
+        typer.Argument(
+            metavar="RUN", help="Folder of `calib calibrate` or `calib batch`, or a certificate.json without its run."
+        ),
+    ],
     public_key: Annotated[
         Path | None,
         typer.Option(metavar="FILE.pub", help="Key of the laboratory that the certificate must be signed with."),
@@ -27,20 +35,25 @@ def verify(
     With --public-key it must be signed with that laboratory's key. Hashes tell of accidents; the signature tells who answers
     for all files of the run.
 
-    Example: `calib verify run1 --public-key lab.pub`
+    Who gets a certificate without its run gives certificate.json, or a folder with the certificate's files alone: it is held
+    against its own checksum and its signature, page and XML beside it against the hashes in it, and what cannot be told so is
+    said. Without --public-key nothing tells who wrote it.
+
+    Example: `calib verify run1 --public-key lab.pub`, `calib verify certificate.json --public-key lab.pub`
 
     Writes: nothing.
 
-    Exit codes: 0 everything is as it was; 2 no run there, or another process is writing into it; 3 something has changed, is
-    missing, stale, not signed with the key given, or was not written to its end, and saying what.
+    Exit codes: 0 everything is as it was; 2 no run or certificate there, or another process is writing into it; 3 something
+    has changed, is missing, stale, not signed with the key given, or was not written to its end, and saying what.
     """
     with refusing_bad_input():
-        from calib.runs import is_batch, verify_batch
+        from calib.runs import is_batch, is_received, verify_batch, verify_certificate
         from calib.runs import verify as verify_run
         from calib.signature import read_public_key
 
         key = None if public_key is None else read_public_key(public_key)
-        findings = verify_batch(run) if is_batch(run) else verify_run(run, key)
+        received = verify_certificate(run, key) if is_received(run) else None
+        findings = received.findings if received is not None else verify_batch(run) if is_batch(run) else verify_run(run, key)
         blocks = [f for f in findings if f.name.startswith("checkpoint/") and f.state == "fine"]
         # A line each, the file last and never wrapped, so that it can be searched for and copied.
         for finding in findings:
@@ -49,10 +62,28 @@ def verify(
         if blocks:
             say(f"{'fine':<13} checkpoint ({len(blocks)} files)")
         wrong = [f for f in findings if f.state != "fine"]
-        say(
-            f"{len(wrong)} of {len(findings)} files are not as they were."
-            if wrong
-            else f"All {len(findings)} files are as they were."
-        )
+        if received is not None:
+            _say_received(received, len(wrong))
+        else:
+            say(
+                f"{len(wrong)} of {len(findings)} files are not as they were."
+                if wrong
+                else f"All {len(findings)} files are as they were."
+            )
     if wrong:
         raise typer.Exit(NOT_USABLE)
+
+
+def _say_received(received: Received, n_wrong: int) -> None:
+    """Say what a certificate without its run is, what cannot be told of it, and the sum of it all."""
+    n = len(received.findings)
+    if n_wrong:
+        say(f"{n_wrong} of {n} files are not as they were: do not rely on any of them.")
+        return
+    say(f"It says that it is: {received.says}.")
+    for what in received.untold:
+        say(f"Cannot be told here: {what}.")
+    if received.authentic:
+        say(f"All {n} files are as they were signed with the key given.")
+    else:
+        say(f"All {n} files agree with each other. Nothing tells who wrote them.")

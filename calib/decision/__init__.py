@@ -3,6 +3,7 @@
 from calib.decision.as_built import AsBuilt
 from calib.decision.batch import DRIFTING, Batch, expected_of
 from calib.decision.causes import Cause
+from calib.decision.conditions import open_models_of
 from calib.decision.conformity import Built, Conformity, Needed
 from calib.decision.extrapolation import largest_force
 from calib.decision.force_table import (
@@ -96,6 +97,7 @@ __all__ = [
     "next_from_json",
     "next_measurements",
     "next_to_json",
+    "open_models_of",
     "percent",
     "percent_of_few",
     "presented",

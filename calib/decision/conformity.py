@@ -11,7 +11,7 @@ import numpy as np
 
 from calib.checks import BAND_LEVELS, Verdict, verdict_from_plain
 from calib.decision.causes import Cause
-from calib.decision.guard_band import Drawing
+from calib.decision.guard_band import Drawing, inwards, step_of
 from calib.decision.words import percent
 from calib.experiment import Limit, Specification, limited_in_words, specification_from_plain
 from models.sensor import BoolArray, FloatArray
@@ -219,71 +219,89 @@ class Conformity:
 
     @property
     def in_words(self) -> str:
-        """What to build and how sure that is, or why it cannot be met and what is nearest, in a few sentences."""
+        """What to build and how sure that is, or why it cannot be met and what is nearest, a line for each thing."""
         s, b, k = self.specification, self.best, self.at_best
         wanted = f"{100 * s.probability:g} %"
         chosen = "" if b.name == "as measured" else f" ({b.name})"
         p = f"{percent(b.best_probability)}{_give_or_take(b.best_error)}"
+        lines = []
+        if self.verdict.colour == "red":
+            lines.append(f"Do not build on this: {self.verdict.reasons[0].finding}.")
         if self.met:
-            text = (
-                f"Build {b.best * 1e3:.2f} mm of padding{chosen}: it conforms with a probability of {p} ({wanted} asked for). "
+            lines.append(
+                f"Build {b.best * 1e3:.2f} mm of padding{chosen}: it conforms with a probability of {p} ({wanted} asked for)."
             )
-            if self.always:
-                text += (
-                    f"So does every thickness from {self._span(self.thickness[b.covered])}: the specification does not choose. "
-                )
-            elif b.interval is not None and b.interval[1] > b.interval[0]:
-                text += f"Nominal thicknesses from {self._span(b.interval)} conform with at least {wanted}. "
         else:
-            text = (
+            lines.append(
                 f"The specification is not met: no thickness conforms with {wanted}. The best is "
-                f"{b.best * 1e3:.2f} mm of padding{chosen}, with {p}. "
+                f"{b.best * 1e3:.2f} mm of padding{chosen}, with {p}."
             )
         if self.close_call:
-            text += f"{self.n_draw} draws leave open on which side of {wanted} that is: give more of them (--draws). "
-        text += self._drawing_in_words + self._binding_in_words(k) + self._needed_in_words
-        text += self._causes_in_words
+            lines.append(f"{self.n_draw} draws leave open on which side of {wanted} that is: give more of them (--draws).")
+        if self.met and self.always:
+            span = self._span((self.thickness[b.covered][0], self.thickness[b.covered][-1]))
+            lines.append(f"So does every thickness from {span}: the specification does not choose.")
+        lines += self._drawing_in_words
+        if self.met and not self.always and b.interval is not None and b.interval[1] > b.interval[0]:
+            lines.append(
+                f"Another nominal thickness, from {self._span(b.interval)}, would do, too: pads made to it conform with at "
+                f"least {wanted}."
+            )
+        lines += [self._binding_in_words(k), self._needed_in_words, self._causes_in_words]
         if not self.met or b.avoidable[k] >= 0.005:
-            text += (
+            lines.append(
                 f"On another padding {percent(b.avoidable[k])} of the draws would conform that fail on this one; the expected "
-                f"shortfall is {100 * b.shortfall[k]:.3g} % of a limit, {100 * b.regret[k]:.3g} % less on the best for each. "
+                f"shortfall is {100 * b.shortfall[k]:.3g} % of a limit, {100 * b.regret[k]:.3g} % less on the best for each."
             )
         if self.of_models:
-            told = ", ".join(f"{m.name} {percent(m.probability)}" for m in self.of_models if m.n_draw)
-            text += f"By model: {told}. "
-        if self.verdict.colour == "red":
-            text = f"Do not build on this: {self.verdict.reasons[0].finding}. {text}"
-        return text + self.sensor_in_words
+            lines.append(f"By model: {', '.join(f'{m.name} {percent(m.probability)}' for m in self.of_models if m.n_draw)}.")
+        return "\n".join(line.strip() for line in (*lines, self.sensor_in_words) if line)
 
-    def _span(self, ends: FloatArray | tuple[float, float]) -> str:
-        return f"{ends[0] * 1e3:.2f} to {ends[-1] * 1e3:.2f} mm"
+    def _span(self, ends: tuple[float, float]) -> str:
+        """Thicknesses that were found to do, rounded so that they are no more."""
+        step = step_of(ends)
+        first, last = inwards(ends, step)
+        if first > last:
+            first, last = ends
+        places = _places(step)
+        return f"{first * 1e3:.{places}f} to {last * 1e3:.{places}f} mm"
 
     @property
-    def _drawing_in_words(self) -> str:
+    def _drawing_in_words(self) -> list[str]:
+        """What stands on the drawing, which is the answer, and the tolerance that was given, which is another."""
         d, s = self.drawing, self.specification
         if d is None:
-            return ""
+            return []
         if d.accepted is None:
-            return (
+            return [
                 f"There is no tolerance for the drawing: pads from {self._span(d.tolerance)} conform, which guard bands of "
-                f"{d.guard_band * 1e3:.3g} mm on both sides leave nothing of: measure pads better than {s.gauge * 1e3:.3g} mm. "
-            )
-        text = f"For the drawing: {d.nominal * 1e3:.2f} mm, accept readings from {self._span(d.accepted)}"
-        text += (
-            f" (guard bands of {d.guard_band * 1e3:.3g} mm included)"
-            if d.guard_band > 0
-            else " (no gauge given: no guard band)"
+                f"{d.guard_band * 1e3:.3g} mm on both sides leave nothing of: measure pads better than {s.gauge * 1e3:.3g} mm."
+            ]
+        if d.limits is None:
+            width = (d.accepted[1] - d.accepted[0]) * 1e6
+            return [f"There is no tolerance for the drawing: pads conform in a range of {width:.2g} µm, which no gauge tells."]
+        nominal, low, high = (x * 1e3 for x in d.limits)
+        step = step_of(d.accepted)
+        places = _places(step)
+        guard = f"guard bands of {d.guard_band * 1e3:.3g} mm included" if d.guard_band > 0 else "no gauge given: no guard band"
+        text = (
+            f"For the drawing: {nominal:.{places}f} mm +{high - nominal:.{places}f}/-{nominal - low:.{places}f}. That is what "
+            f"to accept: readings from {low:.{places}f} to {high:.{places}f} mm ({guard}; rounded inwards to {step * 1e3:g} mm)"
         )
         ends = [word for word, there in (("thinner", d.open_below), ("thicker", d.open_above)) if there]
         if ends:
             text += f", and perhaps {' and '.join(ends)} ones, which were not asked for or are not covered"
-        if math.isfinite(d.consumers_risk):
-            text += (
-                f"; of pads made with {s.padding_tolerance.in_words if s.padding_tolerance else ''} "
-                f"{percent(d.accepted_share)} are accepted, consumer's risk {_risk(d.consumers_risk)}, producer's risk "
-                f"{_risk(d.producers_risk)}"
+        if s.padding_tolerance is None:
+            given = (
+                "How exactly pads are made was not given: all were taken to have the nominal thickness, and no risk is known."
             )
-        return f"{text}. "
+        else:
+            given = (
+                f"What was given is how pads are made, with {s.padding_tolerance.in_words}: of such pads "
+                f"{percent(d.accepted_share)} are accepted, consumer's risk {_risk(d.consumers_risk)}, producer's risk "
+                f"{_risk(d.producers_risk)}."
+            )
+        return [f"{text}.", given]
 
     def _binding_in_words(self, k: int) -> str:
         b = self.best
@@ -380,6 +398,11 @@ def _with_numbers(plain: Mapping[str, Any], of: type[Drawing] | type[OfMember]) 
 
 def _give_or_take(error: float) -> str:
     return f" (± {100 * error:.1g} %)" if error >= 0.0005 else ""
+
+
+def _places(step: float) -> int:
+    """Decimals [mm] of numbers that are multiples of a step [m]."""
+    return round(-math.log10(step * 1e3))
 
 
 def _risk(share: float) -> str:

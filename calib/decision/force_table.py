@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 import numpy.typing as npt
 
-from calib.checks import Verdict
+from calib.checks import Reason, Verdict
 from calib.decision.gripper import Gripper
 from models.sensor import FloatArray, IntArray
 
@@ -21,6 +21,9 @@ LEVEL, WIDTH_IN_SD = 0.9, 1.645
 #: Rows of a table: as many as leave a float and an integer version of it below 4 kB together.
 N_ROW = 97
 
+
+# How far beyond what is expected a tare may lie [1]: a picofarad of leads more, which is 1 % of force.
+_TARE_OFF = 0.01
 
 #: Which sensor a table is of.
 Kind = Literal["specimen", "next", "design"]
@@ -169,6 +172,28 @@ class ForceTable:
         c, c0 = np.asarray(capacitance, dtype=float), np.asarray(tare, dtype=float)
         good = np.isfinite(c) & np.isfinite(c0) & (c > 0) & (c0 > 0)
         return self.read(np.where(good, (c - c0) / np.where(good, c0, 1.0), np.nan))
+
+    @property
+    def tare_in_words(self) -> str:
+        """What tare is to be expected of the sensor."""
+        low, high = (f"{c * 1e12:.4g}" for c in self.tare[[0, 2]])
+        return f"about {low} pF" if low == high else f"{low} to {high} pF ({LEVEL * 100:g} %)"
+
+    def tare_doubt(self, tare: float) -> Reason | None:
+        """Why a tare cannot well be one of this sensor, if it is too far off what is to be expected.
+
+        Parameters
+        ----------
+        tare : [F], c0.
+        """
+        if float(self.tare[0]) * (1 - _TARE_OFF) <= tare <= float(self.tare[2]) * (1 + _TARE_OFF):
+            return None
+        finding = (
+            f"{self.name}: a tare of {tare * 1e12:.4g} pF is not what is to be expected of it, {self.tare_in_words}: what is "
+            "read with it may mean another force"
+        )
+        action = "Look whether it is this sensor, read without contact, with leads as stated (--parasitic)"
+        return Reason("tare", "amber", finding, action)
 
     def to_dataframe(self) -> pd.DataFrame:
         """The table to plot or to save: columns ratio, force_N, lower_N, upper_N, sigma_N."""

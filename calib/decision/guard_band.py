@@ -20,6 +20,9 @@ from scipy.special import ndtr
 
 from models.sensor import FloatArray
 
+# Steps of a caliper and of a thickness gauge [m].
+_CALIPER, _GAUGE = 0.01e-3, 0.001e-3
+
 
 @dataclass(frozen=True)
 class Drawing:
@@ -48,6 +51,47 @@ class Drawing:
     consumers_risk: float
     producers_risk: float
     delivered: float
+
+    @property
+    def limits(self) -> tuple[float, float, float] | None:
+        """Nominal thickness, least and largest reading that are accepted [m], as a drawing has them.
+
+        Limits are rounded inwards, see `step_of`, so that nothing is accepted that `accepted` does not have; None where that
+        leaves nothing.
+        """
+        if self.accepted is None:
+            return None
+        step = step_of(self.accepted)
+        low, high = inwards(self.accepted, step)
+        return (min(max(round(self.nominal / step) * step, low), high), low, high) if low < high else None
+
+
+def step_of(ends: tuple[float, float]) -> float:
+    """The step [m] of what reads lengths in an interval: of a caliper, if it has ten of them there, else of a thickness gauge.
+
+    Parameters
+    ----------
+    ends : of the interval [m].
+    """
+    return _CALIPER if ends[1] - ends[0] >= 10 * _CALIPER else _GAUGE
+
+
+def inwards(ends: tuple[float, float], step: float) -> tuple[float, float]:
+    """Round the ends of an interval to steps, inwards, so that it becomes no wider.
+
+    Parameters
+    ----------
+    ends : of the interval [m].
+    step : [m].
+
+    Examples
+    --------
+    >>> first, last = inwards((4.1301e-3, 7.4899e-3), 0.01e-3)
+    >>> f"{first * 1e3:.2f} to {last * 1e3:.2f} mm"
+    '4.14 to 7.48 mm'
+    """
+    # A limit that is a step but for rounding errors stays.
+    return math.ceil(ends[0] / step - 1e-6) * step, math.floor(ends[1] / step + 1e-6) * step
 
 
 @dataclass(frozen=True)

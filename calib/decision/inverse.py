@@ -28,17 +28,16 @@ import numpy as np
 from scipy.special import ndtr
 
 from calib.checks import (
-    RULED_OUT,
     Member,
     Reason,
     Verdict,
-    departure_in_words,
     drawn,
     heaviest,
     judge_posterior,
     members_or,
     verdict_of,
 )
+from calib.decision.conditions import open_models_of
 from calib.decision.extrapolation import MARGIN, beyond_the_measured, largest_force
 from calib.decision.force_table import LEVEL, N_ROW, ForceTable, GripperTables, Kind, WorkingPoint
 from calib.decision.gripper import Gripper
@@ -78,6 +77,7 @@ def invert(
     posterior_sha256: str = "",
     verdict: Verdict | None = None,
     members: Sequence[Member] = (),
+    advised: float | None = None,
 ) -> GripperTables:
     """Turn a calibration round: what force a reading of a gripper means, and how sure that is.
 
@@ -93,6 +93,8 @@ def invert(
     posterior_sha256 : hash of the posterior's file, kept with the result.
     verdict : on the calibration; None to judge the posterior here, without its predictions.
     members : the models that the posterior is an average of; none for one model.
+    advised : [N], force that a padding was recommended for; the table of a design that ends before it, as nobody asked for more
+        than was measured, says so. None if none was.
 
     Returns
     -------
@@ -131,15 +133,15 @@ def invert(
         built = [draws.on(gripper.padding) for draws in following]
         sensors.append((f"{name} on {gripper.padding * 1e3:.6g} mm of padding", "design", built))
     of_data = heaviest(models).posterior
-    models_left = [departure_in_words(d, posterior) for d in posterior.diagnostics.departures if d.log_bayes > RULED_OUT]
     tables = []
     for title, sensor, those in sensors:
         table = table_of(title, sensor, those, gripper, rated)
         depth = table.points[-1].depth
         beyond = beyond_the_measured(of_data, rated, table.padding_thickness, depth, table.indenter_radius)
-        judged = verdict_of([*known.reasons, *beyond, *_doubts(table)])
+        less = _less_than_advised(table, advised) if sensor == "design" and gripper.force is None else ()
+        judged = verdict_of([*known.reasons, *less, *beyond, *_doubts(table)])
         rough = dict.fromkeys(f"a first look alone: {said}" for d in those if (said := caution(d.forward, d.design)))
-        left_open = (f"not ruled out by these data: {said}" for said in models_left)
+        left_open = (f"not ruled out by these data: {said}" for said in open_models_of(posterior))
         conditions = _conditions([m.posterior.experiment for m, _ in chosen], table, gripper)
         tables.append(replace(table, verdict=judged, conditions=(*rough, *left_open, *conditions)))
     reasons = dict.fromkeys(reason for found in tables for reason in found.verdict.reasons)
@@ -365,6 +367,21 @@ def _doubts(table: ForceTable) -> Iterator[Reason]:
     if not math.isnan(table.turn):
         finding = f"{table.name}: from {table.turn:.3g} N on a larger force reads like a smaller one"
         yield Reason("turn", "amber", finding, "Keep such forces from the sensor: no reading tells of them")
+
+
+def _less_than_advised(table: ForceTable, advised: float | None) -> Iterator[Reason]:
+    """That the padding was recommended for a larger force than the table is for.
+
+    It is not made for that force unasked: beyond what was measured a table rests on the model alone, and those of the sensors
+    that were measured would lose their green for it.
+    """
+    if advised is not None and advised > table.rated * (1 + 1e-9):
+        finding = (
+            f"{table.name}: the recommendation in this run is for {advised:.6g} N, and this table is for {table.rated:.3g} N, "
+            "the largest force that was measured"
+        )
+        action = f'Give --force "{advised:.6g} N" if the gripper is to read such forces, or keep it below'
+        yield Reason("range", "amber", finding, action)
 
 
 def _conditions(experiments: Sequence[Experiment], table: ForceTable, gripper: Gripper) -> tuple[str, ...]:

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
         Certificate,
         Origin,
         certificate_json,
+        certificate_number,
+        certified_models,
         certify,
         results_of,
     )
@@ -35,7 +37,7 @@ if TYPE_CHECKING:
     from calib.report.figures.predictive import change_figure, channel_figure
     from calib.report.figures.proof import proof_figure
     from calib.report.figures.specification import conformity_figure, front_figure
-    from calib.report.gripper import force_tables_from_json, gripper_files
+    from calib.report.gripper import force_tables_from_json, gripper_files, range_in_words, reading_in_words
     from calib.report.moves import moves_in_words
     from calib.report.page import begin_drawing, kept_drawings, plots_of_report, write_report
     from calib.report.pictures import any_letters, write_figure
@@ -62,7 +64,9 @@ __all__ = [
     "batch_status",
     "begin_drawing",
     "certificate_json",
+    "certificate_number",
     "certificate_page",
+    "certified_models",
     "certify",
     "change_figure",
     "channel_figure",
@@ -95,6 +99,8 @@ __all__ = [
     "print_page",
     "prior_figure",
     "proof_figure",
+    "range_in_words",
+    "reading_in_words",
     "results_of",
     "revolved_figure",
     "revolved_picture",
@@ -119,6 +125,8 @@ __getattr__ = on_demand(
             "Certificate",
             "Origin",
             "certificate_json",
+            "certificate_number",
+            "certified_models",
             "certify",
             "results_of",
         ),
@@ -136,7 +144,7 @@ __getattr__ = on_demand(
         ".figures.predictive": ("change_figure", "channel_figure"),
         ".figures.proof": ("proof_figure",),
         ".figures.specification": ("conformity_figure", "front_figure"),
-        ".gripper": ("force_tables_from_json", "gripper_files"),
+        ".gripper": ("force_tables_from_json", "gripper_files", "range_in_words", "reading_in_words"),
         ".moves": ("moves_in_words",),
         ".page": ("begin_drawing", "kept_drawings", "plots_of_report", "write_report"),
         ".pictures": ("any_letters", "write_figure"),

@@ -9,10 +9,11 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from calib.catalogue import QUANTITIES, UnknownName
-from calib.checks import Colour, Verdict
+from calib.checks import AMBER_ALLOWS, Colour, Verdict
+from calib.decision import open_models_of
 from calib.digits import interval_text, with_uncertainty
 from calib.experiment import Instrument, Laboratory, keys_of, model_in_words
-from calib.records import record_to_text
+from calib.records import record_from_text, record_to_text
 from calib.report.rows import SENSOR_PARAMETERS, parameter_rows
 from calib.sampling import FINGERPRINT, Posterior, coverage_intervals
 
@@ -20,7 +21,7 @@ from calib.sampling import FINGERPRINT, Posterior, coverage_intervals
 COVERAGE = 0.95
 
 #: Layout of certificate.json, and what it is by the colour of its verdict: the first thing that it says.
-CERTIFICATE_FORMAT = 1
+CERTIFICATE_FORMAT = 2
 CERTIFICATE_KINDS: Mapping[Colour, str] = {
     "green": "certificate",
     "amber": "certificate with reservations",
@@ -34,7 +35,7 @@ _TITLES: Mapping[Colour, str] = {
 }
 _STATEMENTS: Mapping[Colour, str] = {
     "green": "Nothing that was looked at speaks against these results.",
-    "amber": "These results may be used for what the reservations leave, and for nothing else.",
+    "amber": f"These results {AMBER_ALLOWS}.",
     "red": "The verdict on this calibration is red. This says how it came about, without its numbers, which must not be used.",
 }
 
@@ -111,7 +112,7 @@ class Origin:
     Attributes
     ----------
     forward : name and hash of the forward model, one for each model of an average.
-    commands : what wrote into the folder: command, when, and of which version.
+    commands : that the results come of, and the one that certified them: command, when, and of which version.
     inputs : the files that it was made from: what each is, its name and its SHA-256.
     text : of the experiment file, as it was; None if that is not there any more.
     software : name -> version of what this certificate is made with.
@@ -138,6 +139,8 @@ class Certificate:
     results : of the sensor; none where the verdict is red.
     known : quantities that a prior fixed.
     model : what was calibrated, in words.
+    open_models : models that the data do not rule out beside it, in words, each with what it would make of the modulus; none
+        where the verdict is red.
     specimens : names of the sensors that were measured.
     laboratory, instruments : who measured, and what with.
     origin : how the calibration came about.
@@ -157,6 +160,7 @@ class Certificate:
     results: tuple[CertifiedValue, ...]
     known: tuple[KnownValue, ...]
     model: str
+    open_models: tuple[str, ...]
     specimens: tuple[str, ...]
     laboratory: Laboratory
     instruments: tuple[Instrument, ...]
@@ -176,8 +180,13 @@ class Certificate:
 
     @property
     def statement(self) -> str:
-        """What its verdict means, in a sentence."""
-        return _STATEMENTS[self.verdict.colour]
+        """What its verdict means, in a sentence or two."""
+        statement = _STATEMENTS[self.verdict.colour]
+        if not self.open_models:
+            return statement
+        n = len(self.open_models)
+        told = "one other model" if n == 1 else f"{n} other models"
+        return f"{statement} They hold under the model that is named, and the data do not rule out {told}: see below."
 
     @property
     def usable(self) -> bool:
@@ -209,6 +218,7 @@ def certify(posterior: Posterior, verdict: Verdict, origin: Origin, issued: str)
         results=results_of(posterior) if verdict.colour != "red" else (),
         known=known if verdict.colour != "red" else (),
         model=model_in_words(e) if not posterior.diagnostics.models else _models(posterior),
+        open_models=certified_models(posterior, verdict.colour),
         specimens=tuple(dict.fromkeys(sweep.specimen for sweep in posterior.sweeps)),
         laboratory=e.laboratory,
         instruments=e.instruments,
@@ -225,8 +235,32 @@ def certify(posterior: Posterior, verdict: Verdict, origin: Origin, issued: str)
         ended=attrs.get("ended", ""),
         unsaid=_unsaid(e.laboratory, e.instruments, origin, attrs),
     )
-    content = json.dumps(_content(certificate), sort_keys=True)
-    return _numbered(certificate, hashlib.sha256(content.encode()).hexdigest()[:16].upper())
+    kind = CERTIFICATE_KINDS[verdict.colour]
+    content = record_from_text(kind, CERTIFICATE_FORMAT, record_to_text(kind, CERTIFICATE_FORMAT, _content(certificate)))
+    return replace(certificate, number=certificate_number(content))
+
+
+def certificate_number(content: Mapping[str, Any]) -> str:
+    """The number of a certificate, which is of its content.
+
+    Parameters
+    ----------
+    content : of certificate.json, without kind, format and checksum.
+    """
+    numbered = {key: value for key, value in content.items() if key not in ("number", "files")}
+    digest = hashlib.sha256(json.dumps(numbered, sort_keys=True).encode()).hexdigest()[:16].upper()
+    return "-".join(digest[k : k + 4] for k in range(0, len(digest), 4))
+
+
+def certified_models(posterior: Posterior, colour: Colour) -> tuple[str, ...]:
+    """The models that a certificate says the data do not rule out: their numbers are none to be used where the verdict is red.
+
+    Parameters
+    ----------
+    posterior : the calibration.
+    colour : of the verdict that is certified.
+    """
+    return open_models_of(posterior) if colour != "red" else ()
 
 
 def results_of(posterior: Posterior) -> tuple[CertifiedValue, ...]:
@@ -266,7 +300,7 @@ def certificate_json(certificate: Certificate, files: Mapping[str, str]) -> str:
     files : name in the folder of the run -> SHA-256.
     """
     content = {**_content(certificate), "number": certificate.number, "files": dict(files)}
-    order = ("title", "statement", "number", "verdict")
+    order = ("title", "statement", "number", "verdict", "open_models")
     content = {key: content[key] for key in order} | content
     return record_to_text(CERTIFICATE_KINDS[certificate.verdict.colour], CERTIFICATE_FORMAT, content)
 
@@ -278,6 +312,7 @@ def _content(c: Certificate) -> dict[str, Any]:
         "issued": c.issued,
         "name": c.name,
         "verdict": c.verdict.to_plain(),
+        "open_models": list(c.open_models),
         "converged": c.converged,
         "results": [asdict(value) for value in c.results] if c.usable else None,
         "coverage_probability": COVERAGE,
@@ -300,11 +335,6 @@ def _content(c: Certificate) -> dict[str, Any]:
         "not_said": list(c.unsaid),
         "accreditation": NOT_ACCREDITED,
     }
-
-
-def _numbered(certificate: Certificate, number: str) -> Certificate:
-    grouped = "-".join(number[k : k + 4] for k in range(0, len(number), 4))
-    return replace(certificate, number=grouped)
 
 
 def _models(posterior: Posterior) -> str:

@@ -99,8 +99,10 @@ def _administrative(at: ET.Element, c: Certificate) -> None:
     _contact(_in(at, "customer"), laboratory.customer or laboratory.name, c, own=not laboratory.customer)
     statements = _in(at, "statements")
     colour = c.verdict.colour
-    said = [("Not an accredited certificate", NOT_ACCREDITED), (f"Verdict: {colour}", c.statement), ("The numbers", MEANT)]
+    said = [("Not an accredited certificate", NOT_ACCREDITED), (f"Verdict: {colour}", c.statement)]
     said += [(f"{reason.level}, {reason.gate}", reason.in_words) for reason in c.verdict.reasons]
+    said += [("Model not ruled out by these data", model) for model in c.open_models]
+    said += [("The numbers", MEANT)]
     said += [("Not said", f"This certificate does not say {what}.") for what in c.unsaid]
     for name, text in said:
         statement = _in(statements, "statement")

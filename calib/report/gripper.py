@@ -13,7 +13,8 @@ from typing import Any
 import jinja2
 import numpy as np
 
-from calib.decision import LEVEL, N_ROW, WIDTH_IN_SD, ForceTable, GripperTables
+from calib.decision import LEVEL, N_ROW, WIDTH_IN_SD, ForceTable, GripperTables, Status
+from calib.digits import places_of
 from calib.errors import Fault, InputError
 from calib.provenance import PROGRAM
 from calib.records import record_from_text, record_to_text
@@ -57,6 +58,7 @@ def gripper_files(made: GripperTables) -> dict[str, str]:
         keep_trailing_newline=True,
     )
     about = tuple(_about(made))
+    whose = next((k for k, table in enumerate(made.tables) if table.sensor == "design"), 0)
     tables = [_laid_out(table, name) for table, name in zip(made.tables, _identifiers(made.tables), strict=True)]
     size = _BYTES * (_COLUMNS * N_ROW + _LIMITS)
     context = {
@@ -71,7 +73,8 @@ def gripper_files(made: GripperTables) -> dict[str, str]:
 
     def rendered(template: str, write: Callable[[str], str] = str) -> str:
         shown = {**context, "about": [write(line) for line in about], "title": write(_line(made.experiment))}
-        return environment.get_template(template).render(shown, tables=[_written(table, write) for table in tables])
+        of = {"quoted": tables[whose].quoted, "identifier": tables[whose].identifier}
+        return environment.get_template(template).render(shown, of=of, tables=[_written(table, write) for table in tables])
 
     return {
         "force_tables.h": rendered("force_tables.h.j2", _in_comment),
@@ -100,6 +103,41 @@ def force_tables_from_json(text: str, path: Path) -> dict[str, Any]:
         return record_from_text(_KIND, _FORMAT, text)
     except ValueError as error:
         raise InputError(Fault(f"cannot be read: {error}", path, advice="Export the run again")) from None
+
+
+def reading_in_words(table: ForceTable, reading: tuple[str, float], tare: tuple[str, float]) -> str:
+    """Say what force one reading of one sensor means, with its bounds, or why it means none.
+
+    Parameters
+    ----------
+    table : of the sensor.
+    reading, tare : as somebody wrote them, and in [F].
+    """
+    found = table.force_at(reading[1], tare[1])
+    force, lower, upper = float(found.force), float(found.lower), float(found.upper)
+    places = places_of(upper - lower) if upper > lower else 3
+    low, middle, high, last = (f"{x:.{places}f}" for x in (lower, force, upper, table.largest))
+    meant = {
+        Status.VALID: f"{middle} N ({LEVEL * 100:g} %: {low} to {high} N)",
+        Status.NO_CONTACT: f"no contact that noise would not explain as well; at most {high} N",
+        Status.BEYOND_RANGE: f"at least {low} N, and how much more is not known: the table ends at {last} N",
+        Status.BELOW_REST: "nothing, as it is farther below rest than noise explains: tared under load, or drifted; tare again",
+    }
+    words = meant.get(Status(int(found.status)), "nothing: reading and tare must be positive")
+    return f"{table.name}, {reading[0]} with a tare of {tare[0]}: {words}."
+
+
+def range_in_words(table: ForceTable, tare: float) -> str:
+    """Say between what a reading of one sensor means a force, at a tare.
+
+    Parameters
+    ----------
+    table : of the sensor.
+    tare : [F], c0.
+    """
+    first, last = (f"{tare * (1 + r) * 1e12:.5g}" for r in (table.touch, float(table.ratio[-1])))
+    least = float(np.interp(table.touch, table.ratio, table.force))
+    return f"{first} to {last} pF at this tare, which are {least:.3g} to {table.largest:.4g} N"
 
 
 @dataclass(frozen=True)
@@ -142,8 +180,7 @@ def _laid_out(table: ForceTable, identifier: str) -> _LaidOut:
     ppm = f"{table.touch * 1e6:.0f} to {table.ratio[-1] * 1e6:.0f}"
     forces = f"{float(np.interp(table.touch, table.ratio, table.force)):.3g} to {table.largest:.4g}"
     range_ = f"valid: readings of {ppm} ppm above the tare, forces of {forces} N"
-    tare = " to ".join(f"{c * 1e12:.4g}" for c in table.tare[[0, 2]])
-    expected = f"tare to be expected: {tare} pF ({LEVEL * 100:g} %)"
+    expected = f"tare to be expected: {table.tare_in_words}"
     return _LaidOut(
         title=title,
         quoted=ascii(table.name),

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from calib.checks import Verdict
+from calib.checks import AMBER_ALLOWS, Verdict
 
 _STATUS = {
     "green": "Green: {what} can be used.",
-    "amber": "Amber: {what} can be used for what the reasons below leave.",
+    "amber": f"Amber: {{what}} {AMBER_ALLOWS}.",
     "red": "Red: do not use {what}.",
 }
 

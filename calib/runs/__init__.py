@@ -14,11 +14,11 @@ if TYPE_CHECKING:
     from calib.runs.batch import batch_in, is_batch, verify_batch
     from calib.runs.before import Check, check
     from calib.runs.calibration import STAGES, Calibration, Stages, Watch, calibrate
-    from calib.runs.certificate import certify_in
+    from calib.runs.certificate import certify_in, input_now
     from calib.runs.certified import Finding
     from calib.runs.difference import diff_runs
     from calib.runs.doctor import Examined, examine
-    from calib.runs.export import NotUsableError, export_in
+    from calib.runs.export import NotUsableError, export_in, force_tables
     from calib.runs.figures import figures_in
     from calib.runs.folder import PageError, Run, load_recommendation, load_run, recommend_in, report_in
     from calib.runs.integrity import verify
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from calib.runs.preview import quick
     from calib.runs.progress import Look, RunState, Told, run_state
     from calib.runs.proof import prove
+    from calib.runs.received import Received, is_received, verify_certificate
     from calib.runs.refinement import Means, Refinement, refine
     from calib.runs.rivals import Rivalry, calibrate_rivals
 
@@ -44,6 +45,7 @@ __all__ = [
     "Means",
     "NotUsableError",
     "PageError",
+    "Received",
     "Refinement",
     "Rivalry",
     "Run",
@@ -62,7 +64,10 @@ __all__ = [
     "examine",
     "export_in",
     "figures_in",
+    "force_tables",
+    "input_now",
     "is_batch",
+    "is_received",
     "load_recommendation",
     "load_run",
     "next_for",
@@ -78,6 +83,7 @@ __all__ = [
     "specified_before",
     "verify",
     "verify_batch",
+    "verify_certificate",
 ]
 
 __getattr__ = on_demand(
@@ -111,7 +117,7 @@ __getattr__ = on_demand(
             "AVERAGE",
             "average_runs",
         ),
-        ".certificate": ("certify_in",),
+        ".certificate": ("certify_in", "input_now"),
         ".certified": ("Finding",),
         ".difference": ("diff_runs",),
         ".doctor": (
@@ -121,6 +127,7 @@ __getattr__ = on_demand(
         ".export": (
             "NotUsableError",
             "export_in",
+            "force_tables",
         ),
         ".figures": ("figures_in",),
         ".integrity": ("verify",),
@@ -140,6 +147,7 @@ __getattr__ = on_demand(
             "run_state",
         ),
         ".proof": ("prove",),
+        ".received": ("Received", "is_received", "verify_certificate"),
         ".refinement": (
             "Means",
             "Refinement",

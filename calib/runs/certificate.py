@@ -38,11 +38,15 @@ from calib.runs.listing import (
     SIGNATURE,
     Command,
     Listing,
+    read_listing,
     with_command,
     writing,
 )
 from calib.signature import SecretKey, sign
 from calib.visible import visible
+
+# Commands of which what is certified comes; the others look at it, decide by it, or certified it before.
+_MAKING = ("calibrate", "compare", "average")
 
 
 def certify_in(run: Run, *, key: SecretKey | None = None, command: str = "") -> Certificate:
@@ -116,13 +120,31 @@ def _files_of(folder: Path, listing: Listing) -> dict[str, str]:
     return found
 
 
+def input_now(run: Run, what: str) -> tuple[Path | None, Path | None]:
+    """Where a file that a run was made from is now, and where it was then.
+
+    Parameters
+    ----------
+    run : as loaded.
+    what : the file is: "experiment" or "surrogate".
+
+    Returns
+    -------
+    Its path, None if it is at neither of the places where it may be; and that when the run was made, None if it had none.
+    """
+    listing = read_listing(run.folder)
+    entries = [] if listing is None else [entry for entry in listing.inputs if entry.what == what]
+    return (entries[0].found(run.folder), Path(entries[0].file)) if entries else (None, None)
+
+
 def _origin(run: Run, listing: Listing) -> Origin:
-    """How a run came about, by its `run.json`, and the experiment file if it is still what it was."""
+    """How what is certified came about, by `run.json`, and the experiment file if it is still what it was."""
     posterior = run.posterior
     commands = listing.commands
     if begun := listing.attrs.get("command", "") if len(commands) < 2 else "":  # a folder of before they were kept
         attrs = posterior.attrs
         commands = (Command(visible(begun), attrs.get("ended", ""), attrs.get(f"version of {PROGRAM}", "")), *commands)
+    commands = (*(command for command in commands[:-1] if _makes_results(command)), *commands[-1:])
     return Origin(
         forward=forwards_of(run),
         commands=tuple(asdict(command) for command in commands),
@@ -130,6 +152,12 @@ def _origin(run: Run, listing: Listing) -> Origin:
         text=_experiment_text(run.folder, listing, posterior.experiment.sha256),
         software=versions() | {"platform": platform_in_words()} | ({"commit": of_clone} if (of_clone := commit()) else {}),
     )
+
+
+def _makes_results(command: Command) -> bool:
+    """Whether results come of a command: of one that is of no known kind nobody can tell, and it counts."""
+    words = command.text.split()
+    return not (len(words) > 1 and words[0] == "calib" and words[1] not in _MAKING)
 
 
 def _experiment_text(folder: Path, listing: Listing, sha256: str) -> str | None:

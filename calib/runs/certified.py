@@ -5,24 +5,34 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+from calib.checks import Colour
 from calib.errors import InputError
 from calib.experiment import keys_of
 from calib.files import sha256_of
 from calib.records import exact_record_from_text
-from calib.report import CERTIFICATE_FORMAT, CERTIFICATE_KINDS, results_of
+from calib.report import CERTIFICATE_FORMAT, CERTIFICATE_KINDS, certificate_number, certified_models, results_of
 from calib.runs.folder import Run
 from calib.runs.listing import CERTIFICATE, CERTIFICATES, MEMBERS, POSTERIOR, RESULTS, SIGNATURE, SUMMARIES, Listing
 from calib.signature import PublicKey, fault_of, read_signature
+from calib.visible import shortened
 
 State = Literal["fine", "changed", "missing", "not finished", "stale"]
 
+#: What a file that is no certificate fails of.
+NOT_ONE = (KeyError, TypeError, ValueError, AttributeError, OSError, RecursionError)
+
 _AGAIN = "issue it again with `calib certificate RUN`"
 _BEST_FIRST = ("green", "amber", "red")
+
+# How the name of a signature goes on after that of what it is of, and what may be a file of a run.
+_SIGNED = SIGNATURE.removeprefix(CERTIFICATE)
+_MEMBER = re.compile(rf"{MEMBERS}/[^/\\\n]+")
 
 # Quantiles of the same draws, summed in another order.
 _ROUNDING = 1e-9
@@ -37,8 +47,8 @@ class Finding:
     note: str = ""
 
 
-class _NotOfThisRunError(Exception):
-    """Why a certificate is not one of the run that it lies in: it is stale, or was changed."""
+class NotOfThisRunError(Exception):
+    """Why a certificate is not one of the run that it lies in, or none at all: it is stale, or was changed."""
 
     def __init__(self, state: State, note: str) -> None:
         self.state, self.note = state, note
@@ -62,26 +72,25 @@ def check_certificate(folder: Path, listing: Listing, run: Run | None) -> dict[s
     if not path.is_file():
         return {}
     try:
-        text = path.read_bytes().decode("utf-8")
-        content, colour = _content(text)
+        content, colour = certificate_content(path.read_bytes())
         wrong = {name: Finding(name, "changed", f"not the one of {CERTIFICATE}") for name in _others_changed(folder, content)}
         _require_own(folder, content, listing)
         if run is not None:
             _require_numbers(content, colour, run)
-    except _NotOfThisRunError as error:
+    except NotOfThisRunError as error:
         return {CERTIFICATE: Finding(CERTIFICATE, error.state, error.note)}
-    except (KeyError, TypeError, ValueError, AttributeError, OSError, RecursionError) as error:
+    except NOT_ONE as error:
         return {CERTIFICATE: Finding(CERTIFICATE, "changed", f"it is no certificate as it was written ({error})")}
     later = [name for name in RESULTS if name not in (*content["files"], *CERTIFICATES) and (folder / name).is_file()]
     return wrong | {name: Finding(name, "fine", "made after the certificate, which does not cover it") for name in later}
 
 
-def check_signature(folder: Path, key: PublicKey | None) -> Finding | None:
-    """Say who signed the certificate of a run; None if nobody did and nobody is asked for.
+def check_signature(certificate: Path, key: PublicKey | None) -> Finding | None:
+    """Say who signed a certificate; None if nobody did and nobody is asked for.
 
     Parameters
     ----------
-    folder : of the run.
+    certificate : its certificate.json; the signature lies beside it, under its name and .minisig.
     key : of the laboratory that it should be signed by; None if any will do, and none is checked.
 
     Raises
@@ -89,24 +98,23 @@ def check_signature(folder: Path, key: PublicKey | None) -> Finding | None:
     InputError
         If it is to be checked, and the package cryptography is not installed.
     """
-    certificate, path = folder / CERTIFICATE, folder / SIGNATURE
+    path = certificate.with_name(f"{certificate.name}{_SIGNED}")
     if not path.is_file() or not certificate.is_file():
         if key is None:
             return None
-        return Finding(
-            SIGNATURE, "missing", f"{CERTIFICATE} is not signed" if certificate.is_file() else "nothing is certified"
-        )
+        note = f"{certificate.name} is not signed" if certificate.is_file() else "nothing is certified"
+        return Finding(path.name, "missing", note)
     try:
         signature = read_signature(path)
     except InputError as error:
-        return Finding(SIGNATURE, "changed", error.faults[0].message)
+        return Finding(path.name, "changed", error.faults[0].message)
     if key is None:
         note = f"signed with the key {signature.name}, which is not checked: give the laboratory's own with --public-key"
-        return Finding(SIGNATURE, "fine", note)
+        return Finding(path.name, "fine", note)
     content = certificate.read_bytes()
     if fault := fault_of(signature, content, key):
-        return Finding(SIGNATURE, "changed", fault)
-    return Finding(SIGNATURE, "fine", f"signed by {_signed_by(content)} with the key {key.name}, {signature.comment}")
+        return Finding(path.name, "changed", fault)
+    return Finding(path.name, "fine", f"signed by {_signed_by(content)} with the key {key.name}, {signature.comment}")
 
 
 def forwards_of(run: Run) -> tuple[str, ...]:
@@ -129,17 +137,40 @@ def _signed_by(content: bytes) -> str:
         return "whoever has it"
 
 
-def _content(text: str) -> tuple[dict[str, Any], str]:
-    """What a certificate says, and the colour of its verdict."""
+def certificate_content(data: bytes) -> tuple[dict[str, Any], Colour]:
+    """Read what a certificate says, and the colour of its verdict, if it is whole by itself: checksum, number and text agree.
+
+    Parameters
+    ----------
+    data : of certificate.json.
+
+    Raises
+    ------
+    NotOfThisRunError
+        If it is a certificate, but its parts do not belong together.
+    KeyError, TypeError, ValueError, AttributeError, RecursionError
+        If it is none as it was written.
+    """
+    text = data.decode("utf-8")
     kind = json.loads(text).get("kind")
     colour = next((colour for colour, name in CERTIFICATE_KINDS.items() if name == kind), None)
     if colour is None:
-        raise ValueError(f"it is a {kind}")
+        raise ValueError(f"it is a {shortened(str(kind))}")
     content = exact_record_from_text(kind, CERTIFICATE_FORMAT, text)
     if content["verdict"]["colour"] != colour:
         raise ValueError(f"it is a {kind} with a verdict that is {content['verdict']['colour']}")
     if (content["results"] is None) != (colour == "red"):
         raise ValueError("it holds results where there are to be none, or none")
+    experiment, named = content["experiment"], content["files"]
+    if experiment["text"] is not None and hashlib.sha256(experiment["text"].encode()).hexdigest() != experiment["sha256"]:
+        raise NotOfThisRunError("changed", "the text of the experiment in it is another")
+    strange = [name for name in named if name not in RESULTS and not _MEMBER.fullmatch(name)]
+    if strange or POSTERIOR not in named:
+        raise NotOfThisRunError(
+            "changed", f"it names {shortened(', '.join(strange))}" if strange else f"it is of no {POSTERIOR}"
+        )
+    if content["number"] != certificate_number(content):
+        raise NotOfThisRunError("changed", "its number is not that of what it says")
     return content, colour
 
 
@@ -154,34 +185,28 @@ def _others_changed(folder: Path, content: Mapping[str, Any]) -> list[str]:
 def _require_own(folder: Path, content: Mapping[str, Any], listing: Listing) -> None:
     """Refuse a certificate of another run, or of what the files of this run were before."""
     if content["fingerprint"] != listing.fingerprint:
-        raise _NotOfThisRunError("changed", "it is of another run")
-    experiment, named = content["experiment"], content["files"]
-    if experiment["text"] is not None and hashlib.sha256(experiment["text"].encode()).hexdigest() != experiment["sha256"]:
-        raise _NotOfThisRunError("changed", "the text of the experiment in it is another")
-    strange = [name for name in named if name not in RESULTS and not name.startswith(f"{MEMBERS}/")]
-    if strange or POSTERIOR not in named:
-        raise _NotOfThisRunError("changed", f"it names {', '.join(strange)}" if strange else f"it is of no {POSTERIOR}")
+        raise NotOfThisRunError("changed", "it is of another run")
     inputs = [{"what": e.what, "file": Path(e.file).name, "sha256": e.sha256} for e in listing.inputs]
     if content["inputs"] != inputs:
-        raise _NotOfThisRunError("stale", f"the run has been made from other files since: {_AGAIN}")
-    for name, digest in named.items():
+        raise NotOfThisRunError("stale", f"the run has been made from other files since: {_AGAIN}")
+    for name, digest in content["files"].items():
         path = folder / name
         if name in CERTIFICATES:
             if not path.is_file():
-                raise _NotOfThisRunError("stale", f"{name}, which it names, is not there: {_AGAIN}")
+                raise NotOfThisRunError("stale", f"{name}, which it names, is not there: {_AGAIN}")
         elif not path.is_file() or sha256_of(path) != digest:
-            raise _NotOfThisRunError("stale", f"it is not of the {name} that is here: {_AGAIN}")
+            raise NotOfThisRunError("stale", f"it is not of the {name} that is here: {_AGAIN}")
 
 
-def _require_numbers(content: Mapping[str, Any], colour: str, run: Run) -> None:
+def _require_numbers(content: Mapping[str, Any], colour: Colour, run: Run) -> None:
     """Refuse a certificate that says other numbers than the posterior, or a better verdict than the summary."""
     posterior = run.posterior
     if content["experiment"]["sha256"] != posterior.experiment.sha256:
-        raise _NotOfThisRunError("stale", f"it is of another experiment file: {_AGAIN}")
+        raise NotOfThisRunError("stale", f"it is of another experiment file: {_AGAIN}")
     summary = json.loads((run.folder / SUMMARIES[0]).read_text(encoding="utf-8"))["verdict"]["colour"]
     worst = max(summary, "green" if posterior.diagnostics.converged else "red", key=_BEST_FIRST.index)
     if _BEST_FIRST.index(colour) < _BEST_FIRST.index(worst):
-        raise _NotOfThisRunError("changed", f"it says {colour}, and the verdict on this calibration is {worst}")
+        raise NotOfThisRunError("changed", f"it says {colour}, and the verdict on this calibration is {worst}")
     experiment = posterior.experiment
     facts = {
         "laboratory": asdict(experiment.laboratory),
@@ -189,20 +214,21 @@ def _require_numbers(content: Mapping[str, Any], colour: str, run: Run) -> None:
         "name": experiment.name,
         "seed": posterior.seed,
         "converged": posterior.diagnostics.converged,
+        "open_models": list(certified_models(posterior, colour)),
         "forward_model": list(forwards_of(run)),
     }
     for fact, is_so in facts.items():
         if content[fact] != is_so:
-            raise _NotOfThisRunError("changed", f"its {fact.replace('_', ' ')} is not that of the run")
+            raise NotOfThisRunError("changed", f"its {fact.replace('_', ' ')} is not that of the run")
     if content["results"] is None:
         return
     expected = {value.name: value for value in results_of(posterior)}
     found = {value["name"]: value for value in content["results"]}
     if found.keys() != expected.keys():
-        raise _NotOfThisRunError("changed", "it holds other results than the posterior")
+        raise NotOfThisRunError("changed", "it holds other results than the posterior")
     for name, value in expected.items():
         said = found[name]
         pairs = [(said["value"], value.value), (said["standard_uncertainty"], value.standard_uncertainty)]
         pairs += zip(said["interval_95"], value.interval_95, strict=True)
         if said["unit"] != value.unit or not all(math.isclose(a, b, rel_tol=_ROUNDING) for a, b in pairs):
-            raise _NotOfThisRunError("changed", f"its {name} is not that of the posterior")
+            raise NotOfThisRunError("changed", f"its {name} is not that of the posterior")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import secrets
 import shutil
+from contextlib import suppress
 from pathlib import Path
 
 from calib.checks import Verdict
@@ -12,7 +13,7 @@ from calib.decision import Gripper, GripperTables, invert
 from calib.errors import Fault, InputError
 from calib.files import require_folder, write_text
 from calib.report import gripper_files
-from calib.runs.folder import Run, require_own_forward
+from calib.runs.folder import Run, load_recommendation, require_own_forward
 
 
 class NotUsableError(Exception):
@@ -51,18 +52,7 @@ def export_in(run: Run, gripper: Gripper, folder: Path | str, *, seed: int = 1) 
     """
     folder = Path(folder)
     require_new(folder)
-    require_own_forward(run)
-    if run.verdict.colour == "red":
-        raise NotUsableError(run.folder, run.verdict)
-    made = invert(
-        run.posterior,
-        run.forward,
-        gripper,
-        seed=seed,
-        posterior_sha256=run.posterior_sha256,
-        verdict=run.verdict,
-        members=run.members,
-    )
+    made = force_tables(run, gripper, seed=seed)
     texts = gripper_files(made)
     part = folder.with_name(f".{folder.name}.{secrets.token_hex(4)}.part")
     try:
@@ -77,6 +67,41 @@ def export_in(run: Run, gripper: Gripper, folder: Path | str, *, seed: int = 1) 
             raise OSError(error.errno, error.strerror, str(folder)) from error
         raise
     return made
+
+
+def force_tables(run: Run, gripper: Gripper, *, seed: int = 1, so: str = "nothing is exported") -> GripperTables:
+    """Turn the calibration of a run round for a gripper, and write nothing.
+
+    Parameters
+    ----------
+    run : the calibration; a recommendation in its folder tells for what force the padding is meant.
+    gripper : what reads the sensor.
+    seed : of the choice of draws.
+    so : what comes of a verdict that is red, in words.
+
+    Raises
+    ------
+    NotUsableError
+        If the verdict on the calibration is red.
+    InputError
+        If the model is not the one of the calibration, or as `calib.decision.invert` says.
+    """
+    require_own_forward(run)
+    if run.verdict.colour == "red":
+        raise NotUsableError(run.folder, run.verdict, so)
+    recommendation = None
+    with suppress(InputError):  # `calib verify` says what is wrong with it
+        recommendation = load_recommendation(run.folder)
+    return invert(
+        run.posterior,
+        run.forward,
+        gripper,
+        seed=seed,
+        posterior_sha256=run.posterior_sha256,
+        verdict=run.verdict,
+        members=run.members,
+        advised=None if recommendation is None else recommendation.requirement.force,
+    )
 
 
 def require_new(folder: Path) -> None:

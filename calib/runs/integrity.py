@@ -60,7 +60,7 @@ def verify(folder: Path | str, public_key: PublicKey | None = None) -> tuple[Fin
     results = [name for name in RESULTS if name in listing.files or (folder / name).exists()]
     found = {name: _of_result(folder, name, listing) for name in (*_members(folder, listing), *results)}
     doubts = check_certificate(folder, listing, run)
-    if signed := check_signature(folder, public_key):
+    if signed := check_signature(folder / CERTIFICATE, public_key):
         doubts[SIGNATURE] = signed
     elif CERTIFICATE in found:
         doubts.setdefault(CERTIFICATE, Finding(CERTIFICATE, "fine", "not signed"))

@@ -22,6 +22,8 @@ _MOST_SPECIMENS = 8
 _ROOM, _LINE, _CARDS = 104.0, 4.2, 22.0
 # Letters of a line across the sheet, of one of the two columns of a reason, and cards beside each other.
 _ACROSS, _COLUMN, _ABREAST = 105, 34, 4
+# Letters of a line of what a verdict allows, which is larger; one of them is in the frame.
+_STATUS = 72
 
 
 def section(results: Results) -> Section:
@@ -37,15 +39,19 @@ def section(results: Results) -> Section:
     cards = [r for r in rows if not r.where]
     sentences = summary_sentences(posterior)
     advice = "" if recommendation is None else recommendation.in_words if conformity is None else conformity.in_words
-    height = _height([*verdict.reasons, *more], (sentences, advice), len(cards) + (recommendation is not None))
+    status = status_in_words(verdict)
+    advice_status = "" if recommendation is None else status_in_words(recommendation.verdict, "the advice")
+    texts = (sentences, *advice.splitlines())
+    height = _height([*verdict.reasons, *more], texts, len(cards) + (recommendation is not None))
+    height += sum(max(_lines(text, _STATUS) - 1, 0) for text in (status, advice_status)) * _LINE
     context = {
         "verdict": verdict,
-        "status": status_in_words(verdict),
+        "status": status,
         "passed": passed_gates(posterior, verdict),
         "sentences": sentences,
         "advice": advice,
         "recommendation": recommendation,
-        "advice_status": "" if recommendation is None else status_in_words(recommendation.verdict, "the advice"),
+        "advice_status": advice_status,
         "beyond": more,
         "stale": results.stale,
         "conforms": "" if conformity is None else percent(conformity.best.best_probability),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ import pytest
 
 from calib.checks.predictive import predict
 from calib.checks.reasons import conflict_limit, judge_posterior, passed_gates
-from calib.checks.verdict import Reason, Verdict, verdict_from_plain, verdict_of
+from calib.checks.verdict import AMBER_ALLOWS, Reason, Verdict, verdict_from_plain, verdict_of
 from calib.decision.padding import recommend
 from calib.decision.requirement import Requirement
 from calib.experiment import Unedited
@@ -177,3 +178,9 @@ def test_advice_is_not_very_sure_while_the_data_leave_another_model_open(make_po
     assert "leave others open" in found.sureness
     closed = recommend(_with(make_posterior(), departures=(out,)), ClosedForm(), asked, seed=1)
     assert (closed.open_models, closed.sureness) == ((), "very sure")
+
+
+@pytest.mark.parametrize("page", ["docs/verdict.md", "docs/batch.md", "docs/tutorial.md", "README.md"])
+def test_what_amber_allows_stands_in_the_same_words_wherever_it_is_told(page: str) -> None:
+    text = " ".join((Path(__file__).parents[3] / page).read_text(encoding="utf-8").split())
+    assert AMBER_ALLOWS in text

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import json
+import re
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
 
+from calib.checks import AMBER_ALLOWS
 from calib.cli import app
 from calib.files import write_text
 from calib.sampling.posterior import Posterior
@@ -44,7 +48,7 @@ def test_export_writes_all_files_with_the_verdict_and_where_they_come_from(runs:
     assert [t["name"] for t in plain["tables"]] == ["sensor 1", "sensor 2", "next specimen", "next specimen on 3 mm of padding"]
     assert plain["verdict"]["colour"] == "amber"
     assert len(plain["posterior_sha256"]) == 64
-    assert "Amber: the tables can be used for what the reasons below leave." in _said(result)
+    assert f"Amber: the tables {AMBER_ALLOWS}." in _said(result)
     assert "next specimen on 3 mm of padding" in _said(result)
 
 
@@ -117,3 +121,111 @@ def test_a_damaged_run_is_refused(runs: Path, tmp_path: Path) -> None:
     assert result.exit_code == 2
     assert "posterior.nc" in _said(result)
     assert not (tmp_path / "gripper").exists()
+
+
+@pytest.fixture(scope="module")
+def advised(runs: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run with a recommendation for a larger force than was measured."""
+    run = tmp_path_factory.mktemp("advised") / "run"
+    shutil.copytree(runs / "good", run)
+    result = _run("recommend", run, "--force", "9 N", "--padding", "2 mm:4 mm", "--steps", 3, "--draws", 50)
+    assert result.exit_code == 0, _said(result)
+    return run
+
+
+def test_a_table_that_ends_before_the_force_of_the_recommendation_says_so_everywhere(advised: Path, tmp_path: Path) -> None:
+    result = _run("export", advised, "--padding", "3 mm", "--draws", 100, "-o", tmp_path / "gripper")
+    assert result.exit_code == 0, _said(result)
+    measured = json.loads((tmp_path / "gripper" / "force_tables.json").read_text(encoding="utf-8"))["tables"]
+    told = (
+        f"the recommendation in this run is for 9 N, and this table is for {measured[-1]['rated_N']:.3g} N, "
+        'the largest force that was measured. Give --force "9 N"'
+    )
+    assert told in _said(result)
+    assert told in " ".join((tmp_path / "gripper" / "README.md").read_text(encoding="utf-8").split())
+    assert [table["verdict"]["colour"] for table in measured[:2]] == ["green", "green"]
+    result = _run("export", advised, "--padding", "3 mm", "--force", "9 N", "--draws", 100, "-o", tmp_path / "more")
+    assert result.exit_code == 0, _said(result)
+    assert "the recommendation in this run" not in _said(result)
+    # Without a design there is nothing that the recommendation is of.
+    result = _run("export", advised, "--draws", 100, "-o", tmp_path / "measured")
+    assert "the recommendation in this run" not in _said(result)
+
+
+# --- one reading --------------------------------------------------------------------------------------------------------
+
+
+def _force(run: Path, *words: object) -> tuple[int, str]:
+    result = _run("force", run, *words, "--draws", 100)
+    return result.exit_code, _said(result)
+
+
+def test_one_reading_means_the_force_that_the_exported_table_says(runs: Path, tmp_path: Path) -> None:
+    exported = _run("export", runs / "good", "--padding", "3 mm", "--draws", 100, "-o", tmp_path / "gripper")
+    assert exported.exit_code == 0, _said(exported)
+    table = json.loads((tmp_path / "gripper" / "force_tables.json").read_text(encoding="utf-8"))["tables"][-1]
+    tare = 1e12 * table["tare_F"][1]
+    reading = tare * (1 + 0.5 * table["ratio"][-1])
+    force, lower, upper = (
+        np.interp(0.5 * table["ratio"][-1], table["ratio"], table[n]) for n in ("force_N", "lower_N", "upper_N")
+    )
+    code, said = _force(runs / "good", f"{reading:.9f} pF", "--tare", f"{tare:.9f} pF", "--padding", "3 mm")
+    assert code == 0, said
+    found = re.search(r"pF: ([0-9.]+) N \(90 %: ([0-9.]+) to ([0-9.]+) N\)\.", said)
+    assert found is not None, said
+    assert [float(x) for x in found.groups()] == pytest.approx([force, lower, upper], abs=0.02 * (upper - lower))
+    assert "Amber: the force" in said  # 3 mm were not measured
+    assert "sensor 1" not in said.replace('"sensor 1"', "")
+    assert f"{table['force_N'][-1]:.4g} N; tare to be expected: " in said
+
+
+def test_a_reading_without_a_tare_means_nothing_and_what_tare_to_expect_is_said(runs: Path) -> None:
+    code, said = _force(runs / "good", "100 pF")
+    assert code == 2
+    assert "100 pF alone means nothing: a sensor is read against its own tare" in said
+    assert "sensor 1, " in said
+    assert 'Read it without contact, and give it: --tare "97.5 pF"' in said
+
+
+def test_readings_of_which_no_force_is_known_say_so(runs: Path) -> None:
+    (expected,) = re.findall(r"sensor 1, (?:about )?([0-9.]+)", _force(runs / "good", "100 pF", "--sensor", "sensor 1")[1])
+    tare = float(expected)
+    readings = [f"{share * tare:.6f} pF" for share in (1.0, 1.5, 0.9)]
+    code, said = _force(runs / "good", *readings, "--tare", f"{tare} pF", "--sensor", "sensor 1")
+    assert code == 0, said
+    assert "no contact that noise would not explain as well; at most" in said
+    assert "and how much more is not known: the table ends at" in said
+    assert "nothing, as it is farther below rest than noise explains" in said
+
+
+def test_a_tare_that_cannot_be_of_a_sensor_is_amber_or_leaves_it_out(runs: Path) -> None:
+    code, said = _force(runs / "good", "130 pF", "--tare", "120 pF", "--sensor", "sensor 1", "--strict")
+    assert code == 3
+    assert "amber, tare: Sensor 1: a tare of 120 pF is not what is to be expected of it" in said
+    low, high = (float(x) for x in re.findall(r"sensor [12], (?:about )?([0-9.]+)", _force(runs / "good", "100 pF")[1]))
+    assert abs(high / low - 1) > 0.02
+    code, said = _force(runs / "good", f"{1.01 * low} pF", "--tare", f"{low} pF")
+    assert code == 0, said
+    assert f"sensor 2: left out, a tare of {low:.4g} pF is not what is to be expected of it" in said
+    assert "Green: the forces can be used." in said
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("100", "--tare", "97 pF"), "has no unit"),
+        (("100 N", "--tare", "97 pF"), "CAPACITANCE"),
+        (("0 pF", "--tare", "97 pF"), 'a capacitance is positive, got "0 pF"'),
+        (("100 pF", "--tare", "nan pF"), "--tare"),
+        (("100 pF", "--tare", "97 pF", "--sensor", "sensor 9"), 'Choose one of "sensor 1", "sensor 2", "next specimen"'),
+    ],
+)
+def test_what_is_no_reading_is_refused(runs: Path, words: tuple[str, ...], told: str) -> None:
+    code, said = _force(runs / "good", *words)
+    assert (code, told in said) == (2, True), said
+
+
+def test_no_force_is_read_from_a_red_run(runs: Path) -> None:
+    code, said = _force(runs / "red", "100 pF", "--tare", "97 pF")
+    assert code == 3
+    assert "is red: its numbers must not be used, and nothing is read from it" in said

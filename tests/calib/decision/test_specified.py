@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import math
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -14,7 +16,7 @@ from calib.checks import Verdict, members_or
 from calib.decision.causes import causes, first_order
 from calib.decision.choices import Choice
 from calib.decision.conformity import Conformity
-from calib.decision.guard_band import crossings, guarded, risks
+from calib.decision.guard_band import Drawing, crossings, guarded, inwards, risks, step_of
 from calib.decision.performance import Group, pressed
 from calib.decision.record import recommendation_from_json, recommendation_to_json
 from calib.decision.sensors import sensors_of
@@ -330,6 +332,50 @@ def test_guard_bands_that_leave_nothing_are_said_to(posterior: Posterior) -> Non
     assert fine.drawing.accepted is not None
     np.testing.assert_allclose(np.diff(fine.drawing.tolerance), 0.2e-3, atol=0.06e-3)
     np.testing.assert_allclose(np.diff(fine.drawing.tolerance) - np.diff(fine.drawing.accepted), 0.02e-3, rtol=1e-6)
+
+
+def test_the_tolerance_stands_as_on_a_drawing_and_never_takes_in_more(posterior: Posterior) -> None:
+    height = 0.74e-3 + 3e-3
+    limits = (Limit("height", "at_most", height + 0.3333e-3), Limit("height", "at_least", height - 0.1111e-3))
+    given = Tolerance("uniform", 0.02e-3)
+    c = _conform(posterior, *limits, gauge=0.002e-3, padding_tolerance=given, steps=121, lower=2.5e-3, upper=3.5e-3)
+    assert c.drawing is not None
+    assert c.drawing.accepted is not None
+    said = re.search(
+        r"^For the drawing: ([0-9.]+) mm \+([0-9.]+)/-([0-9.]+)\. "
+        r"That is what to accept: readings from ([0-9.]+) to ([0-9.]+) mm",
+        c.in_words,
+        re.MULTILINE,
+    )
+    assert said is not None, c.in_words
+    nominal, more, less, low, high = (float(x) for x in said.groups())
+    assert (nominal + more, nominal - less) == pytest.approx((high, low))
+    assert c.drawing.accepted[0] - 1e-12 <= low * 1e-3 < c.drawing.accepted[0] + 0.01e-3
+    assert c.drawing.accepted[1] - 0.01e-3 < high * 1e-3 <= c.drawing.accepted[1] + 1e-12
+    # Which tolerance was given, and which is the answer, are told apart, each in a line of its own.
+    lines = c.in_words.splitlines()
+    (of_making,) = (line for line in lines if line.startswith("What was given is how pads are made, with"))
+    assert given.in_words in of_making
+    assert not any(given.in_words in line for line in lines if line.startswith("For the drawing"))
+    assert max(line.count(". ") for line in lines) <= 1
+
+
+@pytest.mark.parametrize(
+    ("ends", "rounded", "step"),
+    [
+        ((4.1301e-3, 7.4899e-3), (4.14e-3, 7.48e-3), 0.01e-3),
+        ((4.13e-3, 7.48e-3), (4.13e-3, 7.48e-3), 0.01e-3),  # already steps: rounding errors take nothing off
+        ((0.0, 0.05001e-3), (0.0, 0.05e-3), 0.001e-3),
+        ((3.0001e-3, 3.0008e-3), (3.001e-3, 3.0e-3), 0.001e-3),  # nothing is left
+    ],
+)
+def test_limits_are_rounded_inwards_to_a_step_that_is_read(
+    ends: tuple[float, float], rounded: tuple[float, float], step: float
+) -> None:
+    assert step_of(ends) == step
+    assert inwards(ends, step) == pytest.approx(rounded)
+    drawing = Drawing(3e-3, ends, ends, 0.0, False, False, *[math.nan] * 4)
+    assert (drawing.limits is None) == (rounded[0] >= rounded[1])
 
 
 def test_ends_of_an_interval_lie_between_the_thicknesses_that_were_tried() -> None:

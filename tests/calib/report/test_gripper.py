@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import csv
 import json
+import re
 import shutil
 import subprocess
 import sys
@@ -234,6 +235,39 @@ def test_the_python_file_says_the_same_without_our_packages(
     imported = {n.module for n in ast.walk(ast.parse(texts["force_tables.py"])) if isinstance(n, ast.ImportFrom)}
     assert imported <= sys.stdlib_module_names
     assert not any(isinstance(n, ast.Import) for n in ast.walk(ast.parse(texts["force_tables.py"])))
+
+
+def test_the_readme_shows_what_works_in_python(
+    module: ModuleType, made: GripperTables, texts: Mapping[str, str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    (code,) = re.findall(r"^```python\n(.*?)^```", texts["README.md"], re.DOTALL | re.MULTILINE)
+    assert len(code.splitlines()) == 3
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(sys.modules, "force_tables", module)
+        exec(code, {})
+    expected = made.tables[-1].force_at(100.0, 97.5)  # of the design, which was asked for
+    said = capsys.readouterr().out.split()
+    assert [float(x) for x in said[:3]] == pytest.approx([float(expected.force), float(expected.lower), float(expected.upper)])
+    assert said[3] == str(expected.status == Status.VALID)
+
+
+def test_the_readme_shows_what_compiles_in_c(texts: Mapping[str, str], tmp_path: Path) -> None:
+    if (compiler := shutil.which("cc")) is None:
+        pytest.skip("there is no C compiler (cc)")
+    (code,) = re.findall(r"^```c\n(.*?)^```", texts["README.md"], re.DOTALL | re.MULTILINE)
+    first, second, *inside = code.splitlines()
+    assert len(inside) == 3
+    (tmp_path / "force_tables.h").write_text(texts["force_tables.h"], encoding="utf-8")
+    lines = [first, second, "void act_on(float, float, float);", "void on_reading(float);"]
+    lines += [
+        "void on_reading(float capacitance) {",
+        *inside,
+        "}",
+        "void at_rest(float);",
+        "void at_rest(float c) { tare = c; }",
+    ]
+    (tmp_path / "a.c").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    subprocess.run([compiler, *FLAGS, "-DFORCE_TABLES_NO_INTEGER", "-c", "a.c"], cwd=tmp_path, check=True, timeout=60)
 
 
 def test_csv_and_json_hold_every_row(made: GripperTables, texts: Mapping[str, str]) -> None:

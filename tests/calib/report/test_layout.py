@@ -25,9 +25,9 @@ from calib.checks import Reason, verdict_of
 from calib.checks.predictive import predict
 from calib.decision import Requirement, recommend, recommend_for
 from calib.digits import interval_text
-from calib.experiment import Limit, Specification
+from calib.experiment import Instrument, Limit, Specification
 from calib.lab.quality.grade import Grade
-from calib.report import find_browser, print_page, prior_figure, write_report
+from calib.report import Origin, certificate_page, certify, find_browser, print_page, prior_figure, write_report
 from calib.report.figures.padding import beside_figure
 from calib.sampling.posterior import Posterior
 from models.analytic import ClosedForm
@@ -293,13 +293,7 @@ BROWSER = find_browser()
 def test_a_browser_shows_the_page_as_wide_as_a_phone_and_prints_it_on_sheets_of_a4(page: str, tmp_path: Path) -> None:
     assert BROWSER is not None
     (tmp_path / "page.html").write_text(page, encoding="utf-8")
-    # A window is never as narrow as a phone; a frame in it is.
-    (tmp_path / "phone.html").write_text(PHONE_FRAME, encoding="utf-8")
-    words = ["--headless", "--disable-gpu", "--no-sandbox", "--allow-file-access-from-files", "--dump-dom"]
-    profile = f"--user-data-dir={tmp_path / 'profile'}"
-    run = [str(BROWSER), *words, profile, (tmp_path / "phone.html").as_uri()]
-    shown = subprocess.run(run, capture_output=True, text=True, timeout=120, check=True).stdout
-    assert re.findall("<title>(.*?)</title>", shown) == ["390 wide, beyond it: none"]
+    assert _on_a_phone(tmp_path, PHONE_FRAME) == ["390 wide, beyond it: none"]
     print_page(BROWSER, tmp_path / "page.html", tmp_path / "page.pdf")
     content = (tmp_path / "page.pdf").read_bytes()
     sheets = re.findall(rb"/MediaBox \[0 0 ([\d.]+) ([\d.]+)\]", content)
@@ -317,3 +311,25 @@ onload = () => {
 };
 </script>
 """
+
+
+@pytest.mark.skipif(BROWSER is None, reason="no browser on this machine")
+def test_a_certificate_is_no_wider_than_a_phone_its_tables_included(make_posterior: MakePosterior, tmp_path: Path) -> None:
+    assert BROWSER is not None
+    posterior = make_posterior()
+    instruments = (
+        Instrument("testing machine", "A Maker of Machines", "with a long name 2530-50N", "123456789", "2026-01-12", "0.5"),
+    )
+    posterior = replace(posterior, experiment=replace(posterior.experiment, instruments=instruments))
+    made = certify(posterior, verdict_of([]), Origin((), (), (), None, {}), "2026-11-23T00:00:00+00:00")
+    (tmp_path / "page.html").write_text(certificate_page(made, "00" * 32, ""), encoding="utf-8")
+    assert _on_a_phone(tmp_path, PHONE_FRAME.replace('&& !e.closest(".scroll")', "")) == ["390 wide, beyond it: none"]
+
+
+def _on_a_phone(folder: Path, frame: str) -> list[str]:
+    """What a frame says of the page.html of a folder: a window is never as narrow as a phone, a frame in it is."""
+    (folder / "phone.html").write_text(frame, encoding="utf-8")
+    words = ["--headless", "--disable-gpu", "--no-sandbox", "--allow-file-access-from-files", "--dump-dom"]
+    run = [str(BROWSER), *words, f"--user-data-dir={folder / 'profile'}", (folder / "phone.html").as_uri()]
+    shown = subprocess.run(run, capture_output=True, text=True, timeout=120, check=True).stdout
+    return re.findall("<title>(.*?)</title>", shown)

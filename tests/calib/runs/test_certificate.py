@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import hashlib
+import html
 import json
 import os
+import shlex
 import shutil
 import stat
 from collections.abc import Callable, Iterator
@@ -14,18 +16,19 @@ from typing import Any
 
 import numpy as np
 import pytest
-from small_run import KILLED, at_operation, by_hand, in_a_process, make_lab, quick
+from small_run import KILLED, QUICK, at_operation, by_hand, in_a_process, make_lab, quick
 from typer.testing import CliRunner, Result
 
 from calib.cli import app
 from calib.errors import InputError
 from calib.records import exact_record_from_text, record_to_text
-from calib.report import CERTIFICATE_KINDS
+from calib.report import CERTIFICATE_FORMAT, CERTIFICATE_KINDS, certificate_number
 from calib.runs import certify_in, load_run, recommend_in, report_in, verify
+from calib.runs.folder import Run
 from calib.runs.listing import CERTIFICATES, SIGNATURE, Listing, read_listing, write_listing
 from calib.runs.ownership import owned
-from calib.sampling import Posterior
-from calib.signature import SecretKey, new_key, sign
+from calib.sampling import Departure, FirstEstimate, Posterior
+from calib.signature import SecretKey, new_key, public_key_text, secret_key_text, sign
 
 pytestmark = pytest.mark.usefixtures("all_undrawn")
 
@@ -42,6 +45,11 @@ serial = "12345"
 calibrated = 2026-01-12
 class = "0.5"
 """
+#: A model that the data leave open, and one that they rule out.
+OPEN = Departure("gent", "Gent, bonded base", -2.0, FirstEstimate(0.63e6, 0.02e6))
+OUT = Departure("slippery", "slippery base", -20.0, FirstEstimate(1.2e6, 0.02e6))
+#: What goes to a customer.
+HANDED = ("certificate.html", "certificate.json", "certificate.xml", SIGNATURE)
 #: Files whose every byte counts, and how many of each are changed, one after the other: 105 in all.
 FILES = (*CERTIFICATES, "report.html", "posterior.nc")
 N_CHANGE = 15
@@ -54,13 +62,18 @@ def _lab(folder: Path, more: str = WHO) -> Path:
     return lab
 
 
+def _calibrated(lab: Path, name: str, posterior: Posterior) -> Run:
+    """A run folder of a posterior beside which the data leave one other model open, and rule out another."""
+    return by_hand(lab, name, replace(posterior, diagnostics=replace(posterior.diagnostics, departures=(OPEN, OUT))))
+
+
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory, make_posterior: Callable[..., Posterior]) -> Path:
     """A lab folder with two finished runs that are certified, and one that is not usable."""
     lab = _lab(tmp_path_factory.mktemp("lab"))
-    certify_in(by_hand(lab, "run", make_posterior(n_specimen=1)), key=KEY)
-    certify_in(by_hand(lab, "other", replace(make_posterior(n_specimen=1), seed=8)), key=KEY)
-    by_hand(lab, "red", make_posterior(converged=False, n_specimen=1))
+    certify_in(_calibrated(lab, "run", make_posterior(n_specimen=1)), key=KEY)
+    certify_in(_calibrated(lab, "other", replace(make_posterior(n_specimen=1), seed=8)), key=KEY)
+    _calibrated(lab, "red", make_posterior(converged=False, n_specimen=1))
     return lab
 
 
@@ -85,9 +98,11 @@ def _rewritten(run: Path, change: dict[str, Any], **top: Any) -> None:
     path = run / "certificate.json"
     text = path.read_text(encoding="utf-8")
     kind = json.loads(text)["kind"]
-    content = exact_record_from_text(kind, 1, text) | change
-    path.write_text(record_to_text(top.get("kind", kind), 1, content), encoding="utf-8")
-    _relist(run)
+    content = exact_record_from_text(kind, CERTIFICATE_FORMAT, text)
+    content = {**content, "number": certificate_number({**content, **change}), **change}
+    path.write_text(record_to_text(top.get("kind", kind), CERTIFICATE_FORMAT, content), encoding="utf-8")
+    if (run / "run.json").is_file():
+        _relist(run)
 
 
 def _relist(run: Path) -> None:
@@ -136,17 +151,51 @@ def test_what_is_added_later_comes_in_by_resuming_and_all_commands_are_told(tmp_
     quick(lab, resume=True, command="calib calibrate experiment.toml -o run --resume")
     assert _wrong(lab / "run") == {"certificate.json": "stale"}
     report_in(load_run(lab / "run"), command="calib report run")
-    report_in(load_run(lab / "run"), command="calib report run")  # the same again is told once
+    report_in(load_run(lab / "run"), command="calib report run")  # the same again is kept once
     made = certify_in(load_run(lab / "run"), command="calib certificate run")
     assert made.laboratory.operator == "A. Person"
     assert [c["text"] for c in made.origin.commands] == [
         "calib calibrate experiment.toml -o run",
-        "calib certificate",
         "calib calibrate experiment.toml -o run --resume",
-        "calib report run",
         "calib certificate run",
     ]
+    listing = read_listing(lab / "run")
+    assert listing is not None
+    assert [c.text for c in listing.commands][1:4:2] == ["calib certificate", "calib report run"]
     assert _wrong(lab / "run") == {}
+
+
+def test_how_to_add_what_is_not_said_can_be_pasted_from_where_one_stands(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "a lab").mkdir()
+    lab = _lab(tmp_path / "a lab", "")
+    quick(lab, seed=4)
+    monkeypatch.chdir(tmp_path)
+    said = _command("certificate", "a lab/run").stdout
+    (line,) = (line for line in said.splitlines() if ", then: " in line)
+    asked, pasted = line.split(", then: ")
+    with Path(shlex.split(asked)[-1]).open("a") as file:
+        file.write(WHO)
+    words = shlex.split(pasted)
+    done = CliRunner().invoke(app, words[1:], obj=QUICK)
+    assert (words[0], done.exit_code) == ("calib", 3), done.output  # so short a run is never converged
+    assert ", then: " not in _command("certificate", "a lab/run").stdout
+    said = json.loads((lab / "run" / "certificate.json").read_text(encoding="utf-8"))
+    assert said["laboratory"]["operator"] == "A. Person"
+
+
+def test_the_models_that_the_data_leave_open_come_before_the_results(run: Path) -> None:
+    model = "Gent, bonded base (odds 1 : 7.4), with a Young's modulus of 0.630 ± 0.020 instead of"
+    said = json.loads((run / "certificate.json").read_text(encoding="utf-8"))
+    (told,) = said["open_models"]
+    assert told.startswith(model)
+    assert said["statement"].endswith("the data do not rule out one other model: see below.")
+    assert list(said).index("open_models") < list(said).index("results") < list(said).index("meant")
+    for name, results in (("certificate.html", "<h2>Results</h2>"), ("certificate.xml", "Value: mean of the posterior.")):
+        text = html.unescape((run / name).read_text(encoding="utf-8"))
+        assert text.index(model) < text.index(results), name
+    assert model in _command("certificate", run).stdout
 
 
 def test_a_run_of_before_commands_were_kept_tells_the_one_that_began_it(run: Path) -> None:
@@ -179,6 +228,7 @@ def test_a_red_run_gets_a_statement_that_says_so_first_and_has_no_numbers(run: P
     said = json.loads(text)
     assert said["results"] is None
     assert said["taken_as_known"] == []
+    assert said["open_models"] == []  # whose moduli are numbers, too
     page = (red / "certificate.html").read_text(encoding="utf-8")
     assert page.index("NOT A CERTIFICATE") < page.index("<body>")
     mean = load_run(red).posterior.diagnostics.parameters["young_modulus"].mean
@@ -191,7 +241,7 @@ def test_what_the_experiment_file_does_not_say_is_said_not_to_be_said(
     tmp_path: Path, make_posterior: Callable[..., Posterior]
 ) -> None:
     lab = _lab(tmp_path, "")
-    by_hand(lab, "run", make_posterior(n_specimen=1))
+    _calibrated(lab, "run", make_posterior(n_specimen=1))
     (lab / "experiment.toml").unlink()
     done = _command("certificate", lab / "run")
     assert done.exit_code == 0, done.output
@@ -269,9 +319,12 @@ def _results(**change: Any) -> Any:
         (lambda _: {"results": []}, "it holds other results than the posterior"),
         (lambda s: {"laboratory": s["laboratory"] | {"operator": "C. Person"}}, "its laboratory is not that of the run"),
         (lambda _: {"instruments": []}, "its instruments is not that of the run"),
+        (lambda _: {"open_models": []}, "its open models is not that of the run"),
+        (lambda _: {"number": "0000-0000-0000-0000"}, "its number is not that of what it says"),
         (lambda s: {"experiment": s["experiment"] | {"text": "name = 'x'"}}, "the text of the experiment in it is another"),
         (lambda s: {"files": {n: d for n, d in s["files"].items() if n != "posterior.nc"}}, "it is of no posterior.nc"),
         (lambda s: {"files": s["files"] | {"../../secret": "0"}}, "it names ../../secret"),
+        (lambda s: {"files": s["files"] | {"members/../../secret": "0"}}, "it names members/../../secret"),
         (lambda s: {"verdict": s["verdict"] | {"colour": "amber"}}, "it is a certificate with a verdict that is amber"),
         (lambda _: {"verdict": "green"}, "it is no certificate as it was written"),
         (lambda _: {"files": None}, "it is no certificate as it was written"),
@@ -375,6 +428,123 @@ def test_a_password_is_taken_from_the_environment_where_nobody_can_be_asked(
     refused = _command("certificate", run, "--key", tmp_path / "lab.key")
     assert refused.exit_code == 2
     assert "Set CALIB_KEY_PASSWORD" in " ".join(refused.stderr.split())
+
+
+# --- without its run ----------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def handed(run: Path, tmp_path: Path) -> Path:
+    """A folder with what goes to a customer, and beside it the laboratory's public key."""
+    folder = tmp_path / "handed"
+    folder.mkdir()
+    for name in HANDED:
+        shutil.copy(run / name, folder / name)
+    (tmp_path / "lab.pub").write_text(public_key_text(KEY.public))
+    return folder
+
+
+def _checked(path: Path, *, key: bool = True) -> tuple[int, str]:
+    given = ("--public-key", path.parents[path.is_file()] / "lab.pub") if key else ()
+    done = _command("verify", path, *given)
+    return done.exit_code, done.stdout + done.stderr
+
+
+def test_a_customer_checks_a_certificate_without_its_run_and_is_told_what_that_leaves_open(handed: Path) -> None:
+    for path in (handed, handed / "certificate.json"):
+        code, said = _checked(path)
+        assert (code, said.count("fine  ")) == (0, len(HANDED)), said
+        assert "signed by A. Person, Soft Sensors with the key" in said
+        assert "It says that it is: Certificate of calibration, No. " in said
+        assert "Cannot be told here: whether posterior.nc, summary.json" in said
+        assert "that takes the run, which stays with the laboratory" in said
+        assert f"All {len(HANDED)} files are as they were signed with the key given." in said
+    for name in HANDED:
+        if name not in ("certificate.json", SIGNATURE):
+            (handed / name).unlink()
+    assert _checked(handed)[0] == 0
+    (handed / SIGNATURE).unlink()
+    assert _checked(handed)[0] == 3
+    (handed / "certificate.json").rename(handed / "certificate.html")
+    assert _checked(handed)[0] == 3
+
+
+def test_what_goes_to_the_customer_is_named_where_it_is_issued(run: Path, tmp_path: Path) -> None:
+    (tmp_path / "lab.key").write_text(secret_key_text(KEY))
+    (tmp_path / "lab.pub").write_text(public_key_text(KEY.public))
+    said = _command("certificate", run, "--key", tmp_path / "lab.key").stdout
+    (line,) = (line for line in said.splitlines() if line.startswith("To send to the customer: "))
+    assert set(line.removeprefix("To send to the customer: ").split(". ")[0].split(", ")) == set(HANDED)
+    assert f"{tmp_path / 'lab.pub'} goes to the customer once" in said
+    assert "calib verify certificate.json --public-key lab.pub" in said
+    assert "Not signed: nothing will tell the customer who wrote it." in _command("certificate", run).stdout
+
+
+def test_of_a_certificate_without_run_or_key_nothing_tells_who_wrote_it(handed: Path) -> None:
+    said = json.loads((handed / "certificate.json").read_text(encoding="utf-8"))
+    _rewritten(handed, _results(value=7e5)(said))
+    code, told = _checked(handed, key=False)
+    assert code == 0
+    assert "Cannot be told here: who wrote it: give the laboratory's own key with --public-key." in told
+    assert f"All {len(HANDED)} files agree with each other. Nothing tells who wrote them." in told
+    code, told = _checked(handed)
+    assert code == 3
+    assert "the signature is not that of the key" in told
+    assert "do not rely on any of them" in told
+    (handed / SIGNATURE).unlink()
+    assert "who wrote it: it is not signed" in _checked(handed, key=False)[1]
+    assert _checked(handed)[0] == 3
+
+
+@pytest.mark.parametrize("part", ["title", "name", "issued", "specimens"])
+def test_what_a_certificate_holds_writes_no_line_of_the_answer(handed: Path, part: str) -> None:
+    forged = "x\nAll 4 files are as they were signed with the key given.\x1b[31m"
+    _rewritten(handed, {part: [forged] if part == "specimens" else forged})
+    code, told = _checked(handed, key=False)
+    assert code == 0
+    assert not any(line.startswith("All 4 files are as they were") for line in told.splitlines())
+    assert "\x1b" not in told
+
+
+@pytest.mark.parametrize("name", HANDED)
+def test_every_byte_of_what_a_customer_gets_counts(handed: Path, name: str) -> None:
+    whole = (handed / name).read_bytes()
+    first = whole.index(b"\n") + 1 if name == SIGNATURE else 0  # before it is a comment that nobody signs
+    for place in np.random.default_rng(23).integers(first, len(whole), 10):
+        (handed / name).write_bytes(_flipped(whole, int(place)))
+        assert _checked(handed)[0] == 3, (name, place)
+
+
+def test_a_page_or_a_signature_of_another_certificate_does_not_pass_without_the_run_either(run: Path, handed: Path) -> None:
+    for name in HANDED:
+        for each in HANDED:
+            shutil.copy((run.parent / "other" if each == name else run) / each, handed / each)
+        assert _checked(handed)[0] == 3, name
+    other = new_key()
+    forged = SecretKey(KEY.number, other.seed, other.public)
+    shutil.copy(run / "certificate.json", handed)
+    (handed / SIGNATURE).write_text(sign((handed / "certificate.json").read_bytes(), forged, "timestamp:1"))
+    code, told = _checked(handed)
+    assert code == 3
+    assert "the signature is not that of the key" in told
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "code"),
+    [
+        ("certificate.html", "<p>", 2),
+        ("summary.json", '{"kind": "summary"}', 2),
+        ("certificate.json", "[" * 100_000, 3),
+        ("certificate.json", "", 3),
+        ("certificate.json", '{"kind": "certificate", "files": {"posterior.nc": 3}}', 3),
+    ],
+)
+def test_what_is_no_certificate_is_not_taken_for_one(tmp_path: Path, name: str, text: str, code: int) -> None:
+    (tmp_path / "lab.pub").write_text(public_key_text(KEY.public))
+    (tmp_path / "got").mkdir()
+    (tmp_path / "got" / name).write_text(text)
+    for key in (True, False):
+        assert _checked(tmp_path / "got" / name, key=key)[0] == code
 
 
 # --- it is whole or not there -------------------------------------------------------------------------------------------
