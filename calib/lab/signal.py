@@ -15,6 +15,8 @@ from models.sensor import BoolArray, FloatArray
 NO_SIGNAL = 10.0
 # Most readings that `smoothed_record` averages over: many more cost time and improve little.
 _WIDEST = 401
+# By how many standard deviations a correlation has to show before readings count as dependent.
+_SURE = 2.0
 
 
 def resolution(values: FloatArray) -> float:
@@ -94,6 +96,20 @@ def integrated_time(residual: FloatArray, freedom: int = 0) -> float:
     """How many readings in a row count as one independent reading, because neighbours share their errors.
 
     The integrated autocorrelation time tau = 1 + 2 sum rho_k in readings, at least 1; the sum ends at 5 tau (Sokal's window).
+    White readings give 1 + 2 sum rho_k = 1 give or take sqrt(2 (2 M + 1) / n) for a window of M, as each rho_k scatters by
+    1 / sqrt(n) (Bartlett, J. R. Stat. Soc. Suppl. 8 (1946) 27). Where neither this sum is above 1, nor the correlation of
+    neighbours above 0, by more than two of their standard deviations, readings count as independent: if only what chance takes
+    off were cut away, what it adds would make the noise of white readings, as inferred from their means, come out low.
+
+    Mean over 600 series (300 of the longest), over the true tau; in brackets what it is without that rule. Of series shorter
+    than fifty tau it is too small:
+
+        readings    white          tau 1.5        tau 3          tau 10
+        100         1.03 (1.13)    0.85 (0.92)    0.78 (0.78)    0.50 (0.50)
+        200         1.02 (1.09)    0.92 (0.95)    0.90 (0.90)    0.69 (0.69)
+        500         1.02 (1.08)    0.99 (0.99)    0.97 (0.97)    0.93 (0.93)
+        1,000       1.01 (1.05)    0.97 (0.97)    0.98 (0.98)    0.95 (0.95)
+        5,000       1.00 (1.03)    1.00 (1.00)    1.00 (1.00)    1.00 (1.00)
 
     Parameters
     ----------
@@ -111,7 +127,12 @@ def integrated_time(residual: FloatArray, freedom: int = 0) -> float:
     tau = 1 + 2 * np.cumsum(rho[1:])
     enough = np.flatnonzero(np.arange(1, tau.size + 1) >= 5 * tau)
     last = int(enough[0]) if enough.size else tau.size - 1
-    return max(1.0, float(tau[last]) / (1 - min(0.5, (2 * (last + 1) + 1) * freedom / n)))
+    terms = 2 * (last + 1) + 1
+    left = 1 - min(0.5, terms * freedom / n)
+    found = float(tau[last]) / left
+    if found < 1 + _SURE * math.sqrt(2 * terms / n) / left and rho[1] + freedom / n < _SURE / math.sqrt(n):
+        return 1.0
+    return max(1.0, found)
 
 
 def excursion(values: FloatArray) -> FloatArray:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from calib.errors import InputError
 from calib.lab.instruments.reader import read_lab_file
@@ -305,6 +306,18 @@ def test_correlated_readings_count_less(tmp_path: Path) -> None:
         noise[i + 1] = rho * noise[i] + e
     assert integrated_time(noise) == pytest.approx((1 + rho) / (1 - rho), rel=0.25)
     assert integrated_time(rng.normal(size=5000)) < 1.3
+
+
+def test_chance_makes_no_white_readings_count_less_and_no_correlated_ones_independent() -> None:
+    rng = np.random.default_rng(17)
+
+    def mean_time(n: int, rho: float) -> float:
+        white = rng.normal(size=(300, n + 100))
+        return float(np.mean([integrated_time(e[100:]) for e in lfilter([1.0], [1.0, -rho], white)]))
+
+    assert all(mean_time(n, 0.0) == pytest.approx(1.0, abs=0.03) for n in (200, 1000, 3000))
+    assert all(mean_time(n, 0.2) == pytest.approx(1.5, rel=0.06) for n in (500, 1000, 3000))
+    assert mean_time(3000, 0.5) == pytest.approx(3.0, rel=0.06)
 
 
 def test_readings_that_stay_on_one_level_count_once(tmp_path: Path) -> None:
