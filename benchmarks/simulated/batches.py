@@ -126,6 +126,7 @@ def make_lot(
         "capacitance_noise": 1e-14,
         "force_discrepancy": abs(2e-3 * rng.standard_normal()),
         "capacitance_discrepancy": abs(4e-3 * rng.standard_normal()),
+        "load_step": 0.0,
         "force_gain": 1.0,
         "capacitance_gain": 1.0,
     }

@@ -20,17 +20,17 @@ class Rig:
 
     Attributes
     ----------
-    contact_offset, machine_compliance, load_zero, load_step, parasitic_capacitance : true values of these unknowns.
-    clock_offset, force_gain, capacitance_gain : likewise.
+    contact_offset, machine_compliance, load_zero, parasitic_capacitance, clock_offset, force_gain, capacitance_gain : true
+        values of these unknowns.
     force_noise, capacitance_noise : [N], [F], sd of one reading.
     n_effective : [1], independent readings behind each point.
     speed : [m/s], of the crosshead.
+    load_step : true value of this unknown.
     """
 
     contact_offset: float = 0.0
     machine_compliance: float = 0.0
     load_zero: float = 0.0
-    load_step: float = 0.0
     parasitic_capacitance: float = 0.0
     clock_offset: float = 0.0
     force_gain: float = 1.0
@@ -39,6 +39,7 @@ class Rig:
     capacitance_noise: float = 20e-15
     n_effective: float = 10.0
     speed: float = 1e-5
+    load_step: float = 0.0
 
 
 def synthetic_sweep(

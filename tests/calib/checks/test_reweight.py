@@ -309,7 +309,7 @@ def lab(tmp_path: Path) -> Path:
 
 
 def _calibrate(lab: Path, model: str, n: int, stages: Stages | None = None) -> tuple[int, str, str]:
-    words = ["calibrate", lab / f"{model}.toml", "-o", lab / "run", "--reweight", n, "--processes", 0]
+    words = ["calibrate", lab / f"{model}.toml", "-o", lab / "run", "--reweight", n, "--processes", 0, "--anyway"]
     result = CliRunner().invoke(app, [str(w) for w in words], obj=stages)
     return result.exit_code, " ".join(result.stdout.split()), " ".join(result.stderr.split())
 
@@ -322,8 +322,8 @@ def _stages(make_posterior: MakePosterior, reweight: Callable[..., Posterior]) -
 @pytest.mark.usefixtures("undrawn")
 def test_calibrate_reweights_if_asked_and_says_so(lab: Path, make_posterior: MakePosterior) -> None:
     exact = Stiffened(inner=ClosedForm())
-    code, said, _ = _calibrate(lab, "closed form", 30, _stages(make_posterior, partial(with_reweighting, exact=exact)))
-    assert code == 0, said
+    code, said, told = _calibrate(lab, "closed form", 30, _stages(make_posterior, partial(with_reweighting, exact=exact)))
+    assert code == 0, told
     assert "Re-weighting: re-weighted to the finite elements at 30 draws" in said
     summary = json.loads((lab / "run" / "summary.json").read_text(encoding="utf-8"))
     assert summary["reweighting"]["n_draw"] == 30
