@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from calib.cli.common import BAD_INPUT, NOT_USABLE, out, refusing_bad_input, say, say_verdict, table
+from calib.cli.common import BAD_INPUT, BUDGET, NOT_USABLE, out, refusing_bad_input, say, say_verdict, table
 from calib.cli.stopping import when_stopped
 from calib.errors import in_shell_path
 from calib.regular import require_shown
@@ -67,7 +67,10 @@ def _say(found: Check, path: Path) -> None:
         _say_outlook(found.outlook)
     if found.seconds is not None:
         low, high = (duration_in_words(seconds) for seconds in found.seconds)
-        say(f"A calibration will take about {low} to {high}.")
+        text = f"A calibration will take about {low} to {high}."
+        if found.seconds[1] > 60 * BUDGET:
+            text += f" Its budget is {BUDGET:g} min unless --budget says otherwise; --resume goes on where it ended."
+        say(text)
     if found.verdict.colour == "green":
         say(f"Next: calib calibrate {in_shell_path(path)} -o RUN")
 

@@ -295,7 +295,8 @@ def _inspected(inspection: Inspection, one: Presented, blank: Inspected) -> Insp
         beyond = list(_beyond(posterior, s, newcomer.forward, seed))
     return replace(
         blank,
-        verdict=verdict_of([*verdict.reasons, *beyond]),
+        # That it does not belong says more than what follows from it, such as that the spread of the lot would be large.
+        verdict=verdict_of(sorted([*verdict.reasons, *beyond], key=lambda reason: reason.gate != "belongs")),
         how=how,
         k_hat=weighted.k_hat,
         effective=effective,

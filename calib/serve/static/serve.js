@@ -395,6 +395,7 @@ function lookAbout() {
     one("#charts").hidden = false;
     draw(one("#chart-signal"), view.signal, wanted("signal", 100));
     draw(one("#chart-stroke"), view.stroke, wanted("stroke", 1));
+    one("#conforming").hidden = view.limits.length === 0; // without limits there is nothing to conform with
     draw(one("#chart-conforming"), [view.conforming.map((p) => (p === null ? null : 100 * p))], [], 100, (v) => percent(v === null ? null : v / 100));
     const x = Number(at.value), band = (bands, unit) => {
       const [low, middle, high] = [0, 2, 4].map((k) => between(bands[k], x));
