@@ -268,7 +268,8 @@ def _inspected(inspection: Inspection, one: Presented, blank: Inspected) -> Insp
     weighted = found
     strangers = belongs(newcomer, found.weight @ found.own)
     strangers = tuple(replace(s, specimen=one.name) for s in strangers)
-    known = [*one.reasons, *_unpaired(newcomer), *_strays(strangers)]
+    strays = list(_strays(strangers))
+    known = [*one.reasons, *_unpaired(newcomer), *(strays or _hardly_told(strangers))]
     posterior, predictions, verdict = _judged(inspection, found, known)
     how: How = "weighted draws"
     effective = found.effective_draws
@@ -296,7 +297,7 @@ def _inspected(inspection: Inspection, one: Presented, blank: Inspected) -> Insp
     return replace(
         blank,
         # That it does not belong says more than what follows from it, such as that the spread of the lot would be large.
-        verdict=verdict_of(sorted([*verdict.reasons, *beyond], key=lambda reason: reason.gate != "belongs")),
+        verdict=verdict_of([*strays, *(reason for reason in verdict.reasons if reason not in strays), *beyond]),
         how=how,
         k_hat=weighted.k_hat,
         effective=effective,
@@ -368,9 +369,13 @@ def _strays(strangers: Sequence[Stranger]) -> Iterator[Reason]:
             action += "; where one quantity is off another looks so, too"
             yield Reason("belongs", level, f"it does not belong to the lot: {told}{more} than the lot lets one expect", action)
             return
-    known = {s.quantity: s.ratio.sd / s.ratio.mean for s in ordered if s.quantity in unknowns_of("material")}
+
+
+def _hardly_told(strangers: Sequence[Stranger]) -> Iterator[Reason]:
+    """Whether a newcomer of another material could pass for one of its lot."""
+    known = {s.quantity: s.ratio.sd / s.ratio.mean for s in strangers if s.quantity in unknowns_of("material")}
     quantity, sd = max(known.items(), key=lambda one: one[1], default=("", 0.0))
-    if sd * conflict_limit(len(ordered)) > math.log(_OFF):
+    if sd * conflict_limit(len(strangers)) > math.log(_OFF):
         finding = (
             f"whether it belongs to the lot is hardly told: of one that does the lot foretells {quantity} to "
             f"{sd * 100:.0f} % (sd), so that one of another kind may pass for it"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import hashlib
 import importlib
 import math
@@ -121,12 +122,14 @@ def _files(_: Path) -> Iterator[Examined]:
     """The files of this package, if they were installed and do not lie in a clone."""
     distribution = metadata.distribution(PROGRAM)
     here = Path(__file__).parents[1]
-    kept = [f for f in distribution.files or () if f.hash is not None and f.hash.mode == "sha256" and f.parts[0] != ".."]
-    own = [f for f in kept if f.parts[0] in ("calib", "models")]
+    # As it stands in the wheel's record: `Distribution.files` leaves out what is gone, from Python 3.12 on.
+    rows = csv.reader((distribution.read_text("RECORD") or "").splitlines())
+    kept = {Path(row[0]): row[1].removeprefix("sha256=") for row in rows if len(row) > 1 and row[1].startswith("sha256=")}
+    own = {path: digest for path, digest in kept.items() if path.parts[0] in ("calib", "models")}
     if not own:
         yield Examined("package files", "fine", f"version {distribution.version}, used in place from {here}")
         return
-    changed = [str(f) for f in own if f.hash is not None and _digest(Path(str(f.locate()))) != f.hash.value]
+    changed = [str(path) for path, digest in own.items() if _digest(Path(str(distribution.locate_file(path)))) != digest]
     if changed:
         shown = ", ".join(changed[:3]) + (f" and {len(changed) - 3} more" if len(changed) > 3 else "")
         yield Examined("package files", "broken", f"{shown}: not as installed", _ANEW)
