@@ -69,8 +69,8 @@ def fresh_readings(values: FloatArray) -> BoolArray:
     Values that stand still for several rows and then move by several steps of the resolution were not read anew. A channel of
     coarse resolution stands still too, but moves by one step; a flat stretch stands still once. Rows in the order of reading.
 
-    >>> fresh_readings(np.repeat([1.0, 1.5, 1.2, 1.9, 2.3, 1.1, 1.7], 3)).sum()
-    np.int64(7)
+    >>> int(fresh_readings(np.repeat([1.0, 1.5, 1.2, 1.9, 2.3, 1.1, 1.7], 3)).sum())
+    7
     """
     every = np.ones(values.size, dtype=bool)
     if values.size < 12:

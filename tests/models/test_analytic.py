@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import trapezoid
 
 from models.analytic import (
     CHI_MAX,
@@ -100,5 +101,5 @@ def test_plate_capacitance_change_is_the_integral_over_rings() -> None:
     h, radius, electrode, depth = 1.84e-3, 5e-3, 10e-3, 0.6e-3
     r = np.linspace(0, np.sqrt(2 * radius * depth), 200_001)
     gap = h - (depth - r**2 / (2 * radius))
-    rings = np.trapezoid((h / gap - 1) * 2 * r / electrode**2, r)
+    rings = trapezoid((h / gap - 1) * 2 * r / electrode**2, r)
     assert plate_capacitance_change(h, radius, electrode, np.array([depth]))[0] == pytest.approx(rings, rel=1e-6)

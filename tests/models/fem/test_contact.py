@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import trapezoid
 
 from models.examples import PAPER_SENSOR
 from models.fem import FiniteElements, dimensionless
@@ -187,7 +188,7 @@ def test_a_cycle_with_friction_takes_energy_and_one_without_takes_none() -> None
     lost = {}
     for friction in (0.0, 0.2):
         force = FiniteElements(4e-3).solve(stack(sphere(5e-3), friction=friction), path).response.force
-        lost[friction] = np.trapezoid(force, path) / np.trapezoid(force[:15], path[:15])
+        lost[friction] = trapezoid(force, path) / trapezoid(force[:15], path[:15])
     assert abs(lost[0.0]) < 1e-6
     assert 1e-3 < lost[0.2] < 0.2
 
