@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import threading
+import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import AbstractContextManager, contextmanager
@@ -60,8 +61,10 @@ def workers(processes: int | None = None) -> Iterator[Executor]:
         begun = [worker for worker in active_children() if worker not in others]
         for worker in begun:
             worker.kill()
-        for worker in begun:
-            worker.join(2.0)
+        # The executor's thread waits for them, too: who hears of an end second is told so a moment later, so ask, and do not join.
+        until = time.monotonic() + 2.0
+        while any(worker.is_alive() for worker in begun) and time.monotonic() < until:
+            time.sleep(0.002)
         raise
     else:
         pool.shutdown()

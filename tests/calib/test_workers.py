@@ -9,7 +9,7 @@ import sys
 import threading
 import time
 from concurrent.futures import Executor
-from multiprocessing import active_children, popen_spawn_posix
+from multiprocessing import active_children, popen_fork, popen_spawn_posix
 from pathlib import Path
 
 import pytest
@@ -181,6 +181,27 @@ def _failing(crew: Executor) -> None:
 
 
 def test_a_crew_ends_with_a_block_that_fails_and_the_failure_is_told() -> None:
+    with pytest.raises(KeyError, match="here"), Crew(1) as crew:
+        _failing(crew)
+    assert active_children() == []
+
+
+def test_workers_of_a_block_that_fails_have_ended_whoever_hears_of_it_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    def slow(self: popen_fork.Popen, flag: int = os.WNOHANG) -> int | None:
+        """As the original, but the executor's thread asks first and tells late."""
+        late = threading.current_thread() is not threading.main_thread()
+        if self.returncode is None:
+            time.sleep(0.0 if late else 0.05)
+            try:
+                pid, status = os.waitpid(self.pid, flag)
+            except ChildProcessError:
+                return None
+            if pid == self.pid:
+                time.sleep(0.3 if late else 0.0)
+                self.returncode = os.waitstatus_to_exitcode(status)
+        return self.returncode
+
+    monkeypatch.setattr(popen_fork.Popen, "poll", slow)
     with pytest.raises(KeyError, match="here"), Crew(1) as crew:
         _failing(crew)
     assert active_children() == []
