@@ -61,7 +61,7 @@ def workers(processes: int | None = None) -> Iterator[Executor]:
         begun = [worker for worker in active_children() if worker not in others]
         for worker in begun:
             worker.kill()
-        # The executor's thread waits for them, too: who hears of an end second is told so a moment later, so ask, and do not join.
+        # Asked, not joined: the executor's thread waits for them, too, and who hears second is told a moment later.
         until = time.monotonic() + 2.0
         while any(worker.is_alive() for worker in begun) and time.monotonic() < until:
             time.sleep(0.002)
