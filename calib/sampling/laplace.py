@@ -37,7 +37,8 @@ class LaplaceDensity:
     """A posterior near its mode x (n,): Student in its coordinates `scales`, u, and normal given them in the `rest`, r of (1).
 
     `gradient` and `bend` are g and P of (1); `misfits` and `slopes` are y - m (n_point,) and M (n_point, n_rest) of each
-    channel of each sweep; `centre` (n_scale,) and `spread` (n_scale, n_scale), a triangular root, are those of u.
+    channel of each sweep; `centre` (n_scale,) and `spread` (n_scale, n_scale), a triangular root, are those of u. What is known
+    given u costs most, so that `each` neighbouring draws may share their u; 1 for draws that are all independent.
     """
 
     space: Coordinates
@@ -50,9 +51,10 @@ class LaplaceDensity:
     slopes: tuple[FloatArray, ...]
     centre: FloatArray
     spread: FloatArray
+    each: int = 1
 
     def draw(self, random: np.random.RandomState, n_draw: int) -> FloatArray:
-        """Independent draws (n_draw, n).
+        """Draws (n_draw, n), independent but for the u that `each` of them share.
 
         Parameters
         ----------
@@ -76,8 +78,9 @@ class LaplaceDensity:
         return np.array_split(np.arange(n_draw), max(1, int(np.ceil(n_draw * self.x.size**2 / _HELD))))
 
     def _drawn(self, random: np.random.RandomState, n_draw: int) -> FloatArray:
-        u = self.centre + _student(random, n_draw, self.centre.size) @ self.spread.T
-        given = _given_scales(self, u)
+        few = self.centre + _student(random, -(-n_draw // self.each), self.centre.size) @ self.spread.T
+        u = np.repeat(few, self.each, axis=0)[:n_draw]
+        given = _given_scales(self, few).of(np.arange(n_draw) // self.each)
         normal = random.standard_normal(given.whitened.shape)
         away = np.linalg.solve(np.swapaxes(given.factor, 1, 2), (given.whitened + normal)[..., None])[..., 0]
         x = np.empty((n_draw, self.x.size))
@@ -85,7 +88,8 @@ class LaplaceDensity:
         return x
 
     def _log_density(self, x: FloatArray) -> FloatArray:
-        given = _given_scales(self, x[:, self.scales])
+        few, which = np.unique(x[:, self.scales], axis=0, return_inverse=True)
+        given = _given_scales(self, few).of(which.reshape(-1))
         away = x[:, self.rest] - self.x[self.rest]
         normal = (np.swapaxes(given.factor, 1, 2) @ away[..., None])[..., 0] - given.whitened
         of_rest = _log_diagonal(given.factor) - 0.5 * np.sum(normal**2, axis=1)
@@ -99,6 +103,10 @@ class _Given:
     log_density: FloatArray
     factor: FloatArray
     whitened: FloatArray
+
+    def of(self, rows: IntArray) -> _Given:
+        """The same for these of the draws."""
+        return _Given(self.log_density[rows], self.factor[rows], self.whitened[rows])
 
 
 def laplace_density(space: Coordinates, x: FloatArray, random: np.random.RandomState) -> LaplaceDensity:

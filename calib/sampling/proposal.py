@@ -4,9 +4,14 @@ A posterior of this kind of problem is a funnel: the noises and discrepancies u 
 are small it is narrow. So the proposal takes the scales first, then the rest given them. With y the coordinates, centred and
 scaled, u ahead, and phi = (u, u u^T) bent so that it stays bounded,
 
-    y_k = a_k + sum_{j<k} l_kj y_j + b_k phi + exp(c_k + d_k phi) t_k,                                               (1)
+    y_k = a_k + sum_{j<k} l_kj y_j + b_k phi + exp(c_k + d_k phi) r_k,                                               (1)
 
-t multivariate Student. Each line is a regression with unequal variances on the draws. Bounded, because widths that shrank with
+r_k = t_k of all but the scales, t multivariate Student. The scales are long on one side, as what is nearly zero has no end in
+its logarithm, and there walkers would stick. So theirs is (Jones & Pewsey, Biometrika 96 (2009) 761, equation (2))
+
+    t_k = sinh(delta_k arsinh((r_k - xi_k) / eta_k) - epsilon_k).                                                    (2)
+
+Each line is a regression with unequal variances on the draws. Bounded, because widths that shrank with
 u for ever would leave the proposal far too narrow where the posterior's widths have long become constant: chains stuck there.
 Several modes are a mixture of such densities, one for each.
 
@@ -23,6 +28,7 @@ from typing import Protocol
 
 import numpy as np
 from scipy.linalg import solve_triangular
+from scipy.optimize import minimize
 from scipy.special import gammaln, logsumexp
 
 from models.sensor import FloatArray
@@ -42,6 +48,8 @@ _ROUNDS, _OUTLIER = 3, 12.0
 LEAST_SHARE = 0.02
 # Draws for each unknown that a part of a mixture is fitted to, at least.
 _LEAST_DRAWS = 10
+# Bounds of epsilon, log delta, xi and log eta of (2), and the weight, in draws, of the assumption that the first two are zero.
+_SKEWED, _SKEW_PULL = (1.0, 0.5, 1.0, 0.7), 20.0
 # Weight of the assumption that slopes are zero, in draws: of the means, of the logarithms of the widths.
 _PULL, _WIDTH_PULL = 0.03, 60.0
 
@@ -57,6 +65,7 @@ class Funnel:
     centre, spread : (n,), y = (x - centre) / spread, in the order of x.
     constant, linear, bent : a (n,), l (n, n) strictly lower, b (n, n_phi) of (1).
     width : (n, 1 + n_phi), c and d of (1).
+    skew : (n_scale, 4), epsilon, log delta, xi and log eta of (2); all zero for a density that is not skewed.
     block : (n,), number of the group that each of y belongs to, from 1; 0 for those that are in none, which come first.
     freedom, scale : (n_block,), of each group, the first of those in none: degrees of freedom of t, and the factor that it is
         wider by than standard.
@@ -70,6 +79,7 @@ class Funnel:
     linear: FloatArray
     bent: FloatArray
     width: FloatArray
+    skew: FloatArray
     block: Indices
     freedom: FloatArray
     scale: FloatArray
@@ -83,7 +93,8 @@ class Funnel:
 
     def log_density(self, x: FloatArray) -> FloatArray:
         """Logarithm of the density at x (n_draw, n), (n_draw,)."""
-        return np.asarray(np.sum(self.log_blocks(self.residuals(x)), axis=1) - self.log_volume(x), dtype=float)
+        t, log_widths = self._lines(x)
+        return np.asarray(np.sum(self.log_blocks(t), axis=1) - np.sum(log_widths, axis=1), dtype=float)
 
     def log_blocks(self, t: FloatArray) -> FloatArray:
         """Logarithm of the density of the residuals t (n_draw, n) of each group, (n_draw, n_block)."""
@@ -91,9 +102,8 @@ class Funnel:
         return _log_student(square, np.bincount(self.block, minlength=self.freedom.size), self.freedom, self.scale)
 
     def log_widths(self, x: FloatArray) -> FloatArray:
-        """Logarithms of the widths of all lines at x (n_draw, n), (n_draw, n), in the order of y."""
-        widths = self._log_widths(_bent(self._ahead(x)[:, : self.n_scale]))
-        return np.asarray(widths + np.log(self.spread)[self.order], dtype=float)
+        """Logarithms of the widths of all lines, |dx / dt|, at x (n_draw, n), (n_draw, n), in the order of y."""
+        return self._lines(x)[1]
 
     def log_volume(self, x: FloatArray) -> FloatArray:
         """Logarithm of |dx / dt|, the volume of a unit of t at x (n_draw, n), (n_draw,)."""
@@ -101,25 +111,34 @@ class Funnel:
 
     def log_shared(self, x: FloatArray) -> FloatArray:
         """Logarithm of the density at x (n_draw, n) of the coordinates in no group, (n_draw,)."""
-        shared = np.sum(self.log_widths(x)[:, self.block == 0], axis=1)
-        return np.asarray(self.log_blocks(self.residuals(x))[:, 0] - shared, dtype=float)
+        t, log_widths = self._lines(x)
+        return np.asarray(self.log_blocks(t)[:, 0] - np.sum(log_widths[:, self.block == 0], axis=1), dtype=float)
 
     def residuals(self, x: FloatArray) -> FloatArray:
-        """Residuals t of (1) at x (n_draw, n), (n_draw, n)."""
-        y = self._ahead(x)
+        """Residuals t of (1) and (2) at x (n_draw, n), (n_draw, n)."""
+        return self._lines(x)[0]
+
+    def _lines(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The residuals t at x (n_draw, n), and the logarithms of |dx / dt| of each line, (n_draw, n)."""
+        y = ((x - self.centre) / self.spread)[:, self.order]
         phi = _bent(y[:, : self.n_scale])
-        mean = self.constant + y @ self.linear.T + phi @ self.bent.T
-        return np.asarray((y - mean) * np.exp(-self._log_widths(phi)), dtype=float)
+        log_widths = self._log_widths(phi)
+        t = (y - self.constant - y @ self.linear.T - phi @ self.bent.T) * np.exp(-log_widths)
+        t[:, : self.n_scale], log_slopes = _straightened(t[:, : self.n_scale], self.skew)
+        log_widths[:, : self.n_scale] -= log_slopes
+        return t, log_widths + np.log(self.spread)[self.order]
 
     def at(self, t: FloatArray) -> FloatArray:
         """Point x (n_draw, n) at which `residuals` gives t (n_draw, n)."""
         y = np.zeros_like(t)
+        r = t.copy()
+        r[:, : self.n_scale] = _skewed(t[:, : self.n_scale], self.skew)
         for k in range(self.n_scale):  # one after the other, as each changes phi
             phi = _bent(y[:, : self.n_scale])
             y[:, k] = self.constant[k] + y @ self.linear[k] + phi @ self.bent[k]
-            y[:, k] += np.exp(self._log_widths(phi)[:, k]) * t[:, k]
+            y[:, k] += np.exp(self._log_widths(phi)[:, k]) * r[:, k]
         phi = _bent(y[:, : self.n_scale])
-        right = self.constant + phi @ self.bent.T + np.exp(self._log_widths(phi)) * t
+        right = self.constant + phi @ self.bent.T + np.exp(self._log_widths(phi)) * r
         rest = slice(self.n_scale, None)
         right[:, rest] += y[:, : self.n_scale] @ self.linear[rest, : self.n_scale].T
         lower = np.eye(self.constant.size - self.n_scale) - self.linear[rest, rest]
@@ -165,9 +184,6 @@ class Funnel:
         new = np.sqrt(1 - length**2) * t + length * random.standard_normal(t.shape) / root
         return np.asarray(self.scale[self.block] * new, dtype=float)
 
-    def _ahead(self, x: FloatArray) -> FloatArray:
-        return np.asarray(((x - self.centre) / self.spread)[:, self.order], dtype=float)
-
     def _log_widths(self, phi: FloatArray) -> FloatArray:
         return np.asarray(self.width[:, 0] + phi @ self.width[:, 1:].T, dtype=float)
 
@@ -176,6 +192,40 @@ def _log_student(square: FloatArray, n: Indices | int, freedom: FloatArray | flo
     """Log density of the n-dimensional Student distribution at points whose squared length is given."""
     norm = gammaln((freedom + n) / 2) - gammaln(freedom / 2) - n / 2 * np.log(freedom * np.pi) - n * np.log(scale)
     return np.asarray(norm - (freedom + n) / 2 * np.log1p(square / (freedom * scale**2)), dtype=float)
+
+
+def _straightened(r: FloatArray, skew: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The t of (2) at r (n_draw, k), and log dt / dr there, for `skew` (k, 4) as in `Funnel`."""
+    epsilon, log_delta, xi, log_eta = skew.T
+    s = (r - xi) * np.exp(-log_eta)
+    z = np.exp(log_delta) * np.arcsinh(s) - epsilon
+    return np.sinh(z), log_delta - log_eta + np.log(np.cosh(z)) - 0.5 * np.log1p(s**2)
+
+
+def _skewed(t: FloatArray, skew: FloatArray) -> FloatArray:
+    """The r of (2) at which `_straightened` gives t (n_draw, k)."""
+    epsilon, log_delta, xi, log_eta = skew.T
+    return np.asarray(xi + np.exp(log_eta) * np.sinh((np.arcsinh(t) + epsilon) * np.exp(-log_delta)), dtype=float)
+
+
+def _fit_skew(r: FloatArray, share: FloatArray, effective: float) -> FloatArray:
+    """Constants (4,) of (2) that make residuals r (n_draw,) of a scale most probable, t normal: (2) takes the tails, too."""
+    pull = np.array([0.5, 0.5, 0.0, 0.0]) * _SKEW_PULL / effective
+
+    def misfit(skew: FloatArray) -> tuple[float, FloatArray]:
+        epsilon, log_delta, xi, log_eta = skew
+        s = (r - xi) * np.exp(-log_eta)
+        arc, root, delta = np.arcsinh(s), np.sqrt(1 + s**2), np.exp(log_delta)
+        z = delta * arc - epsilon
+        t, c = np.sinh(z), np.cosh(z)
+        log_density = log_delta - log_eta + np.log(c / root) - t**2 / 2
+        by_z = t / c - t * c
+        by_s = by_z * delta / root - s / root**2
+        slopes = np.array([-by_z, 1 + by_z * delta * arc, -by_s * np.exp(-log_eta), -1 - by_s * s]) @ share
+        return float(pull @ skew**2 - share @ log_density), 2 * pull * skew - slopes
+
+    found = minimize(misfit, np.zeros(4), jac=True, method="L-BFGS-B", bounds=[(-most, most) for most in _SKEWED])
+    return np.asarray(found.x, dtype=float)
 
 
 def _bent(u: FloatArray) -> FloatArray:
@@ -234,9 +284,10 @@ def fit_funnel(
         constant[k], linear[k, before], bent[k, terms] = slopes[0], slopes[1 : 1 + before.size], slopes[1 + before.size :]
         width[k, 0], width[k, 1 + terms] = log_width[0], log_width[1:]
     n_block = 1 + len(groups)
-    plain = Funnel(
-        order, n_scale, centre, spread, constant, linear, bent, width, block, np.full(n_block, np.inf), np.ones(n_block)
-    )
+    tails = np.full(n_block, np.inf), np.ones(n_block)
+    plain = Funnel(order, n_scale, centre, spread, constant, linear, bent, width, np.zeros((n_scale, 4)), block, *tails)
+    r = plain.residuals(x)[:, :n_scale]
+    plain = replace(plain, skew=np.array([_fit_skew(r[:, k], share, effective) for k in range(n_scale)]).reshape(n_scale, 4))
     t = plain.residuals(x)
     freedom, scale = np.transpose(
         [_fit_tails(np.sum(t[:, block == k] ** 2, axis=1), int(np.sum(block == k)), share) for k in range(n_block)]
@@ -310,7 +361,8 @@ def normal_funnel(
     width[:, 0] = np.log(np.diagonal(lower))
     linear = np.where((block[:, None] == block) | (block == 0), np.eye(n) - inverse, 0.0)
     tails = np.full(1 + len(groups), freedom), np.full(1 + len(groups), widen)
-    return Funnel(order, n_scale, centre, spread, np.zeros(n), linear, np.zeros((n, n_phi)), width, block, *tails)
+    none, straight = np.zeros((n, n_phi)), np.zeros((n_scale, 4))
+    return Funnel(order, n_scale, centre, spread, np.zeros(n), linear, none, width, straight, block, *tails)
 
 
 class Density(Protocol):

@@ -19,7 +19,7 @@ from calib.sampling.target import Mode, Target
 from models.sensor import FloatArray
 
 #: Version of how an ensemble begins: raise it with every change that gives another start for the same seed.
-START_VERSION = 5
+START_VERSION = 6
 
 #: Places among which an ensemble looks for its starts; how many of the best it climbs from, of all that are possible, and
 #: of those that the modes known by then explain least.
@@ -41,7 +41,7 @@ _SIDES, _NARROWER = 64, 2.0 ** (-np.arange(40) / 4)
 _FREEDOM, _WIDEN, _TRIES = 5.0, 1.2, 6
 # Draws at the modes where a target knows more of them than how wide they are; what they are drawn from is near the target if
 # this share of draws is effective: then the proposal is fitted to them, and one round of steps tells whether it is good.
-_SKETCHED, _NEAR = 1400, 0.25
+_SKETCHED, _NEAR = 6000, 0.25
 # How often those that are beyond a bound are drawn anew.
 _REDRAWN = 8
 # Effective draws among them, as a share of the walkers, for which their weights are made milder.
@@ -256,7 +256,7 @@ def start(target: Target, modes: Sequence[Mode], seed: np.random.SeedSequence, n
         x[beyond] = known.draw(random, beyond.size)
         log_density[beyond] = target.log_density(x[beyond])
     proposal = Proposal(parts, shares)
-    near = False
+    near, level = False, np.inf
     if target.groups:  # weights of all groups together would be those of chance; each of them soon finds its place
         chosen = np.flatnonzero(np.isfinite(log_density))[:n_walker]
         chosen = np.resize(chosen, n_walker)
@@ -266,11 +266,12 @@ def start(target: Target, modes: Sequence[Mode], seed: np.random.SeedSequence, n
         ratio = np.exp(log_weight - np.max(log_weight))
         near = float(np.sum(ratio) ** 2 / np.sum(ratio**2)) >= _NEAR * ratio.size
         if near:
-            proposal = fit_proposal(x, target.scales, proposal, weight=importance_weights(log_weight))
+            weight = importance_weights(log_weight)
+            proposal = fit_proposal(x, target.scales, proposal, weight=weight)
+            level = float(weight[weight > 0] @ log_density[weight > 0])
     state = EnsembleState.of(x[chosen], log_density[chosen], random)
     before: FloatArray = np.empty((0, x.shape[1]))
     accepted = 0.0
-    level = float(np.mean(state.log_prob)) if near else np.inf
     for k in range(_MOST_ROUNDS):
         path = walk(target, state, moves_by(target, proposal), ROUNDS[min(k, len(ROUNDS) - 1)])
         state = path.end

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -21,6 +21,9 @@ _LEADING = SCALES | {"stiffening", "friction_coefficient", "padding_poisson_rati
 
 # How near to where the readings show it a contact or load zero is drawn, in the priors' standard deviations.
 _NEAR_SEEN = 0.02
+
+# Draws near a mode that share their scales: given those all else is drawn from a known normal density, at a third of the cost.
+_EACH = 6
 
 
 @dataclass(frozen=True, eq=False)
@@ -287,7 +290,7 @@ class ProblemTarget:
         if self.groups:
             return None
         try:
-            return laplace_density(self.space, mode.x, random)
+            return replace(laplace_density(self.space, mode.x, random), each=_EACH)
         except np.linalg.LinAlgError:
             return None
 
