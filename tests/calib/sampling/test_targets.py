@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,8 +17,9 @@ from samplers.traps import traps
 from samplers.trial import try_target
 
 from calib.sampling.diagnostics import Gate
-from calib.sampling.proposal import Proposal, fit_proposal, normal_funnel
+from calib.sampling.proposal import Proposal, fit_funnel, fit_proposal, normal_funnel
 from calib.sampling.start import find_modes, join_modes, start
+from models.sensor import FloatArray
 
 GALLERY = gallery()
 #: A few that take a second or two each; all of them: `python benchmarks/sampling.py targets`, in docs/sampling.md.
@@ -66,6 +68,28 @@ def test_two_modes_of_what_many_specimens_share_are_never_called_converged() -> 
 def test_draws_that_all_lie_in_one_place_tell_no_shape() -> None:
     known = Proposal((normal_funnel(np.zeros(3), np.eye(3), (), 5.0, 1.2),), np.ones(1))
     assert fit_proposal(np.ones((500, 3)), (), known).parts == known.parts
+
+
+def test_a_proposal_follows_scales_that_are_long_on_one_side_and_has_the_density_of_its_draws() -> None:
+    rng = np.random.default_rng(4)
+
+    def draws(n_draw: int) -> FloatArray:
+        u = np.log(rng.gamma(1.5, size=(n_draw, 1)))
+        return np.concatenate([u, np.exp(u / 2) * rng.standard_normal((n_draw, 2))], axis=1)
+
+    fitted, fresh = fit_funnel(draws(4000), (0,)), draws(4000)
+    normal = replace(fitted, skew=np.zeros((1, 4)))
+    assert np.mean(fitted.log_density(fresh) - normal.log_density(fresh)) > 0.04
+    t = fitted.fresh(np.random.RandomState(1), 20)
+    x = fitted.at(t)
+    np.testing.assert_allclose(fitted.residuals(x), t, atol=1e-9)
+    step = 1e-5 * np.eye(3)
+    slopes = np.stack([(fitted.at(t + d) - fitted.at(t - d)) / 2e-5 for d in step], axis=1)
+    np.testing.assert_allclose(np.linalg.slogdet(slopes)[1], fitted.log_volume(x), atol=1e-6)
+    # For draws x of a density p, p(x + d) / p(x) is 1 in the mean, whatever d is.
+    drawn = fitted.draw(np.random.RandomState(2), 20_000)
+    ratio = np.exp(fitted.log_density(drawn + [0.05, 0.02, 0.0]) - fitted.log_density(drawn))
+    assert np.mean(ratio) == pytest.approx(1, abs=4.5 * np.std(ratio) / np.sqrt(ratio.size))
 
 
 def test_walkers_start_where_the_mass_of_a_funnel_is_and_not_at_its_mode() -> None:
