@@ -88,7 +88,7 @@ def test_a_proposal_follows_scales_that_are_long_on_one_side_and_has_the_density
     np.testing.assert_allclose(np.linalg.slogdet(slopes)[1], fitted.log_volume(x), atol=1e-6)
     # For draws x of a density p, p(x + d) / p(x) is 1 in the mean, whatever d is.
     drawn = fitted.draw(np.random.RandomState(2), 20_000)
-    ratio = np.exp(fitted.log_density(drawn + [0.05, 0.02, 0.0]) - fitted.log_density(drawn))
+    ratio = np.exp(fitted.log_density(drawn + np.array([0.05, 0.02, 0.0])) - fitted.log_density(drawn))
     assert np.mean(ratio) == pytest.approx(1, abs=4.5 * np.std(ratio) / np.sqrt(ratio.size))
 
 
