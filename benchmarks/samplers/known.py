@@ -130,6 +130,10 @@ class Known:
         """See `Target`; x as it is."""
         return x.copy(), np.zeros(x.shape[0])
 
+    def from_theta(self, theta: FloatArray) -> FloatArray:
+        """See `Target`; theta as it is."""
+        return theta.copy()
+
     def columns(self, theta: FloatArray) -> FloatArray:
         """See `Target`; x as it is."""
         return theta

@@ -21,7 +21,7 @@ from calib.problem import (
     values_of_lot,
 )
 from calib.provenance import commit, platform_in_words, versions
-from calib.sampling.checkpoint import CheckpointFolder, load_accepted, load_chain, load_proposal
+from calib.sampling.checkpoint import CheckpointFolder, load_accepted, load_chain, load_modes, load_proposal
 from calib.sampling.diagnostics import (
     RANGE_TOUCH,
     RANGE_TOUCH_SHARE,
@@ -35,8 +35,9 @@ from calib.sampling.diagnostics import (
 )
 from calib.sampling.ensemble import KINDS, STORE_EVERY, autocorrelation_time, standing_time
 from calib.sampling.findings import ParameterSummary
-from calib.sampling.importance import contradictions, second_opinion
+from calib.sampling.importance import contradictions, misweighted, nearest, second_opinion
 from calib.sampling.posterior import Posterior, leave_out
+from calib.sampling.start import distinct_modes
 from calib.sampling.target import Mode, Target
 from models.sensor import FloatArray
 
@@ -82,10 +83,10 @@ def look(run: SamplingRun, modes: Sequence[Mode], n_block: int, gate: Gate) -> C
     fine = np.stack([load_chain(run.folder, k, n_block, burn_in, every)[0] for k in ensembles])
     tau = STORE_EVERY * every * np.maximum(autocorrelation_time(fine), standing_time(fine))
     chains = np.stack([load_chain(run.folder, k, n_block, burn_in, thin)[0] for k in ensembles])
-    values = run.target.columns(chains.reshape(-1, chains.shape[-1]))
-    state = convergence(values.reshape(chains.shape), tau, n_block * BLOCK_STEPS)
+    theta = chains.reshape(-1, chains.shape[-1])
+    state = convergence(run.target.columns(theta).reshape(chains.shape), tau, n_block * BLOCK_STEPS)
     state = replace(state, doubts=_standing(fine))
-    return state if shortcomings(state, run.target.names, gate) else replace(state, doubts=_doubts(run, modes, values, state))
+    return state if shortcomings(state, run.target.names, gate) else replace(state, doubts=_doubts(run, modes, theta, state))
 
 
 def _standing(chains: FloatArray) -> tuple[str, ...]:
@@ -98,8 +99,8 @@ def _standing(chains: FloatArray) -> tuple[str, ...]:
     )
 
 
-def _doubts(run: SamplingRun, modes: Sequence[Mode], values: FloatArray, state: Convergence) -> tuple[str, ...]:
-    """What independent weighted draws say against chains that agree with each other."""
+def _doubts(run: SamplingRun, modes: Sequence[Mode], theta: FloatArray, state: Convergence) -> tuple[str, ...]:
+    """What independent weighted draws say against chains theta (n_draw, n) that agree with each other."""
     if run.target.groups and len(modes) > 1:
         heights = ", ".join(f"{m.log_density - modes[0].log_density:+.1f}" for m in modes[1:])
         return (
@@ -111,12 +112,25 @@ def _doubts(run: SamplingRun, modes: Sequence[Mode], values: FloatArray, state: 
     if not fitting:
         return ()
     seed = np.random.SeedSequence(run.seeds[0].entropy, spawn_key=(len(run.seeds), state.steps))
-    opinion = second_opinion(run.target, fitting, seed)
+    rivals = _rivals(run)
+    opinion = second_opinion(run.target, fitting, seed, rivals)
+    wrong: tuple[str, ...] = ()
+    if rivals:
+        own = np.bincount(nearest(run.target.from_theta(theta), rivals), minlength=len(rivals)) / len(theta)
+        wrong = misweighted(opinion, rivals, own, float(np.min(state.ess)))
     if not opinion.trusted and len(modes) > 1:
         unconfirmed = f"independent draws cannot confirm their weights (k-hat {opinion.k_hat:.2f})"
-        return (f"{len(modes)} modes were found, and {unconfirmed}",)
-    sd = np.std(values, axis=0, ddof=1)
-    return contradictions(opinion, run.target.names, np.mean(values, axis=0), sd, state.ess)
+        return (f"{len(modes)} modes were found, and {unconfirmed}", *wrong)
+    values = run.target.columns(theta)
+    return (*wrong, *contradictions(opinion, run.target.names, np.mean(values, axis=0), np.std(values, axis=0, ddof=1), state.ess))
+
+
+def _rivals(run: SamplingRun) -> tuple[Mode, ...]:
+    """All modes that any climb found, between which there are valleys, also those of hardly any mass; () if there is one alone."""
+    if run.target.groups:
+        return ()
+    found = distinct_modes(run.target, [m for k in range(len(run.seeds)) for m in load_modes(run.folder, k) or ()])
+    return found if len(found) > 1 else ()
 
 
 def finish(

@@ -4,6 +4,10 @@ Chains that move by proposals can agree with each other and be wrong together, w
 wrongly. Independent draws of the proposals, weighted by target over proposal (Pareto-smoothed, Vehtari et al. 2024), know
 nothing of the chains. Where their weights can be trusted, the means must be the same.
 
+But proposals may all lack a mode, as chains do, and then draws of them lack it, too, with the best of weights. So where there are
+several modes, a part of the draws is of Student densities round each that any climb found, of several widths, as the bend at a
+summit may tell another than its mass has. They show what lies there whatever the proposals know of it.
+
 Of many groups no draw of all at once would have a weight to speak of. There each draw is of what they share, with several of
 each group given that, whose mean weight stands for the group: an unbiased estimate of what the group adds to the density of
 the shared ones (pseudo-marginal importance sampling: Andrieu & Roberts, Ann. Stat. 37 (2009) 697).
@@ -15,19 +19,23 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import logsumexp, ndtri
+from scipy.special import gammaln, logsumexp, ndtri
 
 from calib.sampling.archive import K_HAT, smooth_weights
-from calib.sampling.proposal import Funnel, Proposal
-from calib.sampling.target import Target
+from calib.sampling.proposal import Funnel, Indices, Proposal
+from calib.sampling.target import Mode, Target
 from models.sensor import FloatArray
 
 # Fresh draws of each ensemble's proposal; of what many groups share, and of each group for each of those.
 _DRAWS, _SHARED_DRAWS, _GROUP_DRAWS = 500, 100, 12
+# Fresh draws round each of several modes at each of these widths, in those of the mode, and degrees of freedom of their density.
+_ROUND, _WIDTHS, _FREEDOM = 64, 2.0 ** np.arange(2, -6, -1), 5.0
 # Two-sided probability that a mean is refused though it is right, over all unknowns together: that of three standard errors.
 _DOUBT = 0.0027
 # Means that are nearer than this, in posterior standard deviations, are the same whatever their errors are.
 _NEAR = 0.05
+# Shares of a mode that are nearer than this are the same.
+_NEAR_SHARE = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,11 +46,14 @@ class SecondOpinion:
     ----------
     k_hat : shape of the tail of their weights; above `K_HAT` they say nothing.
     mean, error : (n_parameter,), SI, mean of each unknown and its Monte Carlo standard error.
+    share, share_error : (n_mode,), share of each mode and its error; () where it was not asked for.
     """
 
     k_hat: float
     mean: FloatArray
     error: FloatArray
+    share: FloatArray
+    share_error: FloatArray
 
     @property
     def trusted(self) -> bool:
@@ -50,29 +61,67 @@ class SecondOpinion:
         return self.k_hat < K_HAT
 
 
-def second_opinion(target: Target, proposals: Sequence[Proposal], seed: np.random.SeedSequence) -> SecondOpinion:
-    """Draw afresh from the proposals of all ensembles, as one mixture, and weight the draws to the target.
+def second_opinion(
+    target: Target, proposals: Sequence[Proposal], seed: np.random.SeedSequence, modes: Sequence[Mode] = ()
+) -> SecondOpinion:
+    """Draw afresh from the proposals of all ensembles and round each mode, as one mixture, and weight the draws to the target.
 
     Parameters
     ----------
     target : what is sampled.
     proposals : one of each ensemble.
     seed : of the draws.
+    modes : whose shares are asked for; of many groups none.
     """
     random = np.random.RandomState(np.random.MT19937(seed))
     if target.groups:
         nothing = np.full(len(target.names), np.nan)
         if target.tie(target.places(np.random.default_rng(0), 1), random) is not None:
-            return SecondOpinion(np.inf, nothing, nothing)  # draws of each by itself are none of groups that are tied
+            return SecondOpinion(np.inf, nothing, nothing, np.empty(0), np.empty(0))  # draws of each are none of groups tied
         return _opinion_on_groups(target, [proposal.parts[0] for proposal in proposals], random)
     x = np.concatenate([proposal.draw(random, _DRAWS) for proposal in proposals])
-    log_mixture = logsumexp([proposal.log_density(x) for proposal in proposals], axis=0)
-    weight, k_hat = smooth_weights(target.log_density(x) - log_mixture)
+    if modes:
+        x = np.concatenate([x, *(_draws_round(mode, random) for mode in modes)])
+    log_parts = [proposal.log_density(x) + np.log(_DRAWS) for proposal in proposals]
+    log_parts += [part + np.log(_ROUND) for mode in modes for part in _log_densities_round(mode, x)]
+    weight, k_hat = smooth_weights(target.log_density(x) - logsumexp(log_parts, axis=0))
     theta, _ = target.to_theta(x)
     there = np.all(np.isfinite(theta), axis=1) & (weight > 0)
     values, weight = target.columns(theta[there]), weight[there] / np.sum(weight[there])
     mean = weight @ values
-    return SecondOpinion(k_hat, mean, np.sqrt(weight**2 @ (values - mean) ** 2))
+    error = np.sqrt(weight**2 @ (values - mean) ** 2)
+    if not modes:
+        return SecondOpinion(k_hat, mean, error, np.empty(0), np.empty(0))
+    belongs = np.equal.outer(nearest(x[there], modes), np.arange(len(modes))).astype(float)
+    share = weight @ belongs
+    return SecondOpinion(k_hat, mean, error, share, np.sqrt(weight**2 @ (belongs - share) ** 2))
+
+
+def nearest(x: FloatArray, modes: Sequence[Mode]) -> Indices:
+    """Number of the mode that each of x (n_draw, n) is nearest to, by the densities round them, (n_draw,)."""
+    widest = [_log_student(x, mode, 1.0) for mode in modes]
+    return np.asarray(np.argmax(widest, axis=0), dtype=np.intp)
+
+
+def _draws_round(mode: Mode, random: np.random.RandomState) -> FloatArray:
+    """Draws of Student densities of all `_WIDTHS` round a mode."""
+    n = mode.x.size
+    width = np.repeat(_WIDTHS, _ROUND)[:, None] / np.sqrt(random.chisquare(_FREEDOM, (_WIDTHS.size * _ROUND, 1)) / _FREEDOM)
+    return np.asarray(mode.x + width * random.standard_normal((len(width), n)) @ mode.factor.T, dtype=float)
+
+
+def _log_densities_round(mode: Mode, x: FloatArray) -> list[FloatArray]:
+    """Log densities of `_draws_round` at x (n_draw, n), one of each width."""
+    return [_log_student(x, mode, width) for width in _WIDTHS]
+
+
+def _log_student(x: FloatArray, mode: Mode, width: float) -> FloatArray:
+    """Log density of a Student density of some width, in that of a mode, round it, at x (n_draw, n)."""
+    n = mode.x.size
+    square = np.sum(np.linalg.solve(mode.factor, (x - mode.x).T) ** 2, axis=0) / width**2
+    norm = gammaln((_FREEDOM + n) / 2) - gammaln(_FREEDOM / 2) - n / 2 * np.log(_FREEDOM * np.pi)
+    norm -= float(np.linalg.slogdet(mode.factor)[1]) + n * np.log(width)
+    return np.asarray(norm - (_FREEDOM + n) / 2 * np.log1p(square / _FREEDOM), dtype=float)
 
 
 def _opinion_on_groups(target: Target, funnels: Sequence[Funnel], random: np.random.RandomState) -> SecondOpinion:
@@ -82,7 +131,7 @@ def _opinion_on_groups(target: Target, funnels: Sequence[Funnel], random: np.ran
     there = weight > 0
     found, share = np.concatenate(values)[there], weight[there] / np.sum(weight[there])
     mean = share @ found
-    return SecondOpinion(k_hat, mean, np.sqrt(share**2 @ (found - mean) ** 2))
+    return SecondOpinion(k_hat, mean, np.sqrt(share**2 @ (found - mean) ** 2), np.empty(0), np.empty(0))
 
 
 def _weighted_groups(
@@ -137,4 +186,31 @@ def contradictions(
         f"({far / e:.1f} standard errors): a part of the posterior is weighted wrongly"
         for name, far, s, e in zip(names, off, sd, error, strict=True)
         if far > max(limit * e, _NEAR * s)
+    )
+
+
+def misweighted(opinion: SecondOpinion, modes: Sequence[Mode], share: FloatArray, ess: float) -> tuple[str, ...]:
+    """Say in sentences of which modes the chains have another share than the second opinion gives them.
+
+    Weights that cannot be trusted may give a mode too small a share, but not one that is not there: what they say of one that the
+    chains lack counts all the same.
+
+    Parameters
+    ----------
+    opinion : from `second_opinion`, on these modes.
+    modes : all that any climb found, between which there are valleys.
+    share : (n_mode,), of the draws of all chains, by `nearest`.
+    ess : effective draws of the chains.
+    """
+    if not modes:
+        return ()
+    error = np.hypot(opinion.share_error, np.sqrt(share * (1 - share) / ess))
+    limit = -float(ndtri(_DOUBT / 2 / len(modes)))
+    highest = max(mode.log_density for mode in modes)
+    return tuple(
+        f"a mode (log density {mode.log_density - highest:+.1f} beside that of the highest of {len(modes)}) has {own:.1%} of the "
+        f"chains' draws, and {weighted:.1%} ± {e:.1%} of independent weighted ones: it is weighted wrongly"
+        for mode, own, weighted, e in zip(modes, share, opinion.share, error, strict=True)
+        if abs(weighted - own) > max(limit * e, _NEAR_SHARE)
+        and (opinion.trusted or weighted > own)
     )

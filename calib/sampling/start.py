@@ -16,7 +16,7 @@ from calib.sampling.laplace import importance_weights
 from calib.sampling.proposal import Mixture, Proposal, fit_proposal, normal_funnel
 from calib.sampling.scoring import FAR_BELOW
 from calib.sampling.target import Mode, Target
-from models.sensor import FloatArray
+from models.sensor import BoolArray, FloatArray
 
 #: Version of how an ensemble begins: raise it with every change that gives another start for the same seed.
 START_VERSION = 6
@@ -35,6 +35,9 @@ _SCRAMBLE, _SHORTEST, _MOST_SCRAMBLES, _PACE = 64, 1e-4, 150, 15
 # Where its end is not `FAR_BELOW` the highest mode, walkers are let loose there: so many for each unknown, at least so many of
 # them within the bounds, from so near, in sds; steps of a round, and most rounds while they rise.
 _LOOSE, _LEAST_LOOSE, _NEAR_END, _LOOSE_STEPS, _LOOSE_ROUNDS = 12, 3, 0.01, 60, 20
+# A walker lags behind if its log density is further below the highest than hardly any of a normal density would be, this times the
+# number of unknowns and this more.
+_LAGS = 3.0
 # Sides from which it is seen how wide a mode is, and the shares of its width that are tried.
 _SIDES, _NARROWER = 64, 2.0 ** (-np.arange(40) / 4)
 # Degrees of freedom and width of the first proposal at a mode, and draws of it for each walker.
@@ -151,7 +154,8 @@ def _scrambled(target: Target, mode: Mode, enough: float, rng: np.random.Generat
 def _let_loose(target: Target, mode: Mode, rng: np.random.Generator) -> Mode:
     """Where walkers go that begin at the end of a climb, and how wide they come to lie there.
 
-    No slope is asked for, so that bounds do not hold them up. They begin so near that they find a way within the bounds.
+    No slope is asked for, so that bounds do not hold them up. They begin so near that they find a way within the bounds. Those that
+    lag far behind the highest, or have come to another mode, go on from where others are.
     """
     n = mode.x.size
     begin = mode.x + _NEAR_END * rng.standard_normal((_LOOSE * n, n)) @ mode.factor.T
@@ -162,16 +166,36 @@ def _let_loose(target: Target, mode: Mode, rng: np.random.Generator) -> Mode:
         return mode
     random = np.random.RandomState(np.random.MT19937(int(rng.integers(2**32))))
     state = EnsembleState.of(begin, density, random)
+    level = -np.inf
     for _ in range(_LOOSE_ROUNDS):
-        path = walk(target, state, Moves(SHAPELESS), _LOOSE_STEPS)
-        rises = float(np.mean(path.log_density[-1])) > float(np.mean(state.log_prob)) + _SLOPE
-        state = path.end
-        if not rises:
+        end = walk(target, state, Moves(SHAPELESS), _LOOSE_STEPS).end
+        near = _round_the_top(target, end)
+        level, before = float(np.mean(end.log_prob[near])), level
+        if not level > before + _SLOPE:
             break
-    late = path.chain[path.chain.shape[0] // 2 :].reshape(-1, n)
-    top = int(np.argmax(state.log_prob))
-    factor = np.linalg.cholesky(np.cov(late.T).reshape(n, n) + 1e-12 * np.diag(np.var(late, axis=0) + 1e-300))
-    return Mode(state.coords[top], float(state.log_prob[top]), np.asarray(factor, dtype=float))
+        rows = np.where(near, np.arange(near.size), random.choice(np.flatnonzero(near), near.size))
+        state = EnsembleState.of(end.coords[rows], end.log_prob[rows], random)
+    x, log_density = end.coords[near], end.log_prob[near]
+    if len(x) < _LEAST_LOOSE * n:
+        return mode
+    factor = np.linalg.cholesky(np.cov(x.T).reshape(n, n) + 1e-12 * np.diag(np.var(x, axis=0) + 1e-300))
+    # A top at a bound has most of what lies round it beyond.
+    middle = np.mean(x, axis=0)
+    there_too = float(target.log_density(middle[None])[0])
+    top = int(np.argmax(log_density))
+    if there_too < np.quantile(log_density, 0.25):
+        middle, there_too = x[top], float(log_density[top])
+    return Mode(middle, there_too, np.asarray(factor, dtype=float))
+
+
+def _round_the_top(target: Target, state: EnsembleState) -> BoolArray:
+    """Which walkers (n_walker,) are not far below the highest of them, and have no valley between it and them."""
+    top, n = int(np.argmax(state.log_prob)), state.coords.shape[1]
+    near = state.log_prob > state.log_prob[top] - _LAGS * (n + _LAGS)
+    for k in np.flatnonzero(near):
+        here = Mode(state.coords[k], float(state.log_prob[k]), np.eye(n))
+        near[k] = _no_valley(target, here, Mode(state.coords[top], float(state.log_prob[top]), np.eye(n)))
+    return np.asarray(near, dtype=bool)
 
 
 def _unexplained(x: FloatArray, log_density: FloatArray, modes: Sequence[Mode]) -> FloatArray:
@@ -181,11 +205,29 @@ def _unexplained(x: FloatArray, log_density: FloatArray, modes: Sequence[Mode]) 
     return np.asarray(log_density - np.max(explained, axis=0), dtype=float)
 
 
-def join_modes(target: Target, found: Sequence[Mode]) -> tuple[Mode, ...]:
-    """Tell which modes of several searches are one and the same, and which matter, the heaviest first.
+def distinct_modes(target: Target, found: Sequence[Mode]) -> tuple[Mode, ...]:
+    """Tell which modes of several searches are one and the same, the heaviest first.
 
-    Two are one if no valley lies between them: if the straight way from one to the other never leads far below the lower. One
-    is left out if its mass, were it normal, is next to nothing beside what another one surely has.
+    Two are one if no valley lies between them: if the straight way from one to the other never leads far below the lower. Those so
+    far below the highest that no width could make up for it are left out.
+
+    Parameters
+    ----------
+    target : what is to be sampled.
+    found : of all searches.
+    """
+    enough = max((mode.log_density - FAR_BELOW * mode.x.size for mode in found), default=0.0)
+    kept: list[Mode] = []
+    for mode in sorted(found, key=lambda m: -m.log_mass):
+        if mode.log_density >= enough and not any(_no_valley(target, mode, other) for other in kept):
+            kept.append(mode)
+    return tuple(kept)
+
+
+def join_modes(target: Target, found: Sequence[Mode]) -> tuple[Mode, ...]:
+    """Tell which of the distinct modes of several searches matter, the heaviest first.
+
+    One is left out if its mass, were it normal, is next to nothing beside what another one surely has.
 
     Parameters
     ----------
@@ -194,12 +236,11 @@ def join_modes(target: Target, found: Sequence[Mode]) -> tuple[Mode, ...]:
     """
     kept: list[Mode] = []
     sure = -np.inf
-    for mode in sorted(found, key=lambda m: -m.log_mass):
+    for mode in distinct_modes(target, found):
         if mode.log_mass < sure + np.log(_LEAST_MASS):
             break
-        if not any(_no_valley(target, mode, other) for other in kept):
-            kept.append(mode)
-            sure = max(sure, _sure_log_mass(target, mode))
+        kept.append(mode)
+        sure = max(sure, _sure_log_mass(target, mode))
     return tuple(kept)
 
 

@@ -138,6 +138,10 @@ class Target(Protocol):
         """Turn x into the priors' standard-normal coordinates (n_draw, n), and give log |d theta / d x| (n_draw,)."""
         ...
 
+    def from_theta(self, theta: FloatArray) -> FloatArray:
+        """Turn theta (n_draw, n) into x, the inverse of `to_theta`."""
+        ...
+
     def columns(self, theta: FloatArray) -> FloatArray:
         """Values of the unknowns, (n_draw, n), SI, from theta."""
         ...
@@ -297,6 +301,10 @@ class ProblemTarget:
     def to_theta(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """See `Target`."""
         return self.space.to_theta(x)
+
+    def from_theta(self, theta: FloatArray) -> FloatArray:
+        """See `Target`."""
+        return self.space.from_theta(theta)
 
     def columns(self, theta: FloatArray) -> FloatArray:
         """See `Target`."""
