@@ -122,7 +122,10 @@ def _doubts(run: SamplingRun, modes: Sequence[Mode], theta: FloatArray, state: C
         unconfirmed = f"independent draws cannot confirm their weights (k-hat {opinion.k_hat:.2f})"
         return (f"{len(modes)} modes were found, and {unconfirmed}", *wrong)
     values = run.target.columns(theta)
-    return (*wrong, *contradictions(opinion, run.target.names, np.mean(values, axis=0), np.std(values, axis=0, ddof=1), state.ess))
+    return (
+        *wrong,
+        *contradictions(opinion, run.target.names, np.mean(values, axis=0), np.std(values, axis=0, ddof=1), state.ess),
+    )
 
 
 def _rivals(run: SamplingRun) -> tuple[Mode, ...]:

@@ -211,6 +211,5 @@ def misweighted(opinion: SecondOpinion, modes: Sequence[Mode], share: FloatArray
         f"a mode (log density {mode.log_density - highest:+.1f} beside that of the highest of {len(modes)}) has {own:.1%} of the "
         f"chains' draws, and {weighted:.1%} ± {e:.1%} of independent weighted ones: it is weighted wrongly"
         for mode, own, weighted, e in zip(modes, share, opinion.share, error, strict=True)
-        if abs(weighted - own) > max(limit * e, _NEAR_SHARE)
-        and (opinion.trusted or weighted > own)
+        if abs(weighted - own) > max(limit * e, _NEAR_SHARE) and (opinion.trusted or weighted > own)
     )

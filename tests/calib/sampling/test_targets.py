@@ -17,8 +17,10 @@ from samplers.traps import traps
 from samplers.trial import try_target
 
 from calib.sampling.diagnostics import Gate
+from calib.sampling.importance import contradictions, misweighted, nearest, second_opinion
 from calib.sampling.proposal import Proposal, fit_funnel, fit_proposal, normal_funnel
-from calib.sampling.start import find_modes, join_modes, start
+from calib.sampling.start import distinct_modes, find_modes, join_modes, start
+from calib.sampling.target import Mode
 from models.sensor import FloatArray
 
 GALLERY = gallery()
@@ -145,6 +147,46 @@ def test_a_mode_in_a_corner_is_found_though_every_climb_to_it_ends_on_a_slope(se
     assert target.modes is not None
     found = [m for own in np.random.SeedSequence(seed).spawn(4) for m in find_modes(target, own)]
     assert set(target.modes(np.stack([m.x for m in join_modes(target, found)]))) == {0, 1}
+
+
+def test_a_mode_in_a_corner_has_the_weight_that_is_its_own() -> None:
+    target = traps()["mode in a corner of bounds"]
+    trial = try_target(target, truth_of(target), seed=1, max_steps=300)
+    np.testing.assert_allclose(trial.weights, 0.5, atol=0.07)
+
+
+@pytest.mark.parametrize("wider", [0.1, 1.0, 3.0])
+def test_a_mode_that_all_chains_and_proposals_lack_is_seen_by_draws_round_it(wider: float) -> None:
+    target = mixture("two", np.array([[0.0] * 6, [9.0] * 6]), [1, 0.1], [0.96, 0.04])
+    there = [Mode(np.full(6, 9.0 * k), value, width * np.eye(6)) for k, value, width in ((0, 0.0, 1.0), (1, 10.0, 0.1 * wider))]
+    lacking = [Proposal((normal_funnel(np.zeros(6), np.eye(6), (), 8.0, 1.05),), np.ones(1))] * 4
+    blind = second_opinion(target, lacking, np.random.SeedSequence(1))
+    assert blind.trusted
+    assert not contradictions(blind, target.names, np.zeros(6), np.ones(6), np.full(6, 4000.0))
+    opinion = second_opinion(target, lacking, np.random.SeedSequence(1), there)
+    reason = misweighted(opinion, there, np.array([1.0, 0.0]), 4000.0)[-1]
+    assert "has 0.0% of the chains' draws" in reason
+
+
+def test_chains_that_weigh_modes_rightly_are_not_contradicted() -> None:
+    target = mixture("two", np.array([[0.0] * 6, [9.0] * 6]), [1, 0.1], [0.96, 0.04])
+    x = target.exact(np.random.default_rng(1), 4000)
+    modes = [Mode(np.full(6, 9.0 * k), 0.0, width * np.eye(6)) for k, width in ((0, 1.0), (1, 0.1))]
+    fitted = fit_proposal(x, (), Proposal(tuple(normal_funnel(m.x, m.factor, (), 5.0, 1.2) for m in modes), np.full(2, 0.5)))
+    opinion = second_opinion(target, [fitted] * 4, np.random.SeedSequence(1), modes)
+    share = np.bincount(nearest(x, modes)) / len(x)
+    assert share[1] == pytest.approx(0.04, abs=0.01)
+    assert opinion.trusted
+    assert not misweighted(opinion, modes, share, 4000.0)
+
+
+def test_a_mode_that_seems_to_hold_next_to_nothing_is_among_those_that_are_looked_at_again() -> None:
+    target = mixture("two", np.array([[0.0] * 6, [9.0] * 6]), [1, 0.1], [0.96, 0.04])
+    at = target.log_density(np.array([[0.0] * 6, [9.0] * 6, [9.01] * 6]))
+    light = [Mode(np.full(6, 9.0 + 0.01 * k), float(at[1 + k]), 1e-3 * np.eye(6)) for k in range(2)]
+    found = [Mode(np.zeros(6), float(at[0]), np.eye(6)), *light]
+    assert len(join_modes(target, found)) == 1
+    assert [m.x[0] for m in distinct_modes(target, found)] == [0.0, 9.0]
 
 
 def test_a_mode_at_the_edge_of_uniform_priors_has_the_weight_that_is_its_own() -> None:
