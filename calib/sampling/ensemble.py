@@ -7,7 +7,8 @@ on how its steps are split into blocks, nor on which process computes them.
   normal density, gamma = 1.67 / sqrt(2 n), along the difference of two other walkers. Jumps, gamma = 1, are whole differences,
   from mode to mode. emcee's snooker move is not used: in emcee 3.1.6 it does not leave the target alone (it makes a standard
   normal in ten dimensions one of variance 0.61).
-- proposal: a new place independent of the old, drawn from a `Proposal` (Metropolis-Hastings).
+- proposal: new places independent of the old, drawn from a `Proposal`, one after the other (Metropolis-Hastings). As they do not
+  depend on where the walkers are, their densities are computed together, which costs less.
 - nearby: a step that leaves the proposal's density alone (preconditioned Crank-Nicolson), accepted more often.
 - of many specimens each by itself, and what they share: see `calib.sampling.grouped`.
 """
@@ -40,6 +41,8 @@ KINDS = ("proposal", "nearby", "differential evolution", "jump", *OF_GROUPS, *OF
 #: Of every so many steps one is kept.
 STORE_EVERY = 2
 
+# Places that a walker tries in a step of the kind "proposal".
+_PLACES = 2
 # Length of a step nearby; 1 would be independent of where it starts.
 _NEARBY = 0.5
 
@@ -117,9 +120,9 @@ def walk(target: Target, state: EnsembleState, moves: Moves, n_steps: int) -> Pa
     n_walker, n = state.coords.shape
     if target.groups and moves.proposal is not None:
         walkers = GroupedWalkers(target, moves.proposal.parts[0])
-        made: dict[str, _Counted | _Grouped] = {kind: _Grouped(kind, walkers) for kind in moves.shares}
+        made: dict[str, _Counted | _Grouped | _Anywhere] = {kind: _Grouped(kind, walkers) for kind in moves.shares}
     else:
-        made = {kind: _Counted(_move(kind, n, moves.proposal)) for kind in moves.shares}
+        made = {kind: _made(kind, n, moves.proposal) for kind in moves.shares}
     weighted = [(made[kind], share) for kind, share in moves.shares.items()]
     sampler = emcee.EnsembleSampler(n_walker, n, target.log_density, vectorize=True, moves=weighted)
     random = ("MT19937", state.random_keys, state.random_position, state.random_has_gauss, state.random_gauss)
@@ -215,17 +218,44 @@ class _Grouped:
         return state, np.any(accepted, axis=1)
 
 
-def _move(kind: str, n: int, proposal: Proposal | None) -> emcee.moves.Move:
+class _Anywhere:
+    """Steps to draws of a proposal, as a move of emcee that counts what it tries and what is accepted."""
+
+    def __init__(self, proposal: Proposal) -> None:
+        self.proposal, self.tried, self.accepted = proposal, 0, 0
+
+    def propose(self, model: emcee.model.Model, state: emcee.State) -> tuple[emcee.State, npt.NDArray[np.bool_]]:
+        """See `emcee.moves.Move`."""
+        n_walker = len(state.coords)
+        x = self.proposal.draw(model.random, _PLACES * n_walker)
+        log_prob, _ = model.compute_log_prob_fn(x)
+        gain = log_prob - self.proposal.log_density(x)
+        here = state.log_prob - self.proposal.log_density(state.coords)
+        moved = np.zeros(n_walker, dtype=bool)
+        for place in range(_PLACES):
+            rows = np.arange(place * n_walker, (place + 1) * n_walker)
+            accepted = np.log(model.random.random_sample(n_walker)) < gain[rows] - here
+            state.coords[accepted], state.log_prob[accepted] = x[rows][accepted], log_prob[rows][accepted]
+            here = np.where(accepted, gain[rows], here)
+            moved |= accepted
+            self.tried += n_walker
+            self.accepted += int(np.sum(accepted))
+        return state, moved
+
+
+def _made(kind: str, n: int, proposal: Proposal | None) -> _Counted | _Anywhere:
     if kind in ("differential evolution", "jump"):
-        return emcee.moves.DEMove(gamma0=1.0 if kind == "jump" else 1.67 / np.sqrt(2 * n))
+        return _Counted(emcee.moves.DEMove(gamma0=1.0 if kind == "jump" else 1.67 / np.sqrt(2 * n)))
     if proposal is None:
         raise ValueError(f"a move {kind!r} needs a proposal")
+    if kind == "proposal":
+        return _Anywhere(proposal)
 
-    def new_places(x: FloatArray, random: np.random.RandomState) -> tuple[FloatArray, FloatArray]:
-        y = proposal.draw(random, x.shape[0]) if kind == "proposal" else proposal.step(random, x, _NEARBY)
+    def nearby(x: FloatArray, random: np.random.RandomState) -> tuple[FloatArray, FloatArray]:
+        y = proposal.step(random, x, _NEARBY)
         return y, proposal.log_density(x) - proposal.log_density(y)
 
-    return emcee.moves.MHMove(new_places)
+    return _Counted(emcee.moves.MHMove(nearby))
 
 
 def _state(coords: FloatArray, log_prob: FloatArray, random_state: tuple[object, ...]) -> EnsembleState:
