@@ -109,16 +109,16 @@ def _doubts(run: SamplingRun, modes: Sequence[Mode], theta: FloatArray, state: C
         )
     proposals = [load_proposal(run.folder, k) for k in range(len(run.seeds))]
     fitting = [proposal for proposal in proposals if proposal is not None]
-    if not fitting:
+    rivals = _rivals(run)
+    if not fitting and not rivals:
         return ()
     seed = np.random.SeedSequence(run.seeds[0].entropy, spawn_key=(len(run.seeds), state.steps))
-    rivals = _rivals(run)
     opinion = second_opinion(run.target, fitting, seed, rivals)
     wrong: tuple[str, ...] = ()
     if rivals:
         own = np.bincount(nearest(run.target.from_theta(theta), rivals), minlength=len(rivals)) / len(theta)
         wrong = misweighted(opinion, rivals, own, float(np.min(state.ess)))
-    if not opinion.trusted and len(modes) > 1:
+    if fitting and not opinion.trusted and len(modes) > 1:
         unconfirmed = f"independent draws cannot confirm their weights (k-hat {opinion.k_hat:.2f})"
         return (f"{len(modes)} modes were found, and {unconfirmed}", *wrong)
     values = run.target.columns(theta)
@@ -129,7 +129,7 @@ def _doubts(run: SamplingRun, modes: Sequence[Mode], theta: FloatArray, state: C
 
 
 def _rivals(run: SamplingRun) -> tuple[Mode, ...]:
-    """All modes that any climb found, between which there are valleys, also those of hardly any mass; () if there is one alone."""
+    """All modes that any climb found with valleys between them, those of hardly any mass too; () if there is one alone."""
     if run.target.groups:
         return ()
     found = distinct_modes(run.target, [m for k in range(len(run.seeds)) for m in load_modes(run.folder, k) or ()])

@@ -7,8 +7,8 @@ on how its steps are split into blocks, nor on which process computes them.
   normal density, gamma = 1.67 / sqrt(2 n), along the difference of two other walkers. Jumps, gamma = 1, are whole differences,
   from mode to mode. emcee's snooker move is not used: in emcee 3.1.6 it does not leave the target alone (it makes a standard
   normal in ten dimensions one of variance 0.61).
-- proposal: new places independent of the old, drawn from a `Proposal`, one after the other (Metropolis-Hastings). As they do not
-  depend on where the walkers are, their densities are computed together, which costs less.
+- proposal: new places independent of the old, drawn from a `Proposal`, one after the other (Metropolis-Hastings). As they do
+  not depend on where the walkers are, their densities are computed together, which costs less.
 - nearby: a step that leaves the proposal's density alone (preconditioned Crank-Nicolson), accepted more often.
 - of many specimens each by itself, and what they share: see `calib.sampling.grouped`.
 """

@@ -4,9 +4,9 @@ Chains that move by proposals can agree with each other and be wrong together, w
 wrongly. Independent draws of the proposals, weighted by target over proposal (Pareto-smoothed, Vehtari et al. 2024), know
 nothing of the chains. Where their weights can be trusted, the means must be the same.
 
-But proposals may all lack a mode, as chains do, and then draws of them lack it, too, with the best of weights. So where there are
-several modes, a part of the draws is of Student densities round each that any climb found, of several widths, as the bend at a
-summit may tell another than its mass has. They show what lies there whatever the proposals know of it.
+But proposals may all lack a mode, as chains do, and then draws of them lack it, too, with the best of weights. So where there
+are several modes, a part of the draws is of Student densities round each that any climb found, of several widths, as the bend
+at a summit may tell another than its mass has. They show what lies there whatever the proposals know of it.
 
 Of many groups no draw of all at once would have a weight to speak of. There each draw is of what they share, with several of
 each group given that, whose mean weight stands for the group: an unbiased estimate of what the group adds to the density of
@@ -28,7 +28,7 @@ from models.sensor import FloatArray
 
 # Fresh draws of each ensemble's proposal; of what many groups share, and of each group for each of those.
 _DRAWS, _SHARED_DRAWS, _GROUP_DRAWS = 500, 100, 12
-# Fresh draws round each of several modes at each of these widths, in those of the mode, and degrees of freedom of their density.
+# Fresh draws round each of several modes at each of these widths, in those of the mode, and degrees of freedom of them.
 _ROUND, _WIDTHS, _FREEDOM = 64, 2.0 ** np.arange(2, -6, -1), 5.0
 # Two-sided probability that a mean is refused though it is right, over all unknowns together: that of three standard errors.
 _DOUBT = 0.0027
@@ -69,7 +69,7 @@ def second_opinion(
     Parameters
     ----------
     target : what is sampled.
-    proposals : one of each ensemble.
+    proposals : one of each ensemble; of those alone that have one, none only where there are modes.
     seed : of the draws.
     modes : whose shares are asked for; of many groups none.
     """
@@ -79,9 +79,8 @@ def second_opinion(
         if target.tie(target.places(np.random.default_rng(0), 1), random) is not None:
             return SecondOpinion(np.inf, nothing, nothing, np.empty(0), np.empty(0))  # draws of each are none of groups tied
         return _opinion_on_groups(target, [proposal.parts[0] for proposal in proposals], random)
-    x = np.concatenate([proposal.draw(random, _DRAWS) for proposal in proposals])
-    if modes:
-        x = np.concatenate([x, *(_draws_round(mode, random) for mode in modes)])
+    drawn = [proposal.draw(random, _DRAWS) for proposal in proposals]
+    x = np.concatenate([*drawn, *(_draws_round(mode, random) for mode in modes)])
     log_parts = [proposal.log_density(x) + np.log(_DRAWS) for proposal in proposals]
     log_parts += [part + np.log(_ROUND) for mode in modes for part in _log_densities_round(mode, x)]
     weight, k_hat = smooth_weights(target.log_density(x) - logsumexp(log_parts, axis=0))
@@ -192,8 +191,8 @@ def contradictions(
 def misweighted(opinion: SecondOpinion, modes: Sequence[Mode], share: FloatArray, ess: float) -> tuple[str, ...]:
     """Say in sentences of which modes the chains have another share than the second opinion gives them.
 
-    Weights that cannot be trusted may give a mode too small a share, but not one that is not there: what they say of one that the
-    chains lack counts all the same.
+    Weights that cannot be trusted may give a mode too small a share, but not one that is not there: what they say of one that
+    the chains lack counts all the same.
 
     Parameters
     ----------
@@ -208,7 +207,7 @@ def misweighted(opinion: SecondOpinion, modes: Sequence[Mode], share: FloatArray
     limit = -float(ndtri(_DOUBT / 2 / len(modes)))
     highest = max(mode.log_density for mode in modes)
     return tuple(
-        f"a mode (log density {mode.log_density - highest:+.1f} beside that of the highest of {len(modes)}) has {own:.1%} of the "
+        f"a mode (log density {mode.log_density - highest:+.1f} beside the highest of {len(modes)}) has {own:.1%} of the "
         f"chains' draws, and {weighted:.1%} ± {e:.1%} of independent weighted ones: it is weighted wrongly"
         for mode, own, weighted, e in zip(modes, share, opinion.share, error, strict=True)
         if abs(weighted - own) > max(limit * e, _NEAR_SHARE) and (opinion.trusted or weighted > own)

@@ -35,8 +35,8 @@ _SCRAMBLE, _SHORTEST, _MOST_SCRAMBLES, _PACE = 64, 1e-4, 150, 15
 # Where its end is not `FAR_BELOW` the highest mode, walkers are let loose there: so many for each unknown, at least so many of
 # them within the bounds, from so near, in sds; steps of a round, and most rounds while they rise.
 _LOOSE, _LEAST_LOOSE, _NEAR_END, _LOOSE_STEPS, _LOOSE_ROUNDS = 12, 3, 0.01, 60, 20
-# A walker lags behind if its log density is further below the highest than hardly any of a normal density would be, this times the
-# number of unknowns and this more.
+# A walker lags behind if its log density is further below the highest than hardly any of a normal density is: by this times
+# the number of unknowns and this more.
 _LAGS = 3.0
 # Sides from which it is seen how wide a mode is, and the shares of its width that are tried.
 _SIDES, _NARROWER = 64, 2.0 ** (-np.arange(40) / 4)
@@ -154,8 +154,8 @@ def _scrambled(target: Target, mode: Mode, enough: float, rng: np.random.Generat
 def _let_loose(target: Target, mode: Mode, rng: np.random.Generator) -> Mode:
     """Where walkers go that begin at the end of a climb, and how wide they come to lie there.
 
-    No slope is asked for, so that bounds do not hold them up. They begin so near that they find a way within the bounds. Those that
-    lag far behind the highest, or have come to another mode, go on from where others are.
+    No slope is asked for, so that bounds do not hold them up. They begin so near that they find a way within the bounds. Those
+    that lag far behind the highest, or have come to another mode, go on from where others are.
     """
     n = mode.x.size
     begin = mode.x + _NEAR_END * rng.standard_normal((_LOOSE * n, n)) @ mode.factor.T
@@ -173,8 +173,8 @@ def _let_loose(target: Target, mode: Mode, rng: np.random.Generator) -> Mode:
         level, before = float(np.mean(end.log_prob[near])), level
         if not level > before + _SLOPE:
             break
-        rows = np.where(near, np.arange(near.size), random.choice(np.flatnonzero(near), near.size))
-        state = EnsembleState.of(end.coords[rows], end.log_prob[rows], random)
+        rows = np.where(near, np.arange(near.size), rng.choice(np.flatnonzero(near), near.size))
+        state = replace(end, coords=end.coords[rows], log_prob=end.log_prob[rows])
     x, log_density = end.coords[near], end.log_prob[near]
     if len(x) < _LEAST_LOOSE * n:
         return mode
@@ -208,8 +208,8 @@ def _unexplained(x: FloatArray, log_density: FloatArray, modes: Sequence[Mode]) 
 def distinct_modes(target: Target, found: Sequence[Mode]) -> tuple[Mode, ...]:
     """Tell which modes of several searches are one and the same, the heaviest first.
 
-    Two are one if no valley lies between them: if the straight way from one to the other never leads far below the lower. Those so
-    far below the highest that no width could make up for it are left out.
+    Two are one if no valley lies between them: if the straight way from one to the other never leads far below the lower. Those
+    so far below the highest that no width could make up for it are left out.
 
     Parameters
     ----------

@@ -163,9 +163,10 @@ def test_a_mode_that_all_chains_and_proposals_lack_is_seen_by_draws_round_it(wid
     blind = second_opinion(target, lacking, np.random.SeedSequence(1))
     assert blind.trusted
     assert not contradictions(blind, target.names, np.zeros(6), np.ones(6), np.full(6, 4000.0))
-    opinion = second_opinion(target, lacking, np.random.SeedSequence(1), there)
-    reason = misweighted(opinion, there, np.array([1.0, 0.0]), 4000.0)[-1]
-    assert "has 0.0% of the chains' draws" in reason
+    for proposals in (lacking, []):
+        opinion = second_opinion(target, proposals, np.random.SeedSequence(1), there)
+        reason = misweighted(opinion, there, np.array([1.0, 0.0]), 4000.0)[-1]
+        assert "has 0.0% of the chains' draws" in reason
 
 
 def test_chains_that_weigh_modes_rightly_are_not_contradicted() -> None:
