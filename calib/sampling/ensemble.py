@@ -88,7 +88,7 @@ class Path:
     Attributes
     ----------
     chain, log_density : (n_stored, n_walker, n) and (n_stored, n_walker).
-    tried, accepted : of each kind of move, steps of single walkers that were tried and that were accepted.
+    tried, accepted : of each kind of move, places that single walkers tried and that were accepted.
     end : the walkers after the last step.
     """
 
@@ -99,7 +99,7 @@ class Path:
     end: EnsembleState
 
     def accepted_of(self, *kinds: str) -> float:
-        """Least share of the steps of any of these kinds that were accepted; 0 if none were tried."""
+        """Least share of the places tried by any of these kinds that were accepted; 0 if none were tried."""
         return min((self.accepted[kind] / self.tried[kind] for kind in kinds if self.tried.get(kind)), default=0.0)
 
 
@@ -142,7 +142,7 @@ class Block:
     """Steps of an ensemble as they are kept, every `STORE_EVERY`-th of them, the last one included.
 
     `chain` (n_stored, n_walker, n_parameter) and `log_prob` (n_stored, n_walker) are those of theta; `tried` and `accepted`
-    (n_kind,) count the steps of single walkers by each of `KINDS`; `end` is the state after the last step.
+    (n_kind,) count the places that single walkers tried by each of `KINDS`; `end` is the state after the last step.
     """
 
     chain: FloatArray

@@ -151,7 +151,7 @@ def test_a_mode_in_a_corner_is_found_though_every_climb_to_it_ends_on_a_slope(se
 
 def test_a_mode_in_a_corner_has_the_weight_that_is_its_own() -> None:
     target = traps()["mode in a corner of bounds"]
-    trial = try_target(target, truth_of(target), seed=1, max_steps=300)
+    trial = try_target(target, truth_of(target), seed=1, max_steps=150)
     np.testing.assert_allclose(trial.weights, 0.5, atol=0.07)
 
 
