@@ -21,7 +21,7 @@ from calib.decision.candidates import Candidate, Known
 from calib.lab import Sweep
 from calib.priors import LogNormal, Prior
 from calib.problem import Lot, Problem, columns_at
-from calib.sampling import expected_information, information_together
+from calib.sampling import expected_information
 from models.sensor import FloatArray
 
 #: C g (n_draw, n_state, n_part) of slopes g (n_state, n_part), of the unknowns before a measurement and the lot's values.
@@ -91,14 +91,11 @@ def with_measurement(present: Knowledge, candidate: Candidate) -> Knowledge:
     draws = np.tile(candidate.middle, (len(present.draws), 1))
     draws[:, :n] = present.draws
     *before, new = candidate.problem.plans
-    alike = [plan for plan in before if _misses_the_same(plan.sweep, new.sweep)]
-    if alike:  # what the new one tells to who knows the others
-        both, one = (
-            information_together(candidate.problem, plans, candidate.middle, draws) for plans in ([*alike, new], alike)
-        )
-        more = both - one
-    else:
-        more = expected_information(candidate.problem, [new], candidate.middle, draws)
+    alike = [k for k, plan in enumerate(before) if _misses_the_same(plan.sweep, new.sweep)]
+    more = expected_information(candidate.problem, [*(before[k] for k in alike), new], candidate.middle, draws)
+    if alike:  # what the new one tells to who knows the others, by themselves
+        known = [present.problem.plans[k] for k in alike]
+        more -= expected_information(candidate.problem, known, candidate.middle, draws)
     more[:, :n, :n] += present.information
     return Knowledge(candidate.problem, candidate.middle, draws, present.spread, more)
 

@@ -2,7 +2,16 @@
 
 from calib.problem.by_name import log_density, medians, readings, residuals
 from calib.problem.centred import nominal_zero
-from calib.problem.density import chi_square, given_other_points, log_likelihood_points, log_normal, point_densities
+from calib.problem.density import (
+    chi_square,
+    covariance_of,
+    given_other_points,
+    log_likelihood_points,
+    log_normal,
+    own_and_shared_modes,
+    point_densities,
+    weighed,
+)
 from calib.problem.glance import Glance, glances
 from calib.problem.likelihood import (
     LIKELIHOOD_VERSION,
@@ -18,7 +27,7 @@ from calib.problem.likelihood import (
 from calib.problem.lots import Lot, LotPrior
 from calib.problem.measurement import model_sweep, model_sweeps
 from calib.problem.newcomer import CalibratedLot, Newcomer, Own, newcomer_experiment, newcomer_of, template_of
-from calib.problem.plan import CORRELATION_LENGTH, SweepPlan, plan_sweep
+from calib.problem.plan import CORRELATION_LENGTH, OWN_SHARE, SweepPlan, plan_sweep, plan_sweeps
 from calib.problem.prior import (
     log_prior,
     log_prior_as_normal,
@@ -29,7 +38,8 @@ from calib.problem.prior import (
     values_of_lot,
 )
 from calib.problem.problem import Problem, build_problem, outside_faults, problem_from
-from calib.problem.readings import PredictedReadings, SweepModel
+from calib.problem.readings import PredictedReadings, Readings, RepeatedReadings, SweepModel
+from calib.problem.repeats import Repeats, Together, log_normal_sweeps, put_together, repeats_of
 from calib.problem.specimens import LogPosteriorParts, Scopes, log_posterior_parts, scopes_of
 from calib.problem.synthetic import Rig, synthetic_sweep
 from calib.problem.unknowns import ParameterInfo, UnknownTable, list_unknowns, of_lot, table_of
@@ -45,6 +55,7 @@ from calib.problem.values import (
 __all__ = [
     "CORRELATION_LENGTH",
     "LIKELIHOOD_VERSION",
+    "OWN_SHARE",
     "Calibrated",
     "CalibratedLot",
     "Glance",
@@ -56,16 +67,21 @@ __all__ = [
     "ParameterInfo",
     "PredictedReadings",
     "Problem",
+    "Readings",
+    "RepeatedReadings",
+    "Repeats",
     "Rig",
     "Scopes",
     "SweepModel",
     "SweepPlan",
+    "Together",
     "UnknownTable",
     "block_names",
     "build_problem",
     "chi_square",
     "columns_at",
     "coordinates_of",
+    "covariance_of",
     "given_other_points",
     "glances",
     "list_unknowns",
@@ -76,6 +92,7 @@ __all__ = [
     "log_likelihood_points",
     "log_likelihood_sweeps",
     "log_normal",
+    "log_normal_sweeps",
     "log_posterior",
     "log_posterior_parts",
     "log_prior",
@@ -88,16 +105,20 @@ __all__ = [
     "newcomer_of",
     "nominal_zero",
     "of_lot",
+    "own_and_shared_modes",
     "outside_faults",
     "plan_sweep",
+    "plan_sweeps",
     "point_densities",
     "prior_bend",
     "prior_coordinates",
     "prior_covariance",
     "prior_values",
     "problem_from",
+    "put_together",
     "range_use",
     "readings",
+    "repeats_of",
     "residuals",
     "scopes_of",
     "specimen_design",
@@ -106,5 +127,6 @@ __all__ = [
     "template_of",
     "values_at",
     "values_of_lot",
+    "weighed",
     "without_block",
 ]

@@ -11,11 +11,13 @@ from scipy.linalg import cholesky, solve_triangular
 from calib.catalogue import UnknownName
 from calib.errors import Fault, InputError
 from calib.priors import parse_value
+from calib.problem.density import covariance_of
 from calib.problem.likelihood import log_likelihood_at
 from calib.problem.measurement import model_sweeps, why_outside
 from calib.problem.prior import log_prior
 from calib.problem.problem import Problem
-from calib.problem.readings import PredictedReadings, SweepModel
+from calib.problem.readings import Readings, SweepModel
+from calib.problem.repeats import put_together
 from calib.problem.values import coordinates_of
 from models.response import OutOfRangeError
 from models.sensor import FloatArray
@@ -42,7 +44,7 @@ def residuals(problem: Problem, values: Mapping[str, Value]) -> FloatArray:
 
     For each channel of each sweep L^-1 (y - m), with y the readings, m what the instrument should read, and L L^T the
     covariance of noise, discrepancy and the forward model's own error (equation (4) of `calib.problem.measurement`) at the same
-    values. Where these belong to what is searched, add their log determinant: `log_density` has it.
+    values. Sweeps that repeat each other are taken as one, as they share errors. Where these belong to what is searched, add their log determinant: `log_density` has it.
 
     Parameters
     ----------
@@ -64,7 +66,13 @@ def residuals(problem: Problem, values: Mapping[str, Value]) -> FloatArray:
     --------
     With SciPy: ``least_squares(lambda x: residuals(problem, {"young_modulus": x[0]}), [0.7e6], x_scale=[1e5])``.
     """
-    return np.concatenate([_whitened(c) for model in _models(problem, values) for c in model.channels.values()])
+    found: dict[tuple[int, str], FloatArray] = {}
+    for some in put_together(problem.plans, _models(problem, values)):
+        white, first = _whitened(some.readings), 0
+        for k, press in zip(some.repeats.places, some.readings.presses, strict=True):
+            found[k, some.repeats.channel] = white[first : first + press.observed.size]
+            first += press.observed.size
+    return np.concatenate([found[k, name] for k, plan in enumerate(problem.plans) for name in plan.channels])
 
 
 def readings(problem: Problem, values: Mapping[str, Value]) -> pd.DataFrame:
@@ -165,7 +173,6 @@ def _models(problem: Problem, values: Mapping[str, Value]) -> list[SweepModel]:
     return models
 
 
-def _whitened(c: PredictedReadings) -> FloatArray:
-    modes = c.modes[0]
-    covariance = np.diag(c.variance[0]) + modes @ modes.T
+def _whitened(c: Readings) -> FloatArray:
+    covariance = covariance_of(c)[0]
     return np.asarray(solve_triangular(cholesky(covariance, lower=True), c.observed - c.mean[0], lower=True), dtype=float)

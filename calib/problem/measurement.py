@@ -21,7 +21,8 @@ and what is left of it after (2) is too large. To first order what the crosshead
 with s_i as it was read; and so are the last two terms of (4). The noise is not, as the frame gives way by the true load.
 s is the noise of one reading, V the forward model's own error, the last term the model discrepancy: a Gaussian process along
 the sweep of sd delta g, g = g_F F(d) or g_C (C(d) - C0), with a squared-exponential correlation K over the depth at the
-sweep's nominal points and a fixed length (`calib.problem.plan`). K is used as U U^T + diag(rest) with its few large
+sweep's nominal points and a fixed length (`calib.problem.plan`). Sweeps of one specimen under one ball share it, all but a small
+part, and V, as both are functions of depth (`calib.problem.repeats`). K is used as U U^T + diag(rest) with its few large
 eigenvectors, so that (4) is diagonal plus low rank.
 """
 
@@ -62,7 +63,7 @@ def model_sweep(
     ----------
     known : the experiment and all its sweeps: a `Problem` or a `Posterior`.
     forward : the model of the sensor.
-    plan : the sweep, from `plan_sweep`.
+    plan : the sweep, from `plan_sweeps`.
     values : name of an unknown -> SI values (n_draw,), fixed ones included.
     table : depths [m] (n_draw, n_node) of the loading curve along which a channel that is not tied to depth directly is
         looked up, from zero upwards; default `table_depths` to the end of what the forward model covers. A draw whose

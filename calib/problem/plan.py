@@ -1,8 +1,17 @@
-"""A sweep in, the part of its likelihood that no draw changes out: ties, loads, correlation of the discrepancy."""
+"""Sweeps in, the part of their likelihood that no draw changes out: ties, loads, correlation of the discrepancy.
+
+Presses of one specimen under one ball repeat each other, however many days lie between them: what the model leaves out of one it
+leaves out of the others, too. At depths x and x' as shares of the deepest of them the discrepancy of two such presses p and q
+has the correlation
+
+    k(x, x') [1 - o + o (p = q)],   k(x, x') = exp(-(x - x')^2 / 2 l^2),                                              (1)
+
+with l the correlation length and o the share of its variance that is a press's own. A press that nobody repeated has k alone.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import TypeVar
 
@@ -13,21 +22,41 @@ from calib.problem.centred import nominal_zero
 from models.curves import force_scale
 from models.sensor import FloatArray, IntArray
 
-#: Length over which the model discrepancy stays alike, as a share of the sweep's largest depth.
+#: Length over which the model discrepancy stays alike, as a share of the largest depth of the sweep, or of those that repeat it.
 CORRELATION_LENGTH = 0.3
+
+#: Share of the variance of the discrepancy that is a press's own where presses repeat each other: a fifth of its sd. Silicone
+#: that was pressed before is not quite what it was, a ball is not put back quite where it was, and depths are nominal ones here.
+OWN_SHARE = 0.04
 
 #: Share of the discrepancy's variance that its low-rank form may leave to the diagonal.
 _RANK_TOLERANCE = 1e-6
+
+# Nodes over the depth through which the correlation of presses that repeat each other is computed, and the least share of the
+# largest eigenvalue of their own correlation that is used.
+_NODES, _LEAST_EIGENVALUE = np.linspace(0.0, 1.0, 25), 1e-13
 
 _T = TypeVar("_T")
 
 
 @dataclass(frozen=True, eq=False)
 class Correlation:
-    """Correlation matrix K of (4) at the points of a channel: U U^T + diag(rest), U = `modes` (n_point, n_mode)."""
+    """Correlation matrix K of (4) at the points of a channel of one press, and with those of the presses that repeat it.
+
+    Within the press it is U U^T + diag(rest); with the points of another one, whose modes are U', (1 - own) U U'^T.
+
+    Attributes
+    ----------
+    modes : U, (n_point, n_mode).
+    rest : (n_point,).
+    own : o of (1), 1 where no press repeats this one.
+    basis : what makes modes of depths, the same for presses that repeat each other and were planned together; else None.
+    """
 
     modes: FloatArray
     rest: FloatArray
+    own: float = 1.0
+    basis: FloatArray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,11 +98,37 @@ class SweepPlan:
 
 
 def plan_sweep(sweep: Sweep) -> SweepPlan:
-    """Compute once what the likelihood of a sweep needs again and again and no draw changes: ties, loads, correlations."""
-    onset, load = nominal_zero(sweep)
-    if np.isfinite(sweep.contact):
-        onset = sweep.contact
-    return SweepPlan(sweep, {name: _plan_channel(sweep, name, onset, load) for name in sweep.channels})
+    """Compute once what the likelihood of a sweep by itself needs again and again and no draw changes: see `plan_sweeps`."""
+    return plan_sweeps([sweep])[0]
+
+
+def plan_sweeps(sweeps: Sequence[Sweep]) -> tuple[SweepPlan, ...]:
+    """Compute once what the likelihood of sweeps needs again and again and no draw changes: ties, loads, correlations.
+
+    Parameters
+    ----------
+    sweeps : all that are calibrated together: those of one specimen under one ball share what the model leaves out.
+
+    Returns
+    -------
+    One for each, in their order.
+    """
+    drafts = [_draft(sweep) for sweep in sweeps]
+    together: dict[tuple[str, float, str], list[int]] = {}
+    for k, sweep in enumerate(sweeps):
+        for name in sweep.channels:
+            together.setdefault((sweep.specimen, sweep.indenter_radius, name), []).append(k)
+    correlations: dict[tuple[int, str], Correlation] = {}
+    for (_, _, name), places in together.items():
+        if len(places) == 1:
+            correlations[places[0], name] = _correlation(drafts[places[0]][name].along)
+        else:
+            found = _repeated([drafts[k][name] for k in places])
+            correlations |= {(k, name): one for k, one in zip(places, found, strict=True)}
+    return tuple(
+        SweepPlan(sweep, {name: _plan_channel(sweep, name, draft[name], correlations[k, name]) for name in sweep.channels})
+        for k, (sweep, draft) in enumerate(zip(sweeps, drafts, strict=True))
+    )
 
 
 def without_points(plan: SweepPlan, channel: str, rows: IntArray) -> SweepPlan:
@@ -93,31 +148,56 @@ def without_points(plan: SweepPlan, channel: str, rows: IntArray) -> SweepPlan:
     columns = {f.name: getattr(known.points, f.name) for f in fields(known.points)}
     points = replace(known.points, **{name: column[kept] for name, column in columns.items() if column is not None})
     load = None if known.load is None else known.load[kept]
-    correlation = Correlation(np.ascontiguousarray(known.correlation.modes[kept]), known.correlation.rest[kept])
+    modes, rest = np.ascontiguousarray(known.correlation.modes[kept]), known.correlation.rest[kept]
+    correlation = replace(known.correlation, modes=modes, rest=rest)
     slope = None if known.slope is None else known.slope[kept]
     part = replace(known, points=points, load=load, correlation=correlation, slope=slope)
     return replace(plan, channels={name: part if name == channel else plan.channels[name] for name in plan.channels})
 
 
-def _plan_channel(sweep: Sweep, name: str, onset: float, load: float) -> ChannelPlan:
+@dataclass(frozen=True, eq=False)
+class _Draft:
+    """Nominal depths of the points of a channel, on a scale that is zero at contact, and what the tie needs of the load.
+
+    `along` (n_point,) is in metres of the crosshead, or, tied by force, as `models.curves.force_scale`; `by_load` (n_point,) is
+    the latter of any channel whose points have a load, which is `load` where they are tied by displacement.
+    """
+
+    along: FloatArray
+    by_load: FloatArray | None
+    load: FloatArray | None
+
+
+def _draft(sweep: Sweep) -> dict[str, _Draft]:
+    onset, load = nominal_zero(sweep)
+    if np.isfinite(sweep.contact):
+        onset = sweep.contact
+    return {name: _draft_channel(sweep, name, onset, load) for name in sweep.channels}
+
+
+def _draft_channel(sweep: Sweep, name: str, onset: float, load: float) -> _Draft:
     points, tie = sweep.channels[name], sweep.tied_by(name)
-    tied_load = None
     if tie == "displacement":
         reading = present(points.displacement)
-        along = reading - onset
         tied_load = sweep.load_at(name)
         tester = sweep.channels.get("force")
         if tied_load is None and tester is not None:
             at = present(tester.displacement)
             order = np.argsort(at)
             tied_load = np.interp(reading, at[order], tester.value[order])
-    elif tie == "force":
+        return _Draft(reading - onset, None if tied_load is None else force_scale(tied_load - load), tied_load)
+    if tie == "force":
         along = force_scale(present(points.force) - load)
-    else:
-        time = present(points.time) + np.nan_to_num(sweep.clock_offset)
-        along = at_time(present(sweep.track), time)[0] - onset
+        return _Draft(along, along, None)
+    time = present(points.time) + np.nan_to_num(sweep.clock_offset)
+    reading, at_reading = at_time(present(sweep.track), time)
+    return _Draft(reading - onset, force_scale(at_reading - load), None)
+
+
+def _plan_channel(sweep: Sweep, name: str, draft: _Draft, correlation: Correlation) -> ChannelPlan:
+    points, tie = sweep.channels[name], sweep.tied_by(name)
     slope = _slope(present(points.displacement), points.value) if name == "force" and tie == "displacement" else None
-    return ChannelPlan(points, tie, tied_load, _correlation(along), slope)
+    return ChannelPlan(points, tie, draft.load, correlation, slope)
 
 
 def _slope(reading: FloatArray, load: FloatArray) -> FloatArray:
@@ -143,6 +223,40 @@ def _correlation(along: FloatArray) -> Correlation:
     rank = 1 + int(np.argmax(np.cumsum(value) >= (1 - _RANK_TOLERANCE) * np.sum(value)))
     modes = vector[:, :rank] * np.sqrt(value[:rank])
     return Correlation(np.ascontiguousarray(modes), np.maximum(1.0 - np.sum(modes**2, axis=1), 0.0))
+
+
+def _repeated(drafts: Sequence[_Draft]) -> list[Correlation]:
+    """Correlations of a channel in presses that repeat each other, by (1), one for each: at a cost that grows with their number.
+
+    Depths are those of the crosshead if all are known by it, else loads, if all are known; of presses without either in common
+    they are shares of each one's own.
+    """
+    by_load = [draft.by_load for draft in drafts if draft.by_load is not None]
+    scales = [draft.along is draft.by_load for draft in drafts]  # tied by force, as along is that of the load then
+    if len(set(scales)) == 1:
+        along = [draft.along for draft in drafts]
+    elif len(by_load) == len(drafts):
+        along = by_load
+    else:
+        along = [draft.along / max(float(np.max(draft.along)), 1e-300) for draft in drafts]
+    deepest = max(float(np.max(depth)) for depth in along)
+    x = [np.clip(depth / deepest, 0.0, 1.0) if deepest > 0 else np.zeros(depth.size) for depth in along]
+    value, vector = np.linalg.eigh(_alike(_NODES, _NODES))
+    kept = value > _LEAST_EIGENVALUE * value[-1]
+    features = vector[:, kept] / np.sqrt(value[kept])
+    nystrom = [_alike(of_press, _NODES) @ features for of_press in x]
+    # Few of these directions matter at the points that there are.
+    value, vector = np.linalg.eigh(np.sum([of_press.T @ of_press for of_press in nystrom], axis=0))
+    value, vector = np.maximum(value[::-1], 0.0), vector[:, ::-1]
+    rank = 1 + int(np.argmax(np.cumsum(value) >= (1 - _RANK_TOLERANCE) * np.sum(value)))
+    basis = np.ascontiguousarray(features @ vector[:, :rank])
+    modes = [np.ascontiguousarray(of_press @ vector[:, :rank]) for of_press in nystrom]
+    return [Correlation(u, np.maximum(1.0 - np.sum(u**2, axis=1), 0.0), OWN_SHARE, basis) for u in modes]
+
+
+def _alike(x: FloatArray, others: FloatArray) -> FloatArray:
+    """k of (1), (n_x, n_other)."""
+    return np.asarray(np.exp(-0.5 * ((x[:, None] - others) / CORRELATION_LENGTH) ** 2), dtype=float)
 
 
 def present(part: _T | None) -> _T:

@@ -19,7 +19,7 @@ from scipy.linalg import solve_triangular
 from scipy.special import gammaln
 
 from calib.catalogue import SCALES
-from calib.problem import PredictedReadings, log_prior_as_normal, model_sweeps, prior_bend, values_at
+from calib.problem import log_prior_as_normal, model_sweeps, prior_bend, put_together, values_at, weighed
 from calib.sampling.coordinates import Coordinates
 from calib.sampling.scoring import STEP, central_slope, inverse_root, slopes_at
 from models.sensor import FloatArray, IntArray
@@ -37,7 +37,7 @@ class LaplaceDensity:
     """A posterior near its mode x (n,): Student in its coordinates `scales`, u, and normal given them in the `rest`, r of (1).
 
     `gradient` and `bend` are g and P of (1); `misfits` and `slopes` are y - m (n_point,) and M (n_point, n_rest) of each
-    channel of each sweep; `centre` (n_scale,) and `spread` (n_scale, n_scale), a triangular root, are those of u.
+    channel of each sweep, or of those that repeat each other; `centre` (n_scale,) and `spread` (n_scale, n_scale), a triangular root, are those of u.
     """
 
     space: Coordinates
@@ -153,11 +153,10 @@ def _linearised(space: Coordinates, x: FloatArray) -> LaplaceDensity:
     rest = np.setdiff1d(np.arange(n), scales)
     across = central_slope(theta, there)[rest]
     misfits, slopes = [], []
-    for model in models:
-        rows = np.cumsum(model.covered) - 1  # of each draw among those that are covered
-        for channel in model.channels.values():
-            misfits.append(channel.observed - channel.mean[rows[0]])
-            slopes.append(central_slope(channel.mean[rows], there)[rest].T)
+    for some in put_together(problem.plans, models):
+        rows, mean = np.cumsum(some.covered) - 1, some.readings.mean  # of each draw among those that are covered
+        misfits.append(some.readings.observed - mean[rows[0]])
+        slopes.append(central_slope(mean[rows], there)[rest].T)
     gradient = central_slope(log_jacobian + log_prior_as_normal(problem, theta), there)[rest]
     spread = _WIDEN * _spread_of_scales(space, x, scales)
     bend = across @ across.T + across @ prior_bend(problem, n) @ across.T
@@ -183,9 +182,9 @@ def _given_scales(given: LaplaceDensity, u: FloatArray) -> _Given:
     b = np.tile(given.gradient, (len(u), 1))
     log_density = -0.5 * np.sum(u**2, axis=1)
     models = model_sweeps(problem, problem.forward, problem.plans, values_at(problem, theta))
-    channels = (channel for model in models for channel in model.channels.values())
-    for channel, misfit, slope in zip(channels, given.misfits, given.slopes, strict=True):
-        product, log_det = weighed(channel, np.concatenate([slope, misfit[:, None]], axis=1))
+    together = put_together(problem.plans, models)
+    for some, misfit, slope in zip(together, given.misfits, given.slopes, strict=True):
+        product, log_det = weighed(some.readings, np.concatenate([slope, misfit[:, None]], axis=1))
         a += product[:, :-1, :-1]
         b += product[:, :-1, -1]
         log_density -= 0.5 * (product[:, -1, -1] + log_det)
@@ -193,27 +192,6 @@ def _given_scales(given: LaplaceDensity, u: FloatArray) -> _Given:
     whitened = np.asarray(np.linalg.solve(factor, b[..., None])[..., 0], dtype=float)
     log_density += 0.5 * np.sum(whitened**2, axis=1) - _log_diagonal(factor)
     return _Given(log_density, factor, whitened)
-
-
-def weighed(channel: PredictedReadings, columns: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Products of columns by the inverse of the covariance S of a channel's readings, which is of low rank (Woodbury).
-
-    Parameters
-    ----------
-    channel : with S of each draw.
-    columns : C, (n_point, k) for all draws or (n_draw, n_point, k).
-
-    Returns
-    -------
-    C^T S^-1 C (n_draw, k, k), and log det S (n_draw,).
-    """
-    modes, across = channel.modes, np.swapaxes(columns, -1, -2)
-    weighted = modes / channel.variance[..., None]
-    inner = np.asarray(np.linalg.cholesky(np.eye(modes.shape[-1]) + np.swapaxes(modes, 1, 2) @ weighted), dtype=float)
-    shared = np.linalg.solve(inner, np.swapaxes(weighted, 1, 2) @ columns)
-    own = (across / channel.variance[:, None, :]) @ columns
-    log_det = np.sum(np.log(channel.variance), axis=1) + 2 * _log_diagonal(inner)
-    return own - np.swapaxes(shared, 1, 2) @ shared, log_det
 
 
 def _log_diagonal(factors: FloatArray) -> FloatArray:

@@ -8,9 +8,19 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from calib.problem import Calibrated, PredictedReadings, given_other_points, model_sweep, plan_sweep, point_densities
+from calib.problem import (
+    Calibrated,
+    PredictedReadings,
+    Readings,
+    given_other_points,
+    model_sweep,
+    own_and_shared_modes,
+    plan_sweeps,
+    point_densities,
+    put_together,
+)
 from models.response import Forward
-from models.sensor import BoolArray, FloatArray
+from models.sensor import BoolArray, FloatArray, IntArray
 
 # Draws that are modelled at once: what bounds the memory.
 _BATCH = 512
@@ -25,7 +35,7 @@ class Replicates:
     covered : (n_draw,), draws that the forward model covers in every sweep.
     readings : channel -> (n_draw, n_point) [SI], one new reading at each point of all sweeps, one after the other; nan for a
         sweep that is not covered. In single precision, far finer than any noise.
-    given_others : the same where the other points of the sweep read what they did: what leaving out one point is judged by, as
+    given_others : the same where the other points of the sweep, and of those that repeat it, read what they did: what leaving out one point is judged by, as
         residuals are correlated.
     log_density : channel -> (n_draw, n_point), see `point_densities`; -inf for a sweep that is not covered.
     """
@@ -55,41 +65,59 @@ def replicate(known: Calibrated, forward: Forward, values: Mapping[str, FloatArr
     drawn = {name: np.full((n_draw, n), np.nan, dtype=np.float32) for name, n in size.items()}
     left_out = {name: values.copy() for name, values in drawn.items()}
     density = {name: np.full((n_draw, n), -np.inf) for name, n in size.items()}
-    plans = [plan_sweep(sweep) for sweep in known.sweeps]
+    plans = plan_sweeps(known.sweeps)
+    place: dict[tuple[int, str], IntArray] = {}
+    start = dict.fromkeys(size, 0)
+    for k, plan in enumerate(plans):
+        for name, points in plan.sweep.channels.items():
+            place[k, name] = start[name] + np.arange(points.value.size)
+            start[name] += points.value.size
     for begin in range(0, n_draw, _BATCH):
         part = {name: column[begin : begin + _BATCH] for name, column in values.items()}
-        start = dict.fromkeys(size, 0)
-        for plan in plans:
-            model = model_sweep(known, forward, plan, part)
-            rows = begin + np.flatnonzero(model.covered)
+        models = [model_sweep(known, forward, plan, part) for plan in plans]
+        for model in models:
             covered[begin : begin + _BATCH] &= model.covered
-            for name, points in plan.sweep.channels.items():
-                columns = slice(start[name], start[name] + points.value.size)
-                start[name] = columns.stop
-                if name in model.channels:
-                    drawn[name][rows, columns] = new_readings(model.channels[name], rng)
-                    mean, variance = given_other_points(model.channels[name])
-                    density[name][rows, columns] = point_densities(points.value, mean, variance)
-                    left_out[name][rows, columns] = mean + np.sqrt(variance) * rng.standard_normal(mean.shape)
+        for some in put_together(plans, models):
+            name, readings = some.repeats.channel, some.readings
+            rows = (begin + np.flatnonzero(some.covered))[:, None]
+            columns = np.concatenate([place[k, name] for k in some.repeats.places])
+            drawn[name][rows, columns] = new_readings(readings, rng)
+            mean, variance = given_other_points(readings)
+            density[name][rows, columns] = point_densities(readings.observed, mean, variance)
+            left_out[name][rows, columns] = mean + np.sqrt(variance) * rng.standard_normal(mean.shape)
     return Replicates(covered, drawn, left_out, density)
 
 
-def new_readings(channel: PredictedReadings, rng: np.random.Generator) -> FloatArray:
-    """Draw what an instrument may read if the sweep is made again: one new reading of each point of a channel for each draw.
+def new_readings(readings: Readings, rng: np.random.Generator) -> FloatArray:
+    """Draw what an instrument may read if sweeps are made again: one new reading of each point of a channel for each draw.
 
-    mean + W u + sqrt(D) v with u, v standard normal has the mean and the covariance D + W W^T of the channel.
+    mean + W u + O v + sqrt(D) w with u, v, w standard normal has the mean and the covariance D + O O^T + W W^T of a press; u is
+    the same in all that repeat each other.
 
     Parameters
     ----------
-    channel : what should be read.
+    readings : what should be read.
     rng : for the errors.
 
     Returns
     -------
     (n_covered, n_point), SI.
     """
-    n_draw, _, n_mode = channel.modes.shape
-    together = rng.standard_normal((n_draw, n_mode, 1))
-    each = rng.standard_normal(channel.mean.shape)
-    correlated = np.matmul(channel.modes, together)[..., 0]
-    return np.asarray(channel.mean + correlated + np.sqrt(channel.variance) * each, dtype=float)
+    if len(readings.presses) == 1:
+        press = readings.presses[0]
+        n_draw, _, n_mode = press.modes.shape
+        together = rng.standard_normal((n_draw, n_mode, 1))
+        return _drawn(press, np.matmul(press.modes, together)[..., 0], rng)
+    found, together = [], None
+    for press in readings.presses:
+        own, shared = own_and_shared_modes(press)
+        if together is None:
+            together = rng.standard_normal((len(shared), shared.shape[-1], 1))
+        by_itself = rng.standard_normal((len(own), own.shape[-1], 1))
+        found.append(_drawn(press, np.matmul(shared, together)[..., 0] + np.matmul(own, by_itself)[..., 0], rng))
+    return np.concatenate(found, axis=1)
+
+
+def _drawn(press: PredictedReadings, correlated: FloatArray, rng: np.random.Generator) -> FloatArray:
+    each = rng.standard_normal(press.mean.shape)
+    return np.asarray(press.mean + correlated + np.sqrt(press.variance) * each, dtype=float)

@@ -27,12 +27,17 @@ import numpy as np
 from calib.catalogue import SCALES
 from calib.problem import (
     PredictedReadings,
+    Readings,
+    covariance_of,
     log_likelihood,
     log_normal,
     log_prior_as_normal,
     model_sweeps,
+    own_and_shared_modes,
     prior_bend,
+    put_together,
     values_at,
+    weighed,
 )
 from calib.sampling.coordinates import CONTACT, Coordinates
 from models.sensor import BoolArray, FloatArray, IntArray
@@ -289,22 +294,29 @@ def slopes_at(space: Coordinates, x: FloatArray, power: float) -> tuple[FloatArr
         )
         gradient[columns] += central_slope(log_prior[rows], there[rows])
     scales = np.flatnonzero([p.parameter in SCALES for p in space.problem.parameters])
-    for sweep, model in zip(space.problem.sweeps, models, strict=True):
-        columns, rows = ways.of_specimens[sweep.specimen if space.scopes.specimens else ""]
-        found = (np.cumsum(model.covered) - 1)[rows]  # of each draw among those that are covered
+    plans = space.problem.plans
+    for some in put_together(plans, models):
+        specimen = plans[some.repeats.places[0]].sweep.specimen
+        columns, rows = ways.of_specimens[specimen if space.scopes.specimens else ""]
+        found = (np.cumsum(some.covered) - 1)[rows]  # of each draw among those that are covered
         known = there[rows]
         wide = np.flatnonzero(np.isin(columns, scales))
         chosen = np.concatenate([[0], 1 + wide, 1 + columns.size + wide])
-        for channel in model.channels.values():
-            covariance = _covariance(channel, found[chosen])
-            whiten = np.linalg.inv(np.linalg.cholesky(covariance[0]))
-            gradient[columns] += power * central_slope(log_normal(channel)[found], known)
-            mean_slope = central_slope(channel.mean[found], known) @ whiten.T
-            information[np.ix_(columns, columns)] += power * mean_slope @ mean_slope.T
-            spread_slope = whiten @ central_slope(covariance, known[chosen]) @ whiten.T
-            flat = spread_slope.reshape(wide.size, channel.observed.size**2)
-            information[np.ix_(columns[wide], columns[wide])] += 0.5 * power * flat @ flat.T
+        channel = some.readings
+        gradient[columns] += power * central_slope(log_normal(channel)[found], known)
+        information[np.ix_(columns, columns)] += power * _of_mean(channel, found, known)
+        of_spread = _of_spread(channel.only(found[chosen]), known[chosen])
+        information[np.ix_(columns[wide], columns[wide])] += 0.5 * power * of_spread
     return gradient, information
+
+
+def _of_mean(readings: Readings, found: IntArray, known: BoolArray) -> FloatArray:
+    """m_k^T S^-1 m_l of (1), (n, n), from the means at the rows `found`: x, x + each step and x - each step."""
+    slope, here = central_slope(readings.mean[found], known), readings.only(found[:1])
+    if len(readings.presses) > 1:
+        return weighed(here, slope.T)[0][0]
+    whitened = slope @ np.linalg.inv(np.linalg.cholesky(covariance_of(here)[0])).T
+    return np.asarray(whitened @ whitened.T, dtype=float)
 
 
 @dataclass(frozen=True, eq=False)
@@ -349,13 +361,55 @@ class _Differences:
         return step
 
 
-def _covariance(channel: PredictedReadings, rows: IntArray) -> FloatArray:
-    """Covariances S of the readings of some draws, (n_row, n_point, n_point)."""
-    modes = channel.modes[rows]
-    covariance = modes @ np.swapaxes(modes, 1, 2)
-    points = np.arange(channel.observed.size)
-    covariance[:, points, points] += channel.variance[rows]
-    return np.asarray(covariance, dtype=float)
+def _of_spread(readings: Readings, known: BoolArray) -> FloatArray:
+    """tr(S^-1 S_k S^-1 S_l) of (1), (n_wide, n_wide), from the covariance at x, x + each step and x - each step."""
+    if len(readings.presses) > 1:
+        return _of_spread_together(readings.presses, known)
+    covariance = covariance_of(readings)
+    whiten = np.linalg.inv(np.linalg.cholesky(covariance[0]))
+    slope = whiten @ central_slope(covariance, known) @ whiten.T
+    flat = slope.reshape(len(slope), readings.observed.size**2)
+    return np.asarray(flat @ flat.T, dtype=float)
+
+
+def _of_spread_together(presses: Sequence[PredictedReadings], known: BoolArray) -> FloatArray:
+    """The same of presses that share errors V beside those of their own, in time that grows with the number of presses.
+
+    With the covariance whitened by those of its own, S = 1 + V V^T, S^-1 = 1 - V M V^T with M = (1 + V^T V)^-1, and
+    S_k = A_k + V_k V^T + V V_k^T with A_k block by block; all traces are of sums over presses of products as wide as V.
+    """
+    gram: FloatArray | float = 0.0
+    of_own: FloatArray | float = 0.0
+    sums: dict[str, FloatArray] = {}
+    for press in presses:
+        own, shared = own_and_shared_modes(press)
+        covariance = own @ np.swapaxes(own, 1, 2) + press.variance[:, :, None] * np.eye(press.observed.size)
+        whiten = np.linalg.inv(np.linalg.cholesky(covariance[0]))
+        a = whiten @ central_slope(covariance, known) @ whiten.T
+        v, slope = whiten @ shared[0], whiten @ central_slope(shared, known)
+        flat = a.reshape(len(a), -1)
+        of_own, gram = of_own + flat @ flat.T, gram + v.T @ v
+        va = v.T @ a
+        parts = {
+            "va_v": va @ v,
+            "va_av": np.einsum("kip,ljp->klij", va, va),
+            "va_s": np.einsum("kip,lpj->klij", va, slope),
+            "v_s": v.T @ slope,
+            "s_s": np.einsum("kpi,lpj->klij", slope, slope),
+        }
+        sums = {name: part + sums.get(name, 0.0) for name, part in parts.items()}
+    total = np.asarray(gram, dtype=float)
+    m = np.linalg.inv(np.eye(len(total)) + total)
+
+    def trace(one: FloatArray, other: FloatArray) -> FloatArray:
+        return np.asarray(np.einsum("...ij,...ji->...", one, other), dtype=float)
+
+    within, across = m @ sums["va_v"], m @ sums["v_s"]
+    by_themselves = of_own - 2 * trace(m, sums["va_av"]) + trace(within[:, None], within)
+    mixed = 2 * (trace(m, sums["va_s"]) - trace(within[:, None], across))
+    left = sums["s_s"] - np.swapaxes(sums["v_s"], 1, 2)[:, None] @ across
+    low = 2 * trace(across[:, None], across) + 2 * trace(m @ total, left)
+    return np.asarray(by_themselves + mixed + mixed.T + low, dtype=float)
 
 
 def central_slope(values: FloatArray, there: BoolArray) -> FloatArray:
