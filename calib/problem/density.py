@@ -336,6 +336,11 @@ def _gram(channel: PredictedReadings, part: slice) -> FloatArray:
     """
     weight = 1.0 / channel.variance[:, part]
     n_draw, n_point = weight.shape
+    if channel.discrepancy is not None and channel.discrepancy.correlation.modes.ndim == 3:
+        of_discrepancy = channel.discrepancy.sd[:, part, None] * channel.discrepancy.correlation.modes[:, part]
+        residual = channel.observed[part] - channel.mean[:, part]
+        wide = np.concatenate([of_discrepancy, channel.error[:, part], residual[..., None]], axis=-1)
+        return np.asarray(np.matmul(np.swapaxes(wide * weight[..., None], 1, 2), wide), dtype=float)
     n_error = channel.error.shape[-1]
     columns = np.empty((n_error + 1, n_draw, n_point))
     columns[:n_error] = channel.error[:, part].transpose(2, 0, 1)

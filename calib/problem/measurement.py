@@ -37,7 +37,7 @@ from calib.catalogue import bounds_of
 from calib.experiment import Experiment
 from calib.lab import Sweep
 from calib.problem.channels import CHANNEL_MODELS
-from calib.problem.plan import ChannelPlan, SweepPlan, at_time, present
+from calib.problem.plan import ChannelPlan, SweepPlan, at_time, present, shared_correlation
 from calib.problem.readings import Discrepancy, PredictedReadings, SweepModel
 from calib.problem.values import Calibrated, design_columns, design_values, designed, lookup
 from models.curves import Lookup, curves_of, look_up, look_up_force, table_depths
@@ -339,8 +339,11 @@ def _predict(own: _SweepValues, name: str, channel: ChannelPlan, at: Response, p
         share = np.maximum(1 - own["machine_compliance"] * channel.slope / gain, _LEAST_SHARE)
         mean = points.value - (points.value - mean) * share
         own_sd, error = own_sd * share, error * share[..., None]
-    variance = variance + own_sd**2 * channel.correlation.rest
-    return PredictedReadings(depth, mean, variance, error, points.value, Discrepancy(own_sd, channel.correlation))
+    correlation = channel.correlation
+    if correlation is None:
+        correlation = shared_correlation(depth / channel.deepest)
+    variance = variance + own_sd**2 * correlation.rest
+    return PredictedReadings(depth, mean, variance, error, points.value, Discrepancy(own_sd, correlation))
 
 
 def _in_contact(depth: FloatArray, reading: FloatArray | None) -> FloatArray:

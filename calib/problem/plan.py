@@ -6,13 +6,16 @@ has the correlation
 
     k(x, x') [1 - o + o (p = q)],   k(x, x') = exp(-(x - x')^2 / 2 l^2),                                              (1)
 
-with l the correlation length and o the share of its variance that is a press's own. A press that nobody repeated has k alone.
+with l the correlation length and o the share of its variance that is a press's own. A press that nobody repeated has k alone, over
+its nominal depths. Those of several presses are off by as much as contact was found wrongly in each, which would tell the model
+from what it leaves out; so the depths of (1) are the true ones of each draw.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from functools import cache
 from typing import TypeVar
 
 import numpy as np
@@ -20,43 +23,45 @@ import numpy as np
 from calib.lab import Points, Sweep, Track
 from calib.problem.centred import nominal_zero
 from models.curves import force_scale
-from models.sensor import FloatArray, IntArray
+from models.sensor import BoolArray, FloatArray, IntArray
 
 #: Length over which the model discrepancy stays alike, as a share of the largest depth of the sweep, or of those that repeat it.
 CORRELATION_LENGTH = 0.3
 
 #: Share of the variance of the discrepancy that is a press's own where presses repeat each other: a fifth of its sd. Silicone
 #: that was pressed before is not quite what it was, a ball is not put back quite where it was, and depths are nominal ones here.
-OWN_SHARE = 0.04
+OWN_SHARE = 0.0
 
 #: Share of the discrepancy's variance that its low-rank form may leave to the diagonal.
 _RANK_TOLERANCE = 1e-6
 
-# Nodes over the depth through which the correlation of presses that repeat each other is computed, and the least share of the
-# largest eigenvalue of their own correlation that is used.
-_NODES, _LEAST_EIGENVALUE = np.linspace(0.0, 1.0, 25), 1e-13
+# Largest share of depth for which (1) is tabled, deeper points being taken as there, and steps of that table; nodes through which
+# its modes are computed, and the least share of the largest eigenvalue that is used of them.
+_END, _STEPS, _NODES, _LEAST_EIGENVALUE = 1.25, 640, 41, 1e-13
 
 _T = TypeVar("_T")
 
 
 @dataclass(frozen=True, eq=False)
 class Correlation:
-    """Correlation matrix K of (4) at the points of a channel of one press, and with those of the presses that repeat it.
+    """Correlation matrix K of (4) at the points of a channel of one press: U U^T + diag(rest).
 
-    Within the press it is U U^T + diag(rest); with the points of another one, whose modes are U', (1 - own) U U'^T.
+    With the points of a press that repeats it, whose modes are U', it is (1 - own) U U'^T.
 
     Attributes
     ----------
-    modes : U, (n_point, n_mode).
-    rest : (n_point,).
+    modes : U, (n_point, n_mode) for all draws or (n_draw, n_point, n_mode).
+    rest : (n_point,) or (n_draw, n_point).
     own : o of (1), 1 where no press repeats this one.
-    basis : what makes modes of depths, the same for presses that repeat each other and were planned together; else None.
     """
 
     modes: FloatArray
     rest: FloatArray
     own: float = 1.0
-    basis: FloatArray | None = None
+
+    def only(self, rows: BoolArray | IntArray) -> Correlation:
+        """Of some of the draws."""
+        return self if self.modes.ndim == 2 else replace(self, modes=self.modes[rows], rest=self.rest[rows])
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,14 +73,17 @@ class ChannelPlan:
     points : the data.
     tie : how their depth is known, see `Sweep.tied_by`.
     load : [N], (n_point,), load at points that are tied by displacement; None where no record has it.
-    correlation : of the discrepancy, K of (4).
+    correlation : of the discrepancy, K of (4); None where it is that of the true depths of a draw.
+    deepest : largest nominal depth of the presses that repeat each other, which are taken together; nan of a press by itself. In
+        metres, or as `models.curves.force_scale` where all are tied by force: their loads are known as they are.
     slope : [N/m], (n_point,), of the load over the crosshead's reading, s of (5), where the load is the reading; else None.
     """
 
     points: Points
     tie: str
     load: FloatArray | None
-    correlation: Correlation
+    correlation: Correlation | None
+    deepest: float
     slope: FloatArray | None = None
 
     @property
@@ -118,17 +126,51 @@ def plan_sweeps(sweeps: Sequence[Sweep]) -> tuple[SweepPlan, ...]:
     for k, sweep in enumerate(sweeps):
         for name in sweep.channels:
             together.setdefault((sweep.specimen, sweep.indenter_radius, name), []).append(k)
-    correlations: dict[tuple[int, str], Correlation] = {}
+    found: dict[tuple[int, str], ChannelPlan] = {}
     for (_, _, name), places in together.items():
-        if len(places) == 1:
-            correlations[places[0], name] = _correlation(drafts[places[0]][name].along)
-        else:
-            found = _repeated([drafts[k][name] for k in places])
-            correlations |= {(k, name): one for k, one in zip(places, found, strict=True)}
-    return tuple(
-        SweepPlan(sweep, {name: _plan_channel(sweep, name, draft[name], correlations[k, name]) for name in sweep.channels})
-        for k, (sweep, draft) in enumerate(zip(sweeps, drafts, strict=True))
-    )
+        known = [drafts[k][name] for k in places]
+        deepest = _deepest_of(known) if len(places) > 1 else np.nan
+        for k, draft in zip(places, known, strict=True):
+            if len(places) == 1:
+                correlation: Correlation | None = _correlation(draft.along)
+            else:
+                by_load = all(other.tie == "force" for other in known)
+                correlation = shared_correlation(draft.along / deepest) if by_load else None
+            found[k, name] = ChannelPlan(draft.points, draft.tie, draft.load, correlation, deepest, draft.slope)
+    return tuple(SweepPlan(sweep, {name: found[k, name] for name in sweep.channels}) for k, sweep in enumerate(sweeps))
+
+
+def shared_correlation(x: FloatArray) -> Correlation:
+    """Correlation of the discrepancy of a press among others that repeat it: (1).
+
+    Parameters
+    ----------
+    x : depths as shares of the largest of all of them, (n_point,) or (n_draw, n_point).
+    """
+    table, steps = _table()
+    place = np.clip(x, 0.0, _END) * (_STEPS / _END)
+    below = np.minimum(place.astype(np.int64), _STEPS - 1)
+    modes = table[below] + (place - below)[..., None] * steps[below]
+    return Correlation(modes, np.maximum(1.0 - np.sum(modes**2, axis=-1), 0.0), OWN_SHARE)
+
+
+@cache
+def _table() -> tuple[FloatArray, FloatArray]:
+    """The modes of (1) over the share of depth, (n_step + 1, n_mode), and from each row to the next, (n_step, n_mode)."""
+    nodes, x = np.linspace(0.0, _END, _NODES), np.linspace(0.0, _END, _STEPS + 1)
+    value, vector = np.linalg.eigh(_alike(nodes, nodes))
+    kept = value > _LEAST_EIGENVALUE * value[-1]
+    features = _alike(x, nodes) @ (vector[:, kept] / np.sqrt(value[kept]))
+    value, vector = np.linalg.eigh(features.T @ features)
+    value, vector = np.maximum(value[::-1], 0.0), vector[:, ::-1]
+    rank = 1 + int(np.argmax(np.cumsum(value) >= (1 - _RANK_TOLERANCE) * np.sum(value)))
+    table = np.ascontiguousarray(features @ vector[:, :rank])
+    return table, np.diff(table, axis=0)
+
+
+def _alike(x: FloatArray, others: FloatArray) -> FloatArray:
+    """k of (1), (n_x, n_other)."""
+    return np.asarray(np.exp(-0.5 * ((x[:, None] - others) / CORRELATION_LENGTH) ** 2), dtype=float)
 
 
 def without_points(plan: SweepPlan, channel: str, rows: IntArray) -> SweepPlan:
@@ -148,8 +190,10 @@ def without_points(plan: SweepPlan, channel: str, rows: IntArray) -> SweepPlan:
     columns = {f.name: getattr(known.points, f.name) for f in fields(known.points)}
     points = replace(known.points, **{name: column[kept] for name, column in columns.items() if column is not None})
     load = None if known.load is None else known.load[kept]
-    modes, rest = np.ascontiguousarray(known.correlation.modes[kept]), known.correlation.rest[kept]
-    correlation = replace(known.correlation, modes=modes, rest=rest)
+    correlation = known.correlation
+    if correlation is not None:
+        modes, rest = np.ascontiguousarray(correlation.modes[kept]), correlation.rest[kept]
+        correlation = replace(correlation, modes=modes, rest=rest)
     slope = None if known.slope is None else known.slope[kept]
     part = replace(known, points=points, load=load, correlation=correlation, slope=slope)
     return replace(plan, channels={name: part if name == channel else plan.channels[name] for name in plan.channels})
@@ -157,15 +201,17 @@ def without_points(plan: SweepPlan, channel: str, rows: IntArray) -> SweepPlan:
 
 @dataclass(frozen=True, eq=False)
 class _Draft:
-    """Nominal depths of the points of a channel, on a scale that is zero at contact, and what the tie needs of the load.
+    """What is known of a channel of a sweep by itself: a `ChannelPlan` but for the correlation.
 
-    `along` (n_point,) is in metres of the crosshead, or, tied by force, as `models.curves.force_scale`; `by_load` (n_point,) is
-    the latter of any channel whose points have a load, which is `load` where they are tied by displacement.
+    `along` (n_point,) are nominal depths on a scale that is zero at contact: of the crosshead [m], or, tied by force, as
+    `models.curves.force_scale`.
     """
 
-    along: FloatArray
-    by_load: FloatArray | None
+    points: Points
+    tie: str
     load: FloatArray | None
+    along: FloatArray
+    slope: FloatArray | None
 
 
 def _draft(sweep: Sweep) -> dict[str, _Draft]:
@@ -177,27 +223,29 @@ def _draft(sweep: Sweep) -> dict[str, _Draft]:
 
 def _draft_channel(sweep: Sweep, name: str, onset: float, load: float) -> _Draft:
     points, tie = sweep.channels[name], sweep.tied_by(name)
+    tied_load = None
     if tie == "displacement":
         reading = present(points.displacement)
+        along = reading - onset
         tied_load = sweep.load_at(name)
         tester = sweep.channels.get("force")
         if tied_load is None and tester is not None:
             at = present(tester.displacement)
             order = np.argsort(at)
             tied_load = np.interp(reading, at[order], tester.value[order])
-        return _Draft(reading - onset, None if tied_load is None else force_scale(tied_load - load), tied_load)
-    if tie == "force":
+    elif tie == "force":
         along = force_scale(present(points.force) - load)
-        return _Draft(along, along, None)
-    time = present(points.time) + np.nan_to_num(sweep.clock_offset)
-    reading, at_reading = at_time(present(sweep.track), time)
-    return _Draft(reading - onset, force_scale(at_reading - load), None)
-
-
-def _plan_channel(sweep: Sweep, name: str, draft: _Draft, correlation: Correlation) -> ChannelPlan:
-    points, tie = sweep.channels[name], sweep.tied_by(name)
+    else:
+        time = present(points.time) + np.nan_to_num(sweep.clock_offset)
+        along = at_time(present(sweep.track), time)[0] - onset
     slope = _slope(present(points.displacement), points.value) if name == "force" and tie == "displacement" else None
-    return ChannelPlan(points, tie, draft.load, correlation, slope)
+    return _Draft(points, tie, tied_load, along, slope)
+
+
+def _deepest_of(drafts: Sequence[_Draft]) -> float:
+    """Largest nominal depth of presses: of those that the crosshead tells, if any; never quite zero."""
+    by_crosshead = [draft for draft in drafts if draft.tie != "force"]
+    return max(*(float(np.max(draft.along)) for draft in by_crosshead or drafts), 1e-9)
 
 
 def _slope(reading: FloatArray, load: FloatArray) -> FloatArray:
@@ -223,40 +271,6 @@ def _correlation(along: FloatArray) -> Correlation:
     rank = 1 + int(np.argmax(np.cumsum(value) >= (1 - _RANK_TOLERANCE) * np.sum(value)))
     modes = vector[:, :rank] * np.sqrt(value[:rank])
     return Correlation(np.ascontiguousarray(modes), np.maximum(1.0 - np.sum(modes**2, axis=1), 0.0))
-
-
-def _repeated(drafts: Sequence[_Draft]) -> list[Correlation]:
-    """Correlations of a channel in presses that repeat each other, by (1), one for each: at a cost that grows with their number.
-
-    Depths are those of the crosshead if all are known by it, else loads, if all are known; of presses without either in common
-    they are shares of each one's own.
-    """
-    by_load = [draft.by_load for draft in drafts if draft.by_load is not None]
-    scales = [draft.along is draft.by_load for draft in drafts]  # tied by force, as along is that of the load then
-    if len(set(scales)) == 1:
-        along = [draft.along for draft in drafts]
-    elif len(by_load) == len(drafts):
-        along = by_load
-    else:
-        along = [draft.along / max(float(np.max(draft.along)), 1e-300) for draft in drafts]
-    deepest = max(float(np.max(depth)) for depth in along)
-    x = [np.clip(depth / deepest, 0.0, 1.0) if deepest > 0 else np.zeros(depth.size) for depth in along]
-    value, vector = np.linalg.eigh(_alike(_NODES, _NODES))
-    kept = value > _LEAST_EIGENVALUE * value[-1]
-    features = vector[:, kept] / np.sqrt(value[kept])
-    nystrom = [_alike(of_press, _NODES) @ features for of_press in x]
-    # Few of these directions matter at the points that there are.
-    value, vector = np.linalg.eigh(np.sum([of_press.T @ of_press for of_press in nystrom], axis=0))
-    value, vector = np.maximum(value[::-1], 0.0), vector[:, ::-1]
-    rank = 1 + int(np.argmax(np.cumsum(value) >= (1 - _RANK_TOLERANCE) * np.sum(value)))
-    basis = np.ascontiguousarray(features @ vector[:, :rank])
-    modes = [np.ascontiguousarray(of_press @ vector[:, :rank]) for of_press in nystrom]
-    return [Correlation(u, np.maximum(1.0 - np.sum(u**2, axis=1), 0.0), OWN_SHARE, basis) for u in modes]
-
-
-def _alike(x: FloatArray, others: FloatArray) -> FloatArray:
-    """k of (1), (n_x, n_other)."""
-    return np.asarray(np.exp(-0.5 * ((x[:, None] - others) / CORRELATION_LENGTH) ** 2), dtype=float)
 
 
 def present(part: _T | None) -> _T:

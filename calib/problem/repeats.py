@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.problem.density import Terms, density_of_terms, log_normal, terms_of_press
-from calib.problem.plan import Correlation, SweepPlan
+from calib.problem.plan import SweepPlan
 from calib.problem.readings import PredictedReadings, Readings, RepeatedReadings, SweepModel
 from models.sensor import BoolArray, FloatArray
 
@@ -61,17 +61,10 @@ def repeats_of(plans: Sequence[SweepPlan]) -> tuple[Repeats, ...]:
             found.setdefault((plan.sweep.specimen, plan.sweep.indenter_radius, name), []).append(k)
     for (_, _, name), places in found.items():
         if len(places) > 1:
-            first, *others = (plans[k].channels[name].correlation for k in places)
-            if any(not _planned_together(first, other) for other in others):
+            if len({plans[k].channels[name].deepest for k in places}) > 1 or np.isnan(plans[places[0]].channels[name].deepest):
                 sweep = plans[places[-1]].sweep
                 raise ValueError(f"{sweep.title} repeats another press and was not planned with it: use plan_sweeps for all")
     return tuple(Repeats(name, tuple(places)) for (_, _, name), places in found.items())
-
-
-def _planned_together(one: Correlation, other: Correlation) -> bool:
-    if one.basis is None or other.basis is None:
-        return False
-    return one.basis is other.basis or np.array_equal(one.basis, other.basis)
 
 
 def put_together(plans: Sequence[SweepPlan], models: Iterable[SweepModel]) -> Iterator[Together]:

@@ -304,19 +304,18 @@ def slopes_at(space: Coordinates, x: FloatArray, power: float) -> tuple[FloatArr
         chosen = np.concatenate([[0], 1 + wide, 1 + columns.size + wide])
         channel = some.readings
         gradient[columns] += power * central_slope(log_normal(channel)[found], known)
-        information[np.ix_(columns, columns)] += power * _of_mean(channel, found, known)
-        of_spread = _of_spread(channel.only(found[chosen]), known[chosen])
-        information[np.ix_(columns[wide], columns[wide])] += 0.5 * power * of_spread
+        information[np.ix_(columns, columns)] += _of_mean(channel, found, known, power)
+        information[np.ix_(columns[wide], columns[wide])] += _of_spread(channel.only(found[chosen]), known[chosen], power)
     return gradient, information
 
 
-def _of_mean(readings: Readings, found: IntArray, known: BoolArray) -> FloatArray:
-    """m_k^T S^-1 m_l of (1), (n, n), from the means at the rows `found`: x, x + each step and x - each step."""
+def _of_mean(readings: Readings, found: IntArray, known: BoolArray, power: float) -> FloatArray:
+    """First term of (1), (n, n), of a power of the likelihood, from the means at the rows `found`: x, x + each step and x - each step."""
     slope, here = central_slope(readings.mean[found], known), readings.only(found[:1])
     if len(readings.presses) > 1:
-        return weighed(here, slope.T)[0][0]
+        return np.asarray(power * weighed(here, slope.T)[0][0], dtype=float)
     whitened = slope @ np.linalg.inv(np.linalg.cholesky(covariance_of(here)[0])).T
-    return np.asarray(whitened @ whitened.T, dtype=float)
+    return np.asarray(power * whitened @ whitened.T, dtype=float)
 
 
 @dataclass(frozen=True, eq=False)
@@ -361,19 +360,19 @@ class _Differences:
         return step
 
 
-def _of_spread(readings: Readings, known: BoolArray) -> FloatArray:
-    """tr(S^-1 S_k S^-1 S_l) of (1), (n_wide, n_wide), from the covariance at x, x + each step and x - each step."""
+def _of_spread(readings: Readings, known: BoolArray, power: float) -> FloatArray:
+    """Second term of (1), (n_wide, n_wide), of a power of the likelihood, from S at x, x + each step and x - each step."""
     if len(readings.presses) > 1:
-        return _of_spread_together(readings.presses, known)
+        return 0.5 * power * _of_spread_together(readings.presses, known)
     covariance = covariance_of(readings)
     whiten = np.linalg.inv(np.linalg.cholesky(covariance[0]))
     slope = whiten @ central_slope(covariance, known) @ whiten.T
     flat = slope.reshape(len(slope), readings.observed.size**2)
-    return np.asarray(flat @ flat.T, dtype=float)
+    return np.asarray(0.5 * power * flat @ flat.T, dtype=float)
 
 
 def _of_spread_together(presses: Sequence[PredictedReadings], known: BoolArray) -> FloatArray:
-    """The same of presses that share errors V beside those of their own, in time that grows with the number of presses.
+    """tr(S^-1 S_k S^-1 S_l) of (1) for presses that share errors V beside those of their own, in time that grows with the number of presses.
 
     With the covariance whitened by those of its own, S = 1 + V V^T, S^-1 = 1 - V M V^T with M = (1 + V^T V)^-1, and
     S_k = A_k + V_k V^T + V V_k^T with A_k block by block; all traces are of sums over presses of products as wide as V.
