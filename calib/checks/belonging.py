@@ -24,7 +24,7 @@ import numpy as np
 from scipy.special import log_ndtr, logsumexp, ndtri_exp
 
 from calib.catalogue import POOLED, UnknownName, unknowns_of
-from calib.problem import Newcomer, covariance_of, lookup, model_sweeps, put_together
+from calib.problem import Newcomer, PredictedReadings, lookup, model_sweeps, put_together
 from calib.sampling import FirstEstimate, Stranger
 from models.sensor import FloatArray, IntArray
 
@@ -99,10 +99,15 @@ def _readings(newcomer: Newcomer, place: FloatArray, rows: IntArray) -> _Foretol
     first = 0
     for channel in channels:
         part = slice(first, first + channel.observed.size)
-        covariance[:, part, part] = covariance_of(channel)
+        covariance[:, part, part] = _covariance(channel)
         first = part.stop
     there = np.flatnonzero(covered)
     return _Foretold(there, rows[there], mean, covariance, np.concatenate([c.observed for c in channels]))
+
+
+def _covariance(channel: PredictedReadings) -> FloatArray:
+    modes = channel.modes
+    return np.asarray(modes @ np.swapaxes(modes, 1, 2) + channel.variance[:, :, None] * np.eye(channel.observed.size))
 
 
 def _slopes(newcomer: Newcomer, place: FloatArray, row: int) -> tuple[FloatArray, dict[str, FloatArray]] | None:

@@ -2,16 +2,7 @@
 
 from calib.problem.by_name import log_density, medians, readings, residuals
 from calib.problem.centred import nominal_zero
-from calib.problem.density import (
-    chi_square,
-    covariance_of,
-    given_other_points,
-    log_likelihood_points,
-    log_normal,
-    own_and_shared_modes,
-    point_densities,
-    weighed,
-)
+from calib.problem.density import chi_square, given_other_points, log_likelihood_points, log_normal, point_densities
 from calib.problem.glance import Glance, glances
 from calib.problem.likelihood import (
     LIKELIHOOD_VERSION,
@@ -27,7 +18,7 @@ from calib.problem.likelihood import (
 from calib.problem.lots import Lot, LotPrior
 from calib.problem.measurement import model_sweep, model_sweeps
 from calib.problem.newcomer import CalibratedLot, Newcomer, Own, newcomer_experiment, newcomer_of, template_of
-from calib.problem.plan import CORRELATION_LENGTH, OWN_SHARE, SweepPlan, plan_sweep, plan_sweeps
+from calib.problem.plan import CORRELATION_LENGTH, SweepPlan, plan_sweep, plan_sweeps
 from calib.problem.prior import (
     log_prior,
     log_prior_as_normal,
@@ -38,8 +29,8 @@ from calib.problem.prior import (
     values_of_lot,
 )
 from calib.problem.problem import Problem, build_problem, outside_faults, problem_from
-from calib.problem.readings import PredictedReadings, Readings, RepeatedReadings, SweepModel
-from calib.problem.repeats import Repeats, Together, log_normal_sweeps, put_together, repeats_of
+from calib.problem.readings import PredictedReadings, SweepModel
+from calib.problem.repeats import log_normal_sweeps, put_together
 from calib.problem.specimens import LogPosteriorParts, Scopes, log_posterior_parts, scopes_of
 from calib.problem.synthetic import Rig, synthetic_sweep
 from calib.problem.unknowns import ParameterInfo, UnknownTable, list_unknowns, of_lot, table_of
@@ -55,7 +46,6 @@ from calib.problem.values import (
 __all__ = [
     "CORRELATION_LENGTH",
     "LIKELIHOOD_VERSION",
-    "OWN_SHARE",
     "Calibrated",
     "CalibratedLot",
     "Glance",
@@ -67,21 +57,16 @@ __all__ = [
     "ParameterInfo",
     "PredictedReadings",
     "Problem",
-    "Readings",
-    "RepeatedReadings",
-    "Repeats",
     "Rig",
     "Scopes",
     "SweepModel",
     "SweepPlan",
-    "Together",
     "UnknownTable",
     "block_names",
     "build_problem",
     "chi_square",
     "columns_at",
     "coordinates_of",
-    "covariance_of",
     "given_other_points",
     "glances",
     "list_unknowns",
@@ -105,7 +90,6 @@ __all__ = [
     "newcomer_of",
     "nominal_zero",
     "of_lot",
-    "own_and_shared_modes",
     "outside_faults",
     "plan_sweep",
     "plan_sweeps",
@@ -118,7 +102,6 @@ __all__ = [
     "put_together",
     "range_use",
     "readings",
-    "repeats_of",
     "residuals",
     "scopes_of",
     "specimen_design",
@@ -127,6 +110,5 @@ __all__ = [
     "template_of",
     "values_at",
     "values_of_lot",
-    "weighed",
     "without_block",
 ]

@@ -11,12 +11,11 @@ from scipy.linalg import cholesky, solve_triangular
 from calib.catalogue import UnknownName
 from calib.errors import Fault, InputError
 from calib.priors import parse_value
-from calib.problem.density import covariance_of
 from calib.problem.likelihood import log_likelihood_at
 from calib.problem.measurement import model_sweeps, why_outside
 from calib.problem.prior import log_prior
 from calib.problem.problem import Problem
-from calib.problem.readings import Readings, SweepModel
+from calib.problem.readings import PredictedReadings, SweepModel
 from calib.problem.repeats import put_together
 from calib.problem.values import coordinates_of
 from models.response import OutOfRangeError
@@ -68,10 +67,8 @@ def residuals(problem: Problem, values: Mapping[str, Value]) -> FloatArray:
     """
     found: dict[tuple[int, str], FloatArray] = {}
     for some in put_together(problem.plans, _models(problem, values)):
-        white, first = _whitened(some.readings), 0
-        for k, press in zip(some.repeats.places, some.readings.presses, strict=True):
-            found[k, some.repeats.channel] = white[first : first + press.observed.size]
-            first += press.observed.size
+        of_presses = np.split(_whitened(some.readings), np.cumsum(some.presses)[:-1])
+        found |= {(k, some.repeats.channel): white for k, white in zip(some.repeats.places, of_presses, strict=True)}
     return np.concatenate([found[k, name] for k, plan in enumerate(problem.plans) for name in plan.channels])
 
 
@@ -173,6 +170,7 @@ def _models(problem: Problem, values: Mapping[str, Value]) -> list[SweepModel]:
     return models
 
 
-def _whitened(c: Readings) -> FloatArray:
-    covariance = covariance_of(c)[0]
+def _whitened(c: PredictedReadings) -> FloatArray:
+    modes = c.modes[0]
+    covariance = np.diag(c.variance[0]) + modes @ modes.T
     return np.asarray(solve_triangular(cholesky(covariance, lower=True), c.observed - c.mean[0], lower=True), dtype=float)

@@ -153,7 +153,7 @@ def log_likelihood_blocks(problem: Problem, theta: FloatArray) -> FloatArray:
         for some in put_together(problem.plans, models):
             of_presses = [columns[k, some.repeats.channel] for k in some.repeats.places]
             rows = first + np.flatnonzero(some.covered)
-            found[rows[:, None], np.concatenate(of_presses)] = log_normal_blocks(some.readings)
+            found[rows[:, None], np.concatenate(of_presses)] = log_normal_blocks(some.readings, some.presses)
     return found
 
 

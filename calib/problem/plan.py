@@ -1,14 +1,13 @@
 """Sweeps in, the part of their likelihood that no draw changes out: ties, loads, correlation of the discrepancy.
 
 Presses of one specimen under one ball repeat each other, however many days lie between them: what the model leaves out of one it
-leaves out of the others, too. At depths x and x' as shares of the deepest of them the discrepancy of two such presses p and q
-has the correlation
+leaves out of the others, too. Their discrepancy is one function of depth, with the correlation
 
-    k(x, x') [1 - o + o (p = q)],   k(x, x') = exp(-(x - x')^2 / 2 l^2),                                              (1)
+    k(x, x') = exp(-(x - x')^2 / 2 l^2)                                                                               (1)
 
-with l the correlation length and o the share of its variance that is a press's own. A press that nobody repeated has k alone, over
-its nominal depths. Those of several presses are off by as much as contact was found wrongly in each, which would tell the model
-from what it leaves out; so the depths of (1) are the true ones of each draw.
+of any two of their points, at depths x and x' as shares of the deepest of them, l the correlation length. A press that nobody
+repeated has it over its nominal depths. Those of several presses are off by as much as contact was found wrongly in each, which
+would tell the model from what it leaves out; so the depths of (1) are then the true ones of each draw.
 """
 
 from __future__ import annotations
@@ -28,10 +27,6 @@ from models.sensor import BoolArray, FloatArray, IntArray
 #: Length over which the model discrepancy stays alike, as a share of the largest depth of the sweep, or of those that repeat it.
 CORRELATION_LENGTH = 0.3
 
-#: Share of the variance of the discrepancy that is a press's own where presses repeat each other: a fifth of its sd. Silicone
-#: that was pressed before is not quite what it was, a ball is not put back quite where it was, and depths are nominal ones here.
-OWN_SHARE = 0.0
-
 #: Share of the discrepancy's variance that its low-rank form may leave to the diagonal.
 _RANK_TOLERANCE = 1e-6
 
@@ -44,20 +39,16 @@ _T = TypeVar("_T")
 
 @dataclass(frozen=True, eq=False)
 class Correlation:
-    """Correlation matrix K of (4) at the points of a channel of one press: U U^T + diag(rest).
-
-    With the points of a press that repeats it, whose modes are U', it is (1 - own) U U'^T.
+    """Correlation matrix K of (4) at the points of a channel: U U^T + diag(rest), with U' of points of a repeat U U'^T.
 
     Attributes
     ----------
     modes : U, (n_point, n_mode) for all draws or (n_draw, n_point, n_mode).
     rest : (n_point,) or (n_draw, n_point).
-    own : o of (1), 1 where no press repeats this one.
     """
 
     modes: FloatArray
     rest: FloatArray
-    own: float = 1.0
 
     def only(self, rows: BoolArray | IntArray) -> Correlation:
         """Of some of the draws."""
@@ -141,7 +132,7 @@ def plan_sweeps(sweeps: Sequence[Sweep]) -> tuple[SweepPlan, ...]:
 
 
 def shared_correlation(x: FloatArray) -> Correlation:
-    """Correlation of the discrepancy of a press among others that repeat it: (1).
+    """Correlation of the discrepancy in presses that repeat each other, (1), by modes that are the same functions for all.
 
     Parameters
     ----------
@@ -151,7 +142,7 @@ def shared_correlation(x: FloatArray) -> Correlation:
     place = np.clip(x, 0.0, _END) * (_STEPS / _END)
     below = np.minimum(place.astype(np.int64), _STEPS - 1)
     modes = table[below] + (place - below)[..., None] * steps[below]
-    return Correlation(modes, np.maximum(1.0 - np.sum(modes**2, axis=-1), 0.0), OWN_SHARE)
+    return Correlation(modes, np.maximum(1.0 - np.sum(modes**2, axis=-1), 0.0))
 
 
 @cache

@@ -50,11 +50,6 @@ class PredictedReadings:
     discrepancy: Discrepancy | None = None
 
     @property
-    def presses(self) -> tuple[PredictedReadings, ...]:
-        """What it is of: one press."""
-        return (self,)
-
-    @property
     def modes(self) -> FloatArray:
         """Factors of the correlated part of the covariance, those of the discrepancy last, (n_covered, n_point, n_mode), SI."""
         if self.discrepancy is None:
@@ -76,45 +71,6 @@ class PredictedReadings:
         own = None if own is None else Discrepancy(own.sd[rows], own.correlation.only(rows))
         depth, mean, variance, error = (column[rows] for column in (self.depth, self.mean, self.variance, self.error))
         return PredictedReadings(depth, mean, variance, error, self.observed, own)
-
-
-@dataclass(frozen=True, eq=False)
-class RepeatedReadings:
-    """What an instrument should read in all presses of one specimen under one ball, which share errors, for many draws.
-
-    Points of one press follow upon those of another. The covariance of points of two presses is that of the forward model's own
-    error, a function of depth that all repeat, and of the discrepancy by (1) of `calib.problem.plan`; within a press it is that
-    of the press by itself.
-
-    Attributes
-    ----------
-    presses : two at least, for the same draws.
-    """
-
-    presses: tuple[PredictedReadings, ...]
-
-    @property
-    def depth(self) -> FloatArray:
-        """[m], (n_covered, n_point), true indentation at each point."""
-        return np.concatenate([press.depth for press in self.presses], axis=1)
-
-    @property
-    def mean(self) -> FloatArray:
-        """Expected readings, (n_covered, n_point), SI."""
-        return np.concatenate([press.mean for press in self.presses], axis=1)
-
-    @property
-    def observed(self) -> FloatArray:
-        """What was read, (n_point,), SI."""
-        return np.concatenate([press.observed for press in self.presses])
-
-    def only(self, rows: BoolArray | IntArray) -> RepeatedReadings:
-        """Some of the draws."""
-        return RepeatedReadings(tuple(press.only(rows) for press in self.presses))
-
-
-#: Readings of a channel whose errors depend on those of no other readings.
-Readings = PredictedReadings | RepeatedReadings
 
 
 @dataclass(frozen=True, eq=False)

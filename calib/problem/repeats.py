@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calib.problem.density import Terms, density_of_terms, log_normal, terms_of_press
-from calib.problem.plan import SweepPlan
-from calib.problem.readings import PredictedReadings, Readings, RepeatedReadings, SweepModel
+from calib.problem.density import Terms, log_normal, log_normal_of, terms_of
+from calib.problem.plan import Correlation, SweepPlan
+from calib.problem.readings import Discrepancy, PredictedReadings, SweepModel
 from models.sensor import BoolArray, FloatArray
 
 
@@ -36,11 +36,13 @@ class Together:
     repeats : which sweeps they are of.
     covered : (n_draw,).
     readings : of the sweeps one after the other.
+    presses : how many points of each.
     """
 
     repeats: Repeats
     covered: BoolArray
-    readings: Readings
+    readings: PredictedReadings
+    presses: tuple[int, ...]
 
 
 def repeats_of(plans: Sequence[SweepPlan]) -> tuple[Repeats, ...]:
@@ -85,7 +87,8 @@ def put_together(plans: Sequence[SweepPlan], models: Iterable[SweepModel]) -> It
         for repeats in of_sweep[k]:
             if len(repeats.places) == 1:
                 if model.channels:
-                    yield Together(repeats, model.covered, model.channels[repeats.channel])
+                    readings = model.channels[repeats.channel]
+                    yield Together(repeats, model.covered, readings, (readings.observed.size,))
                 continue
             held[k] = model
             if k != repeats.places[-1]:
@@ -93,8 +96,8 @@ def put_together(plans: Sequence[SweepPlan], models: Iterable[SweepModel]) -> It
             some = [held[place] for place in repeats.places]
             covered = np.all([one.covered for one in some], axis=0)
             if np.any(covered):
-                readings = tuple(_only(one.channels[repeats.channel], one.covered, covered) for one in some)
-                yield Together(repeats, covered, RepeatedReadings(readings))
+                presses = [_only(one.channels[repeats.channel], one.covered, covered) for one in some]
+                yield Together(repeats, covered, _stacked(presses), tuple(press.observed.size for press in presses))
 
 
 def log_normal_sweeps(plans: Sequence[SweepPlan], models: Iterable[SweepModel]) -> Iterator[FloatArray]:
@@ -118,13 +121,13 @@ def log_normal_sweeps(plans: Sequence[SweepPlan], models: Iterable[SweepModel]) 
         for repeats in of_sweep[k]:
             if len(repeats.places) == 1:
                 continue
-            terms = terms_of_press(model.channels[repeats.channel], alone=False) if model.channels else None
+            terms = terms_of(model.channels[repeats.channel]) if model.channels else None
             begun[repeats] = _added(begun.get(repeats), model.covered, terms)
             if k == repeats.places[-1]:
                 covered, whole = begun.pop(repeats)
                 density = np.full(covered.size, -np.inf)
                 if whole is not None:
-                    density[covered] = density_of_terms([whole])
+                    density[covered] = log_normal_of(whole)
                 found += density
         yield found
 
@@ -151,3 +154,17 @@ def _by_sweep(plans: Sequence[SweepPlan]) -> list[list[Repeats]]:
 def _only(readings: PredictedReadings, those: BoolArray, wanted: BoolArray) -> PredictedReadings:
     kept = wanted[those]
     return readings if np.all(kept) else readings.only(kept)
+
+
+def _stacked(presses: Sequence[PredictedReadings]) -> PredictedReadings:
+    """Readings of presses that repeat each other, one after the other: the errors that they share have the same factors."""
+    depth, mean, variance, error = (
+        np.concatenate([getattr(press, name) for press in presses], axis=1) for name in ("depth", "mean", "variance", "error")
+    )
+    own = [press.discrepancy for press in presses if press.discrepancy is not None]
+    correlations = [one.correlation for one in own]
+    whole = Correlation(
+        np.concatenate([one.modes for one in correlations], axis=-2), np.concatenate([one.rest for one in correlations], axis=-1)
+    )
+    discrepancy = Discrepancy(np.concatenate([one.sd for one in own], axis=1), whole)
+    return PredictedReadings(depth, mean, variance, error, np.concatenate([press.observed for press in presses]), discrepancy)

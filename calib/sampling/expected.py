@@ -16,7 +16,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from calib.catalogue import SCALES
-from calib.problem import Problem, SweepPlan, model_sweeps, put_together, values_at, weighed
+from calib.problem import Problem, SweepPlan, model_sweeps, put_together, values_at
+from calib.sampling.laplace import weighed
 from calib.sampling.scoring import STEP, central_slope
 from models.response import OutOfRangeError
 from models.sensor import FloatArray

@@ -19,7 +19,7 @@ from scipy.linalg import solve_triangular
 from scipy.special import gammaln
 
 from calib.catalogue import SCALES
-from calib.problem import log_prior_as_normal, model_sweeps, prior_bend, put_together, values_at, weighed
+from calib.problem import PredictedReadings, log_prior_as_normal, model_sweeps, prior_bend, put_together, values_at
 from calib.sampling.coordinates import Coordinates
 from calib.sampling.scoring import STEP, central_slope, inverse_root, slopes_at
 from models.sensor import FloatArray, IntArray
@@ -154,9 +154,9 @@ def _linearised(space: Coordinates, x: FloatArray) -> LaplaceDensity:
     across = central_slope(theta, there)[rest]
     misfits, slopes = [], []
     for some in put_together(problem.plans, models):
-        rows, mean = np.cumsum(some.covered) - 1, some.readings.mean  # of each draw among those that are covered
-        misfits.append(some.readings.observed - mean[rows[0]])
-        slopes.append(central_slope(mean[rows], there)[rest].T)
+        rows = np.cumsum(some.covered) - 1  # of each draw among those that are covered
+        misfits.append(some.readings.observed - some.readings.mean[rows[0]])
+        slopes.append(central_slope(some.readings.mean[rows], there)[rest].T)
     gradient = central_slope(log_jacobian + log_prior_as_normal(problem, theta), there)[rest]
     spread = _WIDEN * _spread_of_scales(space, x, scales)
     bend = across @ across.T + across @ prior_bend(problem, n) @ across.T
@@ -192,6 +192,27 @@ def _given_scales(given: LaplaceDensity, u: FloatArray) -> _Given:
     whitened = np.asarray(np.linalg.solve(factor, b[..., None])[..., 0], dtype=float)
     log_density += 0.5 * np.sum(whitened**2, axis=1) - _log_diagonal(factor)
     return _Given(log_density, factor, whitened)
+
+
+def weighed(channel: PredictedReadings, columns: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Products of columns by the inverse of the covariance S of a channel's readings, which is of low rank (Woodbury).
+
+    Parameters
+    ----------
+    channel : with S of each draw.
+    columns : C, (n_point, k) for all draws or (n_draw, n_point, k).
+
+    Returns
+    -------
+    C^T S^-1 C (n_draw, k, k), and log det S (n_draw,).
+    """
+    modes, across = channel.modes, np.swapaxes(columns, -1, -2)
+    weighted = modes / channel.variance[..., None]
+    inner = np.asarray(np.linalg.cholesky(np.eye(modes.shape[-1]) + np.swapaxes(modes, 1, 2) @ weighted), dtype=float)
+    shared = np.linalg.solve(inner, np.swapaxes(weighted, 1, 2) @ columns)
+    own = (across / channel.variance[:, None, :]) @ columns
+    log_det = np.sum(np.log(channel.variance), axis=1) + 2 * _log_diagonal(inner)
+    return own - np.swapaxes(shared, 1, 2) @ shared, log_det
 
 
 def _log_diagonal(factors: FloatArray) -> FloatArray:

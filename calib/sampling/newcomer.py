@@ -23,12 +23,13 @@ from scipy.special import gammaln
 
 from calib.catalogue import QUANTITIES, UnknownName
 from calib.lab import Sweep
-from calib.problem import CalibratedLot, Newcomer, Problem, build_problem, log_normal_sweeps, newcomer_of, put_together, weighed
+from calib.problem import CalibratedLot, Newcomer, Problem, build_problem, log_normal_sweeps, newcomer_of, put_together
 from calib.sampling.archive import K_HAT, smooth_weights
 from calib.sampling.coordinates import Exchange, capacitance_at_rest, coordinates
 from calib.sampling.diagnostics import RANGE_TOUCH, RANGE_TOUCH_SHARE, Diagnostics, Gate, range_warning
 from calib.sampling.estimate import highest_mode
 from calib.sampling.findings import ParameterSummary
+from calib.sampling.laplace import weighed
 from calib.sampling.posterior import Posterior
 from calib.sampling.scoring import STEP, central_slope
 from models.sensor import BoolArray, FloatArray, IntArray

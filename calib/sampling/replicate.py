@@ -11,10 +11,8 @@ import numpy.typing as npt
 from calib.problem import (
     Calibrated,
     PredictedReadings,
-    Readings,
     given_other_points,
     model_sweep,
-    own_and_shared_modes,
     plan_sweeps,
     point_densities,
     put_together,
@@ -78,46 +76,32 @@ def replicate(known: Calibrated, forward: Forward, values: Mapping[str, FloatArr
         for model in models:
             covered[begin : begin + _BATCH] &= model.covered
         for some in put_together(plans, models):
-            name, readings = some.repeats.channel, some.readings
+            name, channel = some.repeats.channel, some.readings
             rows = (begin + np.flatnonzero(some.covered))[:, None]
             columns = np.concatenate([place[k, name] for k in some.repeats.places])
-            drawn[name][rows, columns] = new_readings(readings, rng)
-            mean, variance = given_other_points(readings)
-            density[name][rows, columns] = point_densities(readings.observed, mean, variance)
+            drawn[name][rows, columns] = new_readings(channel, rng)
+            mean, variance = given_other_points(channel)
+            density[name][rows, columns] = point_densities(channel.observed, mean, variance)
             left_out[name][rows, columns] = mean + np.sqrt(variance) * rng.standard_normal(mean.shape)
     return Replicates(covered, drawn, left_out, density)
 
 
-def new_readings(readings: Readings, rng: np.random.Generator) -> FloatArray:
-    """Draw what an instrument may read if sweeps are made again: one new reading of each point of a channel for each draw.
+def new_readings(channel: PredictedReadings, rng: np.random.Generator) -> FloatArray:
+    """Draw what an instrument may read if the sweep is made again: one new reading of each point of a channel for each draw.
 
-    mean + W u + O v + sqrt(D) w with u, v, w standard normal has the mean and the covariance D + O O^T + W W^T of a press; u is
-    the same in all that repeat each other.
+    mean + W u + sqrt(D) v with u, v standard normal has the mean and the covariance D + W W^T of the channel.
 
     Parameters
     ----------
-    readings : what should be read.
+    channel : what should be read.
     rng : for the errors.
 
     Returns
     -------
     (n_covered, n_point), SI.
     """
-    if len(readings.presses) == 1:
-        press = readings.presses[0]
-        n_draw, _, n_mode = press.modes.shape
-        together = rng.standard_normal((n_draw, n_mode, 1))
-        return _drawn(press, np.matmul(press.modes, together)[..., 0], rng)
-    found, together = [], None
-    for press in readings.presses:
-        own, shared = own_and_shared_modes(press)
-        if together is None:
-            together = rng.standard_normal((len(shared), shared.shape[-1], 1))
-        by_itself = rng.standard_normal((len(own), own.shape[-1], 1))
-        found.append(_drawn(press, np.matmul(shared, together)[..., 0] + np.matmul(own, by_itself)[..., 0], rng))
-    return np.concatenate(found, axis=1)
-
-
-def _drawn(press: PredictedReadings, correlated: FloatArray, rng: np.random.Generator) -> FloatArray:
-    each = rng.standard_normal(press.mean.shape)
-    return np.asarray(press.mean + correlated + np.sqrt(press.variance) * each, dtype=float)
+    n_draw, _, n_mode = channel.modes.shape
+    together = rng.standard_normal((n_draw, n_mode, 1))
+    each = rng.standard_normal(channel.mean.shape)
+    correlated = np.matmul(channel.modes, together)[..., 0]
+    return np.asarray(channel.mean + correlated + np.sqrt(channel.variance) * each, dtype=float)

@@ -27,17 +27,13 @@ import numpy as np
 from calib.catalogue import SCALES
 from calib.problem import (
     PredictedReadings,
-    Readings,
-    covariance_of,
     log_likelihood,
     log_normal,
     log_prior_as_normal,
     model_sweeps,
-    own_and_shared_modes,
     prior_bend,
     put_together,
     values_at,
-    weighed,
 )
 from calib.sampling.coordinates import CONTACT, Coordinates
 from models.sensor import BoolArray, FloatArray, IntArray
@@ -304,18 +300,20 @@ def slopes_at(space: Coordinates, x: FloatArray, power: float) -> tuple[FloatArr
         chosen = np.concatenate([[0], 1 + wide, 1 + columns.size + wide])
         channel = some.readings
         gradient[columns] += power * central_slope(log_normal(channel)[found], known)
-        information[np.ix_(columns, columns)] += _of_mean(channel, found, known, power)
-        information[np.ix_(columns[wide], columns[wide])] += _of_spread(channel.only(found[chosen]), known[chosen], power)
+        of_mean = central_slope(channel.mean[found], known)
+        if len(some.presses) > 1:
+            told, of_spread = _of_many(channel.only(found[chosen]), of_mean, known[chosen])
+            information[np.ix_(columns, columns)] += power * told
+            information[np.ix_(columns[wide], columns[wide])] += 0.5 * power * of_spread
+            continue
+        covariance = _covariance(channel, found[chosen])
+        whiten = np.linalg.inv(np.linalg.cholesky(covariance[0]))
+        mean_slope = of_mean @ whiten.T
+        information[np.ix_(columns, columns)] += power * mean_slope @ mean_slope.T
+        spread_slope = whiten @ central_slope(covariance, known[chosen]) @ whiten.T
+        flat = spread_slope.reshape(wide.size, channel.observed.size**2)
+        information[np.ix_(columns[wide], columns[wide])] += 0.5 * power * flat @ flat.T
     return gradient, information
-
-
-def _of_mean(readings: Readings, found: IntArray, known: BoolArray, power: float) -> FloatArray:
-    """First term of (1), (n, n), of a power of the likelihood, from the means at the rows `found`: x, x + each step and x - each step."""
-    slope, here = central_slope(readings.mean[found], known), readings.only(found[:1])
-    if len(readings.presses) > 1:
-        return np.asarray(power * weighed(here, slope.T)[0][0], dtype=float)
-    whitened = slope @ np.linalg.inv(np.linalg.cholesky(covariance_of(here)[0])).T
-    return np.asarray(power * whitened @ whitened.T, dtype=float)
 
 
 @dataclass(frozen=True, eq=False)
@@ -360,55 +358,50 @@ class _Differences:
         return step
 
 
-def _of_spread(readings: Readings, known: BoolArray, power: float) -> FloatArray:
-    """Second term of (1), (n_wide, n_wide), of a power of the likelihood, from S at x, x + each step and x - each step."""
-    if len(readings.presses) > 1:
-        return 0.5 * power * _of_spread_together(readings.presses, known)
-    covariance = covariance_of(readings)
-    whiten = np.linalg.inv(np.linalg.cholesky(covariance[0]))
-    slope = whiten @ central_slope(covariance, known) @ whiten.T
-    flat = slope.reshape(len(slope), readings.observed.size**2)
-    return np.asarray(0.5 * power * flat @ flat.T, dtype=float)
+def _of_many(channel: PredictedReadings, of_mean: FloatArray, known: BoolArray) -> tuple[FloatArray, FloatArray]:
+    """Both terms of (1) of presses that repeat each other, in time that grows with the number of their points.
 
+    In units of the noise S = 1 + V V^T, S^-1 = 1 - V M V^T with M = (1 + V^T V)^-1, and S_k = diag(a_k) + V_k V^T + V V_k^T, so
+    that all traces are of products as wide as V.
 
-def _of_spread_together(presses: Sequence[PredictedReadings], known: BoolArray) -> FloatArray:
-    """tr(S^-1 S_k S^-1 S_l) of (1) for presses that share errors V beside those of their own, in time that grows with the number of presses.
+    Parameters
+    ----------
+    channel : at x, at x + a step along each scale, and at x - each of these.
+    of_mean : slopes of the mean by all coordinates, (n, n_point).
+    known : which of the draws of the channel there are.
 
-    With the covariance whitened by those of its own, S = 1 + V V^T, S^-1 = 1 - V M V^T with M = (1 + V^T V)^-1, and
-    S_k = A_k + V_k V^T + V V_k^T with A_k block by block; all traces are of sums over presses of products as wide as V.
+    Returns
+    -------
+    (n, n) and, but for the half of it, (n_scale, n_scale).
     """
-    gram: FloatArray | float = 0.0
-    of_own: FloatArray | float = 0.0
-    sums: dict[str, FloatArray] = {}
-    for press in presses:
-        own, shared = own_and_shared_modes(press)
-        covariance = own @ np.swapaxes(own, 1, 2) + press.variance[:, :, None] * np.eye(press.observed.size)
-        whiten = np.linalg.inv(np.linalg.cholesky(covariance[0]))
-        a = whiten @ central_slope(covariance, known) @ whiten.T
-        v, slope = whiten @ shared[0], whiten @ central_slope(shared, known)
-        flat = a.reshape(len(a), -1)
-        of_own, gram = of_own + flat @ flat.T, gram + v.T @ v
-        va = v.T @ a
-        parts = {
-            "va_v": va @ v,
-            "va_av": np.einsum("kip,ljp->klij", va, va),
-            "va_s": np.einsum("kip,lpj->klij", va, slope),
-            "v_s": v.T @ slope,
-            "s_s": np.einsum("kpi,lpj->klij", slope, slope),
-        }
-        sums = {name: part + sums.get(name, 0.0) for name, part in parts.items()}
-    total = np.asarray(gram, dtype=float)
-    m = np.linalg.inv(np.eye(len(total)) + total)
+    noise = np.sqrt(channel.variance[0])
+    modes = channel.modes
+    v, slopes = modes[0] / noise[:, None], central_slope(modes, known) / noise[:, None]
+    a, of_mean = central_slope(channel.variance, known) / noise**2, of_mean / noise
+    gram = v.T @ v
+    m = np.linalg.inv(np.eye(len(gram)) + gram)
+    across = of_mean @ v
+    told = of_mean @ of_mean.T - across @ m @ across.T
+    va = v.T * a[:, None, :]
 
     def trace(one: FloatArray, other: FloatArray) -> FloatArray:
         return np.asarray(np.einsum("...ij,...ji->...", one, other), dtype=float)
 
-    within, across = m @ sums["va_v"], m @ sums["v_s"]
-    by_themselves = of_own - 2 * trace(m, sums["va_av"]) + trace(within[:, None], within)
-    mixed = 2 * (trace(m, sums["va_s"]) - trace(within[:, None], across))
-    left = sums["s_s"] - np.swapaxes(sums["v_s"], 1, 2)[:, None] @ across
-    low = 2 * trace(across[:, None], across) + 2 * trace(m @ total, left)
-    return np.asarray(by_themselves + mixed + mixed.T + low, dtype=float)
+    within, along = m @ (va @ v), m @ (v.T @ slopes)  # M V^T a_k V, M V^T V_k
+    of_noise = a @ a.T - 2 * trace(m, np.einsum("kip,ljp->klij", va, va)) + trace(within[:, None], within)
+    mixed = 2 * (trace(m, np.einsum("kip,lpj->klij", va, slopes)) - trace(within[:, None], along))
+    left = np.einsum("kpi,lpj->klij", slopes, slopes) - np.swapaxes(v.T @ slopes, 1, 2)[:, None] @ along
+    of_modes = 2 * (trace(along[:, None], along) + trace(m @ gram, left))
+    return told, np.asarray(of_noise + mixed + mixed.T + of_modes, dtype=float)
+
+
+def _covariance(channel: PredictedReadings, rows: IntArray) -> FloatArray:
+    """Covariances S of the readings of some draws, (n_row, n_point, n_point)."""
+    modes = channel.modes[rows]
+    covariance = modes @ np.swapaxes(modes, 1, 2)
+    points = np.arange(channel.observed.size)
+    covariance[:, points, points] += channel.variance[rows]
+    return np.asarray(covariance, dtype=float)
 
 
 def central_slope(values: FloatArray, there: BoolArray) -> FloatArray:
