@@ -2,14 +2,14 @@
 
 A lab is drawn from what its experiment believes (modulus, thicknesses, rig, contact, noises and discrepancies), measured by the
 surrogate with noise and discrepancy, and calibrated by weighted draws of a first answer. What is expected of a measurement of
-each kind is then held against what comes of it: it is made in the same lab, with contact, zeros, noise and discrepancy of its
-own, and all is calibrated again, by weighted draws, too. Where these cannot be trusted (effective draws below 150) the lab is
-left out, and counted. What the model leaves out of a press is a function of depth that every press of the same specimen under
-the same ball repeats. The error of the modulus is held against the sd, too. Printed for each layout and kind: by how much the sd of the modulus was expected
-to fall and fell, means over labs; the ratio of the sd that came to that expected, its mean, its scatter, and in how many labs
-it is within 20 % of 1; the root mean square of the error over the sd expected and over that which came. Then how much more an
-hour for what was ranked first was expected to bring than an hour of pressing once more in the same way. With -o labs are kept,
-and those that are there are not repeated.
+each kind is then held against what comes of it: it is made in the same lab, with contact, zeros and noise of its own, and all
+is calibrated again, by weighted draws, too. Where these cannot be trusted (effective draws below 150) the lab is left out, and
+counted. What the model leaves out of a press is a function of depth that every press of the same specimen under the same ball
+repeats. Printed for each layout and kind: by how much the sd of the modulus was expected to fall and fell, means over labs; the
+ratio of the sd that came to that expected, its mean, its scatter, and in how many labs it is within 20 % of 1; the root mean
+square of the error over the sd expected and over that which came. Then how much more an hour for what was ranked first was
+expected to bring, and brought, than an hour of pressing once more in the same way. With -o labs are kept, and those that are
+there are not repeated.
 """
 
 from __future__ import annotations
@@ -313,7 +313,7 @@ def tell(rows: Sequence[Mapping[str, Any]]) -> None:
 
 
 def told_of_winner(layout: str, rows: Sequence[Mapping[str, Any]]) -> None:
-    """Print what an hour of what was ranked first was expected to bring, beside an hour of pressing once more, and what came."""
+    """Print what an hour of what was ranked first was expected to bring and brought, beside one of pressing again."""
     hours = []
     for row in rows:
         rates = {kind: 60 * (1 - of["expected"] / row["sd"]) / of["minutes"] for kind, of in row["kinds"].items()}

@@ -12,7 +12,16 @@ from scipy.special import chdtrc, ndtri
 from calib.catalogue import UnknownName
 from calib.checks.member import Member, drawn, members_or
 from calib.lab import Points, Sweep
-from calib.problem import PredictedReadings, SweepPlan, chi_square, lookup, model_sweep, plan_sweep, plan_sweeps, specimen_design
+from calib.problem import (
+    PredictedReadings,
+    SweepPlan,
+    chi_square,
+    lookup,
+    model_sweep,
+    plan_sweep,
+    plan_sweeps,
+    specimen_design,
+)
 from calib.sampling import Posterior
 from models.response import Forward, OutOfRangeError
 from models.sensor import BoolArray, FloatArray

@@ -6,7 +6,8 @@ Given the scales u (noises, discrepancies, and the spread of a lot) what is not 
 
 P what is believed before the data, I what all readings tell (`calib.sampling.expected`). A press adds its own information, and
 its own unknowns; a quantity that is read by itself with the sd s adds (dvalue/dz)^2 / s^2. What the model leaves out of a press
-it leaves out of every other of the same specimen under the same ball: such a press adds what it tells to who knows the others.
+it leaves out of every other of the same specimen under the same ball: such a press adds what it tells to who knows the others,
+as it does in a calibration.
 """
 
 from __future__ import annotations

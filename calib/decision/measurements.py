@@ -714,8 +714,8 @@ def _rests_on(
     ]
     if experiment.discrepancy == "on":
         said.append(
-            "a press of the same specimen under the same ball repeating what the model left out of the earlier ones, which a "
-            "calibration with it takes as new: its standard deviations come out smaller than is known then"
+            "a press of the same specimen under the same ball repeating what the model left out of the earlier ones, and "
+            "another ball, specimen or padding having a misfit of its own"
         )
     if experiment.pooling == "complete" and len(experiment.specimens) >= 1:
         said.append("one modulus for all specimens, those that are still to be made included")

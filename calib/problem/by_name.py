@@ -43,7 +43,8 @@ def residuals(problem: Problem, values: Mapping[str, Value]) -> FloatArray:
 
     For each channel of each sweep L^-1 (y - m), with y the readings, m what the instrument should read, and L L^T the
     covariance of noise, discrepancy and the forward model's own error (equation (4) of `calib.problem.measurement`) at the same
-    values. Sweeps that repeat each other are taken as one, as they share errors. Where these belong to what is searched, add their log determinant: `log_density` has it.
+    values. Sweeps that repeat each other are taken as one, as they share errors. Where these belong to what is searched, add
+    their log determinant: `log_density` has it.
 
     Parameters
     ----------

@@ -77,8 +77,8 @@ def log_likelihood_sweeps(problem: Problem, theta: FloatArray) -> FloatArray:
 
     Returns
     -------
-    (n_draw, n_sweep), in the order of `problem.sweeps`; -inf where the draw is not covered at the sweep. Sweeps that repeat each
-    other are not independent: the density of a channel in all of them stands at the last.
+    (n_draw, n_sweep), in the order of `problem.sweeps`; -inf where the draw is not covered at the sweep. Sweeps that repeat
+    each other are not independent: the density of a channel in all of them stands at the last.
     """
     return _by_sweep(problem, problem.forward, problem.plans, values_at(problem, theta), None)
 

@@ -21,9 +21,9 @@ and what is left of it after (2) is too large. To first order what the crosshead
 with s_i as it was read; and so are the last two terms of (4). The noise is not, as the frame gives way by the true load.
 s is the noise of one reading, V the forward model's own error, the last term the model discrepancy: a Gaussian process along
 the sweep of sd delta g, g = g_F F(d) or g_C (C(d) - C0), with a squared-exponential correlation K over the depth at the
-sweep's nominal points and a fixed length (`calib.problem.plan`). Sweeps of one specimen under one ball share it, all but a small
-part, and V, as both are functions of depth (`calib.problem.repeats`). K is used as U U^T + diag(rest) with its few large
-eigenvectors, so that (4) is diagonal plus low rank.
+sweep's nominal points and a fixed length. Sweeps of one specimen under one ball share it, and V, as both are functions of depth
+(`calib.problem.plan`): (4) is then that of all their points, and K is over their true depths. K is used as U U^T + diag(rest)
+with its few large eigenvectors, so that (4) is diagonal plus low rank.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Sweeps in, the part of their likelihood that no draw changes out: ties, loads, correlation of the discrepancy.
 
-Presses of one specimen under one ball repeat each other, however many days lie between them: what the model leaves out of one it
-leaves out of the others, too. Their discrepancy is one function of depth, with the correlation
+Presses of one specimen under one ball repeat each other, however many days lie between them: what the model leaves out of one
+it leaves out of the others, too. Their discrepancy is one function of depth, with the correlation
 
     k(x, x') = exp(-(x - x')^2 / 2 l^2)                                                                               (1)
 
@@ -24,14 +24,14 @@ from calib.problem.centred import nominal_zero
 from models.curves import force_scale
 from models.sensor import BoolArray, FloatArray, IntArray
 
-#: Length over which the model discrepancy stays alike, as a share of the largest depth of the sweep, or of those that repeat it.
+#: Length over which the model discrepancy stays alike, as a share of the largest depth of a sweep and of those that repeat it.
 CORRELATION_LENGTH = 0.3
 
 #: Share of the discrepancy's variance that its low-rank form may leave to the diagonal.
 _RANK_TOLERANCE = 1e-6
 
-# Largest share of depth for which (1) is tabled, deeper points being taken as there, and steps of that table; nodes through which
-# its modes are computed, and the least share of the largest eigenvalue that is used of them.
+# Largest share of depth for which (1) is tabled, deeper points being taken as there, and steps of that table; nodes through
+# which its modes are computed, and the least share of the largest eigenvalue that is used of them.
 _END, _STEPS, _NODES, _LEAST_EIGENVALUE = 1.25, 640, 41, 1e-13
 
 _T = TypeVar("_T")
@@ -65,8 +65,8 @@ class ChannelPlan:
     tie : how their depth is known, see `Sweep.tied_by`.
     load : [N], (n_point,), load at points that are tied by displacement; None where no record has it.
     correlation : of the discrepancy, K of (4); None where it is that of the true depths of a draw.
-    deepest : largest nominal depth of the presses that repeat each other, which are taken together; nan of a press by itself. In
-        metres, or as `models.curves.force_scale` where all are tied by force: their loads are known as they are.
+    deepest : largest nominal depth of the presses that repeat each other, which are taken together; nan of a press by itself.
+        In metres, or as `models.curves.force_scale` where all are tied by force: their loads are known as they are.
     slope : [N/m], (n_point,), of the load over the crosshead's reading, s of (5), where the load is the reading; else None.
     """
 
@@ -160,7 +160,7 @@ def _table() -> tuple[FloatArray, FloatArray]:
 
 
 def _alike(x: FloatArray, others: FloatArray) -> FloatArray:
-    """k of (1), (n_x, n_other)."""
+    """Correlation (1) of depths, (n_x, n_other)."""
     return np.asarray(np.exp(-0.5 * ((x[:, None] - others) / CORRELATION_LENGTH) ** 2), dtype=float)
 
 

@@ -62,10 +62,10 @@ def repeats_of(plans: Sequence[SweepPlan]) -> tuple[Repeats, ...]:
         for name in plan.channels:
             found.setdefault((plan.sweep.specimen, plan.sweep.indenter_radius, name), []).append(k)
     for (_, _, name), places in found.items():
-        if len(places) > 1:
-            if len({plans[k].channels[name].deepest for k in places}) > 1 or np.isnan(plans[places[0]].channels[name].deepest):
-                sweep = plans[places[-1]].sweep
-                raise ValueError(f"{sweep.title} repeats another press and was not planned with it: use plan_sweeps for all")
+        deepest = {plans[k].channels[name].deepest for k in places}
+        if len(places) > 1 and (len(deepest) > 1 or np.isnan(deepest.pop())):
+            sweep = plans[places[-1]].sweep
+            raise ValueError(f"{sweep.title} repeats another press and was not planned with it: use plan_sweeps for all")
     return tuple(Repeats(name, tuple(places)) for (_, _, name), places in found.items())
 
 
@@ -109,8 +109,8 @@ def log_normal_sweeps(plans: Sequence[SweepPlan], models: Iterable[SweepModel]) 
 
     Yields
     ------
-    (n_draw,) for each sweep, -inf where a draw is not covered at it. The density of a channel in sweeps that repeat each other is
-    in the last of them.
+    (n_draw,) for each sweep, -inf where a draw is not covered at it. The density of a channel in sweeps that repeat each other
+    is in the last of them.
     """
     of_sweep = _by_sweep(plans)
     begun: dict[Repeats, tuple[BoolArray, Terms | None]] = {}
@@ -132,7 +132,9 @@ def log_normal_sweeps(plans: Sequence[SweepPlan], models: Iterable[SweepModel]) 
         yield found
 
 
-def _added(before: tuple[BoolArray, Terms | None] | None, covered: BoolArray, terms: Terms | None) -> tuple[BoolArray, Terms | None]:
+def _added(
+    before: tuple[BoolArray, Terms | None] | None, covered: BoolArray, terms: Terms | None
+) -> tuple[BoolArray, Terms | None]:
     """Terms of presses and of one more, for the draws that are covered in all of them."""
     if before is None:
         return covered, terms
@@ -144,11 +146,8 @@ def _added(before: tuple[BoolArray, Terms | None] | None, covered: BoolArray, te
 
 def _by_sweep(plans: Sequence[SweepPlan]) -> list[list[Repeats]]:
     """`repeats_of` in which each sweep stands, in the order of its channels."""
-    found: list[list[Repeats]] = [[] for _ in plans]
-    for repeats in repeats_of(plans):
-        for k in repeats.places:
-            found[k].append(repeats)
-    return [sorted(some, key=lambda r, plan=plan: list(plan.channels).index(r.channel)) for some, plan in zip(found, plans, strict=True)]
+    at = {(k, repeats.channel): repeats for repeats in repeats_of(plans) for k in repeats.places}
+    return [[at[k, name] for name in plan.channels] for k, plan in enumerate(plans)]
 
 
 def _only(readings: PredictedReadings, those: BoolArray, wanted: BoolArray) -> PredictedReadings:
@@ -164,7 +163,8 @@ def _stacked(presses: Sequence[PredictedReadings]) -> PredictedReadings:
     own = [press.discrepancy for press in presses if press.discrepancy is not None]
     correlations = [one.correlation for one in own]
     whole = Correlation(
-        np.concatenate([one.modes for one in correlations], axis=-2), np.concatenate([one.rest for one in correlations], axis=-1)
+        np.concatenate([one.modes for one in correlations], axis=-2),
+        np.concatenate([one.rest for one in correlations], axis=-1),
     )
     discrepancy = Discrepancy(np.concatenate([one.sd for one in own], axis=1), whole)
     return PredictedReadings(depth, mean, variance, error, np.concatenate([press.observed for press in presses]), discrepancy)

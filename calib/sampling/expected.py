@@ -52,8 +52,8 @@ def expected_information(problem: Problem, plans: Sequence[SweepPlan], at: Float
         if not near.covered[0] or not np.all(far.covered):
             raise OutOfRangeError(f"the {problem.forward.name} does not cover the press of {plan.sweep.title}")
     found = np.zeros((len(draws), at.size, at.size))
-    for near, far in zip(put_together(plans, of_steps), put_together(plans, of_draws), strict=True):
-        rows = np.cumsum(near.covered) - 1  # of each step among those that are covered
-        slope = np.where(scales, 0.0, central_slope(near.readings.mean[rows], near.covered).T)
-        found += weighed(far.readings, slope)[0]
+    for of_step, of_draw in zip(put_together(plans, of_steps), put_together(plans, of_draws), strict=True):
+        rows = np.cumsum(of_step.covered) - 1  # of each step among those that are covered
+        slope = np.where(scales, 0.0, central_slope(of_step.readings.mean[rows], of_step.covered).T)
+        found += weighed(of_draw.readings, slope)[0]
     return found

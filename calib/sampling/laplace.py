@@ -37,7 +37,8 @@ class LaplaceDensity:
     """A posterior near its mode x (n,): Student in its coordinates `scales`, u, and normal given them in the `rest`, r of (1).
 
     `gradient` and `bend` are g and P of (1); `misfits` and `slopes` are y - m (n_point,) and M (n_point, n_rest) of each
-    channel of each sweep, or of those that repeat each other; `centre` (n_scale,) and `spread` (n_scale, n_scale), a triangular root, are those of u.
+    channel of each sweep, or of those that repeat each other; `centre` (n_scale,) and `spread` (n_scale, n_scale), a triangular
+    root, are those of u.
     """
 
     space: Coordinates

@@ -33,8 +33,8 @@ class Replicates:
     covered : (n_draw,), draws that the forward model covers in every sweep.
     readings : channel -> (n_draw, n_point) [SI], one new reading at each point of all sweeps, one after the other; nan for a
         sweep that is not covered. In single precision, far finer than any noise.
-    given_others : the same where the other points of the sweep, and of those that repeat it, read what they did: what leaving out one point is judged by, as
-        residuals are correlated.
+    given_others : the same where the other points of the sweep, and of those that repeat it, read what they did: what leaving
+        out one point is judged by, as residuals are correlated.
     log_density : channel -> (n_draw, n_point), see `point_densities`; -inf for a sweep that is not covered.
     """
 
