@@ -341,7 +341,8 @@ def _predict(own: _SweepValues, name: str, channel: ChannelPlan, at: Response, p
         own_sd, error = own_sd * share, error * share[..., None]
     correlation = channel.correlation
     if correlation is None:
-        correlation = shared_correlation(depth / channel.deepest)
+        deepest = channel.deepest - own["machine_compliance"] * channel.deepest_load
+        correlation = shared_correlation(depth / np.maximum(deepest, _LEAST_SHARE * channel.deepest))
     variance = variance + own_sd**2 * correlation.rest
     return PredictedReadings(depth, mean, variance, error, points.value, Discrepancy(own_sd, correlation))
 

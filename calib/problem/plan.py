@@ -67,6 +67,7 @@ class ChannelPlan:
     correlation : of the discrepancy, K of (4); None where it is that of the true depths of a draw.
     deepest : largest nominal depth of the presses that repeat each other, which are taken together; nan of a press by itself.
         In metres, or as `models.curves.force_scale` where all are tied by force: their loads are known as they are.
+    deepest_load : [N], load there, by which the frame gives way; 0 where it is not known.
     slope : [N/m], (n_point,), of the load over the crosshead's reading, s of (5), where the load is the reading; else None.
     """
 
@@ -75,6 +76,7 @@ class ChannelPlan:
     load: FloatArray | None
     correlation: Correlation | None
     deepest: float
+    deepest_load: float
     slope: FloatArray | None = None
 
     @property
@@ -120,14 +122,14 @@ def plan_sweeps(sweeps: Sequence[Sweep]) -> tuple[SweepPlan, ...]:
     found: dict[tuple[int, str], ChannelPlan] = {}
     for (_, _, name), places in together.items():
         known = [drafts[k][name] for k in places]
-        deepest = _deepest_of(known) if len(places) > 1 else np.nan
+        deepest, load = _deepest_of(known) if len(places) > 1 else (np.nan, 0.0)
         for k, draft in zip(places, known, strict=True):
             if len(places) == 1:
                 correlation: Correlation | None = _correlation(draft.along)
             else:
                 by_load = all(other.tie == "force" for other in known)
                 correlation = shared_correlation(draft.along / deepest) if by_load else None
-            found[k, name] = ChannelPlan(draft.points, draft.tie, draft.load, correlation, deepest, draft.slope)
+            found[k, name] = ChannelPlan(draft.points, draft.tie, draft.load, correlation, deepest, load, draft.slope)
     return tuple(SweepPlan(sweep, {name: found[k, name] for name in sweep.channels}) for k, sweep in enumerate(sweeps))
 
 
@@ -195,13 +197,14 @@ class _Draft:
     """What is known of a channel of a sweep by itself: a `ChannelPlan` but for the correlation.
 
     `along` (n_point,) are nominal depths on a scale that is zero at contact: of the crosshead [m], or, tied by force, as
-    `models.curves.force_scale`.
+    `models.curves.force_scale`; `deepest_load` is the load [N] at the largest, 0 where it is not known.
     """
 
     points: Points
     tie: str
     load: FloatArray | None
     along: FloatArray
+    deepest_load: float
     slope: FloatArray | None
 
 
@@ -214,7 +217,7 @@ def _draft(sweep: Sweep) -> dict[str, _Draft]:
 
 def _draft_channel(sweep: Sweep, name: str, onset: float, load: float) -> _Draft:
     points, tie = sweep.channels[name], sweep.tied_by(name)
-    tied_load = None
+    tied_load, at_reading = None, None
     if tie == "displacement":
         reading = present(points.displacement)
         along = reading - onset
@@ -224,19 +227,23 @@ def _draft_channel(sweep: Sweep, name: str, onset: float, load: float) -> _Draft
             at = present(tester.displacement)
             order = np.argsort(at)
             tied_load = np.interp(reading, at[order], tester.value[order])
+        at_reading = tied_load
     elif tie == "force":
         along = force_scale(present(points.force) - load)
     else:
         time = present(points.time) + np.nan_to_num(sweep.clock_offset)
-        along = at_time(present(sweep.track), time)[0] - onset
+        reading, at_reading = at_time(present(sweep.track), time)
+        along = reading - onset
     slope = _slope(present(points.displacement), points.value) if name == "force" and tie == "displacement" else None
-    return _Draft(points, tie, tied_load, along, slope)
+    deepest_load = 0.0 if at_reading is None else max(float(at_reading[np.argmax(along)] - load), 0.0)
+    return _Draft(points, tie, tied_load, along, deepest_load, slope)
 
 
-def _deepest_of(drafts: Sequence[_Draft]) -> float:
-    """Largest nominal depth of presses: of those that the crosshead tells, if any; never quite zero."""
+def _deepest_of(drafts: Sequence[_Draft]) -> tuple[float, float]:
+    """Largest nominal depth of presses, of those that the crosshead tells, if any, never quite zero; and the load [N] there."""
     by_crosshead = [draft for draft in drafts if draft.tie != "force"]
-    return max(*(float(np.max(draft.along)) for draft in by_crosshead or drafts), 1e-9)
+    deepest = max(by_crosshead or drafts, key=lambda draft: float(np.max(draft.along)))
+    return max(float(np.max(deepest.along)), 1e-9), deepest.deepest_load
 
 
 def _slope(reading: FloatArray, load: FloatArray) -> FloatArray:

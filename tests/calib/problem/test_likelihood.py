@@ -587,7 +587,8 @@ def _dense(problem: Problem, theta: FloatArray, channel: str) -> tuple[FloatArra
     parts = [model.channels[channel] for model in models]
     depth, mean = np.concatenate([c.depth for c in parts], axis=1), np.concatenate([c.mean for c in parts], axis=1)
     sd = np.concatenate([c.discrepancy.sd for c in parts if c.discrepancy is not None], axis=1)
-    x = np.maximum(depth, 0.0) / problem.plans[0].channels[channel].deepest
+    plan, compliance = problem.plans[0].channels[channel], values_at(problem, theta)["machine_compliance"][:, None]
+    x = np.maximum(depth, 0.0) / (plan.deepest - compliance * plan.deepest_load)
     alike = np.exp(-0.5 * ((x[:, :, None] - x[:, None, :]) / 0.3) ** 2)
     error = np.concatenate([c.error for c in parts], axis=1)
     covariance = sd[:, :, None] * alike * sd[:, None, :] + error @ np.swapaxes(error, 1, 2)
