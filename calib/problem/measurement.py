@@ -339,6 +339,9 @@ def _predict(own: _SweepValues, name: str, channel: ChannelPlan, at: Response, p
         share = np.maximum(1 - own["machine_compliance"] * channel.slope / gain, _LEAST_SHARE)
         mean = points.value - (points.value - mean) * share
         own_sd, error = own_sd * share, error * share[..., None]
+    if at.own_modes and np.isfinite(channel.deepest):  # presses that repeat each other do not share these
+        variance = variance + np.sum(error[..., -at.own_modes :] ** 2, axis=-1)
+        error = error[..., : -at.own_modes]
     correlation = channel.correlation
     if correlation is None:
         deepest = channel.deepest - own["machine_compliance"] * channel.deepest_load

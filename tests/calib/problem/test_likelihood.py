@@ -43,6 +43,7 @@ from models.analytic import ClosedForm
 from models.response import Response
 from models.sensor import Design, FloatArray, design_from
 from models.surrogate.surrogate import load_surrogate
+from models.surrogate.validation import Toleranced
 
 Tie = Literal["clock", "force", "displacement", "none"]
 
@@ -676,3 +677,22 @@ def test_presses_that_were_not_planned_together_are_refused() -> None:
     apart = replace(problem, plans=tuple(plan_sweep(sweep) for sweep in problem.sweeps))
     with pytest.raises(ValueError, match="later repeats another press and was not planned with it"):
         log_likelihood(apart, theta)
+
+
+def test_errors_from_depth_to_depth_of_a_model_are_not_shared_by_presses_of_as_many_points_or_others() -> None:
+    problem, theta = _repeated()
+    values = values_at(problem, theta)
+    found = []
+    for share in (1e-9, 1e-3):
+        model = Toleranced(EXACT, share)
+        models = list(model_sweeps(problem, model, problem.plans, values))
+        (force,) = (some.readings for some in put_together(problem.plans, models) if some.repeats.channel == "force")
+        found.append(force)
+    added = found[1].variance - found[0].variance
+    np.testing.assert_allclose(np.sqrt(added[found[1].depth > 5e-5]), 1e-3 * _ideal(found[1]), rtol=0.1)
+    assert found[1].error.shape[-1] == EXACT.respond(design_from(dict(TRUTH)), np.array([1e-4])).force_error.shape[-1]
+
+
+def _ideal(channel: PredictedReadings) -> FloatArray:
+    """Force of the sensor [N] at the points that are well in contact, but for the load zero."""
+    return np.asarray((channel.mean - np.min(channel.mean, axis=1, keepdims=True))[channel.depth > 5e-5], dtype=float)
