@@ -62,7 +62,13 @@ class Terms:
 
 
 def terms_of(channel: PredictedReadings, part: slice = slice(None)) -> Terms:
-    """What the points of a channel, or a part of them, add to (1)."""
+    """What the points of a channel, or some of them, add to (1).
+
+    Parameters
+    ----------
+    channel : what should be read.
+    part : which points; default all.
+    """
     variance = channel.variance[:, part]
     return Terms(_gram(channel, part), np.sum(np.log(variance), axis=1), variance.shape[1])
 
