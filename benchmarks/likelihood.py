@@ -109,8 +109,8 @@ def main() -> None:
     alone = [[plan_sweep(sweep)] for sweep in many.sweeps]
     print("\nfive presses, a draw of the likelihood [us]")
     for what, parts in (("one by one", alone), ("together", [many.plans])):
-        job = partial(_likelihoods, many, parts, values)
-        print(f"{what:24s} {1e3 / values['young_modulus'].size * milliseconds(job, given.repeats):8.1f}")
+        spent = milliseconds(partial(_likelihoods, many, parts, values), given.repeats)
+        print(f"{what:24s} {1e3 / values['young_modulus'].size * spent:8.1f}")
 
 
 def _likelihoods(problem: Problem, parts: Sequence[Sequence[SweepPlan]], values: Mapping[str, FloatArray]) -> list[FloatArray]:
