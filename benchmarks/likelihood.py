@@ -7,13 +7,16 @@ an AMD EPYC (Zen 4) that other work shared, before and after designs, networks a
     draws in a batch                 1     40    160    320    640
     before [us a draw]            2307    130     96     85     82
     after                         1553     82     58     54     49
+
+Presses of one specimen with one ball share what the model leaves out, at depths that differ from draw to draw. The last table
+says what that costs, beside as many presses that are taken one by one.
 """
 
 from __future__ import annotations
 
 import argparse
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -22,7 +25,17 @@ import numpy as np
 
 from calib.experiment import Experiment, forward_of_experiment, read_experiment, read_sweeps
 from calib.lab import Sweep
-from calib.problem import Problem, build_problem, log_likelihood_blocks, log_posterior, range_use
+from calib.problem import (
+    Problem,
+    SweepPlan,
+    build_problem,
+    log_likelihood_at,
+    log_likelihood_blocks,
+    log_posterior,
+    plan_sweep,
+    range_use,
+    values_at,
+)
 from models.sensor import FloatArray
 
 EXPERIMENT = Path(__file__).parents[1] / "datasets" / "padded_sensor" / "experiment.toml"
@@ -80,7 +93,7 @@ def main() -> None:
         print(f"{name:30s} {1e3 / len(theta) * milliseconds(partial(job, problem, theta), given.repeats):8.1f} us a draw")
     for what, made, sizes in (
         ("specimens", with_specimens, (1, 5, 20, given.specimens)),
-        ("sweeps of one specimen", with_sweeps, (1, 10, 100, given.sweeps)),
+        ("sweeps of one specimen", with_sweeps, (1, 5, 10, 100, given.sweeps)),
     ):
         n = min(40, given.draws)
         print(f"\n{what:24s} unknowns   build [s]   log posterior of {n} draws [ms]")
@@ -91,6 +104,17 @@ def main() -> None:
             theta = draws(many, n)
             spent = milliseconds(partial(log_posterior, many, theta), max(1, given.repeats // size))
             print(f"{size:24d} {len(many.parameters):8d} {built:11.2f} {spent:12.1f}")
+    many = build_problem(*with_sweeps(experiment, sweeps[0], 5), forward)
+    values = values_at(many, draws(many, min(320, given.draws)))
+    alone = [[plan_sweep(sweep)] for sweep in many.sweeps]
+    print("\nfive presses, a draw of the likelihood [us]")
+    for what, parts in (("one by one", alone), ("together", [many.plans])):
+        spent = milliseconds(partial(_likelihoods, many, parts, values), given.repeats)
+        print(f"{what:24s} {1e3 / values['young_modulus'].size * spent:8.1f}")
+
+
+def _likelihoods(problem: Problem, parts: Sequence[Sequence[SweepPlan]], values: Mapping[str, FloatArray]) -> list[FloatArray]:
+    return [log_likelihood_at(problem, problem.forward, plans, values) for plans in parts]
 
 
 if __name__ == "__main__":

@@ -2,15 +2,14 @@
 
 A lab is drawn from what its experiment believes (modulus, thicknesses, rig, contact, noises and discrepancies), measured by the
 surrogate with noise and discrepancy, and calibrated by weighted draws of a first answer. What is expected of a measurement of
-each kind is then held against what comes of it: it is made in the same lab, with contact, zeros, noise and discrepancy of its
-own, and all is calibrated again, by weighted draws, too. Where these cannot be trusted (effective draws below 150) the lab is
-left out, and counted. What the model leaves out of a press is a function of depth that every press of the same specimen under
-the same ball repeats, which a calibration does not know: the sd that it says is then no measure of what is known, so that the
-error of the modulus is held against it, too. Printed for each layout and kind: by how much the sd of the modulus was expected
-to fall and fell, means over labs; the ratio of the sd that came to that expected, its mean, its scatter, and in how many labs
-it is within 20 % of 1; the root mean square of the error over the sd expected and over that which came. Then how much more an
-hour for what was ranked first was expected to bring than an hour of pressing once more in the same way. With -o labs are kept,
-and those that are there are not repeated.
+each kind is then held against what comes of it: it is made in the same lab, with contact, zeros and noise of its own, and all
+is calibrated again, by weighted draws, too. Where these cannot be trusted (effective draws below 150) the lab is left out, and
+counted. What the model leaves out of a press is a function of depth that every press of the same specimen under the same ball
+repeats. Printed for each layout and kind: by how much the sd of the modulus was expected to fall and fell, means over labs; the
+ratio of the sd that came to that expected, its mean, its scatter, and in how many labs it is within 20 % of 1; the root mean
+square of the error over the sd expected and over that which came. Then how much more an hour for what was ranked first was
+expected to bring, and brought, than an hour of pressing once more in the same way. With -o labs are kept, and those that are
+there are not repeated.
 """
 
 from __future__ import annotations
@@ -40,6 +39,7 @@ from calib.problem import (
     columns_at,
     model_sweeps,
     plan_sweep,
+    plan_sweeps,
     prior_values,
     specimen_design,
 )
@@ -188,7 +188,7 @@ def lab(layout: str, forward: Forward, rng: np.random.Generator) -> tuple[Proble
             left, made = Left(seed, lengths), problem
             for k in range(len(problem.sweeps)):
                 sweeps = measured(made, truth, made.sweeps[k], FORCE, left, rng)
-                made = replace(made, sweeps=sweeps, plans=tuple(plan_sweep(sweep) for sweep in sweeps))
+                made = replace(made, sweeps=sweeps, plans=plan_sweeps(sweeps))
             return build_problem(problem.experiment, made.sweeps, forward), truth, left
         except (OutOfRangeError, InputError, ValueError):
             continue
@@ -225,7 +225,7 @@ def made(
         sweeps = measured(extended, {**own, **truth}, like, float(np.max(force) - np.min(force)), left, rng)
     except OutOfRangeError:
         return None
-    return replace(extended, sweeps=sweeps, plans=(*problem.plans, plan_sweep(sweeps[-1])))
+    return replace(extended, sweeps=sweeps, plans=plan_sweeps(sweeps))
 
 
 def _with_what_is_read(candidate: Candidate, problem: Problem, truth: Mapping[str, float], rng: np.random.Generator) -> Problem:
@@ -313,24 +313,21 @@ def tell(rows: Sequence[Mapping[str, Any]]) -> None:
 
 
 def told_of_winner(layout: str, rows: Sequence[Mapping[str, Any]]) -> None:
-    """Print what an hour of what was ranked first was expected to bring, beside an hour of pressing once more, and what came.
-
-    What came is the sd that the calibration said, but of presses that repeat what the model left out, which it takes for new.
-    """
+    """Print what an hour of what was ranked first was expected to bring and brought, beside one of pressing again."""
     hours = []
     for row in rows:
         rates = {kind: 60 * (1 - of["expected"] / row["sd"]) / of["minutes"] for kind, of in row["kinds"].items()}
         if "repeat" in rates:
             first = max(rates, key=lambda kind: rates[kind])
             of = row["kinds"][first]
-            said = of["came"] is not None and first not in ("repeat", "force")
-            came = 60 * (1 - of["came"] / row["sd"]) / of["minutes"] if said else rates[first]
-            hours.append([rates[first], rates["repeat"], came])
+            again = row["kinds"]["repeat"]
+            if of["came"] is not None and again["came"] is not None:
+                came = [60 * (1 - one["came"] / row["sd"]) / one["minutes"] for one in (of, again)]
+                hours.append([rates[first], rates["repeat"], *came])
     if hours:
-        winner, repeat, came = np.mean(hours, axis=0)
-        times = f"{winner / repeat:.2f} times, came {came / repeat:.2f}" if repeat > 0 else "nothing comes of it"
+        winner, repeat, came, again = np.mean(hours, axis=0)
         of_first = f"an hour of the first {100 * winner:.0f} %, came {100 * came:.0f} %"
-        print(f"{layout}: {of_first}, of the same {100 * repeat:.0f} %: {times}")
+        print(f"{layout}: {of_first}, of the same {100 * repeat:.0f} %, came {100 * again:.0f} %")
 
 
 def main(words: Sequence[str] | None = None) -> None:

@@ -51,6 +51,8 @@ class Response:
     force_error, capacitance_error : [N], [F], shape (..., n_depth, n_mode).
         Factors V of the model's own error: its covariance along the sweep is V V^T. No mode (n_mode = 0) for a model
         that claims no error of its own.
+    own_modes : how many of the last factors are errors from depth to depth, which no other response repeats; the others are
+        functions of depth, the same in every response of a design.
     """
 
     depth: FloatArray
@@ -60,6 +62,7 @@ class Response:
     rest_capacitance: FloatArray
     force_error: FloatArray
     capacitance_error: FloatArray
+    own_modes: int = 0
 
     @property
     def capacitance_change(self) -> FloatArray:
@@ -94,6 +97,7 @@ class Response:
             self.rest_capacitance,
             self.force_error[:, part],
             self.capacitance_error[:, part],
+            self.own_modes,
         )
 
     def draw(self, index: int) -> Response:
@@ -106,6 +110,7 @@ class Response:
             self.rest_capacitance[index],
             self.force_error[index],
             self.capacitance_error[index],
+            self.own_modes,
         )
 
 

@@ -20,6 +20,7 @@ from calib.lab import Sweep
 from calib.priors import HalfNormal, LogNormal, Normal, Prior, TruncatedNormal, Uniform
 from calib.problem import Problem
 from calib.problem.plan import ChannelPlan, SweepPlan, present
+from calib.problem.repeats import repeats_of
 from calib.problem.values import lookup
 from models.sensor import VACUUM_PERMITTIVITY
 from models.surrogate.coordinates import N_DEPTH_TERMS, N_MECHANICAL, S_END
@@ -57,6 +58,8 @@ def log_posterior_of(problem: Problem) -> Callable[[_Array], _Array]:
     named = {p.parameter for p in problem.parameters} | {name.split("[")[0] for name in problem.fixed}
     if not (isinstance(forward, Surrogate) and forward.base is None and sweeps_tied and known <= named):
         raise ValueError("only a surrogate without stiffening, and sweeps whose depths the records hold, are written for JAX")
+    if any(len(repeats.places) > 1 for repeats in repeats_of(problem.plans)):
+        raise ValueError("presses that repeat each other are not written for JAX")
     if named & {"padding_young_modulus", "electrode_radius", "stiffening"} or problem.experiment.friction_coefficient:
         raise ValueError("a padding of its own modulus, an electrode radius and friction are not written for JAX")
 
@@ -211,9 +214,10 @@ def _density(
         zero, modes = "parasitic_capacitance", forward.capacitance_modes
     error = sd * (modes @ terms[:N_MODE_TERMS])
     own_sd = _of(values, f"{name}_discrepancy", sweep) * signal
-    variance = _of(values, f"{name}_noise", sweep) ** 2 / points.n_effective + own_sd**2 * channel.correlation.rest
+    correlation = present(channel.correlation)  # no press repeats another
+    variance = _of(values, f"{name}_noise", sweep) ** 2 / points.n_effective + own_sd**2 * correlation.rest
     residual = points.value - ideal - _of(values, zero, sweep)
-    columns = jnp.concatenate([error, own_sd * channel.correlation.modes.T, residual[None]]) / jnp.sqrt(variance)
+    columns = jnp.concatenate([error, own_sd * correlation.modes.T, residual[None]]) / jnp.sqrt(variance)
     diagonal = jnp.diagonal(jnp.linalg.cholesky(columns @ columns.T + jnp.eye(columns.shape[0])))
     log_det = jnp.sum(jnp.log(variance)) + 2 * jnp.sum(jnp.log(diagonal[:-1]))
     return -0.5 * (log_det + diagonal[-1] ** 2 - 1.0 + points.value.size * np.log(2 * np.pi))

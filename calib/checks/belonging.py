@@ -24,7 +24,7 @@ import numpy as np
 from scipy.special import log_ndtr, logsumexp, ndtri_exp
 
 from calib.catalogue import POOLED, UnknownName, unknowns_of
-from calib.problem import Newcomer, PredictedReadings, lookup, model_sweeps
+from calib.problem import Newcomer, PredictedReadings, lookup, model_sweeps, put_together
 from calib.sampling import FirstEstimate, Stranger
 from models.sensor import FloatArray, IntArray
 
@@ -93,7 +93,7 @@ def _readings(newcomer: Newcomer, place: FloatArray, rows: IntArray) -> _Foretol
     covered = np.all([model.covered for model in models], axis=0)
     if not np.any(covered):
         return None
-    channels = [c.only(covered[model.covered]) for model in models for c in model.channels.values()]
+    channels = [some.readings.only(covered[some.covered]) for some in put_together(newcomer.plans, models)]
     mean = np.concatenate([c.mean for c in channels], axis=1)
     covariance = np.zeros((*mean.shape, mean.shape[1]))
     first = 0
@@ -128,7 +128,7 @@ def _slopes(newcomer: Newcomer, place: FloatArray, row: int) -> tuple[FloatArray
     models = list(model_sweeps(newcomer, newcomer.forward, newcomer.plans, more))
     if not all(np.all(model.covered) for model in models):
         return None
-    mean = np.concatenate([c.mean for model in models for c in model.channels.values()], axis=1)
+    mean = np.concatenate([some.readings.mean for some in put_together(newcomer.plans, models)], axis=1)
     by_own = (mean[1 : n + 1] - mean[n + 1 : 2 * n + 1]).T / (2 * _STEP)
     pairs = mean[2 * n + 1 :].reshape(len(known), 2, -1)
     by_value = {q: (pair[0] - pair[1]) / (2 * _STEP) for q, pair in zip(known, pairs, strict=True)}

@@ -12,7 +12,16 @@ from scipy.special import chdtrc, ndtri
 from calib.catalogue import UnknownName
 from calib.checks.member import Member, drawn, members_or
 from calib.lab import Points, Sweep
-from calib.problem import PredictedReadings, chi_square, lookup, model_sweep, plan_sweep, specimen_design
+from calib.problem import (
+    PredictedReadings,
+    SweepPlan,
+    chi_square,
+    lookup,
+    model_sweep,
+    plan_sweep,
+    plan_sweeps,
+    specimen_design,
+)
 from calib.sampling import Posterior
 from models.response import Forward, OutOfRangeError
 from models.sensor import BoolArray, FloatArray
@@ -189,7 +198,7 @@ def predict(
         If the forward model does not cover the draws (it is not the one of the calibration).
     """
     parts = drawn(members_or(members, posterior, forward), n_draw, rng)
-    return tuple(_predict_sweep(parts, sweep, rng) for sweep in posterior.sweeps)
+    return tuple(_predict_sweep(parts, plan, rng) for plan in plan_sweeps(posterior.sweeps))
 
 
 # Draws of each model, with the model.
@@ -204,16 +213,15 @@ class _Modelled:
     channels: Mapping[str, Sequence[PredictedReadings]]
 
 
-def _modelled(parts: _Parts, sweep: Sweep) -> _Modelled:
-    plan = plan_sweep(sweep)
+def _modelled(parts: _Parts, plan: SweepPlan) -> _Modelled:
     found = [model_sweep(member.posterior, member.forward, plan, values) for member, values in parts]
-    names = [name for name in sweep.channels if any(name in model.channels for model in found)]
+    names = [name for name in plan.channels if any(name in model.channels for model in found)]
     channels = {name: [model.channels[name] for model in found if name in model.channels] for name in names}
     return _Modelled(np.concatenate([model.covered for model in found]), channels)
 
 
-def _predict_sweep(parts: _Parts, sweep: Sweep, rng: np.random.Generator) -> Prediction:
-    at_data = _modelled(parts, sweep)
+def _predict_sweep(parts: _Parts, plan: SweepPlan, rng: np.random.Generator) -> Prediction:
+    sweep, at_data = plan.sweep, _modelled(parts, plan)
     if np.mean(at_data.covered) < 1 - UNCOVERED_SHARE:
         forwards, sampled = (
             ", ".join(dict.fromkeys(n))
@@ -268,7 +276,7 @@ def _force_fit(
     # The load matters here only through the machine's compliance: that of the data, interpolated, is good enough.
     load = np.interp(grid, points.displacement[order], points.value[order])
     along = replace(sweep, channels={"force": Points(load, np.ones(_N_GRID), displacement=grid)})
-    dense = _modelled(parts, along)
+    dense = _modelled(parts, plan_sweep(along))
     return ChannelFit(_bands(grid, dense.channels.get("force"), rng), _check(points.displacement, at_data))
 
 
@@ -276,7 +284,7 @@ def _over_load(parts: _Parts, sweep: Sweep, channel: str, load: FloatArray) -> _
     """Predict a channel of a sweep at given load cell readings [N], in whichever way its own readings were tied to depth."""
     points = Points(np.zeros(load.size), np.ones(load.size), force=load)
     along = replace(sweep, channels={channel: points}, track=None)
-    return _modelled(parts, along)
+    return _modelled(parts, plan_sweep(along))
 
 
 def _instruments(parts: _Parts, sweep: Sweep) -> tuple[FloatArray, ...]:

@@ -24,7 +24,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from calib.problem import Problem, SweepPlan, log_likelihood_at, model_sweep, plan_sweep, specimen_design
+from calib.problem import Problem, SweepPlan, log_likelihood_at, model_sweep, plan_sweeps, specimen_design
 from calib.sampling import Posterior, Reweighting, Shift, smooth_weights, thin_draws
 from models.curves import table_depths
 from models.fem import FiniteElements
@@ -159,7 +159,7 @@ def problem_of(posterior: Posterior, forward: Forward) -> Problem:
     posterior : as sampled or loaded.
     forward : the model of the problem.
     """
-    plans = tuple(plan_sweep(s) for s in posterior.sweeps)
+    plans = plan_sweeps(posterior.sweeps)
     return Problem(posterior.experiment, posterior.sweeps, forward, posterior.unknowns, posterior.fixed, plans)
 
 

@@ -29,7 +29,7 @@ from calib.problem import (
     list_unknowns,
     lookup,
     outside_faults,
-    plan_sweep,
+    plan_sweeps,
     specimen_design,
     synthetic_sweep,
     values_at,
@@ -361,7 +361,7 @@ def _extended(known: Known, experiment: Experiment, sweep: Sweep) -> Problem:
 
     new = tuple(info for info in listed if brought(info.key))
     values = {name: value for name, value in fixed.items() if brought(UnknownName.parse(name))}
-    plans = (*problem.plans, plan_sweep(sweep))
+    plans = plan_sweeps(sweeps)
     return Problem(experiment, sweeps, problem.forward, (*problem.parameters, *new), {**values, **problem.fixed}, plans)
 
 

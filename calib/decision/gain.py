@@ -6,7 +6,8 @@ Given the scales u (noises, discrepancies, and the spread of a lot) what is not 
 
 P what is believed before the data, I what all readings tell (`calib.sampling.expected`). A press adds its own information, and
 its own unknowns; a quantity that is read by itself with the sd s adds (dvalue/dz)^2 / s^2. What the model leaves out of a press
-it leaves out of every other of the same specimen under the same ball: such a press adds what it tells to who knows the others.
+it leaves out of every other of the same specimen under the same ball: such a press adds what it tells to who knows the others,
+as it does in a calibration.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from calib.decision.candidates import Candidate, Known
 from calib.lab import Sweep
 from calib.priors import LogNormal, Prior
 from calib.problem import Lot, Problem, columns_at
-from calib.sampling import expected_information, information_together
+from calib.sampling import expected_information
 from models.sensor import FloatArray
 
 #: C g (n_draw, n_state, n_part) of slopes g (n_state, n_part), of the unknowns before a measurement and the lot's values.
@@ -91,14 +92,11 @@ def with_measurement(present: Knowledge, candidate: Candidate) -> Knowledge:
     draws = np.tile(candidate.middle, (len(present.draws), 1))
     draws[:, :n] = present.draws
     *before, new = candidate.problem.plans
-    alike = [plan for plan in before if _misses_the_same(plan.sweep, new.sweep)]
-    if alike:  # what the new one tells to who knows the others
-        both, one = (
-            information_together(candidate.problem, plans, candidate.middle, draws) for plans in ([*alike, new], alike)
-        )
-        more = both - one
-    else:
-        more = expected_information(candidate.problem, [new], candidate.middle, draws)
+    alike = [k for k, plan in enumerate(before) if _misses_the_same(plan.sweep, new.sweep)]
+    more = expected_information(candidate.problem, [*(before[k] for k in alike), new], candidate.middle, draws)
+    if alike:  # what the new one tells to who knows the others, by themselves
+        known = [present.problem.plans[k] for k in alike]
+        more -= expected_information(candidate.problem, known, candidate.middle, draws)
     more[:, :n, :n] += present.information
     return Knowledge(candidate.problem, candidate.middle, draws, present.spread, more)
 

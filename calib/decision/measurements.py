@@ -39,7 +39,7 @@ from calib.decision.target import Asked, Target, modulus_target, regret, signal_
 from calib.decision.words import percent
 from calib.errors import Fault, InputError
 from calib.experiment import Bench, Experiment, Specification, experiment_toml
-from calib.problem import Problem, coordinates_of, plan_sweep
+from calib.problem import Problem, coordinates_of, plan_sweeps
 from calib.records import exact_record_from_text, record_to_text
 from calib.sampling import Posterior
 from models.response import Forward, OutOfRangeError
@@ -528,7 +528,7 @@ def next_from_json(text: str, path: Path | None = None, posterior_sha256: str | 
 
 def _known(posterior: Posterior, forward: Forward) -> Known:
     """The calibration as a problem, and its posterior in coordinates."""
-    plans = tuple(plan_sweep(sweep) for sweep in posterior.sweeps)
+    plans = plan_sweeps(posterior.sweeps)
     infos = posterior.unknowns
     problem = Problem(posterior.experiment, posterior.sweeps, forward, infos, posterior.fixed, plans)
     draws = coordinates_of(problem, posterior.draws.reshape(-1, posterior.draws.shape[-1])[:, : len(infos)])
@@ -714,8 +714,8 @@ def _rests_on(
     ]
     if experiment.discrepancy == "on":
         said.append(
-            "a press of the same specimen under the same ball repeating what the model left out of the earlier ones, which a "
-            "calibration with it takes as new: its standard deviations come out smaller than is known then"
+            "a press of the same specimen under the same ball repeating what the model left out of the earlier ones, and "
+            "another ball, specimen or padding having a misfit of its own"
         )
     if experiment.pooling == "complete" and len(experiment.specimens) >= 1:
         said.append("one modulus for all specimens, those that are still to be made included")

@@ -18,7 +18,7 @@ from calib.problem.likelihood import (
 from calib.problem.lots import Lot, LotPrior
 from calib.problem.measurement import model_sweep, model_sweeps
 from calib.problem.newcomer import CalibratedLot, Newcomer, Own, newcomer_experiment, newcomer_of, template_of
-from calib.problem.plan import CORRELATION_LENGTH, SweepPlan, plan_sweep
+from calib.problem.plan import CORRELATION_LENGTH, SweepPlan, plan_sweep, plan_sweeps
 from calib.problem.prior import (
     log_prior,
     log_prior_as_normal,
@@ -30,6 +30,7 @@ from calib.problem.prior import (
 )
 from calib.problem.problem import Problem, build_problem, outside_faults, problem_from
 from calib.problem.readings import PredictedReadings, SweepModel
+from calib.problem.repeats import log_normal_sweeps, put_together
 from calib.problem.specimens import LogPosteriorParts, Scopes, log_posterior_parts, scopes_of
 from calib.problem.synthetic import Rig, synthetic_sweep
 from calib.problem.unknowns import ParameterInfo, UnknownTable, list_unknowns, of_lot, table_of
@@ -76,6 +77,7 @@ __all__ = [
     "log_likelihood_points",
     "log_likelihood_sweeps",
     "log_normal",
+    "log_normal_sweeps",
     "log_posterior",
     "log_posterior_parts",
     "log_prior",
@@ -90,12 +92,14 @@ __all__ = [
     "of_lot",
     "outside_faults",
     "plan_sweep",
+    "plan_sweeps",
     "point_densities",
     "prior_bend",
     "prior_coordinates",
     "prior_covariance",
     "prior_values",
     "problem_from",
+    "put_together",
     "range_use",
     "readings",
     "residuals",

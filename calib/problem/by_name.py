@@ -16,6 +16,7 @@ from calib.problem.measurement import model_sweeps, why_outside
 from calib.problem.prior import log_prior
 from calib.problem.problem import Problem
 from calib.problem.readings import PredictedReadings, SweepModel
+from calib.problem.repeats import put_together
 from calib.problem.values import coordinates_of
 from models.response import OutOfRangeError
 from models.sensor import FloatArray
@@ -42,7 +43,8 @@ def residuals(problem: Problem, values: Mapping[str, Value]) -> FloatArray:
 
     For each channel of each sweep L^-1 (y - m), with y the readings, m what the instrument should read, and L L^T the
     covariance of noise, discrepancy and the forward model's own error (equation (4) of `calib.problem.measurement`) at the same
-    values. Where these belong to what is searched, add their log determinant: `log_density` has it.
+    values. Sweeps that repeat each other are taken as one, as they share errors. Where these belong to what is searched, add
+    their log determinant: `log_density` has it.
 
     Parameters
     ----------
@@ -64,7 +66,11 @@ def residuals(problem: Problem, values: Mapping[str, Value]) -> FloatArray:
     --------
     With SciPy: ``least_squares(lambda x: residuals(problem, {"young_modulus": x[0]}), [0.7e6], x_scale=[1e5])``.
     """
-    return np.concatenate([_whitened(c) for model in _models(problem, values) for c in model.channels.values()])
+    found: dict[tuple[int, str], FloatArray] = {}
+    for some in put_together(problem.plans, _models(problem, values)):
+        of_presses = np.split(_whitened(some.readings), np.cumsum(some.presses)[:-1])
+        found |= {(k, some.repeats.channel): white for k, white in zip(some.repeats.places, of_presses, strict=True)}
+    return np.concatenate([found[k, name] for k, plan in enumerate(problem.plans) for name in plan.channels])
 
 
 def readings(problem: Problem, values: Mapping[str, Value]) -> pd.DataFrame:

@@ -11,11 +11,17 @@ det(D + W W^T) / det D. A is a sum over points, so that some of them are left ou
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import reduce
+from itertools import accumulate
+from operator import add
+
 import numpy as np
 
 from calib.problem.readings import PredictedReadings
 from models.rows import whole_groups
-from models.sensor import FloatArray, IntArray
+from models.sensor import BoolArray, FloatArray, IntArray
 
 #: Points of a block of `log_normal_blocks`, about.
 BLOCK_POINTS = 8
@@ -29,20 +35,86 @@ def log_normal(channel: PredictedReadings) -> FloatArray:
     The density is -inf where the model error exceeds the noise by so much (1e8 times) that A is not positive definite in double
     precision. A search may pass there, at a modulus of 1e20 Pa; no posterior holds such a draw.
     """
-    log_variance = np.sum(np.log(channel.variance), axis=1)
-    return _density(_gram(channel, slice(None)), log_variance, channel.observed.size)
+    return log_normal_of(terms_of(channel))
 
 
-def log_normal_blocks(channel: PredictedReadings) -> FloatArray:
+@dataclass(frozen=True, eq=False)
+class Terms:
+    """What some points of a channel add to (1), so that all points need not be there at once.
+
+    Attributes
+    ----------
+    gram : in A, (n_draw, k, k), of which only the lower triangle counts.
+    log_variance : (n_draw,), in the logarithm of det D.
+    n_point : how many they are.
+    """
+
+    gram: FloatArray
+    log_variance: FloatArray
+    n_point: int
+
+    def only(self, rows: BoolArray) -> Terms:
+        """Of some of the draws."""
+        return self if np.all(rows) else Terms(self.gram[rows], self.log_variance[rows], self.n_point)
+
+    def __add__(self, other: Terms) -> Terms:
+        return Terms(self.gram + other.gram, self.log_variance + other.log_variance, self.n_point + other.n_point)
+
+
+def terms_of(channel: PredictedReadings, part: slice = slice(None)) -> Terms:
+    """What the points of a channel, or some of them, add to (1).
+
+    Parameters
+    ----------
+    channel : what should be read.
+    part : which points; default all.
+    """
+    variance = channel.variance[:, part]
+    return Terms(_gram(channel, part), np.sum(np.log(variance), axis=1), variance.shape[1])
+
+
+def log_normal_of(terms: Terms) -> FloatArray:
+    """Log density (n_draw,) of all points whose terms in (1) are summed up here; -inf as in `log_normal`."""
+    return _density(terms.gram, terms.log_variance, terms.n_point)
+
+
+def log_normal_blocks(channel: PredictedReadings, presses: Sequence[int] = ()) -> FloatArray:
     """Log density of each block of neighbouring points given the rest of the channel, (n_draw, n_block).
 
     log p(y_b | y_-b) = log p(y) - log p(y_-b), by (1) of all points and of all but the block. -inf as in `log_normal`.
+
+    Parameters
+    ----------
+    channel : what should be read.
+    presses : numbers of points of each of the presses that it is of, one after the other; default one press. Of several, each
+        has its own blocks, and what repeats a block in the others is among the rest.
     """
-    parts = [slice(int(block[0]), int(block[-1]) + 1) for block in blocks_of(channel.observed.size)]
+    if len(presses) < 2:
+        return _blocks_of_press(channel, slice(0, channel.observed.size), None)
+    ends = np.cumsum(presses)
+    parts = [slice(int(end) - n, int(end)) for end, n in zip(ends, presses, strict=True)]
+    terms = [terms_of(channel, part) for part in parts]
+    before, after = list(accumulate(terms)), list(accumulate(reversed(terms)))[::-1]
+    columns = []
+    for k, part in enumerate(parts):
+        others = [*before[k - 1 : k], *after[k + 1 : k + 2]] if k else after[1:2]
+        columns.append(_blocks_of_press(channel, part, reduce(add, others)))
+    return np.concatenate(columns, axis=1)
+
+
+def _blocks_of_press(channel: PredictedReadings, press: slice, others: Terms | None) -> FloatArray:
+    """The same for the blocks of one press, given also what the points of other presses add."""
+    parts = [
+        slice(press.start + int(block[0]), press.start + int(block[-1]) + 1) for block in blocks_of(press.stop - press.start)
+    ]
     grams = [_gram(channel, part) for part in parts]
     log_variances = [np.sum(np.log(channel.variance[:, part]), axis=1) for part in parts]
     sizes = [part.stop - part.start for part in parts]
-    whole = _density(np.sum(grams, axis=0), np.sum(log_variances, axis=0), sum(sizes))
+
+    def density(terms: Terms) -> FloatArray:
+        return log_normal_of(terms if others is None else terms + others)
+
+    whole = density(Terms(np.sum(grams, axis=0), np.sum(log_variances, axis=0), sum(sizes)))
     columns = []
     for k in range(len(parts)):
         # What remains is summed anew: a difference would lose the digits of what a block is much of.
@@ -51,7 +123,7 @@ def log_normal_blocks(channel: PredictedReadings) -> FloatArray:
             if other != k:
                 gram += grams[other]
                 log_variance += log_variances[other]
-        rest = _density(gram, log_variance, sum(sizes) - sizes[k])
+        rest = density(Terms(gram, log_variance, sum(sizes) - sizes[k]))
         columns.append(
             np.where(np.isfinite(whole) & np.isfinite(rest), whole - np.where(np.isfinite(rest), rest, 0.0), -np.inf)
         )
@@ -120,6 +192,11 @@ def _gram(channel: PredictedReadings, part: slice) -> FloatArray:
     """
     weight = 1.0 / channel.variance[:, part]
     n_draw, n_point = weight.shape
+    if channel.discrepancy is not None and channel.discrepancy.correlation.modes.ndim == 3:
+        of_discrepancy = channel.discrepancy.sd[:, part, None] * channel.discrepancy.correlation.modes[:, part]
+        residual = channel.observed[part] - channel.mean[:, part]
+        wide = np.concatenate([of_discrepancy, channel.error[:, part], residual[..., None]], axis=-1)
+        return np.asarray(np.matmul(np.swapaxes(wide * weight[..., None], 1, 2), wide), dtype=float)
     n_error = channel.error.shape[-1]
     columns = np.empty((n_error + 1, n_draw, n_point))
     columns[:n_error] = channel.error[:, part].transpose(2, 0, 1)

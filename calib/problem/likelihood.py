@@ -11,23 +11,26 @@ from dataclasses import replace
 import numpy as np
 
 from calib.lab import Sweep
-from calib.problem.density import blocks_of, log_normal, log_normal_blocks
+from calib.problem.density import blocks_of, log_normal_blocks
 from calib.problem.measurement import model_sweep, model_sweeps, ways_down
 from calib.problem.plan import SweepPlan, without_points
 from calib.problem.prior import log_prior
 from calib.problem.problem import Problem
 from calib.problem.readings import SweepModel
+from calib.problem.repeats import log_normal_sweeps, put_together, repeats_of
 from calib.problem.values import Calibrated, values_at
 from models.response import Forward
-from models.sensor import FloatArray
+from models.sensor import FloatArray, IntArray
 
 #: Version of what the log posterior is at given unknowns and data. Raise it with every change that moves its values by more
 #: than rounding (measurement model, covariance, priors' coordinates, default priors aside, which are hashed themselves), so
 #: that no chain of the earlier density is continued with the later one.
-LIKELIHOOD_VERSION = 4
+LIKELIHOOD_VERSION = 5
 
 # Draws evaluated together: what is computed of one sweep stays in the processor's cache.
 _TOGETHER = 320
+# Sweeps that repeat each other of which the models of so many draws are held; of more sweeps, of fewer draws.
+_HELD = 20
 
 
 def log_posterior(problem: Problem, theta: FloatArray) -> FloatArray:
@@ -74,7 +77,8 @@ def log_likelihood_sweeps(problem: Problem, theta: FloatArray) -> FloatArray:
 
     Returns
     -------
-    (n_draw, n_sweep), in the order of `problem.sweeps`; -inf where the draw is not covered at the sweep.
+    (n_draw, n_sweep), in the order of `problem.sweeps`; -inf where the draw is not covered at the sweep. Sweeps that repeat
+    each other are not independent: the density of a channel in all of them stands at the last.
     """
     return _by_sweep(problem, problem.forward, problem.plans, values_at(problem, theta), None)
 
@@ -92,7 +96,7 @@ def log_likelihood_at(
     ----------
     known : the experiment and all its sweeps: a `Problem` or a `Posterior`.
     forward : the model of the sensor.
-    plans : the sweeps to sum over, from `plan_sweep`.
+    plans : the sweeps to sum over, from `plan_sweeps`.
     values : parameter name -> SI values (n_draw,), fixed ones included.
     tables : one for each plan, see `model_sweep`.
 
@@ -110,16 +114,15 @@ def _by_sweep(
     values: Mapping[str, FloatArray],
     tables: Sequence[FloatArray | None] | None,
 ) -> FloatArray:
-    """Log likelihood of each sweep by itself, (n_draw, n_sweep); -inf where a draw is not covered at it."""
+    """Log likelihood as in `log_likelihood_sweeps`, (n_draw, n_sweep)."""
     n_draw = next(iter(values.values())).size
     found = np.full((n_draw, len(plans)), -np.inf)
     for first in range(0, n_draw, _TOGETHER):
         part = slice(first, first + _TOGETHER)
         some = values if n_draw <= _TOGETHER else {name: value[part] for name, value in values.items()}
         cut = tables and [None if table is None else table[part] for table in tables]
-        for k, model in enumerate(model_sweeps(known, forward, plans, some, cut)):
-            if model.channels:
-                found[part, k][model.covered] = np.sum([log_normal(c) for c in model.channels.values()], axis=0)
+        for k, column in enumerate(log_normal_sweeps(plans, model_sweeps(known, forward, plans, some, cut))):
+            found[part, k] = column
     return found
 
 
@@ -140,18 +143,29 @@ def log_likelihood_blocks(problem: Problem, theta: FloatArray) -> FloatArray:
     (n_draw, n_block), in the order of `block_names`; -inf for draws that are not covered.
     """
     values = values_at(problem, theta)
-    sizes = [len(blocks_of(points.value.size)) for plan in problem.plans for points in plan.sweep.channels.values()]
-    ends = np.cumsum(sizes)
-    found = np.full((theta.shape[0], int(np.sum(sizes))), -np.inf)
-    for first in range(0, theta.shape[0], _TOGETHER):
-        part = slice(first, first + _TOGETHER)
+    found = np.full((theta.shape[0], len(block_names(problem))), -np.inf)
+    columns = _columns_of_blocks(problem.plans)
+    most = max((len(repeats.places) for repeats in repeats_of(problem.plans)), default=1)
+    count = max(1, _TOGETHER * _HELD // max(most, _HELD))
+    for first in range(0, theta.shape[0], count):
+        part = slice(first, first + count)
         models = model_sweeps(problem, problem.forward, problem.plans, {n: v[part] for n, v in values.items()})
-        k = 0
-        for plan, model in zip(problem.plans, models, strict=True):
-            for name in plan.sweep.channels:
-                if name in model.channels:
-                    found[part, ends[k] - sizes[k] : ends[k]][model.covered] = log_normal_blocks(model.channels[name])
-                k += 1
+        for some in put_together(problem.plans, models):
+            of_presses = [columns[k, some.repeats.channel] for k in some.repeats.places]
+            rows = first + np.flatnonzero(some.covered)
+            found[rows[:, None], np.concatenate(of_presses)] = log_normal_blocks(some.readings, some.presses)
+    return found
+
+
+def _columns_of_blocks(plans: Sequence[SweepPlan]) -> dict[tuple[int, str], IntArray]:
+    """Numbers of the blocks of each channel of each sweep, by the number of the sweep and the name of the channel."""
+    found: dict[tuple[int, str], IntArray] = {}
+    first = 0
+    for k, plan in enumerate(plans):
+        for name, points in plan.sweep.channels.items():
+            n = len(blocks_of(points.value.size))
+            found[k, name] = first + np.arange(n)
+            first += n
     return found
 
 

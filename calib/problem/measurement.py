@@ -21,8 +21,9 @@ and what is left of it after (2) is too large. To first order what the crosshead
 with s_i as it was read; and so are the last two terms of (4). The noise is not, as the frame gives way by the true load.
 s is the noise of one reading, V the forward model's own error, the last term the model discrepancy: a Gaussian process along
 the sweep of sd delta g, g = g_F F(d) or g_C (C(d) - C0), with a squared-exponential correlation K over the depth at the
-sweep's nominal points and a fixed length (`calib.problem.plan`). K is used as U U^T + diag(rest) with its few large
-eigenvectors, so that (4) is diagonal plus low rank.
+sweep's nominal points and a fixed length. Sweeps of one specimen under one ball share it, and V, as both are functions of depth
+(`calib.problem.plan`): (4) is then that of all their points, and K is over their true depths. K is used as U U^T + diag(rest)
+with its few large eigenvectors, so that (4) is diagonal plus low rank.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ from calib.catalogue import bounds_of
 from calib.experiment import Experiment
 from calib.lab import Sweep
 from calib.problem.channels import CHANNEL_MODELS
-from calib.problem.plan import ChannelPlan, SweepPlan, at_time, present
+from calib.problem.plan import ChannelPlan, SweepPlan, at_time, present, shared_correlation
 from calib.problem.readings import Discrepancy, PredictedReadings, SweepModel
 from calib.problem.values import Calibrated, design_columns, design_values, designed, lookup
 from models.curves import Lookup, curves_of, look_up, look_up_force, table_depths
@@ -62,7 +63,7 @@ def model_sweep(
     ----------
     known : the experiment and all its sweeps: a `Problem` or a `Posterior`.
     forward : the model of the sensor.
-    plan : the sweep, from `plan_sweep`.
+    plan : the sweep, from `plan_sweeps`.
     values : name of an unknown -> SI values (n_draw,), fixed ones included.
     table : depths [m] (n_draw, n_node) of the loading curve along which a channel that is not tied to depth directly is
         looked up, from zero upwards; default `table_depths` to the end of what the forward model covers. A draw whose
@@ -338,8 +339,15 @@ def _predict(own: _SweepValues, name: str, channel: ChannelPlan, at: Response, p
         share = np.maximum(1 - own["machine_compliance"] * channel.slope / gain, _LEAST_SHARE)
         mean = points.value - (points.value - mean) * share
         own_sd, error = own_sd * share, error * share[..., None]
-    variance = variance + own_sd**2 * channel.correlation.rest
-    return PredictedReadings(depth, mean, variance, error, points.value, Discrepancy(own_sd, channel.correlation))
+    if at.own_modes and np.isfinite(channel.deepest):  # presses that repeat each other do not share these
+        variance = variance + np.sum(error[..., -at.own_modes :] ** 2, axis=-1)
+        error = error[..., : -at.own_modes]
+    correlation = channel.correlation
+    if correlation is None:
+        deepest = channel.deepest - own["machine_compliance"] * channel.deepest_load
+        correlation = shared_correlation(depth / np.maximum(deepest, _LEAST_SHARE * channel.deepest))
+    variance = variance + own_sd**2 * correlation.rest
+    return PredictedReadings(depth, mean, variance, error, points.value, Discrepancy(own_sd, correlation))
 
 
 def _in_contact(depth: FloatArray, reading: FloatArray | None) -> FloatArray:

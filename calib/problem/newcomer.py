@@ -26,7 +26,7 @@ from calib.lab import Sweep
 from calib.priors import Fixed, LogNormal, Normal, Prior, TruncatedNormal
 from calib.problem.lots import Lot, LotPrior
 from calib.problem.measurement import model_sweeps
-from calib.problem.plan import SweepPlan, plan_sweep
+from calib.problem.plan import SweepPlan, plan_sweeps
 from calib.problem.problem import Problem
 from calib.problem.readings import SweepModel
 from calib.problem.unknowns import ParameterInfo, list_unknowns
@@ -284,7 +284,7 @@ def newcomer_of(lot: CalibratedLot, experiment: Experiment, sweeps: Sequence[Swe
             Own(replace(info, prior=_predictive(of.prior, number, mean, spread)), None, (of.prior, number), mean, spread)
         )
     mine = {n: value for n, value in known.items() if UnknownName.parse(n).specimen == name}
-    return Newcomer(lot, experiment, tuple(sweeps), tuple(plan_sweep(s) for s in sweeps), forward, tuple(own), mine)
+    return Newcomer(lot, experiment, tuple(sweeps), plan_sweeps(sweeps), forward, tuple(own), mine)
 
 
 def _number(lot: CalibratedLot, of: Lot, like: str) -> int:

@@ -1,9 +1,20 @@
-"""A sweep in, the part of its likelihood that no draw changes out: ties, loads, correlation of the discrepancy."""
+"""Sweeps in, the part of their likelihood that no draw changes out: ties, loads, correlation of the discrepancy.
+
+Presses of one specimen under one ball repeat each other, however many days lie between them: what the model leaves out of one
+it leaves out of the others, too. Their discrepancy is one function of depth, with the correlation
+
+    k(x, x') = exp(-(x - x')^2 / 2 l^2)                                                                               (1)
+
+of any two of their points, at depths x and x' as shares of the deepest of them, l the correlation length. A press that nobody
+repeated has it over its nominal depths. Those of several presses are off by as much as contact was found wrongly in each, which
+would tell the model from what it leaves out; so the depths of (1) are then the true ones of each draw.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from functools import cache
 from typing import TypeVar
 
 import numpy as np
@@ -11,23 +22,37 @@ import numpy as np
 from calib.lab import Points, Sweep, Track
 from calib.problem.centred import nominal_zero
 from models.curves import force_scale
-from models.sensor import FloatArray, IntArray
+from models.sensor import BoolArray, FloatArray, IntArray
 
-#: Length over which the model discrepancy stays alike, as a share of the sweep's largest depth.
+#: Length over which the model discrepancy stays alike, as a share of the largest depth of a sweep and of those that repeat it.
 CORRELATION_LENGTH = 0.3
 
 #: Share of the discrepancy's variance that its low-rank form may leave to the diagonal.
 _RANK_TOLERANCE = 1e-6
+
+# Largest share of depth for which (1) is tabled, deeper points being taken as there, and steps of that table; nodes through
+# which its modes are computed, and the least share of the largest eigenvalue that is used of them.
+_END, _STEPS, _NODES, _LEAST_EIGENVALUE = 1.25, 640, 41, 1e-13
 
 _T = TypeVar("_T")
 
 
 @dataclass(frozen=True, eq=False)
 class Correlation:
-    """Correlation matrix K of (4) at the points of a channel: U U^T + diag(rest), U = `modes` (n_point, n_mode)."""
+    """Correlation matrix K of (4) at the points of a channel: U U^T + diag(rest), with U' of points of a repeat U U'^T.
+
+    Attributes
+    ----------
+    modes : U, (n_point, n_mode) for all draws or (n_draw, n_point, n_mode).
+    rest : (n_point,) or (n_draw, n_point).
+    """
 
     modes: FloatArray
     rest: FloatArray
+
+    def only(self, rows: BoolArray | IntArray) -> Correlation:
+        """Of some of the draws."""
+        return self if self.modes.ndim == 2 else replace(self, modes=self.modes[rows], rest=self.rest[rows])
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,14 +64,19 @@ class ChannelPlan:
     points : the data.
     tie : how their depth is known, see `Sweep.tied_by`.
     load : [N], (n_point,), load at points that are tied by displacement; None where no record has it.
-    correlation : of the discrepancy, K of (4).
+    correlation : of the discrepancy, K of (4); None where it is that of the true depths of a draw.
+    deepest : largest nominal depth of the presses that repeat each other, which are taken together; nan of a press by itself.
+        In metres, or as `models.curves.force_scale` where all are tied by force: their loads are known as they are.
+    deepest_load : [N], load there, by which the frame gives way; 0 where it is not known.
     slope : [N/m], (n_point,), of the load over the crosshead's reading, s of (5), where the load is the reading; else None.
     """
 
     points: Points
     tie: str
     load: FloatArray | None
-    correlation: Correlation
+    correlation: Correlation | None
+    deepest: float
+    deepest_load: float
     slope: FloatArray | None = None
 
     @property
@@ -69,11 +99,71 @@ class SweepPlan:
 
 
 def plan_sweep(sweep: Sweep) -> SweepPlan:
-    """Compute once what the likelihood of a sweep needs again and again and no draw changes: ties, loads, correlations."""
-    onset, load = nominal_zero(sweep)
-    if np.isfinite(sweep.contact):
-        onset = sweep.contact
-    return SweepPlan(sweep, {name: _plan_channel(sweep, name, onset, load) for name in sweep.channels})
+    """Compute once what the likelihood of a sweep by itself needs again and again and no draw changes: see `plan_sweeps`."""
+    return plan_sweeps([sweep])[0]
+
+
+def plan_sweeps(sweeps: Sequence[Sweep]) -> tuple[SweepPlan, ...]:
+    """Compute once what the likelihood of sweeps needs again and again and no draw changes: ties, loads, correlations.
+
+    Parameters
+    ----------
+    sweeps : all that are calibrated together: those of one specimen under one ball share what the model leaves out.
+
+    Returns
+    -------
+    One for each, in their order.
+    """
+    drafts = [_draft(sweep) for sweep in sweeps]
+    together: dict[tuple[str, float, str], list[int]] = {}
+    for k, sweep in enumerate(sweeps):
+        for name in sweep.channels:
+            together.setdefault((sweep.specimen, sweep.indenter_radius, name), []).append(k)
+    found: dict[tuple[int, str], ChannelPlan] = {}
+    for (_, _, name), places in together.items():
+        known = [drafts[k][name] for k in places]
+        deepest, load = _deepest_of(known) if len(places) > 1 else (np.nan, 0.0)
+        for k, draft in zip(places, known, strict=True):
+            if len(places) == 1:
+                correlation: Correlation | None = _correlation(draft.along)
+            else:
+                by_load = all(other.tie == "force" for other in known)
+                correlation = shared_correlation(draft.along / deepest) if by_load else None
+            found[k, name] = ChannelPlan(draft.points, draft.tie, draft.load, correlation, deepest, load, draft.slope)
+    return tuple(SweepPlan(sweep, {name: found[k, name] for name in sweep.channels}) for k, sweep in enumerate(sweeps))
+
+
+def shared_correlation(x: FloatArray) -> Correlation:
+    """Correlation of the discrepancy in presses that repeat each other, (1), by modes that are the same functions for all.
+
+    Parameters
+    ----------
+    x : depths as shares of the largest of all of them, (n_point,) or (n_draw, n_point).
+    """
+    table, steps = _table()
+    place = np.clip(x, 0.0, _END) * (_STEPS / _END)
+    below = np.minimum(place.astype(np.int64), _STEPS - 1)
+    modes = table[below] + (place - below)[..., None] * steps[below]
+    return Correlation(modes, np.maximum(1.0 - np.sum(modes**2, axis=-1), 0.0))
+
+
+@cache
+def _table() -> tuple[FloatArray, FloatArray]:
+    """The modes of (1) over the share of depth, (n_step + 1, n_mode), and from each row to the next, (n_step, n_mode)."""
+    nodes, x = np.linspace(0.0, _END, _NODES), np.linspace(0.0, _END, _STEPS + 1)
+    value, vector = np.linalg.eigh(_alike(nodes, nodes))
+    kept = value > _LEAST_EIGENVALUE * value[-1]
+    features = _alike(x, nodes) @ (vector[:, kept] / np.sqrt(value[kept]))
+    value, vector = np.linalg.eigh(features.T @ features)
+    value, vector = np.maximum(value[::-1], 0.0), vector[:, ::-1]
+    rank = 1 + int(np.argmax(np.cumsum(value) >= (1 - _RANK_TOLERANCE) * np.sum(value)))
+    table = np.ascontiguousarray(features @ vector[:, :rank])
+    return table, np.diff(table, axis=0)
+
+
+def _alike(x: FloatArray, others: FloatArray) -> FloatArray:
+    """Correlation (1) of depths, (n_x, n_other)."""
+    return np.asarray(np.exp(-0.5 * ((x[:, None] - others) / CORRELATION_LENGTH) ** 2), dtype=float)
 
 
 def without_points(plan: SweepPlan, channel: str, rows: IntArray) -> SweepPlan:
@@ -93,15 +183,41 @@ def without_points(plan: SweepPlan, channel: str, rows: IntArray) -> SweepPlan:
     columns = {f.name: getattr(known.points, f.name) for f in fields(known.points)}
     points = replace(known.points, **{name: column[kept] for name, column in columns.items() if column is not None})
     load = None if known.load is None else known.load[kept]
-    correlation = Correlation(np.ascontiguousarray(known.correlation.modes[kept]), known.correlation.rest[kept])
+    correlation = known.correlation
+    if correlation is not None:
+        modes, rest = np.ascontiguousarray(correlation.modes[kept]), correlation.rest[kept]
+        correlation = replace(correlation, modes=modes, rest=rest)
     slope = None if known.slope is None else known.slope[kept]
     part = replace(known, points=points, load=load, correlation=correlation, slope=slope)
     return replace(plan, channels={name: part if name == channel else plan.channels[name] for name in plan.channels})
 
 
-def _plan_channel(sweep: Sweep, name: str, onset: float, load: float) -> ChannelPlan:
+@dataclass(frozen=True, eq=False)
+class _Draft:
+    """What is known of a channel of a sweep by itself: a `ChannelPlan` but for the correlation.
+
+    `along` (n_point,) are nominal depths on a scale that is zero at contact: of the crosshead [m], or, tied by force, as
+    `models.curves.force_scale`; `deepest_load` is the load [N] at the largest, 0 where it is not known.
+    """
+
+    points: Points
+    tie: str
+    load: FloatArray | None
+    along: FloatArray
+    deepest_load: float
+    slope: FloatArray | None
+
+
+def _draft(sweep: Sweep) -> dict[str, _Draft]:
+    onset, load = nominal_zero(sweep)
+    if np.isfinite(sweep.contact):
+        onset = sweep.contact
+    return {name: _draft_channel(sweep, name, onset, load) for name in sweep.channels}
+
+
+def _draft_channel(sweep: Sweep, name: str, onset: float, load: float) -> _Draft:
     points, tie = sweep.channels[name], sweep.tied_by(name)
-    tied_load = None
+    tied_load, at_reading = None, None
     if tie == "displacement":
         reading = present(points.displacement)
         along = reading - onset
@@ -111,13 +227,23 @@ def _plan_channel(sweep: Sweep, name: str, onset: float, load: float) -> Channel
             at = present(tester.displacement)
             order = np.argsort(at)
             tied_load = np.interp(reading, at[order], tester.value[order])
+        at_reading = tied_load
     elif tie == "force":
         along = force_scale(present(points.force) - load)
     else:
         time = present(points.time) + np.nan_to_num(sweep.clock_offset)
-        along = at_time(present(sweep.track), time)[0] - onset
+        reading, at_reading = at_time(present(sweep.track), time)
+        along = reading - onset
     slope = _slope(present(points.displacement), points.value) if name == "force" and tie == "displacement" else None
-    return ChannelPlan(points, tie, tied_load, _correlation(along), slope)
+    deepest_load = 0.0 if at_reading is None else max(float(at_reading[np.argmax(along)] - load), 0.0)
+    return _Draft(points, tie, tied_load, along, deepest_load, slope)
+
+
+def _deepest_of(drafts: Sequence[_Draft]) -> tuple[float, float]:
+    """Largest nominal depth of presses, of those that the crosshead tells, if any, never quite zero; and the load [N] there."""
+    by_crosshead = [draft for draft in drafts if draft.tie != "force"]
+    deepest = max(by_crosshead or drafts, key=lambda draft: float(np.max(draft.along)))
+    return max(float(np.max(deepest.along)), 1e-9), deepest.deepest_load
 
 
 def _slope(reading: FloatArray, load: FloatArray) -> FloatArray:

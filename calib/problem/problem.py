@@ -13,7 +13,7 @@ from calib.errors import Fault, InputError
 from calib.experiment import Experiment, forward_of_experiment, read_sweeps
 from calib.lab import Sweep
 from calib.problem.measurement import model_sweep, reach, ways_down, why_outside
-from calib.problem.plan import SweepPlan, plan_sweep
+from calib.problem.plan import SweepPlan, plan_sweeps
 from calib.problem.prior import prior_coordinates
 from calib.problem.unknowns import ParameterInfo, UnknownTable, list_unknowns, table_of
 from calib.problem.values import values_at
@@ -106,7 +106,7 @@ def build_problem(experiment: Experiment, sweeps: Sequence[Sweep], forward: Forw
     if faults:
         raise InputError(faults)
     parameters, fixed = list_unknowns(experiment, sweeps)
-    problem = Problem(experiment, tuple(sweeps), forward, parameters, fixed, tuple(plan_sweep(s) for s in sweeps))
+    problem = Problem(experiment, tuple(sweeps), forward, parameters, fixed, plan_sweeps(sweeps))
     if faults := outside_faults(problem):
         raise InputError(faults)
     return problem

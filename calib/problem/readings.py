@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.problem.plan import Correlation
-from models.sensor import BoolArray, FloatArray
+from models.sensor import BoolArray, FloatArray, IntArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,7 +18,7 @@ class Discrepancy:
     Attributes
     ----------
     sd : delta g, (n_draw, n_point), SI.
-    correlation : K, the same for all draws.
+    correlation : K, the same for all draws but where presses repeat each other.
     """
 
     sd: FloatArray
@@ -62,12 +62,13 @@ class PredictedReadings:
         """Standard deviation of each reading by itself, independent and correlated part together, (n_covered, n_point)."""
         variance = self.variance + np.sum(self.error**2, axis=-1)
         if self.discrepancy is not None:
-            variance = variance + self.discrepancy.sd**2 * np.sum(self.discrepancy.correlation.modes**2, axis=1)
+            variance = variance + self.discrepancy.sd**2 * np.sum(self.discrepancy.correlation.modes**2, axis=-1)
         return np.asarray(np.sqrt(variance), dtype=float)
 
-    def only(self, rows: BoolArray) -> PredictedReadings:
+    def only(self, rows: BoolArray | IntArray) -> PredictedReadings:
         """Some of the draws."""
-        own = None if self.discrepancy is None else Discrepancy(self.discrepancy.sd[rows], self.discrepancy.correlation)
+        own = self.discrepancy
+        own = None if own is None else Discrepancy(own.sd[rows], own.correlation.only(rows))
         depth, mean, variance, error = (column[rows] for column in (self.depth, self.mean, self.variance, self.error))
         return PredictedReadings(depth, mean, variance, error, self.observed, own)
 

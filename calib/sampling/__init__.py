@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from calib.sampling.checkpoint import is_begun, kept_blocks, kept_identity, whose_checkpoint
     from calib.sampling.diagnostics import Convergence, Diagnostics, Gate, summarise
     from calib.sampling.estimate import Look, answer_of, climb_from, first_answer, log_evidence_at, look_at
-    from calib.sampling.expected import expected_information, information_together
+    from calib.sampling.expected import expected_information
     from calib.sampling.findings import (
         SENSITIVE,
         SHIFT_LIMIT,
@@ -82,7 +82,6 @@ __all__ = [
     "given_chains",
     "given_lot",
     "identity_of",
-    "information_together",
     "is_begun",
     "joined_problem",
     "kept_blocks",
@@ -153,7 +152,7 @@ __getattr__ = on_demand(
             "log_evidence_at",
             "look_at",
         ),
-        ".expected": ("expected_information", "information_together"),
+        ".expected": ("expected_information",),
         ".groups": ("to_arviz",),
         ".identity": (
             "ENSEMBLES",

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from calib.catalogue import SCALES
-from calib.problem import Problem, chi_square, columns_at, coordinates_of, model_sweeps, values_at, values_of_lot
+from calib.problem import Problem, chi_square, columns_at, coordinates_of, model_sweeps, put_together, values_at, values_of_lot
 from calib.sampling.coordinates import Coordinates, coordinates
 from calib.sampling.findings import FirstAnswer, FirstEstimate
 from calib.sampling.laplace import importance_weights, laplace_density
@@ -272,5 +272,5 @@ def _misfit(space: Coordinates, x: FloatArray) -> tuple[float, int]:
     problem = space.problem
     theta, _ = space.to_theta(x[None])
     models = model_sweeps(problem, problem.forward, problem.plans, values_at(problem, theta))
-    channels = [channel for model in models for channel in model.channels.values()]
+    channels = [some.readings for some in put_together(problem.plans, models)]
     return sum(float(chi_square(channel)[0]) for channel in channels), sum(channel.observed.size for channel in channels)

@@ -19,7 +19,7 @@ from scipy.linalg import solve_triangular
 from scipy.special import gammaln
 
 from calib.catalogue import SCALES
-from calib.problem import PredictedReadings, log_prior_as_normal, model_sweeps, prior_bend, values_at
+from calib.problem import PredictedReadings, log_prior_as_normal, model_sweeps, prior_bend, put_together, values_at
 from calib.sampling.coordinates import Coordinates
 from calib.sampling.scoring import STEP, central_slope, inverse_root, slopes_at
 from models.sensor import FloatArray, IntArray
@@ -37,8 +37,9 @@ class LaplaceDensity:
     """A posterior near its mode x (n,): Student in its coordinates `scales`, u, and normal given them in the `rest`, r of (1).
 
     `gradient` and `bend` are g and P of (1); `misfits` and `slopes` are y - m (n_point,) and M (n_point, n_rest) of each
-    channel of each sweep; `centre` (n_scale,) and `spread` (n_scale, n_scale), a triangular root, are those of u. What is known
-    given u costs most, so that `each` neighbouring draws may share their u; 1 for draws that are all independent.
+    channel of each sweep, or of those that repeat each other; `centre` (n_scale,) and `spread` (n_scale, n_scale), a triangular
+    root, are those of u. What is known given u costs most, so that `each` neighbouring draws may share their u; 1 for draws
+    that are all independent.
     """
 
     space: Coordinates
@@ -161,11 +162,10 @@ def _linearised(space: Coordinates, x: FloatArray) -> LaplaceDensity:
     rest = np.setdiff1d(np.arange(n), scales)
     across = central_slope(theta, there)[rest]
     misfits, slopes = [], []
-    for model in models:
-        rows = np.cumsum(model.covered) - 1  # of each draw among those that are covered
-        for channel in model.channels.values():
-            misfits.append(channel.observed - channel.mean[rows[0]])
-            slopes.append(central_slope(channel.mean[rows], there)[rest].T)
+    for some in put_together(problem.plans, models):
+        rows = np.cumsum(some.covered) - 1  # of each draw among those that are covered
+        misfits.append(some.readings.observed - some.readings.mean[rows[0]])
+        slopes.append(central_slope(some.readings.mean[rows], there)[rest].T)
     gradient = central_slope(log_jacobian + log_prior_as_normal(problem, theta), there)[rest]
     spread = _WIDEN * _spread_of_scales(space, x, scales)
     bend = across @ across.T + across @ prior_bend(problem, n) @ across.T
@@ -191,9 +191,9 @@ def _given_scales(given: LaplaceDensity, u: FloatArray) -> _Given:
     b = np.tile(given.gradient, (len(u), 1))
     log_density = -0.5 * np.sum(u**2, axis=1)
     models = model_sweeps(problem, problem.forward, problem.plans, values_at(problem, theta))
-    channels = (channel for model in models for channel in model.channels.values())
-    for channel, misfit, slope in zip(channels, given.misfits, given.slopes, strict=True):
-        product, log_det = weighed(channel, np.concatenate([slope, misfit[:, None]], axis=1))
+    together = put_together(problem.plans, models)
+    for some, misfit, slope in zip(together, given.misfits, given.slopes, strict=True):
+        product, log_det = weighed(some.readings, np.concatenate([slope, misfit[:, None]], axis=1))
         a += product[:, :-1, :-1]
         b += product[:, :-1, -1]
         log_density -= 0.5 * (product[:, -1, -1] + log_det)

@@ -23,7 +23,7 @@ from scipy.special import gammaln
 
 from calib.catalogue import QUANTITIES, UnknownName
 from calib.lab import Sweep
-from calib.problem import CalibratedLot, Newcomer, Problem, build_problem, log_normal, newcomer_of
+from calib.problem import CalibratedLot, Newcomer, Problem, build_problem, log_normal_sweeps, newcomer_of, put_together
 from calib.sampling.archive import K_HAT, smooth_weights
 from calib.sampling.coordinates import Exchange, capacitance_at_rest, coordinates
 from calib.sampling.diagnostics import RANGE_TOUCH, RANGE_TOUCH_SHARE, Diagnostics, Gate, range_warning
@@ -239,10 +239,8 @@ def _log_density(
         return found, range_use
     range_use[there] = 0.0
     value = log_jacobian[there] + newcomer.log_prior(own[there], rows[there])
-    for model in newcomer.respond(own[there], rows[there]):
-        part = np.full(value.size, -np.inf)
-        if model.channels:
-            part[model.covered] = np.sum([log_normal(c) for c in model.channels.values()], axis=0)
+    models = newcomer.respond(own[there], rows[there])
+    for model, part in zip(models, log_normal_sweeps(newcomer.plans, models), strict=True):
         value = value + part
         range_use[there] = np.maximum(range_use[there], model.range_use)
     found[there] = value
@@ -267,9 +265,8 @@ def _linearised(newcomer: Newcomer, space: _Space, place: FloatArray, middle: in
         return None
     across = central_slope(own, there)  # (k, n_own): row of u, column of y
     slopes = [
-        central_slope(channel.mean[np.maximum(np.cumsum(model.covered) - 1, 0)], there).T
-        for model in models
-        for channel in model.channels.values()
+        central_slope(some.readings.mean[np.maximum(np.cumsum(some.covered) - 1, 0)], there).T
+        for some in put_together(newcomer.plans, models)
     ]
     rows = np.arange(n)
     own_here, _ = space.to_own(np.tile(place, (n, 1)), rows)
@@ -284,16 +281,14 @@ def _linearised(newcomer: Newcomer, space: _Space, place: FloatArray, middle: in
     for model in models:
         covered &= model.covered
     every = iter(slopes)
-    for model in models:
-        kept = covered[model.covered]
-        for channel in model.channels.values():
-            own_channel = channel.only(kept)
-            misfit = own_channel.observed - own_channel.mean
-            slope = np.broadcast_to(next(every), (*misfit.shape, k))
-            product, log_det = weighed(own_channel, np.concatenate([slope, misfit[..., None]], axis=2))
-            a[covered] += product[:, :-1, :-1]
-            b[covered] += product[:, :-1, -1]
-            log_evidence[covered] -= 0.5 * (product[:, -1, -1] + log_det)
+    for some in put_together(newcomer.plans, models):
+        kept = some.readings.only(covered[some.covered])
+        misfit = kept.observed - kept.mean
+        slope = np.broadcast_to(next(every), (*misfit.shape, k))
+        product, log_det = weighed(kept, np.concatenate([slope, misfit[..., None]], axis=2))
+        a[covered] += product[:, :-1, :-1]
+        b[covered] += product[:, :-1, -1]
+        log_evidence[covered] -= 0.5 * (product[:, -1, -1] + log_det)
     factor = np.tile(np.eye(k), (n, 1, 1))
     centre = np.tile(place, (n, 1))
     factor[covered] = np.linalg.cholesky(a[covered])

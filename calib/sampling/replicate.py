@@ -8,9 +8,17 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from calib.problem import Calibrated, PredictedReadings, given_other_points, model_sweep, plan_sweep, point_densities
+from calib.problem import (
+    Calibrated,
+    PredictedReadings,
+    given_other_points,
+    model_sweep,
+    plan_sweeps,
+    point_densities,
+    put_together,
+)
 from models.response import Forward
-from models.sensor import BoolArray, FloatArray
+from models.sensor import BoolArray, FloatArray, IntArray
 
 # Draws that are modelled at once: what bounds the memory.
 _BATCH = 512
@@ -25,8 +33,8 @@ class Replicates:
     covered : (n_draw,), draws that the forward model covers in every sweep.
     readings : channel -> (n_draw, n_point) [SI], one new reading at each point of all sweeps, one after the other; nan for a
         sweep that is not covered. In single precision, far finer than any noise.
-    given_others : the same where the other points of the sweep read what they did: what leaving out one point is judged by, as
-        residuals are correlated.
+    given_others : the same where the other points of the sweep, and of those that repeat it, read what they did: what leaving
+        out one point is judged by, as residuals are correlated.
     log_density : channel -> (n_draw, n_point), see `point_densities`; -inf for a sweep that is not covered.
     """
 
@@ -55,22 +63,26 @@ def replicate(known: Calibrated, forward: Forward, values: Mapping[str, FloatArr
     drawn = {name: np.full((n_draw, n), np.nan, dtype=np.float32) for name, n in size.items()}
     left_out = {name: values.copy() for name, values in drawn.items()}
     density = {name: np.full((n_draw, n), -np.inf) for name, n in size.items()}
-    plans = [plan_sweep(sweep) for sweep in known.sweeps]
+    plans = plan_sweeps(known.sweeps)
+    place: dict[tuple[int, str], IntArray] = {}
+    start = dict.fromkeys(size, 0)
+    for k, plan in enumerate(plans):
+        for name, points in plan.sweep.channels.items():
+            place[k, name] = start[name] + np.arange(points.value.size)
+            start[name] += points.value.size
     for begin in range(0, n_draw, _BATCH):
         part = {name: column[begin : begin + _BATCH] for name, column in values.items()}
-        start = dict.fromkeys(size, 0)
-        for plan in plans:
-            model = model_sweep(known, forward, plan, part)
-            rows = begin + np.flatnonzero(model.covered)
+        models = [model_sweep(known, forward, plan, part) for plan in plans]
+        for model in models:
             covered[begin : begin + _BATCH] &= model.covered
-            for name, points in plan.sweep.channels.items():
-                columns = slice(start[name], start[name] + points.value.size)
-                start[name] = columns.stop
-                if name in model.channels:
-                    drawn[name][rows, columns] = new_readings(model.channels[name], rng)
-                    mean, variance = given_other_points(model.channels[name])
-                    density[name][rows, columns] = point_densities(points.value, mean, variance)
-                    left_out[name][rows, columns] = mean + np.sqrt(variance) * rng.standard_normal(mean.shape)
+        for some in put_together(plans, models):
+            name, channel = some.repeats.channel, some.readings
+            rows = (begin + np.flatnonzero(some.covered))[:, None]
+            columns = np.concatenate([place[k, name] for k in some.repeats.places])
+            drawn[name][rows, columns] = new_readings(channel, rng)
+            mean, variance = given_other_points(channel)
+            density[name][rows, columns] = point_densities(channel.observed, mean, variance)
+            left_out[name][rows, columns] = mean + np.sqrt(variance) * rng.standard_normal(mean.shape)
     return Replicates(covered, drawn, left_out, density)
 
 

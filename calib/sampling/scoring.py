@@ -32,6 +32,7 @@ from calib.problem import (
     log_prior_as_normal,
     model_sweeps,
     prior_bend,
+    put_together,
     values_at,
 )
 from calib.sampling.coordinates import CONTACT, Coordinates
@@ -289,21 +290,29 @@ def slopes_at(space: Coordinates, x: FloatArray, power: float) -> tuple[FloatArr
         )
         gradient[columns] += central_slope(log_prior[rows], there[rows])
     scales = np.flatnonzero([p.parameter in SCALES for p in space.problem.parameters])
-    for sweep, model in zip(space.problem.sweeps, models, strict=True):
-        columns, rows = ways.of_specimens[sweep.specimen if space.scopes.specimens else ""]
-        found = (np.cumsum(model.covered) - 1)[rows]  # of each draw among those that are covered
+    plans = space.problem.plans
+    for some in put_together(plans, models):
+        specimen = plans[some.repeats.places[0]].sweep.specimen
+        columns, rows = ways.of_specimens[specimen if space.scopes.specimens else ""]
+        found = (np.cumsum(some.covered) - 1)[rows]  # of each draw among those that are covered
         known = there[rows]
         wide = np.flatnonzero(np.isin(columns, scales))
         chosen = np.concatenate([[0], 1 + wide, 1 + columns.size + wide])
-        for channel in model.channels.values():
-            covariance = _covariance(channel, found[chosen])
-            whiten = np.linalg.inv(np.linalg.cholesky(covariance[0]))
-            gradient[columns] += power * central_slope(log_normal(channel)[found], known)
-            mean_slope = central_slope(channel.mean[found], known) @ whiten.T
-            information[np.ix_(columns, columns)] += power * mean_slope @ mean_slope.T
-            spread_slope = whiten @ central_slope(covariance, known[chosen]) @ whiten.T
-            flat = spread_slope.reshape(wide.size, channel.observed.size**2)
-            information[np.ix_(columns[wide], columns[wide])] += 0.5 * power * flat @ flat.T
+        channel = some.readings
+        gradient[columns] += power * central_slope(log_normal(channel)[found], known)
+        of_mean = central_slope(channel.mean[found], known)
+        if len(some.presses) > 1:
+            told, of_spread = _of_many(channel.only(found[chosen]), of_mean, known[chosen])
+            information[np.ix_(columns, columns)] += power * told
+            information[np.ix_(columns[wide], columns[wide])] += 0.5 * power * of_spread
+            continue
+        covariance = _covariance(channel, found[chosen])
+        whiten = np.linalg.inv(np.linalg.cholesky(covariance[0]))
+        mean_slope = of_mean @ whiten.T
+        information[np.ix_(columns, columns)] += power * mean_slope @ mean_slope.T
+        spread_slope = whiten @ central_slope(covariance, known[chosen]) @ whiten.T
+        flat = spread_slope.reshape(wide.size, channel.observed.size**2)
+        information[np.ix_(columns[wide], columns[wide])] += 0.5 * power * flat @ flat.T
     return gradient, information
 
 
@@ -347,6 +356,43 @@ class _Differences:
         for k, columns in enumerate(self.together):
             step[k, columns] = STEP
         return step
+
+
+def _of_many(channel: PredictedReadings, of_mean: FloatArray, known: BoolArray) -> tuple[FloatArray, FloatArray]:
+    """Both terms of (1) of presses that repeat each other, in time that grows with the number of their points.
+
+    In units of the noise S = 1 + V V^T, S^-1 = 1 - V M V^T with M = (1 + V^T V)^-1, and S_k = diag(a_k) + V_k V^T + V V_k^T, so
+    that all traces are of products as wide as V.
+
+    Parameters
+    ----------
+    channel : at x, at x + a step along each scale, and at x - each of these.
+    of_mean : slopes of the mean by all coordinates, (n, n_point).
+    known : which of the draws of the channel there are.
+
+    Returns
+    -------
+    (n, n) and, but for the half of it, (n_scale, n_scale).
+    """
+    noise = np.sqrt(channel.variance[0])
+    modes = channel.modes
+    v, slopes = modes[0] / noise[:, None], central_slope(modes, known) / noise[:, None]
+    a, of_mean = central_slope(channel.variance, known) / noise**2, of_mean / noise
+    gram = v.T @ v
+    m = np.linalg.inv(np.eye(len(gram)) + gram)
+    across = of_mean @ v
+    told = of_mean @ of_mean.T - across @ m @ across.T
+    va = v.T * a[:, None, :]
+
+    def trace(one: FloatArray, other: FloatArray) -> FloatArray:
+        return np.asarray(np.einsum("...ij,...ji->...", one, other), dtype=float)
+
+    within, along = m @ (va @ v), m @ (v.T @ slopes)  # M V^T a_k V, M V^T V_k
+    of_noise = a @ a.T - 2 * trace(m, np.einsum("kip,ljp->klij", va, va)) + trace(within[:, None], within)
+    mixed = 2 * (trace(m, np.einsum("kip,lpj->klij", va, slopes)) - trace(within[:, None], along))
+    left = np.einsum("kpi,lpj->klij", slopes, slopes) - np.swapaxes(v.T @ slopes, 1, 2)[:, None] @ along
+    of_modes = 2 * (trace(along[:, None], along) + trace(m @ gram, left))
+    return told, np.asarray(of_noise + mixed + mixed.T + of_modes, dtype=float)
 
 
 def _covariance(channel: PredictedReadings, rows: IntArray) -> FloatArray:

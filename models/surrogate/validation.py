@@ -166,6 +166,7 @@ class Toleranced:
             found,
             force_error=np.concatenate([found.force_error, found.force[..., None] * each], axis=-1),
             capacitance_error=np.concatenate([found.capacitance_error, change[..., None] * each], axis=-1),
+            own_modes=found.own_modes + len(each),
         )
 
 

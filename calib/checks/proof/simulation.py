@@ -181,8 +181,10 @@ def write_lab(
     The same experiment with these files, which are read without being told anything of them.
     """
     of_press: dict[tuple[str, str], tuple[Path | None, Path | None]] = {}
+    left = _left_out(experiment, sweeps, curves, rng)
     for k, (sweep, curve) in enumerate(zip(sweeps, curves, strict=True)):
-        of_press[sweep.press.specimen, sweep.press.name] = _write_press(sweep, curve, folder, k, rng)
+        at = (sweep.press.specimen, sweep.press.name)
+        of_press[at] = _write_press(_way(sweep, curve, left.get(at), rng), sweep, folder, k, rng)
 
     def files(specimen: Specimen, f: SweepFiles) -> SweepFiles:
         force, capacitance = of_press[specimen.name, f.name]
@@ -202,41 +204,72 @@ class _Way:
     capacitance: FloatArray
 
 
-def _way(sweep: TrueSweep, curve: Curve, rng: np.random.Generator) -> _Way:
+@dataclass(frozen=True, eq=False)
+class _LeftOut:
+    """What the model leaves out of presses that repeat each other, as functions of depth over the deepest of theirs [m]."""
+
+    deepest: float
+    force: CubicSpline
+    capacitance: CubicSpline
+
+
+def _left_out(
+    experiment: Experiment, sweeps: Sequence[TrueSweep], curves: Sequence[Curve], rng: np.random.Generator
+) -> dict[tuple[str, str], _LeftOut]:
+    """What presses of one specimen under one ball share, by specimen and sweep; nothing of a press that nobody repeated."""
+    balls = {(s.name, f.name): f.indenter_radius for s in experiment.specimens for f in s.sweeps}
+    together: dict[tuple[str, float], list[tuple[TrueSweep, Curve]]] = {}
+    for sweep, curve in zip(sweeps, curves, strict=True):
+        specimen, name = sweep.press.specimen, sweep.press.name
+        together.setdefault((specimen, balls[specimen, name]), []).append((sweep, curve))
+    found: dict[tuple[str, str], _LeftOut] = {}
+    for presses in together.values():
+        if len(presses) > 1:
+            left = _LeftOut(max(_deepest(*press) for press in presses), _process(rng), _process(rng))
+            found |= {(sweep.press.specimen, sweep.press.name): left for sweep, _ in presses}
+    return found
+
+
+def _deepest(sweep: TrueSweep, curve: Curve) -> float:
+    """What the crosshead reads at the end of a press [m], from contact on."""
+    if (way := sweep.reading) is not None:
+        return float(np.max(way) - sweep.at_contact)
+    force, _ = curve.at(np.array([curve.end]))
+    return curve.end + sweep.values["machine_compliance"] * float(force[0])
+
+
+def _way(sweep: TrueSweep, curve: Curve, left: _LeftOut | None, rng: np.random.Generator) -> _Way:
     """Equations (1) to (3), with a discrepancy as in (4), on a fine grid."""
     v = sweep.values
     depth = np.linspace(-0.5 * curve.end, curve.end, _FINE)
     force, capacitance = curve.at(depth)
     at_rest = float(curve.capacitance(0.0))
-    # The process runs along what the crosshead reads, as the likelihood has it, which the load zero only moves.
+    # The process of a press by itself runs along what the crosshead reads, as the likelihood has it, which the load zero only
+    # moves; that of presses that repeat each other along the depth.
     along = depth + v["machine_compliance"] * force
-    way = sweep.reading
-    deepest = float(along[-1]) if way is None else float(np.max(way) - sweep.at_contact)
-    share = np.clip(along / deepest, 0.0, None)
-    load = (
-        v["force_gain"] * force * (1 + v["force_discrepancy"] * _process(share, rng))
-        + v["load_zero"]
-        + v["load_step"] * (depth > 0)
-    )
-    signal = (capacitance - at_rest) * (1 + v["capacitance_discrepancy"] * _process(share, rng))
+    share = np.clip(along / _deepest(sweep, curve) if left is None else depth / left.deepest, 0.0, None)
+    of_force = np.asarray((_process(rng) if left is None else left.force)(share))
+    load = v["force_gain"] * force * (1 + v["force_discrepancy"] * of_force) + v["load_zero"] + v["load_step"] * (depth > 0)
+    of_signal = np.asarray((_process(rng) if left is None else left.capacitance)(share))
+    signal = (capacitance - at_rest) * (1 + v["capacitance_discrepancy"] * of_signal)
     reading = depth + v["contact_offset"] + v["machine_compliance"] * load / v["force_gain"]
     read = v["capacitance_gain"] * (at_rest + signal) + v["parasitic_capacitance"]
     return _Way(depth, load, np.maximum.accumulate(reading), read)
 
 
-def _process(x: FloatArray, rng: np.random.Generator) -> FloatArray:
-    """A draw of the Gaussian process of (4) over the share of depth, (n,), by its values on a few nodes."""
+def _process(rng: np.random.Generator) -> CubicSpline:
+    """A draw of the Gaussian process of (4) over the share of depth, by its values on a few nodes."""
     nodes = np.linspace(0.0, 1.0, 41)
     covariance = np.exp(-0.5 * ((nodes[:, None] - nodes) / CORRELATION_LENGTH) ** 2)
     value, vector = np.linalg.eigh(covariance)
     drawn = vector @ (np.sqrt(np.maximum(value, 0.0)) * rng.standard_normal(nodes.size))
-    return np.asarray(CubicSpline(nodes, drawn)(x))
+    return CubicSpline(nodes, drawn)
 
 
 def _write_press(
-    sweep: TrueSweep, curve: Curve, folder: Path, number: int, rng: np.random.Generator
+    way: _Way, sweep: TrueSweep, folder: Path, number: int, rng: np.random.Generator
 ) -> tuple[Path | None, Path | None]:
-    press, way = sweep.press, _way(sweep, curve, rng)
+    press = sweep.press
     force_path = capacitance_path = None
     if press.tester is not None:
         moved = _needed(sweep.reading)

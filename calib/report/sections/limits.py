@@ -100,10 +100,9 @@ def _repeated(posterior: Posterior) -> list[tuple[str, str]]:
         return []
     return [
         (
-            "What the model leaves out is taken as new in every press",
-            f"{specimen} was pressed {most} times with the same ball. What the model leaves out is the same each time, but is "
-            "averaged here as noise is: these standard deviations are too small by what the further presses seem to bring. "
-            "Another ball tells more.",
+            "What the model leaves out is the same in every press of a specimen under one ball",
+            f"{specimen} was pressed {most} times with the same ball, which averages noise, contact and zeros, not what the "
+            "model leaves out. Another ball tells more; it is taken to have a misfit of its own, as is every other specimen.",
         )
     ]
 

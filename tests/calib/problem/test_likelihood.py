@@ -20,6 +20,7 @@ from calib.lab.pressing import make_sweep
 from calib.lab.sweep import Sweep
 from calib.priors.defaults import default_prior
 from calib.priors.distributions import Fixed, LogNormal, Normal, Prior, Uniform
+from calib.problem.by_name import residuals
 from calib.problem.density import given_other_points, log_likelihood_points, log_normal
 from calib.problem.likelihood import (
     block_names,
@@ -31,14 +32,18 @@ from calib.problem.likelihood import (
     range_use,
     without_block,
 )
+from calib.problem.measurement import model_sweeps
+from calib.problem.plan import plan_sweep, plan_sweeps, present
 from calib.problem.problem import Problem, build_problem
 from calib.problem.readings import PredictedReadings
+from calib.problem.repeats import put_together
 from calib.problem.synthetic import Rig, synthetic_sweep
 from calib.problem.values import columns_at, specimen_design, values_at
 from models.analytic import ClosedForm
 from models.response import Response
 from models.sensor import Design, FloatArray, design_from
 from models.surrogate.surrogate import load_surrogate
+from models.surrogate.validation import Toleranced
 
 Tie = Literal["clock", "force", "displacement", "none"]
 
@@ -297,7 +302,7 @@ def test_a_smooth_discrepancy_is_not_taken_for_noise() -> None:
     problem = build_problem(experiment(), [press()], EXACT)
     for plan in problem.plans:
         for channel in plan.channels.values():
-            assert np.max(channel.correlation.rest) < 1e-4
+            assert np.max(present(channel.correlation).rest) < 1e-4
 
 
 def test_discrepancy_off_leaves_its_parameters_and_modes_out() -> None:
@@ -550,3 +555,144 @@ def test_model_error_beyond_what_arithmetic_holds_is_impossible_rather_than_a_fa
     covariance = np.eye(n) + usual @ usual.T
     expected = multivariate_normal(np.zeros(n), covariance).logpdf(channel.observed)
     np.testing.assert_allclose(found[[0, 2]], expected, rtol=1e-12)
+
+
+# --- presses that repeat each other -------------------------------------------------------------------------------------
+
+AGAIN = ("first", "again", "later")
+
+
+def _repeated(ties: tuple[Tie, ...] = ("clock", "clock", "clock")) -> tuple[Problem, FloatArray]:
+    """Presses of one specimen with one ball to different depths, contact elsewhere in each, and draws near the truth."""
+    rigs = [replace(RIG, contact_offset=(0.05 + 0.03 * k) * 1e-3) for k in range(len(ties))]
+    presses = [
+        press(k, tie, name, rig, depth=(0.5 + 0.05 * k) * 1e-3)
+        for k, (tie, name, rig) in enumerate(zip(ties, AGAIN, rigs, strict=False))
+    ]
+    problem = build_problem(experiment(sweeps=AGAIN[: len(ties)]), presses, WithError())
+    truth = true_theta(problem)
+    for k, parameter in enumerate(problem.parameters):
+        if parameter.parameter == "contact_offset":
+            truth[0, k] = float(parameter.prior.to_normal(rigs[AGAIN.index(parameter.sweep)].contact_offset))
+        if parameter.parameter.endswith("_discrepancy"):
+            truth[0, k] = 0.0
+    small = np.array(
+        [1e-3 if p.parameter in ("contact_offset", "load_zero", "clock_offset") else 0.05 for p in problem.parameters]
+    )
+    return problem, truth + small * np.random.default_rng(3).standard_normal((4, truth.shape[1]))
+
+
+def _dense(problem: Problem, theta: FloatArray, channel: str) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Mean, covariance and readings of a channel in all sweeps, with the kernel between all depths, nothing of low rank."""
+    models = list(model_sweeps(problem, problem.forward, problem.plans, values_at(problem, theta)))
+    parts = [model.channels[channel] for model in models]
+    depth, mean = np.concatenate([c.depth for c in parts], axis=1), np.concatenate([c.mean for c in parts], axis=1)
+    sd = np.concatenate([c.discrepancy.sd for c in parts if c.discrepancy is not None], axis=1)
+    plan, compliance = problem.plans[0].channels[channel], values_at(problem, theta)["machine_compliance"][:, None]
+    x = np.maximum(depth, 0.0) / (plan.deepest - compliance * plan.deepest_load)
+    alike = np.exp(-0.5 * ((x[:, :, None] - x[:, None, :]) / 0.3) ** 2)
+    error = np.concatenate([c.error for c in parts], axis=1)
+    covariance = sd[:, :, None] * alike * sd[:, None, :] + error @ np.swapaxes(error, 1, 2)
+    noise = np.concatenate(
+        [c.variance - c.discrepancy.sd**2 * c.discrepancy.correlation.rest for c in parts if c.discrepancy is not None], axis=1
+    )
+    points = np.arange(mean.shape[1])
+    covariance[:, points, points] += noise
+    return mean, covariance, np.concatenate([c.observed for c in parts])
+
+
+@pytest.mark.parametrize("ties", [("clock", "clock", "clock"), ("force", "clock"), ("displacement", "clock")])
+def test_presses_of_a_specimen_with_one_ball_are_one_dense_gaussian(ties: tuple[Tie, ...]) -> None:
+    problem, theta = _repeated(ties)
+    expected = np.zeros(len(theta))
+    for channel in ("force", "capacitance"):
+        means, covariances, observed = _dense(problem, theta, channel)
+        expected += [multivariate_normal(m, c).logpdf(observed) for m, c in zip(means, covariances, strict=True)]
+    np.testing.assert_allclose(log_likelihood(problem, theta), expected, rtol=2e-4)
+
+
+def test_misfit_that_presses_share_ties_their_readings_and_another_ball_has_one_of_its_own() -> None:
+    problem, theta = _repeated()
+    parts = [log_likelihood_at(problem, problem.forward, [plan], values_at(problem, theta)) for plan in problem.plans]
+    assert np.all(np.abs(log_likelihood(problem, theta) - np.sum(parts, axis=0)) > 1.0)
+    apart = [replace(s, indenter_radius=5e-3 + k * 1e-6) for k, s in enumerate(problem.sweeps)]
+    other = build_problem(problem.experiment, apart, problem.forward)
+    values = values_at(other, theta)
+    alone = [log_likelihood_at(other, other.forward, [plan_sweep(s)], values) for s in apart]
+    np.testing.assert_array_equal(log_likelihood(other, theta), np.sum(alone, axis=0))
+
+
+def test_the_order_of_presses_does_not_matter() -> None:
+    problem, theta = _repeated()
+    turned = replace(problem, sweeps=problem.sweeps[::-1], plans=plan_sweeps(problem.sweeps[::-1]))
+    np.testing.assert_allclose(log_likelihood(turned, theta), log_likelihood(problem, theta), rtol=1e-10)
+
+
+def test_blocks_of_presses_are_given_the_others_and_what_is_left_without_them_is_the_rest() -> None:
+    problem, theta = _repeated()
+    blocks, whole = log_likelihood_blocks(problem, theta), log_likelihood(problem, theta)
+    assert blocks.shape[1] == len(block_names(problem))
+    for number in (0, 7, 13, blocks.shape[1] - 1):
+        rest = log_likelihood(without_block(problem, number), theta)
+        np.testing.assert_allclose(blocks[:, number], whole - rest, atol=1e-6)
+
+
+def test_points_of_presses_are_given_all_others() -> None:
+    problem, theta = _repeated()
+    models = list(model_sweeps(problem, problem.forward, problem.plans, values_at(problem, theta)))
+    for some in put_together(problem.plans, models):
+        c = some.readings
+        mean, variance = given_other_points(c)
+        covariance = np.diag(c.variance[0]) + c.modes[0] @ c.modes[0].T
+        precision = np.linalg.inv(covariance)
+        np.testing.assert_allclose(variance[0], 1 / np.diag(precision), rtol=1e-5)
+        off = precision @ (c.observed - c.mean[0]) / np.diag(precision)
+        np.testing.assert_allclose(c.observed - mean[0], off, atol=1e-6 * np.max(np.abs(off)))
+
+
+def test_residuals_of_presses_that_share_their_misfit_have_its_chi_square_and_the_order_of_the_readings() -> None:
+    problem, theta = _repeated()
+    found = residuals(
+        problem, {name: float(v) for name, v in zip(problem.names, columns_at(problem, theta[:1])[0], strict=True)}
+    )
+    expected = 0.0
+    for channel in ("force", "capacitance"):
+        means, covariances, observed = _dense(problem, theta[:1], channel)
+        expected += (observed - means[0]) @ np.linalg.solve(covariances[0], observed - means[0])
+    assert np.sum(found**2) == pytest.approx(expected, rel=1e-3)
+    assert found.size == sum(c.value.size for s in problem.sweeps for c in s.channels.values())
+
+
+def test_a_draw_that_one_press_does_not_cover_is_not_covered_and_leaves_the_others_alone() -> None:
+    problem, theta = _repeated()
+    far = theta.copy()
+    far[1, problem.names.index("contact_offset[sensor 1, again]")] = -6.0  # deeper than the closed form goes
+    found, before = log_likelihood(problem, far), log_likelihood(problem, theta)
+    assert found[1] == -np.inf or found[1] < before[1] - 1e3
+    np.testing.assert_array_equal(found[[0, 2, 3]], before[[0, 2, 3]])
+
+
+def test_presses_that_were_not_planned_together_are_refused() -> None:
+    problem, theta = _repeated()
+    apart = replace(problem, plans=tuple(plan_sweep(sweep) for sweep in problem.sweeps))
+    with pytest.raises(ValueError, match="later repeats another press and was not planned with it"):
+        log_likelihood(apart, theta)
+
+
+def test_errors_from_depth_to_depth_of_a_model_are_not_shared_by_presses_of_as_many_points_or_others() -> None:
+    problem, theta = _repeated()
+    values = values_at(problem, theta)
+    found = []
+    for share in (1e-9, 1e-3):
+        model = Toleranced(EXACT, share)
+        models = list(model_sweeps(problem, model, problem.plans, values))
+        (force,) = (some.readings for some in put_together(problem.plans, models) if some.repeats.channel == "force")
+        found.append(force)
+    added = found[1].variance - found[0].variance
+    np.testing.assert_allclose(np.sqrt(added[found[1].depth > 5e-5]), 1e-3 * _ideal(found[1]), rtol=0.1)
+    assert found[1].error.shape[-1] == EXACT.respond(design_from(dict(TRUTH)), np.array([1e-4])).force_error.shape[-1]
+
+
+def _ideal(channel: PredictedReadings) -> FloatArray:
+    """Force of the sensor [N] at the points that are well in contact, but for the load zero."""
+    return np.asarray((channel.mean - np.min(channel.mean, axis=1, keepdims=True))[channel.depth > 5e-5], dtype=float)
