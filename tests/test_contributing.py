@@ -1,4 +1,4 @@
-"""What CONTRIBUTING.md says of adding is true: its recipes, followed to the letter in a copy of the packages, do it."""
+"""What CONTRIBUTING.md and the page of the architecture say is so: recipes are followed in a copy, contracts compared."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -119,3 +120,15 @@ assert files.section(SimpleNamespace(posterior=SimpleNamespace(sweeps=[]))) is N
 
 def test_every_row_of_the_catalogue_has_a_name_of_its_own() -> None:
     assert len(catalogue._ROWS) == len(catalogue.UNKNOWNS)
+
+
+def test_the_page_of_the_architecture_has_the_contract_of_the_rooms_and_names_all_that_lies_on_the_ground() -> None:
+    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"]["contracts"]
+    (rooms,) = (contract for contract in contracts if contract["name"].startswith("rooms of calib"))
+    page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    assert " > ".join(rooms["layers"][1:]) in " ".join(page.split())
+    ground = page.partition("### The ground")[2].partition("## Rooms of `models`")[0]
+    modules = {path.stem for path in (ROOT / "calib").glob("*.py") if not path.stem.startswith("__")}
+    assert modules - set(re.findall(r"`(\w+)`", ground)) == set()
+    sentences = re.findall(r"[^.]{40,}\.", " ".join(page.split()))
+    assert len(sentences) == len(set(sentences))
