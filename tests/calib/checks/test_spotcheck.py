@@ -14,6 +14,7 @@ from calib.sampling.diagnostics import diagnostics_from_json, diagnostics_to_jso
 from calib.sampling.posterior import Posterior
 from models.analytic import ClosedForm
 from models.fem import ConvergenceError, FiniteElements
+from models.layers import LayeredDesign
 from models.response import Forward, OutOfRangeError, Response
 from models.sensor import Design, FloatArray
 from models.surrogate.surrogate import load_surrogate
@@ -100,7 +101,7 @@ def test_finite_elements_are_not_checked_against_themselves(make_posterior: Make
 )
 def test_finite_elements_that_never_reach_the_end_leave_a_warning(make_posterior: MakePosterior, error: Exception) -> None:
     class Stuck(FiniteElements):
-        def respond(self, design: Design, depth: FloatArray) -> Response:
+        def respond(self, design: Design | LayeredDesign, depth: FloatArray) -> Response:
             raise error
 
     posterior = with_spot_check(make_posterior(), load_surrogate(), Stuck(4e-3))
