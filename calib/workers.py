@@ -237,7 +237,8 @@ class _Main:
 
 def _main() -> _Main:
     main = sys.modules["__main__"]
-    return _Main(getattr(main.__spec__, "name", None), getattr(main, "__file__", None))
+    name = getattr(main.__spec__, "name", None)  # of a folder that is run "__main__", which is no module to be found
+    return _Main(None if name == "__main__" else name, getattr(main, "__file__", None))
 
 
 @contextmanager
