@@ -35,7 +35,7 @@ _HELD = (errno.EACCES, errno.EAGAIN, errno.EDEADLK)
 def owned(folder: Path, command: str) -> Iterator[None]:
     """Own a run folder inside a `with` block: no other process can own it then. The folder is made if it does not exist.
 
-    Unfinished files that a killed owner left there, or in a folder in it, are removed. A folder that is empty in the end is removed, too.
+    Unfinished files that a killed owner left, in it or one below, are removed, and a folder that is empty in the end is, too.
 
     Parameters
     ----------
