@@ -512,6 +512,15 @@ UNKNOWNS: Mapping[str, Unknown] = MappingProxyType({row.name: row for row in _RO
 QUANTITIES: Mapping[str, Parameter] = MappingProxyType({**PARAMETERS, **{name: row.quantity for name, row in UNKNOWNS.items()}})
 
 
+def responds(channel: str) -> bool:
+    """Whether a channel changes as the ball presses: then its discrepancy, which is a share of that change, is an unknown.
+
+    >>> responds("capacitance")
+    True
+    """
+    return f"{channel}_discrepancy" in UNKNOWNS
+
+
 def unknowns_of(*scopes: Scope) -> tuple[str, ...]:
     """Names of the unknowns that belong to one of these scopes, in the order of the catalogue.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import re
 import secrets
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -13,6 +14,7 @@ from calib.errors import Fault, InputError
 
 # What the names of unfinished files have in common: a dot in front, and this before the ending.
 _PART = ".part"
+_UNFINISHED = re.compile(rf"\..*\.[0-9a-f]{{8}}{re.escape(_PART)}")
 
 
 @contextmanager
@@ -75,7 +77,8 @@ def write_text(path: Path, text: str, advice: str = "Create it, or choose anothe
 def remove_leftovers(folder: Path) -> None:
     """Remove the unfinished files that killed processes left in a folder."""
     for leftover in folder.glob(f".*{_PART}*"):
-        if not leftover.is_dir() or leftover.is_symlink():
+        ours = _UNFINISHED.match(leftover.name) is not None
+        if ours and (not leftover.is_dir() or leftover.is_symlink()):
             leftover.unlink(missing_ok=True)
 
 

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import os
+import runpy
 import signal
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
 from multiprocessing import active_children, parent_process, resource_tracker
@@ -34,6 +37,9 @@ def workers(processes: int | None = None) -> Iterator[Executor]:
     this process is killed. When the block fails or is interrupted, work is dropped, begun or not, and nobody waits for it.
     Ctrl-C, which a terminal sends to all processes, is left to this one.
 
+    A script that calls this is not run again by the workers, unless they are given what it defines itself, such as a function:
+    it then needs its `if __name__ == "__main__":`.
+
     Parameters
     ----------
     processes : worker processes; the number of processors if None. 0 computes in this process, one piece of work after the
@@ -42,7 +48,15 @@ def workers(processes: int | None = None) -> Iterator[Executor]:
     Yields
     ------
     The executor.
+
+    Raises
+    ------
+    RuntimeError
+        If a worker comes here, as it runs a script without that line.
     """
+    if _SCRIPT.is_run:
+        line = 'if __name__ == "__main__":'
+        raise RuntimeError(f"a script that gives workers what it defines itself needs `{line}` before it calls them")
     if processes == 0:
         with _in_this_process() as executor:
             yield executor
@@ -52,7 +66,7 @@ def workers(processes: int | None = None) -> Iterator[Executor]:
     os.environ.update(dict.fromkeys(_THREADS, "1"))
     _begin_tracker()
     others = active_children()
-    pool = ProcessPoolExecutor(processes, mp_context=_Context(), initializer=_end_with_parent)
+    pool = ProcessPoolExecutor(processes, mp_context=_Context(), initializer=_begin_worker, initargs=(_main(),))
     try:
         yield pool
     except BaseException:
@@ -148,7 +162,7 @@ class _Worker(SpawnProcess):
 
     def start(self) -> None:
         """See `multiprocessing.Process.start`."""
-        with _undisturbed():
+        with _undisturbed(), _main_kept_back():
             super().start()
 
 
@@ -213,8 +227,74 @@ class _Context(SpawnContext):
     Process = _Worker
 
 
-def _end_with_parent() -> None:
-    """Let this worker end if its parent is killed: it would wait for work for ever."""
+@dataclass(frozen=True)
+class _Main:
+    """The script that this process runs: the name of its module if it was started by `python -m`, or its file; or neither."""
+
+    module: str | None
+    file: str | None
+
+
+def _main() -> _Main:
+    main = sys.modules["__main__"]
+    name = getattr(main.__spec__, "name", None)  # of a folder that is run "__main__", which is no module to be found
+    return _Main(None if name == "__main__" else name, getattr(main, "__file__", None))
+
+
+@contextmanager
+def _main_kept_back() -> Iterator[None]:
+    """Start a process that does not run the script of this one, as Python lets it do by what the script says of itself."""
+    own = sys.modules["__main__"].__dict__
+    kept: dict[str, Any] = {name: own[name] for name in ("__file__", "__spec__") if name in own}
+    own.pop("__file__", None)
+    own["__spec__"] = None
+    try:
+        yield
+    finally:
+        own.update(kept)
+
+
+class _Script:
+    """The parent's script in a worker, which runs it when something that it defines is asked for; there is one."""
+
+    def __init__(self) -> None:
+        self.is_run = False
+
+    def begin(self, main: _Main) -> None:
+        """Let a name that is not known here be looked for in the script.
+
+        Parameters
+        ----------
+        main : the script.
+        """
+        here = vars(sys.modules["__main__"])
+
+        def look_for(name: str) -> Any:
+            if not self.is_run and not name.startswith("__"):
+                here.update({key: value for key, value in self._defined(main).items() if not key.startswith("__")})
+            if name not in here:
+                raise AttributeError(f"module '__main__' has no attribute {name!r}")
+            return here[name]
+
+        here["__getattr__"] = look_for
+
+    def _defined(self, main: _Main) -> dict[str, Any]:
+        """All that the script defines, as of the name by which `multiprocessing` knows it in both processes."""
+        self.is_run = True
+        try:
+            if main.module is not None:
+                return runpy.run_module(main.module, run_name="__mp_main__")
+            return runpy.run_path(main.file, run_name="__mp_main__") if main.file is not None else {}
+        finally:
+            self.is_run = False
+
+
+_SCRIPT = _Script()
+
+
+def _begin_worker(main: _Main) -> None:
+    """Let this worker find what the script of its parent defines, and end with its parent: it would wait for work for ever."""
+    _SCRIPT.begin(main)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # where it could not be held back from the start
 
     def watch() -> None:

@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from calib.catalogue import QUANTITIES, unknowns_of
+from calib.catalogue import QUANTITIES, UnknownName, unknowns_of
 from calib.problem import ParameterInfo
 from calib.sampling import Posterior
 from models.sensor import FloatArray
@@ -206,7 +206,7 @@ def differences_of(
             why = "data in both"
         elif not why:
             z, why = _weighed(name, (first, second), infos, common, name in alike)
-        quantity = QUANTITIES[name.partition("[")[0]]
+        quantity = QUANTITIES[UnknownName.parse(name).parameter]
         pairs.append(Pair(name, quantity.unit, *sides, z, why))
     return Difference(names, tuple(pairs), shared, tuple(same))
 

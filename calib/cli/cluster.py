@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import logging
 from collections.abc import Iterator
 from concurrent.futures import CancelledError, Executor
@@ -105,20 +106,22 @@ def _connected(distributed: Any, address: str, patience: float) -> Any:
 
     def connect() -> None:
         try:
-            answer.put(distributed.Client(address, timeout=patience, set_as_default=False))
+            found = distributed.Client(address, timeout=patience, set_as_default=False)
         except Exception as error:  # whatever answers there, or the address itself, raises errors of any kind
-            answer.put(error)
+            found = (str(error) or type(error).__name__).splitlines()[0]
+        # What an error leaves half connected is closed now: as the program ends nothing answers it any more.
+        gc.collect()
+        answer.put(found)
 
     Thread(target=connect, daemon=True).start()
     try:
         found = answer.get(timeout=patience + 2)
     except Empty:
-        found = TimeoutError(f"what listens there says nothing within {patience:g} s")
-    if not isinstance(found, Exception):
+        found = f"what listens there says nothing within {patience:g} s"
+    if not isinstance(found, str):
         return found
-    why = (str(found) or type(found).__name__).splitlines()[0]
     advice = "Start one with: dask scheduler, and its workers with: dask worker ADDRESS"
-    raise InputError(Fault(f"--scheduler: no Dask scheduler answers at {address} ({why})", advice=advice))
+    raise InputError(Fault(f"--scheduler: no Dask scheduler answers at {address} ({found})", advice=advice))
 
 
 def _require_same_versions(client: Any, address: str) -> None:

@@ -263,7 +263,7 @@ def _pressed(known: Known, bench: Bench, wanted: _Wanted) -> Candidate | str:
         least = _ANOTHER * before if wanted.kind == "force" else _LEAST * wanted.force
         if most < least:
             limit = f"covers this press up to {max(reach, 0.0):.2g} N only" if reach > 0 else "does not cover it"
-            return f"{wanted.words.format(force=wanted.force)}: the {known.problem.forward.name} {limit}"
+            return f"{_in_words(wanted, wanted.force)}: the {known.problem.forward.name} {limit}"
         for force in _ladder(most, least):
             sweep, zeros = _expected_sweep(known, stub, like, force)
             problem = _extended(known, experiment, sweep)
@@ -272,13 +272,13 @@ def _pressed(known: Known, bench: Bench, wanted: _Wanted) -> Candidate | str:
             if not faults:
                 break
         else:
-            return f"{wanted.words.format(force=wanted.force)}: {faults[0].message}"
+            return f"{_in_words(wanted, wanted.force)}: {faults[0].message}"
     except (OutOfRangeError, ValueError) as error:
-        return f"{wanted.words.format(force=wanted.force)}: {error}"
+        return f"{_in_words(wanted, wanted.force)}: {error}"
     if len(problem.table.lots) > len(known.problem.table.lots):
-        return f"{wanted.words.format(force=force)}: it brings a quantity that is pooled, of which nothing is known yet"
+        return f"{_in_words(wanted, force)}: it brings a quantity that is pooled, of which nothing is known yet"
     middle = _middle_of(known, problem, zeros)
-    words = wanted.words.format(force=force)
+    words = _in_words(wanted, force)
     touch = f"zero the crosshead within {display('contact_offset', _TOUCH)} of first touch"
     notes = {(wanted.specimen, NEXT): f"files of this press: {words}; {touch}"}
     if wanted.padding is not None:
@@ -286,6 +286,12 @@ def _pressed(known: Known, bench: Bench, wanted: _Wanted) -> Candidate | str:
         notes |= {(wanted.specimen, name): "put in what you measure of it" for name in experiment.specimens[-1].priors}
     alike = f"{wanted.kind} {wanted.ball:g} {wanted.padding or 0.0:g}"
     return Candidate(wanted.kind, words, alike, bench.time(wanted.kind), experiment, notes, problem, middle)
+
+
+def _in_words(wanted: _Wanted, force: float) -> str:
+    """What is wanted with its force [N]; a specimen's name may have braces of its own, and stands before it."""
+    before, _, after = wanted.words.rpartition("{force:.2g}")
+    return f"{before}{force:.2g}{after}"
 
 
 def _ladder(force: float, least: float) -> Iterator[float]:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from calib.catalogue import UnknownName
 from calib.checks import BAND_LEVELS, Changed, Difference, Loading, band, differences_of, drawn, members_or
 from calib.decision import largest_force
 from calib.experiment import Experiment, experiment_to_json
@@ -109,7 +110,7 @@ def _priors(posterior: Posterior) -> Iterator[tuple[str, str]]:
     for info in posterior.parameters:
         yield f"prior of {info.name}", info.prior.describe(info.parameter)
     for name, value in posterior.fixed.items():
-        yield f"prior of {name}", prior_from_json({"kind": "fixed", "value": value}).describe(name.partition("[")[0])
+        yield f"prior of {name}", prior_from_json({"kind": "fixed", "value": value}).describe(UnknownName.parse(name).parameter)
 
 
 def _loadings(run: Run, name: str) -> Iterator[Loading]:

@@ -35,7 +35,7 @@ _HELD = (errno.EACCES, errno.EAGAIN, errno.EDEADLK)
 def owned(folder: Path, command: str) -> Iterator[None]:
     """Own a run folder inside a `with` block: no other process can own it then. The folder is made if it does not exist.
 
-    Unfinished files that a killed owner left are removed. A folder that is empty in the end is removed, too.
+    Unfinished files that a killed owner left, in it or one below, are removed, and a folder that is empty in the end is, too.
 
     Parameters
     ----------
@@ -49,7 +49,8 @@ def owned(folder: Path, command: str) -> Iterator[None]:
     """
     descriptor = _lock_of_existing(folder)
     try:
-        remove_leftovers(folder)
+        for place in (folder, *(path for path in folder.iterdir() if path.is_dir() and not path.is_symlink())):
+            remove_leftovers(place)
         said = {"pid": os.getpid(), "host": socket.gethostname(), "since": f"{datetime.now():%Y-%m-%d %H:%M:%S}"}
         with naming(folder / _LOCK):
             os.ftruncate(descriptor, 0)

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.metadata import version
 
+from calib.catalogue import UnknownName
 from calib.lab import sweeps_to_json
 from calib.priors import prior_from_json
 from calib.problem import LIKELIHOOD_VERSION, Problem, of_lot, scopes_of
@@ -159,8 +160,8 @@ def _worded(name: str, value: str | None) -> str:
     """A part of an identity as a user would say it."""
     if value is None or not name.startswith(_PRIOR):
         return _shown(value)
-    unknown = name.removeprefix(_PRIOR).partition("[")[0]
     try:
+        unknown = UnknownName.parse(name.removeprefix(_PRIOR)).parameter
         return f'"{prior_from_json(json.loads(value)).describe(unknown)}"'
     except (ValueError, KeyError):  # of a version that knows other priors or unknowns
         return _shown(value)

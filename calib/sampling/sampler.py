@@ -120,8 +120,8 @@ def sample(
     gate : what the run has to reach; default `Gate()`.
     max_steps, max_seconds : budget, of each walker over the whole run and of this call; steps that are not done in time are
         dropped, and made again when the run is resumed.
-    processes : worker processes (one BLAS thread each); default the number of CPUs up to 4. 0 samples in this process. Workers
-        are started anew, so a script that asks for them needs its `if __name__ == "__main__":`.
+    processes : worker processes (one BLAS thread each); default the number of CPUs up to 4. 0 samples in this process. A
+        script whose own forward model they are to use needs its `if __name__ == "__main__":`, any other does not.
     crew : workers that are there already, instead of those.
     progress : called after every block.
     attrs : texts to keep with the posterior, such as the command.

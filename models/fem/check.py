@@ -16,7 +16,7 @@ from models.threads import one_thread
 
 
 @dataclass(frozen=True, eq=False)
-class Check:
+class SolutionCheck:
     """Estimated errors of a solution, arrays of shape (n_state,), nan before contact.
 
     Attributes
@@ -34,7 +34,7 @@ class Check:
     penetration: float
 
 
-def check(elements: FiniteElements, solution: Solution) -> Check:
+def check(elements: FiniteElements, solution: Solution) -> SolutionCheck:
     """Estimate how wrong a solution is: solve once more at its depths on elements of half the size, and compare.
 
     As errors fall with the square of the element size, the difference is three quarters of the error of the coarser mesh; as
@@ -63,11 +63,11 @@ def check(elements: FiniteElements, solution: Solution) -> Check:
     force[pressed] = (coarse.force[pressed] / fine.force[pressed] - 1) / share
     change[pressed] = (coarse.capacitance_change[pressed] / fine.capacitance_change[pressed] - 1) / share
     penetration = max((s.penetration / s.depth for s in solution.states if s.depth > 0), default=0.0)
-    return Check(force, change, energy_error(solution), penetration)
+    return SolutionCheck(force, change, energy_error(solution), penetration)
 
 
 def energy_error(solution: Solution) -> float:
-    """Work of the indenter down to the deepest state over the stored energy there, less one; see `Check`."""
+    """Work of the indenter down to the deepest state over the stored energy there, less one; see `SolutionCheck`."""
     deepest = int(np.argmax([s.depth for s in solution.states]))
     loading = [s for s in solution.states[: deepest + 1] if s.depth > 0]
     if len(loading) < 3 or not solution.model.frictionless:

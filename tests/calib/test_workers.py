@@ -105,6 +105,55 @@ def test_a_killed_parent_leaves_no_worker(tmp_path: Path) -> None:
     assert left == []
 
 
+def _run_script(folder: Path, code: str) -> subprocess.CompletedProcess[str]:
+    script = folder / "script.py"
+    script.write_text(code, encoding="utf-8")
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    return subprocess.run([sys.executable, str(script)], capture_output=True, text=True, env=environment, check=False)
+
+
+BARE = """
+import os
+from calib.workers import workers
+print("once")
+with workers(2) as executor:
+    print(os.getpid() in {executor.submit(os.getpid).result() for _ in range(8)})
+"""
+
+
+def test_a_script_is_not_run_again_by_its_workers_and_needs_no_line_for_that(tmp_path: Path) -> None:
+    run = _run_script(tmp_path, BARE)
+    assert (run.returncode, run.stdout.split()) == (0, ["once", "False"]), run.stderr
+
+
+OWN = """
+from dataclasses import dataclass
+from calib.workers import workers
+
+@dataclass(frozen=True)
+class Number:
+    value: int
+
+def twice(number):
+    return Number(2 * number.value)
+
+def main():
+    with workers(1) as executor:
+        print(executor.submit(twice, Number(3)).result() == Number(6), executor.submit(twice, Number(4)).result())
+"""
+
+
+def test_what_a_script_defines_itself_can_be_given_to_workers(tmp_path: Path) -> None:
+    run = _run_script(tmp_path, f'{OWN}\nif __name__ == "__main__":\n    main()\n')
+    assert (run.returncode, run.stdout.strip()) == (0, "True Number(value=8)"), run.stderr
+
+
+def test_a_script_that_gives_workers_what_it_defines_is_told_which_line_it_needs(tmp_path: Path) -> None:
+    run = _run_script(tmp_path, f"{OWN}\nmain()\n")
+    assert run.returncode == 1
+    assert 'needs `if __name__ == "__main__":`' in run.stderr
+
+
 def _interrupted_at_work(executor: Executor) -> None:
     running = executor.submit(time.sleep, 600)
     while not running.running():

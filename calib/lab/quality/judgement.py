@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from calib.catalogue import responds
 from calib.lab.observations import Observations
 from calib.lab.quality.contact import check_drift, check_load_zero, check_start
 from calib.lab.quality.grade import Grade
@@ -37,7 +38,8 @@ def judge(obs: Observations, machine_compliance: float | None = None) -> tuple[G
     for c in (loading_branch(obs, name) for name in obs.channels):
         if c is None:
             continue
-        grades += [check_readings(c), check_signal(c), check_gap(obs, c), check_time_steps(obs, c)]
+        signal = check_signal(c) if responds(c.name) else None
+        grades += [check_readings(c), signal, check_gap(obs, c), check_time_steps(obs, c)]
         if c.span <= NO_SIGNAL * c.noise:
             continue  # all other numbers would be shares of noise
         grades += [check_resolution(c), check_clipping(obs, c), check_late(obs, c)]

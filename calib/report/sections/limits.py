@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 
-from calib.catalogue import UNKNOWNS
+from calib.catalogue import UNKNOWNS, UnknownName
 from calib.experiment import Experiment, MaterialLaw, unedited_in_words, variants_of
 from calib.report.section import Results, Section
 from calib.sampling import Posterior
@@ -68,7 +68,7 @@ def _shared(results: Results) -> list[tuple[str, str]]:
 def limits(posterior: Posterior) -> list[tuple[str, str]]:
     """List what the numbers of this posterior take for granted, as (heading, text)."""
     e = posterior.experiment
-    unknown = {p.parameter for p in posterior.parameters} | {n.split("[")[0] for n in posterior.fixed}
+    unknown = {p.parameter for p in posterior.parameters} | {UnknownName.parse(n).parameter for n in posterior.fixed}
     return [
         *_guesses(e),
         _LIMITS_OF_BASES[e.base],

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from calib.catalogue import display
+from calib.catalogue import UnknownName, display
 from calib.report.figures.posterior import prior_figure
 from calib.report.pictures import Plot
 from calib.report.rows import PRIOR_DRIVEN_WORDS, label_of, parameter_rows, told_by_few
@@ -46,12 +46,13 @@ def section(results: Results) -> Section:
     """Show every parameter before and after the data, in a table and in figures."""
     posterior = results.posterior
     rows = parameter_rows(posterior)
+    fixed = posterior.fixed.items()
     context = {
         "rows": rows,
         "of_lots": posterior.experiment.pooling == "partial",
         "few": told_by_few(posterior),
         "prior_driven": any(r.learned == PRIOR_DRIVEN_WORDS for r in rows),
-        "fixed": [(label_of(name), display(name.split("[")[0], value)) for name, value in posterior.fixed.items()],
+        "fixed": [(label_of(name), display(UnknownName.parse(name).parameter, value)) for name, value in fixed],
         "prior_pictures": [results.picture(name) for name in _priors(posterior)],
     }
     return Section("parameters", "Parameters", "Parameters", "parameters.html.j2", context)

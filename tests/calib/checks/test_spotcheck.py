@@ -14,6 +14,7 @@ from calib.sampling.diagnostics import diagnostics_from_json, diagnostics_to_jso
 from calib.sampling.posterior import Posterior
 from models.analytic import ClosedForm
 from models.fem import ConvergenceError, FiniteElements
+from models.layers import LayeredDesign
 from models.response import Forward, OutOfRangeError, Response
 from models.sensor import Design, FloatArray
 from models.surrogate.surrogate import load_surrogate
@@ -98,14 +99,12 @@ def test_finite_elements_are_not_checked_against_themselves(make_posterior: Make
     [ConvergenceError(1e-4, "contact keeps cycling", None), OutOfRangeError("depths up to 1 mm")],
     ids=["stuck", "deep"],
 )
-def test_finite_elements_that_never_reach_the_end_leave_a_warning(
-    make_posterior: MakePosterior, monkeypatch: pytest.MonkeyPatch, error: Exception
-) -> None:
-    def stuck(self: FiniteElements, design: Design, depth: FloatArray) -> Response:
-        raise error
+def test_finite_elements_that_never_reach_the_end_leave_a_warning(make_posterior: MakePosterior, error: Exception) -> None:
+    class Stuck(FiniteElements):
+        def respond(self, design: Design | LayeredDesign, depth: FloatArray) -> Response:
+            raise error
 
-    monkeypatch.setattr(FiniteElements, "respond", stuck)
-    posterior = with_spot_check(make_posterior(), load_surrogate(), EXACT)
+    posterior = with_spot_check(make_posterior(), load_surrogate(), Stuck(4e-3))
     assert posterior.diagnostics.spot_check is None
     assert "no spot check" in posterior.diagnostics.warnings[0]
     assert posterior.diagnostics.surrogate_honest is None

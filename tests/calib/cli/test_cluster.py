@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import socket
+import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from concurrent.futures import as_completed
@@ -53,6 +55,25 @@ def test_where_no_scheduler_is_that_is_said(address: str) -> None:
 
 def test_what_listens_and_says_nothing_is_not_waited_for(silent: str) -> None:
     assert "says nothing within 0.5 s" in _refusal(silent)
+
+
+ENDING = """
+import sys
+from calib.cli.cluster import dask_executor
+from calib.errors import InputError
+try:
+    with dask_executor(sys.argv[1], patience=0.5):
+        pass
+except InputError:
+    print("refused")
+"""
+
+
+@pytest.mark.parametrize("address", ["nonsense", "tls://127.0.0.1:1", "silent"])
+def test_a_program_that_reached_no_scheduler_ends_at_once_and_silently(silent: str, address: str) -> None:
+    words = [sys.executable, "-c", ENDING, silent if address == "silent" else address]
+    run = subprocess.run(words, capture_output=True, text=True, timeout=60, check=True)
+    assert (run.stdout, run.stderr) == ("refused\n", "")
 
 
 def test_the_command_ends_with_2_and_leaves_no_file(tmp_path: Path) -> None:

@@ -37,11 +37,11 @@ from models.sensor import FloatArray, design_from
 GREEN = verdict_of([])
 
 
-def _problem(specimens: int = 1, padding: str = "1.10 mm", **tables: object) -> Problem:
+def _problem(specimens: int = 1, padding: str = "1.10 mm", name: str = "sensor", **tables: object) -> Problem:
     """A calibration of simulated sensors by the closed form: 5 N or so, with noise."""
     thickness = {"fixed": "0 mm"} if padding == "0 mm" else {"normal": [padding, "0.03 mm"]}
     priors = {"sensor_thickness": {"normal": ["0.74 mm", "0.02 mm"]}, "padding_thickness": thickness}
-    names = [f"sensor {k}" for k in range(1, specimens + 1)]
+    names = [f"{name} {k}" for k in range(1, specimens + 1)]
     # Nothing is read from the files, which have to be there.
     files = sorted(str(path) for path in Path(__file__).parent.glob("*.py"))
     experiment = experiment_from(
@@ -267,6 +267,16 @@ def test_a_bench_says_what_can_be_measured_and_how_long_that_takes(look: Look) -
     assert not {"ball", "padding", "specimen", "force"} & set(kinds)
     assert kinds["repeat"].minutes == 1.0
     assert any("20 N" in said for said in found.rests_on)
+
+
+@pytest.mark.parametrize("name", [r"a $x^$ b $\frac{$", "{force:.2g} {0} {}"])
+def test_a_name_with_braces_stands_in_what_to_measure_as_it_is(name: str) -> None:
+    look = look_at(_problem(name=name))
+    candidates, unjudged = candidates_of(_known(look), Bench(balls=(3e-3,)))
+    presses = [candidate.what for candidate in candidates if f"press {name} 1 " in candidate.what]
+    assert len(presses) > 1
+    assert all(text.startswith(f"press {name} 1 ") and " up to " in text for text in presses)
+    assert not any("{force" in text.replace(name, "") for text in (*presses, *unjudged))
 
 
 def test_what_is_taken_as_known_or_exact_is_said_and_not_ranked() -> None:

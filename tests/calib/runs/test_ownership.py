@@ -86,6 +86,18 @@ def test_a_lock_ends_with_its_process_and_what_it_left_is_removed(tmp_path: Path
     assert not folder.exists()
 
 
+def test_what_a_killed_owner_left_among_the_checkpoints_is_removed_by_any_next_one(tmp_path: Path) -> None:
+    folder, elsewhere = tmp_path / "run", tmp_path / "elsewhere"
+    for place in (folder / "checkpoint", elsewhere):
+        place.mkdir(parents=True)
+        (place / ".ensemble-0-00000.0badcafe.part.npz").touch()
+        (place / "ensemble-0-00000.npz").touch()
+    (folder / "linked").symlink_to(elsewhere)
+    with owned(folder, "report"):
+        assert [path.name for path in (folder / "checkpoint").iterdir()] == ["ensemble-0-00000.npz"]
+    assert len(list(elsewhere.iterdir())) == 2
+
+
 def test_worker_processes_do_not_inherit_the_lock(tmp_path: Path) -> None:
     folder = tmp_path / "run"
     with owned(folder, "parent"):
