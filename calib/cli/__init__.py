@@ -1,4 +1,4 @@
-"""The command line `calib`: lab files in, calibration, report and padding recommendation out."""
+"""The words of a command line in, what the rooms make of them on a terminal and an exit code out; computes nothing itself."""
 
 from __future__ import annotations
 

@@ -6,16 +6,16 @@ where that was killed.
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from calib.errors import InputError
 from calib.files import write_text
+from calib.records import record_from_text, record_to_text
 from calib.report import first_rows
 from calib.runs.listing import CHECKPOINT, LISTING, POSTERIOR, read_listing
 from calib.runs.ownership import owner_of
@@ -23,6 +23,8 @@ from calib.sampling import BLOCK_STEPS, FirstAnswer, Progress, kept_blocks
 
 #: Name of the file, which is no result of a run.
 TOLD = ".progress.json"
+# Its kind and format.
+_RECORD = "progress", 1
 
 
 @dataclass(frozen=True)
@@ -106,7 +108,7 @@ def run_state(folder: Path | str) -> RunState:
 
 def _read(folder: Path) -> Told | None:
     try:
-        found: dict[str, Any] = json.loads((folder / TOLD).read_text(encoding="utf-8"))
+        found = record_from_text(*_RECORD, (folder / TOLD).read_text(encoding="utf-8"))
         looks = tuple(Look(**look) for look in found.pop("looks"))
         return Told(looks=looks, first=tuple(map(tuple, found.pop("first"))), **found)
     except (OSError, ValueError, KeyError, TypeError):
@@ -145,7 +147,7 @@ class Teller:
         if told != self.told:
             self.told = told
             with suppress(OSError, InputError):
-                write_text(self.folder / TOLD, json.dumps(asdict(told)))
+                write_text(self.folder / TOLD, record_to_text(*_RECORD, asdict(told), indent=None, exact=True))
 
 
 @contextmanager

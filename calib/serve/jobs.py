@@ -6,7 +6,6 @@ page knows whether it lives, whatever became of the first; numbers of processes 
 
 from __future__ import annotations
 
-import json
 import os
 import shlex
 import signal
@@ -21,6 +20,7 @@ from pathlib import Path
 
 from calib.errors import Fault, InputError
 from calib.files import write_text
+from calib.records import record_from_text, record_to_text
 from calib.serve.workspace import Workspace
 
 if sys.platform != "win32":
@@ -29,6 +29,8 @@ if sys.platform != "win32":
 _STARTING = threading.Lock()
 # Characters of what a command has said that are shown.
 _SHOWN = 8000
+# Kind and format of what is kept of a job.
+_RECORD = "job", 1
 
 
 @dataclass(frozen=True)
@@ -99,7 +101,7 @@ def start(space: Workspace, name: str, words: Sequence[str]) -> None:
             )
         _CHILDREN[folder] = child
         record = {"words": ["calib", *words], "pid": child.pid, "begun": f"{datetime.now():%Y-%m-%d %H:%M:%S}"}
-        write_text(folder / "job.json", json.dumps(record))
+        write_text(folder / "job.json", record_to_text(*_RECORD, record))
 
 
 def job_of(space: Workspace, name: str) -> Job | None:
@@ -112,7 +114,7 @@ def job_of(space: Workspace, name: str) -> Job | None:
     """
     folder = _folder(space, name)
     try:
-        record = json.loads((folder / "job.json").read_text(encoding="utf-8"))
+        record = record_from_text(*_RECORD, (folder / "job.json").read_text(encoding="utf-8"))
         words, pid, begun = tuple(map(str, record["words"])), int(record["pid"]), str(record["begun"])
     except (OSError, ValueError, KeyError, TypeError):
         return None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import secrets
 import socket
@@ -15,6 +14,7 @@ import uvicorn
 
 from calib.errors import Fault, InputError
 from calib.files import whole_file
+from calib.records import record_from_text, record_to_text
 from calib.runs import owned, owner_of
 from calib.serve.app import app_of
 from calib.serve.connection import Patient
@@ -26,6 +26,8 @@ from calib.serve.workspace import Workspace
 PORT = 8311
 # Ports that are tried after it.
 _TRIED = 20
+# Kind and format of what is kept of the door.
+_RECORD = "door", 1
 
 
 def serve(space: Workspace, port: int | None, ready: Callable[[Door], None], keys: Keys | None = None) -> None:
@@ -105,7 +107,7 @@ def _known(path: Path) -> Door | None:
         about = path.lstat()
         if not stat.S_ISREG(about.st_mode) or (os.name == "posix" and (about.st_uid != os.getuid() or about.st_mode & 0o077)):
             return None
-        found = json.loads(path.read_text(encoding="utf-8"))
+        found = record_from_text(*_RECORD, path.read_text(encoding="utf-8"))
         token, port = found["token"], found["port"]
     except (OSError, ValueError, KeyError, TypeError):
         return None
@@ -116,4 +118,4 @@ def _known(path: Path) -> Door | None:
 def _keep(path: Path, door: Door) -> None:
     with whole_file(path) as whole:
         whole.chmod(0o600)
-        whole.write_text(json.dumps({"token": door.token, "port": door.port}), encoding="utf-8")
+        whole.write_text(record_to_text(*_RECORD, {"token": door.token, "port": door.port}), encoding="utf-8")

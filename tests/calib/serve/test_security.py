@@ -11,6 +11,7 @@ import sys
 import threading
 from collections.abc import AsyncIterator, Iterator, MutableMapping
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -451,7 +452,10 @@ def test_the_secret_lies_in_the_folder_for_its_owner_alone(tmp_path: Path) -> No
         path.chmod(0o644)  # as it comes out of an archive that somebody else has packed
         assert serving._known(path) is None
         path.chmod(0o600)
-    path.write_text('{"token": "short", "port": 80}')
+    serving._keep(path, replace(DOOR, token="short"))
+    assert serving._known(path) is None
+    serving._keep(path, DOOR)
+    path.write_text(path.read_text().replace('"format": 1', '"format": 2'))
     assert serving._known(path) is None
 
 
