@@ -48,6 +48,7 @@ def section(results: Results) -> Section:
     rows = parameter_rows(posterior)
     context = {
         "rows": rows,
+        "void": results.void,
         "of_lots": posterior.experiment.pooling == "partial",
         "few": told_by_few(posterior),
         "prior_driven": any(r.learned == PRIOR_DRIVEN_WORDS for r in rows),
