@@ -8,7 +8,7 @@ from calib.experiment.experiment_file import experiment_from, read_experiment
 from calib.experiment.folder import listed, walk, written_by_calib
 from calib.experiment.forward import forward_of_design, forward_of_experiment, require_use_of, surrogate_from
 from calib.experiment.lab_files import Found, Looked, look_through
-from calib.experiment.laboratory import Instrument, Laboratory, keys_of
+from calib.experiment.laboratory import Instrument, Laboratory, instrument_of, keys_of
 from calib.experiment.lots import lot_prior, nominal_ratios, own_priors, spread_prior
 from calib.experiment.pairing import pair
 from calib.experiment.plan import Experiment, MaterialLaw, Specimen, SweepFiles
@@ -74,6 +74,7 @@ __all__ = [
     "experiment_toml",
     "forward_of_design",
     "forward_of_experiment",
+    "instrument_of",
     "keys_of",
     "limited_in_words",
     "listed",
