@@ -218,7 +218,7 @@ if (text) {
       const field = now.fields[form.dataset.field];
       if (!field) continue;
       form.elements.was.value = field.was;
-      form.elements.line.value = field.marked;
+      if (form.elements.known && form.dataset.known !== field.known) form.elements.known.value = form.dataset.known = field.known;
       form.classList.toggle("wrong", Boolean(field.wrong));
       form.classList.toggle("marked", Boolean(field.task));
       const check = one(".check", form);
@@ -271,7 +271,7 @@ if (text) {
 
   fields.addEventListener("change", (event) => {
     const form = event.target.closest("form");
-    if (!form) return;
+    if (!form || event.target.closest(".decide")) return; // what is said there counts with its button
     if ("add" in form.dataset) {
       if (form.elements.at.value) change("/experiment/put", () => ({ at: form.elements.at.value, example: "yes", was: "null" }), true);
       return;
@@ -292,9 +292,10 @@ if (text) {
   });
   fields.addEventListener("submit", (event) => {
     event.preventDefault();
-    const form = event.target, mean = event.submitter && "mean" in event.submitter.dataset;
-    change(mean ? "/experiment/mean-it" : "/experiment/put", () => new FormData(form), false);
-    if (mean) (one("input:not([type=hidden]), select", form) ?? form).focus();
+    const form = event.target, decide = event.submitter?.dataset.decide ?? (document.activeElement.closest(".decide") ? form.elements.known.value : "");
+    if (decide) form.elements.known.value = decide;
+    change(decide ? "/experiment/decide" : "/experiment/put", () => new FormData(form), Boolean(decide));
+    if (decide) queue.then(() => one(`#fields [data-field='${CSS.escape(form.dataset.field)}'] input[name=known]:checked`)?.focus());
   });
 
   const write = () => { clearTimeout(wait); change("/experiment/write", () => ({ text: text.value, seen: seen.value }), true); };

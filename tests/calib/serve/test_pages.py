@@ -241,17 +241,88 @@ def test_marks_go_as_values_are_said_or_meant(tmp_path: Path) -> None:
     put(page, ["sensor", "radius"], value="9 mm")
     ball = next(field for field in form_of_experiment(space).fields if field.at == ("indenter", "radius"))
     assert ball.task == "radius of the ball, half its diameter"
-    page.post("/experiment/mean-it", data={"line": str(ball.marked)}, headers=SCRIPT)
+    decide(page, ["indenter", "radius"], known="measured", value="5 mm", by="caliper")
     electrode = next(field for field in form_of_experiment(space).fields if field.at == ("sensor", "electrode_radius"))
-    page.post("/experiment/mean-it", data={"line": str(electrode.marked)}, headers=SCRIPT)
+    decide(page, list(electrode.at), known="stands")
     left = read_experiment(space.experiment)
     assert len(left.unedited) == len(before.marked) - 3
     assert (left.indenter_radius, left.sensor_radius) == (5e-3, 9e-3)
-    assert page.post("/experiment/mean-it", data={"line": "1"}, headers=SCRIPT).status_code == 422
     put(page, ["priors", "load_zero_drift"], example="yes")  # there is no such unknown
     put(page, ["specimens", 0, "priors", "load_zero"], example="yes")
     added = next(field for field in form_of_experiment(space).fields if field.at[-1] == "load_zero")
     assert "example" in added.task
+
+
+def decide(page: TestClient, at: list[str | int], status: int = 200, **said: str) -> str:
+    """Say how a quantity is known, as the script does; what the page answers."""
+    answer = page.post("/experiment/decide", data={"at": json.dumps(at), **said}, headers=SCRIPT)
+    assert answer.status_code == status, answer.text
+    return str(answer.text)
+
+
+def test_what_is_said_of_how_a_quantity_is_known_is_what_one_writes_by_hand(tmp_path: Path) -> None:
+    space = open_workspace(tmp_path / "new")
+    (space.folder / "lab").mkdir()
+    write_press(space.folder / "lab" / "press.csv")
+    page = let_in(space)
+    page.post("/file/correct", data={"name": "lab/press.csv", "units_force": "N"})
+    page.post("/files/draft")
+    draft = space.text
+    thickness: list[str | int] = ["specimens", 0, "priors", "sensor_thickness"]
+
+    def line(name: str) -> str:
+        return next(line for line in space.text.split("\n") if line.startswith(f"{name} ="))
+
+    def known(*at: str | int) -> tuple[str, str]:
+        field = next(field for field in form_of_experiment(space).fields if field.at == at)
+        return field.known, field.by
+
+    assert known(*thickness) == ("undecided", "")
+    # Measured: value, uncertainty, with what; the uncertainty in the unit of the value.
+    decide(page, thickness, known="measured", mean="0.74 mm", sd="0.02", by="microscope, 5 places")
+    assert line("sensor_thickness") == (
+        'sensor_thickness = { normal = ["0.74 mm", "0.02 mm"] }   # measured: microscope, 5 places'
+    )
+    assert known(*thickness) == ("measured", "microscope, 5 places")
+    # Not measured: the guess stands, as it is or wider, and the data may tell better.
+    decide(page, thickness, known="stands", wider="2")
+    assert line("sensor_thickness").endswith('["0.74 mm", "0.04 mm"] }   # not measured: the guess, 2 times as wide')
+    assert known(*thickness) == ("stands", "")
+    decide(page, ["priors", "young_modulus"], known="stands")
+    assert line("young_modulus").endswith("   # not measured: the guess stands")
+    # Undecided again: the very line of the draft.
+    for at in (thickness, ["priors", "young_modulus"]):
+        decide(page, at, known="undecided")
+        assert known(*at) == ("undecided", "")
+    assert tomllib.loads(space.text) == tomllib.loads(draft)
+    assert line("sensor_thickness") == next(one for one in draft.split("\n") if one.startswith("sensor_thickness ="))
+    # What has no prior is taken as exact: nobody is told that a guess of it is as good as a measurement.
+    before = len(read_experiment(space.experiment).unedited)
+    decide(page, ["indenter", "radius"], known="stands")
+    told = read_experiment(space.experiment).unedited
+    assert len(told) == before
+    assert [(u.what, u.stands) for u in told if u.stands] == [("indenter radius", True)]
+    assert form_of_experiment(space).marked == tuple(u for u in told if not u.stands)
+    # A value of one's own is no guess any more.
+    put(page, ["indenter", "radius"], value="4 mm")
+    assert line("radius") == 'radius = "4 mm"'
+    # What makes no sense is refused with the reason, and changes nothing.
+    kept = space.text
+    for at, said, why in (
+        (thickness, {"known": "measured", "mean": "0.74 mm"}, "how sure it is"),
+        (thickness, {"known": "measured", "sd": "0.02 mm"}, "the value is missing"),
+        (thickness, {"known": "measured", "mean": "1 mm", "sd": "1 mm", "by": "x # EDIT: y"}, "without #"),
+        (thickness, {"known": "measured", "mean": "1 mm", "sd": "1 mm", "by": "x\ny = 1"}, "with what it was measured"),
+        (thickness, {"known": "stands", "wider": "0"}, "is not how much wider"),
+        (thickness, {"known": "perhaps"}, "nothing says how it is known"),
+        (["model"], {"known": "stands"}, "there is nothing to decide"),
+        (["sensor", "electrode_radius"], {"known": "measured"}, "nothing says what was measured"),
+    ):
+        assert why in decide(page, list(at), 422, **said)
+    assert decide(page, thickness, 409, known="stands", was="3")
+    assert space.text == kept
+    page.post("/experiment/put", data={"at": json.dumps(thickness), "kind": "fixed", "number0": "1 mm"}, headers=SCRIPT)
+    assert "a prior that is fixed is not made wider here" in decide(page, thickness, 422, known="stands", wider="2")
 
 
 def test_no_field_leads_out_of_the_experiment(page: TestClient, space: Workspace) -> None:
