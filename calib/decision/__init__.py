@@ -5,7 +5,7 @@ from calib.decision.batch import DRIFTING, Batch, expected_of
 from calib.decision.causes import Cause
 from calib.decision.conditions import open_models_of
 from calib.decision.conformity import Built, Conformity, Needed
-from calib.decision.extrapolation import largest_force
+from calib.decision.extrapolation import MARGIN, largest_force
 from calib.decision.force_table import (
     LEVEL,
     N_ROW,
@@ -55,6 +55,7 @@ __all__ = [
     "INTERVAL_PROBABILITY",
     "LEVEL",
     "LIMITED_HERE",
+    "MARGIN",
     "N_ROW",
     "WIDTH_IN_SD",
     "AsBuilt",

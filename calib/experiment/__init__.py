@@ -16,6 +16,7 @@ from calib.experiment.presses import Press, Pressed
 from calib.experiment.record import experiment_from_json, experiment_to_json
 from calib.experiment.said import Said, read_said, said_toml
 from calib.experiment.schema import design_schema, experiment_schema, specification_schema
+from calib.experiment.shipped import shipped
 from calib.experiment.signposts import SWEEP_KEYS
 from calib.experiment.specification import (
     LIMITED,
@@ -100,6 +101,7 @@ __all__ = [
     "read_sweeps",
     "require_use_of",
     "said_toml",
+    "shipped",
     "specification_from",
     "specification_from_plain",
     "specification_schema",

@@ -389,10 +389,11 @@ function lookAbout() {
 
   function show(settled) {
     one("#at-shown").textContent = `${Number(at.value).toFixed(2)} mm`;
-    one("#load-shown").textContent = `${Number(Number(loadAt.value).toPrecision(4))} N`;
     at.setAttribute("aria-valuetext", `${Number(at.value).toFixed(2)} millimetres`);
     loadAt.setAttribute("aria-valuetext", `${Number(Number(loadAt.value).toPrecision(4))} newtons`);
     if (!view) return;
+    const far = one("#load-beyond");
+    far.replaceChildren(...(view.beyond ? [element("span", "extrapolated", { class: "level amber" }), ` ${view.beyond}: held against no data there.`] : []));
     one("#charts").hidden = false;
     draw(one("#chart-signal"), view.signal, wanted("signal", 100));
     draw(one("#chart-stroke"), view.stroke, wanted("stroke", 1));
@@ -416,33 +417,70 @@ function lookAbout() {
     document.documentElement.dataset.lag = String(performance.now() - began);
   }
 
+  // A load that is typed goes as far as one says; the slider then reaches there, too.
+  const force = one("#force"), plain = /^\s*[\d.]+\s*$/;
+  const wish = () => {
+    const data = new FormData(look), load = data.get("force").replace(",", ".");
+    data.set("force", plain.test(load) ? `${load.trim()} N` : load);
+    return String(new URLSearchParams(data));
+  };
+  const slid = () => { force.value = `${Number(Number(loadAt.value).toPrecision(4))} N`; };
+  function reach(now) {
+    if (now.most === Number(loadAt.max)) return;
+    loadAt.max = now.most;
+    loadAt.min = now.most / 100;
+    loadAt.step = 10 ** (Math.floor(Math.log10(now.most)) - 2);
+  }
+
   async function update(settled) {
-    one("#force").value = `${Number(loadAt.value)} N`;
-    const query = String(new URLSearchParams(new FormData(look)));
+    const query = wish();
     rest = settled;
     if (asking) return; // what is asked for meanwhile is asked for afterwards
     if (query === asked) { show(rest); return; }
     asking = true;
+    const long = setTimeout(() => { one("#load-beyond").textContent = "Computing what the draws do there …"; }, 400);
     try {
       const { ok, said: now } = await answer(`${look.dataset.view}?${query}`);
       said.textContent = ok ? "" : now.faults.join(" ");
       asked = query;
-      if (ok) { view = now; one("#command").textContent = now.command; show(rest); }
+      if (ok) {
+        view = now;
+        one("#command").textContent = now.command;
+        reach(now);
+        if (document.activeElement !== loadAt) loadAt.value = now.force;
+        show(rest);
+      }
+      else one("#load-beyond").textContent = "";
     } catch (error) { said.textContent = error.message; asked = query; }
+    clearTimeout(long);
     asking = false;
-    if (String(new URLSearchParams(new FormData(look))) !== asked) update(rest);
+    if (wish() !== asked) update(rest);
   }
 
   at.addEventListener("input", () => { began = performance.now(); show(false); });
   at.addEventListener("change", () => { began = performance.now(); show(true); });
-  loadAt.addEventListener("input", () => { began = performance.now(); show(false); update(false); });
+  loadAt.addEventListener("input", () => { began = performance.now(); slid(); show(false); update(false); });
   loadAt.addEventListener("change", () => update(true));
   let wait = 0;
+  force.addEventListener("input", () => {
+    clearTimeout(wait);
+    wait = setTimeout(() => { began = performance.now(); update(true); }, 150);
+  });
+  force.addEventListener("change", () => {
+    force.value = force.value.replace(",", ".");
+    if (plain.test(force.value)) force.value = `${force.value.trim()} N`;
+    began = performance.now();
+    update(true);
+  });
   for (const input of all(".limits input", look)) {
     input.addEventListener("input", () => { clearTimeout(wait); wait = setTimeout(() => { began = performance.now(); update(true); }, 150); });
   }
-  look.addEventListener("submit", () => { one("button[type=submit]", look).disabled = true; one("#force").value = `${Number(loadAt.value)} N`; });
+  look.addEventListener("submit", () => { one("button[type=submit]", look).disabled = true; });
   began = performance.now();
   show(false);
-  update(true);
+  // What lies beyond the slider takes a second to table: it is made before somebody asks for it.
+  update(true).then(() => {
+    const ahead = new URLSearchParams({ name: look.elements.name.value, force: `${2 * Number(loadAt.max)} N` });
+    answer(`${look.dataset.view}?${ahead}`).catch(() => {});
+  });
 }

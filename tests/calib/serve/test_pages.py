@@ -11,6 +11,7 @@ import time
 import tomllib
 import zipfile
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -19,9 +20,10 @@ from small_lab import EXPERIMENT, write_lab, write_press
 from small_run import make_lab, quick
 from starlette.testclient import TestClient
 
-from calib.experiment import read_experiment, read_specification
+from calib.decision import largest_force
+from calib.experiment import read_experiment, read_specification, shipped
 from calib.files import write_text
-from calib.runs import run_state, verify
+from calib.runs import load_run, run_state, verify
 from calib.sampling.posterior import Posterior
 from calib.serve import Workspace, jobs, open_workspace
 from calib.serve.commands import reading_command
@@ -503,6 +505,31 @@ def test_bands_move_with_load_and_limits(built: Work) -> None:
     assert low["command"] == 'calib recommend run --force "1 N" --padding "0 mm:9 mm"'
 
 
+def test_a_load_beyond_the_slider_is_shown_as_extrapolated_by_how_much(built: Work) -> None:
+    look = built.page.get("/padding/look?name=run").text
+    most = float(re.search(r'id="load" min="[^"]+" max="([^"]+)"', look)[1])
+    measured = largest_force(load_run(built.space.folder / "run").posterior)
+    within = built.page.get(f"/padding/view?name=run&force={measured} N").json()
+    assert (within["most"], within["beyond"]) == (most, "")
+    far = built.page.get(f"/padding/view?name=run&force={3 * most} N").json()
+    assert far["most"] == 4 * most
+    assert far["force"] == pytest.approx(3 * most)
+    assert f"{3 * most / measured:.1f} times the largest measured force" in far["beyond"]
+    assert "green" not in far["colour"]
+    assert all(far["beyond"] in reason for reason in far["reason"])
+    assert f'--force "{3 * most:.6g} N"' in far["command"]
+    # The same numbers as from the slider's own table, where both have them.
+    near, same = (built.page.get(f"/padding/view?name=run&force={force} N").json() for force in (most, most * 1.0001))
+    assert same["most"] == 2 * most
+    for a, b in zip(near["signal"][2], same["signal"][2], strict=True):
+        assert a is None or b is None or a == pytest.approx(b, rel=0.01)
+    # What lies too far is refused with how far that is, and what to do.
+    answer = built.page.get("/padding/view?name=run&force=1e9 N", headers=SCRIPT)
+    assert answer.status_code == 422
+    assert "times what was measured" in answer.json()["faults"][0]
+    assert "press a sensor that far" in answer.json()["faults"][0]
+
+
 @pytest.mark.parametrize("asked", ["force=5", "force=1e9 N", "signal=-3 %", "stroke=x", "tolerance=-1 mm"])
 def test_a_view_that_makes_no_sense_is_refused(built: Work, asked: str) -> None:
     answer = built.page.get(f"/padding/view?name=run&{asked}", headers={"Accept": "application/json"})
@@ -540,3 +567,67 @@ def test_what_is_damaged_is_told_and_not_served_as_if_it_were_not(built: Work, t
     assert page.get("/experiment").status_code == 200
     space.experiment.write_bytes(b"\xff\xfe")
     assert page.get("/experiment").status_code == 422
+
+
+# --- beginning ----------------------------------------------------------------------------------------------------------
+
+
+def test_the_shipped_example_is_a_first_step_that_can_be_calibrated(tmp_path: Path) -> None:
+    space = open_workspace(tmp_path / "new")
+    page = let_in(space)
+    assert "Try it with the shipped example" in page.get("/files").text
+    assert page.post("/files/example", headers=SCRIPT).status_code == 200
+    experiment = read_experiment(space.experiment)
+    assert [specimen.name for specimen in experiment.specimens] == ["sensor 1", "sensor 2"]
+    assert {path.name for path in (space.folder / "lab" / "example").iterdir()} >= {"sensor1_lcr.csv", "specification.toml"}
+    assert space.lab_files() == [f"lab/example/sensor{k}_{of}.csv" for k in (1, 2) for of in ("instron", "lcr")]
+    # What comes of it is what the command makes.
+    there = read_experiment(shipped() / "experiment.toml")
+    assert replace(experiment, path=None, specimens=(), sha256="") == replace(there, path=None, specimens=(), sha256="")
+    seen = page.get("/files").text
+    assert "Try it" not in seen
+    assert "Use it" not in seen
+    assert page.post("/files/example", headers=SCRIPT).status_code == 422  # nothing is overwritten
+
+
+def test_an_experiment_in_a_dropped_folder_is_offered_and_used_where_its_files_lie(tmp_path: Path) -> None:
+    space = open_workspace(tmp_path / "new")
+    page = let_in(space)
+    sweeps = '[[specimens.sweeps]]\nname = "a"\nforce = "more/press.csv"\n'
+    text = EXPERIMENT.replace('"lab/press.csv"', '"./press.csv"')
+    more = '[[specimens]]\nname = "b"\n[specimens.priors]\nsensor_thickness = { fixed = "0.74 mm" }\n'
+    more += f'padding_thickness = {{ fixed = "1.10 mm" }}\n{sweeps}'
+    content = write_press(tmp_path / "press.csv").read_bytes()
+    for name, data in (("Mon 1/press.csv", content), ("Mon 1/more/press.csv", content), ("Mon 1/old.toml", b"a = 1")):
+        assert page.put(f"/files/upload?name={name}", content=data).status_code == 200
+    assert "holds an experiment" not in page.get("/files").text
+    page.put("/files/upload?name=Mon 1/experiment.toml", content=(text + more).replace("\n", "\r\n").encode("utf-8-sig"))
+    seen = page.get("/files").text
+    assert "This folder holds an experiment" in seen
+    assert "lab/Mon 1/experiment.toml" in seen
+    assert "Start anew" in seen
+    assert page.post("/files/use", data={"name": "lab/Mon 1/old.toml"}, headers=SCRIPT).status_code == 422
+    assert page.post("/files/use", data={"name": "../new/lab/Mon 1/experiment.toml"}, headers=SCRIPT).status_code == 422
+    assert not space.experiment.exists()
+    assert page.post("/files/use", data={"name": "lab/Mon 1/experiment.toml"}).status_code == 200
+    tables = tomllib.loads(space.text)
+    assert tables["specimens"][0]["force"] == {"file": "lab/Mon 1/press.csv", "units": {"force": "N"}}
+    assert tables["specimens"][1]["sweeps"][0]["force"] == "lab/Mon 1/more/press.csv"
+    assert tables["indenter"] == tomllib.loads(text)["indenter"]
+    assert [one.force.name for s in read_experiment(space.experiment).specimens for one in s.sweeps if one.force] == [
+        "press.csv"
+    ] * 2
+    assert "holds an experiment" not in page.get("/files").text
+    assert page.post("/files/use", data={"name": "lab/Mon 1/experiment.toml"}, headers=SCRIPT).status_code == 422
+
+
+@pytest.mark.parametrize("named", ["/etc/hostname", "../../../secret.csv", "C:\\secret.csv", "\\\\host\\share\\x.csv"])
+def test_an_experiment_that_names_files_elsewhere_is_not_used(tmp_path: Path, named: str) -> None:
+    space = open_workspace(tmp_path / "new")
+    page = let_in(space)
+    text = EXPERIMENT.replace('"lab/press.csv"', json.dumps(named))
+    page.put("/files/upload?name=Mon/experiment.toml", content=text.encode())
+    answer = page.post("/files/use", data={"name": "lab/Mon/experiment.toml"}, headers=SCRIPT)
+    assert answer.status_code == 422
+    assert "lies outside of what was dropped" in answer.json()["faults"][0]
+    assert not space.experiment.exists()
