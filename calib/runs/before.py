@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -132,6 +133,19 @@ def seconds_of_evaluation(problem: Problem) -> float:
     began = time.process_time()
     log_posterior(problem, theta)
     return (time.process_time() - began) / _TIMED
+
+
+def seconds_of(problems: Sequence[Problem]) -> tuple[float, float] | None:
+    """Between which times [s] calibrations, one after the other, will probably take on this machine; None if it cannot be said.
+
+    Parameters
+    ----------
+    problems : of the same data under other models; how long a climb takes is taken from the first.
+    """
+    found = plausibility_of(problems[0]) if problems else None
+    each = [] if found is None else [_seconds(problem, found) for problem in problems]
+    known = [seconds for seconds in each if seconds is not None]
+    return (sum(low for low, _ in known), sum(high for _, high in known)) if known and len(known) == len(problems) else None
 
 
 def _seconds(problem: Problem, found: Plausibility) -> tuple[float, float] | None:
