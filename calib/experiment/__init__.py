@@ -4,6 +4,7 @@ from calib.experiment.bench import PRESSES, READINGS, Bench, read_bench
 from calib.experiment.design import read_design
 from calib.experiment.draft import experiment_text, quoted_text, specimen_text
 from calib.experiment.edits import MARK, MEASURED, STANDS, Unedited, guess_at, unedited_in_words, unedited_lines
+from calib.experiment.example_data import shipped
 from calib.experiment.experiment_file import experiment_from, read_experiment
 from calib.experiment.folder import listed, walk, written_by_calib
 from calib.experiment.forward import forward_of_design, forward_of_experiment, require_use_of, surrogate_from
@@ -16,7 +17,6 @@ from calib.experiment.presses import Press, Pressed
 from calib.experiment.record import experiment_from_json, experiment_to_json
 from calib.experiment.said import Said, read_said, said_toml
 from calib.experiment.schema import design_schema, experiment_schema, specification_schema
-from calib.experiment.shipped import shipped
 from calib.experiment.signposts import SWEEP_KEYS
 from calib.experiment.specification import (
     LIMITED,
@@ -30,7 +30,7 @@ from calib.experiment.specification import (
     specification_from_plain,
 )
 from calib.experiment.specification_file import read_specification, specification_from
-from calib.experiment.sweeps import read_sweeps
+from calib.experiment.sweeps import compliance_said, read_sweeps
 from calib.experiment.toml_file import LARGEST as LARGEST_TOML
 from calib.experiment.toml_places import KeyPath, comments_in, locate_keys
 from calib.experiment.variants import AS_GIVEN, Variant, candidates_of, model_in_words, possible_candidates, variants_of
@@ -69,6 +69,7 @@ __all__ = [
     "Variant",
     "candidates_of",
     "comments_in",
+    "compliance_said",
     "design_schema",
     "experiment_from",
     "experiment_from_json",

@@ -121,7 +121,13 @@ def reaching(run: Run, force: float) -> float:
 
 
 def beyond_in_words(run: Run, force: float) -> str:
-    """How far a load [N] is beyond what was measured, as on the console; "" within it."""
+    """How far a load is beyond what was measured, as on the console; "" within it.
+
+    Parameters
+    ----------
+    run : as loaded.
+    force : [N], the load.
+    """
     measured = largest_force(run.posterior)
     return "" if force <= MARGIN * measured else f"{force / measured:.1f} times the largest measured force ({measured:.2g} N)"
 

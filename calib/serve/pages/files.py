@@ -54,7 +54,7 @@ async def row(request: Request) -> Response:
     space, name = space_of(request), query_of(request).get("name", "")
     found = await working(looking.understand, space, name)
     o = found.observations
-    judged = [] if o is None else await working(looking.grades, o)
+    judged = [] if o is None else await working(looking.grades, space, o)
     return part(
         "file_row.html.j2",
         found=found,
@@ -94,7 +94,7 @@ def _file_page(
         rows=rows,
         notes=[] if o is None else looking.notes_of(o),
         left_out=[] if o is None else looking.left_out(o),
-        grades=[] if o is None else looking.grades(o),
+        grades=[] if o is None else looking.grades(space_of(request), o),
         used=0 if o is None else int(o.used.sum()),
         addable=_addable(space_of(request), found),
         form=form,

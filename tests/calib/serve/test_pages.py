@@ -271,6 +271,7 @@ def test_what_is_said_of_how_a_quantity_is_known_is_what_one_writes_by_hand(tmp_
     page.post("/files/draft")
     draft = space.text
     thickness: list[str | int] = ["specimens", 0, "priors", "sensor_thickness"]
+    modulus: list[str | int] = ["priors", "young_modulus"]
 
     def line(name: str) -> str:
         return next(line for line in space.text.split("\n") if line.startswith(f"{name} ="))
@@ -290,10 +291,10 @@ def test_what_is_said_of_how_a_quantity_is_known_is_what_one_writes_by_hand(tmp_
     decide(page, thickness, known="stands", wider="2")
     assert line("sensor_thickness").endswith('["0.74 mm", "0.04 mm"] }   # not measured: the guess, 2 times as wide')
     assert known(*thickness) == ("stands", "")
-    decide(page, ["priors", "young_modulus"], known="stands")
+    decide(page, modulus, known="stands")
     assert line("young_modulus").endswith("   # not measured: the guess stands")
     # Undecided again: the very line of the draft.
-    for at in (thickness, ["priors", "young_modulus"]):
+    for at in (thickness, modulus):
         decide(page, at, known="undecided")
         assert known(*at) == ("undecided", "")
     assert tomllib.loads(space.text) == tomllib.loads(draft)
@@ -310,7 +311,7 @@ def test_what_is_said_of_how_a_quantity_is_known_is_what_one_writes_by_hand(tmp_
     assert line("radius") == 'radius = "4 mm"'
     # What makes no sense is refused with the reason, and changes nothing.
     kept = space.text
-    for at, said, why in (
+    refused: list[tuple[list[str | int], dict[str, str], str]] = [
         (thickness, {"known": "measured", "mean": "0.74 mm"}, "how sure it is"),
         (thickness, {"known": "measured", "sd": "0.02 mm"}, "the value is missing"),
         (thickness, {"known": "measured", "mean": "1 mm", "sd": "1 mm", "by": "x # EDIT: y"}, "without #"),
@@ -319,8 +320,9 @@ def test_what_is_said_of_how_a_quantity_is_known_is_what_one_writes_by_hand(tmp_
         (thickness, {"known": "perhaps"}, "nothing says how it is known"),
         (["model"], {"known": "stands"}, "there is nothing to decide"),
         (["sensor", "electrode_radius"], {"known": "measured"}, "nothing says what was measured"),
-    ):
-        assert why in decide(page, list(at), 422, **said)
+    ]
+    for at, said, why in refused:
+        assert why in decide(page, at, 422, **said)
     assert decide(page, thickness, 409, known="stands", was="3")
     assert space.text == kept
     page.post("/experiment/put", data={"at": json.dumps(thickness), "kind": "fixed", "number0": "1 mm"}, headers=SCRIPT)
@@ -507,7 +509,8 @@ def test_bands_move_with_load_and_limits(built: Work) -> None:
 
 def test_a_load_beyond_the_slider_is_shown_as_extrapolated_by_how_much(built: Work) -> None:
     look = built.page.get("/padding/look?name=run").text
-    most = float(re.search(r'id="load" min="[^"]+" max="([^"]+)"', look)[1])
+    (found,) = re.findall(r'id="load" min="[^"]+" max="([^"]+)"', look)
+    most = float(found)
     measured = largest_force(load_run(built.space.folder / "run").posterior)
     within = built.page.get(f"/padding/view?name=run&force={measured} N").json()
     assert (within["most"], within["beyond"]) == (most, "")
