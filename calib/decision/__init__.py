@@ -48,7 +48,7 @@ from calib.decision.requirement import Requirement
 from calib.decision.specified import conform, recommend_for
 from calib.decision.trend import Trend
 from calib.decision.views import LIMITED_HERE, Landscape, View, landscape
-from calib.decision.words import percent, void_in_words
+from calib.decision.words import percent, spans_in_words, void_in_words
 
 __all__ = [
     "DRIFTING",
@@ -107,5 +107,6 @@ __all__ = [
     "recommendation_from_json",
     "recommendation_to_json",
     "shortfall_in_words",
+    "spans_in_words",
     "void_in_words",
 ]

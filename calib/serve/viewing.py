@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from calib.decision import MARGIN, Landscape, View, landscape, largest_force
+from calib.decision import MARGIN, Landscape, View, landscape, largest_force, spans_in_words
 from calib.errors import Fault, InputError
 from calib.experiment import Limit, Limited, Side, quoted_text
 from calib.files import sha256_of
@@ -24,6 +24,8 @@ _ONE = threading.Lock()
 
 # How often the range of the slider may be doubled.
 _DOUBLED = 5
+# What is tabled there: few paddings carry such loads, and which ones is to be told as exactly as on the console.
+_BEYOND = {"n_thickness": 73, "n_load": 129}
 
 _T = TypeVar("_T")
 
@@ -73,8 +75,9 @@ def landscape_of(run: Run, force: float, lower: float, upper: float) -> Landscap
     key = (run.posterior_sha256 or sha256_of(run.folder / "posterior.nc"), force, lower, upper)
 
     def made() -> Landscape:
+        fine = _BEYOND if force > largest_load(run) else {}
         return landscape(
-            run.posterior, run.forward, force=force, lower=lower, upper=upper, verdict=run.verdict, members=run.members
+            run.posterior, run.forward, force=force, lower=lower, upper=upper, verdict=run.verdict, members=run.members, **fine
         )
 
     return _one_at_a_time(_LANDSCAPES, key, made)
@@ -209,6 +212,7 @@ def view_plain(view: View, limits: Sequence[Limit]) -> dict[str, Any]:
         "force": view.force,
         "thickness": [round(x, 6) for x in (view.thickness * 1e3).tolist()],
         "covered": view.covered.tolist(),
+        "spans": spans_in_words(view.thickness, view.covered) if view.covered.any() else "",
         "signal": plain(view.change, 1e2),
         "stroke": plain(view.depth, 1e3),
         "resolution": plain(view.resolution, 1e3),

@@ -406,9 +406,10 @@ function lookAbout() {
     const p = between(view.conforming, x), near = Math.round((x - view.thickness[0]) / (view.thickness[1] - view.thickness[0]));
     const colour = view.colour[near], fails = view.limits.map((name, k) => [name, between(view.fails[k], x)]).filter(([, f]) => f > 0.005);
     seen.setAttribute("aria-live", settled ? "polite" : "off");
+    const covered = between(view.signal[2], x) !== null;
     seen.replaceChildren(
       element("strong", `${x.toFixed(2)} mm of padding at ${number(view.force)} N: `),
-      `signal ${band(view.signal, "%")}, stroke ${band(view.stroke, "mm")}`
+      !covered ? `not covered by the model, which at this load covers ${view.spans ? `${view.spans} of padding` : "no padding that is looked at"}. ` : `signal ${band(view.signal, "%")}, stroke ${band(view.stroke, "mm")}`
         + (view.resolution[2].some((v) => v !== null) ? `, one reading tells ${band(view.resolution, "mN")} from noise` : "") + ". "
         + (view.limits.length ? `Probability that it conforms: ${percent(p)}`
           + (fails.length ? `; missed: ${fails.map(([name, f]) => `${name} by ${percent(f)} of the draws`).join(", ")}` : "") + ". " : ""),
@@ -463,8 +464,9 @@ function lookAbout() {
   loadAt.addEventListener("change", () => update(true));
   let wait = 0;
   force.addEventListener("input", () => {
+    began = performance.now();
     clearTimeout(wait);
-    wait = setTimeout(() => { began = performance.now(); update(true); }, 150);
+    wait = setTimeout(() => update(true), 60);
   });
   force.addEventListener("change", () => {
     force.value = force.value.replace(",", ".");

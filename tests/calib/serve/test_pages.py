@@ -524,8 +524,9 @@ def test_a_load_beyond_the_slider_is_shown_as_extrapolated_by_how_much(built: Wo
     # The same numbers as from the slider's own table, where both have them.
     near, same = (built.page.get(f"/padding/view?name=run&force={force} N").json() for force in (most, most * 1.0001))
     assert same["most"] == 2 * most
-    for a, b in zip(near["signal"][2], same["signal"][2], strict=True):
-        assert a is None or b is None or a == pytest.approx(b, rel=0.01)
+    assert same["spans"]
+    for a, b in zip(near["signal"][2], same["signal"][2][::2], strict=True):
+        assert a is None or b is None or a == pytest.approx(b, rel=0.05)  # errors of the model are drawn anew
     # What lies too far is refused with how far that is, and what to do.
     answer = built.page.get("/padding/view?name=run&force=1e9 N", headers=SCRIPT)
     assert answer.status_code == 422
