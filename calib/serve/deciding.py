@@ -6,6 +6,7 @@ guess is to stand, as wide as it is or wider.
 
 from __future__ import annotations
 
+import math
 import re
 import tomllib
 from collections.abc import Mapping
@@ -152,11 +153,20 @@ def _times(width: Any, times: int) -> Any:
 
 
 def _as_written(text: str) -> str | float:
-    """A plain number as a number, a quantity as its text."""
+    """A plain number as a number, a quantity as its text.
+
+    Raises
+    ------
+    InputError
+        If it is a number without end, or none.
+    """
     try:
-        return float(text)
+        number = float(text)
     except ValueError:
         return text
+    if not math.isfinite(number):
+        raise InputError(Fault(f'"{text[:40]}" is no number that was measured', advice="Give the value, with its unit"))
+    return number
 
 
 def _plain(by: str) -> str:

@@ -6,6 +6,7 @@ The file is the truth: what a form cannot show stands there all the same, and wh
 from __future__ import annotations
 
 import json
+import math
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -287,6 +288,8 @@ def _number(text: str) -> int | float | str:
     try:
         number = float(text)
     except ValueError:
+        return text
+    if not math.isfinite(number):
         return text
     return int(number) if number.is_integer() and abs(number) < 1e15 and "." not in text and "e" not in text.lower() else number
 

@@ -154,7 +154,7 @@ def _state(space: Workspace) -> dict[str, Any]:
         "faults": in_words(form.faults, space),
         "fields": {
             field.name: {
-                "value": json.loads(as_json(field.value)),
+                "value": json.loads(as_json(field.value), parse_constant=str),
                 "was": as_json(field.value),
                 "wrong": field.wrong,
                 "read": field.read,
