@@ -59,8 +59,8 @@ def certificate(
         for model in made.open_models:
             say(f"  not ruled out by these data: {model}")
         if made.missed:
-            alike = "The verdict is on the numbers alone. " if made.usable else ""
-            out().print(f"{alike}What a customer will look for is not said:", style="yellow", markup=False, soft_wrap=True)
+            alone = "The verdict is on the numbers alone. " if made.usable else ""
+            out().print(f"{alone}What a customer will look for is not said:", style="yellow", markup=False, soft_wrap=True)
         for what in made.unsaid:
             say(f"  not said: {what}")
         missing = dcc_gaps(made) if made.usable else ()

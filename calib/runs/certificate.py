@@ -10,11 +10,7 @@ from pathlib import Path
 from calib.errors import Fault, InputError
 from calib.files import require_writable, sha256_of, write_text
 from calib.provenance import PROGRAM
-from calib.report import (
-    Certificate,
-    Origin,
-    certify,
-)
+from calib.report import Certificate, Origin, certify
 from calib.runs.certified import certificate_texts, forwards_of, made_with
 from calib.runs.folder import Run, owned_run, require_own_forward, unlisted
 from calib.runs.listing import (
