@@ -112,7 +112,7 @@ def _rivals(
             return
         takes = "how long cannot be told"
         if forecast.seconds is not None:
-            takes = f"{' to '.join(map(duration_in_words, forecast.seconds))} on this machine"
+            takes = f"{' to '.join(map(duration_in_words, forecast.seconds))} on this machine if nothing else runs on it"
         models = f"{n} model{'s' if n > 1 else ''} ({', '.join(forecast.names)})"
         say(f"To calibrate: {models}, one after the other; {takes}, at most {most} of sampling by --budget.")
         say("Ctrl-C keeps what is done; the same command goes on. `candidates` in the experiment file names fewer models.")

@@ -117,7 +117,7 @@ def calibrate_rivals(
     failed: dict[str, str] = {}
     finished = {variant.name: _finished(variant.of(plan), folder / variant.name, seed) for variant in variants}
     if planned is not None:
-        planned(_forecast(plan, [v for v in variants if finished[v.name] is None], finished, seconds))
+        planned(_forecast(plan, [v for v in variants if finished[v.name] is None], finished, seconds, processes))
     for k, variant in enumerate(variants, 1):
         own = folder / variant.name
         run = finished[variant.name]
@@ -164,7 +164,9 @@ def calibrate_rivals(
     return rivalry
 
 
-def _forecast(plan: Experiment, left: Sequence[Variant], finished: Mapping[str, Run | None], seconds: float) -> Forecast:
+def _forecast(
+    plan: Experiment, left: Sequence[Variant], finished: Mapping[str, Run | None], seconds: float, processes: int | None
+) -> Forecast:
     """How long the calibrations that are left will take; one that cannot be made takes no time."""
     problems = []
     for variant in left:
@@ -174,7 +176,7 @@ def _forecast(plan: Experiment, left: Sequence[Variant], finished: Mapping[str, 
             if not variant.changes:
                 raise
     done = tuple(name for name, run in finished.items() if run is not None)
-    return Forecast(tuple(variant.name for variant in left), done, seconds_of(problems), seconds * len(left))
+    return Forecast(tuple(variant.name for variant in left), done, seconds_of(problems, processes), seconds * len(left))
 
 
 def _finished(plan: Experiment, folder: Path, seed: int) -> Run | None:

@@ -62,7 +62,8 @@ def test_it_is_said_how_long_it_will_take_before_anything_is_sampled(compared: t
     forecast, _, rest = said.partition("To calibrate: 2 models (as-given, own-padding), one after the other; ")[2].partition(
         "."
     )
-    ((low, high),) = re.findall(r"^([\d.]+ (?:s|min|h)) to ([\d.]+ (?:s|min|h)) on this machine, at most 20 min", forecast)
+    time = r"([\d.]+ (?:s|min|h))"
+    ((low, high),) = re.findall(rf"^{time} to {time} on this machine if nothing else runs on it, at most 20 min", forecast)
     assert low != high
     assert said.index("To calibrate") < said.index("as-given (1 of 2)")
     assert "Ctrl-C keeps what is done" in rest
