@@ -314,7 +314,9 @@ def unedited_reasons(experiment: Experiment) -> Iterator[Reason]:
     """What speaks against a result if lines of its experiment file still hold a guess of the draft: one reason, or none."""
     said = unedited_in_words(experiment.unedited)
     if said:
-        yield Reason("experiment file", "amber", said, "Replace them by what you know, and remove the mark EDIT")
+        standing = all(u.stands for u in experiment.unedited)
+        advice = "Measure what stands as exact" if standing else "Replace them by what you know, and remove the mark EDIT"
+        yield Reason("experiment file", "amber", said, advice)
 
 
 def _level(value: float, limits: Mapping[Level, float]) -> Level | None:

@@ -215,10 +215,12 @@ def _say(folder: Path, run: Run) -> None:
     from calib.report import parameter_rows, status_in_words
 
     posterior = run.posterior
-    shown = table("parameter", "posterior", "90 % interval", "learned")
+    void = run.verdict.colour == "red"
+    shown = table("parameter", "no result: of the draws" if void else "posterior", "90 % interval", "learned")
     for row in parameter_rows(posterior):
         learned = row.learned if row.doubtful else f"{max(row.contraction, 0.0) * 100:.0f} %"
-        shown.add_row(escape(row.name), f"{row.value} {row.unit}", row.interval, learned)
+        cells = (f"{row.value} {row.unit}", row.interval, learned)
+        shown.add_row(escape(row.name), *(f"[dim strike]{cell}[/]" if void else cell for cell in cells))
     out().print(shown)
     d = posterior.diagnostics
     say_verdict(run.verdict, status_in_words(run.verdict))

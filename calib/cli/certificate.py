@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from calib.cli.common import RunFolder, Strict, as_given, exit_by, loaded, pasted, refusing_bad_input, say, say_verdict
+from calib.cli.common import RunFolder, Strict, as_given, exit_by, loaded, out, pasted, refusing_bad_input, say, say_verdict
 from calib.cli.signing import secret_key
 from calib.errors import Fault, InputError, in_shell_path
 from calib.files import require_writable, write_text
@@ -48,7 +48,7 @@ def certificate(
     3 done, but the verdict is red, or with --strict amber.
     """
     with refusing_bad_input():
-        from calib.report import dcc_gaps, status_in_words
+        from calib.report import dcc_gaps, lines_to_add, status_in_words
         from calib.runs import certify_in, input_now
 
         secret = None if key is None else secret_key(key)
@@ -58,12 +58,19 @@ def certificate(
         say_verdict(made.verdict, status_in_words(made.verdict))
         for model in made.open_models:
             say(f"  not ruled out by these data: {model}")
+        if made.missed:
+            alone = "The verdict is on the numbers alone. " if made.usable else ""
+            out().print(f"{alone}What a customer will look for is not said:", style="yellow", markup=False, soft_wrap=True)
         for what in made.unsaid:
             say(f"  not said: {what}")
         missing = dcc_gaps(made) if made.usable else ()
         if missing:
             say(f"  no certificate.xml, which needs {', '.join(missing)}.")
-        if missing or not made.instruments:
+        if made.missed:
+            say("  Lines to add, filled in:")
+            for line in lines_to_add(made.laboratory, made.instruments):
+                say(f"    {line}")
+        if missing or made.missed:
             say(f"  {_how_to_add(found, input_now(found, 'experiment'), input_now(found, 'surrogate'))}")
         handed = [name for name in ("certificate.html", "certificate.json", "certificate.xml") if (run / name).is_file()]
         handed += ["certificate.json.minisig"] if secret is not None else []

@@ -18,7 +18,7 @@ from calib.regular import require_shown
 if TYPE_CHECKING:
     from calib.checks import Candidate
     from calib.experiment import Variant
-    from calib.runs import Watch
+    from calib.runs import Forecast, Watch
 
 _COLUMNS = ("run", "model", "elpd behind", "largest k-hat", "Young's modulus", "of the padding", "stiffening")
 
@@ -95,12 +95,27 @@ def _rivals(
     ctx: typer.Context, experiment: Path, output: Path | None, seed: int, budget: float, processes: int | None
 ) -> Sequence[str]:
     """Calibrate the models of an experiment and compare them; the reasons why the comparison cannot be trusted."""
+    from calib.report import duration_in_words
     from calib.runs import STAGES, Stages, Watch, calibrate_rivals
     from calib.sampling import NothingSampled
 
     if output is None:
         raise InputError(Fault("the folder for the runs is missing", advice="Give it with -o"))
     require_shown(output)
+
+    def planned(forecast: Forecast) -> None:
+        """Say how long it will take, before anything is sampled."""
+        n, most = len(forecast.names), duration_in_words(forecast.most)
+        if forecast.finished:
+            say(f"Finished already, taken as they are: {', '.join(forecast.finished)}.")
+        if not n:
+            return
+        takes = "how long cannot be told"
+        if forecast.seconds is not None:
+            takes = f"{' to '.join(map(duration_in_words, forecast.seconds))} on this machine if nothing else runs on it"
+        models = f"{n} model{'s' if n > 1 else ''} ({', '.join(forecast.names)})"
+        say(f"To calibrate: {models}, one after the other; {takes}, at most {most} of sampling by --budget.")
+        say("Ctrl-C keeps what is done; the same command goes on. `candidates` in the experiment file names fewer models.")
 
     @contextmanager
     def watched(variant: Variant, number: int, count: int) -> Iterator[Watch]:
@@ -116,6 +131,7 @@ def _rivals(
             seconds=60 * budget,
             processes=processes,
             command=as_given(),
+            planned=planned,
             watch=watched,
             stages=ctx.obj if ctx.obj is not None else Stages(),
         )

@@ -68,7 +68,10 @@ def _show(found: Difference) -> None:
 
     from calib.report import pair_rows
 
-    one, other = map(escape, found.names)
+    one, other = (
+        escape(f"{name} (red: no result)" if colour == "red" else name)
+        for name, colour in zip(found.names, found.colours, strict=True)
+    )
     shown = table("unknown", one, other, "unit", "z")
     for row in pair_rows(found):
         shown.add_row(*map(escape, row))

@@ -9,7 +9,6 @@ from typing import Annotated
 
 import typer
 
-import calib
 from calib.cli.common import refusing_bad_input, say
 from calib.errors import Fault, InputError
 from calib.files import require_folder
@@ -29,6 +28,8 @@ def example(
     Exit codes: 0 done; 2 the folder exists, or there is no place to write.
     """
     with refusing_bad_input():
+        from calib.experiment import shipped
+
         files = sorted(file for file in shipped().iterdir() if file.is_file())
         require_folder(output, "Create it first")
         try:
@@ -52,10 +53,3 @@ def example(
             say(f"    {shlex.join(words)}")
         say("")
         say(f"Then open {run / 'report.html'}.")
-
-
-def shipped() -> Path:
-    """Find the folder of the shipped lab data: in an installed package, or in `datasets` beside one that is used in place."""
-    package = Path(calib.__file__).parent
-    installed = package / "example"
-    return installed if installed.is_dir() else package.parent / "datasets" / "padded_sensor"

@@ -343,6 +343,7 @@ def _show(o: Observations) -> None:
     from rich.table import Table
 
     from calib.catalogue import CHANNELS
+    from calib.experiment import compliance_said
     from calib.lab import grade_rows, judge, readings_of, use_in_words, why_left_out
 
     table, console = o.table, out()
@@ -389,7 +390,7 @@ def _show(o: Observations) -> None:
     for note in (*(decision.note for decision in o.signs.values()), *o.use_notes, *table.notes):
         if note:
             say(f"note: {note}")
-    judged = grade_rows(judge(o))
+    judged = grade_rows(judge(o, **compliance_said({})))
     objections = [row for row in judged if row[0] != "good"]
     if objections:
         quality = Table("quality", "check", "number", "finding", "advice")

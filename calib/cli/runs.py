@@ -66,6 +66,7 @@ def recommend(
     outside the model's range, nothing written; 3 done, but the verdict is red, or with --strict amber.
     """
     with refusing_bad_input():
+        from calib.checks import Verdict
         from calib.decision import Requirement
         from calib.experiment import Specification, read_specification
         from calib.report import status_in_words
@@ -102,14 +103,18 @@ def recommend(
         conformity = recommendation.conformity
         say(recommendation.in_words if conformity is None else conformity.in_words)
         if earlier is not None and earlier.asked_in_words != recommendation.asked_in_words:
-            say(f"It takes the place of the advice for {earlier.asked_in_words} that was in {run} ({earlier.best_in_words}).")
-        say_verdict(recommendation.verdict, status_in_words(recommendation.verdict, "the advice"))
-        for left_out in () if conformity is None else conformity.unserved_in_words:
-            say(f"  left out: {left_out}")
-        for model in recommendation.open_models:
-            say(f"  not ruled out by these data: {model}")
-        for condition in recommendation.conditions if conformity is None else conformity.conditions:
-            say(f"  holds for: {condition}")
+            was = "which was red" if earlier.verdict.colour == "red" else earlier.best_in_words
+            say(f"It takes the place of the advice for {earlier.asked_in_words} that was in {run} ({was}).")
+        status, void = status_in_words(recommendation.verdict, "the advice"), recommendation.verdict.colour == "red"
+        reasons = [r for r in recommendation.verdict.reasons if r.level == "red" or not void]
+        say_verdict(Verdict(tuple(reasons)), status)
+        if not void:  # of what is no advice there is no more to say
+            for left_out in () if conformity is None else conformity.unserved_in_words:
+                say(f"  left out: {left_out}")
+            for model in recommendation.open_models:
+                say(f"  not ruled out by these data: {model}")
+            for condition in recommendation.conditions if conformity is None else conformity.conditions:
+                say(f"  holds for: {condition}")
         names = ("recommendation.json", *(("specification.csv",) if conformity is not None else ()), "report.html")
         say(f"Written: {', '.join(str(run / name) for name in names)}")
     exit_by(recommendation.verdict, strict)

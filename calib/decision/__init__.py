@@ -5,7 +5,7 @@ from calib.decision.batch import DRIFTING, Batch, expected_of
 from calib.decision.causes import Cause
 from calib.decision.conditions import open_models_of
 from calib.decision.conformity import Built, Conformity, Needed
-from calib.decision.extrapolation import largest_force
+from calib.decision.extrapolation import MARGIN, largest_force
 from calib.decision.force_table import (
     LEVEL,
     N_ROW,
@@ -48,13 +48,14 @@ from calib.decision.requirement import Requirement
 from calib.decision.specified import conform, recommend_for
 from calib.decision.trend import Trend
 from calib.decision.views import LIMITED_HERE, Landscape, View, landscape
-from calib.decision.words import percent
+from calib.decision.words import percent, spans_in_words, void_in_words
 
 __all__ = [
     "DRIFTING",
     "INTERVAL_PROBABILITY",
     "LEVEL",
     "LIMITED_HERE",
+    "MARGIN",
     "N_ROW",
     "WIDTH_IN_SD",
     "AsBuilt",
@@ -106,4 +107,6 @@ __all__ = [
     "recommendation_from_json",
     "recommendation_to_json",
     "shortfall_in_words",
+    "spans_in_words",
+    "void_in_words",
 ]

@@ -12,7 +12,7 @@ import numpy as np
 from calib.checks import BAND_LEVELS, Verdict, verdict_from_plain
 from calib.decision.causes import Cause
 from calib.decision.guard_band import Drawing, inwards, step_of
-from calib.decision.words import percent
+from calib.decision.words import percent, void_in_words
 from calib.experiment import Limit, Specification, limited_in_words, specification_from_plain
 from models.sensor import BoolArray, FloatArray
 
@@ -219,14 +219,17 @@ class Conformity:
 
     @property
     def in_words(self) -> str:
-        """What to build and how sure that is, or why it cannot be met and what is nearest, a line for each thing."""
+        """What to build and how sure that is, or why it cannot be met and what is nearest, a line for each thing.
+
+        Where the verdict is red there is nothing to build, and no number is said.
+        """
+        if self.verdict.colour == "red":
+            return void_in_words(self.verdict)
         s, b, k = self.specification, self.best, self.at_best
         wanted = f"{100 * s.probability:g} %"
         chosen = "" if b.name == "as measured" else f" ({b.name})"
         p = f"{percent(b.best_probability)}{_give_or_take(b.best_error)}"
         lines = []
-        if self.verdict.colour == "red":
-            lines.append(f"Do not build on this: {self.verdict.reasons[0].finding}.")
         if self.met:
             lines.append(
                 f"Build {b.best * 1e3:.2f} mm of padding{chosen}: it conforms with a probability of {p} ({wanted} asked for)."

@@ -11,7 +11,7 @@ import numpy as np
 from calib.checks import BAND_LEVELS, Verdict
 from calib.decision.conformity import Conformity
 from calib.decision.requirement import Requirement
-from calib.decision.words import percent, sensor_in_words, spans_in_words
+from calib.decision.words import percent, sensor_in_words, spans_in_words, void_in_words
 from calib.digits import interval_text, number_or_unknown, places_of
 from calib.sampling import share_between
 from models.sensor import BoolArray, FloatArray
@@ -236,7 +236,9 @@ class Recommendation:
 
     @property
     def in_words(self) -> str:
-        """The recommendation in words and numbers, in a few sentences."""
+        """The recommendation in words and numbers, in a few sentences; none where the verdict is red, which has no results."""
+        if self.verdict.colour == "red":
+            return void_in_words(self.verdict)
         r, mm = self.requirement, 1e3
         start = f"Build about {self.best_in_words} of padding."
         if self.best_probability < 0.5:
@@ -269,8 +271,6 @@ class Recommendation:
         if self.of_models:
             text += f"{self.choice_in_words} "
         text += f"{self.sensor_in_words} "
-        if self.verdict.colour == "red":
-            text = f"Do not build on this: {self.verdict.reasons[0].finding}. {text}"
         return text.strip()
 
 

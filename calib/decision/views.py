@@ -160,6 +160,7 @@ def landscape(
     lower: float,
     upper: float,
     n_thickness: int = 37,
+    n_load: int = _N_LOAD,
     n_draw: int = 300,
     seed: int = 1,
     verdict: Verdict | None = None,
@@ -176,6 +177,7 @@ def landscape(
     force : [N], the largest load.
     lower, upper : [m], range of thicknesses.
     n_thickness : how many of that range, evenly spaced.
+    n_load : how many loads; where few paddings carry the largest ones more of them tell which.
     n_draw : draws of the posterior to use.
     seed : of the choice of draws and specimens.
     verdict : on the calibration; None to judge the posterior here, without its predictions.
@@ -186,14 +188,14 @@ def landscape(
     InputError
         If the load is not positive or the range is empty.
     """
-    if not (force > 0 and 0 <= lower < upper and n_thickness >= 3):
+    if not (force > 0 and 0 <= lower < upper and n_thickness >= 3 and n_load >= _ORDER):
         got = f"{force:.6g} N and {lower * 1e3:.6g} to {upper * 1e3:.6g} mm"
         raise InputError(Fault(f"a landscape needs a positive load and a range of thicknesses, got {got}"))
     rng = np.random.default_rng(seed)
     models = members_or(members, posterior, forward)
     parts = sensors_of(models, posterior.experiment.pooling, n_draw, None, rng, seed).parts
     grid = np.linspace(lower, upper, n_thickness)
-    loads = force * np.linspace(np.sqrt(_LEAST_LOAD), 1.0, _N_LOAD) ** 2
+    loads = force * np.linspace(np.sqrt(_LEAST_LOAD), 1.0, n_load) ** 2
     columns: list[list[FloatArray]] = [[], [], [], []]
     for part in parts:
         answers = [at_loads(part, thickness, loads) for thickness in grid]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from calib.checks import Verdict
 from models.sensor import BoolArray, FloatArray
 
 
@@ -25,6 +26,19 @@ def sensor_in_words(*, of_next: bool, spread: bool = False) -> str:
     return (
         "It is for the measured sensors, on new padding: another one of their lot may differ in modulus and thicknesses, "
         'which is not in the intervals (pooling = "partial" has it).'
+    )
+
+
+def void_in_words(verdict: Verdict) -> str:
+    """What is said in the place of an advice that must not be used: why, and no number that one might take for it.
+
+    Parameters
+    ----------
+    verdict : on it, which is red.
+    """
+    return (
+        f"Do not build on this: {verdict.reasons[0].finding}. No padding is recommended: a calibration that must not be used "
+        "has no results. Settle what is red first, then ask again."
     )
 
 

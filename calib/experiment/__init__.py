@@ -3,12 +3,13 @@
 from calib.experiment.bench import PRESSES, READINGS, Bench, read_bench
 from calib.experiment.design import read_design
 from calib.experiment.draft import experiment_text, quoted_text, specimen_text
-from calib.experiment.edits import MARK, Unedited, unedited_in_words, unedited_lines
+from calib.experiment.edits import MARK, MEASURED, STANDS, Unedited, guess_at, unedited_in_words, unedited_lines
+from calib.experiment.example_data import shipped
 from calib.experiment.experiment_file import experiment_from, read_experiment
 from calib.experiment.folder import listed, walk, written_by_calib
 from calib.experiment.forward import forward_of_design, forward_of_experiment, require_use_of, surrogate_from
 from calib.experiment.lab_files import Found, Looked, look_through
-from calib.experiment.laboratory import Instrument, Laboratory, keys_of
+from calib.experiment.laboratory import Instrument, Laboratory, instrument_of, keys_of
 from calib.experiment.lots import lot_prior, nominal_ratios, own_priors, spread_prior
 from calib.experiment.pairing import pair
 from calib.experiment.plan import Experiment, MaterialLaw, Specimen, SweepFiles
@@ -29,9 +30,9 @@ from calib.experiment.specification import (
     specification_from_plain,
 )
 from calib.experiment.specification_file import read_specification, specification_from
-from calib.experiment.sweeps import read_sweeps
+from calib.experiment.sweeps import compliance_said, read_sweeps
 from calib.experiment.toml_file import LARGEST as LARGEST_TOML
-from calib.experiment.toml_places import KeyPath, locate_keys
+from calib.experiment.toml_places import KeyPath, comments_in, locate_keys
 from calib.experiment.variants import AS_GIVEN, Variant, candidates_of, model_in_words, possible_candidates, variants_of
 from calib.experiment.written import experiment_toml, prior_toml
 
@@ -40,8 +41,10 @@ __all__ = [
     "LARGEST_TOML",
     "LIMITED",
     "MARK",
+    "MEASURED",
     "PRESSES",
     "READINGS",
+    "STANDS",
     "SWEEP_KEYS",
     "Bench",
     "Experiment",
@@ -65,6 +68,8 @@ __all__ = [
     "Unedited",
     "Variant",
     "candidates_of",
+    "comments_in",
+    "compliance_said",
     "design_schema",
     "experiment_from",
     "experiment_from_json",
@@ -74,6 +79,8 @@ __all__ = [
     "experiment_toml",
     "forward_of_design",
     "forward_of_experiment",
+    "guess_at",
+    "instrument_of",
     "keys_of",
     "limited_in_words",
     "listed",
@@ -95,6 +102,7 @@ __all__ = [
     "read_sweeps",
     "require_use_of",
     "said_toml",
+    "shipped",
     "specification_from",
     "specification_from_plain",
     "specification_schema",

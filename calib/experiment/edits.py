@@ -14,6 +14,8 @@ from calib.experiment.toml_places import KeyPath, comments_in
 
 #: How a line is marked: the word at the beginning of its comment, and after it what to do.
 MARK = "# EDIT:"
+#: How a line says that what stands there was measured, and with what; and that it was not, and is to stand nevertheless.
+MEASURED, STANDS = "# measured:", "# not measured:"
 
 
 @dataclass(frozen=True)
@@ -118,18 +120,21 @@ GUESSES: Mapping[tuple[str, ...], Guess] = {
 
 @dataclass(frozen=True)
 class Unedited:
-    """A line of an experiment file that is still marked EDIT and holds what the draft put there.
+    """A line of an experiment file that holds a guess as if it were known: marked EDIT, or meant to stand.
 
     Attributes
     ----------
     line : from 1.
     what : the quantity, such as "indenter radius" or "sensor_thickness".
     of : name of the specimen it is of; "" for the others.
+    stands : whether the line says that it was not measured and is to stand; else it is still marked EDIT and holds what the
+        draft put there.
     """
 
     line: int
     what: str
     of: str = ""
+    stands: bool = False
 
 
 def unedited_in_words(unedited: Sequence[Unedited]) -> str:
@@ -138,9 +143,22 @@ def unedited_in_words(unedited: Sequence[Unedited]) -> str:
     >>> left = [Unedited(30, "sensor_thickness", "a"), Unedited(40, "sensor_thickness", "b")]
     >>> unedited_in_words([Unedited(7, "indenter radius"), *left])
     '3 lines marked EDIT are unchanged: line 7 indenter radius, lines 30 and 40 sensor_thickness of "a" and "b"'
+    >>> unedited_in_words([Unedited(7, "indenter radius", stands=True)])
+    '1 guess is taken as exactly known and was not measured: line 7 indenter radius'
     """
-    if not unedited:
-        return ""
+    marked, standing = ([u for u in unedited if u.stands is stands] for stands in (False, True))
+    n, m = len(marked), len(standing)
+    said = []
+    if marked:
+        said.append(f"{n} line{' marked EDIT is' if n == 1 else 's marked EDIT are'} unchanged: {_places(marked)}")
+    if standing:
+        are, were = ("guess is", "was") if m == 1 else ("guesses are", "were")
+        said.append(f"{m} {are} taken as exactly known and {were} not measured: {_places(standing)}")
+    return "; ".join(said)
+
+
+def _places(unedited: Sequence[Unedited]) -> str:
+    """Lines by their quantity, those of several specimens together."""
     groups: dict[str, list[Unedited]] = {}
     for u in unedited:
         groups.setdefault(u.what, []).append(u)
@@ -149,8 +167,7 @@ def unedited_in_words(unedited: Sequence[Unedited]) -> str:
         lines = _listed([str(u.line) for u in own])
         of = _listed([f'"{name}"' for name, _ in groupby(u.of for u in own) if name])
         parts.append(f"line{'s' if len(own) > 1 else ''} {lines} {what}" + (f" of {of}" if of else ""))
-    n = len(unedited)
-    return f"{n} line{' marked EDIT is' if n == 1 else 's marked EDIT are'} unchanged: {', '.join(parts)}"
+    return ", ".join(parts)
 
 
 def _listed(words: Sequence[str]) -> str:
@@ -160,7 +177,10 @@ def _listed(words: Sequence[str]) -> str:
 
 
 def unedited_lines(text: str, data: Mapping[str, Any], places: Mapping[KeyPath, tuple[int, int]]) -> tuple[Unedited, ...]:
-    """Find the lines of an experiment file that are still marked EDIT and hold what the draft put there.
+    """Find the lines of an experiment file that hold a guess as if it were known.
+
+    These are lines that are still marked EDIT and hold what the draft put there, and lines of a quantity without a prior that
+    say it was not measured: its guess stands as exact. A prior that is to stand says by its width how far it is known.
 
     A line is done when the mark is removed or its value is another than the draft's. A value that is commented out is done when
     the experiment gives it anywhere; a mark without a value when it is removed.
@@ -179,12 +199,24 @@ def unedited_lines(text: str, data: Mapping[str, Any], places: Mapping[KeyPath, 
             tables.append((line, path))
         else:
             keys.setdefault(line, path)
-    return tuple(
-        Unedited(line, what, _specimen(data, path))
-        for line, comment in comments_in(text)
-        if MARK in comment
-        for path, what in _left(line, comment, data, keys, max(t for t in tables if t[0] < line)[1])
-    )
+    found = []
+    for line, comment in comments_in(text):
+        if MARK in comment:
+            left = _left(line, comment, data, keys, max(t for t in tables if t[0] < line)[1])
+            found += [Unedited(line, what, _specimen(data, path)) for path, what in left]
+        elif STANDS in comment and line in keys and "priors" not in keys[line] and guess_at(keys[line]) is not None:
+            found.append(Unedited(line, _called(keys[line]), _specimen(data, keys[line]), stands=True))
+    return tuple(found)
+
+
+def guess_at(path: KeyPath) -> Guess | None:
+    """The guess of a draft at a key; None where it makes none.
+
+    Parameters
+    ----------
+    path : of the key.
+    """
+    return GUESSES.get(tuple(key for key in path if isinstance(key, str)))
 
 
 _COMMENTED = re.compile(rf"#\s*([A-Za-z_]+)\s*=\s*\S.*{MARK}")
@@ -205,7 +237,7 @@ def _left(
         yield table, re.split(r"[.:;,]", comment.removeprefix(MARK).strip(), maxsplit=1)[0][:60]
     else:
         path = keys[line]
-        guess = GUESSES.get(tuple(str(k) for k in path if isinstance(k, str)))
+        guess = guess_at(path)
         value = _at(data, path)
         choice = re.match(rf"{MARK} choose (\w+)", comment)
         if guess is not None and value != tomllib.loads(f"value = {guess.value}")["value"]:

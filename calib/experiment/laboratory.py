@@ -16,6 +16,9 @@ from calib.visible import name_fault, shortened
 #: How a day is written, and a country.
 DAY, COUNTRY = r"\d{4}-\d{2}-\d{2}", "[A-Z]{2}"
 
+#: What stands for a text that is still to be put in.
+BLANK = "..."
+
 _EMAIL = r"[^@\s]+@[^@\s]+"
 
 
@@ -114,6 +117,21 @@ def instruments_in(toml: Toml) -> tuple[Instrument, ...]:
     return tuple(found)
 
 
+def instrument_of(keys: Mapping[str, str]) -> Instrument:
+    """An instrument by the keys of the experiment file, as `keys_of` gives them.
+
+    Parameters
+    ----------
+    keys : key -> what is said.
+
+    Raises
+    ------
+    TypeError
+        If there is another key among them, or `kind` is not.
+    """
+    return Instrument(**{"accuracy_class" if key == "class" else key: value for key, value in keys.items()})
+
+
 def keys_of(instrument: Instrument) -> dict[str, str]:
     """What is said of an instrument, by the keys of the experiment file; nothing for what is not said."""
     named = {field.name: getattr(instrument, field.name) for field in fields(instrument)}
@@ -125,6 +143,9 @@ def _line(toml: Toml, at: KeyPath) -> str:
     text = text_at(toml, at)
     if fault := name_fault(text):
         toml.fault(at, f"{at[-1]} {quoted(shortened(text))} {fault}", "Shorten it to what a certificate should show")
+        return ""
+    if text.strip() == BLANK:
+        toml.fault(at, f'{at[-1]} is still "{BLANK}"', "Put in what it is, or take the line out")
         return ""
     return text
 

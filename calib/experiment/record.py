@@ -63,7 +63,7 @@ def experiment_to_json(experiment: Experiment) -> str:
         "base": experiment.base,
         "candidates": list(experiment.candidates),
         "pooling": experiment.pooling,
-        "unedited": [[u.line, u.what, u.of] for u in experiment.unedited],
+        "unedited": [[u.line, u.what, u.of, u.stands] for u in experiment.unedited],
         "laboratory": asdict(experiment.laboratory),
         "instruments": [asdict(instrument) for instrument in experiment.instruments],
         "priors": priors(experiment.priors),

@@ -2,23 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import TypedDict
+
 import numpy as np
 
 from calib.catalogue import CHANNELS
 from calib.errors import Fault, InputError
 from calib.experiment.plan import Experiment, SweepFiles
 from calib.lab import Sweep, make_sweep
-from calib.priors import default_prior
+from calib.priors import Prior, default_prior
 
 # Share of a prior that is looked at when a file is judged before there is a posterior.
 _CERTAIN = 0.99
+
+
+class ComplianceSaid(TypedDict, total=False):
+    """How far a machine may give [m/N]: at most, as a prior says it; or as is believed where none is given."""
+
+    machine_compliance: float
+    believed_compliance: float
 
 
 def read_sweeps(experiment: Experiment) -> tuple[Sweep, ...]:
     """Read every lab file that an experiment names and prepare each press for the likelihood.
 
     Two priors matter already when the files are judged: that of the clock offset says how far apart the clocks may be, that of
-    the machine's compliance how far the machine may give.
+    the machine's compliance how far the machine may give (`compliance_said`).
 
     Returns
     -------
@@ -31,7 +41,7 @@ def read_sweeps(experiment: Experiment) -> tuple[Sweep, ...]:
     """
     sweeps: list[Sweep] = []
     faults: list[Fault] = []
-    compliance = experiment.priors.get("machine_compliance", default_prior("machine_compliance"))
+    compliance = compliance_said(experiment.priors)
     for specimen in experiment.specimens:
         clock = specimen.priors.get("clock_offset")
         for files in specimen.sweeps:
@@ -46,7 +56,7 @@ def read_sweeps(experiment: Experiment) -> tuple[Sweep, ...]:
                     capacitance_reading=files.capacitance_reading,
                     use=files.use,
                     clock_range=None if clock is None else clock.interval(_CERTAIN),
-                    machine_compliance=compliance.interval(_CERTAIN)[1],
+                    **compliance,
                 )
             except InputError as error:
                 faults += error.faults
@@ -68,3 +78,16 @@ def _dead_channels(sweep: Sweep, files: SweepFiles) -> list[Fault]:
             advice = "Look whether it was connected and logged, and leave the file out if it was not"
             faults.append(Fault(f"{name} reads {reading} in every row that is used", path, advice=advice))
     return faults
+
+
+def compliance_said(priors: Mapping[str, Prior]) -> ComplianceSaid:
+    """What lab files are judged by of the machine's compliance, for `calib.lab.judge` and `calib.lab.make_sweep`.
+
+    Parameters
+    ----------
+    priors : of material and rig that are given.
+    """
+    given = priors.get("machine_compliance")
+    if given is not None:
+        return {"machine_compliance": given.interval(_CERTAIN)[1]}
+    return {"believed_compliance": default_prior("machine_compliance").interval(_CERTAIN)[1]}

@@ -35,6 +35,7 @@ def make_sweep(
     use: Use = FIRST_LOADING,
     clock_range: tuple[float, float] | None = None,
     machine_compliance: float | None = None,
+    believed_compliance: float | None = None,
 ) -> Sweep:
     """Read the files of a sweep and reduce each channel to about `n_points` points of the part of the press that is used.
 
@@ -57,7 +58,7 @@ def make_sweep(
     force_reading, capacitance_reading : what the user says of the files, see `Reading`.
     use : which part of the press is used, in both files; in a log tied by the clock it is the tester's.
     clock_range : [s], range in which the offset of the clocks is known to lie; it can decide between alternatives.
-    machine_compliance : [m/N], for the grades alone, see `calib.lab.quality.judge`.
+    machine_compliance, believed_compliance : [m/N], for the grades alone, see `calib.lab.quality.judge`.
 
     Returns
     -------
@@ -97,7 +98,7 @@ def make_sweep(
     notes = [note for obs in sources for note in _file_notes(obs)]
     if lcr is not None and lcr.use not in (use, FIRST_LOADING):
         notes.append(f"{lcr.table.path.name}: its limit is that at which the tester's record is cut off")
-    grades = tuple(v for obs in sources for v in judge(obs, machine_compliance))
+    grades = tuple(v for obs in sources for v in judge(obs, machine_compliance, believed_compliance=believed_compliance))
     channels: dict[str, Points] = {}
     readings: dict[str, NoiseEstimate] = {}
     offset = offset_sd = float("nan")

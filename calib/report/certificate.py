@@ -12,7 +12,7 @@ from calib.catalogue import QUANTITIES, UnknownName
 from calib.checks import AMBER_ALLOWS, Colour, Verdict
 from calib.decision import open_models_of
 from calib.digits import interval_text, with_uncertainty
-from calib.experiment import Instrument, Laboratory, keys_of, model_in_words
+from calib.experiment import Instrument, Laboratory, instrument_of, keys_of, model_in_words
 from calib.records import record_from_text, record_to_text
 from calib.report.rows import SENSOR_PARAMETERS, parameter_rows
 from calib.sampling import FINGERPRINT, Posterior, coverage_intervals
@@ -21,7 +21,7 @@ from calib.sampling import FINGERPRINT, Posterior, coverage_intervals
 COVERAGE = 0.95
 
 #: Layout of certificate.json, and what it is by the colour of its verdict: the first thing that it says.
-CERTIFICATE_FORMAT = 2
+CERTIFICATE_FORMAT = 3
 CERTIFICATE_KINDS: Mapping[Colour, str] = {
     "green": "certificate",
     "amber": "certificate with reservations",
@@ -49,6 +49,23 @@ MEANT = (
     "Value: mean of the posterior. Standard uncertainty: its standard deviation. Interval: holds the value with a probability "
     "of 95 %, as likely below as above (JCGM 101:2008). All within the model that is named, given what was taken as known."
 )
+
+
+# What is looked for of a laboratory and of an instrument, by key of the experiment file; and what stands there until it is
+# filled in, which no reader of such a file takes.
+_WHO: Mapping[str, str] = {
+    "name": "which laboratory",
+    "country": "where it is",
+    "operator": "who measured",
+    "measured": "when it was measured",
+}
+_WHAT_WITH: Mapping[str, str] = {"serial": "the serial number", "calibrated": "the day of the last calibration"}
+_BLANKS = {
+    **dict.fromkeys((*_WHO, *_WHAT_WITH), '"..."'),
+    "country": '".."',
+    "measured": '"YYYY-MM-DD"',
+    "calibrated": '"YYYY-MM-DD"',
+}
 
 
 @dataclass(frozen=True)
@@ -180,13 +197,13 @@ class Certificate:
 
     @property
     def statement(self) -> str:
-        """What its verdict means, in a sentence or two."""
-        statement = _STATEMENTS[self.verdict.colour]
-        if not self.open_models:
-            return statement
-        n = len(self.open_models)
-        told = "one other model" if n == 1 else f"{n} other models"
-        return f"{statement} They hold under the model that is named, and the data do not rule out {told}: see below."
+        """What its verdict means, in a few sentences."""
+        return _statement(self.verdict.colour, len(self.open_models), missed_in(self.laboratory, self.instruments))
+
+    @property
+    def missed(self) -> tuple[str, ...]:
+        """What a customer looks for and does not find: who measured, where, when, and with what."""
+        return missed_in(self.laboratory, self.instruments)
 
     @property
     def usable(self) -> bool:
@@ -233,11 +250,9 @@ def certify(posterior: Posterior, verdict: Verdict, origin: Origin, issued: str)
         fingerprint=attrs.get(FINGERPRINT, ""),
         started=attrs.get("started", ""),
         ended=attrs.get("ended", ""),
-        unsaid=_unsaid(e.laboratory, e.instruments, origin, attrs),
+        unsaid=_unsaid(e.laboratory, e.instruments, origin.text, commit="commit" in attrs),
     )
-    kind = CERTIFICATE_KINDS[verdict.colour]
-    content = record_from_text(kind, CERTIFICATE_FORMAT, record_to_text(kind, CERTIFICATE_FORMAT, _content(certificate)))
-    return replace(certificate, number=certificate_number(content))
+    return replace(certificate, number=certificate_number(certified_content(certificate)))
 
 
 def certificate_number(content: Mapping[str, Any]) -> str:
@@ -337,6 +352,100 @@ def _content(c: Certificate) -> dict[str, Any]:
     }
 
 
+def certified_content(certificate: Certificate) -> dict[str, Any]:
+    """All that certificate.json says of a calibration, plain values, without the hashes of files.
+
+    Parameters
+    ----------
+    certificate : as made.
+    """
+    kind = CERTIFICATE_KINDS[certificate.verdict.colour]
+    text = record_to_text(kind, CERTIFICATE_FORMAT, {**_content(certificate), "number": certificate.number})
+    return record_from_text(kind, CERTIFICATE_FORMAT, text)
+
+
+def follows_from_itself(content: Mapping[str, Any]) -> dict[str, Any]:
+    """What of a certificate follows from the rest of it, by name: title, statement, what results mean, what it does not say.
+
+    Parameters
+    ----------
+    content : of certificate.json.
+
+    Raises
+    ------
+    KeyError, TypeError, ValueError
+        If it is none.
+    """
+    colour: Colour = content["verdict"]["colour"]
+    laboratory = Laboratory(**content["laboratory"])
+    instruments = tuple(instrument_of(plain) for plain in content["instruments"])
+    return {
+        "title": _TITLES[colour],
+        "statement": _statement(colour, len(content["open_models"]), missed_in(laboratory, instruments)),
+        "coverage_probability": COVERAGE,
+        "meant": MEANT,
+        "accreditation": NOT_ACCREDITED,
+        "not_said": list(
+            _unsaid(laboratory, instruments, content["experiment"]["text"], commit="commit" in content["calibrated_with"])
+        ),
+    }
+
+
+def missed_in(laboratory: Laboratory, instruments: Sequence[Instrument]) -> tuple[str, ...]:
+    """What a customer looks for in a certificate and does not find: who measured, where, when, and with what; in words.
+
+    Parameters
+    ----------
+    laboratory, instruments : as the experiment file says them.
+    """
+    said = _said(laboratory)
+    missed = [what for key, what in _WHO.items() if not said[key]]
+    if not instruments:
+        missed.append("with which instruments, their serial numbers and last calibrations")
+    for instrument in instruments:
+        missed += [f"{what} of the {instrument.kind}" for key, what in _WHAT_WITH.items() if not getattr(instrument, key)]
+        if instrument.calibrated and laboratory.measured and instrument.calibrated > laboratory.measured:
+            missed.append(f"whether the {instrument.kind} was right when it measured: it was calibrated afterwards")
+    return tuple(missed)
+
+
+def _said(laboratory: Laboratory) -> dict[str, str]:
+    """What is said of a laboratory; a city says where it is as well as a country."""
+    return {**asdict(laboratory), "country": laboratory.country or laboratory.city}
+
+
+def lines_to_add(laboratory: Laboratory, instruments: Sequence[Instrument]) -> tuple[str, ...]:
+    """The lines of an experiment file that say what is missed, to be filled in; what is left as it is here is refused there.
+
+    Parameters
+    ----------
+    laboratory, instruments : as the experiment file says them.
+    """
+    said = _said(laboratory)
+    lines = [f"{key} = {_BLANKS[key]}  # {what}" for key, what in _WHO.items() if not said[key]]
+    if lines:
+        lines.insert(0, "# into the table [laboratory] that is there:" if any(said.values()) else "[laboratory]")
+    for instrument in instruments:
+        own = [f"{key} = {_BLANKS[key]}" for key in _WHAT_WITH if not getattr(instrument, key)]
+        lines += [f"# into the table [[instruments]] of the {instrument.kind}:", *own] if own else []
+    if not instruments:
+        for kind in ("load cell", "LCR meter"):
+            lines += ["[[instruments]]", f'kind = "{kind}"', *(f"{key} = {_BLANKS[key]}" for key in _WHAT_WITH)]
+        lines.append("# and likewise the testing machine, and what ball, disc and thicknesses were measured with")
+    return tuple(lines)
+
+
+def _statement(colour: Colour, n_open: int, missed: Sequence[str]) -> str:
+    """What a verdict means, and what it does not hold for."""
+    statement = _STATEMENTS[colour]
+    if n_open:
+        told = "one other model" if n_open == 1 else f"{n_open} other models"
+        statement += f" They hold under the model that is named, and the data do not rule out {told}: see below."
+    if missed:
+        statement += " This is of the numbers alone: who measured, where, when or with what is not said in full, see below."
+    return statement
+
+
 def _models(posterior: Posterior) -> str:
     return "average of " + "; ".join(f"{m.name} ({m.model}), weight {m.weight:.2f}" for m in posterior.diagnostics.models)
 
@@ -345,23 +454,11 @@ def _name(name: str) -> str:
     return UnknownName.parse(name).label
 
 
-def _unsaid(
-    laboratory: Laboratory, instruments: Sequence[Instrument], origin: Origin, attrs: Mapping[str, str]
-) -> tuple[str, ...]:
+def _unsaid(laboratory: Laboratory, instruments: Sequence[Instrument], text: str | None, *, commit: bool) -> tuple[str, ...]:
     """What a reader of a certificate may look for and does not find."""
-    said = asdict(laboratory)
-    words = {"name": "which laboratory", "operator": "who measured", "measured": "when it was measured"}
-    unsaid = [what for key, what in words.items() if not said[key]]
-    if not instruments:
-        unsaid.append("with which instruments")
-    for instrument in instruments:
-        gaps = [key for key in ("serial", "calibrated") if not getattr(instrument, key)]
-        told = {"serial": "the serial number", "calibrated": "the day of the last calibration"}
-        unsaid += [f"{told[key]} of the {instrument.kind}" for key in gaps]
-        if instrument.calibrated and laboratory.measured and instrument.calibrated > laboratory.measured:
-            unsaid.append(f"whether the {instrument.kind} was right when it measured: it was calibrated afterwards")
-    if origin.text is None:
+    unsaid = list(missed_in(laboratory, instruments))
+    if text is None:
         unsaid.append("the text of the experiment file, which is not there any more as it was")
-    if "commit" not in attrs:
+    if not commit:
         unsaid.append("the commit of the program, which ran from no clone or before commits were kept")
     return tuple(unsaid)

@@ -47,8 +47,11 @@ def gripper_files(made: GripperTables) -> dict[str, str]:
     Raises
     ------
     InputError
-        If forces are too large for the integers of the header.
+        If the verdict is red: firmware does not read warnings; or if forces are too large for the integers of the header.
     """
+    if "red" in (made.verdict.colour, *(table.verdict.colour for table in made.tables)):
+        advice = "Settle what is red first"
+        raise InputError(Fault("a verdict on these tables is red: their numbers must not be used", advice=advice))
     environment = jinja2.Environment(
         loader=jinja2.FunctionLoader(_template),
         autoescape=False,  # none of these is a page

@@ -53,6 +53,7 @@ def write_report(
     sections = sections_of(results, drawings or {})
     laid_out = [(section, _laid_out(section, environment)) for section in sections]
     return environment.get_template("page.html.j2").render(
+        void=results.void,
         name=posterior.experiment.name,
         setup=_setup(posterior),
         date=posterior.attrs.get("ended", "")[:10],

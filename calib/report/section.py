@@ -46,6 +46,11 @@ class Results:
         return Picture(name, self.drawings[name](), self.plots[name].alt, self.plots[name].caption)
 
     @property
+    def void(self) -> bool:
+        """Whether there are no results: the verdict is red, and what the draws say only serves to find the cause."""
+        return self.verdict.colour == "red"
+
+    @property
     def stale(self) -> bool:
         """Whether the recommendation was made from another posterior than this."""
         made_from = "" if self.recommendation is None else self.recommendation.posterior_sha256
@@ -54,7 +59,7 @@ class Results:
     @property
     def signal_picture(self) -> str:
         """Name of the plot of the signal that stands on the first page, and nowhere else; "" where there is none."""
-        if self.recommendation is None:
+        if self.recommendation is None or self.void:
             return CHANGE if CHANGE in self.plots else ""
         return PADDING if self.recommendation.conformity is None else CONFORMITY
 
@@ -71,6 +76,7 @@ class Section:
     template : the file in `calib/report/templates` that lays out what is below the heading.
     context : what that file asks for, by name.
     appendix : whether it is for who checks the statistics: folded away at the end of the page, open on paper.
+    of_draws : whether it shows what the draws say: where the verdict is red that is no result, and the page says so.
     """
 
     identifier: str
@@ -79,3 +85,4 @@ class Section:
     template: str
     context: Mapping[str, object]
     appendix: bool = False
+    of_draws: bool = True

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from calib.runs.proof import prove
     from calib.runs.received import Received, is_received, verify_certificate
     from calib.runs.refinement import Means, Refinement, refine
-    from calib.runs.rivals import Rivalry, calibrate_rivals
+    from calib.runs.rivals import Forecast, Rivalry, calibrate_rivals
 
 __all__ = [
     "AVERAGE",
@@ -41,6 +41,7 @@ __all__ = [
     "Check",
     "Examined",
     "Finding",
+    "Forecast",
     "Look",
     "Means",
     "NotUsableError",
@@ -154,6 +155,7 @@ __getattr__ = on_demand(
             "refine",
         ),
         ".rivals": (
+            "Forecast",
             "Rivalry",
             "calibrate_rivals",
         ),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -134,12 +135,26 @@ def seconds_of_evaluation(problem: Problem) -> float:
     return (time.process_time() - began) / _TIMED
 
 
-def _seconds(problem: Problem, found: Plausibility) -> tuple[float, float] | None:
+def seconds_of(problems: Sequence[Problem], processes: int | None = None) -> tuple[float, float] | None:
+    """Between which times [s] calibrations, one after the other, will probably take on this machine; None if it cannot be said.
+
+    Parameters
+    ----------
+    problems : of the same data under other models; how long a climb takes is taken from the first.
+    processes : that they may have; None for the number of processors.
+    """
+    found = plausibility_of(problems[0]) if problems else None
+    each = [] if found is None else [_seconds(problem, found, processes) for problem in problems]
+    known = [seconds for seconds in each if seconds is not None]
+    return (sum(low for low, _ in known), sum(high for _, high in known)) if known and len(known) == len(problems) else None
+
+
+def _seconds(problem: Problem, found: Plausibility, processes: int | None = None) -> tuple[float, float] | None:
     """Between which times a calibration will probably take on this machine."""
     if problem.experiment.model == "fem" or found.outlook is None:
         return None
     each = seconds_of_evaluation(problem)
-    spread = min(ENSEMBLES, os.cpu_count() or 1)
+    spread = min(ENSEMBLES, os.cpu_count() or 1, max(processes, 1) if processes is not None else ENSEMBLES)
     steps = ENSEMBLES * usual_walkers(problem) * _STEPS * each
     work = (_CLIMBS * found.seconds_of_climb + steps + _SPOT_CHECK * len(problem.sweeps)) / spread + _REST
     return _LEAST * work, (_MOST_OF_LOT if problem.table.lots else _MOST) * work

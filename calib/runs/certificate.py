@@ -3,37 +3,21 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
 from dataclasses import asdict
 from datetime import UTC, datetime
 from pathlib import Path
 
 from calib.errors import Fault, InputError
 from calib.files import require_writable, sha256_of, write_text
-from calib.provenance import PROGRAM, commit, platform_in_words, versions
-from calib.report import (
-    Certificate,
-    CrateFile,
-    Origin,
-    certificate_json,
-    certificate_page,
-    certify,
-    crate_json,
-    dcc_gaps,
-    dcc_xml,
-)
-from calib.runs.certified import forwards_of
+from calib.provenance import PROGRAM
+from calib.report import Certificate, Origin, certify
+from calib.runs.certified import certificate_texts, forwards_of, made_with
 from calib.runs.folder import Run, owned_run, require_own_forward, unlisted
 from calib.runs.listing import (
     CERTIFICATE,
     CERTIFICATES,
-    CRATE,
-    DCC,
     LISTING,
     MEMBERS,
-    PAGE_OF_IT,
-    POSTERIOR,
-    REPORT,
     RESULTS,
     SIGNATURE,
     Command,
@@ -85,7 +69,7 @@ def certify_in(run: Run, *, key: SecretKey | None = None, command: str = "") -> 
         now = datetime.now(UTC)
         origin = _origin(run, with_command(listing, command))
         certificate = certify(run.posterior, verdict, origin, now.isoformat(timespec="seconds"))
-        texts = _texts(run.folder, certificate, of_run, signed=key is not None)
+        texts = certificate_texts(run.folder, certificate, of_run, signed=key is not None)
         if key is not None:
             said = f"timestamp:{now.timestamp():.0f} file:{CERTIFICATE} number:{certificate.number} verdict:{verdict.colour}"
             texts[SIGNATURE] = sign(texts[CERTIFICATE].encode(), key, said)
@@ -150,7 +134,7 @@ def _origin(run: Run, listing: Listing) -> Origin:
         commands=tuple(asdict(command) for command in commands),
         inputs=tuple({"what": e.what, "file": Path(e.file).name, "sha256": e.sha256} for e in listing.inputs),
         text=_experiment_text(run.folder, listing, posterior.experiment.sha256),
-        software=versions() | {"platform": platform_in_words()} | ({"commit": of_clone} if (of_clone := commit()) else {}),
+        software=made_with(),
     )
 
 
@@ -170,16 +154,3 @@ def _experiment_text(folder: Path, listing: Listing, sha256: str) -> str | None:
         if hashlib.sha256(content).hexdigest() == sha256:
             return content.decode("utf-8")
     return None
-
-
-def _texts(folder: Path, certificate: Certificate, of_run: Mapping[str, str], *, signed: bool) -> dict[str, str]:
-    """The files of a certificate but its signature: name -> text."""
-    texts = {PAGE_OF_IT: certificate_page(certificate, of_run[POSTERIOR], of_run.get(REPORT, ""))}
-    if not dcc_gaps(certificate):
-        texts[DCC] = dcc_xml(certificate)
-    named = [*texts, CERTIFICATE, *([SIGNATURE] if signed else []), LISTING]
-    inside = [CrateFile(name, digest, (folder / name).stat().st_size) for name, digest in of_run.items()]
-    texts[CRATE] = crate_json(certificate, (*inside, *(CrateFile(name) for name in named)))
-    digests = {name: hashlib.sha256(text.encode()).hexdigest() for name, text in texts.items()}
-    texts[CERTIFICATE] = certificate_json(certificate, {**of_run, **digests})
-    return texts

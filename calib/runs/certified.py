@@ -6,23 +6,57 @@ import hashlib
 import json
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from calib.checks import Colour
+from calib.checks import Colour, Verdict, verdict_from_plain
 from calib.errors import InputError
-from calib.experiment import keys_of
 from calib.files import sha256_of
+from calib.provenance import commit, platform_in_words, versions
 from calib.records import exact_record_from_text
-from calib.report import CERTIFICATE_FORMAT, CERTIFICATE_KINDS, certificate_number, certified_models, results_of
+from calib.report import (
+    CERTIFICATE_FORMAT,
+    CERTIFICATE_KINDS,
+    Certificate,
+    CrateFile,
+    Origin,
+    certificate_json,
+    certificate_number,
+    certificate_page,
+    certified_content,
+    certified_models,
+    certify,
+    crate_json,
+    dcc_gaps,
+    dcc_xml,
+    follows_from_itself,
+    results_of,
+)
 from calib.runs.folder import Run
-from calib.runs.listing import CERTIFICATE, CERTIFICATES, MEMBERS, POSTERIOR, RESULTS, SIGNATURE, SUMMARIES, Listing
+from calib.runs.listing import (
+    CERTIFICATE,
+    CERTIFICATES,
+    CRATE,
+    DCC,
+    LISTING,
+    MEMBERS,
+    PAGE_OF_IT,
+    POSTERIOR,
+    REPORT,
+    RESULTS,
+    SIGNATURE,
+    SUMMARIES,
+    Listing,
+)
 from calib.signature import PublicKey, fault_of, read_signature
-from calib.visible import shortened
+from calib.visible import shortened, visible
 
 State = Literal["fine", "changed", "missing", "not finished", "stale"]
+
+#: What a certificate says and no file of its run tells: only a signature answers for it.
+UNTOLD = "when it was issued, and with which versions"
 
 #: What a file that is no certificate fails of.
 NOT_ONE = (KeyError, TypeError, ValueError, AttributeError, OSError, RecursionError)
@@ -33,6 +67,9 @@ _BEST_FIRST = ("green", "amber", "red")
 # How the name of a signature goes on after that of what it is of, and what may be a file of a run.
 _SIGNED = SIGNATURE.removeprefix(CERTIFICATE)
 _MEMBER = re.compile(rf"{MEMBERS}/[^/\\\n]+")
+
+# What of a certificate comes of the rest of it: what is told if both are not right.
+_OF_THE_REST = ("title", "statement", "not_said", "number")
 
 # Quantiles of the same draws, summed in another order.
 _ROUNDING = 1e-9
@@ -77,6 +114,8 @@ def check_certificate(folder: Path, listing: Listing, run: Run | None) -> dict[s
         _require_own(folder, content, listing)
         if run is not None:
             _require_numbers(content, colour, run)
+            wrong = _require_own_words(folder, content, listing, run) | wrong
+        require_itself(content)
     except NotOfThisRunError as error:
         return {CERTIFICATE: Finding(CERTIFICATE, error.state, error.note)}
     except NOT_ONE as error:
@@ -174,6 +213,25 @@ def certificate_content(data: bytes) -> tuple[dict[str, Any], Colour]:
     return content, colour
 
 
+def require_itself(content: Mapping[str, Any]) -> None:
+    """Refuse a certificate whose title, statement or list of what is not said does not follow from the rest of it.
+
+    Parameters
+    ----------
+    content : of certificate.json.
+
+    Raises
+    ------
+    NotOfThisRunError
+        If so.
+    KeyError, TypeError, ValueError
+        If it is none as it was written.
+    """
+    for name, is_so in follows_from_itself(content).items():
+        if content[name] != is_so:
+            raise NotOfThisRunError("changed", f"its {_called(name)} is not what follows from the rest of it")
+
+
 def _others_changed(folder: Path, content: Mapping[str, Any]) -> list[str]:
     """The page, the XML and the crate of a certificate, where they are not those that it names, or it names none."""
     named = content["files"]
@@ -207,19 +265,8 @@ def _require_numbers(content: Mapping[str, Any], colour: Colour, run: Run) -> No
     worst = max(summary, "green" if posterior.diagnostics.converged else "red", key=_BEST_FIRST.index)
     if _BEST_FIRST.index(colour) < _BEST_FIRST.index(worst):
         raise NotOfThisRunError("changed", f"it says {colour}, and the verdict on this calibration is {worst}")
-    experiment = posterior.experiment
-    facts = {
-        "laboratory": asdict(experiment.laboratory),
-        "instruments": [keys_of(instrument) for instrument in experiment.instruments],
-        "name": experiment.name,
-        "seed": posterior.seed,
-        "converged": posterior.diagnostics.converged,
-        "open_models": list(certified_models(posterior, colour)),
-        "forward_model": list(forwards_of(run)),
-    }
-    for fact, is_so in facts.items():
-        if content[fact] != is_so:
-            raise NotOfThisRunError("changed", f"its {fact.replace('_', ' ')} is not that of the run")
+    if content["open_models"] != list(certified_models(posterior, colour)):
+        raise NotOfThisRunError("changed", "its open models is not that of the run")
     if content["results"] is None:
         return
     expected = {value.name: value for value in results_of(posterior)}
@@ -232,3 +279,92 @@ def _require_numbers(content: Mapping[str, Any], colour: Colour, run: Run) -> No
         pairs += zip(said["interval_95"], value.interval_95, strict=True)
         if said["unit"] != value.unit or not all(math.isclose(a, b, rel_tol=_ROUNDING) for a, b in pairs):
             raise NotOfThisRunError("changed", f"its {name} is not that of the posterior")
+
+
+def _require_own_words(folder: Path, content: Mapping[str, Any], listing: Listing, run: Run) -> dict[str, Finding]:
+    """Refuse a certificate that says anything else than the run's own files; find its pages that do.
+
+    All of it is made again, as when it was issued, from the posterior, the verdict and the lists of the run; what no file of
+    the run tells (`UNTOLD`) is taken from the certificate.
+
+    Returns
+    -------
+    Name of a page, of the XML or of the crate -> what was found, of those that are not what comes of it.
+    """
+    verdict = verdict_from_plain(content["verdict"])
+    if not run.another_forward and _words(run.verdict) != _words(verdict):
+        raise NotOfThisRunError("changed", "its verdict is not that of the run")
+    if strange := _commands(content["commands"]) - _commands(asdict(command) for command in listing.commands):
+        begun = {listing.attrs.get("command", ""), run.posterior.attrs.get("command", "")}
+        if not strange <= {visible(command) for command in begun}:
+            raise NotOfThisRunError("changed", f"the run knows of no command `{shortened(min(strange))}`")
+    origin = Origin(
+        forward=forwards_of(run),
+        commands=tuple(content["commands"]),
+        inputs=tuple({"what": e.what, "file": Path(e.file).name, "sha256": e.sha256} for e in listing.inputs),
+        text=content["experiment"]["text"],
+        software=content["certified_with"],
+    )
+    made = certify(run.posterior, verdict, origin, content["issued"])
+    if content["results"] is not None:
+        pairs = zip(content["results"], made.results, strict=True)
+        if any((said["label"], said["of"], said["learned"]) != (v.label, v.of, v.learned) for said, v in pairs):
+            raise NotOfThisRunError("changed", "what it says beside its results is not that of the run")
+    expected = certified_content(made)
+    for name in sorted(expected, key=lambda name: name in _OF_THE_REST):
+        if name != "results" and content[name] != expected[name]:  # results were compared as numbers
+            raise NotOfThisRunError("changed", f"its {_called(name)} is not that of the run")
+    if content["certified_with"] != made_with():  # which may lay it out in another way
+        note = "not made again here, as it was issued with other versions: held by its hash in the certificate"
+        return {name: Finding(name, "fine", note) for name in (PAGE_OF_IT, DCC, CRATE) if (folder / name).is_file()}
+    of_run = {name: digest for name, digest in content["files"].items() if name not in CERTIFICATES}
+    one, other = (certificate_texts(folder, made, of_run, signed=signed) for signed in (True, False))
+    note = "it is not what comes of the certificate"
+    return {
+        name: Finding(name, "changed", note)
+        for name in one
+        if name != CERTIFICATE and (path := folder / name).is_file()
+        if path.read_bytes() not in (one[name].encode(), other[name].encode())
+    }
+
+
+def _words(verdict: Verdict) -> set[tuple[str, str, str]]:
+    """What a verdict says but for numbers, whose last digits another machine may round to the other side; without inputs.
+
+    Files that a run was made from may have been changed, or put back, since: that is told of themselves.
+    """
+    return {(r.gate, r.level, re.sub(r"\d[\d.,e+-]*", "0", r.in_words)) for r in verdict.reasons if r.gate != "inputs"}
+
+
+def _commands(commands: Iterable[Mapping[str, str]]) -> set[str]:
+    return {command["text"] for command in commands}
+
+
+def _called(name: str) -> str:
+    return name.replace("_", " ")
+
+
+def made_with() -> dict[str, str]:
+    """What this program is, by name: versions of it and of the libraries that decide, platform, and commit where it has one."""
+    return versions() | {"platform": platform_in_words()} | ({"commit": of_clone} if (of_clone := commit()) else {})
+
+
+def certificate_texts(folder: Path, certificate: Certificate, of_run: Mapping[str, str], *, signed: bool) -> dict[str, str]:
+    """The files of a certificate but its signature: name -> text.
+
+    Parameters
+    ----------
+    folder : of the run.
+    certificate : as made.
+    of_run : the results in the folder -> SHA-256.
+    signed : whether it gets a signature.
+    """
+    texts = {PAGE_OF_IT: certificate_page(certificate, of_run[POSTERIOR], of_run.get(REPORT, ""))}
+    if not dcc_gaps(certificate):
+        texts[DCC] = dcc_xml(certificate)
+    named = [*texts, CERTIFICATE, *([SIGNATURE] if signed else []), LISTING]
+    inside = [CrateFile(name, digest, (folder / name).stat().st_size) for name, digest in of_run.items()]
+    texts[CRATE] = crate_json(certificate, (*inside, *(CrateFile(name) for name in named)))
+    digests = {name: hashlib.sha256(text.encode()).hexdigest() for name, text in texts.items()}
+    texts[CERTIFICATE] = certificate_json(certificate, {**of_run, **digests})
+    return texts

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import json
+import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from calib.errors import Fault, InputError, in_shell_path
+from calib.experiment import Laboratory
 from calib.files import sha256_of
 from calib.regular import bytes_of
 from calib.report import CERTIFICATE_KINDS
-from calib.runs.certified import NOT_ONE, Finding, NotOfThisRunError, certificate_content, check_signature
+from calib.runs.certified import NOT_ONE, Finding, NotOfThisRunError, certificate_content, check_signature, require_itself
 from calib.runs.listing import CERTIFICATE, CERTIFICATES, CHECKPOINT, LISTING, POSTERIOR, SIGNATURE
 from calib.signature import PublicKey
 from calib.visible import shortened
@@ -86,6 +88,8 @@ def verify_certificate(path: Path | str, public_key: PublicKey | None = None) ->
     content: dict[str, Any] = {}
     try:
         content, _ = certificate_content(data)
+        require_itself(content)
+        _require_text(content)
         says = _says(content)
         others = list(_beside(path, content["files"]))
         absent = [name for name in content["files"] if not (path.parent / name).is_file()]
@@ -98,6 +102,28 @@ def verify_certificate(path: Path | str, public_key: PublicKey | None = None) ->
         return Received((own, *findings), "", (), authentic=False)
     authentic = public_key is not None and signed is not None and signed.state == "fine"
     return Received((own, *findings, *others), says, tuple(_untold(path.parent, absent, public_key, signed)), authentic)
+
+
+def _require_text(content: Mapping[str, Any]) -> None:
+    """Refuse a certificate that names another experiment, laboratory or instruments than the experiment's text in it does."""
+    text = content["experiment"]["text"]
+    if text is None:
+        return
+    tables = tomllib.loads(text)
+    laboratory = dict(tables.get("laboratory", {}))
+    days = laboratory.pop("measured", "")
+    first, last = days if isinstance(days, list) else (days, days)
+    said = Laboratory(**{key: str(value).strip() for key, value in laboratory.items()}, measured=str(first).strip())
+    instruments = tables.get("instruments", [])
+    told = {
+        "name": str(tables.get("name", content["name"])).strip(),
+        "laboratory": asdict(replace(said, measured_until=str(last).strip())),
+        "instruments": [{key: str(value).strip() for key, value in one.items() if value} for one in instruments],
+        "specimens": [specimen["name"] for specimen in tables["specimens"]],
+    }
+    for name, is_so in told.items():
+        if content[name] != is_so:
+            raise NotOfThisRunError("changed", f"its {name} is not that of the experiment's text in it")
 
 
 def _data(path: Path) -> bytes:
@@ -155,5 +181,5 @@ def _untold(folder: Path, absent: list[str], key: PublicKey | None, signed: Find
         told.append(f"whether {', '.join(absent)} are as they were: not here, and it has their hashes")
     here = (folder / LISTING).is_file()
     how = f"`calib verify {in_shell_path(folder)}` does" if here else "that takes the run, which stays with the laboratory"
-    told.append(f"whether its results are those of the draws and of the lab files: {how}")
+    told.append(f"whether its model, its verdict and its results are those of the draws and of the lab files: {how}")
     return told

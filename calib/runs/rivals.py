@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +14,7 @@ from calib.experiment import Experiment, Variant, candidates_of, read_experiment
 from calib.files import require_folder, write_text
 from calib.records import record_to_text
 from calib.runs.average import AVERAGE, average_runs
+from calib.runs.before import seconds_of
 from calib.runs.calibration import DEFAULT_SECONDS, DEFAULT_SEED, Stages, Watch, calibrate
 from calib.runs.folder import Run, load_run
 from calib.runs.listing import CHECKPOINT, LISTING
@@ -24,6 +25,24 @@ from calib.sampling import FINGERPRINT, NothingSampled, identity_of, is_begun
 COMPARISON = "comparison.json"
 
 _USUAL = Stages()
+
+
+@dataclass(frozen=True)
+class Forecast:
+    """What is to be calibrated for a comparison, and how long that will take.
+
+    Attributes
+    ----------
+    names : of the models that are calibrated now.
+    finished : of those that are finished in the folder already, and taken as they are.
+    seconds : between which times [s] it will probably take here; None where that cannot be said.
+    most : [s], that all of them may read and sample.
+    """
+
+    names: tuple[str, ...]
+    finished: tuple[str, ...]
+    seconds: tuple[float, float] | None
+    most: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +79,7 @@ def calibrate_rivals(
     seconds: float = DEFAULT_SECONDS,
     processes: int | None = None,
     command: str = "",
+    planned: Callable[[Forecast], None] | None = None,
     watch: Callable[[Variant, int, int], AbstractContextManager[Watch]] = lambda *_: nullcontext(Watch()),
     stages: Stages = _USUAL,
 ) -> Rivalry:
@@ -76,6 +96,7 @@ def calibrate_rivals(
     seconds : that each may read and sample.
     processes : worker processes; None for the number of processors, at most 4, and 0 for none.
     command : the command line, kept with each posterior.
+    planned : told what is to be calibrated and how long it will take, before anything is; None to work that out for nobody.
     watch : gives the watch of the calibration of a variant, which is told its number and how many there are.
     stages : what is done in each, one after the other.
 
@@ -94,9 +115,12 @@ def calibrate_rivals(
     variants = candidates_of(plan)
     runs: dict[str, Run] = {}
     failed: dict[str, str] = {}
+    finished = {variant.name: _finished(variant.of(plan), folder / variant.name, seed) for variant in variants}
+    if planned is not None:
+        planned(_forecast(plan, [v for v in variants if finished[v.name] is None], finished, seconds, processes))
     for k, variant in enumerate(variants, 1):
         own = folder / variant.name
-        run = _finished(variant.of(plan), own, seed)
+        run = finished[variant.name]
         if run is None:
             if not folder.exists():
                 require_folder(folder, "Create it first")
@@ -138,6 +162,21 @@ def calibrate_rivals(
     content = {"said": rivalry.in_words, "doubts": list(rivalry.doubts), "candidates": rows}
     write_text(folder / COMPARISON, record_to_text("comparison", 1, content))
     return rivalry
+
+
+def _forecast(
+    plan: Experiment, left: Sequence[Variant], finished: Mapping[str, Run | None], seconds: float, processes: int | None
+) -> Forecast:
+    """How long the calibrations that are left will take; one that cannot be made takes no time."""
+    problems = []
+    for variant in left:
+        try:
+            problems.append(problem_of(variant.of(plan), None))
+        except InputError:
+            if not variant.changes:
+                raise
+    done = tuple(name for name, run in finished.items() if run is not None)
+    return Forecast(tuple(variant.name for variant in left), done, seconds_of(problems, processes), seconds * len(left))
 
 
 def _finished(plan: Experiment, folder: Path, seed: int) -> Run | None:

@@ -6,18 +6,31 @@ The file is the truth: what a form cannot show stands there all the same, and wh
 from __future__ import annotations
 
 import json
+import math
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date
-from typing import Any
+from typing import Any, Literal
 
 from calib.catalogue import QUANTITIES, UNKNOWNS, unknowns_of
 from calib.errors import Fault, InputError
-from calib.experiment import MARK, KeyPath, Unedited, experiment_schema, locate_keys, read_experiment, unedited_lines
+from calib.experiment import (
+    MARK,
+    STANDS,
+    KeyPath,
+    Unedited,
+    comments_in,
+    experiment_schema,
+    guess_at,
+    locate_keys,
+    read_experiment,
+    unedited_lines,
+)
 from calib.priors import FORMS, parse_prior, parse_value
+from calib.serve.deciding import Known, decided, known_by, measured_prior
 from calib.serve.looking import experiment_tables
-from calib.serve.toml_text import value_at, with_mark, with_value, without_mark
+from calib.serve.toml_text import value_at, with_mark, with_note, with_value, without_mark
 from calib.serve.workspace import Workspace
 
 
@@ -45,6 +58,8 @@ class Field:
     read : how it was understood; "" where that says nothing new.
     line : of its key in the file; 0 if it is not there.
     quantity : name of the quantity, for one with a unit.
+    known : of a quantity that a draft guesses, how it is known; "" of the others.
+    by : with what it was measured, as far as that is said.
     """
 
     at: KeyPath
@@ -61,6 +76,8 @@ class Field:
     line: int = 0
     marked: int = 0
     quantity: str = ""
+    known: Known | Literal[""] = ""
+    by: str = ""
 
     @property
     def name(self) -> str:
@@ -225,8 +242,35 @@ def changed_by(space: Workspace, at: KeyPath, form: Mapping[str, str]) -> str:
     else:
         changed = with_value(space.text, at, _value(field, form.get("value", "").strip()))
     line = locate_keys(changed).get(at, (0, 0))[0]
-    marked = line and MARK in changed.split("\n")[line - 1]
-    return without_mark(changed, line) if marked else changed  # somebody has said what it is
+    shown = changed.split("\n")[line - 1] if line else ""
+    if STANDS in shown:
+        return with_note(changed, at, "")  # no guess any more
+    return without_mark(changed, line) if MARK in shown else changed  # somebody has said what it is
+
+
+def decided_by(space: Workspace, at: KeyPath, form: Mapping[str, str]) -> str:
+    """Text of the experiment file with what a form says of how a quantity is known.
+
+    Parameters
+    ----------
+    space : the folder.
+    at : path of the field.
+    form : see `calib.serve.deciding`; of what was measured `mean` and `sd` of a prior, `value` of what has none; empty for what
+        stands there.
+
+    Raises
+    ------
+    InputError
+        If there is nothing to decide there, or what is said makes no sense.
+    """
+    field = next((field for field in form_of_experiment(space).fields if field.at == at), None)
+    if field is None or not field.known:
+        raise InputError(Fault(f"there is nothing to decide at {'.'.join(map(str, at))}", advice="Reload the page"))
+    if field.value is None and form.get("known") == "stands":
+        return without_mark(space.text, field.marked)  # what is usual stands, which no line says
+    own = field.kind == "prior"
+    given = measured_prior(form) if own else _value(field, form.get("value", "").strip())
+    return decided(space.text, at, form, None if given == field.value else given)
 
 
 def _value(field: Field, text: str) -> Any:
@@ -244,6 +288,8 @@ def _number(text: str) -> int | float | str:
     try:
         number = float(text)
     except ValueError:
+        return text
+    if not math.isfinite(number):
         return text
     return int(number) if number.is_integer() and abs(number) < 1e15 and "." not in text and "e" not in text.lower() else number
 
@@ -282,7 +328,8 @@ class _Builder:
     def __init__(self, text: str, tables: Mapping[str, Any], faults: Sequence[Fault]) -> None:
         self.lines, self.tables, self.faults = text.split("\n"), tables, faults
         self.places = locate_keys(text)
-        self.unedited = unedited_lines(text, tables, self.places)
+        self.unedited = tuple(u for u in unedited_lines(text, tables, self.places) if not u.stands)
+        self.comments = dict(comments_in(text))
         self.schema = experiment_schema()["properties"]
 
     def field(self, at: KeyPath) -> Field:
@@ -376,7 +423,14 @@ class _Builder:
         shown = self.lines[marked - 1] if marked else ""
         task = shown[shown.rindex(MARK) + len(MARK) :].strip() if MARK in shown else ""
         wrong = " ".join(f"{fault.message}. {fault.advice}".strip() for fault in own)
-        return {"line": line, "task": task, "marked": marked if task else 0, "wrong": wrong}
+        known: Known | Literal[""] = ""
+        by = ""
+        if task:
+            known = "undecided"
+        elif line and guess_at(at) is not None:
+            known, by = known_by(self.comments.get(line, ""))
+            known = "measured" if known == "undecided" else known  # a mark that stayed where the value is another
+        return {"line": line, "task": task, "marked": marked if task else 0, "wrong": wrong, "known": known, "by": by}
 
     def _is_of(self, unedited: Unedited, at: KeyPath) -> bool:
         """Whether a mark is in the line of a key, or in one that is commented out and would give it."""

@@ -16,7 +16,7 @@ import numpy as np
 
 from calib.catalogue import CHANNELS
 from calib.errors import Fault, InputError
-from calib.experiment import KeyPath, Said
+from calib.experiment import KeyPath, Said, compliance_said
 from calib.lab import (
     QUANTITIES,
     SIGNED,
@@ -33,6 +33,7 @@ from calib.lab import (
     use_value,
     why_left_out,
 )
+from calib.priors import parse_prior
 from calib.report import any_letters, file_figure
 from calib.serve.toml_text import value_at, with_value
 from calib.serve.workspace import Workspace
@@ -222,9 +223,21 @@ def left_out(o: Observations) -> list[str]:
     return [*rows, *(f"not read: {part}" for part in o.table.unread)]
 
 
-def grades(o: Observations) -> list[tuple[str, str, str, str, str]]:
-    """What was judged of the data, the worst first: level, check, number, finding, advice."""
-    return grade_rows(judge(o))
+def grades(space: Workspace, o: Observations) -> list[tuple[str, str, str, str, str]]:
+    """What was judged of the data, the worst first: level, check, number, finding, advice.
+
+    Parameters
+    ----------
+    space : the folder, whose experiment may say how far the machine gives.
+    o : a lab file.
+    """
+    priors = experiment_tables(space).get("priors")
+    name = "machine_compliance"
+    try:
+        given = {name: parse_prior(name, priors[name])} if isinstance(priors, dict) and name in priors else {}
+    except (InputError, ValueError):
+        given = {}  # what is wrong with it is said where it is changed
+    return grade_rows(judge(o, **compliance_said(given)))
 
 
 def _scaled(o: Observations) -> Iterator[tuple[str, Any, float, str]]:

@@ -13,7 +13,7 @@ from tomlkit.exceptions import TOMLKitError
 from tomlkit.items import Item, Table
 
 from calib.errors import Fault, InputError
-from calib.experiment import MARK, SWEEP_KEYS, KeyPath, locate_keys, quoted_text
+from calib.experiment import MARK, MEASURED, STANDS, SWEEP_KEYS, KeyPath, locate_keys, quoted_text
 
 
 def value_at(data: Any, at: KeyPath) -> Any:
@@ -129,6 +129,34 @@ def with_mark(text: str, at: KeyPath, task: str) -> str:
     lines[place[0] - 1] += f"   {MARK} {task}"
     changed = "\n".join(lines)
     return changed if _same(changed, text) else text
+
+
+def with_note(text: str, at: KeyPath, note: str) -> str:
+    """Put a note at the end of the line of a key, in the place of a mark EDIT or of an earlier note on how it is known.
+
+    Parameters
+    ----------
+    text : TOML.
+    at : path of the key.
+    note : a comment; "" for none.
+
+    Raises
+    ------
+    InputError
+        If there is no such key, or the line cannot hold it.
+    """
+    place = locate_keys(_parsed(text)[1]).get(at)
+    if place is None:
+        raise InputError(_by_hand(at))
+    lines = text.split("\n")
+    line = lines[place[0] - 1]
+    begins = [line.rindex(words) for words in (MARK, MEASURED, STANDS) if words in line]
+    kept = line[: min(begins)].rstrip() if begins else line.rstrip()
+    lines[place[0] - 1] = f"{kept}   {note}" if note else kept
+    changed = "\n".join(lines)
+    if not _same(changed, text):
+        raise InputError(_by_hand(at))
+    return changed
 
 
 def without_mark(text: str, line: int) -> str:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
-from calib.decision import Landscape, View, landscape, largest_force
+from calib.decision import MARGIN, Landscape, View, landscape, largest_force, spans_in_words
 from calib.errors import Fault, InputError
 from calib.experiment import Limit, Limited, Side, quoted_text
 from calib.files import sha256_of
@@ -21,6 +21,13 @@ from models.sensor import FloatArray
 # A run is loaded in seconds and takes tens of megabytes.
 _RUNS, _LANDSCAPES = Kept(3), Kept(4)
 _ONE = threading.Lock()
+
+# How often the range of the slider may be doubled.
+_DOUBLED = 5
+# What is tabled there: few paddings carry such loads, and which ones is to be told as exactly as on the console.
+_BEYOND = {"n_thickness": 73, "n_load": 129}
+
+_T = TypeVar("_T")
 
 #: Fields of the form of limits -> quantity, side, unit, and an example.
 LIMITS: Mapping[str, tuple[Limited, Side, str, str]] = {
@@ -46,8 +53,7 @@ def run_in(folder: Path) -> Run:
     names = ("posterior.nc", "run.json")
     marks = [(folder / name).stat() for name in names if (folder / name).is_file()]
     key = (str(folder), *((mark.st_mtime_ns, mark.st_size) for mark in marks))
-    with _ONE:
-        return _RUNS.get(key, lambda: load_run(folder))
+    return _one_at_a_time(_RUNS, key, lambda: load_run(folder))
 
 
 def landscape_of(run: Run, force: float, lower: float, upper: float) -> Landscape:
@@ -69,19 +75,64 @@ def landscape_of(run: Run, force: float, lower: float, upper: float) -> Landscap
     key = (run.posterior_sha256 or sha256_of(run.folder / "posterior.nc"), force, lower, upper)
 
     def made() -> Landscape:
+        fine = _BEYOND if force > largest_load(run) else {}
         return landscape(
-            run.posterior, run.forward, force=force, lower=lower, upper=upper, verdict=run.verdict, members=run.members
+            run.posterior, run.forward, force=force, lower=lower, upper=upper, verdict=run.verdict, members=run.members, **fine
         )
 
-    with _ONE:
-        return _LANDSCAPES.get(key, made)
+    return _one_at_a_time(_LANDSCAPES, key, made)
+
+
+def _one_at_a_time(kept: Kept, key: Hashable, make: Callable[[], _T]) -> _T:
+    """What a key stands for: made by one at a time, while who asks for what there is has it at once."""
+
+    def made() -> _T:
+        with _ONE:
+            return kept.get(key, make)  # somebody may have made it meanwhile
+
+    return kept.get(key, made)
 
 
 def largest_load(run: Run) -> float:
-    """Twice the largest load [N] that was measured, rounded up to what one says: up to there one may look about."""
+    """Twice the largest load [N] that was measured, rounded up to what one says: as far as the slider goes by itself."""
     measured = 2 * largest_force(run.posterior)
     step = 10.0 ** (np.floor(np.log10(measured)) - 1)
     return round(float(np.ceil(measured / step) * step), 9)
+
+
+def reaching(run: Run, force: float) -> float:
+    """How far a slider goes [N] on which a load stands: as far as by itself, or doubled as often as it takes.
+
+    Parameters
+    ----------
+    run : as loaded.
+    force : [N], the load.
+
+    Raises
+    ------
+    InputError
+        If the load is none, or so far beyond what was measured that nothing is to be seen there.
+    """
+    most, measured = largest_load(run), largest_force(run.posterior)
+    if not 0 < force <= most * 2**_DOUBLED:
+        times = f", {force / measured:.3g} times what was measured ({measured:.2g} N)" if force > 0 else ""
+        advice = f"Give one of {most / 100:.2g} to {most * 2**_DOUBLED:.4g} N, or press a sensor that far and calibrate with it"
+        raise InputError(Fault(f"there is nothing to be seen at a load of {force:.6g} N{times}", advice=advice))
+    while most < force:
+        most *= 2
+    return most
+
+
+def beyond_in_words(run: Run, force: float) -> str:
+    """How far a load is beyond what was measured, as on the console; "" within it.
+
+    Parameters
+    ----------
+    run : as loaded.
+    force : [N], the load.
+    """
+    measured = largest_force(run.posterior)
+    return "" if force <= MARGIN * measured else f"{force / measured:.1f} times the largest measured force ({measured:.2g} N)"
 
 
 def limits_from(form: Mapping[str, str]) -> list[Limit]:
@@ -161,6 +212,7 @@ def view_plain(view: View, limits: Sequence[Limit]) -> dict[str, Any]:
         "force": view.force,
         "thickness": [round(x, 6) for x in (view.thickness * 1e3).tolist()],
         "covered": view.covered.tolist(),
+        "spans": spans_in_words(view.thickness, view.covered) if view.covered.any() else "",
         "signal": plain(view.change, 1e2),
         "stroke": plain(view.depth, 1e3),
         "resolution": plain(view.resolution, 1e3),

@@ -52,6 +52,11 @@ class Workspace:
         return self.folder / _EXPERIMENT
 
     @property
+    def lab(self) -> Path:
+        """Folder of files that were dropped; it need not be there."""
+        return self.folder / _LAB
+
+    @property
     def own(self) -> Path:
         """Folder of the page itself."""
         return self.folder / _OWN

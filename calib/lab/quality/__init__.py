@@ -7,11 +7,11 @@ the specimen is still on the bench. Every check gives a number whether or not it
 
 from calib.lab.quality.grade import Grade, Level, worst_first
 from calib.lab.quality.judgement import judge
-from calib.lab.quality.material import TYPICAL_COMPLIANCE
+from calib.lab.quality.material import LIGHT_RIG
 from calib.lab.quality.words import check_name, grade_rows, number_text, quality_in_words
 
 __all__ = [
-    "TYPICAL_COMPLIANCE",
+    "LIGHT_RIG",
     "Grade",
     "Level",
     "check_name",

@@ -20,14 +20,17 @@ from calib.lab.quality.readings import (
 from calib.lab.signal import NO_SIGNAL
 
 
-def judge(obs: Observations, machine_compliance: float | None = None) -> tuple[Grade, ...]:
+def judge(
+    obs: Observations, machine_compliance: float | None = None, *, believed_compliance: float | None = None
+) -> tuple[Grade, ...]:
     """Say what may spoil a calibration from this lab file, how much, and what to do: channel by channel, check by check.
 
     Parameters
     ----------
     obs : one lab file with force, capacitance or both, over displacement or time.
-    machine_compliance : [m/N], measured, or the upper end of its prior; None if nothing is known. Then a light table-top rig
-        (`TYPICAL_COMPLIANCE`) is taken, and the grade is a warning at most.
+    machine_compliance : [m/N], measured, or the upper end of the prior that is given; None if nothing is given. Then a light
+        table-top rig (`LIGHT_RIG`) is taken, and the grade is a warning at most.
+    believed_compliance : [m/N], the upper end of what a calibration believes where nothing is given, to be told beside it.
 
     Returns
     -------
@@ -45,5 +48,6 @@ def judge(obs: Observations, machine_compliance: float | None = None) -> tuple[G
         grades += [check_resolution(c), check_clipping(obs, c), check_late(obs, c)]
         grades += [check_start(c), check_drift(obs, c), check_relaxation(obs, c)]
         if c.name == "force":
-            grades += [check_load_zero(c), check_hysteresis(obs, c), check_compliance(c, machine_compliance)]
+            grades += [check_load_zero(c), check_hysteresis(obs, c)]
+            grades.append(check_compliance(c, machine_compliance, believed_compliance))
     return tuple(v for v in grades if v is not None)

@@ -30,8 +30,8 @@ LEAST_UNLOADING = 12
 #: the depth is then known to 1 % and the modulus to 2 %; at 50 % the sensor's share is the smaller one, and the modulus of the
 #: same record may double (12 and 23 MPa in a public indentation data set, without and with its compliance).
 COMPLIANCE_SHARE, LARGE_COMPLIANCE_SHARE = 0.10, 0.50
-#: Machine compliance [m/N] of a light table-top rig, of 50-64 N/mm; taken where none is given.
-TYPICAL_COMPLIANCE = 1 / 57e3
+#: Machine compliance [m/N] of a light table-top rig, of 50-64 N/mm: what a machine may well have of which nothing is said.
+LIGHT_RIG = 1 / 57e3
 
 
 def check_relaxation(obs: Observations, c: LoadingBranch) -> Grade | None:
@@ -106,13 +106,16 @@ def check_hysteresis(obs: Observations, c: LoadingBranch) -> Grade | None:
     return c.grade("hysteresis", level, ratio, "1", finding, advice)
 
 
-def check_compliance(c: LoadingBranch, machine_compliance: float | None) -> Grade | None:
+def check_compliance(c: LoadingBranch, machine_compliance: float | None, believed_compliance: float | None) -> Grade | None:
     """What share of the travel is taken by the machine and not by the sensor?
+
+    Where nothing is given, a light table-top rig is warned of, and what a calibration believes instead is told beside it.
 
     Parameters
     ----------
     c : the force over displacement.
-    machine_compliance : [m/N]; None if nothing is known of it: then a light table-top rig is taken.
+    machine_compliance : [m/N], as given; None if nothing is.
+    believed_compliance : [m/N], at most, what a calibration believes where none is given; None if that is not known here.
 
     Returns
     -------
@@ -122,7 +125,7 @@ def check_compliance(c: LoadingBranch, machine_compliance: float | None) -> Grad
     if c.x_unit != "m" or force <= 0 or travel <= 0:
         return None
     given = machine_compliance is not None
-    compliance = TYPICAL_COMPLIANCE if machine_compliance is None else machine_compliance
+    compliance = LIGHT_RIG if machine_compliance is None else machine_compliance
     share = compliance * force / travel
     level = level_beyond(share, COMPLIANCE_SHARE, LARGE_COMPLIANCE_SHARE if given else math.inf)
     shares = (COMPLIANCE_SHARE, LARGE_COMPLIANCE_SHARE)
@@ -132,6 +135,11 @@ def check_compliance(c: LoadingBranch, machine_compliance: float | None) -> Grad
         f"a machine of {compliance * 1e6:.3g} µm/N ({taken}) takes {percent(share)} of the {travel * 1e3:.3g} mm of travel at "
         f"{c.text(force)}; it would be {limits} µm/N"
     )
+    if not given and believed_compliance is not None:
+        finding += (
+            f"; without a prior a calibration believes at most {believed_compliance * 1e6:.2g} µm/N, "
+            f"{percent(believed_compliance * force / travel)} of the travel"
+        )
     advice = "Press the ball onto bare steel and give the slope as prior of machine_compliance."
     return c.grade("machine compliance", level, share, "1", finding, advice)
 

@@ -25,12 +25,13 @@ def section(results: Results) -> Section | None:
     models = results.posterior.diagnostics.models
     if not models:
         return None
+    advice = None if results.void else results.recommendation
     context = {
         "by": weighting_in_words(results.posterior),
         "ways": [heading for way, heading in _WAYS.items() if all(way in m.weights for m in models)],
-        "models": averaged_models(models, results.recommendation),
+        "models": averaged_models(models, advice),
         "share": modulus_share(models),
-        "recommendation": results.recommendation,
+        "recommendation": advice,
     }
     return Section("average", _TITLE, "Models", "average.html.j2", context)
 

@@ -50,7 +50,9 @@ def section(results: Results) -> Section | None:
         "first": posterior.diagnostics.first_answer_in_words,
         "pictures": [results.picture(name) for name in _traces(posterior)],
     }
-    return Section("convergence", "Convergence of the chains", "Convergence", "convergence.html.j2", context, appendix=True)
+    return Section(
+        "convergence", "Convergence of the chains", "Convergence", "convergence.html.j2", context, appendix=True, of_draws=False
+    )
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from calib.catalogue import POOLED, QUANTITIES, SPREADS, spread_of
-from calib.checks import Reason, passed_gates
-from calib.decision import largest_force, percent
+from calib.checks import Colour, Reason, passed_gates
+from calib.decision import largest_force, percent, void_in_words
 from calib.experiment import model_in_words
 from calib.report.rows import PRIOR_DRIVEN_WORDS, SENSOR_PARAMETERS, ParameterRow, parameter_rows, told_by_few
 from calib.report.section import Results, Section
@@ -25,6 +25,11 @@ _ACROSS, _COLUMN, _ABREAST = 105, 34, 4
 # Letters of a line of what a verdict allows, which is larger; one of them is in the frame.
 _STATUS = 72
 
+_NO_RESULT = (
+    "There are no results. What the draws say of modulus and thicknesses is struck through here and in the tables, where it "
+    "only serves to find the cause."
+)
+
 
 def section(results: Results) -> Section:
     """Show what came out, at the head of the report."""
@@ -37,15 +42,22 @@ def section(results: Results) -> Section:
     rows = [r for r in rows if not (of_lots and r.where and r.parameter in POOLED)]
     shown = _specimens(rows)
     cards = [r for r in rows if not r.where]
-    sentences = summary_sentences(posterior)
+    sentences = _NO_RESULT if results.void else summary_sentences(posterior)
     advice = "" if recommendation is None else recommendation.in_words if conformity is None else conformity.in_words
     status = status_in_words(verdict)
     advice_status = "" if recommendation is None else status_in_words(recommendation.verdict, "the advice")
+    advised: Colour | None = None if recommendation is None else recommendation.verdict.colour
+    if advised is not None and results.void:  # it may be of before, when the verdict was a better one
+        more = []
+        advice, advised = void_in_words(verdict), "red"
+        advice_status = status_in_words(verdict, "the advice")
     texts = (sentences, *advice.splitlines())
     height = _height([*verdict.reasons, *more], texts, len(cards) + (recommendation is not None))
     height += sum(max(_lines(text, _STATUS) - 1, 0) for text in (status, advice_status)) * _LINE
     context = {
         "verdict": verdict,
+        "void": results.void,
+        "advised": advised,
         "status": status,
         "passed": passed_gates(posterior, verdict),
         "sentences": sentences,

@@ -56,7 +56,9 @@ _GAINS = {
 
 def section(results: Results) -> Section:
     """Show what the numbers take for granted, as a list."""
-    return Section("limits", "What the numbers take for granted", "Limits", "limits.html.j2", {"limits": _shared(results)})
+    return Section(
+        "limits", "What the numbers take for granted", "Limits", "limits.html.j2", {"limits": _shared(results)}, of_draws=False
+    )
 
 
 def _shared(results: Results) -> list[tuple[str, str]]:

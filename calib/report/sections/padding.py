@@ -34,7 +34,7 @@ def plots(results: Results) -> Mapping[str, Plot]:
 def section(results: Results) -> Section | None:
     """Show the recommended padding with its figure; None if none was asked for."""
     r = results.recommendation
-    if r is None:
+    if r is None or results.void:  # the first page says why
         return None
     context = {
         "recommendation": r,

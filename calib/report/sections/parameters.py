@@ -49,6 +49,7 @@ def section(results: Results) -> Section:
     fixed = posterior.fixed.items()
     context = {
         "rows": rows,
+        "void": results.void,
         "of_lots": posterior.experiment.pooling == "partial",
         "few": told_by_few(posterior),
         "prior_driven": any(r.learned == PRIOR_DRIVEN_WORDS for r in rows),

@@ -19,7 +19,7 @@ def section(results: Results) -> Section | None:
     if not groups:
         return None
     words = quality_in_words([v for s in results.posterior.sweeps for v in s.grades])
-    return Section("quality", _TITLE, _TITLE, "quality.html.j2", {"groups": groups, "words": words})
+    return Section("quality", _TITLE, _TITLE, "quality.html.j2", {"groups": groups, "words": words}, of_draws=False)
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ ORDER = 90
 def section(results: Results) -> Section:
     """Show how the run was made, as a list of facts."""
     facts = run_facts(results.posterior, results.posterior_sha256)
-    return Section("run", "How this was made", "Run", "run.html.j2", {"facts": facts}, appendix=True)
+    return Section("run", "How this was made", "Run", "run.html.j2", {"facts": facts}, appendix=True, of_draws=False)
 
 
 def run_facts(posterior: Posterior, posterior_sha256: str = "") -> list[tuple[str, str]]:

@@ -37,7 +37,7 @@ def plots(results: Results) -> Mapping[str, Plot]:
 def section(results: Results) -> Section | None:
     """Show what of a specification is met; None if none was asked for."""
     r, c = results.recommendation, _conformity(results)
-    if r is None or c is None:
+    if r is None or c is None or results.void:  # the first page says why
         return None
     counted = [cause for cause in c.causes if cause.counts]
     context = {

@@ -12,7 +12,7 @@ from starlette.routing import Route
 
 from calib.errors import InputError
 from calib.experiment import Experiment, keys_of, read_experiment
-from calib.report import laboratory_gaps, status_in_words
+from calib.report import laboratory_gaps, lines_to_add, missed_in, status_in_words
 from calib.runs import CERTIFICATES, certify_in
 from calib.serve import page as serving
 from calib.serve import viewing
@@ -68,6 +68,8 @@ def _look(space: Workspace, keys: Keys, folder: Path, name: str) -> dict[str, An
         "instruments": _instruments(experiment),
         "columns": _INSTRUMENT,
         "gaps": laboratory_gaps(experiment.laboratory),
+        "missed": missed_in(experiment.laboratory, experiment.instruments),
+        "lines": lines_to_add(experiment.laboratory, experiment.instruments),
         "changed": _changed(space, experiment),
         "resumed": typed(["calibrate", space.experiment.name, "-o", name, "--resume"]),
         "keys": [(one, keys.note(one)) for one in names],

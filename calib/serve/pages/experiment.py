@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from starlette.requests import Request
@@ -15,10 +15,10 @@ from calib.errors import Fault, InputError
 from calib.experiment import KeyPath
 from calib.priors import FORMS
 from calib.serve.commands import typed
-from calib.serve.forms import Form, as_json, changed_by, form_of_experiment
+from calib.serve.forms import Form, as_json, changed_by, decided_by, form_of_experiment
 from calib.serve.looking import experiment_tables
 from calib.serve.page import answered, elsewhere, form_of, in_words, part, shown, space_of, working, writing
-from calib.serve.toml_text import value_at, with_entry, without_mark
+from calib.serve.toml_text import value_at, with_entry
 from calib.serve.workspace import Workspace
 
 
@@ -61,25 +61,35 @@ class _ChangedError(Exception):
     """What is to be changed is not what was shown any more."""
 
 
+def _require_as_shown(space: Workspace, at: KeyPath, given: Mapping[str, str]) -> None:
+    """Refuse to change a field that is not what was shown any more."""
+    now = as_json(value_at(experiment_tables(space), at))
+    if "was" in given and now != given["was"]:
+        raise _ChangedError(f"it was changed elsewhere meanwhile, to {now}: the page now shows that. Yours was not put in")
+
+
 async def put(request: Request) -> Response:
     """Put one field's value into the file; refused if it was changed elsewhere since it was shown."""
     space, given = space_of(request), await form_of(request)
     at = _path(given.get("at", ""))
 
     def changed() -> None:
-        now = as_json(value_at(experiment_tables(space), at))
-        if "was" in given and now != given["was"]:
-            raise _ChangedError(f"it was changed elsewhere meanwhile, to {now}: the page now shows that. Yours was not put in")
+        _require_as_shown(space, at, given)
         space.write_experiment(changed_by(space, at, given))
 
     return await _answer(request, space, changed)
 
 
-async def mean_it(request: Request) -> Response:
-    """Take the mark EDIT off a field: what stands there is meant."""
+async def decide(request: Request) -> Response:
+    """Say how a quantity is known: measured, or not and its guess stands, or undecided again; refused as `put`."""
     space, given = space_of(request), await form_of(request)
-    line = int(given["line"]) if given.get("line", "").isdecimal() and len(given["line"]) < 9 else 0
-    return await _answer(request, space, lambda: space.write_experiment(without_mark(space.text, line)))
+    at = _path(given.get("at", ""))
+
+    def changed() -> None:
+        _require_as_shown(space, at, given)
+        space.write_experiment(decided_by(space, at, given))
+
+    return await _answer(request, space, changed)
 
 
 async def instrument(request: Request) -> Response:
@@ -144,13 +154,15 @@ def _state(space: Workspace) -> dict[str, Any]:
         "faults": in_words(form.faults, space),
         "fields": {
             field.name: {
-                "value": json.loads(as_json(field.value)),
+                "value": json.loads(as_json(field.value), parse_constant=str),
                 "was": as_json(field.value),
                 "wrong": field.wrong,
                 "read": field.read,
                 "task": field.task,
                 "usual": bool(field.default),
                 "marked": field.marked,
+                "known": field.known,
+                "by": field.by,
             }
             for field in form.fields
         },
@@ -177,7 +189,7 @@ ROUTES = (
     Route("/experiment/fields", fields),
     Route("/experiment/state", state),
     Route("/experiment/put", put, methods=["POST"]),
-    Route("/experiment/mean-it", mean_it, methods=["POST"]),
+    Route("/experiment/decide", decide, methods=["POST"]),
     Route("/experiment/instrument", instrument, methods=["POST"]),
     Route("/experiment/write", write, methods=["POST"]),
 )

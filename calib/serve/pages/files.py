@@ -10,6 +10,7 @@ from calib.errors import Fault, InputError
 from calib.experiment import Said, experiment_text, look_through, pair
 from calib.lab import QUANTITIES, SIGNED, SIGNS
 from calib.serve import looking
+from calib.serve.beginning import experiments_in, put_example, use_experiment
 from calib.serve.commands import reading_command, typed
 from calib.serve.page import address, answered, elsewhere, form_of, limited, part, query_of, shown, space_of, working, writing
 from calib.serve.workspace import LARGEST_UPLOAD, Workspace
@@ -41,6 +42,7 @@ async def files(request: Request) -> Response:
         n=len(names),
         further=first + _SHOWN if first + _SHOWN < len(names) else 0,
         experiment=space.experiment.exists(),
+        offered=await working(experiments_in, space),
         specimens=len(tables.get("specimens", [])) if isinstance(tables.get("specimens"), list) else 0,
         most=LARGEST_UPLOAD // 1_000_000,
         command=typed(_draft_words(space)),
@@ -52,7 +54,7 @@ async def row(request: Request) -> Response:
     space, name = space_of(request), query_of(request).get("name", "")
     found = await working(looking.understand, space, name)
     o = found.observations
-    judged = [] if o is None else await working(looking.grades, o)
+    judged = [] if o is None else await working(looking.grades, space, o)
     return part(
         "file_row.html.j2",
         found=found,
@@ -92,7 +94,7 @@ def _file_page(
         rows=rows,
         notes=[] if o is None else looking.notes_of(o),
         left_out=[] if o is None else looking.left_out(o),
-        grades=[] if o is None else looking.grades(o),
+        grades=[] if o is None else looking.grades(space_of(request), o),
         used=0 if o is None else int(o.used.sum()),
         addable=_addable(space_of(request), found),
         form=form,
@@ -167,6 +169,21 @@ async def remove(request: Request) -> Response:
     return elsewhere("/files")
 
 
+async def use(request: Request) -> Response:
+    """Use an experiment file that came along with dropped files."""
+    space, form = space_of(request), await form_of(request)
+    await writing(use_experiment, space, form.get("name", ""))
+    return elsewhere("/experiment")
+
+
+async def example(request: Request) -> Response:
+    """Put the shipped example into the folder, to try everything on."""
+    space = space_of(request)
+    await form_of(request)
+    await writing(put_example, space)
+    return elsewhere("/experiment")
+
+
 async def draft(request: Request) -> Response:
     """Write a first experiment file from the lab files of the folder."""
     space = space_of(request)
@@ -209,4 +226,6 @@ ROUTES = (
     Route("/file/remove", remove, methods=["POST"]),
     Route("/files/upload", upload, methods=["PUT"]),
     Route("/files/draft", draft, methods=["POST"]),
+    Route("/files/use", use, methods=["POST"]),
+    Route("/files/example", example, methods=["POST"]),
 )

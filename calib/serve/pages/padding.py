@@ -44,8 +44,12 @@ async def look(request: Request) -> Response:
 def _look(folder: Path, name: str) -> dict[str, Any]:
     run = viewing.run_in(folder)
     known = _known(folder)
-    most = viewing.largest_load(run)
-    force = largest_force(run.posterior) if known is None else min(max(known.requirement.force, most / 100), most)
+    force = largest_force(run.posterior) if known is None else known.requirement.force
+    try:
+        most = viewing.reaching(run, force)
+    except InputError:  # advice for a load that is far beyond
+        force = most = viewing.largest_load(run)
+    force = max(force, most / 100)
     step = 10.0 ** (math.floor(math.log10(most)) - 2)
     return {
         "most": most,
@@ -74,17 +78,17 @@ async def view(request: Request) -> Response:
 
 def _view(folder: Path, form: dict[str, str]) -> dict[str, object]:
     run = viewing.run_in(folder)
-    most = viewing.largest_load(run)
-    land = viewing.landscape_of(run, most, _LOWER, _UPPER)
     limits = viewing.limits_from(form)
-    force = viewing.quantity(form, "force", "N", most)
+    force = viewing.quantity(form, "force", "N", viewing.largest_load(run))
+    most = viewing.reaching(run, force)
+    land = viewing.landscape_of(run, most, _LOWER, _UPPER)
     tolerance = viewing.quantity(form, "tolerance", "m", 0.0)
     name = form.get("name", "")
     words = ["recommend", name, "--force", f"{force:.6g} N", "--padding", f"{_LOWER * 1e3:g} mm:{_UPPER * 1e3:g} mm"]
     if limits:
         words = ["recommend", name, "--spec", _spec_name(name)]
     found = viewing.view_plain(land.view(force, limits, tolerance), limits)
-    return {**found, "command": typed(words)}
+    return {**found, "most": most, "beyond": viewing.beyond_in_words(run, force), "command": typed(words)}
 
 
 async def advise(request: Request) -> Response:

@@ -192,6 +192,7 @@ async def difference(request: Request) -> Response:
         said=found.in_words,
         changed=found.changed,
         colours=found.colours,
+        void=[*(k for k, colour in enumerate(found.colours, 1) if colour == "red"), *([4] if "red" in found.colours else [])],
         command=typed(["diff", *names]),
     )
 

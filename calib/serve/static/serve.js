@@ -218,7 +218,7 @@ if (text) {
       const field = now.fields[form.dataset.field];
       if (!field) continue;
       form.elements.was.value = field.was;
-      form.elements.line.value = field.marked;
+      if (form.elements.known && form.dataset.known !== field.known) form.elements.known.value = form.dataset.known = field.known;
       form.classList.toggle("wrong", Boolean(field.wrong));
       form.classList.toggle("marked", Boolean(field.task));
       const check = one(".check", form);
@@ -271,7 +271,7 @@ if (text) {
 
   fields.addEventListener("change", (event) => {
     const form = event.target.closest("form");
-    if (!form) return;
+    if (!form || event.target.closest(".decide")) return; // what is said there counts with its button
     if ("add" in form.dataset) {
       if (form.elements.at.value) change("/experiment/put", () => ({ at: form.elements.at.value, example: "yes", was: "null" }), true);
       return;
@@ -292,9 +292,10 @@ if (text) {
   });
   fields.addEventListener("submit", (event) => {
     event.preventDefault();
-    const form = event.target, mean = event.submitter && "mean" in event.submitter.dataset;
-    change(mean ? "/experiment/mean-it" : "/experiment/put", () => new FormData(form), false);
-    if (mean) (one("input:not([type=hidden]), select", form) ?? form).focus();
+    const form = event.target, decide = event.submitter?.dataset.decide ?? (document.activeElement.closest(".decide") ? form.elements.known.value : "");
+    if (decide) form.elements.known.value = decide;
+    change(decide ? "/experiment/decide" : "/experiment/put", () => new FormData(form), Boolean(decide));
+    if (decide) queue.then(() => one(`#fields [data-field='${CSS.escape(form.dataset.field)}'] input[name=known]:checked`)?.focus());
   });
 
   const write = () => { clearTimeout(wait); change("/experiment/write", () => ({ text: text.value, seen: seen.value }), true); };
@@ -388,10 +389,11 @@ function lookAbout() {
 
   function show(settled) {
     one("#at-shown").textContent = `${Number(at.value).toFixed(2)} mm`;
-    one("#load-shown").textContent = `${Number(Number(loadAt.value).toPrecision(4))} N`;
     at.setAttribute("aria-valuetext", `${Number(at.value).toFixed(2)} millimetres`);
     loadAt.setAttribute("aria-valuetext", `${Number(Number(loadAt.value).toPrecision(4))} newtons`);
     if (!view) return;
+    const far = one("#load-beyond");
+    far.replaceChildren(...(view.beyond ? [element("span", "extrapolated", { class: "level amber" }), ` ${view.beyond}: held against no data there.`] : []));
     one("#charts").hidden = false;
     draw(one("#chart-signal"), view.signal, wanted("signal", 100));
     draw(one("#chart-stroke"), view.stroke, wanted("stroke", 1));
@@ -404,9 +406,10 @@ function lookAbout() {
     const p = between(view.conforming, x), near = Math.round((x - view.thickness[0]) / (view.thickness[1] - view.thickness[0]));
     const colour = view.colour[near], fails = view.limits.map((name, k) => [name, between(view.fails[k], x)]).filter(([, f]) => f > 0.005);
     seen.setAttribute("aria-live", settled ? "polite" : "off");
+    const covered = between(view.signal[2], x) !== null;
     seen.replaceChildren(
       element("strong", `${x.toFixed(2)} mm of padding at ${number(view.force)} N: `),
-      `signal ${band(view.signal, "%")}, stroke ${band(view.stroke, "mm")}`
+      !covered ? `not covered by the model, which at this load covers ${view.spans ? `${view.spans} of padding` : "no padding that is looked at"}. ` : `signal ${band(view.signal, "%")}, stroke ${band(view.stroke, "mm")}`
         + (view.resolution[2].some((v) => v !== null) ? `, one reading tells ${band(view.resolution, "mN")} from noise` : "") + ". "
         + (view.limits.length ? `Probability that it conforms: ${percent(p)}`
           + (fails.length ? `; missed: ${fails.map(([name, f]) => `${name} by ${percent(f)} of the draws`).join(", ")}` : "") + ". " : ""),
@@ -415,33 +418,71 @@ function lookAbout() {
     document.documentElement.dataset.lag = String(performance.now() - began);
   }
 
+  // A load that is typed goes as far as one says; the slider then reaches there, too.
+  const force = one("#force"), plain = /^\s*[\d.]+\s*$/;
+  const wish = () => {
+    const data = new FormData(look), load = data.get("force").replace(",", ".");
+    data.set("force", plain.test(load) ? `${load.trim()} N` : load);
+    return String(new URLSearchParams(data));
+  };
+  const slid = () => { force.value = `${Number(Number(loadAt.value).toPrecision(4))} N`; };
+  function reach(now) {
+    if (now.most === Number(loadAt.max)) return;
+    loadAt.max = now.most;
+    loadAt.min = now.most / 100;
+    loadAt.step = 10 ** (Math.floor(Math.log10(now.most)) - 2);
+  }
+
   async function update(settled) {
-    one("#force").value = `${Number(loadAt.value)} N`;
-    const query = String(new URLSearchParams(new FormData(look)));
+    const query = wish();
     rest = settled;
     if (asking) return; // what is asked for meanwhile is asked for afterwards
     if (query === asked) { show(rest); return; }
     asking = true;
+    const long = setTimeout(() => { one("#load-beyond").textContent = "Computing what the draws do there …"; }, 400);
     try {
       const { ok, said: now } = await answer(`${look.dataset.view}?${query}`);
       said.textContent = ok ? "" : now.faults.join(" ");
       asked = query;
-      if (ok) { view = now; one("#command").textContent = now.command; show(rest); }
+      if (ok) {
+        view = now;
+        one("#command").textContent = now.command;
+        reach(now);
+        if (document.activeElement !== loadAt) loadAt.value = now.force;
+        show(rest);
+      }
+      else one("#load-beyond").textContent = "";
     } catch (error) { said.textContent = error.message; asked = query; }
+    clearTimeout(long);
     asking = false;
-    if (String(new URLSearchParams(new FormData(look))) !== asked) update(rest);
+    if (wish() !== asked) update(rest);
   }
 
   at.addEventListener("input", () => { began = performance.now(); show(false); });
   at.addEventListener("change", () => { began = performance.now(); show(true); });
-  loadAt.addEventListener("input", () => { began = performance.now(); show(false); update(false); });
+  loadAt.addEventListener("input", () => { began = performance.now(); slid(); show(false); update(false); });
   loadAt.addEventListener("change", () => update(true));
   let wait = 0;
+  force.addEventListener("input", () => {
+    began = performance.now();
+    clearTimeout(wait);
+    wait = setTimeout(() => update(true), 60);
+  });
+  force.addEventListener("change", () => {
+    force.value = force.value.replace(",", ".");
+    if (plain.test(force.value)) force.value = `${force.value.trim()} N`;
+    began = performance.now();
+    update(true);
+  });
   for (const input of all(".limits input", look)) {
     input.addEventListener("input", () => { clearTimeout(wait); wait = setTimeout(() => { began = performance.now(); update(true); }, 150); });
   }
-  look.addEventListener("submit", () => { one("button[type=submit]", look).disabled = true; one("#force").value = `${Number(loadAt.value)} N`; });
+  look.addEventListener("submit", () => { one("button[type=submit]", look).disabled = true; });
   began = performance.now();
   show(false);
-  update(true);
+  // What lies beyond the slider takes a second to table: it is made before somebody asks for it.
+  update(true).then(() => {
+    const ahead = new URLSearchParams({ name: look.elements.name.value, force: `${2 * Number(loadAt.max)} N` });
+    answer(`${look.dataset.view}?${ahead}`).catch(() => {});
+  });
 }

@@ -15,8 +15,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from calib.cli import app
-from calib.cli.example import shipped
-from calib.experiment import design_schema, experiment_schema, read_experiment, specification_schema
+from calib.experiment import design_schema, experiment_schema, read_experiment, shipped, specification_schema
 
 DATASET = Path(__file__).parents[3] / "datasets" / "padded_sensor"
 

@@ -196,6 +196,9 @@ def test_recommendation_of_an_unconverged_posterior_is_red(make_posterior: MakeP
     assert r.verdict.colour == "red"
     assert r.in_words.startswith("Do not build on this: the chains have not converged: R-hat of young_modulus")
     assert r.sureness in ("not to be relied on", "not sure", "no clear best")
+    assert "No padding is recommended" in r.in_words
+    assert " mm" not in r.in_words
+    assert "capacitance change" not in r.in_words
 
 
 def test_recommendation_from_a_dishonest_model_is_red_but_not_unconverged(

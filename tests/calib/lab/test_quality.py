@@ -18,7 +18,7 @@ from calib.lab.observations import Observations, observe
 from calib.lab.pressing import make_sweep
 from calib.lab.quality.grade import Grade, worst_first
 from calib.lab.quality.judgement import judge
-from calib.lab.quality.material import TYPICAL_COMPLIANCE
+from calib.lab.quality.material import LIGHT_RIG
 from calib.lab.quality.words import grade_rows, number_text, quality_in_words
 from calib.lab.sweep import sweeps_from_json, sweeps_to_json
 from models.sensor import BoolArray, FloatArray
@@ -298,8 +298,16 @@ def test_of_several_cycles_the_first_gives_the_hysteresis(tmp_path: Path) -> Non
 def test_the_machine_takes_its_share_of_the_travel(tmp_path: Path, compliance: float | None, level: str) -> None:
     found = grade(Test().observe(tmp_path), "machine compliance", compliance=compliance)
     assert found.level == level
-    assert found.number == pytest.approx((compliance or TYPICAL_COMPLIANCE) * 5 / 0.8e-3, rel=0.02)
+    assert found.number == pytest.approx((compliance or LIGHT_RIG) * 5 / 0.8e-3, rel=0.02)
     assert re.search(r"10 % at 1[56][0-9.]* and 50 % at (79|80)[0-9.]* µm/N", found.finding)
+
+
+def test_what_is_warned_of_and_what_is_believed_where_no_compliance_is_given_are_told_together(tmp_path: Path) -> None:
+    obs = Test().observe(tmp_path)
+    (found,) = (g for g in judge(obs, believed_compliance=5.6e-6) if g.check == "machine compliance")
+    alone = grade(obs, "machine compliance")
+    assert (found.level, found.number) == (alone.level, alone.number)
+    assert found.finding == f"{alone.finding}; without a prior a calibration believes at most 5.6 µm/N, 3.5 % of the travel"
 
 
 def test_an_unknown_compliance_never_says_bad(tmp_path: Path) -> None:

@@ -311,6 +311,17 @@ def test_every_file_says_amber_and_why(texts: Mapping[str, str]) -> None:
         assert "Young's modulus is" in head, name
 
 
+def test_of_what_is_red_no_file_is_written_and_the_readme_says_that_green_may_not_last(
+    made: GripperTables, texts: Mapping[str, str]
+) -> None:
+    red = Verdict((Reason("convergence", "red", "the chains have not converged", "Go on"),))
+    one = (replace(made.tables[0], verdict=red), *made.tables[1:])
+    for void in (replace(made, verdict=red), replace(made, tables=one)):
+        with pytest.raises(InputError, match="their numbers must not be used"):
+            gripper_files(void)
+    assert "of a run whose verdict is red nothing here may be used" in " ".join(texts["README.md"].split())
+
+
 def test_identifiers_of_c_are_its_own_and_each_another(texts: Mapping[str, str]) -> None:
     found = [table["identifier"] for table in json.loads(texts["force_tables.json"])["tables"]]
     assert found == ["force_of_int_main", "force_of_sensor_1", "force_of_sensor_1_2", "force_of_sensor"]

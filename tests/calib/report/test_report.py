@@ -19,6 +19,7 @@ import numpy as np
 import pytest
 
 from calib.checks.predictive import Prediction, predict
+from calib.checks.reasons import judge_posterior
 from calib.checks.verdict import AMBER_ALLOWS, Reason, Verdict, verdict_of
 from calib.decision import NextInShort, ShortMeasurement
 from calib.decision.padding import recommend
@@ -31,7 +32,7 @@ from calib.report import sections
 from calib.report.figures.predictive import channel_figure
 from calib.report.page import write_report
 from calib.report.pictures import figure_address
-from calib.report.rows import parameter_rows
+from calib.report.rows import SENSOR_PARAMETERS, parameter_rows
 from calib.report.sections.convergence import criteria
 from calib.report.sections.headline import summary_sentences
 from calib.report.sections.limits import LIMITS_OF_LAWS, limits
@@ -237,6 +238,36 @@ def test_a_dishonest_model_is_not_called_unconverged_and_gets_advice_that_can_he
     assert "can be used" not in head
     both = _text(write_report(make_posterior(converged=False, honest=False), predictions)).partition("Parameters Mean")[0]
     assert all(words in both for words in ("have not converged", "R-hat of young_modulus", "--resume", "surrogate refine"))
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_what_is_red_shows_no_number_that_one_might_take_for_a_result(
+    make_posterior: MakePosterior, predictions: tuple[Prediction, ...], recommendation: Recommendation
+) -> None:
+    posterior = make_posterior(converged=False)
+    red = judge_posterior(posterior, predictions)
+    known = replace(recommendation, verdict=red)
+    page = write_report(posterior, predictions, known, posterior_sha256="aa")
+    rows = [row for row in parameter_rows(posterior) if row.parameter in SENSOR_PARAMETERS]
+    assert rows
+    struck = re.sub(r"<s>.*?</s>", "", page)  # on the first page and in every table
+    for row in rows:
+        assert f"<s>{row.value}" in page, row.name
+        assert row.value not in struck, row.name
+    assert known.best_in_words not in _text(page)
+    assert 'class="value"' not in page
+    assert page.count("✗ no result") == len([row for row in rows if not row.where])
+    assert "What padding" not in _text(page)
+    assert "RED: no results" in page  # at the head of every sheet of paper
+    # Advice of before, when the verdict was a better one, is none either.
+    stale = _text(write_report(posterior, predictions, recommendation, posterior_sha256="bb"))
+    assert recommendation.best_in_words not in stale
+    assert "can be used" not in stale
+    assert "No padding is recommended" in stale
+    # Where it is not red nothing is struck through.
+    fine = write_report(posterior, predictions, recommendation, verdict=Verdict(), posterior_sha256="aa")
+    assert "<s>" not in fine
+    assert "no result" not in fine
 
 
 @pytest.mark.usefixtures("undrawn")

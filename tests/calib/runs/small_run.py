@@ -145,6 +145,7 @@ def by_hand(lab: Path, name: str, posterior: Posterior) -> Run:
     own: dict[str, Any] = {
         "path": told.path,
         "sha256": told.sha256,
+        "name": told.name,
         "laboratory": told.laboratory,
         "instruments": told.instruments,
     }

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import re
+import shutil
 import sys
 from contextlib import nullcontext
 from dataclasses import replace
@@ -53,6 +55,30 @@ def test_each_model_has_a_run_of_its_own_that_differs_in_one_choice(compared: tu
     # One press cannot tell a soft padding from a soft sensor: freeing one modulus must not leave the other as sure as before.
     assert own.diagnostics.parameters["young_modulus"].sd > 3 * given.diagnostics.parameters["young_modulus"].sd
     assert "cannot tell apart" in said
+
+
+def test_it_is_said_how_long_it_will_take_before_anything_is_sampled(compared: tuple[Path, str], tmp_path: Path) -> None:
+    lab, said = compared
+    forecast, _, rest = said.partition("To calibrate: 2 models (as-given, own-padding), one after the other; ")[2].partition(
+        "."
+    )
+    time = r"([\d.]+ (?:s|min|h))"
+    ((low, high),) = re.findall(rf"^{time} to {time} on this machine if nothing else runs on it, at most 20 min", forecast)
+    assert low != high
+    assert said.index("To calibrate") < said.index("as-given (1 of 2)")
+    assert "Ctrl-C keeps what is done" in rest
+    # What is finished is not counted again.
+    shutil.copytree(lab, tmp_path / "lab")
+    again = CliRunner().invoke(
+        app,
+        ["compare", str(tmp_path / "lab" / "experiment.toml"), "-o", str(tmp_path / "lab" / "models")],
+        obj=STAGES,
+        env={"COLUMNS": "300"},
+    )
+    told = " ".join(again.output.split())
+    run = load_run(lab / "models" / "as-given")
+    done = run.posterior.diagnostics.converged
+    assert ("Finished already, taken as they are: as-given" in told) is done
 
 
 def test_what_was_said_is_kept(compared: tuple[Path, str]) -> None:

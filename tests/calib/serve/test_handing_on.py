@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import io
 import json
+import re
 import shutil
 import stat
 import zipfile
@@ -122,6 +123,23 @@ def test_a_red_run_gets_a_statement_without_results(work: Work) -> None:
     seen = ok(work.page.get("/certificate/look?name=red"))
     assert "NOT A CERTIFICATE" in seen
     assert "0.62" not in seen + ok(work.page.get("/certificate/page?name=red"))
+
+
+def test_a_red_run_shows_no_number_that_one_might_take_for_a_result(work: Work) -> None:
+    fine, seen = (ok(work.page.get(f"/run/found?name={name}")) for name in ("run", "red"))
+    struck = re.sub(r"<s>.*?</s>", "", seen)
+    assert "What was found" in fine
+    assert "<s>" not in fine
+    assert "no result" in struck
+    assert "What was found" not in struck
+    for number in re.findall(r"[\d.]+ ± [\d.]+", fine):
+        assert number in seen
+        assert number not in struck
+    look = ok(work.page.get("/padding/look?name=red"))
+    assert "No padding is chosen by a run that must not be used" in look
+    assert 'type="range"' not in look
+    beside = ok(work.page.get("/runs/difference?first=run&second=red"))
+    assert "<s>" in beside
 
 
 def test_no_secret_reaches_the_browser(work: Work) -> None:

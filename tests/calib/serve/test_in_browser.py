@@ -150,6 +150,26 @@ def test_from_a_dropped_file_to_a_padding_by_keyboard_alone(page: Page, served: 
     key.press("Enter")
     page.wait_for_url("**/experiment")
     assert serious(page) == []
+    # Of a guess is said how it is known: it stands, and then it was measured.
+    radius = page.locator("form[data-known]", has=page.locator("#f-indenter-radius"))
+    marked = int(page.locator("#marked").inner_text())
+    tab_to(page, radius.get_by_label("undecided"))
+    key.press("ArrowDown")
+    key.press("ArrowDown")
+    tab_to(page, radius.get_by_role("button", name="The guess stands"))
+    key.press("Enter")
+    page.wait_for_function(
+        "() => /radius = .5 mm. +# not measured: the guess stands/.test(document.querySelector('#text').value)"
+    )
+    assert radius.get_by_label("not measured").is_checked()
+    assert page.locator("#marked").inner_text() == str(marked - 1)
+    assert serious(page) == []
+    key.press("ArrowUp")
+    tab_to(page, radius.get_by_label("By what"))
+    key.type("caliper")
+    key.press("Enter")
+    page.wait_for_function("() => /radius = .5 mm. +# measured: caliper/.test(document.querySelector('#text').value)")
+    assert radius.get_by_label("measured by caliper").is_checked()
     tab_to(page, page.locator("#f-model"))
     key.press("c")
     key.press("Tab")
@@ -194,6 +214,24 @@ def test_from_a_dropped_file_to_a_padding_by_keyboard_alone(page: Page, served: 
         time.sleep(0.3)
         lags.append(float(page.evaluate("() => document.documentElement.dataset.lag")))
     assert median(lags) < 200, f"most of seven moves were not drawn within a fifth of a second: {lags}"
+    # A load beyond the slider is typed in: shown as extrapolated, by how much, and as fast.
+    most = float(page.locator("#load").get_attribute("max") or "nan")
+    tab_to(page, page.locator("#force"))
+    page.wait_for_load_state("networkidle")  # what lies beyond is tabled ahead
+    page.evaluate("() => delete document.documentElement.dataset.lag")
+    key.press("Control+A")
+    key.type(f"{1.5 * most:g}")
+    page.locator("#load-beyond .level.amber").wait_for()
+    page.wait_for_function("most => Number(document.querySelector('#load').max) === 2 * most", arg=most)
+    assert "times the largest measured force" in page.locator("#load-beyond").inner_text()
+    assert float(page.evaluate("() => document.documentElement.dataset.lag")) < 200
+    assert serious(page) == []
+    key.press("Tab")
+    assert page.locator("#force").input_value() == f"{1.5 * most:g} N"
+    tab_to(page, page.locator("#force"))
+    key.press("Control+A")
+    key.type(f"{most / 2:g} N")
+    page.wait_for_function("() => document.querySelector('#load-beyond').textContent === ''")
     tab_to(page, page.get_by_role("button", name="Make the advice"))
     key.press("Enter")
     page.get_by_role("heading", name="Advice that is kept").wait_for()
@@ -204,6 +242,40 @@ def test_from_a_dropped_file_to_a_padding_by_keyboard_alone(page: Page, served: 
     with page.expect_download() as download:
         page.get_by_role("link", name="run1.zip").press("Enter")
     assert download.value.path().stat().st_size > 1e5
+
+
+@pytest.mark.parametrize("width", [390, 1280])
+def test_the_shipped_example_is_begun_by_keyboard_alone(page: Page, tmp_path: Path, width: int) -> None:
+    other = Served(tmp_path / "new")
+    tab = page.context.new_page()
+    try:
+        tab.set_viewport_size({"width": width, "height": 844})
+        tab.goto(other.address)
+        tab.wait_for_url("**/files")
+        assert serious(tab) == []
+        assert as_wide_as_the_screen(tab)
+        tab_to(tab, tab.get_by_role("button", name="Try it with the shipped example"))
+        tab.keyboard.press("Enter")
+        tab.wait_for_url("**/experiment")
+        tab.locator("#light .level").wait_for()
+        assert tab.locator("#marked").inner_text() == "0"
+        assert serious(tab) == []
+        assert as_wide_as_the_screen(tab)
+        assert [s.name for s in read_experiment(other.folder / "experiment.toml").specimens] == ["sensor 1", "sensor 2"]
+        # One that came along is offered, beside beginning anew.
+        (other.folder / "experiment.toml").unlink()
+        tab.goto(other.page("/files"))
+        tab.get_by_role("heading", name="This folder holds an experiment").wait_for()
+        assert tab.get_by_role("button", name="Start anew").count() == 1
+        assert serious(tab) == []
+        assert as_wide_as_the_screen(tab)
+        tab_to(tab, tab.get_by_role("button", name="Use it"))
+        tab.keyboard.press("Enter")
+        tab.wait_for_url("**/experiment")
+        assert read_experiment(other.folder / "experiment.toml").specimens[0].sweeps[0].force is not None
+    finally:
+        tab.close()
+        other.end(signal.SIGTERM)
 
 
 def test_a_certificate_is_made_signed_and_checked_by_keyboard_alone(page: Page, served: Served) -> None:

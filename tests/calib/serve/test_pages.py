@@ -11,6 +11,7 @@ import time
 import tomllib
 import zipfile
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -19,9 +20,10 @@ from small_lab import EXPERIMENT, write_lab, write_press
 from small_run import make_lab, quick
 from starlette.testclient import TestClient
 
-from calib.experiment import read_experiment, read_specification
+from calib.decision import largest_force
+from calib.experiment import read_experiment, read_specification, shipped
 from calib.files import write_text
-from calib.runs import run_state, verify
+from calib.runs import load_run, run_state, verify
 from calib.sampling.posterior import Posterior
 from calib.serve import Workspace, jobs, open_workspace
 from calib.serve.commands import reading_command
@@ -241,17 +243,101 @@ def test_marks_go_as_values_are_said_or_meant(tmp_path: Path) -> None:
     put(page, ["sensor", "radius"], value="9 mm")
     ball = next(field for field in form_of_experiment(space).fields if field.at == ("indenter", "radius"))
     assert ball.task == "radius of the ball, half its diameter"
-    page.post("/experiment/mean-it", data={"line": str(ball.marked)}, headers=SCRIPT)
+    decide(page, ["indenter", "radius"], known="measured", value="5 mm", by="caliper")
     electrode = next(field for field in form_of_experiment(space).fields if field.at == ("sensor", "electrode_radius"))
-    page.post("/experiment/mean-it", data={"line": str(electrode.marked)}, headers=SCRIPT)
+    decide(page, list(electrode.at), known="stands")
     left = read_experiment(space.experiment)
     assert len(left.unedited) == len(before.marked) - 3
     assert (left.indenter_radius, left.sensor_radius) == (5e-3, 9e-3)
-    assert page.post("/experiment/mean-it", data={"line": "1"}, headers=SCRIPT).status_code == 422
     put(page, ["priors", "load_zero_drift"], example="yes")  # there is no such unknown
     put(page, ["specimens", 0, "priors", "load_zero"], example="yes")
     added = next(field for field in form_of_experiment(space).fields if field.at[-1] == "load_zero")
     assert "example" in added.task
+
+
+def decide(page: TestClient, at: list[str | int], status: int = 200, **said: str) -> str:
+    """Say how a quantity is known, as the script does; what the page answers."""
+    answer = page.post("/experiment/decide", data={"at": json.dumps(at), **said}, headers=SCRIPT)
+    assert answer.status_code == status, answer.text
+    return str(answer.text)
+
+
+def test_what_is_said_of_how_a_quantity_is_known_is_what_one_writes_by_hand(tmp_path: Path) -> None:
+    space = open_workspace(tmp_path / "new")
+    (space.folder / "lab").mkdir()
+    write_press(space.folder / "lab" / "press.csv")
+    page = let_in(space)
+    page.post("/file/correct", data={"name": "lab/press.csv", "units_force": "N"})
+    page.post("/files/draft")
+    draft = space.text
+    thickness: list[str | int] = ["specimens", 0, "priors", "sensor_thickness"]
+    modulus: list[str | int] = ["priors", "young_modulus"]
+
+    def line(name: str) -> str:
+        return next(line for line in space.text.split("\n") if line.startswith(f"{name} ="))
+
+    def known(*at: str | int) -> tuple[str, str]:
+        field = next(field for field in form_of_experiment(space).fields if field.at == at)
+        return field.known, field.by
+
+    assert known(*thickness) == ("undecided", "")
+    # Measured: value, uncertainty, with what; the uncertainty in the unit of the value.
+    decide(page, thickness, known="measured", mean="0.74 mm", sd="0.02", by="microscope, 5 places")
+    assert line("sensor_thickness") == (
+        'sensor_thickness = { normal = ["0.74 mm", "0.02 mm"] }   # measured: microscope, 5 places'
+    )
+    assert known(*thickness) == ("measured", "microscope, 5 places")
+    # Not measured: the guess stands, as it is or wider, and the data may tell better.
+    decide(page, thickness, known="stands", wider="2")
+    assert line("sensor_thickness").endswith('["0.74 mm", "0.04 mm"] }   # not measured: the guess, 2 times as wide')
+    assert known(*thickness) == ("stands", "")
+    decide(page, modulus, known="stands")
+    assert line("young_modulus").endswith("   # not measured: the guess stands")
+    # Undecided again: the very line of the draft.
+    for at in (thickness, modulus):
+        decide(page, at, known="undecided")
+        assert known(*at) == ("undecided", "")
+    assert tomllib.loads(space.text) == tomllib.loads(draft)
+    assert line("sensor_thickness") == next(one for one in draft.split("\n") if one.startswith("sensor_thickness ="))
+    # What has no prior is taken as exact: nobody is told that a guess of it is as good as a measurement.
+    before = len(read_experiment(space.experiment).unedited)
+    decide(page, ["indenter", "radius"], known="stands")
+    told = read_experiment(space.experiment).unedited
+    assert len(told) == before
+    assert [(u.what, u.stands) for u in told if u.stands] == [("indenter radius", True)]
+    assert form_of_experiment(space).marked == tuple(u for u in told if not u.stands)
+    # A value of one's own is no guess any more.
+    put(page, ["indenter", "radius"], value="4 mm")
+    assert line("radius") == 'radius = "4 mm"'
+    # What makes no sense is refused with the reason, and changes nothing.
+    kept = space.text
+    refused: list[tuple[list[str | int], dict[str, str], str]] = [
+        (thickness, {"known": "measured", "mean": "0.74 mm"}, "how sure it is"),
+        (thickness, {"known": "measured", "sd": "0.02 mm"}, "the value is missing"),
+        (thickness, {"known": "measured", "mean": "1 mm", "sd": "1 mm", "by": "x # EDIT: y"}, "without #"),
+        (thickness, {"known": "measured", "mean": "1 mm", "sd": "1 mm", "by": "x\ny = 1"}, "with what it was measured"),
+        (thickness, {"known": "measured", "mean": "1e999", "sd": "1"}, "is no number"),
+        (thickness, {"known": "stands", "wider": "0"}, "is not how much wider"),
+        (thickness, {"known": "perhaps"}, "nothing says how it is known"),
+        (["model"], {"known": "stands"}, "there is nothing to decide"),
+        (["sensor", "electrode_radius"], {"known": "measured"}, "nothing says what was measured"),
+    ]
+    for at, said, why in refused:
+        assert why in decide(page, at, 422, **said)
+    assert decide(page, thickness, 409, known="stands", was="3")
+    assert space.text == kept
+    page.post("/experiment/put", data={"at": json.dumps(thickness), "kind": "fixed", "number0": "1 mm"}, headers=SCRIPT)
+    assert "a prior that is fixed is not made wider here" in decide(page, thickness, 422, known="stands", wider="2")
+
+
+def test_a_number_without_end_is_said_beside_its_field_and_breaks_no_page(page: TestClient, space: Workspace) -> None:
+    answer = page.post("/experiment/put", data={"at": '["priors", "young_modulus"]', "kind": "fixed", "number0": "1e999"})
+    assert answer.status_code == 200
+    space.write_experiment(space.text.replace('"5 mm"', "inf").replace('"10 mm"', "nan"))
+    assert page.get("/experiment").status_code == 200
+    state = page.get("/experiment/state", headers=SCRIPT)
+    assert state.status_code == 200
+    assert "inf" in state.json()["fields"]['["indenter", "radius"]']["wrong"]
 
 
 def test_no_field_leads_out_of_the_experiment(page: TestClient, space: Workspace) -> None:
@@ -432,6 +518,33 @@ def test_bands_move_with_load_and_limits(built: Work) -> None:
     assert low["command"] == 'calib recommend run --force "1 N" --padding "0 mm:9 mm"'
 
 
+def test_a_load_beyond_the_slider_is_shown_as_extrapolated_by_how_much(built: Work) -> None:
+    look = built.page.get("/padding/look?name=run").text
+    (found,) = re.findall(r'id="load" min="[^"]+" max="([^"]+)"', look)
+    most = float(found)
+    measured = largest_force(load_run(built.space.folder / "run").posterior)
+    within = built.page.get(f"/padding/view?name=run&force={measured} N").json()
+    assert (within["most"], within["beyond"]) == (most, "")
+    far = built.page.get(f"/padding/view?name=run&force={3 * most} N").json()
+    assert far["most"] == 4 * most
+    assert far["force"] == pytest.approx(3 * most)
+    assert f"{3 * most / measured:.1f} times the largest measured force" in far["beyond"]
+    assert "green" not in far["colour"]
+    assert all(far["beyond"] in reason for reason in far["reason"])
+    assert f'--force "{3 * most:.6g} N"' in far["command"]
+    # The same numbers as from the slider's own table, where both have them.
+    near, same = (built.page.get(f"/padding/view?name=run&force={force} N").json() for force in (most, most * 1.0001))
+    assert same["most"] == 2 * most
+    assert same["spans"]
+    for low, a, high in zip(near["signal"][0], same["signal"][2][::2], near["signal"][4], strict=True):
+        assert a is None or low is None or low < a < high
+    # What lies too far is refused with how far that is, and what to do.
+    answer = built.page.get("/padding/view?name=run&force=1e9 N", headers=SCRIPT)
+    assert answer.status_code == 422
+    assert "times what was measured" in answer.json()["faults"][0]
+    assert "press a sensor that far" in answer.json()["faults"][0]
+
+
 @pytest.mark.parametrize("asked", ["force=5", "force=1e9 N", "signal=-3 %", "stroke=x", "tolerance=-1 mm"])
 def test_a_view_that_makes_no_sense_is_refused(built: Work, asked: str) -> None:
     answer = built.page.get(f"/padding/view?name=run&{asked}", headers={"Accept": "application/json"})
@@ -469,3 +582,67 @@ def test_what_is_damaged_is_told_and_not_served_as_if_it_were_not(built: Work, t
     assert page.get("/experiment").status_code == 200
     space.experiment.write_bytes(b"\xff\xfe")
     assert page.get("/experiment").status_code == 422
+
+
+# --- beginning ----------------------------------------------------------------------------------------------------------
+
+
+def test_the_shipped_example_is_a_first_step_that_can_be_calibrated(tmp_path: Path) -> None:
+    space = open_workspace(tmp_path / "new")
+    page = let_in(space)
+    assert "Try it with the shipped example" in page.get("/files").text
+    assert page.post("/files/example", headers=SCRIPT).status_code == 200
+    experiment = read_experiment(space.experiment)
+    assert [specimen.name for specimen in experiment.specimens] == ["sensor 1", "sensor 2"]
+    assert {path.name for path in (space.folder / "lab" / "example").iterdir()} >= {"sensor1_lcr.csv", "specification.toml"}
+    assert space.lab_files() == [f"lab/example/sensor{k}_{of}.csv" for k in (1, 2) for of in ("instron", "lcr")]
+    # What comes of it is what the command makes.
+    there = read_experiment(shipped() / "experiment.toml")
+    assert replace(experiment, path=None, specimens=(), sha256="") == replace(there, path=None, specimens=(), sha256="")
+    seen = page.get("/files").text
+    assert "Try it" not in seen
+    assert "Use it" not in seen
+    assert page.post("/files/example", headers=SCRIPT).status_code == 422  # nothing is overwritten
+
+
+def test_an_experiment_in_a_dropped_folder_is_offered_and_used_where_its_files_lie(tmp_path: Path) -> None:
+    space = open_workspace(tmp_path / "new")
+    page = let_in(space)
+    sweeps = '[[specimens.sweeps]]\nname = "a"\nforce = "more/press.csv"\n'
+    text = EXPERIMENT.replace('"lab/press.csv"', '"./press.csv"')
+    more = '[[specimens]]\nname = "b"\n[specimens.priors]\nsensor_thickness = { fixed = "0.74 mm" }\n'
+    more += f'padding_thickness = {{ fixed = "1.10 mm" }}\n{sweeps}'
+    content = write_press(tmp_path / "press.csv").read_bytes()
+    for name, data in (("Mon 1/press.csv", content), ("Mon 1/more/press.csv", content), ("Mon 1/old.toml", b"a = 1")):
+        assert page.put(f"/files/upload?name={name}", content=data).status_code == 200
+    assert "holds an experiment" not in page.get("/files").text
+    page.put("/files/upload?name=Mon 1/experiment.toml", content=(text + more).replace("\n", "\r\n").encode("utf-8-sig"))
+    seen = page.get("/files").text
+    assert "This folder holds an experiment" in seen
+    assert "lab/Mon 1/experiment.toml" in seen
+    assert "Start anew" in seen
+    assert page.post("/files/use", data={"name": "lab/Mon 1/old.toml"}, headers=SCRIPT).status_code == 422
+    assert page.post("/files/use", data={"name": "../new/lab/Mon 1/experiment.toml"}, headers=SCRIPT).status_code == 422
+    assert not space.experiment.exists()
+    assert page.post("/files/use", data={"name": "lab/Mon 1/experiment.toml"}).status_code == 200
+    tables = tomllib.loads(space.text)
+    assert tables["specimens"][0]["force"] == {"file": "lab/Mon 1/press.csv", "units": {"force": "N"}}
+    assert tables["specimens"][1]["sweeps"][0]["force"] == "lab/Mon 1/more/press.csv"
+    assert tables["indenter"] == tomllib.loads(text)["indenter"]
+    assert [one.force.name for s in read_experiment(space.experiment).specimens for one in s.sweeps if one.force] == [
+        "press.csv"
+    ] * 2
+    assert "holds an experiment" not in page.get("/files").text
+    assert page.post("/files/use", data={"name": "lab/Mon 1/experiment.toml"}, headers=SCRIPT).status_code == 422
+
+
+@pytest.mark.parametrize("named", ["/etc/hostname", "../../../secret.csv", "C:\\secret.csv", "\\\\host\\share\\x.csv"])
+def test_an_experiment_that_names_files_elsewhere_is_not_used(tmp_path: Path, named: str) -> None:
+    space = open_workspace(tmp_path / "new")
+    page = let_in(space)
+    text = EXPERIMENT.replace('"lab/press.csv"', json.dumps(named))
+    page.put("/files/upload?name=Mon/experiment.toml", content=text.encode())
+    answer = page.post("/files/use", data={"name": "lab/Mon/experiment.toml"}, headers=SCRIPT)
+    assert answer.status_code == 422
+    assert "lies outside of what was dropped" in answer.json()["faults"][0]
+    assert not space.experiment.exists()
