@@ -103,7 +103,9 @@ def only_changes(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping
     reading : a unit that is said once more is not doubted.
     """
     for quantity in ("capacitance", "capacitance_series"):
-        there = values[quantity][np.isfinite(values[quantity])] if quantity in values else np.zeros(0)
+        # Of two the user chooses.
+        alone = quantity in values and not {"capacitance", "capacitance_series"} <= set(values)
+        there = values[quantity][np.isfinite(values[quantity])] if alone else np.zeros(0)
         if there.size < _FEWEST or {quantity, "capacitance"} & set(reading.units):
             continue
         low, high = np.quantile(there, [_FEW, 1 - _FEW])

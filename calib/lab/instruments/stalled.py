@@ -213,7 +213,11 @@ def _of_peak(sheet: Sheet, column: ReadColumn, row: int) -> Fault:
         f'column "{name}" never goes back, and stands still at "{cell}" while the ball does: it holds the peak so far, not '
         "what was measured in each row"
     )
-    advice = f"Export the readings themselves, or leave it out: {Choice('columns', ('none',), _name(column.quantity))}"
+    quantity = _name(column.quantity)
+    advice = (
+        f"Export the readings themselves, or leave it out: {Choice('columns', ('none',), quantity)}; if they are right, let the "
+        f"header name the unit and say it once more: --units {quantity}=..."
+    )
     return Fault(message, sheet.text.path, int(sheet.lines[row]), column.index + 1, advice=advice)
 
 
