@@ -215,8 +215,8 @@ def _of_peak(sheet: Sheet, column: ReadColumn, row: int) -> Fault:
     )
     quantity = _name(column.quantity)
     advice = (
-        f"Export the readings themselves, or leave it out: {Choice('columns', ('none',), quantity)}; if they are right, let the "
-        f"header name the unit and say it once more: --units {quantity}=..."
+        f"Export the readings themselves, or leave it out: {Choice('columns', ('none',), quantity)}; if they are right, let "
+        f"the header name the unit and say it once more: --units {quantity}=..."
     )
     return Fault(message, sheet.text.path, int(sheet.lines[row]), column.index + 1, advice=advice)
 
