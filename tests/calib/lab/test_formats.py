@@ -1033,7 +1033,10 @@ def test_mat_names_every_variable_that_it_does_not_read(tmp_path: Path) -> None:
 def mat4(variables: dict[str, np.ndarray]) -> bytes:
     """Version 4 by hand, from the description of MathWorks: full matrices of doubles, column by column."""
     return b"".join(
-        struct.pack("<5i", 0, *values.shape, 0, len(name) + 1) + name.encode() + b"\x00" + values.astype("<f8").tobytes(order="F")
+        struct.pack("<5i", 0, *values.shape, 0, len(name) + 1)
+        + name.encode()
+        + b"\x00"
+        + values.astype("<f8").tobytes(order="F")
         for name, values in variables.items()
     )
 
@@ -1045,7 +1048,7 @@ def test_mat_of_version_4(tmp_path: Path) -> None:
 
 
 def mat73(path: Path, variables: dict[str, np.ndarray], struct_name: str = "") -> Path:
-    """Version 7.3 by PyTables: HDF5 behind 512 bytes, arrays turned and packed as MATLAB does, each with the name of its class."""
+    """Version 7.3 by PyTables: HDF5 behind 512 bytes, arrays turned and packed as MATLAB does, each with its class."""
     with tables.open_file(str(path), "w", user_block_size=512, pytables_sys_attrs=False) as file:
         group = file.create_group("/", struct_name) if struct_name else file.root
         if struct_name:
