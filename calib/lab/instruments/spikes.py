@@ -4,11 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 
 import numpy as np
 
 from calib.lab.instruments.labtable import IntArray
 from models.sensor import FloatArray
+
+
+def _weights_of_cubic(n: int) -> FloatArray:
+    """By what the readings on either side of one are multiplied to give the cubic through them in its place."""
+    places = np.array([i for i in range(-n, n + 1) if i], dtype=np.float64)
+    weights = np.linalg.pinv(np.vander(places, 4, increasing=True))[0]
+    return np.insert(weights, n, 0.0)
+
 
 #: Quantities of which each reading is near to those beside it.
 SMOOTH = ("displacement", "force", "capacitance", "capacitance_series")
@@ -34,6 +43,12 @@ _TOGETHER = (0, 1, 2, 3)
 _SHORT = 5000
 # So many readings may look off where a few are, as those between them do.
 _MOST_OFF = 12
+# A reading is off the cubic through those beside it by so many of their own scatters, and of all readings', and last digits;
+# weights of that cubic, of the four readings on either side; how many readings are taken out one after the other.
+_CUBIC_LOCAL, _CUBIC_NOISES, _CUBIC_DIGITS = 12.0, 8.0, 4.0
+_CUBIC, _PASSES = _weights_of_cubic(_BESIDE), 8
+# Readings that are looked at: each that is wrong, and each corner, makes eight beside it look off.
+_MOST_LOOKED_AT = 120
 # Where a larger share of a record seems to stand alone, it is what the record is like.
 _SHARE = 0.1
 
@@ -66,6 +81,8 @@ def alone(values: Mapping[str, FloatArray]) -> dict[str, dict[int, float]]:
         if len(channels) > 1:
             others = [y for q, y in channels.items() if q != quantity]
             rows |= {r: near for r, near in _off_course(channels[quantity], others).items() if r not in rows}
+            left = np.where(np.isin(np.arange(channels[quantity].size), list(rows)), np.nan, channels[quantity])
+            rows |= _off_cubic(left, others)
         rows |= {r: near for r, near in _at_ends(channels[quantity]).items() if r not in rows}
         if 0 < len(rows) <= max(1, _SHARE * np.count_nonzero(np.isfinite(channels[quantity]))):
             kept[quantity] = rows
@@ -129,6 +146,63 @@ def _off_course(values: FloatArray, others: Sequence[FloatArray]) -> dict[int, f
     return found
 
 
+def _off_cubic(values: FloatArray, others: Sequence[FloatArray]) -> dict[int, float]:
+    """Readings off the cubic through those beside them, which these keep to, while other channels go on -> what it lets expect.
+
+    Where a channel has a corner (a turn, a touch, a step) the readings beside do not keep to a cubic, and nothing is told.
+    """
+    found: dict[int, float] = {}
+    rows = np.flatnonzero(np.isfinite(values))
+    y = values[rows]
+    for _ in range(_PASSES):
+        if y.size <= 3 * _BESIDE:
+            break
+        floor = max(_CUBIC_NOISES * noise_of(y, 4), _CUBIC_DIGITS * _digit(y))
+        near = np.convolve(y, _CUBIC, "same")
+        at = np.flatnonzero(np.abs(y - near) > floor)
+        at = np.unique(np.concatenate([at, np.arange(_BESIDE), np.arange(y.size - _BESIDE, y.size)]))
+        if at.size > max(_MOST_LOOKED_AT, _SHARE * y.size):
+            break
+        told = {k: near for k in at.tolist() if (near := _expected(y, k, floor)) is not None}
+        # A wrong reading makes those beside it seem off: the one farthest off is taken first.
+        best = max(told, key=lambda k: abs(float(y[k]) - told[k]), default=None)
+        # At an end the others are looked at where readings stand on both sides.
+        inner = rows[np.clip(np.arange(rows.size), 2, rows.size - 3)]
+        told = {k: v for k, v in told.items() if all(_straight(other, int(inner[k])) for other in others)}
+        if best is None or not told:
+            break
+        best = best if best in told else max(told, key=lambda k: abs(float(y[k]) - told[k]))
+        found[int(rows[best])] = told[best]
+        rows, y = np.delete(rows, best), np.delete(y, best)
+    return found
+
+
+def _expected(y: FloatArray, k: int, floor: float) -> float | None:
+    """What the cubic through those beside a reading lets expect, where these keep to it, but for one at most, and it does not."""
+    low = min(max(k - _BESIDE, 0), y.size - 2 * _BESIDE - 1)
+    beside = [i for i in range(low, low + 2 * _BESIDE + 1) if i != k]
+    for without in (-1, *beside):
+        kept = [i for i in beside if i != without]
+        weights, residual, spread = _cubic(tuple(i - k for i in kept))
+        near, left = float(weights @ y[kept]), residual @ y[kept]
+        sd = math.sqrt(float(left @ left) / (len(kept) - 4))
+        if abs(float(y[k]) - near) > max(_CUBIC_LOCAL * sd, floor) * spread:
+            return near
+    return None
+
+
+@lru_cache(maxsize=512)
+def _cubic(places: tuple[int, ...]) -> tuple[FloatArray, FloatArray, float]:
+    """Of a cubic through readings at some places about 0: the weights of its value there, what leaves their residuals, its spread.
+
+    The spread is the sd of the difference to a reading at 0, in that of one reading.
+    """
+    powers = np.vander(np.array(places, dtype=np.float64) / _BESIDE, 4, increasing=True)
+    inverse = np.linalg.pinv(powers)
+    spread = math.sqrt(1.0 + float(inverse[0] @ inverse[0]))
+    return inverse[0], np.eye(len(places)) - powers @ inverse, spread
+
+
 def _beside(rows: IntArray, y: FloatArray, left: Sequence[int], floor: float) -> list[float]:
     """What those next to some readings let expect in their places, if these go on smoothly and they are far off; else none."""
     if left[0] < 2 or left[-1] > y.size - 3:
@@ -190,6 +264,13 @@ def noise_of(y: FloatArray, order: int = 2) -> float:
 def last_step(y: FloatArray) -> float:
     """The least that two readings beside each other, (n_row,), differ by, if they do, in their unit."""
     steps = np.abs(np.diff(y))
+    steps = steps[steps > 1e-9 * float(np.max(np.abs(y), initial=0.0))]
+    return float(np.min(steps)) if steps.size else 0.0
+
+
+def _digit(y: FloatArray) -> float:
+    """The least that any two readings, (n_row,), differ by, if they do: the last digit, or a little more."""
+    steps = np.diff(np.unique(y))
     steps = steps[steps > 1e-9 * float(np.max(np.abs(y), initial=0.0))]
     return float(np.min(steps)) if steps.size else 0.0
 

@@ -16,6 +16,7 @@ from calib.lab.quality.readings import (
     check_signal,
     check_time_steps,
 )
+from calib.lab.quality.turn import check_turn
 from calib.lab.signal import NO_SIGNAL
 
 
@@ -40,7 +41,7 @@ def judge(obs: Observations, machine_compliance: float | None = None) -> tuple[G
         grades += [check_readings(c), check_signal(c), check_gap(obs, c), check_time_steps(obs, c)]
         if c.span <= NO_SIGNAL * c.noise:
             continue  # all other numbers would be shares of noise
-        grades += [check_resolution(c), check_clipping(obs, c), check_late(obs, c)]
+        grades += [check_resolution(c), check_clipping(obs, c), check_late(obs, c), check_turn(obs, c)]
         grades += [check_start(c), check_drift(obs, c), check_relaxation(obs, c)]
         if c.name == "force":
             grades += [check_load_zero(c), check_hysteresis(obs, c), check_compliance(c, machine_compliance)]

@@ -54,6 +54,20 @@ def test_an_outlier_of_many_noises_is_left_out_and_one_of_five_is_kept(tmp_path:
         assert _left_out(_read(tmp_path, force={10: f"{FORCE[10] + size * 0.002:.4f}"})) == left
 
 
+@pytest.mark.parametrize("quantity", ["force", "displacement", "capacitance"])
+@pytest.mark.parametrize("row", [1, 20, 52, 100, N - 2])
+def test_a_damaged_digit_that_leaves_a_smooth_course_by_less_than_its_steps_is_left_out(
+    tmp_path: Path, quantity: str, row: int
+) -> None:
+    off = {"force": 0.05, "displacement": 0.004, "capacitance": 0.06}[quantity]
+    assert _left_out(_read(tmp_path, **{quantity: {row: f"{VALUES[quantity][row] + off:.4f}"}})) == [row]
+
+
+def test_four_damaged_digits_are_left_out_together(tmp_path: Path) -> None:
+    damaged = {row: f"{DEPTH[row] - 0.003:.4f}" for row in (31, 60, 66, 120)}
+    assert _left_out(_read(tmp_path, displacement=damaged)) == list(damaged)
+
+
 def test_cells_of_one_row_that_changed_places_are_left_out(tmp_path: Path) -> None:
     table = _read(tmp_path, force={70: f"{DEPTH[70]:.4f}"}, displacement={70: f"{FORCE[70]:.4f}"})
     assert _left_out(table) == [70]
