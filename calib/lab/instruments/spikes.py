@@ -49,6 +49,8 @@ _CUBIC_LOCAL, _CUBIC_NOISES, _CUBIC_DIGITS = 12.0, 8.0, 4.0
 _CUBIC, _PASSES = _weights_of_cubic(_BESIDE), 8
 # Readings that are looked at: each that is wrong, and each corner, makes eight beside it look off.
 _MOST_LOOKED_AT = 120
+# Readings that repeat the one before, from this share on, show the step of a display; a number is whole within so much.
+_REPEATED, _WHOLE = 0.05, 1e-3
 # Where a larger share of a record seems to stand alone, it is what the record is like.
 _SHARE = 0.1
 
@@ -158,13 +160,14 @@ def _off_cubic(values: FloatArray, others: Sequence[FloatArray]) -> dict[int, fl
         if y.size <= 3 * _BESIDE:
             break
         floor = max(_CUBIC_NOISES * noise_of(y, 4), _CUBIC_DIGITS * _digit(y))
-        near = np.convolve(y, _CUBIC, "same")
-        at = np.flatnonzero(np.abs(y - near) > floor)
+        at = np.flatnonzero(np.abs(y - np.convolve(y, _CUBIC, "same")) > floor)
         at = np.unique(np.concatenate([at, np.arange(_BESIDE), np.arange(y.size - _BESIDE, y.size)]))
         if at.size > max(_MOST_LOOKED_AT, _SHARE * y.size):
             break
-        told = {k: near for k in at.tolist() if (near := _expected(y, k, floor)) is not None}
+        told = {k: near for k in at.tolist() if (near := _expected(rows, y, k, floor)) is not None}
         # A wrong reading makes those beside it seem off: the one farthest off is taken first.
+        # At an end nothing tells a corner from it.
+        told = {k: v for k, v in told.items() if 1 < k < y.size - 2 or abs(float(y[k]) - v) > float(np.ptp(np.delete(y, k)))}
         best = max(told, key=lambda k: abs(float(y[k]) - told[k]), default=None)
         # At an end the others are looked at where readings stand on both sides.
         inner = rows[np.clip(np.arange(rows.size), 2, rows.size - 3)]
@@ -177,13 +180,13 @@ def _off_cubic(values: FloatArray, others: Sequence[FloatArray]) -> dict[int, fl
     return found
 
 
-def _expected(y: FloatArray, k: int, floor: float) -> float | None:
-    """What the cubic through those beside a reading lets expect, where these keep to it, but for one at most, and it does not."""
+def _expected(rows: IntArray, y: FloatArray, k: int, floor: float) -> float | None:
+    """What the cubic through those beside a reading lets expect, where these keep to it, but for one, and it does not."""
     low = min(max(k - _BESIDE, 0), y.size - 2 * _BESIDE - 1)
     beside = [i for i in range(low, low + 2 * _BESIDE + 1) if i != k]
     for without in (-1, *beside):
         kept = [i for i in beside if i != without]
-        weights, residual, spread = _cubic(tuple(i - k for i in kept))
+        weights, residual, spread = _cubic(tuple((rows[kept] - rows[k]).tolist()))
         near, left = float(weights @ y[kept]), residual @ y[kept]
         sd = math.sqrt(float(left @ left) / (len(kept) - 4))
         if abs(float(y[k]) - near) > max(_CUBIC_LOCAL * sd, floor) * spread:
@@ -193,7 +196,7 @@ def _expected(y: FloatArray, k: int, floor: float) -> float | None:
 
 @lru_cache(maxsize=512)
 def _cubic(places: tuple[int, ...]) -> tuple[FloatArray, FloatArray, float]:
-    """Of a cubic through readings at some places about 0: the weights of its value there, what leaves their residuals, its spread.
+    """Of a cubic through readings at places about 0: the weights of its value there, what leaves their residuals, its spread.
 
     The spread is the sd of the difference to a reading at 0, in that of one reading.
     """
@@ -269,10 +272,17 @@ def last_step(y: FloatArray) -> float:
 
 
 def _digit(y: FloatArray) -> float:
-    """The least that any two readings, (n_row,), differ by, if they do: the last digit, or a little more."""
+    """The last digit of readings, (n_row,): the step of a display, else the power of ten of which all are whole multiples."""
+    if np.count_nonzero(np.diff(y) == 0) > _REPEATED * y.size:
+        return last_step(y)
+    top = float(np.max(np.abs(y), initial=0.0))
     steps = np.diff(np.unique(y))
-    steps = steps[steps > 1e-9 * float(np.max(np.abs(y), initial=0.0))]
-    return float(np.min(steps)) if steps.size else 0.0
+    least = float(np.min(steps[steps > 1e-9 * top], initial=np.inf))
+    for digits in range(1, 8):
+        power = 10.0 ** (math.floor(math.log10(top)) - digits) if top > 0 else np.inf
+        if power < least and np.mean(np.abs(y / power - np.rint(y / power)) < _WHOLE) > 1 - _SHARE:
+            return power
+    return least if np.isfinite(least) else 0.0
 
 
 def in_words(cell: str, near: float) -> str:

@@ -74,8 +74,8 @@ def check_turn(obs: Observations, c: LoadingBranch) -> Grade | None:
     line = int(obs.table.lines[rows[end]])
     finding = f"{c.name} turns {abs(late):.1f} rows {way} the displacement, near line {line}"
     advice = (
-        "One of the two columns may have been pasted one row off: compare them with the instrument's own record. If the channel "
-        "is read late, press slower or log faster."
+        "One of the two columns may have been pasted one row off: compare them with the instrument's own record. If the "
+        "channel is read late, press slower or log faster."
     )
     return c.grade("rows apart", "warning", late, "rows", finding, advice)
 
