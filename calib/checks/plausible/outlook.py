@@ -17,7 +17,7 @@ from models.sensor import FloatArray
 
 #: Correlation from which on two unknowns are said to be on a ridge.
 RIDGE = 0.6
-# Ridges that are told at most, and specimens for which what a tare would do is looked for, as it takes as long as a first answer.
+# Ridges that are told at most, and specimens with which what a tare would do is said, as that takes another first answer.
 _MOST, _MOST_TARED = 5, 4
 # Of the draws of what is of a lot.
 _SEED = 20190304
