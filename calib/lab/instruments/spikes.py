@@ -106,7 +106,12 @@ def _runs(rows: IntArray, y: FloatArray, floor: float, length: int) -> dict[tupl
         return {}
     # Beside an end fewer are looked at: beyond it the course goes on as mirrored there.
     y, rows = np.pad(y, _BEYOND, mode="reflect", reflect_type="odd"), np.pad(rows, _BEYOND)
-    first = np.arange(_BESIDE, y.size - _BESIDE - length + 1)
+    # The first of a run is off the one before by more than five sixths of how far it is off the line.
+    first = _BESIDE + np.flatnonzero(
+        np.abs(np.diff(y[_BESIDE - 1 : y.size - _BESIDE - length + 1])) > floor * (1 - 1.2 / _STEPS)
+    )
+    if not first.size:
+        return {}
     before, after = y[first - 1], y[first + length]
     share = np.arange(1, length + 1) / (length + 1)
     line = before[:, None] + (after - before)[:, None] * share
@@ -157,8 +162,8 @@ def _off_cubic(values: FloatArray, others: Sequence[FloatArray]) -> dict[int, fl
     rows = np.flatnonzero(np.isfinite(values))
     y = values[rows]
     for _ in range(_PASSES):
-        if y.size <= 3 * _BESIDE:
-            break
+        if not 3 * _BESIDE < y.size <= _SHORT:
+            break  # of many readings one does not matter
         floor = max(_CUBIC_NOISES * noise_of(y, 4), _CUBIC_DIGITS * _digit(y))
         at = np.flatnonzero(np.abs(y - np.convolve(y, _CUBIC, "same")) > floor)
         at = np.unique(np.concatenate([at, np.arange(_BESIDE), np.arange(y.size - _BESIDE, y.size)]))
