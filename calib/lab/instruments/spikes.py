@@ -47,6 +47,8 @@ _MOST_OFF = 12
 # weights of that cubic, of the four readings on either side; how many readings are taken out one after the other.
 _CUBIC_LOCAL, _CUBIC_NOISES, _CUBIC_DIGITS = 12.0, 8.0, 4.0
 _CUBIC, _PASSES = _weights_of_cubic(_BESIDE), 8
+# Of a long record the noise is that of so many readings.
+_SAMPLE = 20_000
 # Readings that are looked at: each that is wrong, and each corner, makes eight beside it look off.
 _MOST_LOOKED_AT = 120
 # Readings that repeat the one before, from this share on, show the step of a display; a number is whole within so much.
@@ -266,7 +268,9 @@ def noise_of(y: FloatArray, order: int = 2) -> float:
     -------
     Its standard deviation, in the unit of the readings.
     """
-    return 1.4826 * float(np.median(np.abs(np.diff(y, order)))) / math.sqrt(math.comb(2 * order, order))
+    differences = np.diff(y, order)
+    differences = np.abs(differences[:: max(1, differences.size // _SAMPLE)])  # a sample tells it to 1 %
+    return 1.4826 * float(np.median(differences)) / math.sqrt(math.comb(2 * order, order))
 
 
 def last_step(y: FloatArray) -> float:
