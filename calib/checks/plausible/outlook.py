@@ -154,7 +154,7 @@ def _tare(look: Look) -> Tare | None:
         return None
     try:
         before = answer_of(look).parameters
-        step = before["force_noise"].mean
+        step = before["force_noise"].mean if "force_noise" in before else problem.fixed["force_noise"]
         own = tuple(replace(s, priors={**s.priors, "load_step": Fixed(-step)}) for s in specimens)
         moved = build_problem(replace(problem.experiment, specimens=own), problem.sweeps, problem.forward)
         after = first_answer(moved, {name: estimate.mean for name, estimate in before.items()}).parameters

@@ -28,11 +28,9 @@ def of_another_clock(sheet: Sheet, places: Mapping[str, int]) -> list[Fault]:
     places : quantity -> index of its column.
     """
     judged = {q: i for q, i in places.items() if q in _WITHOUT_ROWS}
-    if all(any(c.strip() for c in sheet.columns[i][-3:]) for i in judged.values()):
-        return []
-    lengths = {q: _length(sheet.columns[i]) for q, i in judged.items()}
-    longest = max(lengths.values())
-    short = {q: n for q, n in lengths.items() if _FEWEST <= n < _SHARE * longest}
+    ends = {q: _end(sheet.columns[i]) for q, i in judged.items()}
+    longest = max(ends.values(), default=0)
+    short = {q: n for q, n in ends.items() if _FEWEST <= n < _SHARE * longest and _length(sheet.columns[judged[q]]) == n}
     for quantity, n in short.items():
         own = [i for i in range(len(sheet.names)) if i != places[quantity] and _length(sheet.columns[i]) == n]
         clock = next((i for i in own if quantity != "time" and _counts(sheet, i, n)), None)
@@ -53,9 +51,14 @@ def of_another_clock(sheet: Sheet, places: Mapping[str, int]) -> list[Fault]:
     return []
 
 
+def _end(cells: Sequence[str]) -> int:
+    """Number of rows up to the last with a cell."""
+    return next((k for k in range(len(cells), 0, -1) if cells[k - 1].strip()), 0)
+
+
 def _length(cells: Sequence[str]) -> int:
     """Number of rows up to the last with a cell, if none before it is empty; 0 otherwise."""
-    n = next((k for k in range(len(cells), 0, -1) if cells[k - 1].strip()), 0)
+    n = _end(cells)
     return n if all(c.strip() for c in cells[:n]) else 0
 
 
