@@ -5,11 +5,15 @@ from __future__ import annotations
 import re
 import unicodedata
 
-from calib.lab.instruments.lexicon import COMMANDED, REMARKS, STATISTIC
+from calib.lab.instruments.lexicon import COMMANDED, REMARKS, STATISTIC, WITHOUT_BLANKS
 from calib.lab.instruments.units import looks_like_unit
 
 _OPENING, _CLOSING = "([{<", ")]}>"
 _COMMENT = re.compile(r"^(?:[#%;]+|//)\s*(?=\S)")
+# Pointed brackets are brackets where they end a name: "Load<N>".
+_POINTED = re.compile(r"^([^<>]+)<([^<>]{1,12})>$")
+# "in 10 mN", "en 10 N": a number before the unit behind a name is a factor.
+_BEFORE_UNIT = re.compile(r"\b(?:in|en|em|w|i)\s+(\d+(?:[.,/]\d+)?)\s*[^\W\d]+$", re.IGNORECASE)
 # x10, 1e-1, *10^3, ×1000, :10: what the numbers of a column are to be multiplied by, or were.
 _FACTOR = re.compile(
     r"(?:[x×*·/:@]\s*(?:10\s*(?:\^|\*\*)?\s*[+-]?\d*|\d+(?:[.,]\d+)?(?:e[+-]?\d+)?)|10\s*(?:\^|\*\*)\s*[+-]?\d+|10-\d+|"
@@ -32,7 +36,7 @@ _LETTER = re.compile(r"[A-H]")
 def tidy(cell: str) -> str:
     """A header cell without the mark of a comment before it and with the usual characters for those that look the same."""
     cell = unicodedata.normalize("NFKC", cell.strip().replace("\u02da", "°")).replace("\u2212", "-").strip()
-    return _COMMENT.sub("", cell)
+    return _COMMENT.sub("", _POINTED.sub(r"\1(\2)", cell))
 
 
 def without_brackets(cell: str) -> tuple[str, tuple[str, ...]] | None:
@@ -77,9 +81,11 @@ def is_factor(text: str) -> bool:
 def factor_in(text: str) -> str:
     """The factor among the words of a name, "" if there is none.
 
-    >>> factor_in("Load *1E-3"), factor_in("Load/10"), factor_in("Force x1000"), factor_in("Load cell 2")
-    ('*1E-3', '/10', 'x1000', '')
+    >>> factor_in("Load *1E-3"), factor_in("Load/10"), factor_in("Kraft in 10 mN"), factor_in("Load cell 2")
+    ('*1E-3', '/10', '10', '')
     """
+    if before := _BEFORE_UNIT.search(text):
+        return before[1] if before[1] != "1" else ""
     match = re.search(rf"(?:(?<=[\s\w])(?=[*×·/])|(?<=\s)(?=[x@])){_FACTOR.pattern}(?!\w)", text, re.IGNORECASE)
     return match[0] if match else ""
 
@@ -112,7 +118,8 @@ def no_record(text: str) -> str:
     >>> no_record("load setpoint"), no_record("peak hold"), no_record("load")
     ('"setpoint" was commanded, not measured', '"peak" is a statistic, no record', '')
     """
-    for word in _words_in(text):
+    for found in _words_in(text):
+        word = next((w for w in WITHOUT_BLANKS if found.startswith(w) or found.endswith(w)), found)
         if word in STATISTIC:
             return f'"{word}" is a statistic, no record'
         if word in COMMANDED:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -73,9 +73,30 @@ def choose_columns(sheet: Sheet, family: InstrumentFamily, reading: Reading) -> 
         faults += more.faults
         if best is not None:
             chosen[quantity] = best.index, best.heading
+            faults += _at_rest(sheet, quantity, candidates)
     _drop_what_has_no_use(sheet, chosen, unread, faults)
     notes += _rest(sheet, chosen, unread, faults)
     return ColumnChoice(chosen, unread, tuple(notes), tuple(faults))
+
+
+def _at_rest(sheet: Sheet, quantity: str, candidates: Sequence[Candidate]) -> list[Fault]:
+    """The fault of a capacitance "C0" alone, which is a channel, or the one at rest by which changes are divided."""
+    if len(candidates) != 1 or not quantity.startswith("capacitance"):
+        return []
+    index, heading = candidates[0].index, candidates[0].heading
+    if heading.index != "0" or "ch" in heading.name:
+        return []
+    this, none = (Choice("columns", (said,), "capacitance") for said in (sheet.name_for_asking(index), "none"))
+    return [
+        Fault(
+            f'column "{sheet.names[index]}" may be a channel, or the capacitance at rest, which is no record',
+            sheet.text.path,
+            sheet.header_line or None,
+            index + 1,
+            advice=f"If it is what was measured during the press: {this}; else leave it out: {none}",
+            choice=this,
+        )
+    ]
 
 
 def _shown(sheet: Sheet, index: int) -> str:
@@ -245,7 +266,9 @@ def _same_unit(sheet: Sheet, index: int, taken: Mapping[str, int], unread: dict[
 def _which_it_is(sheet: Sheet, quantity: str, choice: ColumnChoice) -> str:
     """How the user may say which column a quantity is: one in its unit, a strain of a known height, or any other."""
     of_unit = [i for i, why in choice.unread.items() if why.startswith("not understood, though in ")]
-    own = tuple(sheet.name_for_asking(i) for i in of_unit if is_unit_of(sheet.unit_written(i), quantity))
+    fitting = [i for i in of_unit if is_unit_of(sheet.unit_written(i), quantity)]
+    moving = [i for i in fitting if not stands_still(readings([sheet.columns[i]], [1.0], sheet.declared_decimal)[0])]
+    own = tuple(sheet.name_for_asking(i) for i in moving or fitting)
     if own:
         return f"say which column it is: {Choice('columns', own, quantity)}"
     strains = [i for i, why in choice.unread.items() if why.startswith(("a share or strain", "a strain"))]

@@ -17,18 +17,18 @@ from models.sensor import FloatArray
 
 # Words before which, or after which, a meter's circuit is named.
 _OF_CIRCUIT = (
-    r"(?:mode|circuit|equiv\w*|schaltung|ersatzschalt\w*|function|func|param\w*|measure\w*|model|modell|montage|schéma|"
-    r"circuito)"
+    r"(?:mode|modo|circuit|[eé]quiv\w*|schaltung|ersatzschalt\w*|function|func|para\w*|measure\w*|model|modell|mod[eè]le|"
+    r"montage|schéma|schemat|circuito)"
 )
 _AFTER = r"(?:mode|circuit|equivalent|model|schaltung|ersatz\w*)"
 _SERIES = re.compile(
     rf"\b[cl]s\s*[-/–,]\s*(?:d|q|rs|esr|cs)\b|\b{_OF_CIRCUIT}\b.*"
-    rf"\b(?:ser|series?|serie[ns]?|seriell|série|reihe\w*|cs|ls)\b|\b(?:series|serial|serie|reihen)[ -]*{_AFTER}|"
+    rf"\b(?:ser|series?|serie[ns]?|seriell|série|szeregow\w*|reihe\w*|cs|ls)\b|\b(?:series|serial|serie|reihen)[ -]*{_AFTER}|"
     r"series capacitance|直列|串联",
     re.IGNORECASE,
 )
 _PARALLEL = re.compile(
-    rf"\b[cl]p\s*[-/–,]\s*(?:d|q|g|rp|cp)\b|\b{_OF_CIRCUIT}\b.*\b(?:par|parallel\w*|parallèle|paralelo|cp|lp)\b|"
+    rf"\b[cl]p\s*[-/–,]\s*(?:d|q|g|rp|cp)\b|\b{_OF_CIRCUIT}\b.*\b(?:par|parallel\w*|parallèle|paralelo|parallelo|równoległ\w*|cp|lp)\b|"
     rf"\bparallel\w*[ -]*{_AFTER}|parallel capacitance|並列|并联",
     re.IGNORECASE,
 )

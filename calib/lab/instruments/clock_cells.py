@@ -12,6 +12,8 @@ import numpy as np
 from calib.lab.instruments.numbers import odd_cells
 from models.sensor import FloatArray
 
+# Characters of a date with a time of day, blanks around it apart.
+_LONGEST = 80
 _DATE = r"\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}"
 _CLOCK = re.compile(
     rf"^\s*(?P<date>{_DATE})?[ T]*"
@@ -30,7 +32,8 @@ _TWO_FIELDS = re.compile(r"^\s*\d{1,3}:\d{2}\s*$", re.ASCII)
 
 def is_clock(cell: str) -> bool:
     """Whether a cell is a time of day, with or without a date: "12:30:01.25", "2024-05-02 12:30:01:250", "30:01.2"."""
-    return any(form.match(cell) is not None for form in (_CLOCK, _TWO_FIELDS, _FOUR_FIELDS))
+    cell = cell.strip()
+    return len(cell) <= _LONGEST and any(form.match(cell) is not None for form in (_CLOCK, _TWO_FIELDS, _FOUR_FIELDS))
 
 
 def not_clocks(cells: Sequence[str], most: int) -> list[int] | None:

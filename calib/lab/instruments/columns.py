@@ -19,16 +19,19 @@ from calib.lab.instruments.labtable import LabTable, Reading, Unread
 from calib.lab.instruments.notation import Notation, decide_notation
 from calib.lab.instruments.numbers import is_missing
 from calib.lab.instruments.order import sorted_rows
+from calib.lab.instruments.other_clock import of_another_clock
 from calib.lab.instruments.readings import DAMAGED, ReadColumn, readings_of
 from calib.lab.instruments.rescaled import rescaled
 from calib.lab.instruments.rivals import holds_clock
 from calib.lab.instruments.sheet import Sheet
-from calib.lab.instruments.size import implausible
+from calib.lab.instruments.size import implausible, only_changes
 from calib.lab.instruments.spikes import SMOOTH, alone, in_words
 from calib.lab.instruments.stalled import stalled
 from calib.lab.instruments.started import started_at
+from calib.lab.instruments.times import begins_anew
 from calib.lab.instruments.unit_choice import source_of_column, unit_of_column
 from calib.lab.instruments.units import is_pound
+from calib.lab.instruments.validity import said_bad
 from calib.lab.instruments.where import RowsAsked, only_rows, rows_asked
 from models.sensor import FloatArray
 
@@ -88,6 +91,9 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     """Read all rows of a sheet."""
     choice = choose_columns(sheet, family, reading)
     notes, faults, unread = list(choice.notes), list(choice.faults), dict(choice.unread)
+    validity = said_bad(sheet)
+    sheet = replace(sheet, reasons={**validity.rows, **sheet.reasons})
+    unread.update({i: why for i, why in validity.columns.items() if i in unread})
     faults += missing_columns(sheet, family, choice, reading)
     if not family.verified:
         notes.append(f"the layout of {family.name} files is built from what is documented of them: check these numbers once")
@@ -154,6 +160,7 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     if "capacitance" in values:
         more, unclear = untold_circuit(sheet, *choice.chosen["capacitance"], values.get("dissipation"))
         notes, faults = notes + more, faults + unclear
+    faults += of_another_clock(sheet, places)
     faults += several_records(sheet, {q: index for q, index in places.items() if q in values}, values)
     faults += remarks_on_scale(sheet, places)
     faults = capped(sorted(faults, key=lambda f: (f.line or 0, f.column or 0)), "faults", 12) if len(faults) > 12 else faults
@@ -180,8 +187,11 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
     for quantity, lost in still.lost.items():
         usable[quantity][list(lost)] = np.nan
     zeros = another_zero(sheet, columns, usable, reading)
-    if zeros.faults:
-        raise InputError(zeros.faults)
+    faults = [*zeros.faults] or only_changes(sheet, usable, places, reading)
+    if not faults and "time" in usable:
+        faults = begins_anew(sheet, places["time"], usable["time"])
+    if faults:
+        raise InputError(faults)
     notes += [*still.notes, *zeros.notes]
     for left_out in (still.lost, zeros.lost):
         for quantity, lost in left_out.items():

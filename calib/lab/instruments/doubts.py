@@ -42,6 +42,8 @@ _SHARE = 0.05
 _SHARE_SURE = 0.5
 # Rows in succession with a mark moved alike that are still told from a step of the signal.
 _RUN = 3
+# Numbers with and without leading zeros have as many decimals if they go on from each other within such a step of log10.
+_GOES_ON = 0.3
 # Numbers that a column, and the places beside a number, must have at least.
 _FEWEST, _FEWEST_BESIDE = 5, 4
 
@@ -64,13 +66,13 @@ class Doubts:
     ----------
     rows : row from 0 -> why it is not usable.
     fault, row : why the whole column is not, with a row that shows it; "" if it is.
-    advice : what the user may say against it.
+    decimals : of numbers that have lost their marks, how many decimals all had; 0 where that cannot be told.
     """
 
     rows: Mapping[int, str] = field(default_factory=dict)
     fault: str = ""
     row: int = 0
-    advice: str = ""
+    decimals: int = 0
 
 
 def doubtful(cells: Sequence[str], values: FloatArray, decimal: str, *, whole: bool = False) -> Doubts:
@@ -108,7 +110,7 @@ def doubtful(cells: Sequence[str], values: FloatArray, decimal: str, *, whole: b
         if not whole:
             row = int(padded[0])
             lost = f'"{cells[row].strip()}" begins with a zero: the numbers have lost their decimal marks'
-            return Doubts(fault=lost, row=row, advice='If they are whole, say --decimal ".". ')
+            return Doubts(fault=lost, row=row, decimals=_decimals_lost(cells, values, padded))
     return _jumping(cells, values, decimal)
 
 
@@ -116,6 +118,21 @@ def _padded(cells: Sequence[str], values: FloatArray) -> IntArray:
     """Rows of whole numbers with leading zeros."""
     whole = np.flatnonzero((values == np.rint(values)) & (values != 0))
     return np.array([i for i in whole.tolist() if _PADDED.fullmatch(cells[i])], dtype=np.int64)
+
+
+def _decimals_lost(cells: Sequence[str], values: FloatArray, padded: IntArray) -> int:
+    """How many decimals numbers had that have lost their marks, by their leading zeros: 0 where they had not all as many.
+
+    Numbers of as many decimals go on from those with a leading zero to those without; others jump by a power of ten.
+    """
+    digits = {len(cells[i].strip(f"{SIGNS} \t")) - 1 for i in padded.tolist()}
+    rows = np.flatnonzero(np.isfinite(values) & (values != 0))
+    level = np.log10(np.abs(values[rows]))
+    beside = np.isin(rows[1:], padded) != np.isin(rows[:-1], padded)
+    apart = np.abs(np.diff(level))[beside]
+    if len(digits) != 1 or (apart.size and float(np.median(apart)) > _GOES_ON) or (not apart.size and padded.size < rows.size):
+        return 0
+    return digits.pop()
 
 
 def _lost(cells: Sequence[str], row: int, marked: BoolArray) -> Doubts:

@@ -49,10 +49,18 @@ def _row_of(a: FloatArray, b: FloatArray) -> int | None:
     rows = np.flatnonzero(np.isfinite(a) & np.isfinite(b))
     if rows.size < 4 * _NEAR:
         return None
-    a, b = a[rows], b[rows]
-    steps = np.abs(np.diff(a)), np.abs(np.diff(b))
+    if rows.size < a.size:
+        a, b = a[rows], b[rows]
+    first = np.abs(np.diff(a))
+    # A step that is large beside all near it is so beside the one before.
+    at = 1 + np.flatnonzero(first[1:] > _JUMP * first[:-1])
+    near = np.abs(b[at + 1] - a[at]) * _JUMP < first[at] * _ACROSS
+    near &= np.abs(a[at + 1] - b[at]) * _JUMP < np.abs(b[at + 1] - b[at]) * _ACROSS
+    both = at[near]
+    if not both.size:
+        return None
+    steps = first, np.abs(np.diff(b))
     across = np.abs(b[1:] - a[:-1]), np.abs(a[1:] - b[:-1])
-    both = np.flatnonzero((across[0] * _JUMP < steps[0] * _ACROSS) & (across[1] * _JUMP < steps[1] * _ACROSS))
     for j in both[:100].tolist():
         if j < 2 or j + 3 > steps[0].size:
             continue

@@ -181,8 +181,8 @@ def no_header(text: LabText) -> Fault:
     found = f"; found {', '.join(seen[1])}" if seen else f'; the file begins with "{text.lines[first].strip()[:60]}"'
     advice = "; ".join(f"{q}: {understood_names(q)}" for q in ("displacement", "force", "capacitance", "time"))
     numbered = find_header(text, AS_FOUND, numbers=True)
-    if numbered is not None and not seen:
-        odd = [(k, c) for k, c in enumerate(numbered[2], 1) if is_numeric(c)]
+    odd = [(k, c) for k, c in enumerate(numbered[2], 1) if is_numeric(c)] if numbered is not None else []
+    if numbered is not None and odd and not seen:
         said = f"--columns capacitance={odd[0][1]} --units capacitance=pF"
         return Fault(
             f"numbers stand where names of columns would: {', '.join(c for _, c in odd[:8])}",

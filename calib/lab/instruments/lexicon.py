@@ -59,7 +59,9 @@ NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
                 "ход | глубина | 位移 | 横梁位移 | 橫樑位移 | 變形",
                 "变形 | 压缩位移 | 压缩量 | 変位 | ストローク",
                 "変位量 | 伸び | 圧縮変位 | 변위 | 이동거리 | 거리 | 위치 | 신장 | 신율",
-                "스트로크 | 압축변위 | 압축량 | 크로스헤드 변위 | traversenweg absolut",
+                "스트로크 | 압축변위 | 압축량 | 크로스헤드 변위 | traversenweg absolut | pos | axis | achse",
+                "axe | δ | 实际位移 | 実変位 | 現在位置 | 当前位置 | extension from preload | deflection from preload",
+                "gap | spalt | messspalt | entrefer",
             ),
             "force": (
                 "load | force | compressive load | compressive force | raw force | raw load | normal force | axial force",
@@ -114,7 +116,8 @@ QUALIFIERS = _set(
     "primary main normal measured measurement meas measure tensile compressive compression tension applied actual act current "
     "present static reading readings value values val signal sensor cell machine instron axial vertical live instantaneous "
     "data instant raw digital linear analog test sample specimen frame total device meter ist messwert istwert gemessene "
-    "gemessener feedback lcr daq tester cellule capteur mesurée mesuré mesure misurata misurato medida medido zmierzona gemeten"
+    "gemessener feedback lcr daq tester cellule capteur mesurée mesuré mesure misurata misurato medida medido zmierzona "
+    "gemeten indenter"
 )
 #: Words that say that a column was worked on after the measurement: read only where no other column is.
 PROCESSED = _set(
@@ -138,17 +141,24 @@ PHASES = _set(
 COMMANDED = _set(
     "setpoint set setpt sp command commanded cmd target demand demanded desired limit limits threshold reference nominal "
     "programmed preset goal trigger soll sollwert vorgabe sollkraft sollweg zielwert consigne consignes setpunt obiettivo "
-    "zadana zadany zadane consigna 设定 设定值 目标 目標 設定 설정 목표"
+    "zadana zadany zadane zadaná consigna impostata gewenst 设定 设定值 目标 目標 指令 設定 설정 목표"
 )
-#: Words of a number drawn from several readings.
-STATISTIC = _set(
+#: Words of the largest of several readings, which a peak of a record may bear, too.
+_PEAKS = _set(
+    "fmax fmin cmax cmin pk pico picco pic crête crete piek spitzenkraft spitzenlast spitzenweg höchstkraft höchstlast "
+    "maximalkraft maximallast bruchkraft bruchlast break rupture ultimate "
+    "máx máxima máximo massima maxima maxim 峰值 ピーク 피크"
+)
+_NUMBERS_DRAWN = _set(
     "max maximum min minimum mean average avg averaged peak peaks valley std stdev sd stddev deviation variance var median "
     "rms range hold p-p pk-pk pp statistic statistics maximal maximale maximaler höchst mittel mittelwert moyenne moyen "
     "maxi mini massimo minimo media promedio médio średnia maks gemiddelde spitze spitzenwert "
-    "scheitel 最大 最小 平均 최대 최소 평균"
+    "scheitel scheitelwert 最大 最小 平均 최대 최소 평균"
 )
+#: Words of a number drawn from several readings.
+STATISTIC = _NUMBERS_DRAWN | _PEAKS
 #: Words of which one in a cell makes its row one of results, no reading.
-RESULTS = STATISTIC - _set("hold peak peaks valley range pp p-p pk-pk spitze scheitel") | _set(
+RESULTS = _NUMBERS_DRAWN - _set("scheitelwert hold peak peaks valley range pp p-p pk-pk spitze scheitel") | _set(
     "total sum summe cov cv rsd deviation standardabweichung standardabw abw stabw écart-type desviación odchylenie 标准差 合计"
 )
 #: Words in brackets that say where or how a column was measured, and change nothing.
@@ -166,6 +176,22 @@ KEYS = _set(
     "punkt messpunkt point freq frequency frequenz fréquence frecuencia frequenza częstotliwość 频率 周波数 주파수 "
     "通道 传感器 试样 チャンネル センサ 試料 채널 센서 시편"
 )
+#: Words of which one begins or ends a name without blanks that says so: 最大荷重, 目标位移.
+WITHOUT_BLANKS = frozenset(w for w in STATISTIC | COMMANDED if not w.isascii() and w[0] > "\u2e80")
+#: Names of a column that says which rows are good, and what its cells hold where a row is; of one that says which are not.
+VALIDITY: Mapping[str, frozenset[str]] = MappingProxyType(
+    {
+        **dict.fromkeys(
+            _set("valid validity gültig valide válido valido ważny 有效"), _set("1 true yes ok valid y ja oui sí si tak 是")
+        ),
+        **dict.fromkeys(
+            _set("error errors err fault fehler erreur errore błąd invalid 错误"),
+            _set("0 false no ok none - n nein non nie 否"),
+        ),
+    }
+)
+#: Words of a status that say that a row is not good.
+BAD_ROW = _set("fault error fail failed failure invalid overload overrun overflow alarm bad fehler ungültig erreur 错误 异常")
 #: Words by which a testing machine says what it does, in a column of its status.
 OF_TESTERS = _set(
     "running run loading unloading load unload hold holding dwell stopped stop ramp idle active moving test testing start "

@@ -13,6 +13,8 @@ from models.sensor import FloatArray
 
 # Share of Cs by which Cp may differ from what Cs and D make of it.
 _ALIKE = 0.2
+# Columns that are not read and from which the loss follows.
+_TELLS_LOSS = ("a resistance or impedance", "an angle")
 
 
 def as_parallel(table: LabTable, header_line: int, reading: Reading) -> LabTable:
@@ -49,13 +51,20 @@ def as_parallel(table: LabTable, header_line: int, reading: Reading) -> LabTable
         notes.append(f'capacitance is taken from "{sources["capacitance"]}", not from "{source}"')
         unread = (*unread, Unread(f'column "{source}"', f'a series capacitance: "{sources["capacitance"]}" is preferred'))
     elif "dissipation" not in columns:
+        told = next((u.what for u in unread if u.reason.startswith(_TELLS_LOSS)), "")
+        as_cp = (
+            "If D is known to be below 0.01, Cs and Cp differ by less than 0.01 %: then take it as Cp, "
+            f'--columns "capacitance={source}"'
+        )
+        of_told = (
+            f"It follows from {told}: D = 2 pi f Rs Cs, or 1/tan of the angle's size; write it into a column D of the file"
+        )
         raise InputError(
             Fault(
                 f'"{source}" is a series capacitance, and there is no column D to convert it to Cp',
                 table.path,
                 header_line or None,
-                advice="Log D too, or set the meter to Cp. If D is known to be below 0.01, Cs and Cp differ by less than "
-                f'0.01 %: then take it as Cp, --columns "capacitance={source}"',
+                advice=f"Log D too, or set the meter to Cp. {of_told if told else as_cp}",
             )
         )
     else:

@@ -15,6 +15,7 @@ from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.numbers import is_missing, to_numbers
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.times import above_the_record, clock_of, gone_on, out_of_order, time_faults, time_notes
+from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of
 from calib.lab.instruments.vocabulary import Heading
 from models.sensor import BoolArray, FloatArray
 
@@ -85,11 +86,12 @@ def readings_of(sheet: Sheet, column: ReadColumn, cells: Sequence[str], decimal:
         number, empty, over, bad = _numbers(cells, column, decimal)
         number[list(sheet.reasons)] = np.nan
         bad[list(sheet.reasons)] = False
-        whole = bool(reading.decimal) or column.quantity not in _MEASURED
+        # Who says the unit says what one count of a whole number is worth.
+        whole = IN_PLACE_OF.get(column.quantity, column.quantity) in reading.units or column.quantity not in _MEASURED
         doubts = doubtful(cells, number, decimal, whole=whole)
         if doubts.fault:
             line = int(sheet.lines[doubts.row])
-            advice = doubts.advice + DAMAGED
+            advice = _last_digit(sheet, column, cells[doubts.row], doubts.decimals) + DAMAGED
             faults.append(Fault(f'column "{name}": {doubts.fault}', sheet.text.path, line, column.index + 1, advice=advice))
         for r, why in doubts.rows.items():
             number[r] = np.nan
@@ -122,6 +124,17 @@ def readings_of(sheet: Sheet, column: ReadColumn, cells: Sequence[str], decimal:
     if column.clock:
         notes.append(f'time is taken from the time of day in "{name}"')
     return Readings(_times(number, column.factor), empty, tuple(rows), tuple(notes), tuple(faults))
+
+
+def _last_digit(sheet: Sheet, column: ReadColumn, cell: str, decimals: int) -> str:
+    """How numbers are read whose marks are lost and which all had so many decimals: by the unit of their last digit."""
+    unit = column.heading.unit or sheet.unit_below(column.index)
+    if not decimals or not unit or not is_unit_of(unit, column.quantity):
+        return ""
+    quantity = IN_PLACE_OF.get(column.quantity, column.quantity)
+    number = cell.strip()
+    meant = f"{number[:-decimals]}.{number[-decimals:]}"
+    return f'If "{number}" is {meant} {unit}, and all have {decimals} decimals: --units "{quantity}=1e-{decimals} {unit}". '
 
 
 def _numbers(cells: Sequence[str], column: ReadColumn, decimal: str) -> tuple[FloatArray, BoolArray, BoolArray, BoolArray]:

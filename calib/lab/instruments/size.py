@@ -19,6 +19,8 @@ PLAUSIBLE: Mapping[str, tuple[float, float]] = MappingProxyType(
 )
 #: The same for instruments of nanometres and micronewtons (`Reading.scale` "micro").
 MICRO: Mapping[str, tuple[float, float]] = MappingProxyType({**PLAUSIBLE, "displacement": (1e-12, 2.0), "force": (1e-12, 1e6)})
+# A capacitance is a change of one if its smallest reading, but for such a share of them, is so small beside its largest.
+_FEWEST, _FEW, _OF_A_SENSOR = 12, 0.1, 0.1
 # A capacitance that a pressed sensor rarely has, written in whole numbers of so many digits at least; cells that show it.
 _LARGE_CAPACITANCE, _MANY_DIGITS, _SHOWN = 1e-8, 5, 500
 
@@ -87,6 +89,41 @@ def _without_marks(sheet: Sheet, values: Mapping[str, FloatArray], places: Mappi
                     "once more: --units capacitance=...",
                 )
             ]
+    return []
+
+
+def only_changes(sheet: Sheet, values: Mapping[str, FloatArray], places: Mapping[str, int], reading: Reading) -> list[Fault]:
+    """The fault of a capacitance that is near zero in some rows and many times that in others: a change, not what was there.
+
+    Parameters
+    ----------
+    sheet : the record.
+    values : quantity -> readings in SI, nan where there is none.
+    places : quantity -> index of its column.
+    reading : a unit that is said once more is not doubted.
+    """
+    for quantity in ("capacitance", "capacitance_series"):
+        # Of two the user chooses.
+        alone = quantity in values and not {"capacitance", "capacitance_series"} <= set(values)
+        there = values[quantity][np.isfinite(values[quantity])] if alone else np.zeros(0)
+        if there.size < _FEWEST or {quantity, "capacitance"} & set(reading.units):
+            continue
+        low, high = np.quantile(there, [_FEW, 1 - _FEW])
+        if low > _OF_A_SENSOR * high:
+            continue
+        row = int(np.nanargmin(values[quantity]))
+        index = places[quantity]
+        return [
+            Fault(
+                f'column "{sheet.names[index]}" goes from {low:.3g} to {high:.3g} F, which no sensor does that is pressed: it '
+                "seems to be a change, without what was there before",
+                sheet.text.path,
+                int(sheet.lines[row]),
+                index + 1,
+                advice="Export what the meter read, without a reference or an offset taken off; if it is all of it, say its "
+                "unit once more: --units capacitance=...; or leave it out: --columns capacitance=none",
+            )
+        ]
     return []
 
 

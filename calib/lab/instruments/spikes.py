@@ -4,11 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 
 import numpy as np
 
 from calib.lab.instruments.labtable import IntArray
 from models.sensor import FloatArray
+
+
+def _weights_of_cubic(n: int) -> FloatArray:
+    """By what the readings on either side of one are multiplied to give the cubic through them in its place."""
+    places = np.array([i for i in range(-n, n + 1) if i], dtype=np.float64)
+    weights = np.linalg.pinv(np.vander(places, 4, increasing=True))[0]
+    return np.insert(weights, n, 0.0)
+
 
 #: Quantities of which each reading is near to those beside it.
 SMOOTH = ("displacement", "force", "capacitance", "capacitance_series")
@@ -34,6 +43,16 @@ _TOGETHER = (0, 1, 2, 3)
 _SHORT = 5000
 # So many readings may look off where a few are, as those between them do.
 _MOST_OFF = 12
+# A reading is off the cubic through those beside it by so many of their own scatters, and of all readings', and last digits;
+# weights of that cubic, of the four readings on either side; how many readings are taken out one after the other.
+_CUBIC_LOCAL, _CUBIC_NOISES, _CUBIC_DIGITS = 12.0, 8.0, 4.0
+_CUBIC, _PASSES = _weights_of_cubic(_BESIDE), 8
+# Of a long record the noise is that of so many readings.
+_SAMPLE = 20_000
+# Readings that are looked at: each that is wrong, and each corner, makes eight beside it look off.
+_MOST_LOOKED_AT = 120
+# Readings that repeat the one before, from this share on, show the step of a display; a number is whole within so much.
+_REPEATED, _WHOLE = 0.05, 1e-3
 # Where a larger share of a record seems to stand alone, it is what the record is like.
 _SHARE = 0.1
 
@@ -66,6 +85,8 @@ def alone(values: Mapping[str, FloatArray]) -> dict[str, dict[int, float]]:
         if len(channels) > 1:
             others = [y for q, y in channels.items() if q != quantity]
             rows |= {r: near for r, near in _off_course(channels[quantity], others).items() if r not in rows}
+            left = np.where(np.isin(np.arange(channels[quantity].size), list(rows)), np.nan, channels[quantity])
+            rows |= _off_cubic(left, others)
         rows |= {r: near for r, near in _at_ends(channels[quantity]).items() if r not in rows}
         if 0 < len(rows) <= max(1, _SHARE * np.count_nonzero(np.isfinite(channels[quantity]))):
             kept[quantity] = rows
@@ -87,7 +108,12 @@ def _runs(rows: IntArray, y: FloatArray, floor: float, length: int) -> dict[tupl
         return {}
     # Beside an end fewer are looked at: beyond it the course goes on as mirrored there.
     y, rows = np.pad(y, _BEYOND, mode="reflect", reflect_type="odd"), np.pad(rows, _BEYOND)
-    first = np.arange(_BESIDE, y.size - _BESIDE - length + 1)
+    # The first of a run is off the one before by more than five sixths of how far it is off the line.
+    first = _BESIDE + np.flatnonzero(
+        np.abs(np.diff(y[_BESIDE - 1 : y.size - _BESIDE - length + 1])) > floor * (1 - 1.2 / _STEPS)
+    )
+    if not first.size:
+        return {}
     before, after = y[first - 1], y[first + length]
     share = np.arange(1, length + 1) / (length + 1)
     line = before[:, None] + (after - before)[:, None] * share
@@ -127,6 +153,64 @@ def _off_course(values: FloatArray, others: Sequence[FloatArray]) -> dict[int, f
                     found |= {int(rows[r]): v for r, v in zip(left, near, strict=True)}
                 break
     return found
+
+
+def _off_cubic(values: FloatArray, others: Sequence[FloatArray]) -> dict[int, float]:
+    """Readings off the cubic through those beside them, which these keep to, while other channels go on -> what it lets expect.
+
+    Where a channel has a corner (a turn, a touch, a step) the readings beside do not keep to a cubic, and nothing is told.
+    """
+    found: dict[int, float] = {}
+    rows = np.flatnonzero(np.isfinite(values))
+    y = values[rows]
+    for _ in range(_PASSES):
+        if not 3 * _BESIDE < y.size <= _SHORT:
+            break  # of many readings one does not matter
+        floor = max(_CUBIC_NOISES * noise_of(y, 4), _CUBIC_DIGITS * _digit(y))
+        at = np.flatnonzero(np.abs(y - np.convolve(y, _CUBIC, "same")) > floor)
+        at = np.unique(np.concatenate([at, np.arange(_BESIDE), np.arange(y.size - _BESIDE, y.size)]))
+        if at.size > max(_MOST_LOOKED_AT, _SHARE * y.size):
+            break
+        told = {k: near for k in at.tolist() if (near := _expected(rows, y, k, floor)) is not None}
+        # A wrong reading makes those beside it seem off: the one farthest off is taken first.
+        # At an end nothing tells a corner from it.
+        told = {k: v for k, v in told.items() if 1 < k < y.size - 2 or abs(float(y[k]) - v) > float(np.ptp(np.delete(y, k)))}
+        best = max(told, key=lambda k: abs(float(y[k]) - told[k]), default=None)
+        # At an end the others are looked at where readings stand on both sides.
+        inner = rows[np.clip(np.arange(rows.size), 2, rows.size - 3)]
+        told = {k: v for k, v in told.items() if all(_straight(other, int(inner[k])) for other in others)}
+        if best is None or not told:
+            break
+        best = best if best in told else max(told, key=lambda k: abs(float(y[k]) - told[k]))
+        found[int(rows[best])] = told[best]
+        rows, y = np.delete(rows, best), np.delete(y, best)
+    return found
+
+
+def _expected(rows: IntArray, y: FloatArray, k: int, floor: float) -> float | None:
+    """What the cubic through those beside a reading lets expect, where these keep to it, but for one, and it does not."""
+    low = min(max(k - _BESIDE, 0), y.size - 2 * _BESIDE - 1)
+    beside = [i for i in range(low, low + 2 * _BESIDE + 1) if i != k]
+    for without in (-1, *beside):
+        kept = [i for i in beside if i != without]
+        weights, residual, spread = _cubic(tuple((rows[kept] - rows[k]).tolist()))
+        near, left = float(weights @ y[kept]), residual @ y[kept]
+        sd = math.sqrt(float(left @ left) / (len(kept) - 4))
+        if abs(float(y[k]) - near) > max(_CUBIC_LOCAL * sd, floor) * spread:
+            return near
+    return None
+
+
+@lru_cache(maxsize=512)
+def _cubic(places: tuple[int, ...]) -> tuple[FloatArray, FloatArray, float]:
+    """Of a cubic through readings at places about 0: the weights of its value there, what leaves their residuals, its spread.
+
+    The spread is the sd of the difference to a reading at 0, in that of one reading.
+    """
+    powers = np.vander(np.array(places, dtype=np.float64) / _BESIDE, 4, increasing=True)
+    inverse = np.linalg.pinv(powers)
+    spread = math.sqrt(1.0 + float(inverse[0] @ inverse[0]))
+    return inverse[0], np.eye(len(places)) - powers @ inverse, spread
 
 
 def _beside(rows: IntArray, y: FloatArray, left: Sequence[int], floor: float) -> list[float]:
@@ -184,7 +268,9 @@ def noise_of(y: FloatArray, order: int = 2) -> float:
     -------
     Its standard deviation, in the unit of the readings.
     """
-    return 1.4826 * float(np.median(np.abs(np.diff(y, order)))) / math.sqrt(math.comb(2 * order, order))
+    differences = np.diff(y, order)
+    differences = np.abs(differences[:: max(1, differences.size // _SAMPLE)])  # a sample tells it to 1 %
+    return 1.4826 * float(np.median(differences)) / math.sqrt(math.comb(2 * order, order))
 
 
 def last_step(y: FloatArray) -> float:
@@ -192,6 +278,20 @@ def last_step(y: FloatArray) -> float:
     steps = np.abs(np.diff(y))
     steps = steps[steps > 1e-9 * float(np.max(np.abs(y), initial=0.0))]
     return float(np.min(steps)) if steps.size else 0.0
+
+
+def _digit(y: FloatArray) -> float:
+    """The last digit of readings, (n_row,): the step of a display, else the power of ten of which all are whole multiples."""
+    if np.count_nonzero(np.diff(y) == 0) > _REPEATED * y.size:
+        return last_step(y)
+    top = float(np.max(np.abs(y), initial=0.0))
+    steps = np.diff(np.unique(y))
+    least = float(np.min(steps[steps > 1e-9 * top], initial=np.inf))
+    for digits in range(1, 8):
+        power = 10.0 ** (math.floor(math.log10(top)) - digits) if top > 0 else np.inf
+        if power < least and np.mean(np.abs(y / power - np.rint(y / power)) < _WHOLE) > 1 - _SHARE:
+            return power
+    return least if np.isfinite(least) else 0.0
 
 
 def in_words(cell: str, near: float) -> str:

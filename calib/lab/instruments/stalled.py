@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from calib.errors import Fault
+from calib.errors import Choice, Fault
 from calib.lab.instruments.labtable import IntArray, Reading
 from calib.lab.instruments.readings import ReadColumn
 from calib.lab.instruments.sheet import Sheet
@@ -31,6 +31,8 @@ _CAUGHT_UP, _STEPS = 0.5, 2.0
 _GOES_ON = 0.4
 # Readings that are the same, and those of a channel at rest, as shares of the range.
 _SAME, _AT_REST = 1e-9, 0.03
+# The ball goes back by such a share of its travel behind the largest reading.
+_BACK = 0.3
 # Rows that are filled with one number: such a share of all at least, with so many others between them at equal distances.
 _FILLED, _OTHERS = 0.45, 6
 
@@ -75,6 +77,9 @@ def stalled(sheet: Sheet, columns: Sequence[ReadColumn], values: Mapping[str, Fl
         filled = _filled(rows, y)
         if filled is not None:
             told.faults.append(_of_filled(sheet, column, *filled))
+            continue
+        if column.quantity != "displacement" and _holds_its_peak(y[rows], values.get("displacement", np.zeros(0)), rows):
+            told.faults.append(_of_peak(sheet, column, int(rows[-1])))
             continue
         others = {q: v for q, v in values.items() if q in _JUDGED and _name(q) != _name(column.quantity)}
         for first, last, kind in _runs(rows, y, others):
@@ -189,6 +194,31 @@ def _filled(rows: IntArray, y: FloatArray) -> tuple[int, int, float] | None:
     if np.mean(apart == np.median(apart)) < 0.8 or np.median(apart) < 2:
         return None
     return int(rows[np.flatnonzero(own)[0]]), int(np.median(apart)), number
+
+
+def _holds_its_peak(v: FloatArray, place: FloatArray, rows: IntArray) -> bool:
+    """Whether readings only ever go one way, and stay at the last while the ball goes back: the largest so far."""
+    steps = np.diff(v)
+    if not place.size or not (np.all(steps >= 0) or np.all(steps <= 0)) or np.count_nonzero(steps) < _FEWEST // 2:
+        return False
+    there = place[rows]
+    behind = there[int(np.flatnonzero(steps)[-1]) + 1 :]
+    behind, there = behind[np.isfinite(behind)], there[np.isfinite(there)]
+    return behind.size >= _RUN and abs(float(behind[-1] - behind[0])) > _BACK * float(np.ptp(there))
+
+
+def _of_peak(sheet: Sheet, column: ReadColumn, row: int) -> Fault:
+    name, cell = sheet.names[column.index], sheet.columns[column.index][row].strip()[:40]
+    message = (
+        f'column "{name}" never goes back, and stands still at "{cell}" while the ball does: it holds the peak so far, not '
+        "what was measured in each row"
+    )
+    quantity = _name(column.quantity)
+    advice = (
+        f"Export the readings themselves, or leave it out: {Choice('columns', ('none',), quantity)}; if they are right, let "
+        f"the header name the unit and say it once more: --units {quantity}=..."
+    )
+    return Fault(message, sheet.text.path, int(sheet.lines[row]), column.index + 1, advice=advice)
 
 
 def _of_filled(sheet: Sheet, column: ReadColumn, row: int, apart: int, number: float) -> Fault:

@@ -113,6 +113,8 @@ def _with_whole_cells(lines: list[str]) -> tuple[str, ...]:
     return tuple(lines)
 
 
+# Zero bytes in a text that is damaged, as a share of it; other files have more.
+_FEW_ZEROS = 0.05
 _EXPORT = "Export a CSV file or a workbook from the instrument's software"
 
 
@@ -147,6 +149,12 @@ def _decode(path: Path, data: bytes) -> tuple[str, str]:
             continue
         if not _CONTROL.search(text):
             return _NAMES.get(encoding, encoding), text
+    zero = data.find(b"\x00")
+    few = zero >= 0 and (b"\x00" not in data.rstrip(b"\x00\r\n") or data.count(b"\x00") < _FEW_ZEROS * len(data))
+    if few:
+        message = "the file is not text: zero bytes, as a power cut leaves them, stand in this line"
+        advice = f"Cut them off if nothing else is lost. {_EXPORT}"
+        raise InputError(Fault(message, path, data.count(b"\n", 0, zero) + 1, advice=advice))
     raise InputError(Fault("the file is not text", path, advice=_EXPORT))
 
 

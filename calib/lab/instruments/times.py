@@ -29,6 +29,8 @@ _FEWEST, _MOST_FALLS = 9, 0.1
 _FEW_MOVES = 2
 # A time that lies so many usual steps ahead is none, where the next goes on from the one before within so many.
 _AHEAD, _GOES_ON = 10.0, 3.0
+# A time begins anew where it falls by more than so many usual steps, and by such a share of what had passed.
+_BACK, _PASSED, _BEHIND = 5.0, 0.2, 5
 _EXPONENT = re.compile(r"[-+]?\d(?:[.,](?P<digits>\d*))?[eEdD](?P<power>[-+]?\d+)\s*")
 _WHICH = "Say the unit that is meant: --units time="
 _WITHOUT = "or leave the time out: --columns time=none"
@@ -138,12 +140,43 @@ def time_faults(
     return []
 
 
-# What counters of milliseconds and microseconds overflow at.
-_OVERFLOW = 2.0**32
+def begins_anew(sheet: Sheet, index: int, values: FloatArray) -> list[Fault]:
+    """Refuse a time that begins anew within a record: two records in one, or a counter that overflowed.
+
+    A single row in another's place, and a clock that is set back by a little, are none of this.
+
+    Parameters
+    ----------
+    sheet, index : the record, and the column of its time.
+    values : what was read of it [s], nan where there is none or what there is is not usable, (n_row,).
+    """
+    rows = np.flatnonzero(np.isfinite(values))
+    time = values[rows]
+    steps = np.diff(time)
+    if rows.size < _FEWEST or not np.any(steps < 0) or not np.any(steps > 0):
+        return []
+    usual = float(np.median(steps[steps > 0]))
+    for k in np.flatnonzero(steps < -_BACK * usual).tolist():
+        passed = float(time[k] - np.min(time[: k + 1]))
+        if -steps[k] < _PASSED * passed or float(np.median(time[k + 1 : k + 1 + _BEHIND])) > time[k]:
+            continue
+        row = int(rows[k + 1])
+        cell = sheet.columns[index][row].strip()
+        message = (
+            f'column "{sheet.names[index]}": "{cell}" is {-steps[k]:.3g} s before the row above: the time begins anew, or a '
+            "counter overflowed"
+        )
+        advice = f"Save what is before and behind it as two files, export a time that goes on, {_WITHOUT}"
+        return [Fault(message, sheet.text.path, int(sheet.lines[row]), index + 1, advice=advice)]
+    return []
+
+
+# What counters of milliseconds and microseconds overflow at, and how many usual steps may lie over it where it is short.
+_OVERFLOWS, _OVER, _OVER_SHORT = (2.0**32, 2.0**16), 100, 3
 
 
 def gone_on(sheet: Sheet, index: int, values: FloatArray) -> tuple[FloatArray, list[str]]:
-    """Let a time go on where a counter of 32 bits has overflowed: it falls from just below 4294967296 to just above zero.
+    """Let a time go on where a counter of 32 or 16 bits has overflowed: it falls by nearly 4294967296, or 65536, once or more.
 
     Parameters
     ----------
@@ -156,16 +189,21 @@ def gone_on(sheet: Sheet, index: int, values: FloatArray) -> tuple[FloatArray, l
     """
     rows = np.flatnonzero(np.isfinite(values))
     steps = np.diff(values[rows])
-    over = np.flatnonzero((steps < -0.99 * _OVERFLOW) & (steps > -_OVERFLOW))
-    if not over.size:
+    if not np.any(steps < -0.9 * _OVERFLOWS[-1]):
         return values, []
     usual = float(np.median(steps[steps > 0])) if np.any(steps > 0) else 0.0
-    over = over[steps[over] + _OVERFLOW <= 100 * usual]
-    turned = np.zeros(values.size)
-    turned[rows[over + 1]] = _OVERFLOW
-    lines = [int(sheet.lines[rows[k + 1]]) for k in over]
-    name = sheet.names[index]
-    return values + np.cumsum(turned), [f'"{name}" goes on over an overflow at 4294967296 in line {n}' for n in lines]
+    notes = []
+    for overflow in _OVERFLOWS:
+        most = _OVER * usual if overflow == _OVERFLOWS[0] else _OVER_SHORT * usual
+        over = np.flatnonzero((steps < 0) & (steps > -overflow) & (steps + overflow <= most))
+        if not over.size or float(np.ptp(values[rows])) >= overflow or np.any(values[rows] % 1):
+            continue
+        turned = np.zeros(values.size)
+        turned[rows[over + 1]] = overflow
+        lines = [int(sheet.lines[rows[k + 1]]) for k in over]
+        notes = [f'"{sheet.names[index]}" goes on over an overflow at {overflow:.0f} in line {n}' for n in lines]
+        return values + np.cumsum(turned), notes
+    return values, notes
 
 
 def above_the_record(sheet: Sheet, values: FloatArray) -> tuple[FloatArray, dict[int, str]]:

@@ -9,6 +9,8 @@ from calib.lab.instruments.brackets import factor_in, is_factor, is_letter, is_w
 from calib.lab.instruments.lexicon import DERIVED, RELATIVE
 from calib.lab.instruments.units import is_unit_of, looks_like_unit
 
+# Letters of a unit with the words beside it.
+_LONGEST = 200
 _BRACKETS = re.compile(r"[(\[{]\s*(?P<unit>[^()\[\]{}]*?)\s*[)\]}]")
 # "mm", "(mm)", "in mm", "unit: mm", and what stands behind it.
 _UNIT_FIRST = re.compile(
@@ -51,9 +53,11 @@ def unit_cell(cell: str) -> UnitCell | None:
     >>> unit_cell("(N) zeroed").unit, unit_cell("(N) max"), unit_cell("(N) x10"), unit_cell("(N) or (kN)")
     ('N', None, None, None)
     """
-    cell = cell.strip()
+    cell = " ".join(cell.split())
     if not cell:
         return UnitCell("")
+    if len(cell) > _LONGEST:
+        return None
     match = _BRACKETS.fullmatch(cell)
     if match and (looks_like_unit(match["unit"]) or not _WITHIN.fullmatch(match["unit"])):
         return UnitCell(match["unit"])
@@ -76,8 +80,9 @@ def begins_with_unit(cell: str) -> bool:
     >>> begins_with_unit("N or kN"), begins_with_unit("A sensor"), begins_with_unit("Load")
     (True, False, False)
     """
-    found = _unit_and_words(cell.strip())
-    return found is not None and not (is_letter(found[0]) and not cell.strip().startswith(("(", "[")))
+    cell = " ".join(cell.split())
+    found = _unit_and_words(cell) if len(cell) <= _LONGEST else None
+    return found is not None and not (is_letter(found[0]) and not cell.startswith(("(", "[")))
 
 
 def _unit_and_words(cell: str) -> tuple[str, str] | None:

@@ -52,9 +52,11 @@ _LONGEST = 120
 _CUT = 9
 _APART = " ,;:/"
 # Letters that are names only with a unit: s, h of a depth, P of a load.
-_ONLY_WITH_UNIT = ("s", "h", "p")
+_ONLY_WITH_UNIT = ("s", "h", "p", "δ")
 # How a time of day is written: "mm:ss:ff", "h:min:s".
 _CLOCK_FORM = re.compile(r"[a-z]{1,5}(?:[:.][a-z]{1,5}){1,3}", re.IGNORECASE)
+# A function of what was measured.
+_FUNCTION = re.compile(r"\b(?:log\d*|ln|lg|sqrt|exp)\b|√", re.IGNORECASE)
 _SERIES = re.compile(r"series|serie|reihe|\bcs\b|cs-|ls-|\bser\b", re.IGNORECASE)
 _PARALLEL = re.compile(r"parallel|\bcp\b|cp-|\bpar\b|parall[eè]le", re.IGNORECASE)
 # A setting of a meter, such as "Range" or "Meas. range (ohm)"; the range of a load is a statistic.
@@ -199,10 +201,10 @@ def heading_as(quantity: str, cell: str, unit_below: str = "") -> Heading:
     if unit is None and not doubt and not unit_below:
         odd = [b for b in brackets if looks_like_unit(b) and not is_letter(b)]
         unit = odd[-1] if odd else None
-    factor = factor_in(outside)
-    return Heading(
-        quantity, 0, words(name), unit, unit_doubt=doubt or (f'the factor "{factor}" beside its unit' if factor else "")
-    )
+    factor, function = factor_in(outside), _FUNCTION.search(outside)
+    doubt = doubt or (f'the factor "{factor}" beside its unit' if factor else "")
+    doubt = doubt or (f'"{function[0]}" in its name: the readings are a function of it' if function else "")
+    return Heading(quantity, 0, words(name), unit, unit_doubt=doubt)
 
 
 @lru_cache(maxsize=4096)

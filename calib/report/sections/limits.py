@@ -195,8 +195,9 @@ def _instruments(posterior: Posterior, unknown: set[str]) -> list[tuple[str, str
             (
                 "The load cell keeps its zero",
                 "A zero that was set anew at the touch, by less than the readings show, goes into contact point and modulus: "
-                "one of two thousandths of the load may move it by several of its standard deviations. Where the machine may "
-                f"balance its cell while it presses, give load_step = {UNKNOWNS['load_step'].example} in [specimens.priors].",
+                "one of two thousandths of the load may move it by several of its standard deviations; calib check says by how "
+                "much one of a reading's noise does in this experiment. Where the machine may balance its cell while it "
+                f"presses, give load_step = {UNKNOWNS['load_step'].example} in [specimens.priors].",
             )
         )
     return found

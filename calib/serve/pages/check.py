@@ -50,6 +50,7 @@ def _words(made: Check) -> dict[str, object]:
             for t in told
         ],
         "ridges": [] if outlook is None else [ridge.in_words for ridge in outlook.ridges],
+        "tare": "" if outlook is None or outlook.tare is None else outlook.tare.in_words,
         "takes": "" if made.seconds is None else " to ".join(map(duration_in_words, made.seconds)),
     }
 

@@ -20,6 +20,7 @@ from calib.lab import Points, Sweep
 from calib.priors import Fixed, HalfNormal, LogNormal, Normal, Prior, TruncatedNormal, Uniform
 from calib.problem import build_problem, log_likelihood
 from calib.problem.synthetic import Rig, synthetic_sweep
+from calib.sampling import first_answer
 from models.analytic import ClosedForm
 from models.sensor import design_from
 from models.surrogate import FAMILIES, load_surrogate
@@ -64,7 +65,7 @@ class Lab:
         return plausibility(build_problem(self.experiment, self.sweeps, ClosedForm()))
 
 
-def _lab(seed: int = 0, *, force_alone: bool = False, others: Mapping[str, float] | None = None) -> Lab:
+def _lab(seed: int = 0, *, force_alone: bool = False, others: Mapping[str, float] | None = None, load_step: float = 0.0) -> Lab:
     """One specimen; or two, if what differs in the second is given."""
     rng = np.random.default_rng(seed)
     names = ["sensor 1"] if others is None else ["sensor 1", "sensor 2"]
@@ -72,7 +73,7 @@ def _lab(seed: int = 0, *, force_alone: bool = False, others: Mapping[str, float
     for name in names:
         truth = {**TRUTH, **((others or {}) if name == "sensor 2" else {})}
         design = design_from({**truth, "indenter_radius": 5e-3})
-        rig = Rig(0.1e-3, 1e-6, 0.2, 0.2e-12)
+        rig = Rig(0.1e-3, 1e-6, 0.2, 0.2e-12, load_step=load_step)
         tie: Literal["none", "force"] = "none" if force_alone else "force"
         sweeps.append(synthetic_sweep(ClosedForm(), design, 0.55e-3, rig, rng, specimen=name, tie=tie, n_points=16))
         sds = {"sensor_thickness": 0.02e-3, "padding_thickness": 0.02e-3, "dielectric_thickness": 0.006e-3}
@@ -320,6 +321,32 @@ def test_a_ridge_is_told_in_words_with_what_would_break_it() -> None:
     ridge = pairs[frozenset({"relative_permittivity", "dielectric_thickness"})]
     assert ridge.correlation > 0.6
     assert "the data tell neither by itself" in ridge.in_words
+
+
+@pytest.mark.parametrize("seed", [1, 4])
+def test_a_tare_at_the_touch_is_said_to_do_what_it_does(seed: int) -> None:
+    found = _lab(seed, force_alone=True).check()
+    assert found.outlook is not None
+    tare = found.outlook.tare
+    assert tare is not None
+    assert "load_step = " in tare.in_words
+    sound, moved = (
+        first_answer(build_problem(lab.experiment, lab.sweeps, ClosedForm()))
+        for lab in (_lab(seed, force_alone=True, load_step=by) for by in (0.0, tare.step))
+    )
+    name = str(tare.name)
+    before, after = sound.parameters[name], moved.parameters[name]
+    shift = (after.mean - before.mean) / before.sd
+    assert tare.shift == pytest.approx(shift, rel=0.35, abs=0.1)
+
+
+def test_a_tare_is_not_said_where_its_step_is_unknown_or_force_ties_the_capacitance() -> None:
+    lab = _lab(force_alone=True)
+    own = tuple(replace(s, priors={**s.priors, "load_step": Normal(0.0, 5e-3)}) for s in lab.experiment.specimens)
+    for other in (replace(lab, experiment=replace(lab.experiment, specimens=own)), _lab()):
+        outlook = other.check().outlook
+        assert outlook is not None
+        assert outlook.tare is None
 
 
 def test_many_unknowns_are_checked_without_a_mode() -> None:

@@ -287,7 +287,6 @@ def _loads() -> list[Case]:
             "only a peak-hold force",
             [t, x, load("Force (peak hold)", top)],
             expected="refuse",
-            way={"force": "Force (peak hold) (N)"},
             refusal="peak",
         ),
         case("Peak force before Force", [t, x, load("Peak force", top, ""), load("Force")], way={"force": "Force (N)"}),

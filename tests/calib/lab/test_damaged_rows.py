@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import time
 from pathlib import Path
 
 import numpy as np
@@ -130,3 +132,24 @@ def test_a_row_one_column_too_far_is_left_out_also_beside_columns_that_are_alway
     table = read_lab_file(path)
     assert np.flatnonzero(np.isnan(table.columns["displacement"])).tolist() == [30]
     assert np.flatnonzero(np.isnan(table.columns["force"])).tolist() == [30]
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        "Results\nTime,Extension,Load\n(s),(mm),(kN)\n1.0,2.0,3.0\n\nTime,Extension,Load\n(s),("
+        + " " * 3000
+        + "mm),(kN)\n4.0,5.0,6.0\n",
+        "Time (s);Extension (mm);Load (N)\n" + "[s];[" * 2000 + "\n0.0;0.1;0.2\n0.1;0.2;0.3\n",
+        "a b c\n\n1,2,3\n4,5,6\nx\n",
+        "Zeit;Weg;Kraft\ns;mm;N\n" + "".join(f"0,{k};0,{k};0,{k}\n" for k in range(9)) + "1" * 9000 + " " * 4000 + ";0,9;0,9\n",
+    ],
+    ids=["blanks among units", "brackets among units", "numbers without a header", "digits in a time"],
+)
+def test_monstrous_cells_are_refused_or_read_at_once(tmp_path: Path, content: str) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text(content, encoding="utf-8")
+    start = time.process_time()
+    with contextlib.suppress(InputError):
+        read_lab_file(path)
+    assert time.process_time() - start < 1.0

@@ -1,4 +1,16 @@
-"""Workbooks, files of LabVIEW and MATLAB, and what is no lab file: written by other tools than those that read them."""
+"""Workbooks, files of LabVIEW and MATLAB, and what is no lab file: written by other tools than those that read them.
+
+| format | read by | written here by |
+|---|---|---|
+| .xlsx, .xlsm | openpyxl | XlsxWriter |
+| .xls | xlrd | xlwt |
+| .lvm | this project | text by hand, from the description of National Instruments |
+| .tdms | npTDMS | bytes by hand, from the description of National Instruments |
+| .mat, version 4 | scipy | bytes by hand, from the description of MathWorks |
+| .mat, versions 5 to 7 | this project | scipy; bytes by hand, from the description of MathWorks |
+| .mat, version 7.3 | h5py | PyTables; a file of MATLAB itself, among what scipy is tested with |
+| .TRA, and text | this project | text by hand, as instruments write it; datasets of other labs where they are on the machine |
+"""
 
 from __future__ import annotations
 
@@ -14,10 +26,11 @@ from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any, Literal
 
-import h5py
 import numpy as np
 import pandas as pd
 import pytest
+import scipy.io.matlab
+import tables
 import xlsxwriter
 import xlwt
 from scipy.io import savemat
@@ -29,6 +42,7 @@ from calib.errors import Choice, InputError
 from calib.experiment.experiment_file import read_experiment
 from calib.experiment.sweeps import read_sweeps
 from calib.lab import LabTable, Reading, SeveralSpecimens, make_sweep, read_lab_file
+from calib.lab.instruments.matlab73 import variables_of_hdf5
 
 N = 120
 TIME = np.round(np.arange(N) * 0.1, 6)
@@ -1016,21 +1030,44 @@ def test_mat_names_every_variable_that_it_does_not_read(tmp_path: Path) -> None:
         assert reason in unread
 
 
+def mat4(variables: dict[str, np.ndarray]) -> bytes:
+    """Version 4 by hand, from the description of MathWorks: full matrices of doubles, column by column."""
+    return b"".join(
+        struct.pack("<5i", 0, *values.shape, 0, len(name) + 1)
+        + name.encode()
+        + b"\x00"
+        + values.astype("<f8").tobytes(order="F")
+        for name, values in variables.items()
+    )
+
+
+def test_mat_of_version_4(tmp_path: Path) -> None:
+    path = tmp_path / "a.mat"
+    path.write_bytes(mat4({name: values[:, None] for name, values in FIELDS.items()}))
+    assert_truth(read_lab_file(path))
+
+
 def mat73(path: Path, variables: dict[str, np.ndarray], struct_name: str = "") -> Path:
-    """Version 7.3 by h5py: HDF5 behind 512 bytes, arrays turned, each with the name of its class."""
-    with h5py.File(path, "w", userblock_size=512) as file:
-        group = file
+    """Version 7.3 by PyTables: HDF5 behind 512 bytes, arrays turned and packed as MATLAB does, each with its class."""
+    with tables.open_file(str(path), "w", user_block_size=512, pytables_sys_attrs=False) as file:
+        group = file.create_group("/", struct_name) if struct_name else file.root
         if struct_name:
-            group = file.create_group(struct_name)
-            group.attrs["MATLAB_class"] = np.bytes_("struct")
+            group._v_attrs.MATLAB_class = np.bytes_("struct")
+        packed = tables.Filters(complevel=3, complib="zlib", shuffle=False)
         for name, values in variables.items():
-            item = group.create_dataset(name, data=np.atleast_2d(values).T if values.ndim == 2 else values.reshape(1, -1))
-            item.attrs["MATLAB_class"] = np.bytes_("double")
+            turned = np.ascontiguousarray(values.T if values.ndim == 2 else values.reshape(1, -1))
+            file.create_carray(group, name, obj=turned, filters=packed).attrs.MATLAB_class = np.bytes_("double")
+        note = file.create_array(group, "note", obj=np.array([[ord(c)] for c in "ball 5 mm"], dtype=np.uint16))
+        note.attrs.MATLAB_class = np.bytes_("char")
+        note.attrs.MATLAB_int_decode = np.int32(2)
+        empty = file.create_array(group, "none", obj=np.array([0, 0], dtype=np.uint64))
+        empty.attrs.MATLAB_class = np.bytes_("double")
+        empty.attrs.MATLAB_empty = np.uint8(1)
         if not struct_name:
-            table = file.create_dataset("T", data=np.zeros((1, 6), dtype=np.uint32))
-            table.attrs["MATLAB_class"] = np.bytes_("table")
-            table.attrs["MATLAB_object_decode"] = 3
-            file["elsewhere"] = h5py.ExternalLink("other.mat", "/x")
+            table = file.create_array(group, "T", obj=np.zeros((1, 6), dtype=np.uint32))
+            table.attrs.MATLAB_class = np.bytes_("table")
+            table.attrs.MATLAB_object_decode = np.int32(3)
+            file.create_external_link(group, "elsewhere", "other.mat:/x")
     data = path.read_bytes()
     head = b"MATLAB 7.3 MAT-file, by hand".ljust(124) + struct.pack("<H", 0x0200) + b"IM"
     path.write_bytes(head + data[len(head) :])
@@ -1042,9 +1079,21 @@ def test_mat_of_version_73(tmp_path: Path, struct_name: str) -> None:
     table = read_lab_file(mat73(tmp_path / "a.mat", FIELDS, struct_name))
     assert_truth(table)
     unread = " / ".join(map(str, table.unread))
+    assert "note" in unread or struct_name
     if not struct_name:
+        assert 'variable "none": it is empty' in unread
         assert 'variable "T": it is a MATLAB object' in unread
         assert 'variable "elsewhere": it is a link' in unread
+
+
+def test_mat_of_version_73_that_matlab_wrote() -> None:
+    """One array in the user block and HDF5 of MATLAB 7.4, among what scipy (BSD) is tested with: no record of a press."""
+    sample = Path(scipy.io.matlab.__file__).parent / "tests" / "data" / "testhdf5_7.4_GLNX86.mat"
+    if not sample.exists():
+        pytest.skip("this scipy has no tests beside it")
+    (own,) = (v for name, v in variables_of_hdf5(sample.read_bytes()).items() if name == "testdouble")
+    np.testing.assert_allclose(own, np.linspace(0, 2 * np.pi, 9)[None])
+    assert 'variable "columns"' in refusal(sample)
 
 
 def test_mat_of_version_73_with_a_matrix(tmp_path: Path) -> None:

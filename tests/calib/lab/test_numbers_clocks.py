@@ -178,11 +178,29 @@ def test_times_of_any_origin_are_read(tmp_path: Path, unit: str, cells: list[str
     np.testing.assert_allclose(since_start(tmp_path, f"Time ({unit})", cells), SECONDS, atol=2e-6)
 
 
-def test_a_time_that_falls_once_or_stands_still_is_read_with_a_note(tmp_path: Path) -> None:
-    times = [f"{i // 2 - (20 if i > 60 else 0)}.0" for i in range(N)]
+def test_a_time_that_falls_once_by_a_little_or_stands_still_is_read_with_a_note(tmp_path: Path) -> None:
+    times = [f"{i // 2 - (4 if i > 60 else 0)}.0" for i in range(N)]
     notes = " | ".join(read_lab_file(lab_file(tmp_path, "Time (s)", times)).notes)
     assert "falls back in 1 row(s), the first in line 63" in notes
     assert "is the same as in the row before" in notes
+
+
+@pytest.mark.parametrize("start", [0, 10])
+def test_a_time_that_begins_anew_within_a_record_is_refused_and_can_be_left_out(tmp_path: Path, start: int) -> None:
+    path = lab_file(tmp_path, "Time (s)", [f"{i if i < 60 else start + i - 60}.0" for i in range(N)])
+    with pytest.raises(InputError, match=r":62:1: .*begins anew.*--columns time=none"):
+        read_lab_file(path)
+    assert "time" not in read_lab_file(path, Reading(columns={"time": "none"})).columns
+
+
+@pytest.mark.parametrize(
+    ("bits", "low", "unit", "step"), [(16, 0, "ms", 500), (16, -(2**15), "ms", 700), (32, 0, "us", 50_000)]
+)
+def test_a_time_goes_on_where_its_counter_overflows(tmp_path: Path, bits: int, low: int, unit: str, step: int) -> None:
+    counts = [(2**bits - 40 * step + step * i) % 2**bits + low for i in range(N)]
+    table = read_lab_file(lab_file(tmp_path, f"Time ({unit})", [str(c) for c in counts]))
+    np.testing.assert_allclose(np.diff(table.columns["time"]), step * (1e-3 if unit == "ms" else 1e-6))
+    assert f"goes on over an overflow at {2**bits} in line 42" in " | ".join(table.notes)
 
 
 def test_the_date_of_a_calibration_is_not_the_beginning_of_a_test(tmp_path: Path) -> None:

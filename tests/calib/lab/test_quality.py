@@ -12,6 +12,7 @@ from typing import Literal
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from calib.lab.instruments.reader import read_lab_file
 from calib.lab.observations import Observations, observe
@@ -141,6 +142,48 @@ def test_a_channel_that_is_averaged_over_a_part_of_the_press_is_late(tmp_path: P
     found = [v for v in judge(observe(read_lab_file(path))) if v.check == "late readings"]
     assert [v.level for v in found] == (["bad"] if late else [])
     assert all(v.number > 0.02 and "average" in v.advice for v in found)
+
+
+@pytest.mark.parametrize("column", ["Extension (mm)", "Load (N)"])
+@pytest.mark.parametrize("apart", [-1, 0, 1])
+@pytest.mark.parametrize("relaxes", [0.0, 0.2])
+def test_a_column_pasted_one_row_off_turns_in_another_row(tmp_path: Path, column: str, apart: int, relaxes: float) -> None:
+    rng = np.random.default_rng(7)
+    t = np.arange(120) * 0.1
+    fine = np.linspace(0, t[-1], 12_000)
+    x = np.interp(fine, [0, 7.03, t[-1]], [0, 1.4, 0.1])
+    elastic = 8.0 * np.clip(x - 0.2, 0, None) ** 1.6
+    step = fine[1]
+    slow = step * lfilter([1.0], [1, -np.exp(-step / 1.5)], np.gradient(elastic, step))
+    f = np.interp(t, fine, (1 - relaxes) * elastic + relaxes * slow) + 0.004 * rng.normal(size=t.size)
+    columns = {"Extension (mm)": np.interp(t, fine, x), "Load (N)": f}
+    columns[column] = np.roll(columns[column], apart)
+    columns[column][0 if apart > 0 else -1] = columns[column][1 if apart > 0 else -2]
+    rows = zip(t, *columns.values(), strict=True)
+    path = tmp_path / "press.csv"
+    path.write_text("Time (s),Extension (mm),Load (N)\n" + "".join(f"{a:.1f},{b:.5f},{c:.4f}\n" for a, b, c in rows))
+    found = [v for v in judge(observe(read_lab_file(path))) if v.check == "rows apart"]
+    assert [v.level for v in found] == (["warning"] if apart else [])
+    late = apart if column == "Load (N)" else -apart
+    assert all(v.number == pytest.approx(late, abs=0.35) and "pasted" in v.advice for v in found)
+
+
+@pytest.mark.parametrize("held", ["drop", "backlash", "hold"])
+def test_what_a_machine_does_at_a_turn_is_no_shift_by_a_row(tmp_path: Path, held: str) -> None:
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        x = np.concatenate([np.linspace(0, 1.4, 70), np.full(10 if held == "hold" else 0, 1.4), np.linspace(1.38, 0.1, 50)])
+        f = 8.0 * np.clip(x - 0.2, 0, None) ** 1.6
+        if held == "drop":
+            f[70:] *= rng.uniform(0.75, 0.97)
+        elif held == "backlash":
+            f[72:] = f[70:-2]
+            f[70:72] = f[69]
+        f += 0.004 * rng.normal(size=x.size)
+        path = tmp_path / "press.csv"
+        rows = "".join(f"{0.1 * i:.1f},{a:.5f},{b:.4f}\n" for i, (a, b) in enumerate(zip(x, f, strict=True)))
+        path.write_text("Time (s),Extension (mm),Load (N)\n" + rows)
+        assert not [v for v in judge(observe(read_lab_file(path))) if v.check == "rows apart"]
 
 
 def test_worst_first_keeps_the_order_within_a_level() -> None:

@@ -54,6 +54,26 @@ def test_an_outlier_of_many_noises_is_left_out_and_one_of_five_is_kept(tmp_path:
         assert _left_out(_read(tmp_path, force={10: f"{FORCE[10] + size * 0.002:.4f}"})) == left
 
 
+@pytest.mark.parametrize("quantity", ["force", "displacement", "capacitance"])
+@pytest.mark.parametrize("row", [2, 20, 52, 100, N - 3])
+def test_a_damaged_digit_that_leaves_a_smooth_course_by_less_than_its_steps_is_left_out(
+    tmp_path: Path, quantity: str, row: int
+) -> None:
+    off = {"force": 0.05, "displacement": 0.004, "capacitance": 0.06}[quantity]
+    assert _left_out(_read(tmp_path, **{quantity: {row: f"{VALUES[quantity][row] + off:.4f}"}})) == [row]
+
+
+@pytest.mark.parametrize("row", [0, 1, N - 2, N - 1])
+def test_beside_an_end_only_what_is_far_off_is_left_out(tmp_path: Path, row: int) -> None:
+    assert _left_out(_read(tmp_path, displacement={row: "5.1234"})) == [row]
+    assert _left_out(_read(tmp_path, displacement={row: f"{DEPTH[row] + 0.004:.4f}"})) == []
+
+
+def test_four_damaged_digits_are_left_out_together(tmp_path: Path) -> None:
+    damaged = {row: f"{DEPTH[row] - 0.003:.4f}" for row in (31, 60, 66, 120)}
+    assert _left_out(_read(tmp_path, displacement=damaged)) == list(damaged)
+
+
 def test_cells_of_one_row_that_changed_places_are_left_out(tmp_path: Path) -> None:
     table = _read(tmp_path, force={70: f"{DEPTH[70]:.4f}"}, displacement={70: f"{FORCE[70]:.4f}"})
     assert _left_out(table) == [70]

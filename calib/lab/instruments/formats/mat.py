@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,8 @@ from calib.lab.instruments.arrays import ArrayColumn, Source, array_part
 from calib.lab.instruments.matlab import Unreadable, Variable, variables
 from calib.lab.instruments.part import Format, Part, damaged
 
+# "MATLAB 5.0 MAT-file"; of version 7.3 a beta of MATLAB wrote "7.0".
+_NAMED = re.compile(rb"MATLAB \d\.\d MAT-file")
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 # A matrix with at most so many rows, and more columns, holds its columns as rows.
 _FEW_ROWS = 20
@@ -27,7 +30,7 @@ def recognise(head: bytes, path: Path) -> bool:
     head : its first bytes.
     path : the file.
     """
-    if head.startswith((b"MATLAB 5.0 MAT-file", b"MATLAB 7.3 MAT-file")):
+    if _NAMED.match(head):
         return True
     return path.suffix.lower() == ".mat" and (head.startswith(_HDF5) or b"\x00" in head[:20])
 
@@ -50,7 +53,7 @@ def take_apart(path: Path) -> tuple[Part, ...]:
 
             found = variables_of_hdf5(data)
         else:
-            found = variables(data) if data.startswith(b"MATLAB 5.0") else _of_version_4(path)
+            found = variables(data) if _NAMED.match(data) else _of_version_4(path)
         where = Source(path, hashlib.sha256(data).hexdigest(), "mat", "variable", "")
         return tuple(_parts("", found, where, 0))
 

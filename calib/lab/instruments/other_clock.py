@@ -1,0 +1,69 @@
+"""From columns of which some end before the others to those that were read at the times of another clock, with the advice."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from calib.errors import Choice, Fault
+from calib.lab.instruments.rivals import readings
+from calib.lab.instruments.sheet import Sheet
+from calib.lab.instruments.units import IN_PLACE_OF
+
+# Columns of one clock end within such a share of the rows; a clock has so many readings at least, and moves in such a share.
+_SHARE, _FEWEST, _MOVES = 0.9, 5, 0.8
+_WITHOUT_ROWS = ("time", "displacement", "force", "capacitance", "capacitance_series")
+
+
+def of_another_clock(sheet: Sheet, places: Mapping[str, int]) -> list[Fault]:
+    """Refuse columns that end before the others where a time, or a count, ends with them: each block has a clock of its own.
+
+    Programs that log several rates write each rate as a block of columns, one beside the other, from the first row on: a row
+    then holds readings of different times.
+
+    Parameters
+    ----------
+    sheet : the record.
+    places : quantity -> index of its column.
+    """
+    judged = {q: i for q, i in places.items() if q in _WITHOUT_ROWS}
+    ends = {q: _end(sheet.columns[i]) for q, i in judged.items()}
+    longest = max(ends.values(), default=0)
+    short = {q: n for q, n in ends.items() if _FEWEST <= n < _SHARE * longest and _length(sheet.columns[judged[q]]) == n}
+    for quantity, n in short.items():
+        own = [i for i in range(len(sheet.names)) if i != places[quantity] and _length(sheet.columns[i]) == n]
+        clock = next((i for i in own if quantity != "time" and _counts(sheet, i, n)), None)
+        if quantity == "time":
+            clock = places["time"] if len(short) < len(judged) else None
+        if clock is None:
+            continue
+        name, index = IN_PLACE_OF.get(quantity, quantity), places[quantity]
+        without = Choice("columns", ("none",), name)
+        beside = f', as does "{sheet.names[clock] or f"column {clock + 1}"}"' if clock != index else ""
+        message = (
+            f'"{sheet.names[index]}" ends after {n} of {longest} rows{beside}: it seems to have a clock of its own, so that '
+            "its rows are not those of the other columns"
+        )
+        advice = f"Save the columns of each clock in a file of their own, or leave these out: {without}"
+        line = int(sheet.lines[n]) if n < len(sheet.lines) else None
+        return [Fault(message, sheet.text.path, line, index + 1, advice=advice, choice=without)]
+    return []
+
+
+def _end(cells: Sequence[str]) -> int:
+    """Number of rows up to the last with a cell."""
+    return next((k for k in range(len(cells), 0, -1) if cells[k - 1].strip()), 0)
+
+
+def _length(cells: Sequence[str]) -> int:
+    """Number of rows up to the last with a cell, if none before it is empty; 0 otherwise."""
+    n = _end(cells)
+    return n if all(c.strip() for c in cells[:n]) else 0
+
+
+def _counts(sheet: Sheet, index: int, n: int) -> bool:
+    """Whether a column goes up from row to row, as times and counts do."""
+    (values,) = readings([sheet.columns[index][:n]], [1.0], sheet.declared_decimal)
+    steps = np.diff(values)
+    return bool(np.all(np.isfinite(values)) and np.all(steps >= 0) and np.mean(steps > 0) >= _MOVES)
