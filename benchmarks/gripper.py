@@ -17,7 +17,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+from simulated.discrepant import curve_off, drawn_widths
 from simulated.faulty import ACCURACY, DEPTH, EXPERIMENT, POINTS, SPEED, Curve, curve_of
 from simulated.labs import lab_parser, parsed, rows_of
 
@@ -26,12 +26,12 @@ from calib.decision.inverse import table_of
 from calib.decision.readable import measured_sensor, next_sensor
 from calib.experiment import Experiment, forward_of_experiment, read_experiment
 from calib.priors import Prior, default_prior
-from calib.problem import CORRELATION_LENGTH, build_problem, values_at
+from calib.problem import build_problem, values_at
 from calib.problem.synthetic import Rig, synthetic_sweep
 from calib.sampling import K_HAT, look_at, smooth_weights
 from models.fem import FiniteElements
 from models.response import ConvergenceError, OutOfRangeError
-from models.sensor import Design, FloatArray, design_from
+from models.sensor import Design, design_from
 from models.threads import one_thread
 
 #: What is planted.
@@ -57,7 +57,7 @@ def _answer(kind: str, seed: int, n_draw: int) -> dict[str, Any]:
     forward = forward_of_experiment(experiment)
     rng = np.random.default_rng([seed, 20190306])
     shared = {name: _of(prior, rng) for name, prior in experiment.priors.items()}
-    width = {name: _of(default_prior(f"{name}_discrepancy"), rng) * (kind != "exact") for name in ("force", "capacitance")}
+    width = drawn_widths(rng, kind != "exact")
     designs = [_design(experiment, shared, k, rng) for k in (0, 1, 0)]
     designs.append(replace(designs[2], padding=replace(designs[2].padding, thickness=PADDING)))
     try:
@@ -78,7 +78,7 @@ def _answer(kind: str, seed: int, n_draw: int) -> dict[str, Any]:
             capacitance_noise=_CAPACITANCE_NOISE,
             speed=SPEED,
         )
-        off = _off(curve, width, rng)
+        off = curve_off(curve, width, rng)
         sweep = synthetic_sweep(off, design, DEPTH, rig, rng, specimen=specimen.name, n_points=POINTS)
         estimated = sweep.clock_offset + sweep.clock_offset_sd * rng.standard_normal()
         sweeps.append(replace(sweep, clock_offset=estimated))
@@ -102,7 +102,7 @@ def _answer(kind: str, seed: int, n_draw: int) -> dict[str, Any]:
     ]
     for sensor, one, curve, design in zip(_SENSORS, draws, pressed, (designs[0], *designs[2:]), strict=True):
         table = table_of(sensor, "next", [one], gripper, rated)
-        off = _off(curve, width, rng)
+        off = curve_off(curve, width, rng)
         force = rated * (np.arange(N_FORCE) + 0.5) / N_FORCE
         depth = np.linspace(0.0, float(curve.force.x[-1]) ** 2, 4001)
         there = off.respond(design, depth)
@@ -134,21 +134,6 @@ def _pressed(design: Design, force: float) -> Curve:
     """The loading curve by finite elements, a little beyond a force."""
     end = FiniteElements(ACCURACY).respond_to_force(design, np.array([1.1 * force])).depth[0]
     return curve_of(design, float(end))
-
-
-def _off(curve: Curve, width: Mapping[str, float], rng: np.random.Generator) -> Curve:
-    """A curve that is off by discrepancies: a Gaussian process along the depth times force and change."""
-    share = curve.force.x**2 / curve.force.x[-1] ** 2
-    covariance = np.exp(-0.5 * ((share[:, None] - share) / CORRELATION_LENGTH) ** 2)
-    value, vector = np.linalg.eigh(covariance)
-
-    def process() -> FloatArray:
-        return np.asarray(vector @ (np.sqrt(np.maximum(value, 0.0)) * rng.standard_normal(share.size)), dtype=float)
-
-    s, rest = curve.force.x, float(curve.capacitance(0.0))
-    force = curve.force(s) * (1 + width["force"] * process())
-    capacitance = rest + (curve.capacitance(s) - rest) * (1 + width["capacitance"] * process())
-    return Curve(CubicSpline(s, force), CubicSpline(s, capacitance))
 
 
 def table(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
