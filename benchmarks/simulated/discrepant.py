@@ -6,11 +6,11 @@ from collections.abc import Mapping
 
 import numpy as np
 from scipy.interpolate import CubicSpline
-from simulated.faulty import Curve
 
 from calib.priors import default_prior
 from calib.problem import CORRELATION_LENGTH
 from models.sensor import FloatArray
+from simulated.faulty import Curve
 
 # No width is farther from the usual one, in standard deviations.
 _FARTHEST = 2.5
