@@ -62,6 +62,10 @@ _SHORT = 1e-5
 _SAME = 0.97
 # Gate of a ranking that is a hint only.
 _LINEARISATION = "linearisation"
+_STAYING = (
+    "the advice staying where it is: a padding that a calibration with the measurement advises instead, more than a tenth off, "
+    "would be beyond the data again"
+)
 # Measurements that a report shows.
 _SHOWN = 3
 # Draws of sensors by which decisions are judged, at least, of several that may be built down to this part of them; and most
@@ -477,7 +481,10 @@ def next_measurements(
         target.regret,
         ranked,
         tuple(unjudged),
-        _rests_on(target, known, bench or Bench(), aim, None if decision is None else (decision, ranked)),
+        (
+            *_rests_on(target, known, bench or Bench(), aim, None if decision is None else (decision, ranked)),
+            *((_STAYING,) if beyond else ()),
+        ),
         verdict_of(reasons),
         forward.name,
         seed,
