@@ -42,6 +42,7 @@ from calib.decision.extrapolation import MARGIN, beyond_the_measured, largest_fo
 from calib.decision.force_table import LEVEL, N_ROW, ForceTable, GripperTables, Kind, WorkingPoint
 from calib.decision.gripper import Gripper
 from calib.decision.readable import SensorDraws, measured_sensor, next_sensor
+from calib.decision.retreat import RetreatBand, Retreats, band_of, why_no_band
 from calib.errors import Fault, InputError
 from calib.experiment import Experiment
 from calib.sampling import FINGERPRINT, Posterior
@@ -78,6 +79,7 @@ def invert(
     verdict: Verdict | None = None,
     members: Sequence[Member] = (),
     advised: float | None = None,
+    retreats: Retreats | None = None,
 ) -> GripperTables:
     """Turn a calibration round: what force a reading of a gripper means, and how sure that is.
 
@@ -95,6 +97,8 @@ def invert(
     members : the models that the posterior is an average of; none for one model.
     advised : [N], force that a padding was recommended for; the table of a design that ends before it, as nobody asked for more
         than was measured, says so. None if none was.
+    retreats : of each press of each specimen its branches compared (`calib.lab.measure_unloading`), or why they could not be;
+        None where nobody looked.
 
     Returns
     -------
@@ -142,8 +146,13 @@ def invert(
         judged = verdict_of([*known.reasons, *less, *beyond, *_doubts(table)])
         rough = dict.fromkeys(f"a first look alone: {said}" for d in those if (said := caution(d.forward, d.design)))
         left_open = (f"not ruled out by these data: {said}" for said in open_models_of(posterior))
-        conditions = _conditions([m.posterior.experiment for m, _ in chosen], table, gripper)
-        tables.append(replace(table, verdict=judged, conditions=(*rough, *left_open, *conditions)))
+        those_pressed = [title] if sensor == "specimen" else sorted(capacitive)
+        band = band_of(retreats or {}, those_pressed)
+        conditions = (
+            *_conditions([m.posterior.experiment for m, _ in chosen], table, gripper),
+            *_on_retreat(band, why_no_band(retreats or {}, those_pressed), sensor),
+        )
+        tables.append(replace(table, verdict=judged, conditions=(*rough, *left_open, *conditions), retreat=band))
     reasons = dict.fromkeys(reason for found in tables for reason in found.verdict.reasons)
     versions = {k.removeprefix("version of "): v for k, v in posterior.attrs.items() if k.startswith("version of ")}
     return GripperTables(
@@ -409,9 +418,21 @@ def _conditions(experiments: Sequence[Experiment], table: ForceTable, gripper: G
         f"{_share_of_a_picofarad(table):.1%} too small".replace("%", " %"),
         f"one reading with a noise of {table.noise * 1e15:.3g} fF, tare the mean of {gripper.n_tare} readings without contact",
         f"forces that may be read: up to {beyond}; the model was asked up to {table.looked:.4g} N",
-        "loading only, as slowly as in the lab: hysteresis, relaxation and creep are not covered",
         "temperature and humidity as at power-on: tare again when they change",
+        "loading, as slowly as in the lab: relaxation and creep are not covered",
     )
+
+
+def _on_retreat(band: RetreatBand | None, why: str, sensor: Kind) -> tuple[str, ...]:
+    """What holds while a load is let go, in words."""
+    if band is None:
+        return (f"unloading is not covered, and by how much it is off is not known{f' ({why})' if why else ''}",)
+    other = {
+        "specimen": "",
+        "next": "; another specimen may differ",
+        "design": "; other padding may differ",
+    }
+    return (f"{band.in_words}{other[sensor]}",)
 
 
 def _share_of_a_picofarad(table: ForceTable) -> float:
