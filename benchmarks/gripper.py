@@ -10,8 +10,8 @@ how many readings are said to be valid.
 
 From the largest force the load is let go again. The finite elements are elastic, so a hysteresis of force and capacitance is
 planted, of a size drawn for the lab and a tenth more or less for each press, of the lab and on the gripper. Rows of `unloading`
-are readings of the way back with the table as it is, `with the band` with what `calib export` states of unloading, from the lab's
-own presses, added to the bounds.
+are readings of the way back with the table as it is, `with the band` with what `calib export` states of unloading added to the
+bounds, from presses of the lab.
 """
 
 from __future__ import annotations

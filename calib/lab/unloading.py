@@ -22,8 +22,6 @@ SHARES = np.linspace(0.05, 0.95, 19)
 
 # Readings are averaged in so many groups along a branch, and of fewer on one of them nothing is said.
 _GROUPS, _FEWEST = 60, 24
-# So many of the largest readings may be outliers.
-_OUTLYING = 3
 # Unloading has to be there down to this share of the largest force.
 _DOWN_TO = 0.5
 
@@ -199,7 +197,8 @@ def compare_branches(traces: Sequence[Branches], zero: float, hold: float) -> Un
         return "it was not recorded while the ball retreats"
     if not np.isfinite(zero):
         return "it begins in contact"
-    peak = float(np.partition(down[0], -_OUTLYING)[-_OUTLYING]) - zero
+    # A single reading may be an outlier; of three neighbours the middle one is none.
+    peak = float(np.max(np.median(np.lib.stride_tricks.sliding_window_view(down[0], 3), axis=1))) - zero
     off = _off(down, up, zero, peak)
     if not np.any(np.isfinite(off[SHARES >= _DOWN_TO])) or np.isnan(off[np.argmin(np.abs(SHARES - _DOWN_TO))]):
         return f"it was not recorded while the ball retreats to {_DOWN_TO:.0%} of its force".replace("%", " %")
