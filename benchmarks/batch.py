@@ -43,6 +43,7 @@ from calib.sampling import (
 from calib.sampling.laplace import importance_weights, laplace_density
 from calib.workers import workers
 from models.response import Forward
+from models.sensor import FloatArray
 
 #: What is planted, one after the other.
 ODD: Mapping[str, Oddity] = {
@@ -86,14 +87,16 @@ def against_whole(inspection: Inspection, one: Presented, kept: Path, steps: int
     found = given_lot(newcomer, inspection.seed)
     problem = joined_problem(inspection.lot, inspection.sweeps, newcomer)
     whole = _by_chains(problem, kept, steps) if steps else _by_first_answer(problem)
+    if whole is None:
+        return None
     off = {}
-    for own in newcomer.own if whole is not None else ():
+    for own in newcomer.own:
         b = found.values[own.info.name]
         mean, sd = whole[own.info.name]
         own_mean = float(found.weight @ b)
         own_sd = float(np.sqrt(found.weight @ (b - own_mean) ** 2))
         off[own.info.parameter] = ((own_mean - mean) / sd, own_sd / sd)
-    return off or None
+    return off
 
 
 def _by_first_answer(problem: Problem) -> dict[str, tuple[float, float]] | None:
@@ -103,7 +106,8 @@ def _by_first_answer(problem: Problem) -> dict[str, tuple[float, float]] | None:
         return None
     random = np.random.RandomState(0)
     density = laplace_density(look.space, look.mode, random)
-    drawn, ratios = [], []
+    drawn: list[FloatArray] = []
+    ratios: list[FloatArray] = []
     weight, effective = np.zeros(0), 0.0
     while effective < _WORTH and len(drawn) < _TIMES:
         drawn.append(density.draw(random, _AT_ONCE))

@@ -268,10 +268,10 @@ def _wanted_anew(known: Known, bench: Bench, template: Sweep, cell: float, aim: 
             if thickness == padding or (thickness != confirming and _alike(thickness, padding, _ANOTHER)):
                 continue
             on = f"on {display('padding_thickness', thickness)} of padding" if thickness > 0 else "without padding"
-            own, under = (ball, other) if thickness == confirming else (template.indenter_radius, "")
-            words = f"make one more sensor {on} and press it{under} up to {{force:.2g}} N"
+            under, named = (ball, other) if thickness == confirming else (template.indenter_radius, "")
+            words = f"make one more sensor {on} and press it{named} up to {{force:.2g}} N"
             yield replace(
-                like, kind="padding", words=words, padding=thickness, ball=own, force=_confirming(like.force, cell, aim)
+                like, kind="padding", words=words, padding=thickness, ball=under, force=_confirming(like.force, cell, aim)
             )
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from calib.files import real_path
 from calib.lab.instruments import AS_FOUND, Reading, read_lab_file
 from calib.lab.observations import Observations, observe
 from calib.lab.onset import coarse_onset
@@ -83,7 +84,7 @@ def measure_unloading(
     if meter.displacement is not None or meter.force is not None:
         meter = observe(meter.table, whole)
     tester = meter
-    if force_file is not None and force_file.resolve() != capacitance_file.resolve():
+    if force_file is not None and real_path(force_file) != real_path(capacitance_file):
         tester = observe(read_lab_file(force_file, force_reading), whole)
     if meter.capacitance is None:
         return "no capacitance was measured"

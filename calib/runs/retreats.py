@@ -46,13 +46,15 @@ def _of_sweep(sweep: Sweep, files: SweepFiles | None, middle: Mapping[str, Float
     for path in dict.fromkeys(path for path in (files.force, files.capacitance) if path is not None):
         try:
             changed = sha256_of(path) != known.get(path.name)
-        except OSError:
+        except FileNotFoundError:
             return f"{path.name} is no longer where it was at the calibration"
+        except OSError as error:
+            return f"{path.name} cannot be read ({error.strerror})"
         if changed:
             return f"{path.name} is no longer what it was at the calibration"
     offset = lookup(middle, "clock_offset", sweep.specimen, sweep.name)
     tied = sweep.tied_by("capacitance") == "clock"
-    clock = None if not tied else (sweep.clock_offset, sweep.clock_offset_sd) if offset is None else tuple(map(float, offset))
+    clock = (sweep.clock_offset, sweep.clock_offset_sd) if offset is None else (float(offset[0]), float(offset[1]))
     try:
         return measure_unloading(
             files.force,
@@ -60,7 +62,7 @@ def _of_sweep(sweep: Sweep, files: SweepFiles | None, middle: Mapping[str, Float
             force_reading=files.force_reading,
             capacitance_reading=files.capacitance_reading,
             use=files.use,
-            clock_offset=clock,
+            clock_offset=clock if tied else None,
         )
     except InputError as error:
         return f"its lab files cannot be read ({error.faults[0].message})"

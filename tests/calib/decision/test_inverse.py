@@ -13,7 +13,7 @@ from calib.checks import Member
 from calib.decision import ForceTable, Gripper, GripperTables, Status, invert
 from calib.decision.inverse import table_of
 from calib.decision.readable import SensorDraws, next_sensor
-from calib.decision.retreat import band_of
+from calib.decision.retreat import Retreats, band_of
 from calib.errors import InputError
 from calib.lab import SHARES, Unloading
 from calib.priors.distributions import Fixed
@@ -232,7 +232,7 @@ def _unloading(most: float, error: float = 0.0) -> Unloading:
 def test_what_was_measured_of_unloading_goes_with_the_table_of_its_sensor_and_the_widest_with_the_next(
     make_posterior: MakePosterior,
 ) -> None:
-    retreats = {"sensor 1": [_unloading(0.2)], "sensor 2": [_unloading(0.4), "it begins in contact"]}
+    retreats: Retreats = {"sensor 1": [_unloading(0.2)], "sensor 2": [_unloading(0.4), "it begins in contact"]}
     made = invert(make_posterior(), ClosedForm(), Gripper(padding=3e-3, n_draw=100), retreats=retreats)
     widest = [table.retreat.widest for table in made.tables if table.retreat is not None]
     np.testing.assert_allclose(np.array(widest)[:, 0], [-0.04, -0.08, -0.08, -0.08], atol=1e-9)
