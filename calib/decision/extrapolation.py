@@ -108,10 +108,11 @@ def beyond(
     ball : radius [m].
     what : asks for that, in words.
     """
-    found = list(exceeded(presses, Aim(force, padding, depth, ball)).values())
+    found = exceeded(presses, Aim(force, padding, depth, ball))
     if found:
-        finding = f"{what} {', '.join(found)}: there the model was held against no data"
-        action = f"Press one pad of about {padding * 1e3:.2g} mm to {force:g} N and calibrate with it, to confirm"
+        finding = f"{what} {', '.join(found.values())}: there the model was held against no data"
+        under = f" with a ball of {ball * 1e3:g} mm radius" if "ball" in found else ""
+        action = f"Press one pad of about {padding * 1e3:.2g} mm{under} to {force:g} N and calibrate with it, to confirm"
         yield Reason(EXTRAPOLATION, "amber", finding, action)
 
 
