@@ -234,6 +234,8 @@ def _show(made: GripperTables) -> None:
             found.verdict.colour,
         )
     out().print(shown)
+    for text in dict.fromkeys(found.retreat.in_words for found in made.tables if found.sensor == "next" and found.retreat):
+        say(f"Tables are of loading; {text}.")
 
 
 def _mean_and_sd(text: str) -> tuple[float, float]:
