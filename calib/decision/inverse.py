@@ -38,7 +38,7 @@ from calib.checks import (
     verdict_of,
 )
 from calib.decision.conditions import open_models_of
-from calib.decision.extrapolation import MARGIN, beyond_the_measured, largest_force
+from calib.decision.extrapolation import MARGIN, beyond, largest_force, measured_presses
 from calib.decision.force_table import LEVEL, N_ROW, ForceTable, GripperTables, Kind, WorkingPoint
 from calib.decision.gripper import Gripper
 from calib.decision.readable import SensorDraws, measured_sensor, next_sensor
@@ -136,14 +136,15 @@ def invert(
     if gripper.padding is not None:
         built = [draws.on(gripper.padding) for draws in following]
         sensors.append((f"{name} on {gripper.padding * 1e3:.6g} mm of padding", "design", built))
-    of_data = heaviest(models).posterior
+    presses = measured_presses(heaviest(models).posterior)
     tables = []
     for title, sensor, those in sensors:
         table = table_of(title, sensor, those, gripper, rated)
         depth = table.points[-1].depth
-        beyond = beyond_the_measured(of_data, rated, table.padding_thickness, depth, table.indenter_radius)
+        farther = beyond(presses, rated, table.padding_thickness, depth, table.indenter_radius)
         less = _less_than_advised(table, advised) if sensor == "design" and gripper.force is None else ()
-        judged = verdict_of([*known.reasons, *less, *beyond, *_doubts(table)])
+        mixed = _of_several(table, [press.padding for press in presses]) if sensor == "next" else ()
+        judged = verdict_of([*known.reasons, *less, *farther, *mixed, *_doubts(table)])
         rough = dict.fromkeys(f"a first look alone: {said}" for d in those if (said := caution(d.forward, d.design)))
         left_open = (f"not ruled out by these data: {said}" for said in open_models_of(posterior))
         those_pressed = [title] if sensor == "specimen" else sorted(capacitive)
@@ -376,6 +377,17 @@ def _doubts(table: ForceTable) -> Iterator[Reason]:
     if not math.isnan(table.turn):
         finding = f"{table.name}: from {table.turn:.3g} N on a larger force reads like a smaller one"
         yield Reason("turn", "amber", finding, "Keep such forces from the sensor: no reading tells of them")
+
+
+def _of_several(table: ForceTable, paddings: Sequence[float]) -> Iterator[Reason]:
+    """That the next specimen may be on the padding of any of those that were measured, which is not one sensor."""
+    low, high = min(paddings), max(paddings)
+    if high > MARGIN * low:
+        finding = (
+            f"{table.name}: the specimens were measured on {low * 1e3:.3g} to {high * 1e3:.3g} mm of padding, and the next one "
+            "may be on that of any: its bounds hold all of them"
+        )
+        yield Reason("padding", "amber", finding, "Give --padding for the sensor that is meant, and use the table of that")
 
 
 def _less_than_advised(table: ForceTable, advised: float | None) -> Iterator[Reason]:

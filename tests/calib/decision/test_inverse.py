@@ -225,6 +225,17 @@ def test_the_next_specimen_is_known_less_well_than_a_measured_one(
     assert "drawn from the lot" in " ".join(differing.conditions)
 
 
+def test_the_next_of_specimens_on_different_paddings_is_amber_and_a_design_is_not(make_posterior: MakePosterior) -> None:
+    posterior = make_posterior()
+    rows = dict(posterior.diagnostics.parameters)
+    thin = rows["padding_thickness[sensor 2]"]
+    rows["padding_thickness[sensor 2]"] = replace(thin, mean=0.5e-3, median=0.5e-3)
+    made = _made(replace(posterior, diagnostics=replace(posterior.diagnostics, parameters=rows)), padding=1.1e-3)
+    gates = [[reason.gate for reason in table.verdict.reasons] for table in made.tables]
+    assert ["padding" in of for of in gates] == [False, False, True, False]
+    assert "0.5 to 1.1 mm of padding" in next(r.finding for r in made.tables[2].verdict.reasons if r.gate == "padding")
+
+
 def _unloading(most: float, error: float = 0.0) -> Unloading:
     return Unloading(-most * 4 * SHARES * (1 - SHARES), np.full(SHARES.size, error), 5.0, 2.0)
 
