@@ -62,6 +62,8 @@ _POWER = 1.4
 # Part of the range that has to lie above the noise, the least signal, and the least step between rows at rest: a table of
 # integers counts billionths.
 _LEAST_PART, _LEAST_SIGNAL, _LEAST_STEP = 1e-3, 1e-5, 1e-8
+# Paddings that differ by more than this factor make sensors that have little in common.
+_ALIKE = 1.5
 # Shares of the rated force at which a sensor is described.
 _POINTS = (0.1, 0.25, 0.5, 0.75, 1.0)
 # Stream of random numbers beside the seed's, of specimens that were not measured.
@@ -382,7 +384,7 @@ def _doubts(table: ForceTable) -> Iterator[Reason]:
 def _of_several(table: ForceTable, paddings: Sequence[float]) -> Iterator[Reason]:
     """That the next specimen may be on the padding of any of those that were measured, which is not one sensor."""
     low, high = min(paddings), max(paddings)
-    if high > MARGIN * low:
+    if high > _ALIKE * low:
         finding = (
             f"{table.name}: the specimens were measured on {low * 1e3:.3g} to {high * 1e3:.3g} mm of padding, and the next one "
             "may be on that of any: its bounds hold all of them"
