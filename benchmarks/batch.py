@@ -4,9 +4,10 @@ A lot is drawn, with its rig, and the lab files of the specimens that are calibr
 by finite elements (with --surrogate by the surrogate, which takes no time). The first are calibrated by chains under partial
 pooling, the others inspected as by `calib batch`, against a limit on the signal that half of them meet. Printed: seconds;
 how far means and standard deviations of the first --exact specimens of each lot are off those of the whole calibration with
-them in it (weighted draws of its first answer, where they are worth 200); how often central 90 % hold the truth; how often a
-specimen passes that does not conform and fails that would, beside the risks that were stated; and with --odd, one specimen
-in ten being of other making or pressed in another way, which of them were named, and how many sound ones.
+them in it (weighted draws of its first answer, where they are worth 200; with --chains chains until their gate is met, which
+are kept in the folder); how often central 90 % hold the truth; how often a specimen passes that does not conform and fails that
+would, beside the risks that were stated; and with --odd, one specimen in ten being of other making or pressed in another way,
+which of them were named, and how many sound ones.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from calib.catalogue import POOLED
 from calib.checks import Verdict
 from calib.decision import Inspected, Inspection, Presented, inspect
 from calib.experiment import Limit, Specification, forward_of_experiment, read_experiment, read_sweeps
-from calib.problem import newcomer_experiment, newcomer_of, problem_from, values_at
+from calib.problem import Problem, newcomer_experiment, newcomer_of, problem_from, values_at
 from calib.runs.batch import inspection_of, newcomers_in
 from calib.sampling import Posterior, given_lot, joined_problem, load_posterior, look_at, sample, save_posterior
 from calib.workers import workers
@@ -63,25 +64,49 @@ def calibrated(folder: Path, seed: int, given: argparse.Namespace) -> tuple[Made
     return made, load_posterior(kept), forward
 
 
-def against_whole(inspection: Inspection, one: Presented) -> dict[str, tuple[float, float]] | None:
-    """How far means [sd] and standard deviations (as a factor) of a newcomer are off those of the whole calibration."""
+def against_whole(inspection: Inspection, one: Presented, kept: Path, steps: int) -> dict[str, tuple[float, float]] | None:
+    """How far means [sd] and standard deviations (as a factor) of a newcomer are off those of the whole calibration.
+
+    That is by its first answer, or by chains of so many steps at most, which a file keeps; 0 for the first answer.
+    """
     experiment = newcomer_experiment(inspection.lot, inspection.template, "newcomer")
     experiment = replace(experiment, specimens=(replace(experiment.specimens[0], sweeps=one.sweeps),))
     newcomer = newcomer_of(inspection.lot, experiment, read_sweeps(experiment), inspection.forward, inspection.template.name)
     found = given_lot(newcomer, inspection.seed)
     problem = joined_problem(inspection.lot, inspection.sweeps, newcomer)
+    whole = _by_chains(problem, kept, steps) if steps else _by_first_answer(problem)
+    if whole is None:
+        return None
+    off = {}
+    for own in newcomer.own:
+        b = found.values[own.info.name]
+        mean, sd = whole[own.info.name]
+        own_mean = float(found.weight @ b)
+        own_sd = float(np.sqrt(found.weight @ (b - own_mean) ** 2))
+        off[own.info.parameter] = ((own_mean - mean) / sd, own_sd / sd)
+    return off
+
+
+def _by_first_answer(problem: Problem) -> dict[str, tuple[float, float]] | None:
+    """Mean and standard deviation of every unknown by weighted draws; None where they are worth too little."""
     look = look_at(problem)
     if look.effective_draws < _WORTH:
         return None
-    whole = values_at(problem, look.theta)
-    off = {}
-    for own in newcomer.own:
-        a, b = whole[own.info.name], found.values[own.info.name]
-        mean_a, mean_b = float(look.weight @ a), float(found.weight @ b)
-        sd_a = float(np.sqrt(look.weight @ (a - mean_a) ** 2))
-        sd_b = float(np.sqrt(found.weight @ (b - mean_b) ** 2))
-        off[own.info.parameter] = ((mean_b - mean_a) / sd_a, sd_b / sd_a)
-    return off
+    found = {}
+    for name, column in values_at(problem, look.theta).items():
+        mean = float(look.weight @ column)
+        found[name] = mean, float(np.sqrt(look.weight @ (column - mean) ** 2))
+    return found
+
+
+def _by_chains(problem: Problem, kept: Path, steps: int) -> dict[str, tuple[float, float]] | None:
+    """The same by chains; None where they have not converged."""
+    if not kept.exists():
+        facts = sample(problem, seed=2, processes=0, max_steps=steps).diagnostics
+        rows = {name: [row.mean, row.sd, row.ess_bulk] for name, row in facts.parameters.items()}
+        kept.write_text(json.dumps({"converged": facts.converged, "rows": rows}), encoding="utf-8")
+    read = json.loads(kept.read_text(encoding="utf-8"))
+    return {name: (row[0], row[1]) for name, row in read["rows"].items()} if read["converged"] else None
 
 
 def batch_of(folder: Path, seed: int, given: argparse.Namespace) -> dict[str, Any]:
@@ -97,7 +122,9 @@ def batch_of(folder: Path, seed: int, given: argparse.Namespace) -> dict[str, An
     with workers(given.processes) as executor:
         rows = [future.result() for future in [executor.submit(inspect, inspection, one) for one in ones]]
     wall = time.perf_counter() - began
-    exact = [found for one in ones[: given.exact] if (found := against_whole(plain, one)) is not None]
+    place, steps = folder / f"lot of {given.lot}, seed {seed}", given.steps if given.chains else 0
+    held = [against_whole(plain, one, place / f"whole {one.name}.json", steps) for one in ones[: given.exact]]
+    exact = [found for found in held if found is not None]
     return {
         "rows": rows,
         "truth": made.truth,
@@ -171,6 +198,7 @@ def main(words: Sequence[str] | None = None) -> None:
     parser.add_argument("--lot", type=int, default=2, help="specimens of a lot that are calibrated")
     parser.add_argument("--new", type=int, default=50, help="newcomers of each lot")
     parser.add_argument("--exact", type=int, default=5, help="newcomers held against the whole calibration")
+    parser.add_argument("--chains", action="store_true", help="the whole calibration by chains, not by its first answer")
     parser.add_argument("--probability", type=float, default=0.95, help="of conforming that is asked for")
     parser.add_argument("--odd", action="store_true", help="one newcomer in ten is of other making, or pressed in another way")
     parser.add_argument("--surrogate", action="store_true", help="truth by the surrogate, not by finite elements")

@@ -7,6 +7,11 @@ draws); the other labs are left out and counted. Then the same specimen, one mor
 pressed to 25 forces up to the largest that was measured, by the finite elements, each with a discrepancy, a tare and noise of
 its own. Printed for each: how often bounds of 90 % hold the force, how far the force is off in shares of the full scale, and
 how many readings are said to be valid.
+
+From the largest force the load is let go again. The finite elements are elastic, so a hysteresis of force and capacitance is
+planted, of a size drawn for the lab and a tenth more or less for each press, of the lab and on the gripper. Rows of `unloading`
+are readings of the way back with the table as it is, `with the band` with what `calib export` states of unloading added to the
+bounds, from presses of the lab.
 """
 
 from __future__ import annotations
@@ -17,16 +22,19 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+from simulated.discrepant import curve_off, drawn_widths
 from simulated.faulty import ACCURACY, DEPTH, EXPERIMENT, POINTS, SPEED, Curve, curve_of
 from simulated.labs import lab_parser, parsed, rows_of
 
-from calib.decision import Gripper, Status
+from calib.decision import ForceReading, Gripper, Status
 from calib.decision.inverse import table_of
 from calib.decision.readable import measured_sensor, next_sensor
+from calib.decision.retreat import band_of
 from calib.experiment import Experiment, forward_of_experiment, read_experiment
+from calib.lab import Unloading
+from calib.lab.unloading import compare_branches
 from calib.priors import Prior, default_prior
-from calib.problem import CORRELATION_LENGTH, build_problem, values_at
+from calib.problem import build_problem, values_at
 from calib.problem.synthetic import Rig, synthetic_sweep
 from calib.sampling import K_HAT, look_at, smooth_weights
 from models.fem import FiniteElements
@@ -39,6 +47,10 @@ KINDS = ("as believed", "exact")
 #: Effective draws from which a first answer is taken for the posterior, forces of a held-out press, padding of a design [m].
 WORTH, N_FORCE, PADDING = 200.0, 25, 5.5e-3
 _SENSORS = ("specimen", "next", "design")
+_BACK, _BANDED = "unloading", "unloading, with the band"
+# Most that force lacks halfway back, and that capacitance keeps too much, as shares; how far presses of one lab differ in it;
+# readings of a branch of the lab.
+_MOST_HYSTERESIS, _MOST_LAG, _DIFFERENT, _READINGS = 0.15, 0.03, 0.1, 400
 _OF_SPECIMEN = ("sensor_thickness", "padding_thickness", "dielectric_thickness")
 _FORCE_NOISE, _CAPACITANCE_NOISE = 5e-3, 1e-14
 _FARTHEST = 2.5
@@ -57,7 +69,7 @@ def _answer(kind: str, seed: int, n_draw: int) -> dict[str, Any]:
     forward = forward_of_experiment(experiment)
     rng = np.random.default_rng([seed, 20190306])
     shared = {name: _of(prior, rng) for name, prior in experiment.priors.items()}
-    width = {name: _of(default_prior(f"{name}_discrepancy"), rng) * (kind != "exact") for name in ("force", "capacitance")}
+    width = drawn_widths(rng, kind != "exact")
     designs = [_design(experiment, shared, k, rng) for k in (0, 1, 0)]
     designs.append(replace(designs[2], padding=replace(designs[2].padding, thickness=PADDING)))
     try:
@@ -66,7 +78,9 @@ def _answer(kind: str, seed: int, n_draw: int) -> dict[str, Any]:
         pressed = [_pressed(design, rated) for design in (designs[0], *designs[2:])]
     except (OutOfRangeError, ConvergenceError) as error:
         return {**row, "why": str(error)}
-    sweeps = []
+    lost = np.random.default_rng([seed, 20190310])
+    hysteresis = np.array([_MOST_HYSTERESIS, _MOST_LAG]) * lost.uniform(0.0, 1.0, 2)
+    sweeps, retreats = [], {}
     for specimen, design, curve in zip(experiment.specimens, designs[:2], curves, strict=True):
         rig = Rig(
             0.2 * _of(default_prior("contact_offset"), rng),
@@ -78,8 +92,9 @@ def _answer(kind: str, seed: int, n_draw: int) -> dict[str, Any]:
             capacitance_noise=_CAPACITANCE_NOISE,
             speed=SPEED,
         )
-        off = _off(curve, width, rng)
+        off = curve_off(curve, width, rng)
         sweep = synthetic_sweep(off, design, DEPTH, rig, rng, specimen=specimen.name, n_points=POINTS)
+        retreats[specimen.name] = [_both_ways(off, design, hysteresis, lost)]
         estimated = sweep.clock_offset + sweep.clock_offset_sd * rng.standard_normal()
         sweeps.append(replace(sweep, clock_offset=estimated))
     problem = build_problem(experiment, sweeps, forward)
@@ -100,9 +115,10 @@ def _answer(kind: str, seed: int, n_draw: int) -> dict[str, Any]:
         following,
         following.on(PADDING),
     ]
+    band = band_of(retreats, list(retreats))
     for sensor, one, curve, design in zip(_SENSORS, draws, pressed, (designs[0], *designs[2:]), strict=True):
         table = table_of(sensor, "next", [one], gripper, rated)
-        off = _off(curve, width, rng)
+        off = curve_off(curve, width, rng)
         force = rated * (np.arange(N_FORCE) + 0.5) / N_FORCE
         depth = np.linspace(0.0, float(curve.force.x[-1]) ** 2, 4001)
         there = off.respond(design, depth)
@@ -110,14 +126,52 @@ def _answer(kind: str, seed: int, n_draw: int) -> dict[str, Any]:
         at_rest = float(there.rest_capacitance) + shared["parasitic_capacitance"]
         tare = at_rest + _CAPACITANCE_NOISE * rng.standard_normal() / np.sqrt(gripper.n_tare)
         found = table.force_at(capacitance + _CAPACITANCE_NOISE * rng.standard_normal(N_FORCE), tare)
-        inside = (found.lower <= force) & (force <= found.upper)
-        row[sensor] = {
-            "inside": round(float(np.mean(inside[found.status < Status.BEYOND_RANGE])), 4),
-            "valid": round(float(np.mean(found.status == Status.VALID)), 4),
-            "off": [round(float(x), 5) for x in (found.force - force) / rated],
-            "width": round(float(np.mean(found.upper - found.lower)) / rated, 5),
-        }
+        row[sensor] = _held(found, force, rated)
+        depth = np.linspace(0.0, float(np.interp(rated, there.force, depth)), 4001)
+        force_back, there_back = _let_go(off, design, depth, hysteresis * (1 + _DIFFERENT * lost.standard_normal(2)))
+        capacitance = np.interp(force, force_back, there_back) + shared["parasitic_capacitance"]
+        found = table.force_at(capacitance + _CAPACITANCE_NOISE * lost.standard_normal(N_FORCE), tare)
+        row[f"{sensor}, {_BACK}"] = _held(found, force, rated)
+        if band is not None:
+            low, high = band.around(found.force, rated)
+            wider = replace(found, lower=np.maximum(found.lower + low, 0.0), upper=found.upper + high)
+            row[f"{sensor}, {_BANDED}"] = _held(wider, force, rated)
+    row["hysteresis"] = [round(float(x), 4) for x in hysteresis]
     return {**row, "by": "first answer", "rated": rated, "processor": round(time.process_time() - began, 1)}
+
+
+def _held(found: ForceReading, force: FloatArray, rated: float) -> dict[str, Any]:
+    """How readings of known forces came out."""
+    inside = (found.lower <= force) & (force <= found.upper)
+    return {
+        "inside": round(float(np.mean(inside[found.status < Status.BEYOND_RANGE])), 4),
+        "valid": round(float(np.mean(found.status == Status.VALID)), 4),
+        "off": [round(float(x), 5) for x in (found.force - force) / rated],
+        "width": round(float(np.mean(found.upper - found.lower)) / rated, 5),
+    }
+
+
+def _let_go(curve: Curve, design: Design, depth: FloatArray, hysteresis: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Force [N] and capacitance [F] at depths on the way back from the last of them."""
+    there, back = curve.respond(design, depth), 1 - depth / depth[-1]
+    missing, kept = hysteresis
+    rise = there.capacitance - float(there.rest_capacitance)
+    force = there.force * (1 - missing * 4 * back * (1 - back))
+    return np.asarray(np.maximum.accumulate(force)), np.asarray(there.capacitance + kept * rise * 4 * back * (1 - back))
+
+
+def _both_ways(curve: Curve, design: Design, hysteresis: FloatArray, rng: np.random.Generator) -> Unloading | str:
+    """What a lab finds that compares both branches of a press of its own."""
+    depth = np.linspace(0.0, DEPTH, _READINGS)
+    there = curve.respond(design, depth)
+    own = hysteresis * (1 + _DIFFERENT * rng.standard_normal(2))
+
+    def noisy(force: FloatArray, capacitance: FloatArray) -> tuple[FloatArray, FloatArray]:
+        noise = rng.standard_normal((2, depth.size))
+        return force + _FORCE_NOISE * noise[0], capacitance + _CAPACITANCE_NOISE * noise[1]
+
+    back = tuple(column[::-1] for column in _let_go(curve, design, depth, own))
+    return compare_branches([(noisy(there.force, there.capacitance), noisy(back[0], back[1]))], 0.0, 0.0)
 
 
 def _of(prior: Prior, rng: np.random.Generator) -> float:
@@ -136,21 +190,6 @@ def _pressed(design: Design, force: float) -> Curve:
     return curve_of(design, float(end))
 
 
-def _off(curve: Curve, width: Mapping[str, float], rng: np.random.Generator) -> Curve:
-    """A curve that is off by discrepancies: a Gaussian process along the depth times force and change."""
-    share = curve.force.x**2 / curve.force.x[-1] ** 2
-    covariance = np.exp(-0.5 * ((share[:, None] - share) / CORRELATION_LENGTH) ** 2)
-    value, vector = np.linalg.eigh(covariance)
-
-    def process() -> FloatArray:
-        return np.asarray(vector @ (np.sqrt(np.maximum(value, 0.0)) * rng.standard_normal(share.size)), dtype=float)
-
-    s, rest = curve.force.x, float(curve.capacitance(0.0))
-    force = curve.force(s) * (1 + width["force"] * process())
-    capacitance = rest + (curve.capacitance(s) - rest) * (1 + width["capacitance"] * process())
-    return Curve(CubicSpline(s, force), CubicSpline(s, capacitance))
-
-
 def table(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     """Lines of a table in Markdown, one for each kind and sensor."""
     heads = ("labs", "left out", "in 90 % bounds", "their width", "off, rms", "off, 95 %", "within 1.7 %", "valid")
@@ -159,8 +198,10 @@ def table(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     for kind in dict.fromkeys(row["kind"] for row in rows):
         every = [row for row in rows if row["kind"] == kind]
         own = [row for row in every if row["by"] != "none"]
-        for sensor in _SENSORS if own else ():
-            found = [row[sensor] for row in own]
+        for sensor in (f"{s}{way}" for s in _SENSORS for way in ("", f", {_BACK}", f", {_BANDED}")) if own else ():
+            found = [row[sensor] for row in own if sensor in row]
+            if not found:
+                continue
             off = np.abs(np.concatenate([f["off"] for f in found]))
             inside = np.array([f["inside"] for f in found])
             error = np.std(inside) / np.sqrt(len(found))
@@ -172,7 +213,7 @@ def table(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
                 f"{np.mean(off <= 0.017):.1%}",
                 f"{np.mean([f['valid'] for f in found]):.0%}",
             ]
-            yield f"| {kind} | {sensor} | {len(own)} | {len(every) - len(own)} | {' | '.join(numbers)} |"
+            yield f"| {kind} | {sensor} | {len(found)} | {len(every) - len(found)} | {' | '.join(numbers)} |"
 
 
 def main(words: Sequence[str] | None = None) -> None:

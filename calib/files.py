@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import os
 import re
 import secrets
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -137,8 +139,25 @@ def open_up(path: Path, mode: int) -> None:
 
 
 def sha256_of(path: Path) -> str:
-    """SHA-256 of a file's bytes, in hexadecimal digits."""
+    """SHA-256 of a file's bytes, in hexadecimal digits.
+
+    Raises
+    ------
+    OSError
+        If it cannot be read, or is no file but a pipe, which would be waited for.
+    """
+    if not stat.S_ISREG(path.stat().st_mode):
+        raise OSError(errno.EINVAL, "no regular file", str(path))
     return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def real_path(path: Path) -> Path:
+    """Where a path leads, all links followed; one that leads round in a circle stays as it is, for who opens it to say so.
+
+    >>> real_path(Path("/tmp/../tmp")) == real_path(Path("/tmp"))
+    True
+    """
+    return Path(os.path.realpath(path))
 
 
 def _part(path: Path) -> Path:

@@ -13,10 +13,14 @@ from typing import Any
 
 
 def kept_rows(output: Path | None) -> list[dict[str, Any]]:
-    """What a file holds already, a line of JSON each; nothing if there is none."""
+    """What a file holds already, a line of JSON each; nothing if there is none. A line that was not finished is taken out."""
     if output is None or not output.exists():
         return []
-    return [json.loads(line) for line in output.read_text(encoding="utf-8").splitlines()]
+    text = output.read_text(encoding="utf-8")
+    whole = text[: text.rfind("\n") + 1]
+    if whole != text:
+        output.write_text(whole, encoding="utf-8")
+    return [json.loads(line) for line in whole.splitlines()]
 
 
 def keep_row(output: Path | None, row: dict[str, Any]) -> None:

@@ -13,7 +13,7 @@ import typer
 from calib.cli.common import RunFolder, Strict, as_given, exit_by, loaded, out, pasted, refusing_bad_input, say, say_verdict
 from calib.cli.signing import secret_key
 from calib.errors import Fault, InputError, in_shell_path
-from calib.files import require_writable, write_text
+from calib.files import real_path, require_writable, write_text
 from calib.signature import PASSWORD
 
 if TYPE_CHECKING:
@@ -168,5 +168,5 @@ def _how_to_add(run: Run, experiment: tuple[Path | None, Path | None], surrogate
 
 def _from_here(path: Path) -> Path:
     """A path as it is seen from where the command was given, if that is a shorter one."""
-    whole, here = path.resolve(), Path.cwd()
+    whole, here = real_path(path), Path.cwd()
     return whole.relative_to(here) if whole.is_relative_to(here) else whole

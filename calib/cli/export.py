@@ -57,7 +57,8 @@ def export(
     force: LargestForce = None,
     parasitic: Parasitic = None,
     noise: Noise = None,
-    tare: Annotated[int, typer.Option(min=1, help="Readings at power-on that the tare is the mean of.")] = 64,
+    tare_readings: Annotated[int, typer.Option(min=1, help="Readings at power-on that the tare is the mean of.")] = 64,
+    tare: Annotated[str | None, typer.Option(hidden=True)] = None,
     draws: Draws = 1000,
     seed: Seed = 1,
     strict: Strict = False,
@@ -66,7 +67,8 @@ def export(
 
     There is a table for each specimen that was measured, for the next of the same lot, and for the next on the padding given.
     A reading is c / c0 - 1, c0 the mean of readings at power-on without contact. The 90 % bounds hold what the calibration
-    does not know, the noise, and the error of the tare. Loading only; unloading and temperature are not covered.
+    does not know, the noise, and the error of the tare. They are of loading: by how much they are off while a load is let go is
+    said where the lab files have it. Temperature is not covered.
 
     Tables are for the largest force that was measured. If the recommendation in the run is for a larger one, that is said, with
     the --force to give. For what one reading means see `calib force`.
@@ -85,7 +87,10 @@ def export(
         from calib.report import status_in_words
         from calib.runs import export_in
 
-        gripper = Gripper(**_asked(padding, force, parasitic, noise), n_tare=tare, n_draw=draws)
+        if tare is not None:
+            advice = "Say --tare-readings 64 for how many readings the tare is the mean of; a tare goes with `calib force`"
+            raise InputError(Fault("--tare is a capacitance, which tables are made without", advice=advice))
+        gripper = Gripper(**_asked(padding, force, parasitic, noise), n_tare=tare_readings, n_draw=draws)
         found = loaded(run)
         with _usable():
             made = export_in(found, gripper, output, seed=seed)
@@ -229,6 +234,8 @@ def _show(made: GripperTables) -> None:
             found.verdict.colour,
         )
     out().print(shown)
+    for text in dict.fromkeys(found.retreat.in_words for found in made.tables if found.sensor == "next" and found.retreat):
+        say(f"Tables are of loading; {text}.")
 
 
 def _mean_and_sd(text: str) -> tuple[float, float]:

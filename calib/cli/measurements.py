@@ -129,14 +129,23 @@ def _say(result: NextMeasurements) -> None:
         _say_decisions(result)
         return
     of = "modulus" if result.asked == "modulus" else "signal"
-    shown = table("", "measurement", f"sd of the {of}", "less", "min", "an hour")
+    settled = ("extrapolation",) if result.beyond else ()
+    shown = table("", "measurement", f"sd of the {of}", "less", "min", "an hour", *settled)
     for number, one in enumerate(result.ranked, 1):
         less = f"{100 * one.reduction:.0f} %" if one.tells else "nothing"
         rate = f"{100 * one.per_hour:.0f} %" if one.tells else ""
-        shown.add_row(f"{number}", escape(one.what), f"±{result.relative(one.sd)}", less, f"{one.minutes:.0f}", rate)
+        row = (f"{number}", escape(one.what), f"±{result.relative(one.sd)}", less, f"{one.minutes:.0f}", rate)
+        shown.add_row(*row, *(result.settled_in_words(one) for _ in settled))
     out().print(shown)
     now = f"Now: ±{result.relative(result.sd)}"
-    say(f"{now}. Less: share of the sd that is taken away; an hour: the same for an hour in the lab.")
+    say(f"{now}. Less: share of the sd that is taken away; an hour: the same for an hour in the lab.{_what_settles(result)}")
+
+
+def _what_settles(result: NextMeasurements) -> str:
+    """What the column on extrapolation means; "" where there is none."""
+    if not result.beyond:
+        return ""
+    return f" Extrapolation: of what the advice goes beyond the data in ({', '.join(result.beyond)}), what it no longer would."
 
 
 def _say_decisions(result: NextMeasurements) -> None:
@@ -144,7 +153,9 @@ def _say_decisions(result: NextMeasurements) -> None:
 
     from calib.decision import percent_of_few, shortfall_in_words
 
-    shown = table("", "measurement", "released wrongly", "held back wrongly", "shortfall", "less", "min", "an hour")
+    settled = ("extrapolation",) if result.beyond else ()
+    heads = ("released wrongly", "held back wrongly", "shortfall", "less", "min", "an hour")
+    shown = table("", "measurement", *heads, *settled)
     for number, one in enumerate(result.ranked, 1):
         if one.decided is not None:
             most = "≤ " if one.decided.share < 1 else ""
@@ -152,7 +163,8 @@ def _say_decisions(result: NextMeasurements) -> None:
             less = f"{100 * one.reduction:.0f} %" if one.tells else "nothing"
             rate = f"{100 * one.per_hour:.0f} %" if one.tells else ""
             short = f"{most}{shortfall_in_words(one.regret)}"
-            shown.add_row(f"{number}", escape(one.what), *wrong, short, less, f"{one.minutes:.0f}", rate)
+            row = (f"{number}", escape(one.what), *wrong, short, less, f"{one.minutes:.0f}", rate)
+            shown.add_row(*row, *(result.settled_in_words(one) for _ in settled))
     out().print(shown)
     if result.deciding is not None:
         now = result.deciding.now
@@ -160,5 +172,5 @@ def _say_decisions(result: NextMeasurements) -> None:
         said = f"Now: {wrong[0]} released wrongly, {wrong[1]} held back wrongly, shortfall {shortfall_in_words(now.regret)}"
         say(
             f"{said} of a limit. Less: share of what wrong decisions cost, both kinds weighted as the probability asked for "
-            "says; an hour: the same for an hour in the lab."
+            f"says; an hour: the same for an hour in the lab.{_what_settles(result)}"
         )

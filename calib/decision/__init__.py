@@ -45,6 +45,7 @@ from calib.decision.recommendation import INTERVAL_PROBABILITY, OfModel, Recomme
 from calib.decision.record import recommendation_from_json, recommendation_to_json
 from calib.decision.release import Decided
 from calib.decision.requirement import Requirement
+from calib.decision.retreat import RetreatBand, Retreats
 from calib.decision.specified import conform, recommend_for
 from calib.decision.trend import Trend
 from calib.decision.views import LIMITED_HERE, Landscape, View, landscape
@@ -81,6 +82,8 @@ __all__ = [
     "Presented",
     "Recommendation",
     "Requirement",
+    "RetreatBand",
+    "Retreats",
     "Risks",
     "ShortMeasurement",
     "Status",

@@ -19,6 +19,7 @@ from typing import Literal, cast
 import numpy as np
 
 from calib.catalogue import QUANTITIES, UNKNOWNS, UnknownName, display
+from calib.decision.extrapolation import MARGIN, Aim, Measured
 from calib.experiment import READINGS, Bench, Experiment, SweepFiles
 from calib.lab import AS_FOUND, FIRST_LOADING, Points, Reading, Sweep
 from calib.priors import Fixed, HalfNormal, Normal, Prior, TruncatedNormal
@@ -105,6 +106,7 @@ class Candidate:
     problem : with one more sweep; None for a quantity that is read by itself.
     middle : (n_unknown,), of the problem.
     reads : number of the unknown that is read by itself, and its sd [SI]; None for a press.
+    press : what a press is expected to measure; None for a quantity that is read by itself.
     """
 
     kind: str
@@ -116,32 +118,38 @@ class Candidate:
     problem: Problem | None = None
     middle: FloatArray = field(default_factory=lambda: np.empty(0))
     reads: tuple[int, float] | None = None
+    press: Measured | None = None
 
 
-def largest_load(known: Known, bench: Bench) -> float:
-    """Force [N] that tester, load cell and sensor may see; where nothing is said of them twice the largest that was measured.
+def largest_load(known: Known, bench: Bench, aim: Aim | None = None) -> float:
+    """Force [N] that tester, load cell and sensor may see.
+
+    Where nothing is said of them it is twice the largest that was measured, or the load that an advice is for, if that is more.
 
     Parameters
     ----------
     known : the calibration.
     bench : what the lab has.
+    aim : what the advice is for; None for none.
     """
     if bench.load_cell is not None:
         return bench.load_cell
-    return 2 * max(_largest_force(known, sweep) for sweep in known.problem.sweeps)
+    twice = 2 * max(_largest_force(known, sweep) for sweep in known.problem.sweeps)
+    return twice if aim is None else max(twice, aim.force)
 
 
-def candidates_of(known: Known, bench: Bench) -> tuple[list[Candidate], list[str]]:
+def candidates_of(known: Known, bench: Bench, aim: Aim | None = None) -> tuple[list[Candidate], list[str]]:
     """List the measurements that could be made next, and those of which nothing can be said, in words.
 
     Parameters
     ----------
     known : the calibration.
     bench : what the lab can measure.
+    aim : what an advice is for, so that what would confirm it is among them: its padding, ball and load; None for none.
     """
     found: list[Candidate] = []
     unjudged: list[str] = []
-    for one in (*_presses(known, bench), *_readings(known, bench)):
+    for one in (*_presses(known, bench, aim), *_readings(known, bench)):
         if isinstance(one, str):
             unjudged.append(one)
         else:
@@ -166,7 +174,7 @@ class _Wanted:
     padding: float | None = None
 
 
-def _presses(known: Known, bench: Bench) -> Iterator[Candidate | str]:
+def _presses(known: Known, bench: Bench, aim: Aim | None) -> Iterator[Candidate | str]:
     templates: dict[str, Sweep] = {}
     for sweep in known.problem.sweeps:
         best = templates.get(sweep.specimen)
@@ -174,13 +182,13 @@ def _presses(known: Known, bench: Bench) -> Iterator[Candidate | str]:
             templates[sweep.specimen] = sweep
     if len(templates) > _MOST_SPECIMENS:
         yield f"further presses of {len(templates) - _MOST_SPECIMENS} specimens, which are like those of the first"
-    cell = largest_load(known, bench)
+    cell = largest_load(known, bench, aim)
     for template in list(templates.values())[:_MOST_SPECIMENS]:
-        for wanted in _wanted_on(known, bench, template, cell):
+        for wanted in _wanted_on(known, bench, template, cell, aim):
             yield _pressed(known, bench, wanted)
     template = next(iter(templates.values()))
-    for wanted in _wanted_anew(known, bench, template):
-        yield _pressed(known, bench, wanted)
+    for new in _wanted_anew(known, bench, template, cell, aim):
+        yield new if isinstance(new, str) else _pressed(known, bench, new)
     if "indenter_radius" in known.names and "ball" not in bench.without:
         yield "another ball: the radius of the ball is an unknown here, which one ball alone may have"
     pooled = {lot.quantity for lot in known.problem.table.lots}
@@ -189,7 +197,7 @@ def _presses(known: Known, bench: Bench) -> Iterator[Candidate | str]:
     yield "slower and faster presses: time is not modelled"
 
 
-def _wanted_on(known: Known, bench: Bench, template: Sweep, cell: float) -> Iterator[_Wanted]:
+def _wanted_on(known: Known, bench: Bench, template: Sweep, cell: float, aim: Aim | None) -> Iterator[_Wanted]:
     """Further presses of a specimen that is there."""
     name = template.specimen
     force = min(_largest_force(known, template), cell)
@@ -213,13 +221,15 @@ def _wanted_on(known: Known, bench: Bench, template: Sweep, cell: float) -> Iter
         for radius in bench.balls:
             if all(max(radius / one, one / radius) > _ANOTHER for one in own):
                 words = f"press {name} with a ball of {display('indenter_radius', radius)} radius up to {{force:.2g}} N"
-                yield replace(again, kind="ball", words=words, ball=radius)
+                wanted_there = aim is not None and _alike(radius, aim.ball, MARGIN)
+                to = _confirming(force, cell, aim) if wanted_there else force
+                yield replace(again, kind="ball", words=words, ball=radius, force=to)
     if "capacitance" not in bench.without and not again.electrical and "force" in template.channels:
         words = f"press {name} once more with the LCR meter connected, up to {{force:.2g}} N"
         yield replace(again, kind="capacitance", words=words, electrical=True)
 
 
-def _wanted_anew(known: Known, bench: Bench, template: Sweep) -> Iterator[_Wanted]:
+def _wanted_anew(known: Known, bench: Bench, template: Sweep, cell: float, aim: Aim | None) -> Iterator[_Wanted | str]:
     """Presses of specimens that nobody has made, like one that is there but for its padding."""
     taken = {specimen.name for specimen in known.problem.experiment.specimens}
     name = next(f"sensor {k}" for k in count(len(taken) + 1) if f"sensor {k}" not in taken)
@@ -243,12 +253,42 @@ def _wanted_anew(known: Known, bench: Bench, template: Sweep) -> Iterator[_Wante
         asked = bench.paddings
         if asked is None:
             asked = tuple(round(share * padding, 4) for share in _PADDINGS) if padding > 0 else (1e-3, 3e-3)
+        ball, confirming, other = template.indenter_radius, padding, ""
+        if aim is not None and not _alike(aim.padding, padding, MARGIN):
+            if bench.paddings is not None and not any(_alike(aim.padding, thickness, MARGIN) for thickness in asked):
+                at = display("padding_thickness", aim.padding)
+                yield f"padding of {at}, which the advice is for: it is not among the paddings of the bench file"
+            else:
+                confirming = float(f"{aim.padding:.2g}")
+                asked = (confirming, *(thickness for thickness in asked if not _alike(thickness, confirming, MARGIN)))
+        if aim is not None and not _alike(aim.ball, ball, MARGIN) and _at_hand(known, bench, aim.ball):
+            ball = aim.ball
+            other = f" with a ball of {display('indenter_radius', ball)} radius"
         for thickness in dict.fromkeys(asked):
-            if thickness == padding or max(thickness, padding) < _ANOTHER * min(thickness, padding):
+            if thickness == padding or (thickness != confirming and _alike(thickness, padding, _ANOTHER)):
                 continue
             on = f"on {display('padding_thickness', thickness)} of padding" if thickness > 0 else "without padding"
-            words = f"make one more sensor {on} and press it up to {{force:.2g}} N"
-            yield replace(like, kind="padding", words=words, padding=thickness)
+            under, named = (ball, other) if thickness == confirming else (template.indenter_radius, "")
+            words = f"make one more sensor {on} and press it{named} up to {{force:.2g}} N"
+            yield replace(
+                like, kind="padding", words=words, padding=thickness, ball=under, force=_confirming(like.force, cell, aim)
+            )
+
+
+def _confirming(force: float, cell: float, aim: Aim | None) -> float:
+    """Force [N] that confirms what an advice is for; less than was pressed with would tell less, and cost as much."""
+    return force if aim is None else min(max(aim.force, force), cell)
+
+
+def _alike(one: float, other: float, factor: float) -> bool:
+    """Whether two lengths differ by less than a factor; none is like none only."""
+    return one == other or max(one, other) < factor * min(one, other)
+
+
+def _at_hand(known: Known, bench: Bench, radius: float) -> bool:
+    """Whether a sensor can be pressed with a ball of that radius."""
+    possible = "ball" not in bench.without and "indenter_radius" not in known.names
+    return possible and any(_alike(radius, ball, MARGIN) for ball in bench.balls)
 
 
 def _pressed(known: Known, bench: Bench, wanted: _Wanted) -> Candidate | str:
@@ -260,12 +300,12 @@ def _pressed(known: Known, bench: Bench, wanted: _Wanted) -> Candidate | str:
         reach = _reach(known, stub, like)
         most = min(wanted.force, _SHARE * reach)
         before = _largest_force(known, wanted.template)
-        least = _ANOTHER * before if wanted.kind == "force" else _LEAST * wanted.force
+        least = _ANOTHER * before if wanted.kind == "force" else _LEAST * min(wanted.force, before)
         if most < least:
             limit = f"covers this press up to {max(reach, 0.0):.2g} N only" if reach > 0 else "does not cover it"
             return f"{_in_words(wanted, wanted.force)}: the {known.problem.forward.name} {limit}"
         for force in _ladder(most, least):
-            sweep, zeros = _expected_sweep(known, stub, like, force)
+            sweep, zeros, press = _expected_sweep(known, stub, like, force)
             problem = _extended(known, experiment, sweep)
             # A calibration with it is refused where most of what is believed is not covered.
             faults = outside_faults(replace(problem, plans=problem.plans[-1:]))
@@ -283,9 +323,12 @@ def _pressed(known: Known, bench: Bench, wanted: _Wanted) -> Candidate | str:
     notes = {(wanted.specimen, NEXT): f"files of this press: {words}; {touch}"}
     if wanted.padding is not None:
         notes = {(wanted.specimen, ""): notes[wanted.specimen, NEXT]}
-        notes |= {(wanted.specimen, name): "put in what you measure of it" for name in experiment.specimens[-1].priors}
+        own = experiment.specimens[-1].priors
+        measured = [name for name in own if name != "padding_thickness" or wanted.padding > 0]
+        notes |= {(wanted.specimen, name): "put in what you measure of it" for name in measured}
     alike = f"{wanted.kind} {wanted.ball:g} {wanted.padding or 0.0:g}"
-    return Candidate(wanted.kind, words, alike, bench.time(wanted.kind), experiment, notes, problem, middle)
+    minutes = bench.time(wanted.kind)
+    return Candidate(wanted.kind, words, alike, minutes, experiment, notes, problem, middle, press=press)
 
 
 def _in_words(wanted: _Wanted, force: float) -> str:
@@ -401,8 +444,8 @@ def _reach(known: Known, stub: Problem, like: Sweep) -> float:
     return float(np.quantile(np.nan_to_num(reach), _NEARLY_ALL))
 
 
-def _expected_sweep(known: Known, stub: Problem, like: Sweep, force: float) -> tuple[Sweep, dict[str, float]]:
-    """The sweep that is expected at the middle of the posterior, up to a force [N], and where its contact and zeros are."""
+def _expected_sweep(known: Known, stub: Problem, like: Sweep, force: float) -> tuple[Sweep, dict[str, float], Measured]:
+    """The sweep expected at the middle of the posterior, up to a force [N], where its contact and zeros are, and its end."""
     middle = _middle_of(known, stub, {})
     values = values_at(stub, middle[None])
     design = specimen_design(stub, values, like.specimen, like.name).draw(0)
@@ -450,7 +493,9 @@ def _expected_sweep(known: Known, stub: Problem, like: Sweep, force: float) -> t
         for name, points in made.channels.items()
     }
     sd = like.clock_offset_sd if tie == "clock" else math.nan
-    return replace(made, channels=channels, clock_offset_sd=sd), zeros
+    sensor, padding = (float(np.asarray(layer.thickness)) for layer in (design.sensor, design.padding))
+    press = Measured(force, depth, padding, sensor + padding, like.indenter_radius)
+    return replace(made, channels=channels, clock_offset_sd=sd), zeros, press
 
 
 def _speed(like: Sweep) -> float:

@@ -18,6 +18,9 @@ from models.sensor import BoolArray, FloatArray
 #: What is asked may exceed what was measured by this factor before it counts as extrapolation.
 MARGIN = 1.1
 
+#: Gate of what goes beyond the data.
+EXTRAPOLATION = "extrapolation"
+
 # Beside a thickness that is near the best with no more than this probability the signal has fallen off, and a thickness
 # farther out is not taken for a better one.
 _FALLEN_OFF = 0.05
@@ -32,6 +35,50 @@ class Measured:
     padding: float
     total: float
     ball: float
+
+
+@dataclass(frozen=True)
+class Aim:
+    """What an advice is for: load [N], padding, depth that the ball sinks in there, and the ball's radius [m]."""
+
+    force: float
+    padding: float
+    depth: float
+    ball: float
+
+
+def exceeded(presses: Sequence[Measured], aim: Aim) -> dict[str, str]:
+    """In what an advice goes beyond the data: force, padding, depth or ball, each with by how much in words.
+
+    Parameters
+    ----------
+    presses : of the data.
+    aim : what the advice is for.
+    """
+    # A few numbers, asked for thickness by thickness while somebody moves a slider: arrays of them take ten times as long.
+    largest, thickest, thinnest = (
+        max(p.force for p in presses),
+        max(p.padding for p in presses),
+        min(p.padding for p in presses),
+    )
+    deepest, share = max(p.depth for p in presses), max(p.depth / p.total for p in presses)
+    balls = sorted({p.ball for p in presses})
+    total = aim.padding + median(p.total - p.padding for p in presses)
+    found = {}
+    if aim.force > MARGIN * largest:
+        found["force"] = f"{aim.force / largest:.1f} times the largest measured force ({largest:.2g} N)"
+    if aim.padding > 0 and thickest == 0:
+        found["padding"] = f"{aim.padding * 1e3:.2f} mm of padding (measured without any)"
+    elif aim.padding > MARGIN * thickest:
+        found["padding"] = f"{aim.padding / thickest:.1f} times the thickest measured padding ({thickest * 1e3:.2f} mm)"
+    elif aim.padding < thinnest / MARGIN:
+        found["padding"] = f"{aim.padding * 1e3:.2f} mm of padding, thinner than any measured ({thinnest * 1e3:.2f} mm)"
+    if deepest > 0 and aim.depth / total > MARGIN * share:
+        found["depth"] = f"a depth of {aim.depth / total:.0%} of the thickness (measured up to {share:.0%})"
+    if not balls[0] / MARGIN < aim.ball < balls[-1] * MARGIN:
+        known = " and ".join(f"{r * 1e3:g}" for r in balls)
+        found["ball"] = f"a ball of {aim.ball * 1e3:g} mm radius (measured with {known} mm)"
+    return found
 
 
 def beyond_the_measured(
@@ -61,33 +108,12 @@ def beyond(
     ball : radius [m].
     what : asks for that, in words.
     """
-    # A few numbers, asked for thickness by thickness while somebody moves a slider: arrays of them take ten times as long.
-    largest, thickest, thinnest = (
-        max(p.force for p in presses),
-        max(p.padding for p in presses),
-        min(p.padding for p in presses),
-    )
-    deepest, share = max(p.depth for p in presses), max(p.depth / p.total for p in presses)
-    balls = sorted({p.ball for p in presses})
-    total = padding + median(p.total - p.padding for p in presses)
-    found = []
-    if force > MARGIN * largest:
-        found.append(f"{force / largest:.1f} times the largest measured force ({largest:.2g} N)")
-    if padding > 0 and thickest == 0:
-        found.append(f"{padding * 1e3:.2f} mm of padding (measured without any)")
-    elif padding > MARGIN * thickest:
-        found.append(f"{padding / thickest:.1f} times the thickest measured padding ({thickest * 1e3:.2f} mm)")
-    elif padding < thinnest / MARGIN:
-        found.append(f"{padding * 1e3:.2f} mm of padding, thinner than any measured ({thinnest * 1e3:.2f} mm)")
-    if deepest > 0 and depth / total > MARGIN * share:
-        found.append(f"a depth of {depth / total:.0%} of the thickness (measured up to {share:.0%})")
-    if not balls[0] / MARGIN < ball < balls[-1] * MARGIN:
-        known = " and ".join(f"{r * 1e3:g}" for r in balls)
-        found.append(f"a ball of {ball * 1e3:g} mm radius (measured with {known} mm)")
+    found = exceeded(presses, Aim(force, padding, depth, ball))
     if found:
-        finding = f"{what} {', '.join(found)}: there the model was held against no data"
-        action = f"Press one pad of about {padding * 1e3:.2g} mm to {force:g} N and calibrate with it, to confirm"
-        yield Reason("extrapolation", "amber", finding, action)
+        finding = f"{what} {', '.join(found.values())}: there the model was held against no data"
+        under = f" with a ball of {ball * 1e3:g} mm radius" if "ball" in found else ""
+        action = f"Press one pad of about {padding * 1e3:.2g} mm{under} to {force:g} N and calibrate with it, to confirm"
+        yield Reason(EXTRAPOLATION, "amber", finding, action)
 
 
 def beyond_the_covered(

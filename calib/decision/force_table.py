@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from calib.checks import Reason, Verdict
 from calib.decision.gripper import Gripper
+from calib.decision.retreat import RetreatBand
 from models.sensor import FloatArray, IntArray
 
 if TYPE_CHECKING:
@@ -108,6 +109,7 @@ class ForceTable:
     points : what the sensor is like at some forces.
     verdict : whether the table may be used.
     conditions : what it holds for, in words.
+    retreat : by how much the force is another while a load is let go, which bounds do not hold; None where it was not measured.
     """
 
     name: str
@@ -131,6 +133,7 @@ class ForceTable:
     points: tuple[WorkingPoint, ...]
     verdict: Verdict
     conditions: tuple[str, ...]
+    retreat: RetreatBand | None = None
 
     @property
     def sigma(self) -> FloatArray:

@@ -38,10 +38,11 @@ from calib.checks import (
     verdict_of,
 )
 from calib.decision.conditions import open_models_of
-from calib.decision.extrapolation import MARGIN, beyond_the_measured, largest_force
+from calib.decision.extrapolation import MARGIN, beyond, largest_force, measured_presses
 from calib.decision.force_table import LEVEL, N_ROW, ForceTable, GripperTables, Kind, WorkingPoint
 from calib.decision.gripper import Gripper
 from calib.decision.readable import SensorDraws, measured_sensor, next_sensor
+from calib.decision.retreat import RetreatBand, Retreats, band_of, why_no_band
 from calib.errors import Fault, InputError
 from calib.experiment import Experiment
 from calib.sampling import FINGERPRINT, Posterior
@@ -61,6 +62,8 @@ _POWER = 1.4
 # Part of the range that has to lie above the noise, the least signal, and the least step between rows at rest: a table of
 # integers counts billionths.
 _LEAST_PART, _LEAST_SIGNAL, _LEAST_STEP = 1e-3, 1e-5, 1e-8
+# Paddings that differ by more than this factor make sensors that have little in common.
+_ALIKE = 1.5
 # Shares of the rated force at which a sensor is described.
 _POINTS = (0.1, 0.25, 0.5, 0.75, 1.0)
 # Stream of random numbers beside the seed's, of specimens that were not measured.
@@ -78,6 +81,7 @@ def invert(
     verdict: Verdict | None = None,
     members: Sequence[Member] = (),
     advised: float | None = None,
+    retreats: Retreats | None = None,
 ) -> GripperTables:
     """Turn a calibration round: what force a reading of a gripper means, and how sure that is.
 
@@ -95,6 +99,8 @@ def invert(
     members : the models that the posterior is an average of; none for one model.
     advised : [N], force that a padding was recommended for; the table of a design that ends before it, as nobody asked for more
         than was measured, says so. None if none was.
+    retreats : of each press of each specimen its branches compared (`calib.lab.measure_unloading`), or why they could not be;
+        None where nobody looked.
 
     Returns
     -------
@@ -132,18 +138,24 @@ def invert(
     if gripper.padding is not None:
         built = [draws.on(gripper.padding) for draws in following]
         sensors.append((f"{name} on {gripper.padding * 1e3:.6g} mm of padding", "design", built))
-    of_data = heaviest(models).posterior
+    presses = measured_presses(heaviest(models).posterior)
     tables = []
     for title, sensor, those in sensors:
         table = table_of(title, sensor, those, gripper, rated)
         depth = table.points[-1].depth
-        beyond = beyond_the_measured(of_data, rated, table.padding_thickness, depth, table.indenter_radius)
+        farther = beyond(presses, rated, table.padding_thickness, depth, table.indenter_radius)
         less = _less_than_advised(table, advised) if sensor == "design" and gripper.force is None else ()
-        judged = verdict_of([*known.reasons, *less, *beyond, *_doubts(table)])
+        mixed = _of_several(table, [press.padding for press in presses]) if sensor == "next" else ()
+        judged = verdict_of([*known.reasons, *less, *farther, *mixed, *_doubts(table)])
         rough = dict.fromkeys(f"a first look alone: {said}" for d in those if (said := caution(d.forward, d.design)))
         left_open = (f"not ruled out by these data: {said}" for said in open_models_of(posterior))
-        conditions = _conditions([m.posterior.experiment for m, _ in chosen], table, gripper)
-        tables.append(replace(table, verdict=judged, conditions=(*rough, *left_open, *conditions)))
+        those_pressed = [title] if sensor == "specimen" else sorted(capacitive)
+        band = band_of(retreats or {}, those_pressed)
+        conditions = (
+            *_conditions([m.posterior.experiment for m, _ in chosen], table, gripper),
+            *_on_retreat(band, why_no_band(retreats or {}, those_pressed), sensor),
+        )
+        tables.append(replace(table, verdict=judged, conditions=(*rough, *left_open, *conditions), retreat=band))
     reasons = dict.fromkeys(reason for found in tables for reason in found.verdict.reasons)
     versions = {k.removeprefix("version of "): v for k, v in posterior.attrs.items() if k.startswith("version of ")}
     return GripperTables(
@@ -369,6 +381,17 @@ def _doubts(table: ForceTable) -> Iterator[Reason]:
         yield Reason("turn", "amber", finding, "Keep such forces from the sensor: no reading tells of them")
 
 
+def _of_several(table: ForceTable, paddings: Sequence[float]) -> Iterator[Reason]:
+    """That the next specimen may be on the padding of any of those that were measured, which is not one sensor."""
+    low, high = min(paddings), max(paddings)
+    if high > _ALIKE * low:
+        finding = (
+            f"{table.name}: the specimens were measured on {low * 1e3:.3g} to {high * 1e3:.3g} mm of padding, and the next one "
+            "may be on that of any: its bounds hold all of them"
+        )
+        yield Reason("padding", "amber", finding, "Give --padding for the sensor that is meant, and use the table of that")
+
+
 def _less_than_advised(table: ForceTable, advised: float | None) -> Iterator[Reason]:
     """That the padding was recommended for a larger force than the table is for.
 
@@ -409,9 +432,21 @@ def _conditions(experiments: Sequence[Experiment], table: ForceTable, gripper: G
         f"{_share_of_a_picofarad(table):.1%} too small".replace("%", " %"),
         f"one reading with a noise of {table.noise * 1e15:.3g} fF, tare the mean of {gripper.n_tare} readings without contact",
         f"forces that may be read: up to {beyond}; the model was asked up to {table.looked:.4g} N",
-        "loading only, as slowly as in the lab: hysteresis, relaxation and creep are not covered",
         "temperature and humidity as at power-on: tare again when they change",
+        "loading, as slowly as in the lab: relaxation and creep are not covered",
     )
+
+
+def _on_retreat(band: RetreatBand | None, why: str, sensor: Kind) -> tuple[str, ...]:
+    """What holds while a load is let go, in words."""
+    if band is None:
+        return (f"unloading is not covered, and by how much it is off is not known{f' ({why})' if why else ''}",)
+    other = {
+        "specimen": "",
+        "next": "; another specimen may differ",
+        "design": "; other padding may differ",
+    }
+    return (f"{band.in_words}{other[sensor]}",)
 
 
 def _share_of_a_picofarad(table: ForceTable) -> float:

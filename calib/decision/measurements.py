@@ -17,7 +17,7 @@ that leaves g^T A'^-1 g of g^T A^-1 g, and how often wrongly (`calib.decision.re
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
@@ -29,6 +29,7 @@ from calib.checks import Reason, Verdict, judge_posterior, verdict_of
 from calib.decision.candidates import Candidate, Known, candidates_of, largest_load
 from calib.decision.choices import choices_of
 from calib.decision.conformity import Conformity
+from calib.decision.extrapolation import EXTRAPOLATION, Aim, Measured, exceeded, measured_presses
 from calib.decision.gain import CovarianceTimes, covariance, present_knowledge, with_measurement
 from calib.decision.hinges import hinges_of
 from calib.decision.padding import recommend
@@ -46,7 +47,7 @@ from models.response import Forward, OutOfRangeError
 from models.sensor import FloatArray, IntArray
 
 #: Layout version of next.json.
-FORMAT = 2
+FORMAT = 3
 _KIND = "next measurements"
 
 # Draws of the scales, fewer where there are so many unknowns.
@@ -61,6 +62,10 @@ _SHORT = 1e-5
 _SAME = 0.97
 # Gate of a ranking that is a hint only.
 _LINEARISATION = "linearisation"
+_STAYING = (
+    "the advice staying where it is: a padding that a calibration with the measurement advises instead, more than a tenth off, "
+    "would be beyond the data again"
+)
 # Measurements that a report shows.
 _SHOWN = 3
 # Draws of sensors by which decisions are judged, at least, of several that may be built down to this part of them; and most
@@ -86,6 +91,7 @@ class Measurement:
     experiment : with it, lab files to be put in.
     notes : what is to be put in there.
     decided : what is expected to be decided after it on a specification, and how often wrongly; None where there is none.
+    settles : of what the advice goes beyond the data in (`NextMeasurements.beyond`), what it no longer would with it.
     """
 
     kind: str
@@ -98,6 +104,7 @@ class Measurement:
     experiment: Experiment
     notes: dict[tuple[str, str], str]
     decided: Decided | None = None
+    settles: tuple[str, ...] = ()
 
     @property
     def tells(self) -> bool:
@@ -180,6 +187,8 @@ class NextMeasurements:
     seed : of the choice of draws.
     posterior_sha256 : hash of the posterior's file, empty if there is none.
     deciding : on a specification; None where none is asked for.
+    beyond : in what the advice goes beyond the data: force, padding, depth, ball; none of a modulus.
+    else_beyond : whether it goes beyond them in something else, too, such as another material.
     """
 
     asked: Asked
@@ -196,6 +205,8 @@ class NextMeasurements:
     seed: int
     posterior_sha256: str = field(default="")
     deciding: Deciding | None = None
+    beyond: tuple[str, ...] = ()
+    else_beyond: bool = False
 
     def relative(self, sd: float) -> str:
         """A standard deviation as people read it: in per cent of the mean."""
@@ -207,6 +218,33 @@ class NextMeasurements:
             return f"{wrong_in_words(one.decided)} instead of {wrong_in_words(self.deciding.now)}"
         name = "modulus" if self.asked == "modulus" else "signal"
         return f"{name} ±{self.relative(one.sd)} instead of ±{self.relative(self.sd)}"
+
+    def confirms(self, one: Measurement) -> bool:
+        """Whether the advice would go beyond the data in nothing with it: the gate extrapolation of its verdict green."""
+        return bool(self.beyond) and not self.else_beyond and one.settles == self.beyond
+
+    def settled_in_words(self, one: Measurement) -> str:
+        """What of the verdict's extrapolation it takes away: "all: green", or "force" and the like; "" for nothing."""
+        if self.confirms(one):
+            return "all: green"
+        return ", ".join(one.settles)
+
+    @property
+    def _confirming_in_words(self) -> str:
+        """Which measurement takes the extrapolation from the verdict, in a sentence; "" where there is none to take."""
+        if not self.beyond:
+            return ""
+        rest = "; the rest of it is left" if self.else_beyond else ""
+        done = [(k, one) for k, one in enumerate(self.ranked, 1) if one.settles == self.beyond]
+        if done:
+            number, one = min(done, key=lambda pair: pair[1].minutes)
+            what = "Green on extrapolation" if not rest else "Within the measured force, padding, depth and ball"
+            return f"{what} with number {number}: {one.what}{rest}. "
+        most = max(self.ranked, key=lambda one: len(one.settles), default=None)
+        if most is None or not most.settles:
+            return "None of them takes the extrapolation from the verdict. "
+        left = " and ".join(kind for kind in self.beyond if kind not in most.settles)
+        return f"None of them by itself takes all of the extrapolation from the verdict: {most.what} leaves {left}. "
 
     def in_lab_terms(self, one: Measurement) -> str:
         """One measurement in a line: what to do, what it would bring, and how long it takes."""
@@ -227,7 +265,7 @@ class NextMeasurements:
     def in_words(self) -> str:
         """What to measure next, in a few sentences."""
         if self.deciding is not None:
-            return f"{self._warning}{self._decision_in_words(self.deciding)}".strip()
+            return f"{self._warning}{self._decision_in_words(self.deciding)}{self._confirming_in_words}".strip()
         mean = f"{self.mean * 1e-6:.4g} MPa" if self.asked == "modulus" else f"{self.mean * 100:.3g} %"
         text = f"{self.label[0].upper()}{self.label[1:]} is {mean} ± {self.relative(self.sd)}. "
         useful = [one for one in self.ranked if one.tells]
@@ -253,7 +291,7 @@ class NextMeasurements:
                     f"For not knowing the sensor better the padding is expected to lose {100 * self.regret:.2g} % of its signal"
                     f"{after}. "
                 )
-        return f"{self._warning}{text}".strip()
+        return f"{self._warning}{text}{self._confirming_in_words}".strip()
 
     @property
     def _warning(self) -> str:
@@ -393,16 +431,18 @@ def next_measurements(
     rng = np.random.default_rng(seed)
     known = _known(posterior, forward)
     reasons = list((judge_posterior(posterior) if verdict is None else verdict).reasons)
-    decision = None
+    decision, aim = None, None
     if requirement is None:
         target = modulus_target(posterior, known)
     elif isinstance(requirement, Specification):
-        decision, conformity = _decision(posterior, known, requirement, seed, verdict_of(reasons))
+        decision, conformity, aim = _decision(posterior, known, requirement, seed, verdict_of(reasons))
         target, reasons = decision.target(conformity), list(conformity.verdict.reasons)
     else:
         recommended = recommend(posterior, forward, requirement, seed=seed, verdict=verdict_of(reasons))
         reasons = list(recommended.verdict.reasons)
         target = signal_target(posterior, known, requirement, recommended.best, rng)
+        depth = float(np.nan_to_num(recommended.depth_at_best[2]))
+        aim = Aim(requirement.force, recommended.best, depth, recommended.indenter_radius)
     n_draw = _FEW_DRAWS if known.middle.size > _MANY else _DRAWS
     rows = rng.choice(len(known.draws), min(n_draw, len(known.draws)), replace=False)
     spread = _spread_of(posterior, known, rows)
@@ -414,7 +454,9 @@ def next_measurements(
     now = covariance(present)
     before = target.variance(now) if decision is None else math.nan
     reasons += _not_normal(target, before) if decision is None else _not_normal_along(decision, now)
-    candidates, unjudged = candidates_of(known, bench or Bench())
+    presses = measured_presses(posterior)
+    beyond = {} if aim is None else exceeded(presses, aim)
+    candidates, unjudged = candidates_of(known, bench or Bench(), aim)
     along = _along(target, now)
     found = []
     for candidate in candidates:
@@ -428,7 +470,7 @@ def next_measurements(
             if decision is None
             else _deciding_measurement(decision, candidate, after, now)
         )
-        found.append((candidate.alike, made))
+        found.append((candidate.alike, replace(made, settles=_settled(beyond, presses, candidate, aim))))
     ranked = tuple(_ranked(found, target.regret))
     return NextMeasurements(
         target.asked,
@@ -439,13 +481,26 @@ def next_measurements(
         target.regret,
         ranked,
         tuple(unjudged),
-        _rests_on(target, known, bench or Bench(), None if decision is None else (decision, ranked)),
+        (
+            *_rests_on(target, known, bench or Bench(), aim, None if decision is None else (decision, ranked)),
+            *((_STAYING,) if beyond else ()),
+        ),
         verdict_of(reasons),
         forward.name,
         seed,
         posterior_sha256,
         None if decision is None else decision.deciding,
+        tuple(beyond),
+        sum(reason.gate == EXTRAPOLATION for reason in reasons) > bool(beyond),
     )
+
+
+def _settled(beyond: Iterable[str], presses: Sequence[Measured], candidate: Candidate, aim: Aim | None) -> tuple[str, ...]:
+    """In what an advice would no longer go beyond the data with a measurement."""
+    if aim is None or candidate.press is None:
+        return ()
+    left = exceeded([*presses, candidate.press], aim)
+    return tuple(kind for kind in beyond if kind not in left)
 
 
 def next_to_json(found: NextMeasurements, fingerprint: str = "") -> str:
@@ -460,6 +515,7 @@ def next_to_json(found: NextMeasurements, fingerprint: str = "") -> str:
     def plain(one: Measurement) -> dict[str, Any]:
         names = ("kind", "what", "minutes", "sd", "reduction", "per_hour", "regret")
         said = {"said": found.in_lab_terms(one), "brings": found.brings(one), **{name: getattr(one, name) for name in names}}
+        said |= {"settles": list(one.settles), "confirms": found.confirms(one)}
         if one.decided is None:
             return said
         less = (found.regret - one.regret) / (one.minutes / 60)
@@ -480,6 +536,8 @@ def next_to_json(found: NextMeasurements, fingerprint: str = "") -> str:
             "regret": found.regret,
         },
         **({} if found.deciding is None else {"deciding": asdict(found.deciding)}),
+        "beyond_the_data_in": list(found.beyond),
+        "beyond_otherwise": found.else_beyond,
         "ranked": [plain(one) for one in found.ranked],
         "not_judged": list(found.unjudged),
         "rests_on": list(found.rests_on),
@@ -593,8 +651,8 @@ def _root(covariance: FloatArray, power: float) -> FloatArray:
 
 def _decision(
     posterior: Posterior, known: Known, specification: Specification, seed: int, verdict: Verdict
-) -> tuple[_Decision, Conformity]:
-    """Decide on a specification by what is known, and keep the draws."""
+) -> tuple[_Decision, Conformity, Aim]:
+    """Decide on a specification by what is known, keep the draws, and say what the advice is for."""
     n_choice = sum(len(group) for group in choices_of(specification))
     n_draw = max(specification.n_draw, _SENSORS // min(n_choice, _FEWER))
     more = replace(specification, n_draw=n_draw, steps=min(specification.steps, _STEPS))
@@ -605,7 +663,8 @@ def _decision(
     options = options_of(answered.tried, along, specification.probability)
     deciding = Deciding(specification.probability, options.probability, options.released, options.now, known_exactly(options))
     error = answered.conformity.best.best_error
-    return _Decision(specification, options, hinges.directions, width, deciding, error), answered.conformity
+    made = _Decision(specification, options, hinges.directions, width, deciding, error)
+    return made, answered.conformity, answered.aim
 
 
 def _deciding_measurement(
@@ -698,18 +757,22 @@ def _not_normal(target: Target, before: float) -> list[Reason]:
 
 
 def _rests_on(
-    target: Target, known: Known, bench: Bench, decided: tuple[_Decision, Sequence[Measurement]] | None
+    target: Target,
+    known: Known,
+    bench: Bench,
+    aim: Aim | None,
+    decided: tuple[_Decision, Sequence[Measurement]] | None,
 ) -> tuple[str, ...]:
     """What the ranking takes for granted."""
     experiment = known.problem.experiment
+    load = largest_load(known, bench, aim)
+    asked_for = aim is not None and load == aim.force
+    why = "" if bench.load_cell is not None else "the load that is asked for" if asked_for else "twice what was measured"
     said = [
         "readings linear in the unknowns near the middle of the posterior, and what is not known of them nearly normal",
         "the model of this run being right, as far as its discrepancy says",
         "priors of the contact, load zero and clock of a press as in this run, its noise and discrepancy, too",
-        (
-            f"tester, load cell and sensor bearing up to {largest_load(known, bench):.3g} N"
-            + (", twice what was measured, as nothing was said of them" if bench.load_cell is None else "")
-        ),
+        (f"tester, load cell and sensor bearing up to {load:.3g} N" + (f", {why}, as nothing was said of them" if why else "")),
         "times in the lab, and how well a quantity is read by itself, as in docs/next.md or in the bench file",
     ]
     if experiment.discrepancy == "on":

@@ -22,7 +22,7 @@ from calib.decision.causes import causes
 from calib.decision.choices import Coordinates, balls_of, choices_of, coordinates_of, require_spread_once
 from calib.decision.conditions import conditions_of, open_models_of
 from calib.decision.conformity import Built, Conformity, OfMember
-from calib.decision.extrapolation import MARGIN, beyond_the_measured
+from calib.decision.extrapolation import EXTRAPOLATION, MARGIN, Aim, beyond_the_measured
 from calib.decision.needed import drawing_of, needed_for
 from calib.decision.padding import recommend
 from calib.decision.performance import Errors, Group, Refused, pressed
@@ -54,11 +54,13 @@ class Answered:
     conformity : the answer.
     tried : the sensors that may be built, that which is advised first.
     sensors : what they are made of.
+    aim : what the advice is for, to be held against what was measured.
     """
 
     conformity: Conformity
     tried: tuple[Tried, ...]
     sensors: Sensors
+    aim: Aim
 
 
 def conform(
@@ -155,7 +157,8 @@ def answer(
     best = order[0]
     needed, all_needed = needed_for(best, grid, specification)
     known = judge_posterior(posterior) if verdict is None else verdict
-    beyond = [*_beyond(models, specification, best, z), *_unmet(best.built, specification)]
+    aim = _aim(models, specification, best, z)
+    beyond = [*_beyond(models, aim, best), *_unmet(best.built, specification)]
     conformity = Conformity(
         specification=specification,
         thickness=grid,
@@ -173,7 +176,7 @@ def answer(
         seed=seed,
         verdict=verdict_of([*known.reasons, *beyond]),
     )
-    return Answered(conformity, tuple(order), sensors)
+    return Answered(conformity, tuple(order), sensors, aim)
 
 
 def recommend_for(
@@ -330,9 +333,8 @@ def _nothing(unserved: Sequence[Built], s: Specification) -> list[Fault]:
 # --- what it holds for --------------------------------------------------------------------------------------------------
 
 
-def _beyond(models: Sequence[Member], s: Specification, best: Tried, z: Coordinates) -> Iterator[Reason]:
-    """What of the answer was held against no data."""
-    posterior = heaviest(models).posterior
+def _aim(models: Sequence[Member], s: Specification, best: Tried, z: Coordinates) -> Aim:
+    """What the advice is for, under the ball that is farthest from that of the calibration."""
     base = best.designs[0]
     radii = np.concatenate(
         [
@@ -340,10 +342,16 @@ def _beyond(models: Sequence[Member], s: Specification, best: Tried, z: Coordina
             for ball in balls_of(s, base, {k: v[: np.size(base.sensor.thickness)] for k, v in z.items()})
         ]
     )
-    known = posterior.experiment.indenter_radius
+    known = heaviest(models).posterior.experiment.indenter_radius
     radius = float(radii[np.argmax(np.abs(np.log(radii / known)))])
     stroke = best.built.stroke[2, best.at]
-    yield from beyond_the_measured(posterior, s.largest_force, best.built.best, float(np.nan_to_num(stroke)), radius)
+    return Aim(s.largest_force, best.built.best, float(np.nan_to_num(stroke)), radius)
+
+
+def _beyond(models: Sequence[Member], aim: Aim, best: Tried) -> Iterator[Reason]:
+    """What of the answer was held against no data."""
+    posterior = heaviest(models).posterior
+    yield from beyond_the_measured(posterior, aim.force, aim.padding, aim.depth, aim.ball)
     other = []
     if best.choice.material is not None:
         other.append(f"padding of {best.choice.material.name}")
@@ -356,7 +364,7 @@ def _beyond(models: Sequence[Member], s: Specification, best: Tried, z: Coordina
         other.append(f"electrodes of {best.choice.electrode_radius * 1e3:.3g} mm radius")
     if other:
         finding = f"the advice is for {' and '.join(other)}, which was not measured"
-        yield Reason("extrapolation", "amber", finding, "Build one such sensor and press it, to confirm")
+        yield Reason(EXTRAPOLATION, "amber", finding, "Build one such sensor and press it, to confirm")
 
 
 def _column(posterior: Posterior, parameter: str) -> list[int]:

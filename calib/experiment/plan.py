@@ -10,6 +10,7 @@ from typing import Literal
 
 from calib.experiment.edits import Unedited
 from calib.experiment.laboratory import Instrument, Laboratory
+from calib.files import real_path
 from calib.lab import AS_FOUND, FIRST_LOADING, Reading, Use, same_part
 from calib.priors import Prior
 from models.sensor import Base
@@ -54,7 +55,7 @@ class SweepFiles:
         path, how = (self.force, self.force_reading) if self.force is not None else (self.capacitance, self.capacitance_reading)
         if path is None:
             return None
-        return path.resolve(), how.specimen, how.sheet, frozenset(how.where.items()), frozenset(how.columns.items())
+        return real_path(path), how.specimen, how.sheet, frozenset(how.where.items()), frozenset(how.columns.items())
 
 
 @dataclass(frozen=True)

@@ -8,12 +8,14 @@ from calib.lab.pressing import make_sweep, readings_of
 from calib.lab.quality import Grade, check_name, grade_rows, judge, number_text, quality_in_words
 from calib.lab.signs import SIGNS, SignDecision
 from calib.lab.sweep import Points, Sweep, Track, sweeps_from_json, sweeps_to_json
+from calib.lab.unloading import SHARES, Unloading, measure_unloading
 from calib.lab.use import FIRST_LOADING, USE_KEYS, Use, same_part, use_in_words, use_value
 
 __all__ = [
     "AS_FOUND",
     "FIRST_LOADING",
     "QUANTITIES",
+    "SHARES",
     "SIGNED",
     "SIGNS",
     "USE_KEYS",
@@ -26,6 +28,7 @@ __all__ = [
     "SignDecision",
     "Sweep",
     "Track",
+    "Unloading",
     "Unread",
     "Use",
     "check_name",
@@ -34,6 +37,7 @@ __all__ = [
     "judge",
     "level_before_contact",
     "make_sweep",
+    "measure_unloading",
     "number_text",
     "observe",
     "quality_in_words",

@@ -9,6 +9,7 @@ import numpy as np
 
 from calib.catalogue import CHANNELS
 from calib.errors import Fault, InputError
+from calib.files import real_path
 from calib.lab.clocks import ClockOffset, clock_offset, loading_window, record
 from calib.lab.instruments import AS_FOUND, LabTable, Reading, read_lab_file
 from calib.lab.limits import contact_of
@@ -224,7 +225,7 @@ def _discrete(clock: ClockOffset, tester: Observations, lcr: Observations) -> Fa
 
 
 def _same_file(a: Path, b: Path) -> bool:
-    return Path(a).resolve() == Path(b).resolve()
+    return real_path(Path(a)) == real_path(Path(b))
 
 
 def _check_columns(tester: Observations | None, lcr: Observations | None) -> None:

@@ -283,6 +283,7 @@ def _json(made: GripperTables, laid_out: Sequence[_LaidOut]) -> str:
             "lower_N": table.lower,
             "upper_N": table.upper,
             "sigma_N": table.sigma,
+            "unloading": _retreat(table),
         }
         for table, as_text in zip(made.tables, laid_out, strict=True)
     ]
@@ -319,12 +320,27 @@ def _taxels(made: GripperTables, laid_out: Sequence[_LaidOut]) -> str:
                 "threshold_N": float(np.interp(table.touch, table.ratio, table.force)),
                 "saturation_N": table.largest,
                 "working_points": points,
-                "hysteresis": None,
+                "hysteresis": _retreat(table),
                 "relaxation": None,
                 "temperature": None,
             }
         )
     return record_to_text("simulated taxels", _FORMAT, {**_origin(made), "taxels": taxels})
+
+
+def _retreat(table: ForceTable) -> dict[str, Any] | None:
+    """Force on unloading less that on loading at the same reading, as shares of the largest; None where it was not measured."""
+    band = table.retreat
+    if band is None:
+        return None
+    return {
+        "share_of_largest": band.share,
+        "low": band.low,
+        "high": band.high,
+        "from_N": band.peak,
+        "hold_s": band.hold,
+        "measured_on": band.of,
+    }
 
 
 def _identifiers(tables: Sequence[ForceTable]) -> list[str]:

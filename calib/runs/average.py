@@ -12,7 +12,7 @@ from pathlib import Path
 from calib.checks import USUAL, Candidate, Model, Weighting, average_models, compare_runs
 from calib.decision import Recommendation
 from calib.errors import Fault, InputError
-from calib.files import require_folder
+from calib.files import real_path, require_folder
 from calib.runs.folder import PageError, Run, load_run, page_of, write_run
 from calib.runs.listing import LISTING, MEMBERS, POSTERIOR, RESULTS, Input, Listing, read_listing, seen_from
 from calib.runs.members import forward_of, member_file
@@ -90,9 +90,9 @@ def average_runs(
 
 def _names(runs: Sequence[Run]) -> list[str]:
     """A name for each run: of its folder, and with that of the folder above where two are alike."""
-    if len({run.folder.resolve() for run in runs}) < max(len(runs), 2):
+    if len({real_path(run.folder) for run in runs}) < max(len(runs), 2):
         raise InputError(Fault("give at least two runs to average, each once"))
-    paths = [run.folder.resolve() for run in runs]
+    paths = [real_path(run.folder) for run in runs]
     plain = [path.name for path in paths]
     return [f"{p.parent.name}-{p.name}" if plain.count(p.name) > 1 else p.name for p in paths]
 

@@ -35,7 +35,7 @@ from calib.decision import (
 )
 from calib.errors import Fault, InputError
 from calib.experiment import Looked, Pressed, Specification, look_through, pair
-from calib.files import require_folder, sha256_of, write_text
+from calib.files import real_path, require_folder, sha256_of, write_text
 from calib.problem import template_of
 from calib.records import exact_record_from_text, record_from_text, record_to_text
 from calib.runs.arrivals import keep_as_they_come
@@ -215,7 +215,7 @@ def newcomers_in(files: Path, inspection: Inspection, folder: Path) -> tuple[lis
         If there is no lab file.
     """
     looked, own = look_through([files])
-    looked = [file for file in looked if not file.path.resolve().is_relative_to(folder.resolve())]
+    looked = [file for file in looked if not _within(file.path, folder)]
     records = [record for file in looked for record in file.records]
     endings = {record.table.path.suffix.lower() for record in records}
     # What looks like a lab file and cannot be read, be it a link that leads nowhere, is no file to be passed over.
@@ -249,7 +249,7 @@ def _is_one(file: Looked, endings: Collection[str]) -> bool:
 
 
 def _within(path: Path, folder: Path) -> bool:
-    return path.resolve().is_relative_to(folder.resolve())
+    return real_path(path).is_relative_to(real_path(folder))
 
 
 def _records(specimen: Pressed) -> Iterator[Any]:

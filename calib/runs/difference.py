@@ -18,6 +18,7 @@ from calib.priors import prior_from_json
 from calib.problem import specimen_design
 from calib.runs.folder import Run
 from calib.sampling import Posterior
+from calib.visible import visible
 from models.curves import predict_design
 from models.sensor import FloatArray
 
@@ -50,7 +51,7 @@ def diff_runs(first: Run, second: Run, *, same_specimens: bool = False) -> Diffe
 
 def _names(first: Run, second: Run) -> tuple[str, str]:
     """Names of the runs by which they are told apart."""
-    one, other = (run.folder.name or str(run.folder) for run in (first, second))
+    one, other = (" ".join(visible(run.folder.name or str(run.folder)).split()) for run in (first, second))
     if one != other:
         return one, other
     one, other = str(first.folder), str(second.folder)

@@ -14,6 +14,7 @@ from calib.errors import Fault, InputError
 from calib.files import require_folder, write_text
 from calib.report import gripper_files
 from calib.runs.folder import Run, load_recommendation, require_own_forward
+from calib.runs.retreats import retreats_of
 
 
 class NotUsableError(Exception):
@@ -101,6 +102,7 @@ def force_tables(run: Run, gripper: Gripper, *, seed: int = 1, so: str = "nothin
         verdict=run.verdict,
         members=run.members,
         advised=None if recommendation is None else recommendation.requirement.force,
+        retreats=retreats_of(run.posterior),
     )
 
 

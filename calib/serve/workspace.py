@@ -24,7 +24,7 @@ from pathlib import Path
 
 from calib.errors import Fault, InputError
 from calib.experiment import LARGEST_TOML, Said, listed, read_said, said_toml, walk, written_by_calib
-from calib.files import remove_leftovers, whole_file, write_text
+from calib.files import real_path, remove_leftovers, whole_file, write_text
 from calib.regular import bytes_of
 from calib.signature import BEGIN
 from calib.visible import LONGEST_NAME, character_fault, shortened, visible
@@ -155,9 +155,8 @@ class Workspace:
         """
         path = self.folder / _LAB / Path(*parts_of(name))
         inside = (self.folder / _LAB).absolute()
-        if not path.parent.resolve().is_relative_to(inside.resolve()) or not inside.resolve().is_relative_to(
-            self.folder.resolve()
-        ):
+        within, whole = real_path(inside), real_path(self.folder)
+        if not real_path(path.parent).is_relative_to(within) or not within.is_relative_to(whole):
             raise InputError(
                 Fault(f'"{shortened(name)}" would lie outside this folder, behind a link', advice="Remove the link")
             )

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from calib.errors import InputError
-from calib.files import open_up, remove_leftovers, sha256_of, whole_file, write_text
+from calib.files import open_up, real_path, remove_leftovers, sha256_of, whole_file, write_text
 
 
 def test_a_file_is_there_when_all_went_well(tmp_path: Path) -> None:
@@ -103,3 +103,17 @@ def test_text_is_utf_8_with_line_feeds_and_has_a_hash(tmp_path: Path) -> None:
     write_text(tmp_path / "a.txt", "µm\n")
     assert (tmp_path / "a.txt").read_bytes() == b"\xc2\xb5m\n"
     assert sha256_of(tmp_path / "a.txt") == hashlib.sha256(b"\xc2\xb5m\n").hexdigest()
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes here")
+def test_a_pipe_has_no_hash_and_is_not_waited_for(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.csv")
+    with pytest.raises(OSError, match="no regular file"):
+        sha256_of(tmp_path / "pipe.csv")
+
+
+def test_a_link_that_leads_round_in_a_circle_is_a_path_like_any_other(tmp_path: Path) -> None:
+    (tmp_path / "round.csv").symlink_to("round.csv")
+    assert real_path(tmp_path / "round.csv").name == "round.csv"
+    (tmp_path / "there.csv").symlink_to(tmp_path / "one.csv")
+    assert real_path(tmp_path / "there.csv") == real_path(tmp_path / "one.csv")

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from calib.experiment import Experiment
+from calib.files import real_path
 from calib.lab import Observations, Reading, Sweep, observe, read_lab_file
 from calib.problem import nominal_zero
 from models.sensor import FloatArray
@@ -69,7 +70,7 @@ def presses_of(experiment: Experiment, sweeps: Sequence[Sweep]) -> tuple[Press, 
     files = ((specimen.name, files) for specimen in experiment.specimens for files in specimen.sweeps)
     for sweep, (specimen, f) in zip(sweeps, files, strict=True):
         tester = None if f.force is None else _log(f.force, f.force_reading, "force")
-        same = f.force is not None and f.capacitance is not None and f.force.resolve() == f.capacitance.resolve()
+        same = f.force is not None and f.capacitance is not None and real_path(f.force) == real_path(f.capacitance)
         meter = tester if same else None if f.capacitance is None else _log(f.capacitance, f.capacitance_reading, "capacitance")
         contact = sweep.contact
         found.append(Press(specimen, f.name, tester, meter, sweep.clock_offset, contact, nominal_zero(sweep)[1]))

@@ -118,7 +118,7 @@ def _command(form: dict[str, str]) -> str:
     leads = [form.get(key, "").strip() for key in ("leads", "leads_sd")]
     words += ["--parasitic", ", ".join(leads)] if any(leads) else []
     tare = form.get("tare", "").strip()
-    words += ["--tare", tare] if tare not in ("", str(_TARE)) else []
+    words += ["--tare-readings", tare] if tare not in ("", str(_TARE)) else []
     return typed([*words, "-o", form.get("output", "").strip()])
 
 

@@ -72,6 +72,7 @@ def _row(result: NextMeasurements, number: int) -> dict[str, str]:
         "less": f"{100 * one.reduction:.0f} %" if one.tells else "nothing",
         "minutes": f"{one.minutes:.0f}",
         "rate": f"{100 * one.per_hour:.0f} %" if one.tells else "",
+        "settles": result.settled_in_words(one),
     }
 
 

@@ -13,7 +13,9 @@ from calib.checks import Member
 from calib.decision import ForceTable, Gripper, GripperTables, Status, invert
 from calib.decision.inverse import table_of
 from calib.decision.readable import SensorDraws, next_sensor
+from calib.decision.retreat import Retreats, band_of
 from calib.errors import InputError
+from calib.lab import SHARES, Unloading
 from calib.priors.distributions import Fixed
 from calib.sampling.posterior import Posterior, thin_draws
 from models.analytic import ClosedForm
@@ -221,6 +223,47 @@ def test_the_next_specimen_is_known_less_well_than_a_measured_one(
     alike, differing = (_made(_exact(make_lot(spread=Fixed(s))), ERRORLESS, noise=1e-15).tables[2] for s in (1e-3, 0.3))
     assert differing.sigma[60] > 2 * alike.sigma[60]
     assert "drawn from the lot" in " ".join(differing.conditions)
+
+
+def test_the_next_of_specimens_on_different_paddings_is_amber_and_a_design_is_not(make_posterior: MakePosterior) -> None:
+    posterior = make_posterior()
+    rows = dict(posterior.diagnostics.parameters)
+    thin = rows["padding_thickness[sensor 2]"]
+    rows["padding_thickness[sensor 2]"] = replace(thin, mean=0.5e-3, median=0.5e-3)
+    made = _made(replace(posterior, diagnostics=replace(posterior.diagnostics, parameters=rows)), padding=1.1e-3)
+    gates = [[reason.gate for reason in table.verdict.reasons] for table in made.tables]
+    assert ["padding" in of for of in gates] == [False, False, True, False]
+    assert "0.5 to 1.1 mm of padding" in next(r.finding for r in made.tables[2].verdict.reasons if r.gate == "padding")
+
+
+def _unloading(most: float, error: float = 0.0) -> Unloading:
+    return Unloading(-most * 4 * SHARES * (1 - SHARES), np.full(SHARES.size, error), 5.0, 2.0)
+
+
+def test_what_was_measured_of_unloading_goes_with_the_table_of_its_sensor_and_the_widest_with_the_next(
+    make_posterior: MakePosterior,
+) -> None:
+    retreats: Retreats = {"sensor 1": [_unloading(0.2)], "sensor 2": [_unloading(0.4), "it begins in contact"]}
+    made = invert(make_posterior(), ClosedForm(), Gripper(padding=3e-3, n_draw=100), retreats=retreats)
+    widest = [table.retreat.widest for table in made.tables if table.retreat is not None]
+    np.testing.assert_allclose(np.array(widest)[:, 0], [-0.04, -0.08, -0.08, -0.08], atol=1e-9)
+    said = [next(c for c in table.conditions if c.startswith("unloading")) for table in made.tables]
+    assert "up to 4 % of it less than loading makes it, most so at 50 % of it" in said[0]
+    assert "the bounds do not hold that" in said[0]
+    assert "measured on sensor 1 and sensor 2" in said[2]
+    assert said[3].endswith("other padding may differ")
+    silent = invert(make_posterior(), ClosedForm(), Gripper(n_draw=100), retreats={"sensor 1": ["it begins in contact"]})
+    assert "by how much it is off is not known (sensor 1: it begins in contact)" in " ".join(silent.tables[0].conditions)
+
+
+def test_bounds_with_the_band_hold_a_press_that_is_let_go() -> None:
+    band = band_of({"one": [_unloading(0.3, 0.01)]}, ["one"])
+    assert band is not None
+    meant = np.linspace(0.0, 3.0, 31)
+    missing = 0.3 * 3.0 / 5.0 * 4 * (meant / 3.0) * (1 - meant / 3.0)
+    low, high = band.around(meant, 3.0)
+    assert np.all((low <= -missing + 5e-3) & (high >= -missing - 5e-3))
+    assert np.all((low <= 0) & (high >= 0))
 
 
 def test_what_was_not_measured_is_amber_in_its_own_table(make_posterior: MakePosterior) -> None:

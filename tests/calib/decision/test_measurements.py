@@ -12,9 +12,11 @@ import numpy as np
 import pytest
 
 from calib.checks import Reason, verdict_of
-from calib.decision.candidates import Candidate, Known, candidates_of, with_reading
+from calib.decision.candidates import Candidate, Known, candidates_of, largest_load, with_reading
+from calib.decision.extrapolation import Aim
 from calib.decision.gain import Knowledge, covariance, present_knowledge, with_measurement
 from calib.decision.measurements import NextMeasurements, next_from_json, next_measurements, next_to_json
+from calib.decision.padding import recommend
 from calib.decision.requirement import Requirement
 from calib.decision.specified import conform
 from calib.errors import InputError
@@ -319,6 +321,63 @@ def test_signal_on_recommended_padding_has_a_part_that_no_measurement_takes_away
     assert all(0 <= one.regret <= found.regret * 1.001 for one in found.ranked)
     assert "are left by all" in found.in_words
     assert any(one.reduction > 0.1 for one in found.ranked)
+
+
+_FARTHER = Requirement(6.0, 3.9e-3, 4e-3, n_thickness=3)
+
+
+@pytest.fixture(scope="module")
+def farther(look: Look) -> NextMeasurements:
+    """For a signal at more force, on thicker padding, than were measured."""
+    return next_measurements(_posterior(look), ClosedForm(), _FARTHER, seed=1, verdict=GREEN)
+
+
+def test_the_press_that_an_advice_beyond_the_data_asks_for_is_among_the_measurements(farther: NextMeasurements) -> None:
+    asked = next(reason for reason in farther.verdict.reasons if reason.gate == "extrapolation")
+    assert "Press one pad of about" in asked.action
+    assert {"force", "padding"} <= set(farther.beyond)
+    confirming = [one for one in farther.ranked if farther.confirms(one)]
+    assert [one.kind for one in confirming] == ["padding"]
+    assert "up to 6 N" in confirming[0].what
+    number = farther.ranked.index(confirming[0]) + 1
+    assert f"Green on extrapolation with number {number}: {confirming[0].what}" in farther.in_words
+    told = {one.kind: farther.settled_in_words(one) for one in farther.ranked if not farther.confirms(one)}
+    assert told["force"] == "force"
+    assert not any(told[kind] for kind in ("repeat", "machine_compliance"))
+    record = json.loads(next_to_json(farther))
+    assert [one["confirms"] for one in record["ranked"]].index(True) == number - 1
+
+
+def test_a_calibration_with_that_press_is_green_on_extrapolation(look: Look, farther: NextMeasurements) -> None:
+    posterior, known = _posterior(look), _known(look)
+    aim = Aim(6.0, recommend(posterior, ClosedForm(), _FARTHER, seed=1, verdict=GREEN).best, 0.0, 5e-3)
+    what = next(one.what for one in farther.ranked if farther.confirms(one))
+    problem = next(c.problem for c in candidates_of(known, Bench(), aim)[0] if c.what == what)
+    assert problem is not None
+    with_it = _posterior(look_at(problem))
+    assert not recommend(with_it, ClosedForm(), _FARTHER, seed=1, verdict=GREEN).verdict.reasons
+
+
+def test_an_advice_for_another_ball_is_confirmed_with_that_ball(look: Look) -> None:
+    wanted = replace(_FARTHER, force=5.0, indenter_radius=6e-3)
+    found = next_measurements(_posterior(look), ClosedForm(), wanted, Bench(balls=(6e-3,)), seed=1, verdict=GREEN)
+    assert {"padding", "ball"} <= set(found.beyond)
+    (one,) = [one for one in found.ranked if found.confirms(one)]
+    assert "press it with a ball of 6 mm radius up to 5 N" in one.what
+    assert one.experiment.specimens[-1].sweeps[0].indenter_radius == 6e-3
+    asked = next(reason for reason in found.verdict.reasons if reason.gate == "extrapolation")
+    assert "mm with a ball of 6 mm radius to 5 N" in asked.action
+
+
+def test_what_the_load_cell_or_the_lab_does_not_bear_confirms_nothing_and_is_said(look: Look) -> None:
+    known, wanted = _known(look), _FARTHER
+    most = largest_load(known, Bench()) / 2
+    weak = next_measurements(_posterior(look), ClosedForm(), wanted, Bench(load_cell=most), seed=1, verdict=GREEN)
+    assert not any(weak.confirms(one) for one in weak.ranked)
+    assert "leaves force" in weak.in_words
+    thin = next_measurements(_posterior(look), ClosedForm(), wanted, Bench(paddings=(2e-3,)), seed=1, verdict=GREEN)
+    assert not any("padding" in one.settles for one in thin.ranked)
+    assert any("which the advice is for: it is not among the paddings of the bench file" in said for said in thin.unjudged)
 
 
 def test_modulus_that_is_fixed_and_an_average_are_refused(look: Look) -> None:

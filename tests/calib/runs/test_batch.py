@@ -69,7 +69,7 @@ def _judged(run: Run, verdict: Verdict) -> Run:
 
 @pytest.fixture(scope="module")
 def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Two sound specimens, one three times as stiff, one without a meter, a copy, a torn file, a lost link, a picture."""
+    """Two sound specimens, one three times as stiff, one without a meter, a copy, a torn file, a link to itself, a picture."""
     folder = tmp_path_factory.mktemp("lab")
     _press(folder, "s01", 1)
     _press(folder, "s02", 2)
@@ -78,7 +78,7 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for kind in ("press", "cap"):
         shutil.copy(folder / f"s02_{kind}.csv", folder / f"s05_{kind}.csv")
     (folder / "s06_press.csv").write_bytes(b"\x07\x00\x9f torn off here" * 20)
-    (folder / "s07_press.csv").symlink_to(folder / "nowhere.csv")
+    (folder / "s07_press.csv").symlink_to("s07_press.csv")
     (folder / "setup.jpg").write_bytes(b"\xff\xd8")
     return folder
 

@@ -274,7 +274,9 @@ def test_tables_are_those_of_the_command_and_are_taken_along(exported: Work) -> 
     shutil.rmtree(space.folder / "again")
     asked = {"name": "run", "output": "gripper", "padding": "2.5 mm", "leads": "2 pF", "leads_sd": "0.2 pF", "noise": "8 fF"}
     command = page.get("/export/command", params={**asked, "tare": "16"}).json()["command"]
-    assert command == 'calib export run --padding "2.5 mm" --noise "8 fF" --parasitic "2 pF, 0.2 pF" --tare 16 -o gripper'
+    assert (
+        command == 'calib export run --padding "2.5 mm" --noise "8 fF" --parasitic "2 pF, 0.2 pF" --tare-readings 16 -o gripper'
+    )
     seen = ok(page.get("/export/look?name=run"))
     for table in expected.tables:
         assert f"{table.touch * 1e6:.0f} to {table.ratio[-1] * 1e6:.0f} ppm" in seen
