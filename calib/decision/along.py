@@ -25,7 +25,7 @@ Ask = Callable[[FloatArray, BoolArray], FloatArray]
 
 
 @dataclass(frozen=True, eq=False)
-class Tabled:
+class Tabulated:
     """Answers at knots h_k, at equal steps of log(h + shift), for every draw.
 
     Attributes
@@ -93,8 +93,8 @@ class Tabled:
 
 
 @dataclass(frozen=True, eq=False)
-class Untabled:
-    """A model that is asked itself, where each draw has one thickness alone: stands in for `Tabled`."""
+class Untabulated:
+    """A model that is asked itself, where each draw has one thickness alone: stands in for `Tabulated`."""
 
     ask: Ask
 
@@ -108,7 +108,7 @@ class Untabled:
         return self.ask(thickness, np.ones(thickness.size, dtype=bool))
 
 
-def tabled(ask: Ask, wanted: FloatArray, low: float, high: float, shift: float, n_knot: int = N_KNOTS) -> Tabled:
+def tabulated(ask: Ask, wanted: FloatArray, low: float, high: float, shift: float, n_knot: int = N_KNOTS) -> Tabulated:
     """Ask a model at knots, so that it need not be asked between them.
 
     Parameters
@@ -127,7 +127,7 @@ def tabled(ask: Ask, wanted: FloatArray, low: float, high: float, shift: float, 
     index = np.arange(n_knot)[:, None]
     first = np.maximum.accumulate(np.where(known, 0, index + 1), axis=1)
     last = np.minimum.accumulate(np.where(known, n_knot - 1, index - 1)[:, ::-1], axis=1)[:, ::-1]
-    return Tabled(ask, wanted, float(place[0]), float(place[1] - place[0]), shift, answers, known, first, last)
+    return Tabulated(ask, wanted, float(place[0]), float(place[1] - place[0]), shift, answers, known, first, last)
 
 
 def along(ask: Ask, wanted: FloatArray, grid: FloatArray, shift: float) -> Iterator[FloatArray]:
@@ -138,7 +138,7 @@ def along(ask: Ask, wanted: FloatArray, grid: FloatArray, shift: float) -> Itera
     ask : the model.
     wanted : [N], loads, (n_draw, n_load).
     grid : [m], (n_thickness,).
-    shift : as in `tabled`.
+    shift : as in `tabulated`.
 
     Yields
     ------
@@ -149,7 +149,7 @@ def along(ask: Ask, wanted: FloatArray, grid: FloatArray, shift: float) -> Itera
         everyone = np.ones(n_draw, dtype=bool)
         yield from (ask(np.full(n_draw, thickness), everyone) for thickness in grid)
         return
-    table = tabled(ask, wanted, float(grid[0]), float(grid[-1]), shift)
+    table = tabulated(ask, wanted, float(grid[0]), float(grid[-1]), shift)
     yield from (table.at(np.full(n_draw, thickness)) for thickness in grid)
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from calib.decision.along import Ask, Tabled, Untabled, tabled
+from calib.decision.along import Ask, Tabulated, Untabulated, tabulated
 from calib.decision.choices import PADDING, Choice, Coordinates, balls_of, built, forces_of, forward_for
 from calib.decision.sensors import Part, with_padding
 from calib.experiment import Limit, Specification
@@ -87,7 +87,7 @@ class Group:
     specification: Specification
     forces: FloatArray
     balls: Sequence[FloatArray]
-    tables: Sequence[Tabled | Untabled]
+    tables: Sequence[Tabulated | Untabulated]
     offset: FloatArray
 
     def at(self, thickness: float, errors: Errors, k: int, *, exact: bool = False) -> Iterator[Performance]:
@@ -200,7 +200,7 @@ def pressed(part: Part, specification: Specification, choices: Sequence[Choice],
     low = max(0.0, specification.lower + min(0.0, float(np.min(offset)))) * min(1.0, float(np.min(cast)))
     high = (specification.upper + max(0.0, float(np.max(offset)))) * max(1.0, float(np.max(cast)))
     asks = [_ask_of(forward, designs, forces, ball, strained) for ball in balls]
-    tables = [tabled(ask, forces, low, high, shift, _N_KNOT) for ask in asks]
+    tables = [tabulated(ask, forces, low, high, shift, _N_KNOT) for ask in asks]
     return Group(part, choices, designs, specification, forces, balls, tables, offset)
 
 
@@ -224,7 +224,7 @@ def pressed_as_built(part: Part, specification: Specification, z: Coordinates) -
     if why:
         return Refused([Choice()], why)
     balls, forces = balls_of(specification, design, z), forces_of(specification, part.size, z)
-    tables = [Untabled(_ask_of(forward, [design], forces, ball, strained)) for ball in balls]
+    tables = [Untabulated(_ask_of(forward, [design], forces, ball, strained)) for ball in balls]
     return Group(part, [Choice()], [design], specification, forces, balls, tables, np.zeros(part.size))
 
 

@@ -1,4 +1,4 @@
-"""A posterior in, what its sensors do on any padding under any load of a range, tabled once so that one can look about, out."""
+"""A posterior in, what its sensors do on any padding under any load of a range, tabulated so that one can look about, out."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from models.sensor import BoolArray, FloatArray
 #: What a limit may be on here; the strain of the dielectric takes the finite-element fields that `conform` looks up.
 LIMITED_HERE = ("signal", "force_resolution", "stroke", "height")
 
-# Loads that are tabled, closer to each other where they are small, and those through which one between them is interpolated.
+# Loads that are tabulated, closer to each other where they are small, and those through which one between them is interpolated.
 _N_LOAD, _ORDER = 33, 4
-# The smallest load that is tabled, as a share of the largest.
+# The smallest load that is tabulated, as a share of the largest.
 _LEAST_LOAD = 0.01
 
 
@@ -90,19 +90,19 @@ class Landscape:
     def view(self, force: float, limits: Sequence[Limit] = (), tolerance: float = 0.0) -> View:
         """Look at one load: bands over the thickness, and how probably limits are kept.
 
-        The load is interpolated between those that are tabled; where a draw does not carry the next larger one of these, it
+        The load is interpolated between those that are tabulated; where a draw does not carry the next larger one of these, it
         counts as not carrying it.
 
         Parameters
         ----------
-        force : [N], from the smallest to the largest that is tabled.
+        force : [N], from the smallest to the largest that is tabulated.
         limits : of `LIMITED_HERE`, which hold at this load.
         tolerance : [m], pads lie anywhere within plus or minus this of what they are made to.
 
         Raises
         ------
         InputError
-            If the load is not tabled, a limit is on something else, or the tolerance is negative.
+            If the load is not tabulated, a limit is on something else, or the tolerance is negative.
         """
         self._check(force, limits, tolerance)
         change, sd, depth, sensitivity = (

@@ -30,7 +30,7 @@ CORRELATION_LENGTH = 0.3
 #: Share of the discrepancy's variance that its low-rank form may leave to the diagonal.
 _RANK_TOLERANCE = 1e-6
 
-# Largest share of depth for which (1) is tabled, deeper points being taken as there, and steps of that table; nodes through
+# Largest share of depth for which (1) is tabulated, deeper points being taken as there, and steps of that table; nodes through
 # which its modes are computed, and the least share of the largest eigenvalue that is used of them.
 _END, _STEPS, _NODES, _LEAST_EIGENVALUE = 1.25, 640, 41, 1e-13
 

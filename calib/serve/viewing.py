@@ -1,4 +1,4 @@
-"""A run in, what its sensors do on any padding out, tabled once and looked at many times; and a specification as a file."""
+"""A run in, what its sensors do on any padding out, tabulated once and looked at many times; and a specification as a file."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _ONE = threading.Lock()
 
 # How often the range of the slider may be doubled.
 _DOUBLED = 5
-# What is tabled there: few paddings carry such loads, and which ones is to be told as exactly as on the console.
+# What is tabulated there: few paddings carry such loads, and which ones is to be told as exactly as on the console.
 _BEYOND = {"n_thickness": 73, "n_load": 129}
 
 _T = TypeVar("_T")

@@ -66,7 +66,7 @@ def test_what_goes_beyond_the_data_is_amber_there_and_not_elsewhere(land: Landsc
     assert colours[-1] == "amber"
 
 
-def test_a_load_that_is_not_tabled_and_limits_that_are_not_told_are_refused_together(land: Landscape) -> None:
+def test_a_load_that_is_not_tabulated_and_limits_that_are_not_told_are_refused_together(land: Landscape) -> None:
     with pytest.raises(InputError) as refusal:
         land.view(60.0, [Limit("dielectric_strain", "at_most", 0.4)], tolerance=-1e-4)
     assert len(refusal.value.faults) == 3

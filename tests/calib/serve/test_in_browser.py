@@ -217,7 +217,7 @@ def test_from_a_dropped_file_to_a_padding_by_keyboard_alone(page: Page, served: 
     # A load beyond the slider is typed in: shown as extrapolated, by how much, and as fast.
     most = float(page.locator("#load").get_attribute("max") or "nan")
     tab_to(page, page.locator("#force"))
-    page.wait_for_load_state("networkidle")  # what lies beyond is tabled ahead
+    page.wait_for_load_state("networkidle")  # what lies beyond is tabulated ahead
     page.evaluate("() => delete document.documentElement.dataset.lag")
     key.press("Control+A")
     key.type(f"{1.5 * most:g}")
