@@ -105,7 +105,9 @@ def _with_whole_cells(lines: list[str]) -> tuple[str, ...]:
     """Lines where cells of a header that hold line breaks, in quotes, stand in one; blank ones take the place of others."""
     for first in range(min(len(lines), _HEAD)):
         last = first
-        while _OPEN.search(lines[first]) and last + 1 < len(lines) and last - first < _BREAKS:
+        while last + 1 < len(lines) and last - first < _BREAKS and len(lines[first]) <= _LONGEST_LINE:
+            if not _OPEN.search(lines[first]):
+                break
             if not _CLOSE.match(lines[last + 1]):
                 break
             last += 1

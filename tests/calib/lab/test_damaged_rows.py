@@ -143,8 +143,9 @@ def test_a_row_one_column_too_far_is_left_out_also_beside_columns_that_are_alway
         "Time (s);Extension (mm);Load (N)\n" + "[s];[" * 2000 + "\n0.0;0.1;0.2\n0.1;0.2;0.3\n",
         "a b c\n\n1,2,3\n4,5,6\nx\n",
         "Zeit;Weg;Kraft\ns;mm;N\n" + "".join(f"0,{k};0,{k};0,{k}\n" for k in range(9)) + "1" * 9000 + " " * 4000 + ";0,9;0,9\n",
+        "Time (s);Extension (mm);Load (N)\n" + '"(' * 50_000 + "\n0.0;0.1;0.2\n",
     ],
-    ids=["blanks among units", "brackets among units", "numbers without a header", "digits in a time"],
+    ids=["blanks among units", "brackets among units", "numbers without a header", "digits in a time", "a long line"],
 )
 def test_monstrous_cells_are_refused_or_read_at_once(tmp_path: Path, content: str) -> None:
     path = tmp_path / "a.csv"
