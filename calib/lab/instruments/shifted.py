@@ -37,7 +37,8 @@ def shifted_rows(sheet: Sheet, table: Table) -> dict[int, str]:
     Raises
     ------
     InputError
-        If as many rows are shifted against the others as are not: which of them are right cannot be told.
+        If as many rows are shifted against the others as are not, or the others lack a cell at the other end, as where a first
+        column without readings is filled by the shift: which of them are right cannot be told.
     """
     n, n_row = n_named(sheet), len(table.lines)
     if n < 2 or n_row < 2:
@@ -58,7 +59,9 @@ def shifted_rows(sheet: Sheet, table: Table) -> dict[int, str]:
             continue  # a column that is filled more rarely
         runs = _runs(columns[end])
         rows = [r for run in runs if _is_run_shifted(columns, run, step) for r in range(*run)]
-        if 2 * len(rows) >= n_row:
+        others = n_row - len(rows)
+        lacking = sum(map(columns[n - 1 - end].count, _EMPTY))  # the cell at the other end, which shifted rows have
+        if rows and (len(rows) >= others or 2 * lacking >= others):
             raise InputError(
                 Fault(
                     f"in {len(rows)} of {n_row} rows, this the first, the cells stand one column further to the {side} "
@@ -83,8 +86,14 @@ def _runs(column: Sequence[str]) -> list[tuple[int, int]]:
 def _is_run_shifted(columns: Sequence[Sequence[str]], run: tuple[int, int], step: int) -> bool:
     """Whether the rows of a run are shifted, as its first and its last row show beside the full rows next to them."""
     beside = [(row, near) for row, near in ((run[0], run[0] - 1), (run[1] - 1, run[1])) if 0 <= near < len(columns[0])]
-    beside = [(row, near) for row, near in beside if columns[0][near].strip() and columns[-1][near].strip()]
+    beside = [(row, near) for row, near in beside if _tells(columns, row, near)]
     return bool(beside) and all(_is_shifted(columns, row, near, step) for row, near in beside)
+
+
+def _tells(columns: Sequence[Sequence[str]], row: int, near: int) -> bool:
+    """Whether a row near one with an empty end is full, or lacks the other end where that one has it."""
+    own, other = ((bool(columns[0][r].strip()), bool(columns[-1][r].strip())) for r in (row, near))
+    return all(other) or (own != other and any(own) and any(other))
 
 
 def _is_shifted(columns: Sequence[Sequence[str]], row: int, near: int, step: int) -> bool:

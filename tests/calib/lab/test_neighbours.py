@@ -168,6 +168,20 @@ def test_rows_of_which_most_are_shifted_are_refused(tmp_path: Path) -> None:
     assert "one column further to the left" in _refusal(tmp_path, rows, "Zeitpunkt des Tages,Extension (mm),Load (N),Aux")
 
 
+@pytest.mark.parametrize("every", [2, 3, 17])
+def test_rows_that_are_shifted_into_a_first_column_without_readings_are_refused(tmp_path: Path, every: int) -> None:
+    rows = [["", *row, "0.5"] for row in _rows()]
+    rows = [[*row[1:], ""] if k % every == 1 else row for k, row in enumerate(rows)]
+    assert "one column further to the" in _refusal(tmp_path, rows, "Specimen,Time (s),Extension (mm),Load (N),Aux")
+
+
+@pytest.mark.parametrize("every", [2, 5])
+def test_slower_first_and_last_columns_that_take_turns_shift_no_row(tmp_path: Path, every: int) -> None:
+    rows = [["20.9" if k % every else "", *row, "" if k % every else "21.5"] for k, row in enumerate(_rows())]
+    table = _read(tmp_path, rows, "T1 (°C),Time (s),Extension (mm),Load (N),T2 (°C)")
+    assert not any("too far" in why for why in table.reasons)
+
+
 @pytest.mark.parametrize("every", [2, 5])
 def test_a_slower_last_column_shifts_no_row(tmp_path: Path, every: int) -> None:
     rows = [[*row, "21.5" if k % every == 0 else ""] for k, row in enumerate(_rows())]
