@@ -266,7 +266,7 @@ def _require_numbers(content: Mapping[str, Any], colour: Colour, run: Run) -> No
     if _BEST_FIRST.index(colour) < _BEST_FIRST.index(worst):
         raise NotOfThisRunError("changed", f"it says {colour}, and the verdict on this calibration is {worst}")
     if content["open_models"] != list(certified_models(posterior, colour)):
-        raise NotOfThisRunError("changed", "its open models is not that of the run")
+        raise NotOfThisRunError("changed", "its open models are not those of the run")
     if content["results"] is None:
         return
     expected = {value.name: value for value in results_of(posterior)}

@@ -358,7 +358,7 @@ def _results(**change: Any) -> Any:
         (lambda _: {"results": []}, "it holds other results than the posterior"),
         (lambda s: {"laboratory": s["laboratory"] | {"operator": "C. Person"}}, "its laboratory is not that of the run"),
         (lambda _: {"instruments": []}, "its instruments is not that of the run"),
-        (lambda _: {"open_models": []}, "its open models is not that of the run"),
+        (lambda _: {"open_models": []}, "its open models are not those of the run"),
         (lambda _: {"title": "Certificate of an accredited calibration"}, "its title is not that of the run"),
         (lambda _: {"statement": "All is well."}, "its statement is not that of the run"),
         (lambda _: {"meant": "Value: exact."}, "its meant is not that of the run"),
