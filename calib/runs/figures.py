@@ -36,7 +36,7 @@ def figures_in(run: Run, folder: Path | str | None = None, *, kind: Format = "pd
 
     Parameters
     ----------
-    run : the calibration; if a padding was recommended, with its figures.
+    run : the calibration; if a padding was recommended, with its figures, unless the run is red: there is no advice then.
     folder : where to; None for the folder `figures` in that of the run.
     kind : ending of the files; PDF and SVG hold lines and letters, PNG 250 dots per inch.
 
@@ -52,7 +52,7 @@ def figures_in(run: Run, folder: Path | str | None = None, *, kind: Format = "pd
     if kind not in get_args(Format):
         raise InputError(Fault(f'"{kind}" is no format of figures', advice=f"Choose one of {', '.join(get_args(Format))}"))
     folder = run.folder / FIGURES if folder is None else Path(folder)
-    recommendation = load_recommendation(run.folder)
+    recommendation = None if run.verdict.colour == "red" else load_recommendation(run.folder)
     plots = plots_of_report(run.posterior, run.predictions, recommendation)
     require_folder(folder, "Create it first")
     with naming(folder):

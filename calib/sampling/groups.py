@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from calib.problem import prior_values
 from calib.sampling.archive import inference_data
-from calib.sampling.layout import Kind, constants, observed, of_readings, unknowns
+from calib.sampling.layout import Kind, constants, labelled, observed, of_readings, unknowns
 from calib.sampling.posterior import Posterior, named_draws
 from calib.sampling.replicate import Replicates, replicate
 from models.response import Forward
@@ -157,7 +157,7 @@ def _blocks(posterior: Posterior) -> xarray.Dataset:
         "draw": np.arange(values.shape[1]),
         "block": np.array(posterior.blocks, dtype=object),
     }
-    return xarray.Dataset(variables, coords)
+    return labelled(xarray.Dataset(variables, coords))
 
 
 def _sample_stats(posterior: Posterior) -> xarray.Dataset:
@@ -185,4 +185,4 @@ def _sample_stats(posterior: Posterior) -> xarray.Dataset:
         "thin": found.thin,
         "n_walkers": posterior.n_walkers,
     }
-    return xarray.Dataset(variables, coords, attrs)
+    return labelled(xarray.Dataset(variables, coords, attrs))

@@ -97,7 +97,13 @@ def second_opinion(
 
 
 def nearest(x: FloatArray, modes: Sequence[Mode]) -> Indices:
-    """Number of the mode that each of x (n_draw, n) is nearest to, by the densities round them, (n_draw,)."""
+    """Number of the mode that each draw is nearest to, by the densities round them, (n_draw,).
+
+    Parameters
+    ----------
+    x : the draws, (n_draw, n).
+    modes : among which.
+    """
     widest = [_log_student(x, mode, 1.0) for mode in modes]
     return np.asarray(np.argmax(widest, axis=0), dtype=np.intp)
 

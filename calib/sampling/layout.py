@@ -57,6 +57,32 @@ def chain_order(n_draw: int, n_walker: int) -> npt.NDArray[np.intp]:
     return np.lexsort((index // n_walker, index % n_walker, half))
 
 
+# What coordinates are, by their name or by its end behind that of a channel or a quantity.
+_COORDINATES = {
+    "chain": "chain, one for each ensemble of walkers, from 0",
+    "draw": "draw of a chain, from 0",
+    "block": "block of neighbouring points of a sweep",
+    "point": "point of all sweeps, from 0",
+    "number": "point of its sweep, from 1",
+    "specimen": "specimen",
+    "sweep": "sweep",
+}
+
+
+def labelled(dataset: xarray.Dataset) -> xarray.Dataset:
+    """Say of every coordinate what it is, and of those that are numbers that they have no unit.
+
+    Parameters
+    ----------
+    dataset : with coordinates of this module's names.
+    """
+    told = {}
+    for name, values in dataset.coords.items():
+        unit = {} if values.dtype.kind in "OU" else {"units": "1"}
+        told[name] = values.assign_attrs({**unit, "long_name": _COORDINATES[str(name).rpartition("_")[2]]})
+    return dataset.assign_coords(told)
+
+
 # --- unknowns -----------------------------------------------------------------------------------------------------------
 
 
@@ -82,7 +108,7 @@ def unknowns(parameters: Sequence[ParameterInfo], sweeps: Sequence[Sweep], draws
             coords[dimension] = _texts(labels)
         else:
             variables[variable] = (("chain", "draw"), draws[..., columns[0]], attrs)
-    return xarray.Dataset(variables, coords)
+    return labelled(xarray.Dataset(variables, coords))
 
 
 def stacked(parameters: Sequence[ParameterInfo], dataset: xarray.Dataset) -> FloatArray:
@@ -156,7 +182,7 @@ def observed(sweeps: Sequence[Sweep]) -> xarray.Dataset:
     values = {name: np.concatenate([p.value for _, p in rows]) for name, rows in _measured(sweeps).items()}
     attrs = {name: {"units": CHANNELS[name].unit or "1", "long_name": _words(name)} for name in values}
     variables = {name: ((f"{name}_point",), column, attrs[name]) for name, column in values.items()}
-    return xarray.Dataset(variables, _point_coordinates(sweeps))
+    return labelled(xarray.Dataset(variables, _point_coordinates(sweeps)))
 
 
 def constants(sweeps: Sequence[Sweep]) -> xarray.Dataset:
@@ -187,7 +213,7 @@ def constants(sweeps: Sequence[Sweep]) -> xarray.Dataset:
     ball = QUANTITIES["indenter_radius"]
     radii = np.array([s.indenter_radius for s in sweeps])
     variables["indenter_radius"] = (("sweep",), radii, {"units": ball.unit, "long_name": ball.label})
-    return xarray.Dataset(variables, coords)
+    return labelled(xarray.Dataset(variables, coords))
 
 
 def of_readings(sweeps: Sequence[Sweep], columns: Mapping[str, npt.NDArray[np.floating]], kind: Kind) -> xarray.Dataset:
@@ -208,7 +234,7 @@ def of_readings(sweeps: Sequence[Sweep], columns: Mapping[str, npt.NDArray[np.fl
         attrs = {"units": unit, "long_name": said.format(_words(name))}
         variables[name + suffix] = (("chain", "draw", f"{name}_point"), values, attrs)
     first = next(iter(columns.values()))
-    return xarray.Dataset(variables, {**_chain_and_draw(first), **_point_coordinates(sweeps)})
+    return labelled(xarray.Dataset(variables, {**_chain_and_draw(first), **_point_coordinates(sweeps)}))
 
 
 def _words(channel: str) -> str:

@@ -146,7 +146,7 @@ def _tare(look: Look) -> Tare | None:
     that are higher by s there.
     """
     problem = look.problem
-    names = {p.parameter for p in problem.parameters} | {name.split("[")[0] for name in problem.fixed}
+    names = {p.parameter for p in problem.parameters} | {UnknownName.parse(name).parameter for name in problem.fixed}
     tied = any(channel.tie == "force" for plan in problem.plans for channel in plan.channels.values())
     moduli = [p.key for p in problem.parameters if p.parameter in _OF_FORCE]
     specimens = problem.experiment.specimens

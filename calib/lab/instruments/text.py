@@ -152,8 +152,8 @@ def _decode(path: Path, data: bytes) -> tuple[str, str]:
         if not _CONTROL.search(text):
             return _NAMES.get(encoding, encoding), text
     zero = data.find(b"\x00")
-    few = zero >= 0 and (b"\x00" not in data.rstrip(b"\x00\r\n") or data.count(b"\x00") < _FEW_ZEROS * len(data))
-    if few:
+    few = b"\x00" not in data.rstrip(b"\x00\r\n") or data.count(b"\x00") < _FEW_ZEROS * len(data)
+    if zero >= 0 and few and not _CONTROL.search(data.replace(b"\x00", b"").decode("latin-1")):
         message = "the file is not text: zero bytes, as a power cut leaves them, stand in this line"
         advice = f"Cut them off if nothing else is lost. {_EXPORT}"
         raise InputError(Fault(message, path, data.count(b"\n", 0, zero) + 1, advice=advice))
