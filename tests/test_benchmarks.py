@@ -1,4 +1,8 @@
-"""Every benchmark runs from its command line to its end, at a size of seconds; what it finds is for docs/ and not for here."""
+"""Every benchmark runs from its command line to its end, at a size of seconds; what it finds is for docs/ and not for here.
+
+What samples does so in short blocks, after one climb and two rounds of steps: how well is not looked at here.
+Functions of the sampler are replaced for that in the process of the script, whose own options are those of its user.
+"""
 
 from __future__ import annotations
 
@@ -10,13 +14,17 @@ import sys
 import traceback
 import warnings
 from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, NoReturn
 
 import numpy as np
 import pytest
 
-from calib.sampling import assess, sampler, start
+sys.path.insert(0, str(Path(__file__).parent / "calib" / "runs"))
+
+from small_run import BLOCK, in_small_steps
+
 from models.surrogate.points import design_points
 from models.surrogate.store import open_store
 from models.surrogate.training import run_point, store_settings
@@ -27,9 +35,6 @@ pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are f
 
 BENCHMARKS = sorted(path.name for path in (ROOT / "benchmarks").glob("*.py"))
 ACCURACY = 2e-2
-
-#: Steps of a block of all that is sampled.
-STEPS = 10
 
 #: Benchmarks that start workers, each of which loads the script.
 STARTING_PROCESSES = ("damage_files.py", "fem_robustness.py")
@@ -42,7 +47,7 @@ QUICK: dict[str, tuple[list[str], str]] = {
     ),
     "batch.py": (
         [
-            *("--lots", "1", "--lot", "1", "--new", "1", "--exact", "0", "--surrogate", "--steps", str(STEPS)),
+            *("--lots", "1", "--lot", "1", "--new", "1", "--exact", "0", "--surrogate", "--steps", str(BLOCK)),
             *("--processes", "0", "--folder", "FOLDER/batches"),
         ],
         "sound newcomers named as strangers: ",
@@ -82,10 +87,10 @@ QUICK: dict[str, tuple[list[str], str]] = {
         "| hangs on the modulus | nominal |",
     ),
     "thinning.py": (["-n", "7", "--steps", "40"], "7 paths, "),
-    "planted.py": (["nothing", "--labs", "1", "--steps", str(STEPS), "--processes", "0"], "| nothing | 1 | 0 |"),
+    "planted.py": (["nothing", "--labs", "1", "--steps", str(BLOCK), "--processes", "0"], "| nothing | 1 | 0 |"),
     "posterior_against_fem.py": (
         [
-            *("--cases", "force", "--designs", "8", "--accuracy", "3e-2", "--steps", str(STEPS)),
+            *("--cases", "force", "--designs", "8", "--accuracy", "3e-2", "--steps", str(BLOCK)),
             *("--draws", "30", "--processes", "0"),
         ],
         "force: 8 unknowns, NOT converged; 30 draws re-weighted",
@@ -94,7 +99,7 @@ QUICK: dict[str, tuple[list[str], str]] = {
     "read_large_file.py": (["-n", "3000", "--files", "ragged", "two rates"], "two rates: 0 MB, 3000 rows"),
     # Moves and peers on the shipped experiment take minutes; one target shows that the table is made.
     "sampling.py": (["targets", "three modes", "--seeds", "1"], "0 converged and wrong; 0 of 1 runs"),
-    "specimens.py": (["-n", "1", "--steps", str(STEPS), "--processes", "0"], "shared unknowns within the 90 % interval"),
+    "specimens.py": (["-n", "1", "--steps", str(BLOCK), "--processes", "0"], "shared unknowns within the 90 % interval"),
     "surrogate_range.py": (["FOLDER/range.png"], ""),
 }
 
@@ -131,10 +136,11 @@ def _run_here(script: str, words: tuple[str, ...]) -> NoReturn:
     """Run a script as Python runs it, first for its help and then in earnest, and end the process as it would."""
     sys.stdout, sys.stderr = (io.TextIOWrapper(io.FileIO(number, "w", closefd=False), "utf-8") for number in (1, 2))
     code: object = 1
+    brief = ExitStack()
     try:
         warnings.resetwarnings()  # those of a script are no errors
         if script != "sampling.py":  # which tells how well it is sampled
-            _sample_little()
+            brief.enter_context(in_small_steps())
         sys.path.insert(0, os.getcwd())
         for given in (("--help",), words):
             sys.argv = [script, *given]
@@ -151,13 +157,6 @@ def _run_here(script: str, words: tuple[str, ...]) -> NoReturn:
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(code if isinstance(code, int) else 1)
-
-
-def _sample_little() -> None:
-    """Have this process sample in short blocks, after one climb and one round of steps: how well is not looked at here."""
-    vars(start).update(N_ANY=0, N_UNEXPLAINED=0, _SLOPE=float("inf"), _MOST_ROUNDS=1)
-    for module in (assess, sampler):
-        vars(module).update(BLOCK_STEPS=STEPS)
 
 
 @pytest.fixture(scope="module")

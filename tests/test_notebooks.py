@@ -1,7 +1,8 @@
 """Every notebook runs from top to bottom, in its own folder; those that sample are kept with what came out.
 
 They are kept as they came out of sampling until convergence; here they sample for less long, with fewer walkers, after one
-climb and one round of steps, and are compared with coarse finite elements.
+climb and two rounds of steps, and are compared with coarse finite elements. Functions of the sampler are replaced in their
+kernels for that: a notebook calls `calib.sample` as its reader would, who has no such choice.
 """
 
 from pathlib import Path
@@ -24,10 +25,14 @@ SHORTER = {
     "next_measurement": (BRIEF,),
     "compare_models": (BRIEF, ("other, seed=2)", "other, seed=2, max_steps=20, n_walkers=64, processes=0)")),
 }
-BRIEFLY = """
-from calib.sampling import start
+BRIEFLY = f"""
+import sys
+from contextlib import ExitStack
+sys.path.insert(0, {str(Path(__file__).parent / "calib" / "runs")!r})
 from models.fem import FiniteElements
-vars(start).update(N_ANY=0, N_UNEXPLAINED=0, _SLOPE=float("inf"), _MOST_ROUNDS=1)
+from small_run import in_small_steps
+briefly = ExitStack()
+briefly.enter_context(in_small_steps())
 """
 
 

@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from packaging.requirements import Requirement
 
@@ -24,6 +24,9 @@ from calib.files import require_folder
 from calib.provenance import PROGRAM
 from calib.report import BROWSERS, find_browser
 from calib.runs.ownership import owned
+
+if TYPE_CHECKING:
+    from models.response import Forward
 
 #: Works; is not there, and not needed for a calibration; does not work.
 Health = Literal["fine", "missing", "broken"]
@@ -167,21 +170,33 @@ def _surrogates(_: Path) -> Iterator[Examined]:
 
 def _forward_models(_: Path) -> Iterator[Examined]:
     """Finite elements and surrogate against a number of an independent code."""
+    from models.fem import FiniteElements
+    from models.surrogate import load_surrogate
+
+    yield compared("finite elements", FiniteElements())
+    yield compared("surrogate", load_surrogate())
+
+
+def compared(name: str, forward: Forward) -> Examined:
+    """Compare what a forward model computes of the paper's sensor with a number of an independent code.
+
+    Parameters
+    ----------
+    name : of the part of the installation.
+    forward : the model.
+    """
     import numpy as np
 
     from models.examples import PAPER_SENSOR
-    from models.fem import FiniteElements
     from models.sensor import design_from
-    from models.surrogate import load_surrogate
 
-    for name, forward in (("finite elements", FiniteElements), ("surrogate", load_surrogate)):
-        response = forward().respond(design_from(PAPER_SENSOR), np.array([_DEPTH]))
-        computed = {"force": float(response.force[-1]), "capacitance change": float(response.capacitance_change[-1])}
-        off = {what: computed[what] / true - 1 for what, (true, _) in _NEAR.items()}
-        sizes = ", ".join(f"{what} {100 * o:+.2f} %" for what, o in off.items())
-        near = all(math.isfinite(o) and abs(o) < _NEAR[what][1] for what, o in off.items())
-        finding = f"{sizes} off an independent code"
-        yield Examined(name, "fine" if near else "broken", finding, "" if near else _ANEW)
+    response = forward.respond(design_from(PAPER_SENSOR), np.array([_DEPTH]))
+    computed = {"force": float(response.force[-1]), "capacitance change": float(response.capacitance_change[-1])}
+    off = {what: computed[what] / true - 1 for what, (true, _) in _NEAR.items()}
+    sizes = ", ".join(f"{what} {100 * o:+.2f} %" for what, o in off.items())
+    near = all(math.isfinite(o) and abs(o) < _NEAR[what][1] for what, o in off.items())
+    finding = f"{sizes} off an independent code"
+    return Examined(name, "fine" if near else "broken", finding, "" if near else _ANEW)
 
 
 def _places(folder: Path) -> Iterator[Examined]:

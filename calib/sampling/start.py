@@ -53,7 +53,8 @@ _EFFECTIVE = 0.6
 #: so many in all, while the mean log density of the walkers drifts by more than this, in its standard deviations: the mode of
 #: a funnel is far from where its mass is.
 ROUNDS = (16, 16, 24, 40, 56)
-_MOST_ROUNDS, _DRIFT = 20, 0.2
+MOST_ROUNDS = 20
+_DRIFT = 0.2
 #: A proposal of which more draws than this are accepted is as good as can be.
 ENOUGH_ACCEPTED = 0.5
 #: A proposal of which fewer draws than this are accepted does not fit: the moves that need no shape are made instead.
@@ -265,7 +266,9 @@ def _no_valley(target: Target, a: Mode, b: Mode) -> bool:
     return bool(np.all(target.log_density(between) > min(a.log_density, b.log_density) - 1.0))
 
 
-def start(target: Target, modes: Sequence[Mode], seed: np.random.SeedSequence, n_walker: int) -> Start:
+def start(
+    target: Target, modes: Sequence[Mode], seed: np.random.SeedSequence, n_walker: int, most_rounds: int = MOST_ROUNDS
+) -> Start:
     """Place the walkers of an ensemble as the target lies, and fit the proposal that they will move by.
 
     Draws of what the target knows of its modes, or of Student densities round them, are weighted to the target, mildly where
@@ -279,6 +282,7 @@ def start(target: Target, modes: Sequence[Mode], seed: np.random.SeedSequence, n
     modes : all that are known, from `join_modes`.
     seed : of this ensemble.
     n_walker : how many walkers.
+    most_rounds : of steps, even if the walkers still drift after them.
     """
     random = np.random.RandomState(np.random.MT19937(seed))
     mass = np.exp([m.log_mass - modes[0].log_mass for m in modes])
@@ -313,7 +317,7 @@ def start(target: Target, modes: Sequence[Mode], seed: np.random.SeedSequence, n
     state = EnsembleState.of(x[chosen], log_density[chosen], random)
     before: FloatArray = np.empty((0, x.shape[1]))
     accepted = 0.0
-    for k in range(_MOST_ROUNDS):
+    for k in range(most_rounds):
         path = walk(target, state, moves_by(target, proposal), ROUNDS[min(k, len(ROUNDS) - 1)])
         state = path.end
         accepted = path.accepted_of("proposal", "specimens", "shared")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -233,6 +233,12 @@ def _undrawn() -> Iterator[None]:
                 patch.setattr(module, name, lambda *_, **__: Figure())
         patch.setattr("calib.report.pictures.figure_address", lambda *_, **__: "data:,")
         yield
+
+
+@pytest.fixture(scope="session")
+def undrawing() -> Callable[[], AbstractContextManager[None]]:
+    """A block whose pages have empty pictures, for what is made for tests that draw; see `undrawn`."""
+    return _undrawn
 
 
 @pytest.fixture

@@ -9,7 +9,8 @@ import sys
 import threading
 import time
 from concurrent.futures import Executor
-from multiprocessing import active_children, popen_fork, popen_spawn_posix
+from multiprocessing import active_children, popen_fork
+from multiprocessing.context import SpawnProcess
 from pathlib import Path
 
 import pytest
@@ -265,18 +266,18 @@ def test_a_crew_of_no_process_works_in_this_one() -> None:
 
 @pytest.mark.skipif(not hasattr(signal, "pthread_kill"), reason="signals of threads")
 def test_a_signal_while_a_worker_is_started_is_heard_when_it_has_been(monkeypatch: pytest.MonkeyPatch) -> None:
-    launch, whole, before = vars(popen_spawn_posix.Popen)["_launch"], [], signal.getsignal(signal.SIGINT)
+    start, whole, before = SpawnProcess.start, [], signal.getsignal(signal.SIGINT)
     release = threading.Event()
     other = threading.Thread(target=release.wait)
     other.start()
 
-    def disturbed(self: popen_spawn_posix.Popen, process: object) -> None:
+    def disturbed(process: SpawnProcess) -> None:
         signal.pthread_kill(other.ident or 0, signal.SIGINT)
         time.sleep(0.1)
-        launch(self, process)
+        start(process)
         whole.append(process)
 
-    monkeypatch.setattr(popen_spawn_posix.Popen, "_launch", disturbed)
+    monkeypatch.setattr(SpawnProcess, "start", disturbed)
     signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         with pytest.raises(KeyboardInterrupt), workers(1) as executor:

@@ -16,6 +16,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import typer
+from damaged import calib_with, copy_models
 from small_run import BLOCK, in_small_steps
 from typer.testing import CliRunner, Result
 
@@ -34,7 +35,7 @@ from calib.sampling.sampler import sample
 from models.analytic import ClosedForm
 from models.response import ConvergenceError
 from models.sensor import design_from
-from models.surrogate import FAMILIES, fitting, surrogate
+from models.surrogate import FAMILIES, fitting
 from models.surrogate.points import design_points
 from models.surrogate.store import open_store
 from models.surrogate.surrogate import load_surrogate
@@ -843,22 +844,20 @@ def test_a_design_of_another_family_gets_its_surrogate(lab: Path) -> None:
     assert "stiffening must be 0" in _said(result)
 
 
-def test_a_family_without_a_surrogate_in_the_package_is_refused_with_what_to_do(
-    lab: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_family_without_a_surrogate_in_the_package_is_refused_with_what_to_do(lab: Path) -> None:
     text = (lab / "design.toml").read_text()
     (lab / "rubs.toml").write_text(text.replace("[indenter]\n", "[indenter]\nfriction_coefficient = 0.3\n"))
-    shipped = surrogate._shipped
-    monkeypatch.setattr(surrogate, "_shipped", lambda f: lab / "none" if f.name == "friction" else shipped(f))
+    (copy_models(lab) / "friction.npz").unlink()
     for words in (
         ("surrogate", "info", "--family", "friction"),
         ("simulate", lab / "rubs.toml", "--displacement", "0.1 mm"),
     ):
-        result = _run(*words)
-        assert result.exit_code == 2
-        assert "no surrogate of the family friction" in _said(result)
-        assert "calib surrogate train --family friction -o friction.npz" in _said(result)
-        assert "There are surrogates of neo-hookean (" in _said(result)
+        ended = calib_with(lab, *words)
+        assert ended.returncode == 2
+        said = " ".join(ended.stderr.split())
+        assert "no surrogate of the family friction" in said
+        assert "calib surrogate train --family friction -o friction.npz" in said
+        assert "There are surrogates of neo-hookean (" in said
     law = "law = { gent = { locking = 20 } }\n"
     both = (lab / "rubs.toml").read_text().replace("[sensor]\n", f"[sensor]\n{law}").replace("[padding]\n", f"[padding]\n{law}")
     (lab / "both.toml").write_text(both)

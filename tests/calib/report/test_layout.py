@@ -6,6 +6,7 @@ import re
 import subprocess
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from functools import partial
 from html.parser import HTMLParser
 from importlib import resources
 from itertools import combinations
@@ -27,8 +28,18 @@ from calib.decision import Requirement, recommend, recommend_for
 from calib.digits import interval_text
 from calib.experiment import Instrument, Limit, Specification
 from calib.lab.quality.grade import Grade
-from calib.report import Origin, certificate_page, certify, find_browser, print_page, prior_figure, write_report
+from calib.report import (
+    Origin,
+    certificate_page,
+    certify,
+    find_browser,
+    plots_of_report,
+    print_page,
+    prior_figure,
+    write_report,
+)
 from calib.report.figures.padding import beside_figure
+from calib.report.pictures import Plot
 from calib.sampling.posterior import Posterior
 from models.analytic import ClosedForm
 
@@ -91,8 +102,8 @@ def drawn() -> dict[str, Figure]:
 def page(make_posterior: MakePosterior, drawn: dict[str, Figure]) -> str:
     """A page with all that a page may have, its figures drawn but not encoded."""
 
-    def kept(draw: Callable[..., Figure], args: tuple[object, ...], kwargs: Mapping[str, object], _: bool) -> str:
-        drawn[str(len(drawn))] = draw(*args, **kwargs)
+    def kept(plot: Plot) -> str:
+        drawn[str(len(drawn))] = plot.figure()
         return f"data:image/png,{len(drawn) - 1}"
 
     posterior = make_posterior(n_specimen=1)
@@ -106,9 +117,8 @@ def page(make_posterior: MakePosterior, drawn: dict[str, Figure]) -> str:
     spec = Specification(limits, (8.0,), upper=4e-3, steps=3, n_draw=50, electrode_radii=(8e-3, 9e-3), modulus_spread=0.1)
     advice = recommend_for(posterior, ClosedForm(), spec, seed=1)
     predictions = predict(posterior, ClosedForm(), np.random.default_rng(1), n_draw=20)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("calib.report.pictures._drawn", kept)
-        return write_report(posterior, predictions, advice, posterior_sha256="ab" * 32)
+    drawings = {name: partial(kept, plot) for name, plot in plots_of_report(posterior, predictions, advice).items()}
+    return write_report(posterior, predictions, advice, posterior_sha256="ab" * 32, drawings=drawings)
 
 
 def test_the_style_sheet_is_understood_here() -> None:
@@ -192,10 +202,9 @@ def test_the_first_sheet_has_verdict_numbers_signal_and_conditions(page: str) ->
 
 
 def test_the_first_sheet_ends_where_it_is_full_and_what_does_not_fit_leaves_no_empty_one_behind(
-    make_posterior: MakePosterior, monkeypatch: pytest.MonkeyPatch
+    make_posterior: MakePosterior, undrawn: None
 ) -> None:
     assert next(rule.says["break-after"] for rule in RULES if rule.selector == ".signal.sheet") == "page"
-    monkeypatch.setattr("calib.report.pictures._drawn", lambda *_: "data:,")
     posterior = make_posterior(n_specimen=1)
     predictions = predict(posterior, ClosedForm(), np.random.default_rng(1), n_draw=20)
     for n, alone in ((2, True), (12, False)):
@@ -241,12 +250,9 @@ def test_optima_that_lie_close_together_are_more_than_one_bar(make_posterior: Ma
     beside_figure(replace(r, optimum=np.full(400, 2e-3)))
 
 
-def test_every_sheet_has_its_number_and_the_hash_of_the_run(
-    make_posterior: MakePosterior, page: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_every_sheet_has_its_number_and_the_hash_of_the_run(make_posterior: MakePosterior, page: str, undrawn: None) -> None:
     assert 'content: "page " counter(page) " of " counter(pages)' in CSS
     assert '@page { @bottom-left { content: "run abababababababab";' in page
-    monkeypatch.setattr("calib.report.pictures._drawn", lambda *_: "data:,")
     posterior = make_posterior(n_specimen=1)
     predictions = predict(posterior, ClosedForm(), np.random.default_rng(1), n_draw=20)
     own = replace(posterior, attrs={**posterior.attrs, "fingerprint": "0123456789abcdef" * 4})

@@ -26,15 +26,15 @@ def predictions(posterior: Posterior) -> tuple[Prediction, ...]:
 
 
 @pytest.fixture
-def counted(monkeypatch: pytest.MonkeyPatch) -> list[object]:
+def counted(undrawn: None, monkeypatch: pytest.MonkeyPatch) -> list[object]:
     """Pictures that are a number each instead of drawn; gives what was asked for."""
     asked: list[object] = []
 
-    def numbered(draw: object, *_: object) -> str:
-        asked.append(draw)
+    def numbered(figure: object, **_: object) -> str:
+        asked.append(figure)
         return f"data:,{len(asked)}"
 
-    monkeypatch.setattr("calib.report.pictures._drawn", numbered)
+    monkeypatch.setattr("calib.report.pictures.figure_address", numbered)
     return asked
 
 

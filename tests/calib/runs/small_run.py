@@ -75,7 +75,7 @@ def _begun(target: ProblemTarget, modes: Sequence[Mode], seed: np.random.SeedSeq
     assert isinstance(seed.entropy, int)
     key = (identity_of(target.space.problem, 0).fingerprint, seed.entropy, seed.spawn_key, n_walker)
     if key not in _BEGUN:
-        _BEGUN[key] = start(target, modes, seed, n_walker)
+        _BEGUN[key] = start(target, modes, seed, n_walker, most_rounds=2)
     return _BEGUN[key]
 
 
@@ -99,7 +99,6 @@ def in_small_steps() -> Iterator[None]:
     with in_short_blocks(), pytest.MonkeyPatch.context() as patch:
         patch.setattr(sampler, "find_modes", _climbed)
         patch.setattr(sampler, "start", _begun)
-        patch.setattr("calib.sampling.start._MOST_ROUNDS", 2)
         yield
 
 

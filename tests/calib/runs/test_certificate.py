@@ -496,8 +496,6 @@ def test_a_password_is_taken_from_the_environment_where_nobody_can_be_asked(
     refused = _command("key", "new", "-o", tmp_path / "lab.key", "--password")
     assert refused.exit_code == 2
     assert not (tmp_path / "lab.key").exists()
-    monkeypatch.setattr("calib.signature._OPERATIONS", 1 << 15)
-    monkeypatch.setattr("calib.signature._MEMORY", 1 << 20)
     monkeypatch.setenv("CALIB_KEY_PASSWORD", "pässword")
     assert _command("key", "new", "-o", tmp_path / "lab.key", "--password").exit_code == 0
     assert _command("certificate", run, "--key", tmp_path / "lab.key").exit_code == 0

@@ -9,20 +9,27 @@ import sys
 import tempfile
 from base64 import urlsafe_b64encode
 from collections.abc import Callable
+from dataclasses import replace
 from importlib import metadata
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from damaged import calib_with, copy_models
 from typer.testing import CliRunner
 
 from calib.cli import app
+from calib.report import find_browser
 from calib.runs import Examined, examine
+from calib.runs.doctor import compared
 from models.fem import FiniteElements
+from models.layers import LayeredDesign
 from models.response import Response
 from models.sensor import Design, FloatArray
-from models.surrogate import FAMILIES, Family
-from models.surrogate import surrogate as of_surrogate
+from models.surrogate import FAMILIES, NEO_HOOKEAN, is_shipped
+
+#: Whether a browser is found beside the search path: where this system installs programs, which no test can change.
+INSTALLED = find_browser({**os.environ, "PATH": ""}) is not None
 
 
 def _found(folder: Path) -> dict[str, Examined]:
@@ -67,34 +74,37 @@ def test_a_package_below_its_bound_and_one_that_is_not_there_are_named_with_the_
     assert "3 things do not work here." in said
 
 
-def test_a_surrogate_whose_file_is_damaged_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    shipped = of_surrogate._shipped
-    data = bytearray(Path(str(shipped(FAMILIES["neo-hookean"]))).read_bytes())
+def test_a_surrogate_whose_file_is_damaged_is_found(tmp_path: Path) -> None:
+    file = copy_models(tmp_path) / "neo-hookean.npz"
+    data = bytearray(file.read_bytes())
     data[len(data) // 2] ^= 1
-    (tmp_path / "damaged.npz").write_bytes(data)
+    file.write_bytes(data)
+    ended = calib_with(tmp_path, "doctor")
+    assert ended.returncode == 3, ended.stderr
+    others = ", ".join(name for name, family in FAMILIES.items() if family is not NEO_HOOKEAN and is_shipped(family))
+    assert f"✗ surrogates        {file} is not a surrogate file" in ended.stdout
+    assert f"✓ surrogates        {others}: whole, by their checksums" in ended.stdout
+    assert "✓ finite elements" in ended.stdout
+    assert "✗ forward models    ValueError: " in ended.stdout
+    assert "✓ surrogate " not in ended.stdout
+    assert ended.stdout.count("pip install --force-reinstall") == 2
+    assert "2 things do not work here." in ended.stdout
 
-    def damaged(family: Family) -> object:
-        return tmp_path / "damaged.npz" if family.name == "neo-hookean" else shipped(family)
 
-    monkeypatch.setattr(of_surrogate, "_shipped", damaged)
-    found = _found(tmp_path)
-    assert found["forward models"].health == "broken"
-    wrong = [one for one in examine(tmp_path) if one.name == "surrogates" and one.health == "broken"]
-    assert [("damaged.npz" in one.finding, "pip install" in one.action) for one in wrong] == [(True, True)]
+class _Stiffer(FiniteElements):
+    """Finite elements that compute something else."""
+
+    def respond(self, design: Design | LayeredDesign, depth: FloatArray) -> Response:
+        response = super().respond(design, depth)
+        return replace(response, force=1.02 * response.force)
 
 
-def test_finite_elements_that_compute_something_else_are_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    respond = FiniteElements.respond
-
-    def off(self: FiniteElements, design: Design, depth: FloatArray) -> Response:
-        response = respond(self, design, depth)
-        return Response(**{**vars(response), "force": 1.02 * response.force})
-
-    monkeypatch.setattr(FiniteElements, "respond", off)
-    found = _found(tmp_path)
-    assert found["finite elements"].health == "broken"
-    assert "force +1.96 %" in found["finite elements"].finding
-    assert found["surrogate"].health == "fine"
+def test_finite_elements_that_compute_something_else_are_found() -> None:
+    found = compared("finite elements", _Stiffer())
+    assert found.health == "broken"
+    assert "force +1.96 %" in found.finding
+    assert "pip install" in found.action
+    assert compared("finite elements", FiniteElements()).health == "fine"
 
 
 def _no_locks(patch: pytest.MonkeyPatch, folder: Path) -> Path:
@@ -164,9 +174,9 @@ def test_a_file_of_the_package_that_has_changed_is_found(tmp_path: Path, monkeyp
     assert found.finding == f"{os.path.join('calib', 'other.py')}, {os.path.join('calib', 'third.py')}: not as installed"
 
 
+@pytest.mark.skipif(INSTALLED, reason="there is one where this system installs programs")
 def test_without_a_browser_it_works_and_says_what_for_one_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PATH", str(tmp_path))
-    monkeypatch.setattr("calib.report.browser._APPLICATIONS", ())
     monkeypatch.chdir(tmp_path)
     result = CliRunner().invoke(app, ["doctor"])
     assert result.exit_code == 0

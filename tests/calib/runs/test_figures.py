@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,7 +20,11 @@ from models.analytic import ClosedForm
 
 
 @pytest.fixture(scope="module")
-def run(make_posterior: Callable[..., Posterior], tmp_path_factory: pytest.TempPathFactory) -> Path:
+def run(
+    make_posterior: Callable[..., Posterior],
+    undrawing: Callable[[], AbstractContextManager[None]],
+    tmp_path_factory: pytest.TempPathFactory,
+) -> Path:
     """A run that has not converged, of a specimen with an odd name, with a recommendation."""
     folder = tmp_path_factory.mktemp("run")
     posterior = make_posterior(converged=False, n_specimen=1)
@@ -34,8 +39,7 @@ def run(make_posterior: Callable[..., Posterior], tmp_path_factory: pytest.TempP
     d = posterior.diagnostics
     d = replace(d, parameters={names[n]: s for n, s in d.parameters.items()}, tau={names[n]: t for n, t in d.tau.items()})
     save_posterior(replace(renamed, diagnostics=d), folder / "posterior.nc", ClosedForm())
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("calib.report.pictures._drawn", lambda *_: "data:,")
+    with undrawing():
         recommend_in(load_run(folder), Requirement(2.0, 0.5e-3, 3e-3, n_thickness=5, n_draw=50), seed=1)
     return folder
 

@@ -7,6 +7,7 @@ import signal
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from multiprocessing.context import SpawnProcess
 from pathlib import Path
 
 import numpy as np
@@ -423,11 +424,12 @@ def test_seconds_end_the_search_for_the_start_too(tmp_path: Path, monkeypatch: p
 
 
 def test_no_worker_is_started_when_the_budget_is_spent(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    begun: list[object] = []
-    monkeypatch.setattr("calib.workers._Worker.start", begun.append)
+    def started(_: SpawnProcess) -> None:
+        raise AssertionError
+
+    monkeypatch.setattr(SpawnProcess, "start", started)
     with pytest.raises(NothingSampled, match="0 of 4 ensembles"):
         sample(small_problem(), seed=1, checkpoint=tmp_path, processes=2, max_seconds=0.0)
-    assert begun == []
 
 
 def _deepest(problem: Problem) -> float:

@@ -182,8 +182,6 @@ def test_no_secret_reaches_the_browser(work: Work) -> None:
 
 def test_a_password_is_never_typed_into_a_page(work: Work, monkeypatch: pytest.MonkeyPatch) -> None:
     page, space = work
-    monkeypatch.setattr("calib.signature._OPERATIONS", 1 << 15)
-    monkeypatch.setattr("calib.signature._MEMORY", 1 << 24)
     key = new_key()
     (space.folder / "locked.key").write_text(secret_key_text(key, "pässword"))
     seen = ok(page.get("/certificate/look?name=run"))

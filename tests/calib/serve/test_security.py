@@ -346,14 +346,13 @@ def test_a_run_whose_name_cannot_be_shown_does_not_keep_the_others_away(page: Te
     assert space.runs() == ["<b> \"'"]
 
 
-def test_of_ten_thousand_files_a_page_lists_some(page: TestClient, space: Workspace, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("calib.serve.pages.files._SHOWN", 5)
-    for k in range(12):
+def test_of_a_thousand_files_a_page_lists_five_hundred(page: TestClient, space: Workspace) -> None:
+    for k in range(1012):
         (space.folder / "lab" / f"f{k}.csv").write_text("x")
-    first, second, last = (page.get(f"/files?from={k}").text for k in ("x", "5", "10"))
-    assert [text.count("data-load=") for text in (first, second, last)] == [5, 5, 3]
-    assert "Files 6 to 10 of 13" in second
-    assert "from=10" in second
+    first, second, last = (page.get(f"/files?from={k}").text for k in ("x", "500", "1000"))
+    assert [text.count("data-load=") for text in (first, second, last)] == [500, 500, 13]
+    assert "Files 501 to 1000 of 1013" in second
+    assert "from=1000" in second
     assert "The next ones" not in last
     assert page.get("/files?from=99999999").text.count("data-load=") == 0
 
