@@ -54,6 +54,7 @@ def test_every_figure_of_the_report_is_a_file_with_its_letters_and_a_caption(run
     assert files == [
         "capacitance-of-prufling-7.pdf",
         "captions.md",
+        "change.pdf",
         "force-of-prufling-7.pdf",
         "pairs.pdf",
         "priors-of-material-and-rig.pdf",
