@@ -5,7 +5,7 @@ Left: which thicknesses of sensor and padding are inside, for three discs. Right
 
 from __future__ import annotations
 
-import sys
+import argparse
 from pathlib import Path
 
 import numpy as np
@@ -64,4 +64,6 @@ def draw() -> Figure:
 
 
 if __name__ == "__main__":
-    draw().savefig(Path(sys.argv[1]), dpi=150)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("picture", type=Path, help="file to write, PNG")
+    draw().savefig(parser.parse_args().picture, dpi=150)
