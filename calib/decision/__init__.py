@@ -5,18 +5,16 @@ from calib.decision.batch import DRIFTING, Batch, expected_of
 from calib.decision.causes import Cause
 from calib.decision.conditions import open_models_of
 from calib.decision.conformity import Built, Conformity, Needed
-from calib.decision.extrapolation import MARGIN, largest_force
+from calib.decision.extrapolation import force_exceeded, largest_force
 from calib.decision.force_table import (
-    LEVEL,
     N_ROW,
-    WIDTH_IN_SD,
     ForceReading,
     ForceTable,
     GripperTables,
     Status,
     WorkingPoint,
 )
-from calib.decision.gripper import Gripper
+from calib.decision.gripper import LEVEL, WIDTH_IN_SD, Gripper
 from calib.decision.guard_band import Drawing, Risks
 from calib.decision.inspection import (
     Inspected,
@@ -56,7 +54,6 @@ __all__ = [
     "INTERVAL_PROBABILITY",
     "LEVEL",
     "LIMITED_HERE",
-    "MARGIN",
     "N_ROW",
     "WIDTH_IN_SD",
     "AsBuilt",
@@ -92,6 +89,7 @@ __all__ = [
     "WorkingPoint",
     "conform",
     "expected_of",
+    "force_exceeded",
     "inspect",
     "inspected_from_plain",
     "inspected_to_plain",

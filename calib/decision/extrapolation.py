@@ -47,6 +47,16 @@ class Aim:
     ball: float
 
 
+def force_exceeded(force: float, largest: float) -> str:
+    """How far a load goes beyond the largest that was measured, in words; "" within it.
+
+    Parameters
+    ----------
+    force, largest : [N].
+    """
+    return f"{force / largest:.1f} times the largest measured force ({largest:.2g} N)" if force > MARGIN * largest else ""
+
+
 def exceeded(presses: Sequence[Measured], aim: Aim) -> dict[str, str]:
     """In what an advice goes beyond the data: force, padding, depth or ball, each with by how much in words.
 
@@ -65,8 +75,8 @@ def exceeded(presses: Sequence[Measured], aim: Aim) -> dict[str, str]:
     balls = sorted({p.ball for p in presses})
     total = aim.padding + median(p.total - p.padding for p in presses)
     found = {}
-    if aim.force > MARGIN * largest:
-        found["force"] = f"{aim.force / largest:.1f} times the largest measured force ({largest:.2g} N)"
+    if too_large := force_exceeded(aim.force, largest):
+        found["force"] = too_large
     if aim.padding > 0 and thickest == 0:
         found["padding"] = f"{aim.padding * 1e3:.2f} mm of padding (measured without any)"
     elif aim.padding > MARGIN * thickest:

@@ -10,15 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from calib.checks import Reason, Verdict
-from calib.decision.gripper import Gripper
+from calib.decision.gripper import LEVEL, WIDTH_IN_SD, Gripper
 from calib.decision.retreat import RetreatBand
 from models.sensor import FloatArray, IntArray
 
 if TYPE_CHECKING:
     import pandas as pd
 
-#: Probability with which bounds hold the force, and half their width in standard deviations of a normal distribution.
-LEVEL, WIDTH_IN_SD = 0.9, 1.645
 #: Rows of a table: as many as leave a float and an integer version of it below 4 kB together.
 N_ROW = 97
 

@@ -19,9 +19,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.decision.candidates import Candidate, Known
-from calib.lab import Sweep
 from calib.priors import LogNormal, Prior
-from calib.problem import Lot, Problem, columns_at
+from calib.problem import Lot, Problem, columns_at, specimen_and_ball
 from calib.sampling import expected_information
 from models.sensor import FloatArray
 
@@ -92,18 +91,13 @@ def with_measurement(present: Knowledge, candidate: Candidate) -> Knowledge:
     draws = np.tile(candidate.middle, (len(present.draws), 1))
     draws[:, :n] = present.draws
     *before, new = candidate.problem.plans
-    alike = [k for k, plan in enumerate(before) if _misses_the_same(plan.sweep, new.sweep)]
+    alike = [k for k, plan in enumerate(before) if specimen_and_ball(plan.sweep) == specimen_and_ball(new.sweep)]
     more = expected_information(candidate.problem, [*(before[k] for k in alike), new], candidate.middle, draws)
     if alike:  # what the new one tells to who knows the others, by themselves
         known = [present.problem.plans[k] for k in alike]
         more -= expected_information(candidate.problem, known, candidate.middle, draws)
     more[:, :n, :n] += present.information
     return Knowledge(candidate.problem, candidate.middle, draws, present.spread, more)
-
-
-def _misses_the_same(one: Sweep, other: Sweep) -> bool:
-    """Whether what the model leaves out is the same in two sweeps: of one specimen, under one ball."""
-    return one.specimen == other.specimen and one.indenter_radius == other.indenter_radius
 
 
 def covariance(known: Knowledge) -> CovarianceTimes:

@@ -7,6 +7,9 @@ from dataclasses import dataclass
 
 from calib.errors import Fault, InputError
 
+#: Probability with which bounds hold the force, and half their width in standard deviations of a normal distribution.
+LEVEL, WIDTH_IN_SD = 0.9, 1.645
+
 
 @dataclass(frozen=True)
 class Gripper:

@@ -39,8 +39,8 @@ from calib.checks import (
 )
 from calib.decision.conditions import open_models_of
 from calib.decision.extrapolation import MARGIN, beyond, largest_force, measured_presses
-from calib.decision.force_table import LEVEL, N_ROW, ForceTable, GripperTables, Kind, WorkingPoint
-from calib.decision.gripper import Gripper
+from calib.decision.force_table import N_ROW, ForceTable, GripperTables, Kind, WorkingPoint
+from calib.decision.gripper import LEVEL, Gripper
 from calib.decision.readable import SensorDraws, measured_sensor, next_sensor
 from calib.decision.retreat import RetreatBand, Retreats, band_of, why_no_band
 from calib.errors import Fault, InputError

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from calib.decision.gripper import WIDTH_IN_SD
 from calib.lab import SHARES, Unloading
 from models.sensor import FloatArray
 
 #: Of each press of a specimen: its branches compared, or why they could not be.
 Retreats = Mapping[str, Sequence[Unloading | str]]
 
-_WIDTH_IN_SD = 1.645
 # Below this share of the largest force nothing is said to differ.
 _NOTHING = 0.001
 
@@ -85,7 +85,7 @@ def band_of(retreats: Retreats, specimens: Sequence[str]) -> RetreatBand | None:
     told = [(name, one) for name in specimens for one in retreats.get(name, ()) if isinstance(one, Unloading)]
     if not told:
         return None
-    ends = np.array([[(one.off + side * _WIDTH_IN_SD * one.error) / one.peak for _, one in told] for side in (-1, 1)])
+    ends = np.array([[(one.off + side * WIDTH_IN_SD * one.error) / one.peak for _, one in told] for side in (-1, 1)])
     there = np.any(np.isfinite(ends[0]), axis=0)
     low = np.where(there, np.min(np.where(np.isfinite(ends[0]), ends[0], np.inf), axis=0), np.nan)
     high = np.where(there, np.max(np.where(np.isfinite(ends[1]), ends[1], -np.inf), axis=0), np.nan)

@@ -18,7 +18,7 @@ from calib.problem.likelihood import (
 from calib.problem.lots import Lot, LotPrior
 from calib.problem.measurement import model_sweep, model_sweeps
 from calib.problem.newcomer import CalibratedLot, Newcomer, Own, newcomer_experiment, newcomer_of, template_of
-from calib.problem.plan import CORRELATION_LENGTH, SweepPlan, plan_sweep, plan_sweeps
+from calib.problem.plan import CORRELATION_LENGTH, SweepPlan, plan_sweep, plan_sweeps, specimen_and_ball
 from calib.problem.prior import (
     log_prior,
     log_prior_as_normal,
@@ -104,6 +104,7 @@ __all__ = [
     "readings",
     "residuals",
     "scopes_of",
+    "specimen_and_ball",
     "specimen_design",
     "synthetic_sweep",
     "table_of",

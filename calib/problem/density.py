@@ -107,23 +107,18 @@ def _blocks_of_press(channel: PredictedReadings, press: slice, others: Terms | N
     parts = [
         slice(press.start + int(block[0]), press.start + int(block[-1]) + 1) for block in blocks_of(press.stop - press.start)
     ]
-    grams = [_gram(channel, part) for part in parts]
-    log_variances = [np.sum(np.log(channel.variance[:, part]), axis=1) for part in parts]
-    sizes = [part.stop - part.start for part in parts]
+    terms = [terms_of(channel, part) for part in parts]
+    nothing = Terms(np.zeros_like(terms[0].gram), np.zeros_like(terms[0].log_variance), 0)
 
-    def density(terms: Terms) -> FloatArray:
-        return log_normal_of(terms if others is None else terms + others)
+    def density(some: Sequence[Terms]) -> FloatArray:
+        of_press = reduce(add, some, nothing)
+        return log_normal_of(of_press if others is None else of_press + others)
 
-    whole = density(Terms(np.sum(grams, axis=0), np.sum(log_variances, axis=0), sum(sizes)))
+    whole = density(terms)
     columns = []
-    for k in range(len(parts)):
+    for k in range(len(terms)):
         # What remains is summed anew: a difference would lose the digits of what a block is much of.
-        gram, log_variance = np.zeros_like(grams[k]), np.zeros_like(log_variances[k])
-        for other in range(len(parts)):
-            if other != k:
-                gram += grams[other]
-                log_variance += log_variances[other]
-        rest = density(Terms(gram, log_variance, sum(sizes) - sizes[k]))
+        rest = density([*terms[:k], *terms[k + 1 :]])
         columns.append(
             np.where(np.isfinite(whole) & np.isfinite(rest), whole - np.where(np.isfinite(rest), rest, 0.0), -np.inf)
         )

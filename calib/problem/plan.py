@@ -12,7 +12,7 @@ would tell the model from what it leaves out; so the depths of (1) are then the 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cache
 from typing import TypeVar
@@ -115,12 +115,8 @@ def plan_sweeps(sweeps: Sequence[Sweep]) -> tuple[SweepPlan, ...]:
     One for each, in their order.
     """
     drafts = [_draft(sweep) for sweep in sweeps]
-    together: dict[tuple[str, float, str], list[int]] = {}
-    for k, sweep in enumerate(sweeps):
-        for name in sweep.channels:
-            together.setdefault((sweep.specimen, sweep.indenter_radius, name), []).append(k)
     found: dict[tuple[int, str], ChannelPlan] = {}
-    for (_, _, name), places in together.items():
+    for name, places in repeating((sweep, sweep.channels) for sweep in sweeps):
         known = [drafts[k][name] for k in places]
         deepest, load = _deepest_of(known) if len(places) > 1 else (np.nan, 0.0)
         for k, draft in zip(places, known, strict=True):
@@ -131,6 +127,29 @@ def plan_sweeps(sweeps: Sequence[Sweep]) -> tuple[SweepPlan, ...]:
                 correlation = shared_correlation(draft.along / deepest) if by_load else None
             found[k, name] = ChannelPlan(draft.points, draft.tie, draft.load, correlation, deepest, load, draft.slope)
     return tuple(SweepPlan(sweep, {name: found[k, name] for name in sweep.channels}) for k, sweep in enumerate(sweeps))
+
+
+def specimen_and_ball(sweep: Sweep) -> tuple[str, float]:
+    """Name of the specimen and radius of the ball [m] of a press: those of which both are the same repeat each other."""
+    return sweep.specimen, sweep.indenter_radius
+
+
+def repeating(sweeps: Iterable[tuple[Sweep, Iterable[str]]]) -> list[tuple[str, list[int]]]:
+    """Sort channels of sweeps by whose errors go together, in the order of the first sweep of each.
+
+    Parameters
+    ----------
+    sweeps : each with the names of its channels.
+
+    Returns
+    -------
+    Name of a channel, and the numbers of the sweeps in which it repeats itself, which may be one alone.
+    """
+    found: dict[tuple[str, float, str], list[int]] = {}
+    for k, (sweep, names) in enumerate(sweeps):
+        for name in names:
+            found.setdefault((*specimen_and_ball(sweep), name), []).append(k)
+    return [(name, places) for (_, _, name), places in found.items()]
 
 
 def shared_correlation(x: FloatArray) -> Correlation:

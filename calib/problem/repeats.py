@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.problem.density import Terms, log_normal, log_normal_of, terms_of
-from calib.problem.plan import Correlation, SweepPlan
+from calib.problem.plan import Correlation, SweepPlan, repeating
 from calib.problem.readings import Discrepancy, PredictedReadings, SweepModel
 from models.sensor import BoolArray, FloatArray
 
@@ -57,16 +57,13 @@ def repeats_of(plans: Sequence[SweepPlan]) -> tuple[Repeats, ...]:
     ValueError
         If presses repeat each other that were not planned together, and so would be taken for independent.
     """
-    found: dict[tuple[str, float, str], list[int]] = {}
-    for k, plan in enumerate(plans):
-        for name in plan.channels:
-            found.setdefault((plan.sweep.specimen, plan.sweep.indenter_radius, name), []).append(k)
-    for (_, _, name), places in found.items():
+    found = repeating((plan.sweep, plan.channels) for plan in plans)
+    for name, places in found:
         deepest = {plans[k].channels[name].deepest for k in places}
         if len(places) > 1 and (len(deepest) > 1 or np.isnan(deepest.pop())):
             sweep = plans[places[-1]].sweep
             raise ValueError(f"{sweep.title} repeats another press and was not planned with it: use plan_sweeps for all")
-    return tuple(Repeats(name, tuple(places)) for (_, _, name), places in found.items())
+    return tuple(Repeats(name, tuple(places)) for name, places in found)
 
 
 def put_together(plans: Sequence[SweepPlan], models: Iterable[SweepModel]) -> Iterator[Together]:

@@ -19,10 +19,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import gammaln, logsumexp, ndtri
+from scipy.special import logsumexp, ndtri
 
 from calib.sampling.archive import K_HAT, smooth_weights
-from calib.sampling.proposal import Funnel, Indices, Proposal
+from calib.sampling.proposal import Funnel, Indices, Proposal, log_student
 from calib.sampling.target import Mode, Target
 from models.sensor import FloatArray
 
@@ -82,7 +82,7 @@ def second_opinion(
     drawn = [proposal.draw(random, _DRAWS) for proposal in proposals]
     x = np.concatenate([*drawn, *(_draws_round(mode, random) for mode in modes)])
     log_parts = [proposal.log_density(x) + np.log(_DRAWS) for proposal in proposals]
-    log_parts += [part + np.log(_ROUND) for mode in modes for part in _log_densities_round(mode, x)]
+    log_parts += [part + np.log(_ROUND) for mode in modes for part in _log_densities_round(mode, x, _WIDTHS.tolist())]
     weight, k_hat = smooth_weights(target.log_density(x) - logsumexp(log_parts, axis=0))
     theta, _ = target.to_theta(x)
     there = np.all(np.isfinite(theta), axis=1) & (weight > 0)
@@ -104,8 +104,8 @@ def nearest(x: FloatArray, modes: Sequence[Mode]) -> Indices:
     x : the draws, (n_draw, n).
     modes : among which.
     """
-    widest = [_log_student(x, mode, 1.0) for mode in modes]
-    return np.asarray(np.argmax(widest, axis=0), dtype=np.intp)
+    as_wide = [_log_densities_round(mode, x, (1.0,))[0] for mode in modes]
+    return np.asarray(np.argmax(as_wide, axis=0), dtype=np.intp)
 
 
 def _draws_round(mode: Mode, random: np.random.RandomState) -> FloatArray:
@@ -115,18 +115,11 @@ def _draws_round(mode: Mode, random: np.random.RandomState) -> FloatArray:
     return np.asarray(mode.x + width * random.standard_normal((len(width), n)) @ mode.factor.T, dtype=float)
 
 
-def _log_densities_round(mode: Mode, x: FloatArray) -> list[FloatArray]:
-    """Log densities of `_draws_round` at x (n_draw, n), one of each width."""
-    return [_log_student(x, mode, width) for width in _WIDTHS]
-
-
-def _log_student(x: FloatArray, mode: Mode, width: float) -> FloatArray:
-    """Log density of a Student density of some width, in that of a mode, round it, at x (n_draw, n)."""
-    n = mode.x.size
-    square = np.sum(np.linalg.solve(mode.factor, (x - mode.x).T) ** 2, axis=0) / width**2
-    norm = gammaln((_FREEDOM + n) / 2) - gammaln(_FREEDOM / 2) - n / 2 * np.log(_FREEDOM * np.pi)
-    norm -= float(np.linalg.slogdet(mode.factor)[1]) + n * np.log(width)
-    return np.asarray(norm - (_FREEDOM + n) / 2 * np.log1p(square / _FREEDOM), dtype=float)
+def _log_densities_round(mode: Mode, x: FloatArray, widths: Sequence[float]) -> list[FloatArray]:
+    """Log densities at x (n_draw, n) of Student densities round a mode, one of each width, in that of the mode."""
+    square = np.sum(np.linalg.solve(mode.factor, (x - mode.x).T) ** 2, axis=0)
+    log_volume = float(np.linalg.slogdet(mode.factor)[1])
+    return [log_student(square, mode.x.size, _FREEDOM, width) - log_volume for width in widths]
 
 
 def _opinion_on_groups(target: Target, funnels: Sequence[Funnel], random: np.random.RandomState) -> SecondOpinion:

@@ -99,7 +99,7 @@ class Funnel:
     def log_blocks(self, t: FloatArray) -> FloatArray:
         """Logarithm of the density of the residuals t (n_draw, n) of each group, (n_draw, n_block)."""
         square = np.stack([np.sum(t[:, self.block == k] ** 2, axis=1) for k in range(self.freedom.size)], axis=1)
-        return _log_student(square, np.bincount(self.block, minlength=self.freedom.size), self.freedom, self.scale)
+        return log_student(square, np.bincount(self.block, minlength=self.freedom.size), self.freedom, self.scale)
 
     def log_widths(self, x: FloatArray) -> FloatArray:
         """Logarithms of the widths of all lines, |dx / dt|, at x (n_draw, n), (n_draw, n), in the order of y."""
@@ -188,8 +188,16 @@ class Funnel:
         return np.asarray(self.width[:, 0] + phi @ self.width[:, 1:].T, dtype=float)
 
 
-def _log_student(square: FloatArray, n: Indices | int, freedom: FloatArray | float, scale: FloatArray | float) -> FloatArray:
-    """Log density of the n-dimensional Student distribution at points whose squared length is given."""
+def log_student(square: FloatArray, n: Indices | int, freedom: FloatArray | float, scale: FloatArray | float) -> FloatArray:
+    """Log density of the n-dimensional Student distribution at points whose squared length is given.
+
+    Parameters
+    ----------
+    square : squared lengths.
+    n : number of dimensions.
+    freedom : degrees of freedom.
+    scale : factor that it is wider by than standard.
+    """
     norm = gammaln((freedom + n) / 2) - gammaln(freedom / 2) - n / 2 * np.log(freedom * np.pi) - n * np.log(scale)
     return np.asarray(norm - (freedom + n) / 2 * np.log1p(square / (freedom * scale**2)), dtype=float)
 
@@ -299,7 +307,7 @@ def _fit_tails(square: FloatArray, n: int, share: FloatArray) -> tuple[float, fl
     """Degrees of freedom and scale of the n-dimensional Student distribution of residuals whose squared lengths are given."""
     return max(
         ((f, float(s * np.sqrt((f - 2) / f))) for f in _FREEDOM for s in (0.8, 0.9, 1.0, 1.1, 1.2)),
-        key=lambda c: float(share @ _log_student(square, n, *c)),
+        key=lambda c: float(share @ log_student(square, n, *c)),
     )
 
 

@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from calib.decision import MARGIN, Landscape, View, landscape, largest_force, spans_in_words
+from calib.decision import Landscape, View, force_exceeded, landscape, largest_force, spans_in_words
 from calib.errors import Fault, InputError
 from calib.experiment import Limit, Limited, Side, quoted_text
 from calib.files import sha256_of
@@ -131,8 +131,7 @@ def beyond_in_words(run: Run, force: float) -> str:
     run : as loaded.
     force : [N], the load.
     """
-    measured = largest_force(run.posterior)
-    return "" if force <= MARGIN * measured else f"{force / measured:.1f} times the largest measured force ({measured:.2g} N)"
+    return force_exceeded(force, largest_force(run.posterior))
 
 
 def limits_from(form: Mapping[str, str]) -> list[Limit]:

@@ -11,14 +11,6 @@ import numpy as np
 from calib.lab.instruments.labtable import IntArray
 from models.sensor import FloatArray
 
-
-def _weights_of_cubic(n: int) -> FloatArray:
-    """By what the readings on either side of one are multiplied to give the cubic through them in its place."""
-    places = np.array([i for i in range(-n, n + 1) if i], dtype=np.float64)
-    weights = np.linalg.pinv(np.vander(places, 4, increasing=True))[0]
-    return np.insert(weights, n, 0.0)
-
-
 #: Quantities of which each reading is near to those beside it.
 SMOOTH = ("displacement", "force", "capacitance", "capacitance_series")
 # What a motor drives does not jump and come back from one reading to the next.
@@ -44,9 +36,9 @@ _SHORT = 5000
 # So many readings may look off where a few are, as those between them do.
 _MOST_OFF = 12
 # A reading is off the cubic through those beside it by so many of their own scatters, and of all readings', and last digits;
-# weights of that cubic, of the four readings on either side; how many readings are taken out one after the other.
+# how many readings are taken out one after the other.
 _CUBIC_LOCAL, _CUBIC_NOISES, _CUBIC_DIGITS = 12.0, 8.0, 4.0
-_CUBIC, _PASSES = _weights_of_cubic(_BESIDE), 8
+_PASSES = 8
 # Of a long record the noise is that of so many readings.
 _SAMPLE = 20_000
 # Readings that are looked at: each that is wrong, and each corner, makes eight beside it look off.
@@ -163,11 +155,12 @@ def _off_cubic(values: FloatArray, others: Sequence[FloatArray]) -> dict[int, fl
     found: dict[int, float] = {}
     rows = np.flatnonzero(np.isfinite(values))
     y = values[rows]
+    cubic = np.insert(_cubic((*range(-_BESIDE, 0), *range(1, _BESIDE + 1)))[0], _BESIDE, 0.0)
     for _ in range(_PASSES):
         if not 3 * _BESIDE < y.size <= _SHORT:
             break  # of many readings one does not matter
         floor = max(_CUBIC_NOISES * noise_of(y, 4), _CUBIC_DIGITS * _digit(y))
-        at = np.flatnonzero(np.abs(y - np.convolve(y, _CUBIC, "same")) > floor)
+        at = np.flatnonzero(np.abs(y - np.convolve(y, cubic, "same")) > floor)
         at = np.unique(np.concatenate([at, np.arange(_BESIDE), np.arange(y.size - _BESIDE, y.size)]))
         if at.size > max(_MOST_LOOKED_AT, _SHARE * y.size):
             break
@@ -175,13 +168,12 @@ def _off_cubic(values: FloatArray, others: Sequence[FloatArray]) -> dict[int, fl
         # A wrong reading makes those beside it seem off: the one farthest off is taken first.
         # At an end nothing tells a corner from it.
         told = {k: v for k, v in told.items() if 1 < k < y.size - 2 or abs(float(y[k]) - v) > float(np.ptp(np.delete(y, k)))}
-        best = max(told, key=lambda k: abs(float(y[k]) - told[k]), default=None)
         # At an end the others are looked at where readings stand on both sides.
         inner = rows[np.clip(np.arange(rows.size), 2, rows.size - 3)]
         told = {k: v for k, v in told.items() if all(_straight(other, int(inner[k])) for other in others)}
-        if best is None or not told:
+        if not told:
             break
-        best = best if best in told else max(told, key=lambda k: abs(float(y[k]) - told[k]))
+        best = max(told, key=lambda k: abs(float(y[k]) - told[k]))
         found[int(rows[best])] = told[best]
         rows, y = np.delete(rows, best), np.delete(y, best)
     return found

@@ -105,14 +105,15 @@ def _with_whole_cells(lines: list[str]) -> tuple[str, ...]:
     """Lines where cells of a header that hold line breaks, in quotes, stand in one; blank ones take the place of others."""
     for first in range(min(len(lines), _HEAD)):
         last = first
-        while last + 1 < len(lines) and last - first < _BREAKS and len(lines[first]) <= _LONGEST_LINE:
-            if not _OPEN.search(lines[first]):
-                break
-            if not _CLOSE.match(lines[last + 1]):
-                break
+        while last + 1 < len(lines) and last - first < _BREAKS and _goes_on(lines[first], lines[last + 1]):
             last += 1
             lines[first], lines[last] = f"{lines[first].rstrip()} {lines[last].lstrip()}", ""
     return tuple(lines)
+
+
+def _goes_on(line: str, following: str) -> bool:
+    """Whether a cell in quotes begins in a line and ends in the following one."""
+    return len(line) <= _LONGEST_LINE and _OPEN.search(line) is not None and _CLOSE.match(following) is not None
 
 
 # Zero bytes in a text that is damaged, as a share of it; other files have more.

@@ -192,7 +192,6 @@ def gone_on(sheet: Sheet, index: int, values: FloatArray) -> tuple[FloatArray, l
     if not np.any(steps < -0.9 * _OVERFLOWS[-1]):
         return values, []
     usual = float(np.median(steps[steps > 0])) if np.any(steps > 0) else 0.0
-    notes = []
     for overflow in _OVERFLOWS:
         most = _OVER * usual if overflow == _OVERFLOWS[0] else _OVER_SHORT * usual
         over = np.flatnonzero((steps < 0) & (steps > -overflow) & (steps + overflow <= most))
@@ -203,7 +202,7 @@ def gone_on(sheet: Sheet, index: int, values: FloatArray) -> tuple[FloatArray, l
         lines = [int(sheet.lines[rows[k + 1]]) for k in over]
         notes = [f'"{sheet.names[index]}" goes on over an overflow at {overflow:.0f} in line {n}' for n in lines]
         return values + np.cumsum(turned), notes
-    return values, notes
+    return values, []
 
 
 def above_the_record(sheet: Sheet, values: FloatArray) -> tuple[FloatArray, dict[int, str]]:

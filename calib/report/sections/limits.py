@@ -6,6 +6,7 @@ from collections import Counter
 
 from calib.catalogue import UNKNOWNS, UnknownName
 from calib.experiment import Experiment, MaterialLaw, unedited_in_words, variants_of
+from calib.problem import specimen_and_ball
 from calib.report.section import Results, Section
 from calib.sampling import Posterior
 from models.sensor import Base
@@ -96,7 +97,7 @@ def limits(posterior: Posterior) -> list[tuple[str, str]]:
 
 def _repeated(posterior: Posterior) -> list[tuple[str, str]]:
     """Presses of a specimen under the same ball, which repeat what the model leaves out."""
-    presses = Counter((sweep.specimen, sweep.indenter_radius) for sweep in posterior.sweeps)
+    presses = Counter(map(specimen_and_ball, posterior.sweeps))
     (specimen, _), most = max(presses.items(), key=lambda pair: pair[1])
     if most == 1 or posterior.experiment.discrepancy == "off":
         return []

@@ -12,7 +12,7 @@ _TITLE = "What to measure next"
 def section(results: Results) -> Section | None:
     """Show the first measurements that would tell something; None where nothing is known of them, or the calibration is red."""
     known = results.next_steps
-    if known is None or results.verdict.colour == "red":
+    if known is None or results.void:
         return None
     rows = [
         (one.what, one.brings, f"{100 * one.reduction:.0f} %", f"{100 * one.per_hour:.0f} %", f"{one.minutes:.0f}")
