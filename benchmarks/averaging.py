@@ -25,7 +25,7 @@ from simulated.answered import weighted_posterior
 from simulated.faulty import Lab, lab_of, true_signal
 from simulated.labs import lab_parser, parsed, rows_of
 
-from calib.checks import USUAL, WEIGHTINGS, Candidate, Member, Model, Verdict, Weighting, average_models
+from calib.checks import USUAL, WEIGHTINGS, AverageMember, ComparedModel, Member, Verdict, Weighting, average_models
 from calib.decision import Requirement, recommend
 from calib.errors import InputError
 from calib.experiment import candidates_of, forward_of_experiment
@@ -63,8 +63,8 @@ HOPELESS = 15.0
 class Answered:
     """A model with its posterior by importance draws, and how well it predicts each block; None of one that is hopeless."""
 
-    model: Model
-    candidate: Candidate | None
+    model: AverageMember
+    candidate: ComparedModel | None
 
 
 def lab_row(name: str, seed: int, _: int, candidates: tuple[str, ...] = ()) -> dict[str, Any]:
@@ -105,8 +105,8 @@ def answers(lab: Lab, seed: int) -> list[Answered]:
     for name, problem, look, posterior in looks:
         candidate = None
         if look.log_evidence > best - HOPELESS:
-            candidate = Candidate(name, posterior, _left_out(problem, look, _means(posterior)), 0.0, 0.0)
-        found.append(Answered(Model(name, posterior, problem.forward, Verdict()), candidate))
+            candidate = ComparedModel(name, posterior, _left_out(problem, look, _means(posterior)), 0.0, 0.0)
+        found.append(Answered(AverageMember(name, posterior, problem.forward, Verdict()), candidate))
     return found
 
 

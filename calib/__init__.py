@@ -86,9 +86,9 @@ if TYPE_CHECKING:
         file_figure,
         padding_figure,
         prior_figure,
+        report_page,
         summary_json,
         trace_figure,
-        write_report,
     )
     from calib.runs import (
         Check,
@@ -227,6 +227,7 @@ __all__ = [
     "readings",
     "recommend",
     "recommend_in",
+    "report_page",
     "residuals",
     "run_state",
     "sample",
@@ -244,7 +245,6 @@ __all__ = [
     "with_reweighting",
     "with_sensitivity",
     "with_spot_check",
-    "write_report",
 ]
 
 _ROOMS: dict[str, tuple[str, ...]] = {
@@ -370,7 +370,7 @@ _ROOMS: dict[str, tuple[str, ...]] = {
         "prior_figure",
         "summary_json",
         "trace_figure",
-        "write_report",
+        "report_page",
     ),
     "calib.runs": (
         "Check",

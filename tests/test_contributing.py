@@ -124,6 +124,15 @@ def test_names_of_unknowns_are_taken_apart_by_their_parser_alone() -> None:
     assert [str(path.relative_to(ROOT)) for path in rooms if by_hand.search(path.read_text(encoding="utf-8"))] == []
 
 
+def test_no_two_classes_share_a_name() -> None:
+    where: dict[str, list[str]] = {}
+    for package in ("calib", "models"):
+        for module in sorted((ROOT / package).rglob("*.py")):
+            for name in re.findall(r"^class ([A-Z]\w*)", module.read_text(), re.MULTILINE):
+                where.setdefault(name, []).append(str(module.relative_to(ROOT)))
+    assert {name: modules for name, modules in where.items() if len(modules) > 1} == {}
+
+
 def test_every_row_of_the_catalogue_has_a_name_of_its_own() -> None:
     assert len(catalogue._ROWS) == len(catalogue.UNKNOWNS)
 

@@ -1,8 +1,8 @@
 """A `Problem` or a `Posterior` in, whether it may be believed out, in checks and a verdict; changes no draw, knows no page."""
 
-from calib.checks.average import NOTICEABLE, Model, average_models, forward_of_average
+from calib.checks.average import NOTICEABLE, AverageMember, average_models, forward_of_average
 from calib.checks.belonging import belongs
-from calib.checks.comparison import Candidate, compare_runs, comparison_in_words, doubts
+from calib.checks.comparison import ComparedModel, compare_runs, comparison_in_words, doubts
 from calib.checks.departures import Elsewhere, look_elsewhere, with_departures, with_elsewhere
 from calib.checks.difference import Changed, Difference, Loading, Pair, Side, differences_of
 from calib.checks.member import Member, OfEach, drawn, heaviest, members_or
@@ -12,7 +12,7 @@ from calib.checks.plausible import (
     Plausibility,
     Range,
     Ridge,
-    Told,
+    UnknownOutlook,
     expected_in_words,
     in_units,
     measured_in_words,
@@ -23,10 +23,10 @@ from calib.checks.plausible import (
 from calib.checks.predictive import BAND_LEVELS, Bands, FitCheck, Prediction, band, predict
 from calib.checks.proof import (
     LIKELIHOOD,
-    Press,
     Proof,
     Replicate,
-    Setting,
+    ReplicateSetting,
+    SimulatedPress,
     Tested,
     attempt,
     presses_of,
@@ -82,10 +82,11 @@ __all__ = [
     "RULED_OUT",
     "USUAL",
     "WEIGHTINGS",
+    "AverageMember",
     "Bands",
-    "Candidate",
     "Changed",
     "Colour",
+    "ComparedModel",
     "Comparison",
     "Difference",
     "Elsewhere",
@@ -93,22 +94,21 @@ __all__ = [
     "Level",
     "Loading",
     "Member",
-    "Model",
     "OfEach",
     "Outlook",
     "Pair",
     "Plausibility",
     "Prediction",
-    "Press",
     "Proof",
     "Range",
     "Reason",
     "Replicate",
+    "ReplicateSetting",
     "Ridge",
-    "Setting",
     "Side",
+    "SimulatedPress",
     "Tested",
-    "Told",
+    "UnknownOutlook",
     "Verdict",
     "Weighting",
     "attempt",

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from calib.checks.comparison import Candidate
+from calib.checks.comparison import ComparedModel
 from calib.checks.member import Member, OfEach, shares
 from calib.checks.reasons import OF_MODELS
 from calib.checks.reweighting import problem_of
@@ -48,7 +48,7 @@ _PADDING, _SENSOR = "padding_young_modulus", "young_modulus"
 
 
 @dataclass(frozen=True, eq=False)
-class Model:
+class AverageMember:
     """One model of the data, as calibrated, that is to be averaged with others.
 
     Attributes
@@ -67,7 +67,7 @@ class Model:
 
 
 def average_models(
-    models: Sequence[Model], candidates: Sequence[Candidate], by: Weighting = USUAL
+    models: Sequence[AverageMember], candidates: Sequence[ComparedModel], by: Weighting = USUAL
 ) -> tuple[Posterior, tuple[Member, ...]]:
     """Average the posteriors of several models of the same data, weighted by how well each describes them.
 
@@ -112,14 +112,14 @@ def average_models(
     return replace(posterior, attrs=attrs), members
 
 
-def _weights(models: Sequence[Model], pointwise: Mapping[str, FloatArray]) -> Mapping[Weighting, Weights]:
+def _weights(models: Sequence[AverageMember], pointwise: Mapping[str, FloatArray]) -> Mapping[Weighting, Weights]:
     answers = [_evidence(m) for m in models]
     evidence = np.array([math.nan if answer is None else answer.log_evidence for answer in answers])
     error = np.array([math.nan if answer is None else answer.effective_draws**-0.5 for answer in answers])
     return model_weights(np.stack([pointwise[m.name] for m in models]), evidence, error)
 
 
-def _evidence(model: Model) -> FirstAnswer | None:
+def _evidence(model: AverageMember) -> FirstAnswer | None:
     """The first answer of a run, for its evidence: as kept, else once more from where the draws are; None if there is none.
 
     One that is rough, or found another mode than the draws are at, has no say.
@@ -145,7 +145,7 @@ def _modulus(posterior: Posterior) -> FirstEstimate | None:
     return None if found is None else FirstEstimate(found.mean, found.sd)
 
 
-def _mixed(models: Sequence[Model], told: tuple[Averaged, ...], departures: tuple[Departure, ...]) -> Posterior:
+def _mixed(models: Sequence[AverageMember], told: tuple[Averaged, ...], departures: tuple[Departure, ...]) -> Posterior:
     """Draws of all models in one posterior, in an order that tells nothing: chains of an average have no history."""
     posteriors = [m.posterior for m in models]
     first, weight = posteriors[0], np.array([t.weight for t in told])
@@ -269,7 +269,7 @@ def _chain_of(posterior: Posterior, name: str) -> str:
     return name if name in known else _SENSOR if name == _PADDING and _SENSOR in known else ""
 
 
-def _outside(models: Sequence[Model], found: Mapping[Weighting, Weights], weight: FloatArray) -> tuple[Departure, ...]:
+def _outside(models: Sequence[AverageMember], found: Mapping[Weighting, Weights], weight: FloatArray) -> tuple[Departure, ...]:
     """Models beside those averaged that were held against the data, with their Bayes factor against the average."""
     probable = found["evidence"].value if "evidence" in found else weight
     inside = {model_in_words(m.posterior.experiment) for m in models}
@@ -285,7 +285,7 @@ def _outside(models: Sequence[Model], found: Mapping[Weighting, Weights], weight
     return tuple(best.values())
 
 
-def _doubted(models: Sequence[Model], weight: FloatArray, candidates: Sequence[Candidate]) -> Iterator[Reason]:
+def _doubted(models: Sequence[AverageMember], weight: FloatArray, candidates: Sequence[ComparedModel]) -> Iterator[Reason]:
     """Weights by left-out blocks are doubtful where a model that counts has blocks that cannot be left out."""
     counting = {m.name for m, w in zip(models, weight, strict=True) if w >= NOTICEABLE}
     bad = {c.name: len(c.left_out.doubtful) for c in candidates if c.name in counting and not c.left_out.trusted}
@@ -295,7 +295,7 @@ def _doubted(models: Sequence[Model], weight: FloatArray, candidates: Sequence[C
         yield Reason("weights", "amber", finding, "Average them with --by evidence, and see whether that changes the numbers")
 
 
-def _reasons(models: Sequence[Model], weight: FloatArray) -> Iterator[Reason]:
+def _reasons(models: Sequence[AverageMember], weight: FloatArray) -> Iterator[Reason]:
     """What speaks against the models that count, but for other models, which the average answers."""
     counting = [m for m, w in zip(models, weight, strict=True) if w >= NOTICEABLE]
     said: dict[Reason, list[str]] = {}

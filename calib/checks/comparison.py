@@ -22,7 +22,7 @@ CLEAR, LARGE = 2.0, 4.0
 
 
 @dataclass(frozen=True, eq=False)
-class Candidate:
+class ComparedModel:
     """One model of the data, as compared with others of the same data.
 
     Attributes
@@ -72,7 +72,7 @@ class Candidate:
         return f"{with_uncertainty(found.mean * row.display_scale, found.sd * row.display_scale)} {row.display_unit}".rstrip()
 
 
-def compare_runs(named: Sequence[tuple[str, Posterior, Forward]]) -> tuple[Candidate, ...]:
+def compare_runs(named: Sequence[tuple[str, Posterior, Forward]]) -> tuple[ComparedModel, ...]:
     """Rank posteriors of the same data by how well their models predict blocks of data that they were not fitted to.
 
     Each comes with its name and the forward model that it was sampled with; how blocks are left out is in
@@ -102,7 +102,7 @@ def compare_runs(named: Sequence[tuple[str, Posterior, Forward]]) -> tuple[Candi
     for name, posterior, loo in found:
         lost = best.pointwise - loo.pointwise
         error = math.sqrt(lost.size * float(np.var(lost, ddof=1))) if loo is not best else 0.0
-        candidates.append(Candidate(name, posterior, loo, float(np.sum(lost)), error))
+        candidates.append(ComparedModel(name, posterior, loo, float(np.sum(lost)), error))
     return tuple(sorted(candidates, key=lambda c: c.behind))
 
 
@@ -113,7 +113,7 @@ def _data(posterior: Posterior) -> tuple[object, ...]:
     return (posterior.blocks, files, points)
 
 
-def doubts(candidates: Sequence[Candidate]) -> list[str]:
+def doubts(candidates: Sequence[ComparedModel]) -> list[str]:
     """List the reasons why a comparison cannot be trusted, in sentences; empty if it can."""
     found = [f"{c.name} has not converged" for c in candidates if not c.posterior.diagnostics.converged]
     found += [f"{c.name}: {reason}" for c in candidates for reason in c.posterior.diagnostics.surrogate_reasons]
@@ -124,7 +124,7 @@ def doubts(candidates: Sequence[Candidate]) -> list[str]:
     return found
 
 
-def comparison_in_words(candidates: Sequence[Candidate]) -> str:
+def comparison_in_words(candidates: Sequence[ComparedModel]) -> str:
     """Say which models predict the data as well as the best, what the choice between them is worth, and which are worse."""
     best, *others = candidates
     alike = [c for c in others if not c.decided]

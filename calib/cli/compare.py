@@ -16,7 +16,7 @@ from calib.errors import Fault, InputError, in_shell_path
 from calib.regular import require_shown
 
 if TYPE_CHECKING:
-    from calib.checks import Candidate
+    from calib.checks import ComparedModel
     from calib.experiment import Variant
     from calib.runs import Forecast, Watch
 
@@ -146,7 +146,7 @@ def _rivals(
     return rivalry.doubts
 
 
-def _show(candidates: Sequence[Candidate]) -> None:
+def _show(candidates: Sequence[ComparedModel]) -> None:
     from rich.box import SIMPLE_HEAD
     from rich.markup import escape
     from rich.table import Table

@@ -28,7 +28,7 @@ class ModelName(StrEnum):
     closed_form = "closed-form"
 
 
-class Field(StrEnum):
+class ShownField(StrEnum):
     """What a picture of the deformed sensor shows."""
 
     pressure = "pressure"
@@ -61,7 +61,7 @@ def simulate(
     view: Annotated[
         Path | None, typer.Option(help="Image file (png) of the sensor in 3-D, cut open (fem, with the extra `view`).")
     ] = None,
-    field: Annotated[Field, typer.Option(help="What colours the picture.")] = Field.pressure,
+    field: Annotated[ShownField, typer.Option(help="What colours the picture.")] = ShownField.pressure,
     vtk: Annotated[Path | None, typer.Option(help="ParaView file (pvd) of all steps to write (fem).")] = None,
 ) -> None:
     """Simulate the loading curve of one design, up to an indentation or a force.
@@ -154,7 +154,7 @@ class _Pictures:
     section: Path | None
     view: Path | None
     vtk: Path | None
-    field: Field
+    field: ShownField
 
 
 def _simulate_fem(

@@ -11,7 +11,7 @@ import numpy as np
 from calib.checks import Member
 from calib.decision.choices import coordinates_of
 from calib.decision.performance import Errors, Refused, pressed_as_built
-from calib.decision.sensors import Own, Part
+from calib.decision.sensors import ModelDraws, NoiseDraws
 from calib.errors import Fault, InputError
 from calib.experiment import Specification
 from calib.problem import lookup, specimen_design
@@ -117,7 +117,7 @@ def signal_as_built(posterior: Posterior, forward: Forward, force: float, *, see
     return np.asarray(change - found.change_slope[:, 0] * gap + z[1] * error), np.asarray(found.depth[:, 0])
 
 
-def _part(posterior: Posterior, forward: Forward, rng: np.random.Generator) -> Part:
+def _part(posterior: Posterior, forward: Forward, rng: np.random.Generator) -> ModelDraws:
     """The specimen in draws, with its padding over the mean of its draws."""
     n_draw = posterior.draws.shape[0] * posterior.draws.shape[1]
     values = thin_draws(posterior, n_draw, rng)
@@ -129,7 +129,7 @@ def _part(posterior: Posterior, forward: Forward, rng: np.random.Generator) -> P
         known = lookup(values, parameter, name, sweep)
         return np.full(n_draw, np.nan) if known is None else known
 
-    own = Own(
+    own = NoiseDraws(
         carried("capacitance_noise"),
         np.nan_to_num(carried("force_discrepancy")),
         np.nan_to_num(carried("capacitance_discrepancy")),
@@ -137,10 +137,10 @@ def _part(posterior: Posterior, forward: Forward, rng: np.random.Generator) -> P
     padding = np.broadcast_to(np.asarray(design.padding.thickness, dtype=float), (n_draw,))
     middle = float(np.mean(padding))
     cast = padding / middle if middle > 0 else np.ones(n_draw)
-    return Part(Member("", posterior, forward, 1.0), design, own, cast)
+    return ModelDraws(Member("", posterior, forward, 1.0), design, own, cast)
 
 
-def _nominal(part: Part) -> float:
+def _nominal(part: ModelDraws) -> float:
     return float(np.mean(np.asarray(part.base.padding.thickness, dtype=float)))
 
 

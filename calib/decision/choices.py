@@ -9,9 +9,9 @@ from itertools import product
 import numpy as np
 from scipy.special import ndtri
 
-from calib.decision.sensors import Part
+from calib.decision.sensors import ModelDraws
 from calib.errors import Fault, InputError
-from calib.experiment import Material, Specification
+from calib.experiment import CandidateMaterial, Specification
 from calib.priors import Prior
 from models.response import Forward
 from models.sensor import Design, FloatArray, design_from
@@ -27,7 +27,7 @@ LOAD, BALL, MATERIAL = "load", "ball", "modulus of the padding's material"
 
 
 @dataclass(frozen=True)
-class Choice:
+class PaddingChoice:
     """What may be chosen beside the padding's thickness: None for what was measured.
 
     Attributes
@@ -37,7 +37,7 @@ class Choice:
     electrode_radius : [m].
     """
 
-    material: Material | None = None
+    material: CandidateMaterial | None = None
     sensor_thickness: float | None = None
     electrode_radius: float | None = None
 
@@ -52,12 +52,12 @@ class Choice:
         return ", ".join(parts) or "as measured"
 
 
-def choices_of(specification: Specification) -> list[list[Choice]]:
+def choices_of(specification: Specification) -> list[list[PaddingChoice]]:
     """All combinations of the design variables; those of one list share their mechanics and differ in electrodes alone."""
     materials = (None, *specification.materials)
     thicknesses = specification.sensor_thicknesses or (None,)
     electrodes = specification.electrode_radii or (None,)
-    return [[Choice(m, h, a) for a in electrodes] for m, h in product(materials, thicknesses)]
+    return [[PaddingChoice(m, h, a) for a in electrodes] for m, h in product(materials, thicknesses)]
 
 
 def coordinates_of(specification: Specification, n_draw: int, rng: np.random.Generator) -> dict[str, FloatArray]:
@@ -117,7 +117,7 @@ def forces_of(specification: Specification, n_draw: int, z: Coordinates) -> Floa
     return np.broadcast_to(np.array(specification.force), (n_draw, len(specification.force)))
 
 
-def built(part: Part, specification: Specification, choice: Choice, z: Coordinates) -> Design:
+def built(part: ModelDraws, specification: Specification, choice: PaddingChoice, z: Coordinates) -> Design:
     """What would be built of a choice: a design of each draw, with what it scatters by, on the padding of the base.
 
     The dielectrics of a sensor of another thickness keep their share of it; a tolerance of the sensor's thickness is one of all
@@ -168,7 +168,7 @@ def built(part: Part, specification: Specification, choice: Choice, z: Coordinat
     return design_from(own, base=part.base.base)
 
 
-def _require_buildable(own: Mapping[str, FloatArray], choice: Choice) -> None:
+def _require_buildable(own: Mapping[str, FloatArray], choice: PaddingChoice) -> None:
     """Refuse tolerances that make what cannot be."""
     h_s, t_d, a_e, a = (own[n] for n in ("sensor_thickness", "dielectric_thickness", "electrode_radius", "sensor_radius"))
     slack = 1 + 1e-9
@@ -195,7 +195,7 @@ def _require_buildable(own: Mapping[str, FloatArray], choice: Choice) -> None:
         raise InputError(faults)
 
 
-def forward_for(part: Part, design: Design) -> tuple[Forward, str]:
+def forward_for(part: ModelDraws, design: Design) -> tuple[Forward, str]:
     """The model that serves what would be built: that of the calibration, or the shipped surrogate of the family that does.
 
     Parameters

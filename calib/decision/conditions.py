@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from calib.checks import RULED_OUT, departure_in_words
-from calib.decision.sensors import Part, with_padding
+from calib.decision.sensors import ModelDraws, with_padding
 from calib.experiment import Experiment
 from calib.sampling import Posterior
 from models.analytic import caution
@@ -22,7 +22,7 @@ def open_models_of(posterior: Posterior) -> tuple[str, ...]:
 
 
 def conditions_of(
-    parts: Sequence[Part], thickest: float, *, electrode_chosen: bool = False, material: str = ""
+    parts: Sequence[ModelDraws], thickest: float, *, electrode_chosen: bool = False, material: str = ""
 ) -> tuple[str, ...]:
     """What an answer holds for: what all models take for granted, and in what they differ.
 

@@ -20,8 +20,8 @@ import numpy as np
 from calib.catalogue import SCALES
 from calib.checks import Member
 from calib.decision.candidates import Known
-from calib.decision.performance import Errors, Group, pressed
-from calib.decision.sensors import Own, Part
+from calib.decision.performance import ElectrodeGroup, Errors, pressed
+from calib.decision.sensors import ModelDraws, NoiseDraws
 from calib.decision.target import all_as_lot, slopes_at_middle
 from calib.decision.trials import Tried
 from calib.experiment import Specification
@@ -142,9 +142,9 @@ def _weighted_slopes(posterior: Posterior, known: Known, s: Specification, tried
             design = specimen_design(posterior, of_lot, specimen, sweep).draws()
             n = int(np.size(design.sensor.thickness))
             noise = of_lot.get("capacitance_noise", np.full(n, np.nan))
-            part = Part(member, design, Own(np.broadcast_to(noise, (n,)), np.zeros(n), np.zeros(n)))
+            part = ModelDraws(member, design, NoiseDraws(np.broadcast_to(noise, (n,)), np.zeros(n), np.zeros(n)))
             group = pressed(part, s, [choice], {})
-            if not isinstance(group, Group):
+            if not isinstance(group, ElectrodeGroup):
                 return np.full((n, len(first), at.size, len(s.limits) + 1), np.nan)
             exact = Errors(*(np.zeros((n, grid.size)) for _ in range(3)))
             each = [next(group.at(float(grid[k]), exact, int(k))) for k in at]

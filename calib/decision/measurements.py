@@ -36,7 +36,7 @@ from calib.decision.padding import recommend
 from calib.decision.release import Decided, Options, after_reading, known_exactly, options_of
 from calib.decision.requirement import Requirement
 from calib.decision.specified import answer
-from calib.decision.target import Asked, Target, modulus_target, regret, signal_target
+from calib.decision.target import Asked, LearningTarget, modulus_target, regret, signal_target
 from calib.decision.words import percent
 from calib.errors import Fault, InputError
 from calib.experiment import Bench, Experiment, Specification, experiment_toml
@@ -623,12 +623,12 @@ class _Decision:
     deciding: Deciding
     error: float
 
-    def target(self, conformity: Conformity) -> Target:
+    def target(self, conformity: Conformity) -> LearningTarget:
         """What is asked, for people."""
         name = f"specification {self.specification.name}" if self.specification.name else "specification"
         nothing = np.empty((0, 0))
         p = conformity.best.best_probability
-        return Target("spec", name, p, math.nan, math.nan, nothing, nothing, np.empty(0), self.deciding.now.regret)
+        return LearningTarget("spec", name, p, math.nan, math.nan, nothing, nothing, np.empty(0), self.deciding.now.regret)
 
     def left(self, before: CovarianceTimes, after: CovarianceTimes) -> FloatArray:
         """What a measurement leaves unknown along the directions, where it is 1 before, (n_direction, n_direction)."""
@@ -711,14 +711,16 @@ def _not_normal_along(decision: _Decision, now: CovarianceTimes) -> list[Reason]
 # --- what is said of it -------------------------------------------------------------------------------------------------
 
 
-def _along(target: Target, now: CovarianceTimes) -> FloatArray:
+def _along(target: LearningTarget, now: CovarianceTimes) -> FloatArray:
     """Covariance of the signals on padding of each thickness, the mean over the scales; empty for a modulus."""
     if not target.along.size:
         return np.empty((0, 0))
     return np.asarray(np.mean(target.along @ now(target.along.T), axis=0), dtype=float)
 
 
-def _measurement(target: Target, candidate: Candidate, after: CovarianceTimes, before: float, along: FloatArray) -> Measurement:
+def _measurement(
+    target: LearningTarget, candidate: Candidate, after: CovarianceTimes, before: float, along: FloatArray
+) -> Measurement:
     share = min(target.variance(after) / before, 1.0) if before > 0 else 1.0
     sd = math.sqrt(max(target.sd**2 - target.by_unknowns**2 * (1 - share), 0.0))
     reduction = 1 - sd / target.sd if target.sd > 0 else 0.0
@@ -744,7 +746,7 @@ def _ranked(found: Sequence[tuple[str, Measurement]], regret_now: float) -> list
     return sorted(best.values(), key=by)
 
 
-def _not_normal(target: Target, before: float) -> list[Reason]:
+def _not_normal(target: LearningTarget, before: float) -> list[Reason]:
     """A reason for doubt where the sd by linearisation is not that of the draws."""
     linear = math.sqrt(max(before, 0.0))
     if target.by_unknowns > 0 and abs(linear / target.by_unknowns - 1) <= _NORMAL:
@@ -757,7 +759,7 @@ def _not_normal(target: Target, before: float) -> list[Reason]:
 
 
 def _rests_on(
-    target: Target,
+    target: LearningTarget,
     known: Known,
     bench: Bench,
     aim: Aim | None,

@@ -24,7 +24,7 @@ from calib.decision.conditions import COVERED_SHARE, conditions_of, open_models_
 from calib.decision.extrapolation import beyond_the_covered, beyond_the_measured
 from calib.decision.recommendation import INTERVAL_PROBABILITY, OfModel, Recommendation
 from calib.decision.requirement import Requirement
-from calib.decision.sensors import Part, sensors_of, smooth_normals, with_padding
+from calib.decision.sensors import ModelDraws, sensors_of, smooth_normals, with_padding
 from calib.errors import Fault, InputError
 from calib.sampling import Posterior
 from models.curves import DesignPrediction, predict_design
@@ -170,12 +170,12 @@ class _AtPadding:
         return self.change, self.sd, self.depth, self.sensitivity, self.reach
 
 
-def _at_padding(part: Part, thickness: Scalar, force: float) -> _AtPadding:
+def _at_padding(part: ModelDraws, thickness: Scalar, force: float) -> _AtPadding:
     at = at_loads(part, thickness, np.array([force]))
     return _AtPadding(at.change[:, 0], at.sd[:, 0], at.depth[:, 0], at.sensitivity[:, 0], at.reach)
 
 
-def at_loads(part: Part, thickness: Scalar, force: FloatArray) -> _AtPadding:
+def at_loads(part: ModelDraws, thickness: Scalar, force: FloatArray) -> _AtPadding:
     """Predict what the sensors of a model do on padding of one thickness under several loads.
 
     Parameters
@@ -199,13 +199,13 @@ def at_loads(part: Part, thickness: Scalar, force: FloatArray) -> _AtPadding:
     return _AtPadding(change, sd, p.depth, rise / np.maximum(own.noise, 1e-30)[:, None], p.reach)
 
 
-def _along_all(parts: Sequence[Part], grid: FloatArray, force: float) -> Iterator[tuple[int, _AtPadding]]:
+def _along_all(parts: Sequence[ModelDraws], grid: FloatArray, force: float) -> Iterator[tuple[int, _AtPadding]]:
     """Predict at each thickness by all models, each for its own draws."""
     for k, columns in enumerate(zip(*(_along(part, grid, force) for part in parts), strict=True)):
         yield k, _AtPadding(*np.concatenate(columns)[:, 0].T)
 
 
-def _along(part: Part, grid: FloatArray, force: float) -> Iterator[FloatArray]:
+def _along(part: ModelDraws, grid: FloatArray, force: float) -> Iterator[FloatArray]:
     """Predict at each thickness of an ascending grid: the change to 1e-7, depth and slope to the 5e-5 that a table leaves."""
 
     def ask(thickness: FloatArray, rows: BoolArray) -> FloatArray:
@@ -268,7 +268,7 @@ def _not_covered(
     grid: FloatArray,
     coverage: FloatArray,
     reach: FloatArray,
-    part: Part,
+    part: ModelDraws,
 ) -> Fault:
     mm, forward, base = grid * 1e3, part.member.forward, part.base
     top = int(np.argmax(reach))
@@ -286,7 +286,7 @@ def _not_covered(
 
 
 def _of_models(
-    posterior: Posterior, parts: Sequence[Part], change: FloatArray, near: BoolArray, grid: FloatArray
+    posterior: Posterior, parts: Sequence[ModelDraws], change: FloatArray, near: BoolArray, grid: FloatArray
 ) -> Iterator[OfModel]:
     """What each model of an average says by itself: nothing for one model.
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.decision.along import Ask, Tabulated, Untabulated, tabulated
-from calib.decision.choices import PADDING, Choice, Coordinates, balls_of, built, forces_of, forward_for
-from calib.decision.sensors import Part, with_padding
+from calib.decision.choices import PADDING, Coordinates, PaddingChoice, balls_of, built, forces_of, forward_for
+from calib.decision.sensors import ModelDraws, with_padding
 from calib.experiment import Limit, Specification
 from models.curves import curves_of, press_to, signal_at
 from models.response import Forward
@@ -68,7 +68,7 @@ _ELECTRIC = ("change", "slope", "sd of the change")
 
 
 @dataclass(frozen=True, eq=False)
-class Group:
+class ElectrodeGroup:
     """Choices that differ in their electrodes alone, of one model's draws, pressed at knots over the thickness.
 
     Attributes
@@ -81,8 +81,8 @@ class Group:
     offset : [m], (n_draw,), by which pads are off their nominal thickness.
     """
 
-    part: Part
-    choices: Sequence[Choice]
+    part: ModelDraws
+    choices: Sequence[PaddingChoice]
     designs: Sequence[Design]
     specification: Specification
     forces: FloatArray
@@ -165,11 +165,13 @@ class Group:
 class Refused:
     """Choices that no model serves, and why."""
 
-    choices: Sequence[Choice]
+    choices: Sequence[PaddingChoice]
     why: str
 
 
-def pressed(part: Part, specification: Specification, choices: Sequence[Choice], z: Coordinates) -> Group | Refused:
+def pressed(
+    part: ModelDraws, specification: Specification, choices: Sequence[PaddingChoice], z: Coordinates
+) -> ElectrodeGroup | Refused:
     """Press what would be built of choices that share their mechanics, at knots over the thickness of padding.
 
     Each electrode radius is read off at the depths that were found once for all of them.
@@ -201,15 +203,15 @@ def pressed(part: Part, specification: Specification, choices: Sequence[Choice],
     high = (specification.upper + max(0.0, float(np.max(offset)))) * max(1.0, float(np.max(cast)))
     asks = [_ask_of(forward, designs, forces, ball, strained) for ball in balls]
     tables = [tabulated(ask, forces, low, high, shift, _N_KNOT) for ask in asks]
-    return Group(part, choices, designs, specification, forces, balls, tables, offset)
+    return ElectrodeGroup(part, choices, designs, specification, forces, balls, tables, offset)
 
 
-def pressed_as_built(part: Part, specification: Specification, z: Coordinates) -> Group | Refused:
+def pressed_as_built(part: ModelDraws, specification: Specification, z: Coordinates) -> ElectrodeGroup | Refused:
     """Press sensors that are there, each on the padding that it has: nothing is chosen, and nothing scatters.
 
     Parameters
     ----------
-    part : draws of one model; `cast` has the padding of each over the nominal one that `Group.at` is asked for.
+    part : draws of one model; `cast` has the padding of each over the nominal one that `ElectrodeGroup.at` is asked for.
     specification : its loads, balls and limits count.
     z : coordinates of the loads and balls that have a distribution.
 
@@ -222,10 +224,10 @@ def pressed_as_built(part: Part, specification: Specification, z: Coordinates) -
     strained = any(limit.quantity == "dielectric_strain" for limit in specification.limits)
     why = why or (thinning_refusal(design) if strained else "")
     if why:
-        return Refused([Choice()], why)
+        return Refused([PaddingChoice()], why)
     balls, forces = balls_of(specification, design, z), forces_of(specification, part.size, z)
     tables = [Untabulated(_ask_of(forward, [design], forces, ball, strained)) for ball in balls]
-    return Group(part, [Choice()], [design], specification, forces, balls, tables, np.zeros(part.size))
+    return ElectrodeGroup(part, [PaddingChoice()], [design], specification, forces, balls, tables, np.zeros(part.size))
 
 
 def _ask_of(forward: Forward, designs: Sequence[Design], forces: FloatArray, ball: FloatArray, strained: bool) -> Ask:

@@ -20,25 +20,25 @@ _ERROR_FACTOR = 1.5
 
 
 @dataclass(frozen=True, eq=False)
-class Own:
+class NoiseDraws:
     """Draws of what is not part of a design: capacitance noise [F] and discrepancies [1], each (n_draw,)."""
 
     noise: FloatArray
     force_discrepancy: FloatArray
     capacitance_discrepancy: FloatArray
 
-    def only(self, rows: BoolArray) -> Own:
+    def only(self, rows: BoolArray) -> NoiseDraws:
         """Those of some draws."""
-        return Own(self.noise[rows], self.force_discrepancy[rows], self.capacitance_discrepancy[rows])
+        return NoiseDraws(self.noise[rows], self.force_discrepancy[rows], self.capacitance_discrepancy[rows])
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class ModelDraws:
     """The draws of one model: a design of each, what is not part of it, and its padding over what was wanted, (n_draw,)."""
 
     member: Member
     base: Design
-    own: Own
+    own: NoiseDraws
     cast: FloatArray | None = None  # None: as wanted
 
     @property
@@ -46,9 +46,11 @@ class Part:
         """How many draws."""
         return int(np.size(self.base.sensor.thickness))
 
-    def only(self, rows: BoolArray) -> Part:
+    def only(self, rows: BoolArray) -> ModelDraws:
         """Those of some draws."""
-        return Part(self.member, self.base.only(rows), self.own.only(rows), None if self.cast is None else self.cast[rows])
+        return ModelDraws(
+            self.member, self.base.only(rows), self.own.only(rows), None if self.cast is None else self.cast[rows]
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,8 +65,8 @@ class Sensors:
     values : the posterior's draws that they are made of, by name, SI (n_draw,), for each model.
     """
 
-    measured: tuple[Part, ...]
-    parts: tuple[Part, ...]
+    measured: tuple[ModelDraws, ...]
+    parts: tuple[ModelDraws, ...]
     of_next: bool
     values: tuple[Mapping[str, FloatArray], ...]
 
@@ -86,7 +88,7 @@ def sensors_of(
     seed : of the specimen that was not measured.
     """
     chosen = drawn(models, n_draw, rng)
-    measured = tuple(Part(m, *_like_those_measured(m.posterior, values, indenter_radius, rng)) for m, values in chosen)
+    measured = tuple(ModelDraws(m, *_like_those_measured(m.posterior, values, indenter_radius, rng)) for m, values in chosen)
     of_models = tuple(values for _, values in chosen)
     if pooling != "partial":
         return Sensors(measured, measured, False, of_models)
@@ -96,13 +98,13 @@ def sensors_of(
         lots = member.posterior.table.lots
         following = as_next_specimen(values, lots, own)
         made = _like_those_measured(member.posterior, following, indenter_radius, own)
-        parts.append(Part(member, *made, padding_about_mean(values, following, lots)))
+        parts.append(ModelDraws(member, *made, padding_about_mean(values, following, lots)))
     return Sensors(measured, tuple(parts), True, of_models)
 
 
 def _like_those_measured(
     posterior: Posterior, values: Mapping[str, FloatArray], indenter_radius: float | None, rng: np.random.Generator
-) -> tuple[Design, Own]:
+) -> tuple[Design, NoiseDraws]:
     """Make one design per draw, with the thicknesses of one specimen, and collect the draw's noise and discrepancies."""
     specimens = posterior.experiment.specimens
     n_draw = next(iter(values.values())).size
@@ -121,7 +123,7 @@ def _like_those_measured(
             carried[name] = np.where(turn == i, column, carried[name])
     if indenter_radius is not None:
         picked["indenter_radius"] = np.full(n_draw, indenter_radius)
-    own = Own(
+    own = NoiseDraws(
         carried["capacitance_noise"],
         np.nan_to_num(carried["force_discrepancy"]),
         np.nan_to_num(carried["capacitance_discrepancy"]),

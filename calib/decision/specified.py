@@ -25,10 +25,10 @@ from calib.decision.conformity import Built, Conformity, OfMember
 from calib.decision.extrapolation import EXTRAPOLATION, MARGIN, Aim, beyond_the_measured
 from calib.decision.needed import drawing_of, needed_for
 from calib.decision.padding import recommend
-from calib.decision.performance import Errors, Group, Refused, pressed
+from calib.decision.performance import ElectrodeGroup, Errors, Refused, pressed
 from calib.decision.recommendation import Recommendation
 from calib.decision.requirement import Requirement
-from calib.decision.sensors import Part, Sensors, sensors_of, smooth_normals
+from calib.decision.sensors import ModelDraws, Sensors, sensors_of, smooth_normals
 from calib.decision.trials import Tried, left_out, try_all
 from calib.decision.words import sensor_in_words
 from calib.errors import Fault, InputError
@@ -146,7 +146,7 @@ def answer(
         if refused is not None:
             unserved += [left_out(choice, refused.why, grid, specification) for choice in choices]
             continue
-        for tried in try_all([g for g in groups if isinstance(g, Group)], choices, grid, errors, rows, n_effective):
+        for tried in try_all([g for g in groups if isinstance(g, ElectrodeGroup)], choices, grid, errors, rows, n_effective):
             if math.isfinite(tried.built.best):
                 found.append(tried)
             else:
@@ -238,14 +238,14 @@ def recommend_for(
     return replace(found, conformity=conformity, verdict=conformity.verdict)
 
 
-def _require_noise(specification: Specification, parts: Sequence[Part]) -> None:
+def _require_noise(specification: Specification, parts: Sequence[ModelDraws]) -> None:
     wanted = any(limit.quantity == "force_resolution" for limit in specification.limits)
     if wanted and not all(np.all(np.isfinite(part.own.noise)) for part in parts):
         message = "force_resolution is limited, but the run knows no noise of a capacitance meter"
         raise InputError(Fault(message, advice="Leave it out, or calibrate with capacitance"))
 
 
-def _rows(parts: Sequence[Part]) -> list[slice]:
+def _rows(parts: Sequence[ModelDraws]) -> list[slice]:
     ends = np.cumsum([0, *(part.size for part in parts)])
     return [slice(int(a), int(b)) for a, b in pairwise(ends)]
 
@@ -265,7 +265,7 @@ def _effective(posterior: Posterior, n_draw: int) -> int:
 # --- what stands in the way ---------------------------------------------------------------------------------------------
 
 
-def _inputs(best: Tried, parts: Sequence[Part], z: Coordinates, errors: Errors) -> dict[str, FloatArray]:
+def _inputs(best: Tried, parts: Sequence[ModelDraws], z: Coordinates, errors: Errors) -> dict[str, FloatArray]:
     """What the worst margin of a draw depends on, by name."""
     names = {
         "young_modulus": "Young's modulus",
@@ -307,7 +307,7 @@ def _inputs(best: Tried, parts: Sequence[Part], z: Coordinates, errors: Errors) 
 
 
 def _of_models(
-    best: Tried, models: Sequence[Member], parts: Sequence[Part], rows: Sequence[slice], grid: FloatArray
+    best: Tried, models: Sequence[Member], parts: Sequence[ModelDraws], rows: Sequence[slice], grid: FloatArray
 ) -> Iterator[OfMember]:
     """What each model of an average says by itself."""
     own = {part.member.name: r for part, r in zip(parts, rows, strict=True)}
@@ -378,7 +378,7 @@ def _unmet(made: Built, s: Specification) -> Iterator[Reason]:
         yield Reason("specification", "amber", finding, "Change what the advice names, or build and accept that share")
 
 
-def _conditions(best: Tried, parts: Sequence[Part], s: Specification, grid: FloatArray) -> tuple[str, ...]:
+def _conditions(best: Tried, parts: Sequence[ModelDraws], s: Specification, grid: FloatArray) -> tuple[str, ...]:
     shown = [replace(part, base=design) for part, design in zip(parts, best.designs, strict=True)]
     chosen = best.choice
     found = conditions_of(

@@ -34,7 +34,7 @@ _NORMALS, _FEW = 2000, 3
 
 
 @dataclass(frozen=True, eq=False)
-class Target:
+class LearningTarget:
     """What is to be known better.
 
     Attributes
@@ -70,7 +70,7 @@ class Target:
         return float(np.mean(np.einsum("ps,dsp->dp", self.slopes, product)))
 
 
-def modulus_target(posterior: Posterior, known: Known) -> Target:
+def modulus_target(posterior: Posterior, known: Known) -> LearningTarget:
     """Young's modulus of the material, or of the lot, as what is asked.
 
     Parameters
@@ -90,10 +90,12 @@ def modulus_target(posterior: Posterior, known: Known) -> Target:
     slopes = slopes_at_middle(known, lambda values: values[_MODULUS])
     label = "Young's modulus of the lot" if known.problem.experiment.pooling == "partial" else "Young's modulus"
     sd = float(np.std(draws))
-    return Target("modulus", label, float(np.mean(draws)), sd, sd, slopes[None], np.empty((0, 0)), np.empty(0), np.nan)
+    return LearningTarget("modulus", label, float(np.mean(draws)), sd, sd, slopes[None], np.empty((0, 0)), np.empty(0), np.nan)
 
 
-def signal_target(posterior: Posterior, known: Known, wanted: Requirement, best: float, rng: np.random.Generator) -> Target:
+def signal_target(
+    posterior: Posterior, known: Known, wanted: Requirement, best: float, rng: np.random.Generator
+) -> LearningTarget:
     """The signal at a load on the recommended padding as what is asked, and what is lost by recommending with what is known.
 
     Parameters
@@ -150,7 +152,7 @@ def signal_target(posterior: Posterior, known: Known, wanted: Requirement, best:
     thick = covered[:-1]
     mean = np.mean(of_draws[:, :, :-1][..., thick], axis=1)
     mean = mean[np.all(np.isfinite(mean), axis=1)]
-    return Target(
+    return LearningTarget(
         "padding",
         f"signal at {wanted.force:g} N on {best * 1e3:.3g} mm of padding",
         float(np.nanmean(signals)),
@@ -163,7 +165,7 @@ def signal_target(posterior: Posterior, known: Known, wanted: Requirement, best:
     )
 
 
-def regret(target: Target, before: FloatArray, after: FloatArray) -> float:
+def regret(target: LearningTarget, before: FloatArray, after: FloatArray) -> float:
     """Expected regret after a measurement, by what it is now and the ratio of both when all is normal.
 
     With V ~ N(V_0, C) the signals on padding of each thickness and M ~ N(V_0, C - C') what will be expected of them after a

@@ -9,11 +9,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.checks import band
-from calib.decision.choices import Choice
+from calib.decision.choices import PaddingChoice
 from calib.decision.conditions import COVERED_SHARE
 from calib.decision.conformity import Built
 from calib.decision.guard_band import crossings
-from calib.decision.performance import Errors, Group
+from calib.decision.performance import ElectrodeGroup, Errors
 from calib.decision.sensors import with_padding
 from calib.experiment import Specification
 from models.sensor import BoolArray, Design, FloatArray
@@ -34,7 +34,7 @@ class Tried:
     at : index of the best thickness.
     """
 
-    choice: Choice
+    choice: PaddingChoice
     built: Built
     designs: Sequence[Design]
     margins: FloatArray
@@ -44,8 +44,8 @@ class Tried:
 
 
 def try_all(
-    groups: Sequence[Group],
-    choices: Sequence[Choice],
+    groups: Sequence[ElectrodeGroup],
+    choices: Sequence[PaddingChoice],
     grid: FloatArray,
     errors: Errors,
     rows: Sequence[slice],
@@ -181,7 +181,7 @@ def _best(s: Specification, covered: BoolArray, probability: FloatArray, error: 
     return int(np.argmax(np.where(tied, np.quantile(worst, 0.05, axis=0), -np.inf)))
 
 
-def left_out(choice: Choice, why: str, grid: FloatArray, s: Specification) -> Built:
+def left_out(choice: PaddingChoice, why: str, grid: FloatArray, s: Specification) -> Built:
     """What is said of a sensor that no model serves.
 
     Parameters
@@ -211,7 +211,7 @@ def left_out(choice: Choice, why: str, grid: FloatArray, s: Specification) -> Bu
     )
 
 
-def _why_not_covered(groups: Sequence[Group], i: int, grid: FloatArray) -> str:
+def _why_not_covered(groups: Sequence[ElectrodeGroup], i: int, grid: FloatArray) -> str:
     group, forward = groups[0], groups[0].part.member.forward
     middle = with_padding(group.designs[i], float(grid[grid.size // 2]))
     under = [replace(middle, indenter=replace(middle.indenter, radius=ball)) for ball in group.balls]

@@ -20,9 +20,9 @@ from calib.experiment.schema import design_schema, experiment_schema, specificat
 from calib.experiment.signposts import SWEEP_KEYS
 from calib.experiment.specification import (
     LIMITED,
+    CandidateMaterial,
     Limit,
     Limited,
-    Material,
     Side,
     Specification,
     Tolerance,
@@ -47,6 +47,7 @@ __all__ = [
     "STANDS",
     "SWEEP_KEYS",
     "Bench",
+    "CandidateMaterial",
     "Experiment",
     "Found",
     "Instrument",
@@ -55,7 +56,6 @@ __all__ = [
     "Limit",
     "Limited",
     "Looked",
-    "Material",
     "MaterialLaw",
     "Press",
     "Pressed",

@@ -106,7 +106,7 @@ class Tolerance:
 
 
 @dataclass(frozen=True)
-class Material:
+class CandidateMaterial:
     """A material that the padding may be made of, of the law of the sensor's silicone.
 
     Attributes
@@ -167,7 +167,7 @@ class Specification:
     padding_tolerance: Tolerance | None = None
     gauge: float = 0.0
     guard_band: float = 1.0
-    materials: tuple[Material, ...] = ()
+    materials: tuple[CandidateMaterial, ...] = ()
     sensor_thicknesses: tuple[float, ...] = ()
     electrode_radii: tuple[float, ...] = ()
     sensor_tolerance: Tolerance | None = None
@@ -204,7 +204,7 @@ def specification_from_plain(plain: Mapping[str, Any]) -> Specification:
     read |= {name: _values_from_plain(read[name]) for name in ("force", "ball")}
     read["limits"] = tuple(Limit(**limit) for limit in read["limits"])
     read["materials"] = tuple(
-        Material(m["name"], cast("float | Prior", _values_from_plain(m["young_modulus"])), m["poisson_ratio"])
+        CandidateMaterial(m["name"], cast("float | Prior", _values_from_plain(m["young_modulus"])), m["poisson_ratio"])
         for m in read["materials"]
     )
     read |= {name: tuple(read[name]) for name in ("sensor_thicknesses", "electrode_radii")}

@@ -17,8 +17,8 @@ from calib.experiment.specification import (
     LIMITED,
     MOST_VALUES,
     SIDES,
+    CandidateMaterial,
     Limit,
-    Material,
     Specification,
     Tolerance,
     faults_of,
@@ -322,7 +322,7 @@ def _padding(toml: Toml) -> dict[str, Any]:
     return values
 
 
-def _material(toml: Toml, at: KeyPath) -> Material:
+def _material(toml: Toml, at: KeyPath) -> CandidateMaterial:
     meant = check_keys(toml, at, MATERIAL, _SIGNPOSTS)
     name = text_at(toml, (*at, "name"), required='name = "soft silicone"', quiet="name" in meant)
     where = (*at, "young_modulus")
@@ -332,8 +332,8 @@ def _material(toml: Toml, at: KeyPath) -> Material:
         modulus = positive_at(toml, where, "Pa", _MODULUS, quiet="young_modulus" in meant)
     ratio = get(toml, (*at, "poisson_ratio"))
     if ratio is None:
-        return Material(name, modulus)
-    return Material(name, modulus, positive_at(toml, (*at, "poisson_ratio"), "", "0.3", quiet=True, zero_allowed=True))
+        return CandidateMaterial(name, modulus)
+    return CandidateMaterial(name, modulus, positive_at(toml, (*at, "poisson_ratio"), "", "0.3", quiet=True, zero_allowed=True))
 
 
 def _sensor(toml: Toml) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from models.sensor import BoolArray, FloatArray
 
 
 @dataclass(frozen=True)
-class Contact:
+class ContactOnset:
     """Where contact is taken to begin on the crosshead's reading [m], and in words what shows it."""
 
     reading: float
@@ -31,7 +31,7 @@ class Beyond:
     notes: tuple[str, ...] = ()
 
 
-def contact_of(displacement: FloatArray, channels: Mapping[str, FloatArray], loading: IntArray) -> Contact | None:
+def contact_of(displacement: FloatArray, channels: Mapping[str, FloatArray], loading: IntArray) -> ContactOnset | None:
     """Estimate where contact begins, from the channel that shows it on a loading branch: the force if there is one.
 
     Parameters
@@ -55,11 +55,11 @@ def contact_of(displacement: FloatArray, channels: Mapping[str, FloatArray], loa
         y = -y
     found = fine_onset(x, y)
     if found is not None:
-        return Contact(found[0], f"where {name} leaves its flat part")
+        return ContactOnset(found[0], f"where {name} leaves its flat part")
     flat = flat_part(x, y)
     if np.any(flat):
-        return Contact(float(np.max(x[flat])), f"where {name} leaves its flat part")
-    return Contact(float(x[0]), "its first reading, as the record starts in contact: the true depth is larger")
+        return ContactOnset(float(np.max(x[flat])), f"where {name} leaves its flat part")
+    return ContactOnset(float(x[0]), "its first reading, as the record starts in contact: the true depth is larger")
 
 
 def limits_of(
@@ -68,7 +68,7 @@ def limits_of(
     displacement: FloatArray | None,
     channels: Mapping[str, FloatArray],
     stretches: Sequence[IntArray],
-    contact: Contact | None,
+    contact: ContactOnset | None,
 ) -> Beyond:
     """Find the rows that the limits of a use leave out.
 

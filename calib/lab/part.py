@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from calib.errors import Fault, InputError
 from calib.lab.instruments import IntArray, LabTable
-from calib.lab.limits import Contact, columns_in_words
+from calib.lab.limits import ContactOnset, columns_in_words
 from calib.lab.use import Use
 from models.sensor import BoolArray, FloatArray
 
@@ -110,7 +110,7 @@ def _limits(use: Use) -> str:
     return f"{' and '.join(said)} {'leaves' if len(said) == 1 else 'leave'}"
 
 
-def check_contact(table: LabTable, use: Use, contact: Contact, displacement: FloatArray, kept: IntArray) -> None:
+def check_contact(table: LabTable, use: Use, contact: ContactOnset, displacement: FloatArray, kept: IntArray) -> None:
     """Refuse limits that end before the press begins: what they leave holds nothing of the sensor.
 
     Parameters

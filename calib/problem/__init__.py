@@ -17,7 +17,7 @@ from calib.problem.likelihood import (
 )
 from calib.problem.lots import Lot, LotPrior
 from calib.problem.measurement import model_sweep, model_sweeps
-from calib.problem.newcomer import CalibratedLot, Newcomer, Own, newcomer_experiment, newcomer_of, template_of
+from calib.problem.newcomer import CalibratedLot, Newcomer, NewcomerUnknown, newcomer_experiment, newcomer_of, template_of
 from calib.problem.plan import CORRELATION_LENGTH, SweepPlan, plan_sweep, plan_sweeps, specimen_and_ball
 from calib.problem.prior import (
     log_prior,
@@ -53,7 +53,7 @@ __all__ = [
     "Lot",
     "LotPrior",
     "Newcomer",
-    "Own",
+    "NewcomerUnknown",
     "ParameterInfo",
     "PredictedReadings",
     "Problem",

@@ -61,7 +61,7 @@ class CalibratedLot:
 
 
 @dataclass(frozen=True, eq=False)
-class Own:
+class NewcomerUnknown:
     """An unknown of a newcomer itself.
 
     Attributes
@@ -118,7 +118,7 @@ class Newcomer:
     sweeps: tuple[Sweep, ...]
     plans: tuple[SweepPlan, ...]
     forward: Forward
-    own: tuple[Own, ...]
+    own: tuple[NewcomerUnknown, ...]
     fixed: Mapping[str, float]
 
     @property
@@ -275,13 +275,15 @@ def newcomer_of(lot: CalibratedLot, experiment: Experiment, sweeps: Sequence[Swe
             continue
         of = pooled.get(info.parameter)
         if of is None:
-            own.append(Own(info, info.prior, None, 0 * ones, ones))
+            own.append(NewcomerUnknown(info, info.prior, None, 0 * ones, ones))
             continue
         number = _number(lot, of, like)
         mean = of.prior.away_of(lot.values[of.quantity])
         spread = lot.values[spread_of(of.quantity)]
         own.append(
-            Own(replace(info, prior=_predictive(of.prior, number, mean, spread)), None, (of.prior, number), mean, spread)
+            NewcomerUnknown(
+                replace(info, prior=_predictive(of.prior, number, mean, spread)), None, (of.prior, number), mean, spread
+            )
         )
     mine = {n: value for n, value in known.items() if UnknownName.parse(n).specimen == name}
     return Newcomer(lot, experiment, tuple(sweeps), plan_sweeps(sweeps), forward, tuple(own), mine)

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from calib.report.figures.specification import conformity_figure, front_figure
     from calib.report.gripper import force_tables_from_json, gripper_files, range_in_words, reading_in_words
     from calib.report.moves import moves_in_words
-    from calib.report.page import begin_drawing, kept_drawings, plots_of_report, write_report
+    from calib.report.page import begin_drawing, kept_drawings, plots_of_report, report_page
     from calib.report.pictures import any_letters, write_figure
     from calib.report.rows import FirstRow, ParameterRow, first_rows, learned_in_words, pair_rows, parameter_rows
     from calib.report.sections.average import averaged_models, modulus_share, weighting_in_words
@@ -109,6 +109,7 @@ __all__ = [
     "proof_figure",
     "range_in_words",
     "reading_in_words",
+    "report_page",
     "results_of",
     "revolved_figure",
     "revolved_picture",
@@ -118,7 +119,6 @@ __all__ = [
     "trace_figure",
     "weighting_in_words",
     "write_figure",
-    "write_report",
     "write_vtk",
 ]
 
@@ -158,7 +158,7 @@ __getattr__ = on_demand(
         ".figures.specification": ("conformity_figure", "front_figure"),
         ".gripper": ("force_tables_from_json", "gripper_files", "range_in_words", "reading_in_words"),
         ".moves": ("moves_in_words",),
-        ".page": ("begin_drawing", "kept_drawings", "plots_of_report", "write_report"),
+        ".page": ("begin_drawing", "kept_drawings", "plots_of_report", "report_page"),
         ".pictures": ("any_letters", "write_figure"),
         ".rows": ("FirstRow", "ParameterRow", "first_rows", "learned_in_words", "pair_rows", "parameter_rows"),
         ".sections.average": ("averaged_models", "modulus_share", "weighting_in_words"),

@@ -18,7 +18,7 @@ from calib.report.sections import drawings_of, plots_of, sections_of
 from calib.sampling import FINGERPRINT, Posterior
 
 
-def write_report(
+def report_page(
     posterior: Posterior,
     predictions: Sequence[Prediction],
     recommendation: Recommendation | None = None,
@@ -70,7 +70,7 @@ def plots_of_report(
 
     Parameters
     ----------
-    posterior, predictions, recommendation : as in `write_report`.
+    posterior, predictions, recommendation : as in `report_page`.
     """
     return plots_of(Results(posterior, predictions, recommendation=recommendation))
 
@@ -93,7 +93,7 @@ def begin_drawing(
 
     Parameters
     ----------
-    posterior, predictions, recommendation : as in `write_report`.
+    posterior, predictions, recommendation : as in `report_page`.
     executor : the workers.
     """
     return drawings_of(Results(posterior, predictions, recommendation=recommendation), executor)
@@ -104,7 +104,7 @@ def kept_drawings(posterior: Posterior, predictions: Sequence[Prediction], page:
 
     Parameters
     ----------
-    posterior, predictions : as in `write_report`.
+    posterior, predictions : as in `report_page`.
     page : the earlier one, as it was written.
     """
     names = drawings_of(Results(posterior, predictions))

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from calib.runs.measurements import asked_before, next_for, next_in, specified_before
     from calib.runs.ownership import owned, owner_of
     from calib.runs.preview import quick
-    from calib.runs.progress import Look, RunState, Told, run_state
+    from calib.runs.progress import ConvergenceLook, LastProgress, RunState, run_state
     from calib.runs.proof import prove
     from calib.runs.received import Received, is_received, verify_certificate
     from calib.runs.refinement import Means, Refinement, refine
@@ -39,10 +39,11 @@ __all__ = [
     "STAGES",
     "Calibration",
     "Check",
+    "ConvergenceLook",
     "Examined",
     "Finding",
     "Forecast",
-    "Look",
+    "LastProgress",
     "Means",
     "NotUsableError",
     "PageError",
@@ -52,7 +53,6 @@ __all__ = [
     "Run",
     "RunState",
     "Stages",
-    "Told",
     "Watch",
     "asked_before",
     "average_runs",
@@ -142,9 +142,9 @@ __getattr__ = on_demand(
         ".ownership": ("owned", "owner_of"),
         ".preview": ("quick",),
         ".progress": (
-            "Look",
+            "ConvergenceLook",
             "RunState",
-            "Told",
+            "LastProgress",
             "run_state",
         ),
         ".proof": ("prove",),

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from calib.checks import USUAL, Candidate, Model, Weighting, average_models, compare_runs
+from calib.checks import USUAL, AverageMember, ComparedModel, Weighting, average_models, compare_runs
 from calib.decision import Recommendation
 from calib.errors import Fault, InputError
 from calib.files import real_path, require_folder
@@ -30,7 +30,7 @@ def average_runs(
     folder: Path | str,
     *,
     by: Weighting = USUAL,
-    candidates: Sequence[Candidate] | None = None,
+    candidates: Sequence[ComparedModel] | None = None,
     anew: bool = False,
     command: str = "",
     page: Callable[[Run, Recommendation | None], str] = page_of,
@@ -65,7 +65,7 @@ def average_runs(
             raise InputError(Fault("this run is an average itself", run.folder, advice="Give the runs that it is of"))
     _check_folder(folder, anew)
     models = [
-        Model(name, run.posterior, run.forward, run.verdict, run.posterior_sha256)
+        AverageMember(name, run.posterior, run.forward, run.verdict, run.posterior_sha256)
         for name, run in zip(names, runs, strict=True)
     ]
     if candidates is None:

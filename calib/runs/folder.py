@@ -31,9 +31,9 @@ from calib.report import (
     begin_drawing,
     kept_drawings,
     print_page,
+    report_page,
     summary_csv,
     summary_json,
-    write_report,
 )
 from calib.runs.listing import (
     LISTING,
@@ -211,7 +211,7 @@ def page_of(
     recommendation : shown in a section of its own, if there is one.
     drawings : pictures that workers draw, or that an earlier page of this posterior has.
     """
-    return write_report(
+    return report_page(
         run.posterior,
         run.predictions,
         recommendation,

@@ -28,7 +28,7 @@ _RECORD = "progress", 1
 
 
 @dataclass(frozen=True)
-class Look:
+class ConvergenceLook:
     """What one look at convergence found: steps of each walker, the largest R-hat, the least effective sample size."""
 
     steps: int
@@ -37,7 +37,7 @@ class Look:
 
 
 @dataclass(frozen=True)
-class Told:
+class LastProgress:
     """What a calibration last told of how far it is.
 
     Attributes
@@ -58,7 +58,7 @@ class Told:
     r_hat_parameter: str = ""
     ess_parameter: str = ""
     target: float = 0.0
-    looks: tuple[Look, ...] = ()
+    looks: tuple[ConvergenceLook, ...] = ()
     first: tuple[tuple[str, str, str], ...] = ()
 
 
@@ -82,7 +82,7 @@ class RunState:
     condition: Condition
     owner: str = ""
     steps: int = 0
-    told: Told | None = None
+    told: LastProgress | None = None
     command: str = ""
 
 
@@ -106,11 +106,11 @@ def run_state(folder: Path | str) -> RunState:
     return RunState(condition, owner, BLOCK_STEPS * kept_blocks(folder / CHECKPOINT), _read(folder), command)
 
 
-def _read(folder: Path) -> Told | None:
+def _read(folder: Path) -> LastProgress | None:
     try:
         found = record_from_text(*_RECORD, (folder / TOLD).read_text(encoding="utf-8"))
-        looks = tuple(Look(**look) for look in found.pop("looks"))
-        return Told(looks=looks, first=tuple(map(tuple, found.pop("first"))), **found)
+        looks = tuple(ConvergenceLook(**look) for look in found.pop("looks"))
+        return LastProgress(looks=looks, first=tuple(map(tuple, found.pop("first"))), **found)
     except (OSError, ValueError, KeyError, TypeError):
         return None
 
@@ -123,27 +123,27 @@ class Teller:
     """
 
     folder: Path
-    told: Told = field(default_factory=lambda: Told("reading"))
+    told: LastProgress = field(default_factory=lambda: LastProgress("reading"))
 
     def stage(self, name: str) -> None:
         """Say which stage begins."""
-        self._write(Told(name, looks=self.told.looks, first=self.told.first))
+        self._write(LastProgress(name, looks=self.told.looks, first=self.told.first))
 
     def first_answer(self, first: FirstAnswer | None) -> None:
         """Say the first answer, of the sensor alone."""
         rows = () if first is None else tuple((r.name, r.value, r.unit) for r in first_rows(first, sensor_only=True))
-        self._write(Told(self.told.stage, looks=self.told.looks, first=rows))
+        self._write(LastProgress(self.told.stage, looks=self.told.looks, first=rows))
 
     def sampling(self, p: Progress) -> None:
         """Say how far sampling is."""
         looks = self.told.looks
         if p.ess > 0 and (not looks or (looks[-1].r_hat, looks[-1].ess) != (p.r_hat, p.ess)):
-            looks = (*looks, Look(p.steps, p.r_hat, p.ess))
+            looks = (*looks, ConvergenceLook(p.steps, p.r_hat, p.ess))
         left = p.seconds_left if math.isfinite(p.seconds_left) and p.seconds_left > 0 else None
         names = (p.r_hat_parameter, p.ess_parameter)
-        self._write(Told(p.stage, p.done, p.wanted, left, *names, p.target, looks, self.told.first))
+        self._write(LastProgress(p.stage, p.done, p.wanted, left, *names, p.target, looks, self.told.first))
 
-    def _write(self, told: Told) -> None:
+    def _write(self, told: LastProgress) -> None:
         if told != self.told:
             self.told = told
             with suppress(OSError, InputError):

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from calib.checks import Proof, Replicate, Setting, attempt, presses_of, replicate_from_plain, replicate_to_plain
+from calib.checks import Proof, Replicate, ReplicateSetting, attempt, presses_of, replicate_from_plain, replicate_to_plain
 from calib.errors import Fault, InputError
 from calib.experiment import read_experiment
 from calib.files import require_folder, write_text
@@ -50,7 +50,7 @@ def prove(
     around: Path | None = None,
     planned: Callable[[int, float], None] = lambda *_: None,
     progress: Callable[[int, int], None] = lambda *_: None,
-    replicate: Callable[[Setting, int], Replicate] = attempt,
+    replicate: Callable[[ReplicateSetting, int], Replicate] = attempt,
 ) -> Proof:
     """Find out by simulation whether calibrations of an experiment hold the truth as often as they say.
 
@@ -87,7 +87,7 @@ def prove(
     problem = problem_of(plan, surrogate)
     file = None if surrogate is None else surrogate.absolute()
     draws = None if around is None else _draws_of(around, problem)
-    setting = Setting(plan, problem.sweeps, presses_of(plan, problem.sweeps), file, seed, chains, draws)
+    setting = ReplicateSetting(plan, problem.sweeps, presses_of(plan, problem.sweeps), file, seed, chains, draws)
     drawn = "the prior" if draws is None else f"a posterior, {hashlib.sha256(draws.tobytes()).hexdigest()}"
     own = {"version of the proof": str(PROOF_VERSION), "chains": str(chains), "truths are drawn from": drawn}
     parts = {**own, **identity_of(problem, seed).parts}
@@ -160,7 +160,7 @@ def _expected(problem: Problem, made: Mapping[int, Replicate]) -> float:
     return _EVALUATIONS * seconds_of_evaluation(problem) + _PRESS * len(problem.sweeps) + _REST
 
 
-def _write(folder: Path, proof: Proof, setting: Setting, parts: Mapping[str, str]) -> None:
+def _write(folder: Path, proof: Proof, setting: ReplicateSetting, parts: Mapping[str, str]) -> None:
     from calib.report import proof_figure, write_figure
 
     content: dict[str, Any] = {"experiment": setting.experiment.name, "seed": setting.seed, **proof.to_plain()}

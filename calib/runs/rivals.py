@@ -8,7 +8,7 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
-from calib.checks import Candidate, compare_runs, comparison_in_words, doubts
+from calib.checks import ComparedModel, compare_runs, comparison_in_words, doubts
 from calib.errors import InputError
 from calib.experiment import Experiment, Variant, candidates_of, read_experiment
 from calib.files import require_folder, write_text
@@ -56,7 +56,7 @@ class Rivalry:
     average : over those that were; None if there is one alone, or it could not be made.
     """
 
-    candidates: tuple[Candidate, ...]
+    candidates: tuple[ComparedModel, ...]
     failed: Mapping[str, str]
     average: Run | None = None
 

@@ -116,7 +116,7 @@ class Field:
 
 
 @dataclass(frozen=True)
-class Group:
+class FieldGroup:
     """Fields that belong together, under a heading; `addable` are unknowns that may get a prior there, at the path `at`.
 
     `identifier` is by what a page knows it; "" for none.
@@ -140,7 +140,7 @@ class Form:
     marked : lines that are still marked EDIT and hold what the draft put there.
     """
 
-    groups: tuple[Group, ...]
+    groups: tuple[FieldGroup, ...]
     faults: tuple[Fault, ...]
     marked: tuple[Unedited, ...]
 
@@ -195,13 +195,13 @@ def form_of_experiment(space: Workspace) -> Form:
     builder = _Builder(text, tables, faults)
     top = ("name", "base", "pooling", "model", "discrepancy")
     groups = [
-        Group("Experiment", tuple(builder.field((key,)) for key in top)),
-        Group("Ball", tuple(builder.field(("indenter", key)) for key in ("radius", "friction_coefficient"))),
-        Group(
+        FieldGroup("Experiment", tuple(builder.field((key,)) for key in top)),
+        FieldGroup("Ball", tuple(builder.field(("indenter", key)) for key in ("radius", "friction_coefficient"))),
+        FieldGroup(
             "Sensor",
             tuple(builder.field(("sensor", key)) for key in ("radius", "electrode_radius", "dielectric_thickness", "law")),
         ),
-        Group("Padding", (builder.field(("padding", "material")),)),
+        FieldGroup("Padding", (builder.field(("padding", "material")),)),
         builder.priors(("priors",), "Known before the data: material and rig", _USUAL, ("material", "rig")),
     ]
     specimens = tables.get("specimens")
@@ -365,23 +365,23 @@ class _Builder:
             **self._state(at),
         )
 
-    def certificate(self) -> list[Group]:
+    def certificate(self) -> list[FieldGroup]:
         """What is for a certificate alone: the laboratory, and each instrument that is there."""
         laboratory = tuple(self.field(("laboratory", key)) for key in self.schema["laboratory"]["properties"])
-        found = [Group("Laboratory, for a certificate", laboratory, "laboratory")]
+        found = [FieldGroup("Laboratory, for a certificate", laboratory, "laboratory")]
         there = self.tables.get("instruments")
         for i, instrument in enumerate(there if isinstance(there, list) else []):
             if isinstance(instrument, dict):
                 own = tuple(self.field(("instruments", i, key)) for key in self.schema["instruments"]["items"]["properties"])
-                found.append(Group(f"Instrument {instrument.get('kind', i + 1)}", own))
+                found.append(FieldGroup(f"Instrument {instrument.get('kind', i + 1)}", own))
         return found
 
-    def priors(self, at: KeyPath, title: str, usual: Sequence[str], scopes: Sequence[Any]) -> Group:
+    def priors(self, at: KeyPath, title: str, usual: Sequence[str], scopes: Sequence[Any]) -> FieldGroup:
         """Those of a table of priors: the usual ones, and those that are in the file."""
         there = value_at(self.tables, at)
         given = [key for key in (there if isinstance(there, dict) else {}) if key in UNKNOWNS and key not in usual]
         known = [name for name in unknowns_of(*scopes) if name not in usual and name not in given]
-        return Group(
+        return FieldGroup(
             title,
             tuple(self._prior((*at, name)) for name in (*usual, *given)),
             at=at,

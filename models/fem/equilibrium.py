@@ -27,7 +27,7 @@ _LEAST_JACOBIAN = 0.02
 
 
 @dataclass(frozen=True, eq=False)
-class Model:
+class DiscreteSensor:
     """A discretised design: mesh, elements, contact surface, and where each stiffness entry goes in the band."""
 
     design: LayeredDesign
@@ -42,7 +42,7 @@ class Model:
         return self.design.friction_coefficient == 0
 
 
-def make_model(design: LayeredDesign, depth: float, accuracy: float = 1e-3) -> Model:
+def make_model(design: LayeredDesign, depth: float, accuracy: float = 1e-3) -> DiscreteSensor:
     """Discretise a design: the axis keeps its radius, the lateral side is free.
 
     Parameters
@@ -58,7 +58,7 @@ def make_model(design: LayeredDesign, depth: float, accuracy: float = 1e-3) -> M
     return on_mesh(design, make_mesh(design, depth, accuracy))
 
 
-def on_mesh(design: LayeredDesign, mesh: Mesh) -> Model:
+def on_mesh(design: LayeredDesign, mesh: Mesh) -> DiscreteSensor:
     """Discretise a design on a given grid.
 
     Parameters
@@ -78,7 +78,7 @@ def on_mesh(design: LayeredDesign, mesh: Mesh) -> Model:
     held[0, :, 0] = True
     held[1::2, 1::2, :] = True  # inner nodes are condensed
     edge_dofs = (2 * surface.edges[:, :, None] + np.arange(2)).reshape(-1, 6)
-    return Model(design, mesh, parts, surface, banded.make_band(held.ravel(), parts.border_dofs, edge_dofs))
+    return DiscreteSensor(design, mesh, parts, surface, banded.make_band(held.ravel(), parts.border_dofs, edge_dofs))
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +110,7 @@ class Failure:
     reason: str
 
 
-def rest(model: Model) -> State:
+def rest(model: DiscreteSensor) -> State:
     """The undeformed stack, indenter at first touch; with the energies used the stress-free state has no pressure."""
     u = np.zeros(2 * model.mesh.n_node)
     at = contact.gap(model.surface, model.design.profile, u, 0.0)
@@ -132,7 +132,7 @@ class Linearised:
     rate: FloatArray
 
 
-def linearise(model: Model, f: FloatArray, gap: Gap, pressure: FloatArray, touching: Contact) -> Linearised:
+def linearise(model: DiscreteSensor, f: FloatArray, gap: Gap, pressure: FloatArray, touching: Contact) -> Linearised:
     """Assemble the tangent at a state, factorise it, and find Newton's step and the rate with depth.
 
     Parameters
@@ -168,7 +168,7 @@ def linearise(model: Model, f: FloatArray, gap: Gap, pressure: FloatArray, touch
     return Linearised(condensed, system, gap, factor, solution[:, 0], solution[:, 1])
 
 
-def equilibrium(model: Model, guess: State, depth: float) -> State | Failure:
+def equilibrium(model: DiscreteSensor, guess: State, depth: float) -> State | Failure:
     """Find the equilibrium at a depth by Newton's method.
 
     Contact points enter when they overlap and leave when they pull, stick until the friction is too much for them and slip
@@ -273,7 +273,7 @@ def _resort(touching: Contact, before: Contact, gap: Gap, friction: float, slack
     )
 
 
-def _finish(model: Model, state: State, gap: Gap, at: Linearised, sizes: list[float]) -> State:
+def _finish(model: DiscreteSensor, state: State, gap: Gap, at: Linearised, sizes: list[float]) -> State:
     """Derived numbers of an equilibrium: force, dF/dd along the equilibrium path, contact radius, penetration."""
     surface, touching, friction = model.surface, state.contact, model.design.friction_coefficient
     dx = contact.moved_by(surface, model.band.spread(at.rate))
@@ -303,7 +303,7 @@ def _finish(model: Model, state: State, gap: Gap, at: Linearised, sizes: list[fl
     )
 
 
-def stored_energy(model: Model, state: State) -> float:
+def stored_energy(model: DiscreteSensor, state: State) -> float:
     """Strain energy of the whole stack.
 
     Parameters
@@ -321,7 +321,7 @@ def stored_energy(model: Model, state: State) -> float:
     return float(np.sum(density * parts.weight))
 
 
-def compression(model: Model, state: State) -> FloatArray:
+def compression(model: DiscreteSensor, state: State) -> FloatArray:
     """How much thinner every layer has become on the axis.
 
     Parameters
@@ -338,7 +338,7 @@ def compression(model: Model, state: State) -> FloatArray:
     return np.asarray(1 - np.diff(height) / np.diff(model.mesh.z[ends]))
 
 
-def instability(model: Model, state: State) -> str:
+def instability(model: DiscreteSensor, state: State) -> str:
     """Say whether the material or the surface has become unstable, which ends a path.
 
     Parameters

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from models.fem.equilibrium import Failure, Model, State, equilibrium, instability, rest
+from models.fem.equilibrium import DiscreteSensor, Failure, State, equilibrium, instability, rest
 from models.sensor import FloatArray
 
 #: With friction the result depends on the path: substeps of depth, and those of its square root, in which the contact grows
@@ -31,7 +31,7 @@ def _extrapolate(last: State, before: State | None, depth: float) -> State:
 
 
 def walk(
-    model: Model, depths: FloatArray, smallest_step: float = 1e-3, friction_step: float = FRICTION_STEP
+    model: DiscreteSensor, depths: FloatArray, smallest_step: float = 1e-3, friction_step: float = FRICTION_STEP
 ) -> Iterator[State | Failure]:
     """Go through depths in their order, deeper or shallower, from equilibrium to equilibrium.
 
@@ -70,7 +70,7 @@ def _stops(start: float, target: float, deepest: float, step: float) -> FloatArr
 
 
 def _advance(
-    model: Model, last: State, before: State | None, stops: FloatArray, least: float
+    model: DiscreteSensor, last: State, before: State | None, stops: FloatArray, least: float
 ) -> tuple[State, State | None] | Failure:
     """From `last` through all `stops`, in as many substeps as Newton needs, none below `least`; the last two states."""
     for stop in stops:
@@ -82,7 +82,7 @@ def _advance(
 
 
 def _reach(
-    model: Model, last: State, before: State | None, target: float, least: float
+    model: DiscreteSensor, last: State, before: State | None, target: float, least: float
 ) -> tuple[State, State | None] | Failure:
     """From `last` to depth `target` in as many substeps as Newton needs, none below `least`; the last two states."""
     if target <= 0:
@@ -104,7 +104,7 @@ def _reach(
     return last, before
 
 
-def walk_to_forces(model: Model, forces: FloatArray, deepest: float) -> Iterator[State | Failure]:
+def walk_to_forces(model: DiscreteSensor, forces: FloatArray, deepest: float) -> Iterator[State | Failure]:
     """Go through forces in their order, from equilibrium to equilibrium, finding the depth of each.
 
     F^(2/3), nearly linear in depth for a sphere, is stepped by Newton's method with the consistent dF/dd until the force is met

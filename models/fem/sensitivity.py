@@ -28,7 +28,7 @@ from models.fem.elements import (
     pressure_step,
     residual,
 )
-from models.fem.equilibrium import Linearised, Model, State, linearise
+from models.fem.equilibrium import DiscreteSensor, Linearised, State, linearise
 from models.fem.mesh import moved
 from models.fem.solution import Solution, capacitance_of
 from models.layers import LayeredDesign, layered
@@ -153,7 +153,7 @@ class _Side:
 
     design: LayeredDesign
     t: float
-    model: Model
+    model: DiscreteSensor
     same_mechanics: bool
 
     def elements(self, u: FloatArray, pressure: FloatArray) -> Residual:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from models.fem.capacitance import ring_capacitance
-from models.fem.equilibrium import Failure, Model, State
+from models.fem.equilibrium import DiscreteSensor, Failure, State
 from models.fem.mesh import Mesh
 from models.layers import LayeredDesign
 from models.response import ConvergenceError, Response
@@ -51,7 +51,7 @@ class Solution:
 
     design: LayeredDesign
     units: Units
-    model: Model
+    model: DiscreteSensor
     states: tuple[State, ...]
     failure: Failure | None
 

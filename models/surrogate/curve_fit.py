@@ -40,7 +40,7 @@ def curve(coefficients: FloatArray, s: FloatArray, power: int) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
-class Curves:
+class PathCurves:
     """Curves along paths that a network is to follow, in single precision.
 
     Attributes
@@ -56,7 +56,7 @@ class Curves:
     weight: npt.NDArray[np.float32]
 
 
-def curves_along(s: FloatArray, values: FloatArray, weight: FloatArray, power: int) -> Curves:
+def curves_along(s: FloatArray, values: FloatArray, weight: FloatArray, power: int) -> PathCurves:
     """Prepare curves for the training: on from where they end to `S_END`, weighted, in single precision.
 
     The first steps, where few elements touch, hold what noise there is and weigh less.
@@ -90,12 +90,12 @@ def curves_along(s: FloatArray, values: FloatArray, weight: FloatArray, power: i
     grid = np.linspace(PATH[0], S_END, 2 * N_DEPTH_TERMS)
     turn = np.linalg.inv(np.linalg.qr(depth_terms(grid).T / np.sqrt(grid.size))[1])
     terms = turn.T @ depth_terms(points) * points[:, None] ** power
-    return Curves(terms.astype(np.float32), turn, at, sizes)
+    return PathCurves(terms.astype(np.float32), turn, at, sizes)
 
 
 def train_curves(
     features: FloatArray,
-    curves: Curves,
+    curves: PathCurves,
     fitted: BoolArray,
     share: FloatArray,
     emphasis: FloatArray | None,

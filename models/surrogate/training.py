@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from models.fem.capacitance import ring_capacitance
-from models.fem.equilibrium import Failure, Model, State, compression, make_model
+from models.fem.equilibrium import DiscreteSensor, Failure, State, compression, make_model
 from models.fem.path import walk
 from models.fem.solution import dimensionless
 from models.layers import LayeredDesign, layered
@@ -31,7 +31,7 @@ ELECTRODE_POINTS = np.sqrt(_lobatto(7, ELECTRODE[0] ** 2, ELECTRODE[1] ** 2))
 
 
 #: How depths of a discretised design are gone through, as `models.fem.path.walk` does.
-Path = Callable[[Model, FloatArray], Iterator[State | Failure]]
+Path = Callable[[DiscreteSensor, FloatArray], Iterator[State | Failure]]
 
 # What is kept of a run, by name.
 _ARRAYS = ("depth", "force", "contact_radius", "compression", "capacitance")

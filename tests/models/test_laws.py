@@ -7,7 +7,7 @@ import pytest
 
 from models.fem import dimensionless, material
 from models.fem.elements import deformation, make_elements
-from models.fem.equilibrium import Failure, Model, State, instability, make_model
+from models.fem.equilibrium import DiscreteSensor, Failure, State, instability, make_model
 from models.fem.material import Material, at_point, least_acoustic
 from models.fem.path import walk
 from models.laws import Gent, Law, MooneyRivlin, NeoHookean, Ogden, Yeoh
@@ -104,7 +104,7 @@ def test_uniaxial_tension_gives_the_textbook_stress(law: Law, stretch: float) ->
     assert stress[3, 0, 0] == pytest.approx(engineering_stress(law, stretch), rel=1e-9)
 
 
-def pressed(law: Law, depth: float = 0.1) -> tuple[Model, list[State], Failure | None]:
+def pressed(law: Law, depth: float = 0.1) -> tuple[DiscreteSensor, list[State], Failure | None]:
     half = Dielectric(0.25, 0.3, 2.8)
     design = LayeredDesign(sphere(1.0), (Layer(0.2, 3.0), Layer(0.1, 3.0, law)), 1.5, 1.5, (half,))
     model = make_model(dimensionless(design)[0], depth, 4e-3)

@@ -9,7 +9,7 @@ from calib.checks.plausible.judgement import (
     plausibility,
     ways_out,
 )
-from calib.checks.plausible.outlook import Outlook, Ridge, Told
+from calib.checks.plausible.outlook import Outlook, Ridge, UnknownOutlook
 from calib.checks.plausible.ranges import Range
 from calib.checks.plausible.slips import scaled
 
@@ -19,7 +19,7 @@ __all__ = [
     "Plausibility",
     "Range",
     "Ridge",
-    "Told",
+    "UnknownOutlook",
     "expected_in_words",
     "in_units",
     "measured_in_words",

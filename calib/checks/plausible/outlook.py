@@ -42,7 +42,7 @@ _ADVICE = (
 
 
 @dataclass(frozen=True)
-class Told:
+class UnknownOutlook:
     """What the data will tell of one unknown.
 
     Attributes
@@ -119,7 +119,7 @@ class Outlook:
     tare : what a load zero that changes at the touch would do; None where it is an unknown, or can be none.
     """
 
-    unknowns: tuple[Told, ...]
+    unknowns: tuple[UnknownOutlook, ...]
     ridges: tuple[Ridge, ...]
     tare: Tare | None
 
@@ -132,7 +132,7 @@ def outlook_of(look: Look) -> Outlook:
     variance = weight @ (theta - weight @ theta) ** 2
     sd = np.sqrt(weight @ (values - weight @ values) ** 2)
     told = tuple(
-        Told(p.key, float((one_up[k] - one_down[k]) / 2), float(sd[k]), float(1 - variance[k]))
+        UnknownOutlook(p.key, float((one_up[k] - one_down[k]) / 2), float(sd[k]), float(1 - variance[k]))
         for k, p in enumerate(problem.parameters)
         if p.parameter not in SCALES
     )
@@ -165,7 +165,7 @@ def _tare(look: Look) -> Tare | None:
     return Tare(step, most, shifts[most])
 
 
-def _of_lot(look: Look) -> tuple[Told, ...]:
+def _of_lot(look: Look) -> tuple[UnknownOutlook, ...]:
     """What the data will tell of values and spreads of a lot."""
     values = values_of_lot(look.problem, look.theta, np.random.default_rng(_SEED))
     found = []
@@ -174,7 +174,7 @@ def _of_lot(look: Look) -> tuple[Told, ...]:
         z = info.prior.to_normal(own)
         low, high = (float(info.prior.ppf_normal(end)) for end in (-1.0, 1.0))
         variance, sd = (float(look.weight @ (x - look.weight @ x) ** 2) for x in (z, own))
-        found.append(Told(info.key, (high - low) / 2, math.sqrt(sd), 1 - variance))
+        found.append(UnknownOutlook(info.key, (high - low) / 2, math.sqrt(sd), 1 - variance))
     return tuple(found)
 
 

@@ -32,7 +32,7 @@ class Log:
 
 
 @dataclass(frozen=True, eq=False)
-class Press:
+class SimulatedPress:
     """How one sweep was pressed: all that a simulated lab needs to press another sensor in the same way.
 
     Attributes
@@ -53,7 +53,7 @@ class Press:
     load: float
 
 
-def presses_of(experiment: Experiment, sweeps: Sequence[Sweep]) -> tuple[Press, ...]:
+def presses_of(experiment: Experiment, sweeps: Sequence[Sweep]) -> tuple[SimulatedPress, ...]:
     """Read the lab files of an experiment once more, for what their presses were like.
 
     Parameters
@@ -73,7 +73,7 @@ def presses_of(experiment: Experiment, sweeps: Sequence[Sweep]) -> tuple[Press, 
         same = f.force is not None and f.capacitance is not None and real_path(f.force) == real_path(f.capacitance)
         meter = tester if same else None if f.capacitance is None else _log(f.capacitance, f.capacitance_reading, "capacitance")
         contact = sweep.contact
-        found.append(Press(specimen, f.name, tester, meter, sweep.clock_offset, contact, nominal_zero(sweep)[1]))
+        found.append(SimulatedPress(specimen, f.name, tester, meter, sweep.clock_offset, contact, nominal_zero(sweep)[1]))
     return tuple(found)
 
 

@@ -21,7 +21,7 @@ from typing import Any, Literal
 import numpy as np
 
 from calib.catalogue import unknowns_of
-from calib.checks.proof.presses import Press
+from calib.checks.proof.presses import SimulatedPress
 from calib.checks.proof.simulation import TrueSweep, true_sweeps, write_lab
 from calib.errors import InputError
 from calib.experiment import Experiment, forward_of_experiment, read_sweeps
@@ -51,7 +51,7 @@ Outcome = Literal["done", "done by chains", "not converged", "not covered", "no 
 
 
 @dataclass(frozen=True, eq=False)
-class Setting:
+class ReplicateSetting:
     """What every replicate of an experiment needs, and can be sent to a worker.
 
     Attributes
@@ -67,7 +67,7 @@ class Setting:
 
     experiment: Experiment
     sweeps: tuple[Sweep, ...]
-    presses: tuple[Press, ...]
+    presses: tuple[SimulatedPress, ...]
     surrogate: Path | None
     seed: int
     chains: bool = False
@@ -117,7 +117,7 @@ class Replicate:
         return bool(self.places)
 
 
-def attempt(setting: Setting, number: int) -> Replicate:
+def attempt(setting: ReplicateSetting, number: int) -> Replicate:
     """Draw a truth, simulate its lab, calibrate it, and see where the truth lies.
 
     Parameters
@@ -131,7 +131,7 @@ def attempt(setting: Setting, number: int) -> Replicate:
     return Replicate(number, outcome, why, places, time.process_time() - began)
 
 
-def _attempt(setting: Setting, number: int) -> tuple[Outcome, str, Mapping[str, Place]]:
+def _attempt(setting: ReplicateSetting, number: int) -> tuple[Outcome, str, Mapping[str, Place]]:
     rng = np.random.default_rng([setting.seed, number])
     forward = forward_of_experiment(setting.experiment, setting.surrogate)
     problem = build_problem(setting.experiment, setting.sweeps, forward)
@@ -189,7 +189,7 @@ def _weighted(problem: Problem) -> tuple[FloatArray, FloatArray] | None:
 
 
 def draw_truth(
-    problem: Problem, presses: tuple[Press, ...], rng: np.random.Generator, draws: FloatArray | None = None
+    problem: Problem, presses: tuple[SimulatedPress, ...], rng: np.random.Generator, draws: FloatArray | None = None
 ) -> tuple[dict[str, float], tuple[TrueSweep, ...]] | None:
     """Draw a truth that the forward model covers, pressed as the experiment was; None if none is found.
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from calib.checks.proof.presses import Log, Press
+from calib.checks.proof.presses import Log, SimulatedPress
 from calib.errors import Fault, InputError
 from calib.experiment import Experiment, Specimen, SweepFiles
 from calib.lab import AS_FOUND
@@ -85,7 +85,7 @@ class TrueSweep:
     values : unknown -> SI value.
     """
 
-    press: Press
+    press: SimulatedPress
     design: Design
     values: Mapping[str, float]
 
@@ -140,7 +140,7 @@ _ABSENT: Mapping[str, float] = {
 }
 
 
-def true_sweeps(known: Calibrated, values: Mapping[str, float], presses: Sequence[Press]) -> tuple[TrueSweep, ...]:
+def true_sweeps(known: Calibrated, values: Mapping[str, float], presses: Sequence[SimulatedPress]) -> tuple[TrueSweep, ...]:
     """What is true of every press, given the values of all unknowns.
 
     Parameters

@@ -13,7 +13,7 @@ from calib.lab.instruments.family import InstrumentFamily
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.lexicon import OF_TESTERS
 from calib.lab.instruments.numbers import is_numeric
-from calib.lab.instruments.preference import Candidate, best_of, first_cell, other_clock
+from calib.lab.instruments.preference import PossibleColumn, best_of, first_cell, other_clock
 from calib.lab.instruments.rivals import readings, stands_still
 from calib.lab.instruments.sheet import Sheet
 from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of
@@ -56,9 +56,9 @@ def choose_columns(sheet: Sheet, family: InstrumentFamily, reading: Reading) -> 
     headings, unread, notes, faults = _in_circuit(sheet, reading)
     unread.update({i: why for i, why in sheet.set_aside.items() if i < len(sheet.names)})
     headings = _without_stray_letters(sheet, headings, family, unread)
-    by_quantity: dict[str, list[Candidate]] = {}
+    by_quantity: dict[str, list[PossibleColumn]] = {}
     for index, heading in headings.items():
-        by_quantity.setdefault(heading.quantity, []).append(Candidate(index, heading))
+        by_quantity.setdefault(heading.quantity, []).append(PossibleColumn(index, heading))
     chosen: dict[str, tuple[int, Heading]] = {}
     for quantity, candidates in by_quantity.items():
         asked = [c for c in candidates if c.index in sheet.assigned]
@@ -79,7 +79,7 @@ def choose_columns(sheet: Sheet, family: InstrumentFamily, reading: Reading) -> 
     return ColumnChoice(chosen, unread, tuple(notes), tuple(faults))
 
 
-def _at_rest(sheet: Sheet, quantity: str, candidates: Sequence[Candidate]) -> list[Fault]:
+def _at_rest(sheet: Sheet, quantity: str, candidates: Sequence[PossibleColumn]) -> list[Fault]:
     """The fault of a capacitance "C0" alone, which is a channel, or the one at rest by which changes are divided."""
     if len(candidates) != 1 or not quantity.startswith("capacitance"):
         return []

@@ -33,7 +33,7 @@ _RAW = "the load as the cell read it is preferred, its zero is a parameter of th
 
 
 @dataclass(frozen=True)
-class Candidate:
+class PossibleColumn:
     """A column that may be read as a quantity: its readings in SI at some rows, None where its unit is not known."""
 
     index: int
@@ -42,7 +42,7 @@ class Candidate:
 
 
 @dataclass(frozen=True)
-class Told:
+class Remarks:
     """What is to be said of columns that are not read: index -> why, notes on choices, and choices that are the user's."""
 
     unread: Mapping[int, str] = field(default_factory=dict)
@@ -51,8 +51,8 @@ class Told:
 
 
 def best_of(
-    sheet: Sheet, quantity: str, candidates: Sequence[Candidate], reading: Reading, asked_index: str
-) -> tuple[Candidate | None, Told]:
+    sheet: Sheet, quantity: str, candidates: Sequence[PossibleColumn], reading: Reading, asked_index: str
+) -> tuple[PossibleColumn | None, Remarks]:
     """Choose the column that is read for a quantity.
 
     Parameters
@@ -79,7 +79,7 @@ def best_of(
         letter = candidates[0].heading.letter and quantity == "displacement"
         if letter and filled and stands_still(_readings_alone(sheet, candidates[0].index)):
             unread[candidates[0].index] = "stands still: a dimension of the sample, no record"
-            return None, Told(unread)
+            return None, Remarks(unread)
     plain = [c for c in candidates if not c.heading.name_doubt and not c.heading.unit_doubt and _fits(sheet, c)]
     if any(words(sheet.names[c.index]) == words(sheet.names[p.index]) for c in candidates if c not in plain for p in plain):
         plain = []  # of two columns of one name none is the plain one
@@ -106,10 +106,10 @@ def best_of(
         )
     if best.heading.processed and quantity in _DECISIVE:
         found = replace(found, notes=(*found.notes, f'"{sheet.names[best.index]}" was worked on after the measurement'))
-    return best, Told({**unread, **found.unread}, found.notes, tuple(faults))
+    return best, Remarks({**unread, **found.unread}, found.notes, tuple(faults))
 
 
-def _less_than(sheet: Sheet, quantity: str, best: Candidate, unread: Mapping[int, str], asked_index: str) -> list[Fault]:
+def _less_than(sheet: Sheet, quantity: str, best: PossibleColumn, unread: Mapping[int, str], asked_index: str) -> list[Fault]:
     """The choice of a column that a number or a letter names, or that stands still, where one of the plain name is not read.
 
     That is so by a statistic or a factor in its brackets, or by a unit of another kind: which may be the mistake.
@@ -142,7 +142,7 @@ def _less_than(sheet: Sheet, quantity: str, best: Candidate, unread: Mapping[int
         if (why.startswith("stands still") and not numbered) or (still and stands_still(_readings_alone(sheet, index))):
             continue  # a column that was not in use
         # One that only its brackets put aside may be meant as it stands.
-        either = [best.index, *([index] if _fits(sheet, Candidate(index, plain)) else [])]
+        either = [best.index, *([index] if _fits(sheet, PossibleColumn(index, plain)) else [])]
         choice = Choice("columns", tuple(sheet.name_for_asking(i) for i in either), quantity)
         named = f'"{name}", which bears the plain name, cannot be read ({why.removesuffix(": not used")})'
         correct = "Correct the unit in the file, or say that the other one is meant"
@@ -159,7 +159,7 @@ def _less_than(sheet: Sheet, quantity: str, best: Candidate, unread: Mapping[int
     return []
 
 
-def _time_of_day(sheet: Sheet, best: Candidate) -> int | None:
+def _time_of_day(sheet: Sheet, best: PossibleColumn) -> int | None:
     """A column under a name that is not understood whose times of day are those of another clock than a time; None if none."""
     for index, name in enumerate(sheet.names):
         cells = sheet.columns[index]
@@ -190,19 +190,19 @@ def first_cell(sheet: Sheet, index: int) -> str:
     return next((c for cell in sheet.columns[index] if (c := cell.strip())), "")
 
 
-def _fits(sheet: Sheet, candidate: Candidate) -> bool:
+def _fits(sheet: Sheet, candidate: PossibleColumn) -> bool:
     """Whether the unit of a column, if it has one, is one of its quantity."""
     units = [u for u in (candidate.heading.unit or "", sheet.unit_below(candidate.index)) if u]
     return all(is_unit_of(u, candidate.heading.quantity) for u in units)
 
 
-def _preference(candidate: Candidate, asked_index: str) -> tuple[bool, bool, bool, int]:
+def _preference(candidate: PossibleColumn, asked_index: str) -> tuple[bool, bool, bool, int]:
     heading = candidate.heading
     other = bool(heading.index) and heading.index != asked_index
     return (bool(asked_index) and heading.index != asked_index, other, heading.processed, heading.rank)
 
 
-def _coarse(candidates: Sequence[Candidate]) -> set[int]:
+def _coarse(candidates: Sequence[PossibleColumn]) -> set[int]:
     """The columns written in far larger steps than another of the same name, such as a load in pounds beside newtons."""
     if len({c.heading.name for c in candidates}) == len(candidates):
         return set()
@@ -220,7 +220,7 @@ def _smallest_step(values: FloatArray | None) -> float:
     return float(np.min(np.diff(np.unique(values[np.isfinite(values)])), initial=np.inf))
 
 
-def _with_values(sheet: Sheet, candidates: Sequence[Candidate], reading: Reading) -> list[Candidate]:
+def _with_values(sheet: Sheet, candidates: Sequence[PossibleColumn], reading: Reading) -> list[PossibleColumn]:
     factors = [unit_of_column(sheet, c.index, c.heading, reading) for c in candidates]
     # A decimal mark that the user gives or the file declares decides.
     decimal = reading.decimal or sheet.declared_decimal
@@ -229,7 +229,7 @@ def _with_values(sheet: Sheet, candidates: Sequence[Candidate], reading: Reading
     return [replace(c, values=v if ok else None) for c, v, ok in zip(candidates, values, known, strict=True)]
 
 
-def _that_move(sheet: Sheet, quantity: str, candidates: list[Candidate], unread: dict[int, str]) -> list[Candidate]:
+def _that_move(sheet: Sheet, quantity: str, candidates: list[PossibleColumn], unread: dict[int, str]) -> list[PossibleColumn]:
     """The candidates without those that stand still while others move; of times also without times of day."""
     still = [c for c in candidates if c.values is not None and stands_still(c.values)]
     moving = [c for c in candidates if c not in still]
@@ -246,7 +246,7 @@ def _that_move(sheet: Sheet, quantity: str, candidates: list[Candidate], unread:
     return candidates
 
 
-def _is_another_clock(day: Candidate, plain: Candidate) -> bool:
+def _is_another_clock(day: PossibleColumn, plain: PossibleColumn) -> bool:
     """Whether a time of day runs otherwise than a time in seconds, by more than either is written to."""
     if day.values is None or plain.values is None:
         return False
@@ -269,7 +269,7 @@ def _may_differ_by_zero(quantity: str, best: Heading, other: Heading) -> bool:
     return plain and best.index == other.index and best.name != other.name
 
 
-def _hardly_moves(one: Candidate, other: Candidate) -> bool:
+def _hardly_moves(one: PossibleColumn, other: PossibleColumn) -> bool:
     """Whether a column only has noise beside another: an instrument that was not used."""
     if one.values is None or other.values is None or not (np.isfinite(one.values).any() and np.isfinite(other.values).any()):
         return False
@@ -277,23 +277,23 @@ def _hardly_moves(one: Candidate, other: Candidate) -> bool:
     return spans[0] < _NOISE * spans[1]
 
 
-def _is_worked_on(raw: Candidate, other: Candidate) -> bool:
+def _is_worked_on(raw: PossibleColumn, other: PossibleColumn) -> bool:
     """Whether a column may be the raw one with another zero and without its noise, and is not called a second one."""
     if raw.values is None or other.values is None or other.heading.index or other.heading.name == raw.heading.name:
         return False
     return but_for_zero(raw.values, other.values) <= _SMOOTHED
 
 
-def _begins_anew(candidate: Candidate) -> bool:
+def _begins_anew(candidate: PossibleColumn) -> bool:
     return candidate.values is not None and goes_back(candidate.values)
 
 
-def _beside(sheet: Sheet, quantity: str, best: Candidate, others: Sequence[Candidate], asked_index: str) -> Told:
+def _beside(sheet: Sheet, quantity: str, best: PossibleColumn, others: Sequence[PossibleColumn], asked_index: str) -> Remarks:
     """What is to be said of columns beside the one that is read: they are the same, they are less, or they are a choice."""
     name = sheet.names[best.index]
     unread: dict[int, str] = {}
     notes: list[str] = []
-    rivals: list[Candidate] = []
+    rivals: list[PossibleColumn] = []
     shares: dict[int, float] = {}
     for other in others:
         index, heading = other.index, other.heading
@@ -346,7 +346,7 @@ def _beside(sheet: Sheet, quantity: str, best: Candidate, others: Sequence[Candi
             far = max(shares[i] for i in same if i not in twins)
             within = f" within {100 * far:.1g} % of their span" if far > _EXACT else ""
             notes.append(f'{in_words(quantity)} is taken from "{name}"; {listed} agrees with it{within}')
-    return Told(unread, tuple(notes), tuple(_choice_of(sheet, quantity, best, rivals, shares)))
+    return Remarks(unread, tuple(notes), tuple(_choice_of(sheet, quantity, best, rivals, shares)))
 
 
 def _same_cells(sheet: Sheet, one: int, other: int) -> bool:
@@ -358,7 +358,7 @@ def _of_two_instruments(sheet: Sheet) -> bool:
     return "capacitance" in found and bool(found & {"force", "displacement"})
 
 
-def other_clock(sheet: Sheet, asked: int, reading: Reading) -> Told:
+def other_clock(sheet: Sheet, asked: int, reading: Reading) -> Remarks:
     """What is to be said where the user names the time, and another instrument's time stands in the file too.
 
     Parameters
@@ -370,25 +370,27 @@ def other_clock(sheet: Sheet, asked: int, reading: Reading) -> Told:
     own = sheet.plain_heading(asked)
     said = {IN_PLACE_OF.get(q, q) for q in reading.columns}
     if own.quantity != "time" or not _of_two_instruments(sheet) or said >= {"force", "displacement"} or "capacitance" in said:
-        return Told()
+        return Remarks()
     for index in range(len(sheet.names)):
         heading = sheet.plain_heading(index)
         if index == asked or heading.quantity != "time" or max(own.rank, heading.rank) < PLAIN:
             continue
-        one, other = (c.values for c in _with_values(sheet, [Candidate(asked, own), Candidate(index, heading)], reading))
+        one, other = (
+            c.values for c in _with_values(sheet, [PossibleColumn(asked, own), PossibleColumn(index, heading)], reading)
+        )
         if one is None or other is None or difference(one, other)[0] != "different":
             continue
         without = Choice("columns", ("none",), "capacitance")
         message = f'"{sheet.names[asked]}" and "{sheet.names[index]}" are two clocks: what was read at the one is open'
         advice = f"Leave out what was not: {without}, or save the records of two instruments as two files"
-        return Told(
+        return Remarks(
             faults=(Fault(message, sheet.text.path, sheet.header_line or None, index + 1, advice=advice, choice=without),)
         )
-    return Told()
+    return Remarks()
 
 
 def _choice_of(
-    sheet: Sheet, quantity: str, best: Candidate, rivals: Sequence[Candidate], shares: Mapping[int, float]
+    sheet: Sheet, quantity: str, best: PossibleColumn, rivals: Sequence[PossibleColumn], shares: Mapping[int, float]
 ) -> list[Fault]:
     """The fault of columns of which the user must choose one."""
     if not rivals:

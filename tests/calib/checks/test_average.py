@@ -17,7 +17,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "runs"))
 
 from averages import believed, with_own_padding
 
-from calib.checks import Candidate, Model, Reason, Verdict, Weighting, average_models, judge_posterior, predict
+from calib.checks import AverageMember, ComparedModel, Reason, Verdict, Weighting, average_models, judge_posterior, predict
 from calib.checks.weights import model_weights, stacking
 from calib.errors import InputError
 from calib.experiment import model_in_words
@@ -31,9 +31,9 @@ RNG = np.random.default_rng(5)
 
 def averaged(*posteriors: Posterior, by: Weighting = "evidence", verdicts: Sequence[Verdict] = ()) -> Posterior:
     """The average of posteriors named a, b, ..., whose blocks are predicted alike."""
-    models = [Model("abc"[k], p, FORWARD, verdicts[k] if verdicts else Verdict()) for k, p in enumerate(posteriors)]
+    models = [AverageMember("abc"[k], p, FORWARD, verdicts[k] if verdicts else Verdict()) for k, p in enumerate(posteriors)]
     alike = LeaveOut(0.0, 0.0, 0.0, np.zeros(8), np.zeros(8))
-    return average_models(models, [Candidate(m.name, m.posterior, alike, 0.0, 0.0) for m in models], by)[0]
+    return average_models(models, [ComparedModel(m.name, m.posterior, alike, 0.0, 0.0) for m in models], by)[0]
 
 
 @pytest.fixture(scope="module")
@@ -169,9 +169,9 @@ def test_without_evidence_the_models_are_weighted_by_blocks_or_refused(given: Po
 
 
 def test_weights_that_rest_on_blocks_which_cannot_be_left_out_are_doubted(given: Posterior) -> None:
-    models = [Model(name, p, FORWARD, Verdict()) for name, p in (("a", given), ("b", with_own_padding(given)))]
+    models = [AverageMember(name, p, FORWARD, Verdict()) for name, p in (("a", given), ("b", with_own_padding(given)))]
     pulls = LeaveOut(0.0, 0.0, 0.0, np.zeros(8), np.array([0.9, *np.zeros(7)]))
-    candidates = [Candidate(m.name, m.posterior, pulls, 0.0, 0.0) for m in models]
+    candidates = [ComparedModel(m.name, m.posterior, pulls, 0.0, 0.0) for m in models]
     found = judge_posterior(average_models(models, candidates, "stacking")[0]).reasons
     assert [(r.gate, r.level) for r in found] == [("weights", "amber")]
     assert "1 block of data under a" in found[0].finding
@@ -181,9 +181,9 @@ def test_weights_that_rest_on_blocks_which_cannot_be_left_out_are_doubted(given:
 def test_predictions_are_those_of_both_models(given: Posterior) -> None:
     # Twice the modulus in half of the draws: bands that hold both curves.
     other = with_own_padding(given, 2.0)
-    models = [Model(name, p, FORWARD, Verdict()) for name, p in (("a", given), ("b", other))]
+    models = [AverageMember(name, p, FORWARD, Verdict()) for name, p in (("a", given), ("b", other))]
     alike = LeaveOut(0.0, 0.0, 0.0, np.zeros(8), np.zeros(8))
-    mixed, members = average_models(models, [Candidate(m.name, m.posterior, alike, 0.0, 0.0) for m in models])
+    mixed, members = average_models(models, [ComparedModel(m.name, m.posterior, alike, 0.0, 0.0) for m in models])
     (both,) = predict(mixed, FORWARD, np.random.default_rng(1), members=members, n_draw=100)
     (soft,), (stiff,) = (predict(p, FORWARD, np.random.default_rng(1), n_draw=100) for p in (given, other))
     band, low, high = (p.channels["force"].bands.model[:, -1] for p in (both, soft, stiff))

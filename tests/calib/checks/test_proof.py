@@ -13,14 +13,14 @@ from scipy.interpolate import CubicSpline
 from scipy.stats import binom, norm
 
 from calib.checks.proof.judgement import Proof
-from calib.checks.proof.presses import Press, presses_of
+from calib.checks.proof.presses import SimulatedPress, presses_of
 from calib.checks.proof.ranks import coverage_interval, probability_of, rank_band, rank_points, rank_shares
 from calib.checks.proof.replicate import (
     LIKELIHOOD,
     Outcome,
     Place,
     Replicate,
-    Setting,
+    ReplicateSetting,
     attempt,
     draw_truth,
     pressed_again,
@@ -55,7 +55,7 @@ TRUTH = {
 
 
 @cache
-def _shipped() -> tuple[Experiment, tuple[Sweep, ...], tuple[Press, ...]]:
+def _shipped() -> tuple[Experiment, tuple[Sweep, ...], tuple[SimulatedPress, ...]]:
     plan = read_experiment(DATASET)
     one = replace(plan, specimens=plan.specimens[:1], model="closed form")
     sweeps = read_sweeps(one)
@@ -73,7 +73,7 @@ def _pressed(sweep: TrueSweep) -> Curve:
 def _simulated(
     experiment: Experiment,
     sweeps: Sequence[Sweep],
-    presses: Sequence[Press],
+    presses: Sequence[SimulatedPress],
     folder: Path,
     seed: int,
     changes: Mapping[str, float],
@@ -163,7 +163,7 @@ def test_a_replicate_presses_calibrates_and_ranks() -> None:
     force = replace(one, sweeps=tuple(replace(f, capacitance=None) for f in one.sweeps))
     experiment = replace(plan, specimens=(force,))
     sweeps = read_sweeps(experiment)
-    setting = Setting(experiment, sweeps, presses_of(experiment, sweeps), None, 1)
+    setting = ReplicateSetting(experiment, sweeps, presses_of(experiment, sweeps), None, 1)
     replicate = attempt(setting, 3)
     assert replicate.outcome == "done"
     assert {"young_modulus", "padding_thickness[sensor 1]", LIKELIHOOD} <= set(replicate.places)

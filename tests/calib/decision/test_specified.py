@@ -14,15 +14,15 @@ import pytest
 
 from calib.checks import Verdict, members_or
 from calib.decision.causes import causes, first_order
-from calib.decision.choices import Choice
+from calib.decision.choices import PaddingChoice
 from calib.decision.conformity import Conformity
 from calib.decision.guard_band import Drawing, crossings, guarded, inwards, risks, step_of
-from calib.decision.performance import Group, pressed
+from calib.decision.performance import ElectrodeGroup, pressed
 from calib.decision.record import recommendation_from_json, recommendation_to_json
 from calib.decision.sensors import sensors_of
 from calib.decision.specified import conform, recommend_for
 from calib.errors import InputError
-from calib.experiment import Limit, Material, Specification, Tolerance
+from calib.experiment import CandidateMaterial, Limit, Specification, Tolerance
 from calib.priors import LogNormal, Uniform
 from calib.sampling.posterior import Posterior
 from models.analytic import ClosedForm
@@ -244,7 +244,7 @@ def test_too_few_draws_are_no_answer(posterior: Posterior) -> None:
 
 
 def test_materials_that_no_surrogate_serves_are_left_out_with_the_reason(make_posterior: MakePosterior) -> None:
-    foam, soft = Material("foam", 0.2e6, 0.3), Material("soft", LogNormal(0.4e6, 1.05))
+    foam, soft = CandidateMaterial("foam", 0.2e6, 0.3), CandidateMaterial("soft", LogNormal(0.4e6, 1.05))
     spec = replace(_BASE, limits=(Limit("signal", "at_least", 0.01),), materials=(foam, soft), n_draw=60, steps=5)
     c = conform(make_posterior(), load_surrogate(), spec, seed=1, verdict=Verdict())
     assert {b.name for b in c.built if not b.left_out} == {"as measured", "padding of soft"}
@@ -266,8 +266,8 @@ def test_what_lies_between_knots_is_what_the_model_says_there(make_posterior: Ma
     spec = replace(_BASE, force=(1.0, 5.0, 10.0), limits=(Limit("dielectric_strain", "at_most", 0.4),), lower=0.0, upper=9e-3)
     rng = np.random.default_rng(1)
     (part,) = sensors_of(members_or((), make_posterior(), load_surrogate()), "complete", 40, None, rng, 1).parts
-    group = pressed(part, spec, [Choice()], {})
-    assert isinstance(group, Group)
+    group = pressed(part, spec, [PaddingChoice()], {})
+    assert isinstance(group, ElectrodeGroup)
     everyone = np.ones(40, dtype=bool)
     for thickness in np.random.default_rng(2).uniform(0, 9e-3, 25):
         found, exact = group.tables[0].at(np.full(40, thickness)), group.tables[0].ask(np.full(40, thickness), everyone)
@@ -418,7 +418,7 @@ def test_json_round_trip_keeps_a_specification_and_its_answer(posterior: Posteri
         force=(1.0, 2.0),
         padding_tolerance=Tolerance("uniform", 1e-4),
         gauge=1e-5,
-        materials=(Material("soft", LogNormal(0.4e6, 1.05)),),
+        materials=(CandidateMaterial("soft", LogNormal(0.4e6, 1.05)),),
     )
     made = recommend_for(posterior, Spring(), spec, seed=1)
     text = recommendation_to_json(made)

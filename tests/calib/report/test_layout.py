@@ -36,7 +36,7 @@ from calib.report import (
     plots_of_report,
     print_page,
     prior_figure,
-    write_report,
+    report_page,
 )
 from calib.report.figures.padding import beside_figure
 from calib.report.pictures import Plot
@@ -118,7 +118,7 @@ def page(make_posterior: MakePosterior, drawn: dict[str, Figure]) -> str:
     advice = recommend_for(posterior, ClosedForm(), spec, seed=1)
     predictions = predict(posterior, ClosedForm(), np.random.default_rng(1), n_draw=20)
     drawings = {name: partial(kept, plot) for name, plot in plots_of_report(posterior, predictions, advice).items()}
-    return write_report(posterior, predictions, advice, posterior_sha256="ab" * 32, drawings=drawings)
+    return report_page(posterior, predictions, advice, posterior_sha256="ab" * 32, drawings=drawings)
 
 
 def test_the_style_sheet_is_understood_here() -> None:
@@ -209,7 +209,7 @@ def test_the_first_sheet_ends_where_it_is_full_and_what_does_not_fit_leaves_no_e
     predictions = predict(posterior, ClosedForm(), np.random.default_rng(1), n_draw=20)
     for n, alone in ((2, True), (12, False)):
         verdict = verdict_of([Reason(f"gate {k}", "amber", "found " * 9, "do this") for k in range(n)])
-        assert ('class="signal sheet"' in write_report(posterior, predictions, verdict=verdict)) == alone
+        assert ('class="signal sheet"' in report_page(posterior, predictions, verdict=verdict)) == alone
 
 
 def tick_labels(axis: Axis) -> list[Text]:
@@ -256,10 +256,10 @@ def test_every_sheet_has_its_number_and_the_hash_of_the_run(make_posterior: Make
     posterior = make_posterior(n_specimen=1)
     predictions = predict(posterior, ClosedForm(), np.random.default_rng(1), n_draw=20)
     own = replace(posterior, attrs={**posterior.attrs, "fingerprint": "0123456789abcdef" * 4})
-    assert 'content: "run 0123456789abcdef";' in write_report(own, predictions, posterior_sha256="ab" * 32)
-    assert "@bottom-left" not in write_report(posterior, predictions)
+    assert 'content: "run 0123456789abcdef";' in report_page(own, predictions, posterior_sha256="ab" * 32)
+    assert "@bottom-left" not in report_page(posterior, predictions)
     odd = replace(posterior, attrs={**posterior.attrs, "fingerprint": '"} </style>'})
-    assert "@bottom-left" not in write_report(odd, predictions)
+    assert "@bottom-left" not in report_page(odd, predictions)
 
 
 @pytest.mark.parametrize(("colour", "sign"), [("green", "✓"), ("amber", "!"), ("red", "✗")])

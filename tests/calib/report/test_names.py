@@ -22,7 +22,7 @@ from calib.decision.requirement import Requirement
 from calib.lab.instruments import read_lab_file
 from calib.lab.observations import observe
 from calib.lab.quality.grade import Grade
-from calib.report import file_figure, summary_csv, summary_json, write_figure, write_report
+from calib.report import file_figure, report_page, summary_csv, summary_json, write_figure
 from calib.report.figures.posterior import trace_figure
 from calib.report.figures.predictive import change_figure
 from calib.report.pictures import figure_address
@@ -94,7 +94,7 @@ def test_page_tables_and_figures_show_names_as_they_are_written(make_posterior: 
     first, second, experiment = NAMES[0], NAMES[4], NAMES[2]
     posterior = _renamed(make_posterior(), {"sensor 1": first, "sensor 2": second}, experiment)
     found = recommend(posterior, FORWARD, Requirement(8.0, 0.0, 4e-3, n_thickness=7, n_draw=50), seed=1)
-    page = write_report(posterior, predict(posterior, FORWARD, np.random.default_rng(1), n_draw=50), found)
+    page = report_page(posterior, predict(posterior, FORWARD, np.random.default_rng(1), n_draw=50), found)
     assert "<script" not in page
     assert html.unescape(re.sub(r"<[^>]*>", "", page)).count(first) > 3
     assert f"<title>Calibration report: {html.escape(experiment)}" in page.replace("&#34;", "&quot;")

@@ -10,7 +10,7 @@ import pytest
 
 from calib.checks.predictive import Prediction, predict
 from calib.decision import Requirement, recommend
-from calib.report import begin_drawing, kept_drawings, write_report
+from calib.report import begin_drawing, kept_drawings, report_page
 from calib.sampling.posterior import Posterior
 from models.analytic import ClosedForm
 
@@ -43,21 +43,21 @@ def test_workers_draw_every_picture_once(
 ) -> None:
     with ThreadPoolExecutor(1) as executor:
         drawn = begin_drawing(posterior, predictions, None, executor)
-        page = write_report(posterior, predictions, drawings=drawn)
+        page = report_page(posterior, predictions, drawings=drawn)
     assert len(counted) == len(drawn) == page.count("<img ") == 8
-    assert page == write_report(posterior, predictions, drawings=drawn)
+    assert page == report_page(posterior, predictions, drawings=drawn)
 
 
 def test_an_earlier_page_gives_its_pictures_back_but_not_that_of_its_recommendation(
     posterior: Posterior, predictions: tuple[Prediction, ...], counted: list[object]
 ) -> None:
     advice = recommend(posterior, ClosedForm(), Requirement(8.0, 0.0, 4e-3, n_thickness=5, n_draw=50), seed=1)
-    page = write_report(posterior, predictions, advice)
+    page = report_page(posterior, predictions, advice)
     n = len(counted)
     kept = kept_drawings(posterior, predictions, page)
     assert len(kept) == n - 2
     assert not {"padding", "beside"} & kept.keys()
-    again = write_report(posterior, predictions, advice, drawings=kept)
+    again = report_page(posterior, predictions, advice, drawings=kept)
     assert len(counted) == n + 2
     for k, name in enumerate(("padding", "beside"), n + 1):
         again = again.replace(f'"data:,{k}"', f'"{name}"')

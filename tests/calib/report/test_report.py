@@ -30,7 +30,7 @@ from calib.experiment.plan import MaterialLaw
 from calib.lab.quality.grade import Grade
 from calib.report import sections
 from calib.report.figures.predictive import channel_figure
-from calib.report.page import write_report
+from calib.report.page import report_page
 from calib.report.pictures import figure_address
 from calib.report.rows import SENSOR_PARAMETERS, parameter_rows
 from calib.report.sections.convergence import criteria
@@ -61,7 +61,7 @@ def recommendation(make_posterior: MakePosterior) -> Recommendation:
 
 @pytest.fixture(scope="module")
 def page(make_posterior: MakePosterior, predictions: tuple[Prediction, ...], recommendation: Recommendation) -> str:
-    return write_report(make_posterior(), predictions, recommendation, posterior_sha256="aa")
+    return report_page(make_posterior(), predictions, recommendation, posterior_sha256="aa")
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -70,17 +70,17 @@ def test_report_shows_what_to_measure_next_with_minutes_and_what_it_brings_but_n
 ) -> None:
     one = ShortMeasurement("press <sensor 1> with a ball of 3 mm", "modulus ±0.7 % instead of ±1.1 %", 20.0, 0.36, 1.08)
     known = NextInShort("modulus", "Young's modulus", "Young's modulus is 0.62 MPa ± 1.1 %.", (one,))
-    told = _text(write_report(make_posterior(), predictions, verdict=Verdict(), next_steps=known))
+    told = _text(report_page(make_posterior(), predictions, verdict=Verdict(), next_steps=known))
     assert "What to measure next" in told
     assert "press &lt;sensor 1&gt; with a ball of 3 mm modulus ±0.7 % instead of ±1.1 % 36 % 108 % 20" in told
-    hint = write_report(make_posterior(), predictions, verdict=Verdict(), next_steps=replace(known, doubts=("it bends",)))
+    hint = report_page(make_posterior(), predictions, verdict=Verdict(), next_steps=replace(known, doubts=("it bends",)))
     assert "A hint only: it bends." in _text(hint)
     why = replace(known, first=(), why_not="there are 99 unknowns")
     assert "Not worked out here: there are 99 unknowns" in _text(
-        write_report(make_posterior(), predictions, verdict=Verdict(), next_steps=why)
+        report_page(make_posterior(), predictions, verdict=Verdict(), next_steps=why)
     )
     red = verdict_of([Reason("convergence", "red", "chains do not agree", "Go on")])
-    assert "What to measure next" not in _text(write_report(make_posterior(), predictions, verdict=red, next_steps=known))
+    assert "What to measure next" not in _text(report_page(make_posterior(), predictions, verdict=red, next_steps=known))
 
 
 def test_limits_say_that_pressing_once_more_does_not_average_what_the_model_leaves_out(make_posterior: MakePosterior) -> None:
@@ -153,7 +153,7 @@ def test_every_value_on_the_page_is_rounded_by_its_uncertainty(page: str) -> Non
 def test_unconverged_report_says_so_before_anything_else(
     make_posterior: MakePosterior, predictions: tuple[Prediction, ...]
 ) -> None:
-    text = _text(write_report(make_posterior(converged=False), predictions))
+    text = _text(report_page(make_posterior(converged=False), predictions))
     assert (
         text.index("Red: do not use the numbers.")
         < text.index("R-hat of young_modulus is 1.31")
@@ -229,14 +229,14 @@ def test_a_run_is_judged_by_its_own_gate(make_posterior: MakePosterior) -> None:
 def test_a_dishonest_model_is_not_called_unconverged_and_gets_advice_that_can_help(
     make_posterior: MakePosterior, predictions: tuple[Prediction, ...]
 ) -> None:
-    head = _text(write_report(make_posterior(honest=False), predictions)).partition("Parameters Mean")[0]
+    head = _text(report_page(make_posterior(honest=False), predictions)).partition("Parameters Mean")[0]
     assert "Red: do not use the numbers." in head
     assert "9.0 and 0.9 times the error it states" in head
     assert "calib surrogate refine" in head
     assert "--resume" not in head
     assert "not converged" not in head
     assert "can be used" not in head
-    both = _text(write_report(make_posterior(converged=False, honest=False), predictions)).partition("Parameters Mean")[0]
+    both = _text(report_page(make_posterior(converged=False, honest=False), predictions)).partition("Parameters Mean")[0]
     assert all(words in both for words in ("have not converged", "R-hat of young_modulus", "--resume", "surrogate refine"))
 
 
@@ -247,7 +247,7 @@ def test_what_is_red_shows_no_number_that_one_might_take_for_a_result(
     posterior = make_posterior(converged=False)
     red = judge_posterior(posterior, predictions)
     known = replace(recommendation, verdict=red)
-    page = write_report(posterior, predictions, known, posterior_sha256="aa")
+    page = report_page(posterior, predictions, known, posterior_sha256="aa")
     rows = [row for row in parameter_rows(posterior) if row.parameter in SENSOR_PARAMETERS]
     assert rows
     struck = re.sub(r"<s>.*?</s>", "", page)  # on the first page and in every table
@@ -260,12 +260,12 @@ def test_what_is_red_shows_no_number_that_one_might_take_for_a_result(
     assert "What padding" not in _text(page)
     assert "RED: no results" in page  # at the head of every sheet of paper
     # Advice of before, when the verdict was a better one, is none either.
-    stale = _text(write_report(posterior, predictions, recommendation, posterior_sha256="bb"))
+    stale = _text(report_page(posterior, predictions, recommendation, posterior_sha256="bb"))
     assert recommendation.best_in_words not in stale
     assert "can be used" not in stale
     assert "No padding is recommended" in stale
     # Where it is not red nothing is struck through.
-    fine = write_report(posterior, predictions, recommendation, verdict=Verdict(), posterior_sha256="aa")
+    fine = report_page(posterior, predictions, recommendation, verdict=Verdict(), posterior_sha256="aa")
     assert "<s>" not in fine
     assert "no result" not in fine
 
@@ -277,7 +277,7 @@ def test_a_module_put_beside_the_others_is_a_section(
     (tmp_path / "weather.py").write_text(WEATHER, encoding="utf-8")
     monkeypatch.setattr(sections, "__path__", [*sections.__path__, str(tmp_path)])
     monkeypatch.delitem(sys.modules, "calib.report.sections.weather", raising=False)
-    page = write_report(make_posterior(), predictions)
+    page = report_page(make_posterior(), predictions)
     assert page.index('<section id="limits">') < page.index('<section id="weather">\n<h2>The weather</h2>')
     assert page.index('<section id="weather">') < page.index('<section id="appendix">')
     assert '<a href="#limits">Limits</a><a href="#weather">Weather</a><a href="#convergence">Convergence</a>' in page
@@ -320,7 +320,7 @@ def test_a_model_that_does_not_describe_the_data_is_no_success(
     fit = first.channels["force"]
     doubtful = replace(fit, check=replace(fit.check, p_value=1e-5))
     wrong = replace(first, channels={**first.channels, "force": doubtful})
-    text = _text(write_report(make_posterior(), (wrong, *predictions[1:])))
+    text = _text(report_page(make_posterior(), (wrong, *predictions[1:])))
     assert "Red: do not use the numbers." in text
     assert "fit the model does not describe the force of sensor 1 within what it claims" in text
     assert "can be used" not in text
@@ -331,7 +331,7 @@ def test_other_models_stand_in_a_table_with_the_modulus_that_each_would_give(
     make_posterior: MakePosterior, predictions: tuple[Prediction, ...]
 ) -> None:
     posterior = make_posterior()
-    assert "Other models of these data" not in write_report(posterior, predictions)
+    assert "Other models of these data" not in report_page(posterior, predictions)
     found = (
         Departure("slippery", "slippery base", -130.0, FirstEstimate(1.2e6, 0.02e6)),
         Departure("stick", "sticking", float("nan"), None),
@@ -340,7 +340,7 @@ def test_other_models_stand_in_a_table_with_the_modulus_that_each_would_give(
     )
     foretold = (Foretold("sensor 2", "force", FirstEstimate(1.03, 0.012), 2.5),)
     told = replace(posterior, diagnostics=replace(posterior.diagnostics, departures=found, foretold=foretold))
-    text = _text(write_report(told, predictions)).partition("Other models of these data")[2]
+    text = _text(report_page(told, predictions)).partition("Other models of these data")[2]
     assert (
         text.index("Gent 7.4 ask for it 0.610 ± 0.010")
         < text.index("padding of its own modulus 0.3 do not rule it out 0.630 ± 0.022")
@@ -369,7 +369,7 @@ def _judged(posterior: Posterior) -> Posterior:
 def test_the_quality_of_the_lab_data_is_a_table_with_the_worst_first(
     make_posterior: MakePosterior, predictions: tuple[Prediction, ...]
 ) -> None:
-    page = write_report(_judged(make_posterior()), predictions)
+    page = report_page(_judged(make_posterior()), predictions)
     text = _text(page)
     assert "3 checks: 1 bad (hysteresis, force, of sensor 1_force.csv), 1 warning, 1 good." in text
     part = text[text.index("level check number finding advice") :]
@@ -387,7 +387,7 @@ def test_the_quality_of_the_lab_data_is_a_table_with_the_worst_first(
 def test_a_run_without_verdicts_has_no_table_of_them(
     make_posterior: MakePosterior, predictions: tuple[Prediction, ...]
 ) -> None:
-    assert "Quality of the lab data" not in write_report(make_posterior(), predictions)
+    assert "Quality of the lab data" not in report_page(make_posterior(), predictions)
 
 
 def test_summary_json_carries_the_verdicts_in_si(make_posterior: MakePosterior) -> None:
@@ -411,7 +411,7 @@ def test_summary_json_carries_the_verdicts_in_si(make_posterior: MakePosterior) 
 def test_a_recommendation_from_another_posterior_is_marked_as_old(
     make_posterior: MakePosterior, predictions: tuple[Prediction, ...], recommendation: Recommendation
 ) -> None:
-    page = write_report(make_posterior(n_specimen=1), predictions[:1], recommendation, posterior_sha256="bb")
+    page = report_page(make_posterior(n_specimen=1), predictions[:1], recommendation, posterior_sha256="bb")
     assert "advice was made from an earlier posterior" in _text(page.partition("<nav>")[0])
     assert "recommendation was made from an earlier posterior" in _text(page.partition("<nav>")[2])
 
@@ -420,7 +420,7 @@ def test_a_recommendation_from_another_posterior_is_marked_as_old(
 def test_names_from_the_experiment_file_are_escaped(make_posterior: MakePosterior, predictions: tuple[Prediction, ...]) -> None:
     posterior = make_posterior(n_specimen=1)
     evil = replace(posterior, experiment=replace(posterior.experiment, name="<b>5 < 6 & 7</b>"))
-    assert "<h1>&lt;b&gt;5 &lt; 6 &amp; 7&lt;/b&gt;</h1>" in write_report(evil, predictions[:1])
+    assert "<h1>&lt;b&gt;5 &lt; 6 &amp; 7&lt;/b&gt;</h1>" in report_page(evil, predictions[:1])
 
 
 def test_pictures_are_the_same_every_time(predictions: tuple[Prediction, ...]) -> None:
@@ -457,7 +457,7 @@ def test_report_works_with_force_alone(make_posterior: MakePosterior) -> None:
         draws=posterior.draws[:, :, keep],
         diagnostics=replace(d, parameters={i.name: d.parameters[i.name] for i in infos}),
     )
-    page = write_report(
+    page = report_page(
         alone,
         predict(alone, FORWARD, np.random.default_rng(1), n_draw=60),
         recommend(alone, FORWARD, Requirement(5.0, 0.0, 4e-3, n_thickness=5, n_draw=60), seed=1),
@@ -596,7 +596,7 @@ def test_few_specimens_hardly_tell_a_spread_and_the_report_says_so(
 def test_the_page_of_a_lot_says_whose_padding_it_is_and_what_the_specimens_are(make_lot: Callable[..., Posterior]) -> None:
     posterior = make_lot()
     advice = recommend(posterior, ClosedForm(), Requirement(1.0, 0.5e-3, 3e-3, n_thickness=9, n_draw=60), seed=1)
-    text = _text(write_report(posterior, (), advice))
+    text = _text(report_page(posterior, (), advice))
     assert "It is for the next sensor of this lot" in text
     assert "each a sensor of this lot that was not measured" in text
     assert "The specimens are of one lot: each has a modulus, a permittivity and thicknesses of its own" in text

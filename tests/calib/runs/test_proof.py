@@ -12,7 +12,7 @@ import pytest
 from small_run import make_lab, quick
 from typer.testing import CliRunner
 
-from calib.checks import LIKELIHOOD, Replicate, Setting
+from calib.checks import LIKELIHOOD, Replicate, ReplicateSetting
 from calib.checks.proof.replicate import Place
 from calib.cli import app
 from calib.errors import InputError
@@ -50,18 +50,18 @@ def executor() -> Iterator[Executor]:
         yield found
 
 
-def _uniform(setting: Setting, number: int) -> Replicate:
+def _uniform(setting: ReplicateSetting, number: int) -> Replicate:
     """A replicate whose ranks are spread evenly, without a calibration."""
     rank = (number * 0.618 + 0.5) % 1.0
     place = Place(1.0, rank, 0.05 <= rank <= 0.95, 0.0)
     return Replicate(number, "done", "", {"young_modulus": place, LIKELIHOOD: place}, 2.0)
 
 
-def _never(setting: Setting, number: int) -> Replicate:
+def _never(setting: ReplicateSetting, number: int) -> Replicate:
     raise AssertionError("nothing was to be made")
 
 
-def _stopped(setting: Setting, number: int) -> Replicate:
+def _stopped(setting: ReplicateSetting, number: int) -> Replicate:
     if number == 3:
         raise KeyboardInterrupt
     return _uniform(setting, number)
@@ -156,9 +156,9 @@ def test_the_command_says_how_long_it_will_take_what_came_of_it_and_when_it_is_r
 def test_around_takes_the_posterior_of_this_experiment_and_of_no_other(tmp_path: Path, executor: Executor) -> None:
     lab = make_lab(tmp_path) / "experiment.toml"
     run = quick(tmp_path).run
-    told: list[Setting] = []
+    told: list[ReplicateSetting] = []
 
-    def seen(setting: Setting, number: int) -> Replicate:
+    def seen(setting: ReplicateSetting, number: int) -> Replicate:
         told.append(setting)
         return _uniform(setting, number)
 

@@ -11,7 +11,7 @@ from models.examples import PAPER_SENSOR
 from models.fem import FiniteElements, dimensionless
 from models.fem.contact import distance, make_surface, nodal
 from models.fem.elements import shape_1d
-from models.fem.equilibrium import Failure, Model, State, make_model
+from models.fem.equilibrium import DiscreteSensor, Failure, State, make_model
 from models.fem.mesh import make_mesh
 from models.fem.path import FRICTION_STEP, walk
 from models.laws import Gent, Law, MooneyRivlin
@@ -38,7 +38,7 @@ def stack(
     return LayeredDesign(profile, layers, a, a, (Dielectric(0.6 * top, top, 2.8),), friction, base)
 
 
-def equilibria(model: Model, depths: FloatArray, friction_step: float = FRICTION_STEP) -> list[State]:
+def equilibria(model: DiscreteSensor, depths: FloatArray, friction_step: float = FRICTION_STEP) -> list[State]:
     """The equilibria of a path that is known to have them all."""
     found = [s for s in walk(model, depths, friction_step=friction_step) if isinstance(s, State)]
     assert len(found) == len(depths)

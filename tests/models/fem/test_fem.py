@@ -13,7 +13,7 @@ from models.fem import FiniteElements, dimensionless
 from models.fem.capacitance import ring_capacitance
 from models.fem.check import check
 from models.fem.elements import condense, deformation, displacement_step, make_elements, pressure_step
-from models.fem.equilibrium import Failure, Model, State, compression, equilibrium, make_model, stored_energy
+from models.fem.equilibrium import DiscreteSensor, Failure, State, compression, equilibrium, make_model, stored_energy
 from models.fem.laplace import laplace_capacitance, positions
 from models.fem.mesh import make_mesh
 from models.fem.path import walk
@@ -78,7 +78,7 @@ def stack_of(h_s: float, h_p: float, a: float, modulus: float = 1.0) -> LayeredD
     return dimensionless(layered(design_of(1e3, h_s * 1e3, h_p * 1e3, 1 / 3, modulus / 3, a * 1e3)))[0]
 
 
-def equilibria(model: Model, depths: FloatArray) -> list[State]:
+def equilibria(model: DiscreteSensor, depths: FloatArray) -> list[State]:
     """The equilibria of a path that is known to have them all."""
     found = [s for s in walk(model, depths) if isinstance(s, State)]
     assert len(found) == len(depths)

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from models.fem.equilibrium import Failure, Model, State
+from models.fem.equilibrium import DiscreteSensor, Failure, State
 from models.fem.path import walk
 from models.sensor import FloatArray
 from models.surrogate import FAMILIES
@@ -76,7 +76,7 @@ def test_paths_of_the_other_families_are_stiffer() -> None:
 
 
 def test_a_path_without_an_end_is_kept_as_far_as_it_came_and_says_why() -> None:
-    def stuck(model: Model, depths: FloatArray) -> Iterator[State | Failure]:
+    def stuck(model: DiscreteSensor, depths: FloatArray) -> Iterator[State | Failure]:
         yield from walk(model, depths[:5])
         yield Failure(0.07, "an element would be inverted (J <= 0)")
 
