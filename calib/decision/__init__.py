@@ -26,19 +26,19 @@ from calib.decision.inspection import (
     presented,
 )
 from calib.decision.inverse import invert
-from calib.decision.measurements import (
+from calib.decision.measurements import next_measurements
+from calib.decision.padding import recommend
+from calib.decision.ranking import (
     Deciding,
     Measurement,
     NextInShort,
     NextMeasurements,
     ShortMeasurement,
     next_from_json,
-    next_measurements,
     next_to_json,
     percent_of_few,
     shortfall_in_words,
 )
-from calib.decision.padding import recommend
 from calib.decision.recommendation import INTERVAL_PROBABILITY, OfModel, Recommendation
 from calib.decision.record import recommendation_from_json, recommendation_to_json
 from calib.decision.release import Decided

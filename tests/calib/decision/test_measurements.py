@@ -15,8 +15,9 @@ from calib.checks import Reason, verdict_of
 from calib.decision.candidates import Candidate, Known, candidates_of, largest_load, with_reading
 from calib.decision.extrapolation import Aim
 from calib.decision.gain import Knowledge, covariance, present_knowledge, with_measurement
-from calib.decision.measurements import NextMeasurements, next_from_json, next_measurements, next_to_json
+from calib.decision.measurements import next_measurements
 from calib.decision.padding import recommend
+from calib.decision.ranking import NextMeasurements, next_from_json, next_to_json
 from calib.decision.requirement import Requirement
 from calib.decision.specified import conform
 from calib.errors import InputError
