@@ -32,6 +32,7 @@ class Channel:
     unit : SI.
     display_unit, display_scale : unit for people, and the factor from SI to it; as in `models.sensor.Parameter`.
     fine_unit, fine_scale : the same for noise and resolution, which are much smaller than the readings.
+    instrument : that measures it, as the `kind` of one in an experiment file.
     """
 
     name: str
@@ -41,6 +42,7 @@ class Channel:
     display_scale: float
     fine_unit: str
     fine_scale: float
+    instrument: str
 
     @property
     def axis(self) -> str:
@@ -53,8 +55,8 @@ CHANNELS: Mapping[str, Channel] = MappingProxyType(
     {
         row.name: row
         for row in (
-            Channel("force", "load cell reading", "N", "N", 1.0, "N", 1.0),
-            Channel("capacitance", "LCR reading", "F", "pF", 1e12, "fF", 1e15),
+            Channel("force", "load cell reading", "N", "N", 1.0, "N", 1.0, "load cell"),
+            Channel("capacitance", "LCR reading", "F", "pF", 1e12, "fF", 1e15, "LCR meter"),
         )
     }
 )

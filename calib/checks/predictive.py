@@ -90,7 +90,7 @@ class FitCheck:
     def pattern(self) -> str:
         """The same in a part of a sentence, without thirds in which it is less than a thousandth."""
         told = [
-            f"{abs(share):.1%} too {'high' if share > 0 else 'low'} in the {name} third"
+            f"{100 * abs(share):.1f} % too {'high' if share > 0 else 'low'} in the {name} third"
             for name, share in zip(("first", "middle", "last"), self.off, strict=True)
             if abs(share) >= 1e-3
         ]

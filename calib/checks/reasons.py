@@ -210,7 +210,7 @@ def _specimens(posterior: Posterior) -> Iterator[Reason]:
 def _foretold_in_words(found: Foretold) -> str:
     """Say how far what was read of a specimen lies off what the others predict."""
     side = "higher" if found.ratio.mean > 1 else "lower"
-    off = f"{abs(found.ratio.mean - 1):.1%} ± {found.ratio.sd:.1%}"
+    off = f"{with_uncertainty(100 * abs(found.ratio.mean - 1), 100 * found.ratio.sd)} %"
     return (
         f"{found.specimen} is not predicted by the others: its {found.channel} is {off} {side} than expected, "
         f"{abs(found.z):.1f} standard deviations"
@@ -219,7 +219,7 @@ def _foretold_in_words(found: Foretold) -> str:
 
 def stranger_in_words(s: Stranger) -> str:
     """Say by how much a specimen lies off what is expected of it, and on which side; goes on with "than ..."."""
-    size = f"{abs(s.ratio.mean - 1):.0%} ± {s.ratio.sd:.0%}"
+    size = f"{with_uncertainty(100 * abs(s.ratio.mean - 1), 100 * s.ratio.sd)} %"
     if s.quantity == "young_modulus":
         return f"{s.specimen} is {size} {'stiffer' if s.z > 0 else 'softer'}"
     sides = ("higher", "lower") if s.quantity == "relative_permittivity" else ("larger", "smaller")
@@ -259,7 +259,7 @@ def _prior_driven(posterior: Posterior) -> Iterator[Reason]:
     for name in _HEADLINES:
         s = posterior.diagnostics.parameters.get(name)
         if s is not None and s.prior_contraction < LEARNED:
-            share = f"{max(s.prior_contraction, 0.0):.0%}"
+            share = f"{100 * max(s.prior_contraction, 0.0):.0f} %"
             finding = (
                 f"the data taught {share} of what could be learned of {UnknownName.parse(name).label}: it is mostly its prior"
             )

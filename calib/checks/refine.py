@@ -93,7 +93,7 @@ def error_rows(comparisons: Sequence[Comparison]) -> list[tuple[str, str, str, s
             ("capacitance change", c.change_error, c.change_score),
         ):
             size = np.abs(error)
-            median, most, worst = (f"{np.quantile(size, q):.2%}" if size.size else "none" for q in (0.5, 0.95, 1.0))
+            median, most, worst = (f"{100 * np.quantile(size, q):.2f} %" if size.size else "none" for q in (0.5, 0.95, 1.0))
             score_rms = f"{rms(score):.2f}" if size.size else "none"
             rows.append((c.sweep, f"{name}, {len(error)} curves", median, most, worst, score_rms))
     return rows

@@ -68,7 +68,7 @@ def certificate(
             say(f"  no certificate.xml, which needs {', '.join(missing)}.")
         if made.missed:
             say("  Lines to add, filled in:")
-            for line in lines_to_add(made.laboratory, made.instruments):
+            for line in lines_to_add(made.laboratory, made.instruments, found.posterior.sweeps):
                 say(f"    {line}")
         if missing or made.missed:
             say(f"  {_how_to_add(found, input_now(found, 'experiment'), input_now(found, 'surrogate'))}")

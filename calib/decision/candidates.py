@@ -19,7 +19,7 @@ from typing import Literal, cast
 import numpy as np
 
 from calib.catalogue import QUANTITIES, UNKNOWNS, UnknownName, display
-from calib.decision.extrapolation import MARGIN, Aim, Measured
+from calib.decision.extrapolation import MARGIN, Aim, Measured, pad_to_press
 from calib.experiment import READINGS, Bench, Experiment, SweepFiles
 from calib.lab import AS_FOUND, FIRST_LOADING, Points, Reading, Sweep
 from calib.priors import Fixed, HalfNormal, Normal, Prior, TruncatedNormal
@@ -259,7 +259,7 @@ def _wanted_anew(known: Known, bench: Bench, template: Sweep, cell: float, aim: 
                 at = display("padding_thickness", aim.padding)
                 yield f"padding of {at}, which the advice is for: it is not among the paddings of the bench file"
             else:
-                confirming = float(f"{aim.padding:.2g}")
+                confirming = pad_to_press(aim.padding)
                 asked = (confirming, *(thickness for thickness in asked if not _alike(thickness, confirming, MARGIN)))
         if aim is not None and not _alike(aim.ball, ball, MARGIN) and _at_hand(known, bench, aim.ball):
             ball = aim.ball

@@ -190,7 +190,7 @@ def _require_buildable(own: Mapping[str, FloatArray], choice: PaddingChoice) -> 
     faults = []
     for holds, message, advice in rules:
         if not np.all(holds):
-            faults.append(Fault(f"{choice.name}: {np.mean(~holds):.0%} of the {message}".replace("%", " %"), advice=advice))
+            faults.append(Fault(f"{choice.name}: {100 * np.mean(~holds):.0f} % of the {message}", advice=advice))
     if faults:
         raise InputError(faults)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from math import floor
 from statistics import median
 
 import numpy as np
@@ -35,6 +36,33 @@ class Measured:
     padding: float
     total: float
     ball: float
+
+
+@dataclass(frozen=True)
+class Covered:
+    """What the model covers of the presses that would confirm an advice.
+
+    Attributes
+    ----------
+    force : [N], up to which it covers one on the padding of the advice, for nearly all draws; 0 for none.
+    paddings : that it covers at the load of the advice, in words; "" for none, or where no other was looked at.
+    """
+
+    force: float
+    paddings: str = ""
+
+    def confirms(self, load: float) -> bool:
+        """Whether such a press goes far enough for a load [N]."""
+        return load <= self.force
+
+    def instead(self, load: float) -> str:
+        """What is to be asked for, where it does not, and why, in words."""
+        most = floor(self.force * 100) / 100 if self.force < 10 else floor(self.force * 10) / 10
+        covers = f"covers such padding up to {most:g} N only" if most > 0 else "covers no press on such padding"
+        ways = [f"padding that it covers at {load:g} N ({self.paddings})"] if self.paddings else []
+        ways += [f"no more than {most:g} N here"] if most > 0 else []
+        ask = f"ask for {' or '.join(ways)}" if ways else "ask for less force, or calibrate with another model"
+        return f"The model {covers}: no press that confirms this can be calibrated with; {ask}"
 
 
 @dataclass(frozen=True)
@@ -84,46 +112,51 @@ def exceeded(presses: Sequence[Measured], aim: Aim) -> dict[str, str]:
     elif aim.padding < thinnest / MARGIN:
         found["padding"] = f"{aim.padding * 1e3:.2f} mm of padding, thinner than any measured ({thinnest * 1e3:.2f} mm)"
     if deepest > 0 and aim.depth / total > MARGIN * share:
-        found["depth"] = f"a depth of {aim.depth / total:.0%} of the thickness (measured up to {share:.0%})"
+        found["depth"] = f"a depth of {100 * (aim.depth / total):.0f} % of the thickness (measured up to {100 * share:.0f} %)"
     if not balls[0] / MARGIN < aim.ball < balls[-1] * MARGIN:
         known = " and ".join(f"{r * 1e3:g}" for r in balls)
         found["ball"] = f"a ball of {aim.ball * 1e3:g} mm radius (measured with {known} mm)"
     return found
 
 
-def beyond_the_measured(
-    posterior: Posterior, force: float, padding: float, depth: float, ball: float, what: str = "the advice is for"
-) -> Iterator[Reason]:
+def pad_to_press(padding: float) -> float:
+    """Thickness [m] of the pad that confirms an advice: as exactly as one is cast.
+
+    Parameters
+    ----------
+    padding : of the advice [m].
+    """
+    return float(f"{padding:.2g}")
+
+
+def beyond_the_measured(posterior: Posterior, aim: Aim, covered: Covered, what: str = "the advice is for") -> Iterator[Reason]:
     """Say by how much a prediction goes beyond the forces, paddings, depths and balls of the data it rests on.
 
     Parameters
     ----------
     posterior : of the calibration, with its sweeps.
-    force, padding, depth, ball, what : as in `beyond`.
+    aim, covered, what : as in `beyond`.
     """
-    yield from beyond(measured_presses(posterior), force, padding, depth, ball, what)
+    yield from beyond(measured_presses(posterior), aim, covered, what)
 
 
-def beyond(
-    presses: Sequence[Measured], force: float, padding: float, depth: float, ball: float, what: str = "the advice is for"
-) -> Iterator[Reason]:
+def beyond(presses: Sequence[Measured], aim: Aim, covered: Covered, what: str = "the advice is for") -> Iterator[Reason]:
     """The same for presses that are known already.
 
     Parameters
     ----------
     presses : of the data.
-    force : that is predicted for [N].
-    padding : thickness that is predicted for [m].
-    depth : that the ball sinks in there [m].
-    ball : radius [m].
+    aim : what is predicted for.
+    covered : what the model covers of the presses that would confirm it: one that it does not cover is not asked for.
     what : asks for that, in words.
     """
-    found = exceeded(presses, Aim(force, padding, depth, ball))
+    found = exceeded(presses, aim)
     if found:
         finding = f"{what} {', '.join(found.values())}: there the model was held against no data"
-        under = f" with a ball of {ball * 1e3:g} mm radius" if "ball" in found else ""
-        action = f"Press one pad of about {padding * 1e3:.2g} mm{under} to {force:g} N and calibrate with it, to confirm"
-        yield Reason(EXTRAPOLATION, "amber", finding, action)
+        under = f" with a ball of {aim.ball * 1e3:g} mm radius" if "ball" in found else ""
+        pad = f"pad of about {pad_to_press(aim.padding) * 1e3:g} mm" if aim.padding > 0 else "sensor without padding"
+        action = f"Press one {pad}{under} to {aim.force:g} N and calibrate with it, to confirm"
+        yield Reason(EXTRAPOLATION, "amber", finding, action if covered.confirms(aim.force) else covered.instead(aim.force))
 
 
 def beyond_the_covered(

@@ -28,7 +28,7 @@ from calib.checks import (
 )
 from calib.decision.as_built import AsBuilt, as_built, signal_as_built
 from calib.decision.choices import balls_of, coordinates_of
-from calib.decision.extrapolation import beyond_the_measured
+from calib.decision.extrapolation import Aim, Covered, beyond_the_measured
 from calib.errors import Fault, InputError
 from calib.experiment import (
     Experiment,
@@ -54,6 +54,7 @@ from calib.sampling import (
     quantiles,
     sample,
 )
+from models.curves import predict_design
 from models.response import ConvergenceError, Forward, OutOfRangeError
 from models.sensor import FloatArray
 from models.threads import one_thread
@@ -397,8 +398,12 @@ def _beyond(posterior: Posterior, s: Specification, forward: Forward, seed: int)
     _, stroke = signal_as_built(posterior, forward, s.largest_force, seed=seed)
     depth = float(np.nanmedian(stroke)) if np.any(np.isfinite(stroke)) else 0.0
     padding = float(np.asarray(design.padding.thickness).flat[0])
-    for reason in beyond_the_measured(posterior, s.largest_force, padding, depth, radius, "the specification asks for"):
-        yield replace(reason, action=f"Press specimens up to {s.largest_force:g} N with that ball")
+    pressed = replace(design.draws(), indenter=replace(design.indenter, radius=np.array([radius])))
+    covered = Covered(float(np.nan_to_num(predict_design(forward, pressed, np.array([s.largest_force])).reach[0])))
+    aim = Aim(s.largest_force, padding, depth, radius)
+    for reason in beyond_the_measured(posterior, aim, covered, "the specification asks for"):
+        action = f"Press specimens up to {s.largest_force:g} N with that ball"
+        yield replace(reason, action=action) if covered.confirms(aim.force) else reason
 
 
 def _estimates(found: GivenLot, name: str) -> dict[str, tuple[float, float, float, float]]:

@@ -38,7 +38,7 @@ from calib.checks import (
     verdict_of,
 )
 from calib.decision.conditions import open_models_of
-from calib.decision.extrapolation import MARGIN, beyond, largest_force, measured_presses
+from calib.decision.extrapolation import MARGIN, Aim, Covered, beyond, largest_force, measured_presses
 from calib.decision.force_table import N_ROW, ForceTable, GripperTables, Kind, WorkingPoint
 from calib.decision.gripper import LEVEL, Gripper
 from calib.decision.readable import SensorDraws, measured_sensor, next_sensor
@@ -143,7 +143,8 @@ def invert(
     for title, sensor, those in sensors:
         table = table_of(title, sensor, those, gripper, rated)
         depth = table.points[-1].depth
-        farther = beyond(presses, rated, table.padding_thickness, depth, table.indenter_radius)
+        aim = Aim(rated, table.padding_thickness, depth, table.indenter_radius)
+        farther = beyond(presses, aim, Covered(_covered(title, those)))
         less = _less_than_advised(table, advised) if sensor == "design" and gripper.force is None else ()
         mixed = _of_several(table, [press.padding for press in presses]) if sensor == "next" else ()
         judged = verdict_of([*known.reasons, *less, *farther, *mixed, *_doubts(table)])
@@ -429,7 +430,7 @@ def _conditions(experiments: Sequence[Experiment], table: ForceTable, gripper: G
         f"ball of {table.indenter_radius * 1e3:.4g} mm radius in the middle: another shape or place is another table",
         f"{table.padding_thickness * 1e3:.4g} mm of padding, {on} a rigid base",
         f"{leads}: they add {mean * 1e12:.3g} pF (sd {sd * 1e12:.2g} pF); 1 pF more makes every force read "
-        f"{_share_of_a_picofarad(table):.1%} too small".replace("%", " %"),
+        f"{100 * _share_of_a_picofarad(table):.1f} % too small",
         f"one reading with a noise of {table.noise * 1e15:.3g} fF, tare the mean of {gripper.n_tare} readings without contact",
         f"forces that may be read: up to {beyond}; the model was asked up to {table.looked:.4g} N",
         "temperature and humidity as at power-on: tare again when they change",

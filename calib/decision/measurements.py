@@ -127,7 +127,7 @@ def next_measurements(
     beyond = {} if aim is None else exceeded(presses, aim)
     candidates, unjudged = candidates_of(known, bench or Bench(), aim)
     along = _along(target, now)
-    found = []
+    found: list[tuple[str, Measurement]] = []
     for candidate in candidates:
         try:
             after = covariance(with_measurement(present, candidate))
@@ -140,6 +140,8 @@ def next_measurements(
             else _deciding_measurement(decision, candidate, after, now)
         )
         found.append((candidate.alike, replace(made, settles=_settled(beyond, presses, candidate, aim))))
+    if beyond and not any(one.settles == tuple(beyond) for _, one in found):
+        reasons = [_not_confirmed(reason) for reason in reasons]
     ranked = tuple(_ranked(found, target.regret))
     return NextMeasurements(
         target.asked,
@@ -170,6 +172,14 @@ def _settled(beyond: Iterable[str], presses: Sequence[Measured], candidate: Cand
         return ()
     left = exceeded([*presses, candidate.press], aim)
     return tuple(kind for kind in beyond if kind not in left)
+
+
+def _not_confirmed(reason: Reason) -> Reason:
+    """A reason that asks for a press to confirm an advice, where none of those that were tried would."""
+    if reason.gate != EXTRAPOLATION:
+        return reason
+    action = "None of the measurements that lab and model allow confirms it: ask for less force, or padding like that measured"
+    return replace(reason, action=action)
 
 
 # --- what is known ------------------------------------------------------------------------------------------------------

@@ -21,10 +21,11 @@ from calib.checks import (
 )
 from calib.decision.along import along
 from calib.decision.conditions import COVERED_SHARE, conditions_of, open_models_of
-from calib.decision.extrapolation import beyond_the_covered, beyond_the_measured
+from calib.decision.extrapolation import Aim, Covered, beyond_the_covered, beyond_the_measured, pad_to_press
 from calib.decision.recommendation import INTERVAL_PROBABILITY, OfModel, Recommendation
 from calib.decision.requirement import Requirement
 from calib.decision.sensors import ModelDraws, sensors_of, smooth_normals, with_padding
+from calib.decision.words import spans_in_words
 from calib.errors import Fault, InputError
 from calib.sampling import Posterior
 from models.curves import DesignPrediction, predict_design
@@ -120,7 +121,9 @@ def recommend(
     radius = float(np.asarray(parts[0].base.indenter.radius)[0])
     depth = float(bands["depth"][2, pick])
     known_best = heaviest(models).posterior
-    beyond = beyond_the_measured(known_best, requirement.force, float(grid[pick]), depth, radius)
+    aim = Aim(requirement.force, float(grid[pick]), depth, radius)
+    to_press = float(np.interp(pad_to_press(aim.padding), grid, reach))
+    beyond = beyond_the_measured(known_best, aim, Covered(to_press, spans_in_words(grid, covered)))
     unknown = beyond_the_covered(grid, covered, probability, requirement.force, float(np.min(reach)))
     known = judge_posterior(posterior) if verdict is None else verdict
     return Recommendation(

@@ -204,9 +204,7 @@ class Recommendation:
     def choice_in_words(self) -> str:
         """What of the doubt is the choice of model, in a sentence; "" without an average."""
         names = {"change": "the signal", "young_modulus": "Young's modulus"}
-        told = [
-            f"{share:.0%} of the variance of {names[name]}".replace("%", " %") for name, share in self.share_of_choice.items()
-        ]
+        told = [f"{100 * share:.0f} % of the variance of {names[name]}" for name, share in self.share_of_choice.items()]
         return f"The choice of model is {' and '.join(told)}." if told else ""
 
     @property

@@ -20,9 +20,9 @@ from calib.checks import (
 )
 from calib.decision.causes import causes
 from calib.decision.choices import Coordinates, balls_of, choices_of, coordinates_of, require_spread_once
-from calib.decision.conditions import conditions_of, open_models_of
+from calib.decision.conditions import COVERED_SHARE, conditions_of, open_models_of
 from calib.decision.conformity import Built, Conformity, OfMember
-from calib.decision.extrapolation import EXTRAPOLATION, MARGIN, Aim, beyond_the_measured
+from calib.decision.extrapolation import EXTRAPOLATION, MARGIN, Aim, Covered, beyond_the_measured, pad_to_press
 from calib.decision.needed import drawing_of, needed_for
 from calib.decision.padding import recommend
 from calib.decision.performance import ElectrodeGroup, Errors, Refused, pressed
@@ -30,7 +30,7 @@ from calib.decision.recommendation import Recommendation
 from calib.decision.requirement import Requirement
 from calib.decision.sensors import ModelDraws, Sensors, sensors_of, smooth_normals
 from calib.decision.trials import Tried, left_out, try_all
-from calib.decision.words import sensor_in_words
+from calib.decision.words import sensor_in_words, spans_in_words
 from calib.errors import Fault, InputError
 from calib.experiment import Specification
 from calib.sampling import Posterior
@@ -158,7 +158,7 @@ def answer(
     needed, all_needed = needed_for(best, grid, specification)
     known = judge_posterior(posterior) if verdict is None else verdict
     aim = _aim(models, specification, best, z)
-    beyond = [*_beyond(models, aim, best), *_unmet(best.built, specification)]
+    beyond = [*_beyond(models, aim, best, grid), *_unmet(best.built, specification)]
     conformity = Conformity(
         specification=specification,
         thickness=grid,
@@ -348,10 +348,12 @@ def _aim(models: Sequence[Member], s: Specification, best: Tried, z: Coordinates
     return Aim(s.largest_force, best.built.best, float(np.nan_to_num(stroke)), radius)
 
 
-def _beyond(models: Sequence[Member], aim: Aim, best: Tried) -> Iterator[Reason]:
+def _beyond(models: Sequence[Member], aim: Aim, best: Tried, grid: FloatArray) -> Iterator[Reason]:
     """What of the answer was held against no data."""
     posterior = heaviest(models).posterior
-    yield from beyond_the_measured(posterior, aim.force, aim.padding, aim.depth, aim.ball)
+    reach = aim.force * (1 + np.quantile(best.reach, 1 - COVERED_SHARE, axis=0))
+    to_press = float(np.interp(pad_to_press(aim.padding), grid, reach))
+    yield from beyond_the_measured(posterior, aim, Covered(to_press, spans_in_words(grid, best.built.covered)))
     other = []
     if best.choice.material is not None:
         other.append(f"padding of {best.choice.material.name}")

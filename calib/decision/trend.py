@@ -60,8 +60,8 @@ class Trend:
         if math.isnan(self.change):
             return f"{label}: {self.n} specimen{'s are' if self.n != 1 else ' is'} too few to tell a trend (at least {FEWEST})"
         way = "up" if self.change > 0 else "down"
-        ends = f"{self.interval[0]:+.1%} to {self.interval[1]:+.1%}".replace("%", " %")
-        size = f"{abs(self.change):.1%}".replace("%", " %")
+        ends = f"{100 * self.interval[0]:+.1f} % to {100 * self.interval[1]:+.1f} %"
+        size = f"{100 * abs(self.change):.1f} %"
         said = f"from the first of {self.n} specimens to the last {label} goes {way} by {size} (90 %: {ends})"
         if self.drifts:
             return f"{said}: more than chance, which orders values so in {_rarely(self.chance)}"
@@ -69,7 +69,7 @@ class Trend:
 
 
 def _rarely(chance: float) -> str:
-    return f"{chance:.0%} of lots without a trend".replace("%", " %") if chance >= 0.01 else "less than 1 % of lots without one"
+    return f"{100 * chance:.0f} % of lots without a trend" if chance >= 0.01 else "less than 1 % of lots without one"
 
 
 def trend_of(quantity: str, place: FloatArray, value: FloatArray, ordered_by: str) -> Trend:

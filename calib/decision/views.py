@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from calib.checks import Member, Verdict, band, judge_posterior, members_or, verdict_of
 from calib.decision.conditions import COVERED_SHARE
-from calib.decision.extrapolation import Measured, beyond, measured_presses
+from calib.decision.extrapolation import Aim, Covered, Measured, beyond, measured_presses
 from calib.decision.padding import at_loads
 from calib.decision.sensors import sensors_of, smooth_normals
+from calib.decision.words import spans_in_words
 from calib.errors import Fault, InputError
 from calib.experiment import Limit
 from calib.sampling import Posterior
@@ -87,6 +89,13 @@ class Landscape:
     ball: float
     known: Verdict
 
+    @cached_property
+    def reach(self) -> FloatArray:
+        """The largest tabulated load [N] up to which a thickness is covered, (n_thickness,); 0 for none."""
+        covered = np.mean(np.isfinite(self.change), axis=0) >= COVERED_SHARE
+        count = np.sum(np.logical_and.accumulate(covered, axis=-1), axis=-1)
+        return np.concatenate([[0.0], self.force])[count]
+
     def view(self, force: float, limits: Sequence[Limit] = (), tolerance: float = 0.0) -> View:
         """Look at one load: bands over the thickness, and how probably limits are kept.
 
@@ -129,14 +138,16 @@ class Landscape:
             height=bands["height"],
             conforming=np.where(covered, _spread(self.thickness, np.mean(every, axis=0), tolerance), np.nan),
             fails=np.where(covered, fails, np.nan),
-            verdict=tuple(
-                self._verdict(force, float(h), float(d)) for h, d in zip(self.thickness, bands["stroke"][2], strict=True)
-            ),
+            verdict=tuple(self._verdicts(force, covered, bands["stroke"][2])),
         )
 
-    def _verdict(self, force: float, thickness: float, depth: float) -> Verdict:
-        more = beyond(self.presses, force, thickness, depth if np.isfinite(depth) else 0.0, self.ball)
-        return verdict_of([*self.known.reasons, *more])
+    def _verdicts(self, force: float, covered: BoolArray, depth: FloatArray) -> Iterator[Verdict]:
+        others = spans_in_words(self.thickness, covered) if np.any(covered) else ""
+        for thickness, middle, reach in zip(
+            self.thickness.tolist(), np.nan_to_num(depth).tolist(), self.reach.tolist(), strict=True
+        ):
+            more = beyond(self.presses, Aim(force, thickness, middle, self.ball), Covered(reach, others))
+            yield verdict_of([*self.known.reasons, *more])
 
     def _check(self, force: float, limits: Sequence[Limit], tolerance: float) -> None:
         faults = []

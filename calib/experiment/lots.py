@@ -56,9 +56,9 @@ def lot_prior(experiment: Experiment, quantity: str, specimens: Sequence[str]) -
     if wanted is None:
         medians = [float(own.ppf_normal(0.0)) for own in known]
         wanted = math.exp(sum(map(math.log, medians)) / len(medians)) if by_factor else sum(medians) / len(medians)
-        origin = f"default, about what was measured of the specimens, within {_CASTING:.0%}"
+        origin = f"default, about what was measured of the specimens, within {100 * _CASTING:.0f} %"
     else:
-        origin = f"default, about what was wanted, within {_CASTING:.0%}"
+        origin = f"default, about what was wanted, within {100 * _CASTING:.0f} %"
     return LogNormal(wanted, 1 + _CASTING) if by_factor else Normal(wanted, _CASTING * wanted), origin
 
 

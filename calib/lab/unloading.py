@@ -202,7 +202,7 @@ def compare_branches(traces: Sequence[Branches], zero: float, hold: float) -> Un
     peak = float(np.max(np.median(np.lib.stride_tricks.sliding_window_view(down[0], 3), axis=1))) - zero
     off = _off(down, up, zero, peak)
     if not np.any(np.isfinite(off[SHARES >= _DOWN_TO])) or np.isnan(off[np.argmin(np.abs(SHARES - _DOWN_TO))]):
-        return f"it was not recorded while the ball retreats to {_DOWN_TO:.0%} of its force".replace("%", " %")
+        return f"it was not recorded while the ball retreats to {100 * _DOWN_TO:.0f} % of its force"
     halves = [_off((down[0][k::2], down[1][k::2]), (up[0][k::2], up[1][k::2]), zero, peak) for k in (0, 1)]
     noise = float(np.sqrt(np.nanmean((halves[0] - halves[1]) ** 2))) / 2
     by_clock = [np.abs(_off(*other, zero, peak) - off) for other in others]

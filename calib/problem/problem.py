@@ -144,7 +144,7 @@ def outside_faults(problem: Problem) -> list[Fault]:
             first = int(np.argmin(covered))
             single = {name: value[first : first + 1] for name, value in values.items()}
             reason = why_outside(problem, problem.forward, plan, single)
-            at = "at the prior medians" if share_allowed == 0 else f"for {share:.0%} of the prior's draws"
+            at = "at the prior medians" if share_allowed == 0 else f"for {100 * share:.0f} % of the prior's draws"
             faults.append(
                 Fault(
                     f"{where} lies outside what the {problem.forward.name} covers {at}: {reason}",

@@ -8,11 +8,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-from calib.catalogue import QUANTITIES, UnknownName
+from calib.catalogue import CHANNELS, QUANTITIES, UnknownName
 from calib.checks import AMBER_ALLOWS, Colour, Verdict
 from calib.decision import open_models_of
 from calib.digits import interval_text, with_uncertainty
 from calib.experiment import Instrument, Laboratory, instrument_of, keys_of, model_in_words
+from calib.lab import Sweep
 from calib.records import record_from_text, record_to_text
 from calib.report.rows import SENSOR_PARAMETERS, parameter_rows
 from calib.sampling import FINGERPRINT, Posterior, coverage_intervals
@@ -414,12 +415,13 @@ def _said(laboratory: Laboratory) -> dict[str, str]:
     return {**asdict(laboratory), "country": laboratory.country or laboratory.city}
 
 
-def lines_to_add(laboratory: Laboratory, instruments: Sequence[Instrument]) -> tuple[str, ...]:
+def lines_to_add(laboratory: Laboratory, instruments: Sequence[Instrument], sweeps: Sequence[Sweep]) -> tuple[str, ...]:
     """The lines of an experiment file that say what is missed, to be filled in; what is left as it is here is refused there.
 
     Parameters
     ----------
     laboratory, instruments : as the experiment file says them.
+    sweeps : that were measured: where no instrument is named, those that measured their channels are asked for.
     """
     said = _said(laboratory)
     lines = [f"{key} = {_BLANKS[key]}  # {what}" for key, what in _WHO.items() if not said[key]]
@@ -429,10 +431,18 @@ def lines_to_add(laboratory: Laboratory, instruments: Sequence[Instrument]) -> t
         own = [f"{key} = {_BLANKS[key]}" for key in _WHAT_WITH if not getattr(instrument, key)]
         lines += [f"# into the table [[instruments]] of the {instrument.kind}:", *own] if own else []
     if not instruments:
-        for kind in ("load cell", "LCR meter"):
+        for kind in _measured_with(sweeps):
             lines += ["[[instruments]]", f'kind = "{kind}"', *(f"{key} = {_BLANKS[key]}" for key in _WHAT_WITH)]
         lines.append("# and likewise the testing machine, and what ball, disc and thicknesses were measured with")
     return tuple(lines)
+
+
+def _measured_with(sweeps: Sequence[Sweep]) -> list[str]:
+    """The instruments that measured the channels of sweeps, in the order of the catalogue."""
+    measured = {name for sweep in sweeps for name in sweep.channels}
+    if any(points.force is not None for sweep in sweeps for points in sweep.channels.values()):
+        measured.add("force")  # read beside another channel, and no channel of its own
+    return list(dict.fromkeys(channel.instrument for name, channel in CHANNELS.items() if name in measured))
 
 
 def _statement(colour: Colour, n_open: int, missed: Sequence[str]) -> str:

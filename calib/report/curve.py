@@ -29,10 +29,8 @@ def check_in_words(elements: FiniteElements, solution: Solution) -> list[str]:
     for name, error in (("force", found.force_error), ("capacitance change", found.change_error)):
         worst = int(np.nanargmax(np.abs(error)))
         at = solution.states[worst].depth * solution.units.length * 1e3
-        lines.append(
-            f"  {name:<20}{np.sqrt(np.nanmean(error**2)):8.3%} (rms over the steps), worst {error[worst]:+.3%} at {at:.3g} mm, "
-            f"last {error[-1]:+.3%}"
-        )
+        rms, most, last = (100 * e for e in (np.sqrt(np.nanmean(error**2)), error[worst], error[-1]))
+        lines.append(f"  {name:<20}{rms:8.3f} % (rms over the steps), worst {most:+.3f} % at {at:.3g} mm, last {last:+.3f} %")
     if not np.isnan(found.energy_error):
         lines.append(f"Work of the indenter against stored energy: {found.energy_error:+.1e}")
     lines.append(f"Largest penetration, between the nodes too: {found.penetration:.1e} of the indentation")

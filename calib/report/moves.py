@@ -37,4 +37,4 @@ def moves_in_words(diagnostics: Diagnostics) -> tuple[str, ...]:
 def _in_words(kind: str, share: float) -> str:
     what, good, bad = _KINDS.get(kind, ("steps", 0.0, 0.0))
     meaning = "as it should be" if share >= good else "few: sampling takes longer" if share >= bad else "too few to help"
-    return f"{kind[:1].upper()}{kind[1:]} ({what}): {share:.1%} accepted" + (f", {meaning}." if good else ".")
+    return f"{kind[:1].upper()}{kind[1:]} ({what}): {100 * share:.1f} % accepted" + (f", {meaning}." if good else ".")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -16,6 +16,7 @@ from calib.runs.folder import Run, owned_run, require_own_forward, unlisted
 from calib.runs.listing import (
     CERTIFICATE,
     CERTIFICATES,
+    CERTIFIED,
     LISTING,
     MEMBERS,
     RESULTS,
@@ -73,6 +74,7 @@ def certify_in(run: Run, *, key: SecretKey | None = None, command: str = "") -> 
         if key is not None:
             said = f"timestamp:{now.timestamp():.0f} file:{CERTIFICATE} number:{certificate.number} verdict:{verdict.colour}"
             texts[SIGNATURE] = sign(texts[CERTIFICATE].encode(), key, said)
+        listing = replace(listing, attrs={**listing.attrs, CERTIFIED: certificate.number})
         with writing(run.folder, listing, (*CERTIFICATES, *unlisted(run.folder, listing)), command):
             for name in reversed(CERTIFICATES):  # a signature is never one of another certificate
                 if name == SIGNATURE or name not in texts:

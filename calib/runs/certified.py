@@ -38,6 +38,7 @@ from calib.runs.folder import Run
 from calib.runs.listing import (
     CERTIFICATE,
     CERTIFICATES,
+    CERTIFIED,
     CRATE,
     DCC,
     LISTING,
@@ -55,8 +56,8 @@ from calib.visible import shortened, visible
 
 State = Literal["fine", "changed", "missing", "not finished", "stale"]
 
-#: What a certificate says and no file of its run tells: only a signature answers for it.
-UNTOLD = "when it was issued, and with which versions"
+#: What a certificate says that comes of no result of its run.
+_UNTOLD = "when it was issued, and with which versions"
 
 #: What a file that is no certificate fails of.
 NOT_ONE = (KeyError, TypeError, ValueError, AttributeError, OSError, RecursionError)
@@ -116,6 +117,7 @@ def check_certificate(folder: Path, listing: Listing, run: Run | None) -> dict[s
             _require_numbers(content, colour, run)
             wrong = _require_own_words(folder, content, listing, run) | wrong
         require_itself(content)
+        _require_issued(content, listing)
     except NotOfThisRunError as error:
         return {CERTIFICATE: Finding(CERTIFICATE, error.state, error.note)}
     except NOT_ONE as error:
@@ -240,6 +242,26 @@ def _others_changed(folder: Path, content: Mapping[str, Any]) -> list[str]:
     return [name for name, digest in there.items() if named.get(name) != digest]
 
 
+def unsigned_in_words(listing: Listing) -> str:
+    """What nobody answers for in the certificate of a run that is not signed.
+
+    Parameters
+    ----------
+    listing : what the run's `run.json` says.
+    """
+    if CERTIFIED in listing.attrs:
+        return f"not signed: {_UNTOLD}, is held by its number in {LISTING} alone, and who wrote both by nothing"
+    return f"not signed: nothing tells {_UNTOLD}, all else is what the run says"
+
+
+def _require_issued(content: Mapping[str, Any], listing: Listing) -> None:
+    """Refuse a certificate that is not, to the last word, the one that was issued last for its run."""
+    issued = listing.attrs.get(CERTIFIED, content["number"])
+    if content["number"] != issued:
+        said = f"it is not the one that was issued for this run, No. {issued}: {_UNTOLD}, or a word of it, is another"
+        raise NotOfThisRunError("changed", said)
+
+
 def _require_own(folder: Path, content: Mapping[str, Any], listing: Listing) -> None:
     """Refuse a certificate of another run, or of what the files of this run were before."""
     if content["fingerprint"] != listing.fingerprint:
@@ -285,7 +307,7 @@ def _require_own_words(folder: Path, content: Mapping[str, Any], listing: Listin
     """Refuse a certificate that says anything else than the run's own files; find its pages that do.
 
     All of it is made again, as when it was issued, from the posterior, the verdict and the lists of the run; what no file of
-    the run tells (`UNTOLD`) is taken from the certificate.
+    the run tells (`_UNTOLD`) is taken from the certificate, whose number the run knows.
 
     Returns
     -------

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from calib.errors import Fault, InputError
 from calib.files import sha256_of
-from calib.runs.certified import UNTOLD, Finding, check_certificate, check_signature
+from calib.runs.certified import Finding, check_certificate, check_signature, unsigned_in_words
 from calib.runs.folder import Run, load_run
 from calib.runs.listing import (
     CERTIFICATE,
@@ -63,9 +63,7 @@ def verify(folder: Path | str, public_key: PublicKey | None = None) -> tuple[Fin
     if signed := check_signature(folder / CERTIFICATE, public_key):
         doubts[SIGNATURE] = signed
     elif CERTIFICATE in found:
-        doubts.setdefault(
-            CERTIFICATE, Finding(CERTIFICATE, "fine", f"not signed: nothing tells {UNTOLD}, all else is what the run says")
-        )
+        doubts.setdefault(CERTIFICATE, Finding(CERTIFICATE, "fine", unsigned_in_words(listing)))
     # What its own hash tells comes first: a file that is not as it was written is nobody's.
     found |= {name: doubt for name, doubt in doubts.items() if name not in found or found[name].state == "fine"}
     checkpoint = sorted({*checkpoint_names(folder), *(name for name in listing.files if name.startswith(f"{CHECKPOINT}/"))})

@@ -40,6 +40,9 @@ CHECKPOINT = "checkpoint"
 #: Folder in that of an average, with the posteriors of its models.
 MEMBERS = "members"
 
+#: The text of a run that is the number of the certificate issued last, which is of its hour and of all versions, too.
+CERTIFIED = "certificate"
+
 _KIND, _FORMAT = "run", 2
 
 
@@ -76,7 +79,8 @@ class Listing:
     Attributes
     ----------
     seed : of the run.
-    attrs : texts that belong to it: the command that began it, the surrogate file if it is not the shipped one.
+    attrs : texts that belong to it: the command that began it, the surrogate file if it is not the shipped one, the number of
+        its certificate.
     identity : what its draws depend on, see `calib.sampling.Identity`.
     fingerprint : of that.
     inputs : the files it was made from.

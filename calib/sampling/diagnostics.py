@@ -291,8 +291,8 @@ def range_warning(touching: float, forward: str) -> str:
     forward : name of the model.
     """
     return (
-        f"in {touching:.0%} of the draws the deepest point lies within 2 % of the end of what the {forward} covers: the "
-        "posterior may be cut off there"
+        f"in {100 * touching:.0f} % of the draws the deepest point lies within 2 % of the end of what the {forward} covers: "
+        "the posterior may be cut off there"
     )
 
 

@@ -75,7 +75,7 @@ class SpotCheck:
 
     def in_words(self) -> str:
         """Say in one sentence how far the forward model is off, with the numbers."""
-        sizes = f"up to {self.force_error:.2%} in force and {self.change_error:.2%} in capacitance change"
+        sizes = f"up to {100 * self.force_error:.2f} % in force and {100 * self.change_error:.2f} % in capacitance change"
         said = (
             f"at {self.n_curve} loading curves of the posterior the {self.forward_name} is off the finite elements by {sizes}"
         )
@@ -231,7 +231,7 @@ class FirstAnswer:
             elif abs(ratio - 1) > FIRST_SD_LIMIT:
                 off.append((abs(ratio - 1), f"{name} (standard deviation {ratio:.1f} times that of the result)"))
         if not off:
-            limits = f"means within {FIRST_MEAN_LIMIT:g} standard deviations, these within {FIRST_SD_LIMIT:.0%}"
+            limits = f"means within {FIRST_MEAN_LIMIT:g} standard deviations, these within {100 * FIRST_SD_LIMIT:.0f} %"
             return f"The first answer agrees with the result ({limits})."
         off_for = f"The first answer differs from the result for {', '.join(words for _, words in sorted(off, reverse=True))}"
         return f"{off_for}: the result counts." if converged else f"{off_for}, which has not converged."

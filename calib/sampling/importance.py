@@ -21,6 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import logsumexp, ndtri
 
+from calib.digits import with_uncertainty
 from calib.sampling.archive import K_HAT, smooth_weights
 from calib.sampling.proposal import Funnel, Indices, Proposal, log_student
 from calib.sampling.target import Mode, Target
@@ -206,8 +207,9 @@ def misweighted(opinion: SecondOpinion, modes: Sequence[Mode], share: FloatArray
     limit = -float(ndtri(_DOUBT / 2 / len(modes)))
     highest = max(mode.log_density for mode in modes)
     return tuple(
-        f"a mode (log density {mode.log_density - highest:+.1f} beside the highest of {len(modes)}) has {own:.1%} of the "
-        f"chains' draws, and {weighted:.1%} ± {e:.1%} of independent weighted ones: it is weighted wrongly"
+        f"a mode (log density {mode.log_density - highest:+.1f} beside the highest of {len(modes)}) has {100 * own:.1f} % of "
+        f"the chains' draws, and {with_uncertainty(100 * weighted, 100 * e)} % of independent weighted ones: it is "
+        "weighted wrongly"
         for mode, own, weighted, e in zip(modes, share, opinion.share, error, strict=True)
         if abs(weighted - own) > max(limit * e, _NEAR_SHARE) and (opinion.trusted or weighted > own)
     )

@@ -277,5 +277,5 @@ def _ends(data: TrainingSet) -> tuple[FloatArray, BoolArray]:
 
 
 def _in_words(error: FloatArray) -> str:
-    size = np.abs(error[np.isfinite(error)])
-    return f"median {np.median(size):.2%}, 95 % below {np.quantile(size, 0.95):.2%}, worst {np.max(size):.1%}"
+    middle, most, worst = 100 * np.quantile(np.abs(error[np.isfinite(error)]), [0.5, 0.95, 1.0])
+    return f"median {middle:.2f} %, 95 % below {most:.2f} %, worst {worst:.1f} %"

@@ -57,11 +57,11 @@ class Validation:
                 (
                     name,
                     str(size.size),
-                    f"{np.median(size):.2%}",
-                    f"{np.quantile(size, 0.95):.2%}",
-                    f"{np.max(size):.2%}",
-                    f"{np.mean(size <= WITHIN):.1%} within {WITHIN:.1%}",
-                    f"{_covered(score):.1%}",
+                    f"{100 * np.median(size):.2f} %",
+                    f"{100 * np.quantile(size, 0.95):.2f} %",
+                    f"{100 * np.max(size):.2f} %",
+                    f"{100 * np.mean(size <= WITHIN):.1f} % within {100 * WITHIN:.1f} %",
+                    f"{100 * _covered(score):.1f} %",
                 )
             )
         return rows
@@ -75,8 +75,12 @@ class Validation:
         for name, values in self.coordinates.items():
             for low, high in pairwise(np.quantile(values, _QUARTERS)):
                 inside = (values >= low) & (values <= high)
-                force, change = (f"{np.quantile(np.abs(e[inside]), 0.95):.2%}" for e in (self.force_error, self.change_error))
-                of_force, of_change = (f"{_covered(score[inside]):.1%}" for score in (self.force_score, self.change_score))
+                force, change = (
+                    f"{100 * np.quantile(np.abs(e[inside]), 0.95):.2f} %" for e in (self.force_error, self.change_error)
+                )
+                of_force, of_change = (
+                    f"{100 * _covered(score[inside]):.1f} %" for score in (self.force_score, self.change_score)
+                )
                 rows.append((f"{name} {low:.3g} to {high:.3g}", force, change, of_force, of_change))
         return rows
 

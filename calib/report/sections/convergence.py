@@ -107,7 +107,7 @@ def _spot_check(posterior: Posterior) -> list[Criterion]:
     found = posterior.diagnostics.spot_check
     if found is None:
         return []
-    sizes = f"force within {found.force_error:.2%}, capacitance change within {found.change_error:.2%}"
+    sizes = f"force within {100 * found.force_error:.2f} %, capacitance change within {100 * found.change_error:.2f} %"
     name = f"{found.forward_name} against finite elements"
     if not found.stated:
         return [Criterion(name, sizes, "states no error of its own", False, True)]

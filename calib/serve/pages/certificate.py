@@ -69,7 +69,7 @@ def _look(space: Workspace, keys: Keys, folder: Path, name: str) -> dict[str, An
         "columns": _INSTRUMENT,
         "gaps": laboratory_gaps(experiment.laboratory),
         "missed": missed_in(experiment.laboratory, experiment.instruments),
-        "lines": lines_to_add(experiment.laboratory, experiment.instruments),
+        "lines": lines_to_add(experiment.laboratory, experiment.instruments, run.posterior.sweeps),
         "changed": _changed(space, experiment),
         "resumed": typed(["calibrate", space.experiment.name, "-o", name, "--resume"]),
         "keys": [(one, keys.note(one)) for one in names],

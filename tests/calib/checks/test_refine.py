@@ -298,7 +298,7 @@ def test_rows_tell_the_errors_of_each_sweep() -> None:
             Comparison("sensor 2", nothing, nothing, nothing, nothing, ("stuck",)),
         ]
     )
-    assert rows[0] == ("sensor 1", "force, 1 curves", "2.00%", "2.90%", "3.00%", "2.00")
+    assert rows[0] == ("sensor 1", "force, 1 curves", "2.00 %", "2.90 %", "3.00 %", "2.00")
     assert rows[3] == ("sensor 2", "capacitance change, 0 curves", "none", "none", "none", "none")
 
 

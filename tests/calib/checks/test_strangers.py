@@ -102,7 +102,7 @@ def test_a_specimen_that_does_not_belong_is_named(make_lot: MakePosterior, z: fl
     own = [reason for reason in verdict.reasons if reason.gate == "specimens"]
     assert [reason.level for reason in own] == ([] if level is None else [level])
     if own:
-        assert "sensor 2 is 31% ± 6% stiffer than the others let one expect" in own[0].finding
+        assert "sensor 2 is 31.0 ± 6.0 % stiffer than the others let one expect" in own[0].finding
         assert "calibrate it by itself" in own[0].action
 
 

@@ -104,7 +104,7 @@ def test_a_specimen_that_the_others_do_not_predict_is_named(make_posterior: Make
     told = (Foretold("sensor 1", "force", FirstEstimate(1.01, 0.03), 0.3), Foretold("sensor 2", "force", ratio, z))
     found = [r for r in judge_posterior(_with(make_posterior(), foretold=told)).reasons if r.gate == "specimens"]
     assert [r.level for r in found] == ([level] if level else [])
-    side = f"11.7% ± 3.0% higher than expected, {z:.1f}" if z > 0 else f"21.0% ± 3.0% lower than expected, {-z:.1f}"
+    side = f"11.7 ± 3.0 % higher than expected, {z:.1f}" if z > 0 else f"21.0 ± 3.0 % lower than expected, {-z:.1f}"
     wanted = f"sensor 2 is not predicted by the others: its force is {side} standard deviations, and of two specimens"
     assert all(r.finding.startswith(wanted) and 'pooling = "partial"' in r.action for r in found)
 
@@ -125,7 +125,7 @@ def test_a_misfit_says_where_along_the_press_it_lies(make_posterior: MakePosteri
     y = fit.check.mean + span * thirds
     wrong = replace(fit, check=replace(fit.check, y=y, p_value=1e-4))
     predictions[0] = replace(predictions[0], channels={**predictions[0].channels, "force": wrong})
-    assert wrong.check.pattern == "2.0% too low in the middle third, 5.0% too high in the last third"
+    assert wrong.check.pattern == "2.0 % too low in the middle third, 5.0 % too high in the last third"
     (reason,) = judge_posterior(posterior, predictions).reasons
     assert reason.finding.endswith(f"of its range the force of sensor 1 lies {wrong.check.pattern}")
     large = judge_posterior(_moved(posterior, "force_discrepancy", prior_shift=3.0, mean=0.05), predictions).reasons

@@ -129,7 +129,7 @@ def test_every_kind_of_move_has_a_plain_sentence(make_posterior: Callable[..., P
     d = make_posterior().diagnostics
     said = moves_in_words(replace(d, acceptance_by_move=dict.fromkeys(KINDS, 0.01)))
     assert len(said) == len(KINDS)
-    assert all("1.0% accepted" in sentence for sentence in said)
+    assert all("1.0 % accepted" in sentence for sentence in said)
     assert [("too few to help" in sentence) for sentence in said] == [kind != "jump" for kind in KINDS]
     shapeless = moves_in_words(replace(d, acceptance_by_move={"differential evolution": 0.3, "jump": 0.01}))
     assert "as it should be" in shapeless[0]

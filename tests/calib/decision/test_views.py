@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -64,6 +65,34 @@ def test_what_goes_beyond_the_data_is_amber_there_and_not_elsewhere(land: Landsc
     near = int(np.argmin(np.abs(land.thickness - 1.2e-3)))
     assert colours[near] == "green"
     assert colours[-1] == "amber"
+
+
+#: A load [N] that thick padding carries inside the range of the closed form, and thin padding does not.
+_LOAD = 30.0
+
+
+def test_no_press_is_advised_that_the_model_does_not_cover(make_posterior: Callable[..., Posterior]) -> None:
+    land = landscape(make_posterior(), ClosedForm(), force=60.0, lower=0.0, upper=4e-3, n_thickness=17)
+    view = land.view(_LOAD)
+    assert np.any(view.covered)
+    assert not np.all(view.covered)
+    for thickness, covered, reach, verdict in zip(land.thickness, view.covered, land.reach, view.verdict, strict=True):
+        (action,) = [reason.action for reason in verdict.reasons if reason.gate == "extrapolation"]
+        if covered:
+            pad = re.match(rf"Press one pad of about ([\d.]+) mm to {_LOAD:g} N and calibrate", action)
+            assert pad is not None
+            assert float(pad[1]) == pytest.approx(thickness * 1e3, rel=0.05)
+        else:
+            assert "Press" not in action
+            told = re.search(r"covers such padding up to ([\d.]+) N only: .* or no more than \1 N here", action)
+            assert told is not None
+            assert 0.98 * reach < float(told[1]) <= reach
+            assert f"padding that it covers at {_LOAD:g} N ({land.thickness[view.covered][0] * 1e3:.3g} to 4 mm)" in action
+    # What is advised instead is covered, and can be confirmed.
+    thin = int(np.flatnonzero(~view.covered)[-1])
+    less = land.view(float(np.floor(10 * land.reach[thin]) / 10))
+    assert less.covered[thin]
+    assert [reason.action.split()[0] for reason in less.verdict[thin].reasons] == ["Press"]
 
 
 def test_a_load_that_is_not_tabulated_and_limits_that_are_not_told_are_refused_together(land: Landscape) -> None:

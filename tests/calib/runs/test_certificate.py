@@ -21,12 +21,13 @@ from typer.testing import CliRunner, Result
 
 from calib.cli import app
 from calib.errors import InputError
-from calib.experiment import read_experiment
+from calib.experiment import Laboratory, read_experiment
+from calib.lab import Sweep
 from calib.records import exact_record_from_text, record_to_text
 from calib.report import CERTIFICATE_FORMAT, CERTIFICATE_KINDS, certificate_number, lines_to_add, missed_in
 from calib.runs import certify_in, load_run, recommend_in, report_in, verify
 from calib.runs.folder import Run
-from calib.runs.listing import CERTIFICATES, SIGNATURE, Listing, read_listing, write_listing
+from calib.runs.listing import CERTIFICATES, CERTIFIED, SIGNATURE, Listing, read_listing, write_listing
 from calib.runs.ownership import owned
 from calib.sampling import Departure, FirstEstimate, Posterior
 from calib.signature import SecretKey, new_key, public_key_text, secret_key_text, sign
@@ -273,7 +274,24 @@ def test_what_a_customer_looks_for_stands_at_its_head_with_the_lines_to_add(
     assert missed_in(read.laboratory, read.instruments) == ()
     part = replace(read.instruments[0], serial="")
     assert missed_in(read.laboratory, (part,)) == ("the serial number of the load cell",)
-    assert lines_to_add(read.laboratory, (part,))[-1] == 'serial = "..."'
+    assert lines_to_add(read.laboratory, (part,), ())[-1] == 'serial = "..."'
+
+
+def test_only_instruments_that_measured_something_are_asked_for(make_posterior: Callable[..., Posterior]) -> None:
+    both = make_posterior(n_specimen=1).sweeps[0]
+    force, capacitance = (replace(both, channels={name: both.channels[name]}) for name in ("force", "capacitance"))
+
+    def kinds(*sweeps: Sweep) -> list[str]:
+        lines = lines_to_add(Laboratory(), (), sweeps)
+        return [line.split('"')[1] for line in lines if line.startswith("kind")]
+
+    assert kinds(both) == ["load cell", "LCR meter"]
+    assert kinds(force) == ["load cell"]
+    assert kinds(force, capacitance) == ["load cell", "LCR meter"]
+    beside = replace(capacitance.channels["capacitance"], force=both.channels["force"].value)
+    assert kinds(replace(capacitance, channels={"capacitance": beside})) == ["load cell", "LCR meter"]
+    by_depth = replace(beside, force=None)
+    assert kinds(replace(capacitance, channels={"capacitance": by_depth})) == ["LCR meter"]
 
 
 def test_what_the_experiment_file_does_not_say_is_said_not_to_be_said(
@@ -413,9 +431,33 @@ def test_a_page_that_is_rewritten_with_all_its_hashes_does_not_pass(run: Path) -
 def test_what_another_version_issued_is_held_by_its_hashes_and_that_is_said(run: Path) -> None:
     said = json.loads((run / "certificate.json").read_text(encoding="utf-8"))
     _rewritten(run, {"certified_with": said["certified_with"] | {"numpy": "1.0"}})
+    listing = read_listing(run)
+    assert listing is not None
+    number = json.loads((run / "certificate.json").read_text(encoding="utf-8"))["number"]
+    write_listing(run, replace(listing, attrs={**listing.attrs, CERTIFIED: number}))  # as that version would have
     found = {f.name: f for f in verify(run)}
-    assert {f.state for f in found.values()} == {"fine"}  # nothing here tells with what it was issued
+    assert {f.state for f in found.values()} == {"fine"}
     assert "not made again here" in found["certificate.html"].note
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda said: {"issued": "2020-01-01T00:00:00+00:00"},
+        lambda said: {"certified_with": said["certified_with"] | {"numpy": "1.0"}},
+        lambda said: {"certified_with": {k: v for k, v in said["certified_with"].items() if k != "platform"}},
+        lambda said: {"commands": [{**command, "at": "2020-01-01T00:00:00+00:00"} for command in said["commands"]]},
+    ],
+)
+def test_hour_and_versions_are_those_of_the_certificate_that_the_run_knows_of(
+    run: Path, change: Callable[[dict[str, Any]], dict[str, Any]]
+) -> None:
+    certify_in(load_run(run))
+    assert any(f.note.startswith("not signed: when it was issued, and with which versions, is held by") for f in verify(run))
+    said = json.loads((run / "certificate.json").read_text(encoding="utf-8"))
+    _rewritten(run, change(said))
+    (wrong,) = (f for f in verify(run) if f.name == "certificate.json")
+    assert (wrong.state, f"No. {said['number']}: when it was issued" in wrong.note) == ("changed", True)
 
 
 def test_a_red_run_cannot_be_made_to_look_usable(run: Path) -> None:
@@ -487,7 +529,7 @@ def test_issued_without_a_key_the_earlier_signature_goes(run: Path) -> None:
     certify_in(load_run(run))
     assert not (run / "certificate.json.minisig").exists()
     assert _wrong(run) == {}
-    assert any(f.name == "certificate.json" and f.note.startswith("not signed: nothing tells") for f in verify(run))
+    assert any(f.name == "certificate.json" and f.note.startswith("not signed: ") for f in verify(run))
 
 
 def test_a_password_is_taken_from_the_environment_where_nobody_can_be_asked(

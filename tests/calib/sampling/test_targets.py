@@ -166,7 +166,7 @@ def test_a_mode_that_all_chains_and_proposals_lack_is_seen_by_draws_round_it(wid
     for proposals in (lacking, []):
         opinion = second_opinion(target, proposals, np.random.SeedSequence(1), there)
         reason = misweighted(opinion, there, np.array([1.0, 0.0]), 4000.0)[-1]
-        assert "has 0.0% of the chains' draws" in reason
+        assert "has 0.0 % of the chains' draws" in reason
 
 
 def test_chains_that_weigh_modes_rightly_are_not_contradicted() -> None:

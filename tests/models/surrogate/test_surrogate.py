@@ -74,8 +74,8 @@ def test_a_band_that_fails_in_one_part_of_the_range_is_seen_in_its_sub_box() -> 
     score[soft] *= 3
     coordinates = {"E_p/E": np.repeat(np.arange(n)[:, None] + 1.0, 20, axis=1)}
     found = Validation(1e-3 * score, 2e-3 * score, score, score / 3, coordinates, ())
-    assert [row[3] for row in found.boxes()] == ["0.0%", "100.0%", "100.0%", "100.0%"]
-    assert [row[4] for row in found.boxes()] == ["100.0%"] * 4
+    assert [row[3] for row in found.boxes()] == ["0.0 %", "100.0 %", "100.0 %", "100.0 %"]
+    assert [row[4] for row in found.boxes()] == ["100.0 %"] * 4
     assert found.boxes()[0][0] == "E_p/E 1 to 101"
 
 
