@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from calib.report.style import BLUE, GREEN, INK, LIGHT, ORANGE, SKY, VERMILION, styled_figure
+from calib.report.style import BLUE, FORMULA, GREEN, INK, LIGHT, ORANGE, SKY, VERMILION, styled_figure
 from models.sensor import design_from
 from models.surrogate.domain import inside
 from models.surrogate.surrogate import load_surrogate
@@ -34,10 +34,10 @@ def draw() -> Figure:
         left.plot([], [], color=colour, linewidth=width, label=f"a/R = {a:g}")
     left.plot(0.148, 0.22, "o", color=INK, markersize=4)
     left.annotate("the paper's sensor", (0.148, 0.22), (6, 4), textcoords="offset points")
-    left.set(
-        xscale="log", yscale="log", xlabel="sensor over ball, $h_s/R$", ylabel="padding over ball, $h_p/R$", title="Designs"
-    )
-    left.legend(loc="lower right")
+    left.set(xscale="log", yscale="log", title="Designs")
+    left.set_xlabel("sensor over ball, $h_s/R$", **FORMULA)
+    left.set_ylabel("padding over ball, $h_p/R$", **FORMULA)
+    left.legend(loc="upper left", handlelength=1.0, borderaxespad=0)
 
     surrogate = load_surrogate()
     padding = np.linspace(0, 10e-3, 201)
@@ -57,9 +57,11 @@ def draw() -> Figure:
         right.plot(padding * 1e3, depth * 1e3, color=colour, label=f"$E_p/E$ = {ratio:g}")
     right.axhline(2.5, color=LIGHT, zorder=0)
     right.annotate("half the ball's radius", (10, 2.5), (0, 3), textcoords="offset points", ha="right")
-    right.set(xlabel="padding $h_p$ (mm)", ylabel="largest indentation (mm)", ylim=(0, 2.75))
-    right.set_title("Depth: R 5, h$_s$ 1, a 15 mm")
-    right.legend(loc="lower right")
+    right.set(ylabel="largest indentation (mm)", ylim=(0, 2.75))
+    right.set_xlabel("padding $h_p$ (mm)", **FORMULA)
+    right.set_title("Depth: $R$ 5, $h_s$ 1, $a$ 15 mm", **FORMULA)
+    for text in right.legend(loc="center right", bbox_to_anchor=(1, 0.53)).get_texts():
+        text.set_parse_math(True)
     return figure
 
 

@@ -1,24 +1,35 @@
-"""Make the pictures of README and gallery from a run of the shipped example: `python docs/make_pictures.py RUN`.
+"""Make every picture of README and docs anew from the program as it is: `python docs/make_pictures.py`.
 
-RUN is what README's first command leaves: calibrated, with a padding recommended for 10 N. A browser takes the pictures of
-its page.
+A lab works on the page in Chromium with the files of the shipped example, from dropping them to what to measure next; of the
+run that comes of it are the pictures of the report and of the gallery. The rest are those that commands draw. It takes a few
+minutes and the extras `serve`, `sign` and `test`; look at each picture before it is kept.
 """
 
 from __future__ import annotations
 
 import io
+import json
+import os
+import re
+import shutil
 import subprocess
 import sys
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
+import matplotlib
 from PIL import Image
+from playwright.sync_api import Page, sync_playwright
 
 from calib import load_run
 from calib.report import any_letters, find_browser, plots_of_report
 from calib.runs import load_recommendation
 
-PICTURES = Path(__file__).parent / "pictures"
+DOCS = Path(__file__).parent
+PICTURES = DOCS / "pictures"
+EXAMPLE = DOCS.parent / "datasets" / "padded_sensor"
 #: Figures of the gallery: name on the page -> file.
 GALLERY = {
     "padding": "padding",
@@ -30,15 +41,158 @@ GALLERY = {
     "pairs": "pairs",
     "traces, 1": "traces",
 }
-#: Width of a screen and of a phone, and how much of the page is shown [px].
-VIEWS = {"report": (1280, 1560), "report_phone": (390, 1640)}
-#: Width of a picture, and its colours: these keep it small.
-_WIDTH, _COLOURS = 760, 256
+#: Width of a screen and of a phone [px], and what stands behind the name of a picture of each.
+WIDTHS = {1280: "", 390: "_390"}
+#: Who measured with what, for the certificate; nobody in particular.
+LABORATORY = """
+[laboratory]
+name = "Soft Sensors"
+operator = "A. Person"
+country = "NZ"
+measured = "2026-03-17"
+
+[[instruments]]
+kind = "load cell"
+serial = "12345"
+calibrated = "2026-01-12"
+
+[[instruments]]
+kind = "LCR meter"
+serial = "67890"
+calibrated = "2026-02-02"
+"""
+#: The sensor of the paper, as the text on finite elements shows it deformed.
+PAPER = """
+[indenter]
+radius = "5 mm"
+[sensor]
+thickness = "0.74 mm"
+radius = "10 mm"
+young_modulus = "0.69 MPa"
+relative_permittivity = 2.8
+[padding]
+thickness = "1.10 mm"
+"""
+# Width of a figure [px], colours of a picture: these keep it small. What anything on the page may take [ms].
+_WIDTH, _COLOURS, _PATIENCE = 760, 256, 600_000
 
 
-def main(folder: Path) -> None:
-    """Make all pictures of a run."""
+def main() -> None:
+    """Make all pictures."""
     PICTURES.mkdir(exist_ok=True)
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = Path(scratch) / "measurements"
+        of_commands(Path(scratch))
+        with served(folder) as address, sync_playwright() as playwright:
+            words = ["--no-sandbox"] if os.name == "posix" and os.getuid() == 0 else []
+            browser = playwright.chromium.launch(executable_path=find_browser(), args=words)
+            page = browser.new_context(viewport={"width": 1280, "height": 900}).new_page()
+            page.set_default_timeout(_PATIENCE)
+            page.goto(address)
+            page.wait_for_url("**/files")
+            of_page(page, address.split("/?")[0], folder)
+            report = browser.new_context().new_page()
+            for name, width, height in (("report", 1280, 1560), ("report_phone", 390, 1640)):
+                report.set_viewport_size({"width": width, "height": height})
+                report.goto((folder / "run1" / "report.html").as_uri())
+                keep(Image.open(io.BytesIO(report.screenshot())), name, _WIDTH)
+            browser.close()
+        of_gallery(folder / "run1")
+
+
+def of_page(page: Page, site: str, folder: Path) -> None:
+    """Work on the page as a lab does, and keep what is seen.
+
+    Parameters
+    ----------
+    page : of a browser that was let in.
+    site : address of the server.
+    folder : that is served.
+    """
+    page.locator("input[type=file]").first.set_input_files([*sorted(EXAMPLE.glob("sensor*.csv")), EXAMPLE / "truth.json"])
+    page.locator("li", has_text="truth.json").get_by_text("not understood").wait_for()
+    seen(page, "files", 620, 780)
+    page.get_by_role("button", name="Write a first experiment").click()
+    page.wait_for_url("**/experiment")
+    page.locator("#light .level").wait_for()
+    seen(page, "experiment", 860)
+
+    text = re.sub(r'"(sensor\d_\w+\.csv)"', r'"lab/\1"', (EXAMPLE / "experiment.toml").read_text(encoding="utf-8"))
+    (folder / "experiment.toml").write_text(text + LABORATORY, encoding="utf-8")
+    page.goto(f"{site}/calibrate")
+    page.set_viewport_size({"width": 390, "height": 780})
+    page.get_by_role("button", name="Calibrate", exact=True).click()
+    page.locator("dt", has_text="Effective draws").first.wait_for()
+    keep(Image.open(io.BytesIO(page.screenshot())), "serve_run_390")
+    page.get_by_role("heading", name="What was found").wait_for()
+    calib(folder, "recommend", "run1", "--force", "10 N", "--padding", "0 mm:9 mm")
+
+    page.goto(f"{site}/padding?name=run1")
+    page.locator("#charts:not([hidden])").wait_for()
+    page.locator("#force").fill("15 N")
+    page.locator("#load-beyond .level.amber").wait_for()
+    page.locator("#at").fill("5.5")
+    seen(page, "padding", 860, 780)
+
+    calib(folder, "key", "new", "-o", "lab.key")
+    page.goto(f"{site}/certificate?name=run1")
+    page.locator("#key").select_option("lab.key")
+    page.get_by_role("button", name="Issue the certificate").click()
+    page.get_by_text("Checked with lab.pub").wait_for()
+    seen(page, "certificate", 1000, 960)
+
+    page.goto(f"{site}/export?name=run1")
+    page.locator("#padding").fill("5.5 mm")
+    page.get_by_role("button", name="Make the tables").click()
+    page.get_by_role("heading", name="run1-gripper1").wait_for()
+    seen(page, "export", 1000, 1200)
+
+    page.goto(f"{site}/next?name=run1&for=modulus")
+    page.get_by_role("button", name="Ask").click()
+    page.get_by_role("table").wait_for()
+    seen(page, "next", 1000)
+
+    for kind in ("instron", "lcr"):  # a third specimen: of other bytes than the second
+        lines = (EXAMPLE / f"sensor2_{kind}.csv").read_text(encoding="utf-8").splitlines(keepends=True)
+        (folder / "lab" / f"sensor3_{kind}.csv").write_text("".join(lines[:-5]), encoding="utf-8")
+    page.goto(f"{site}/files/add?name=lab%2Fsensor3_lcr.csv")
+    page.locator("#of").select_option(index=page.locator("#of option").count() - 1)
+    seen(page, "add", 1340, 1200)
+
+
+def of_commands(scratch: Path) -> None:
+    """Keep what commands and studies draw.
+
+    Parameters
+    ----------
+    scratch : folder to write into.
+    """
+    calib(scratch, "read", str(EXAMPLE / "sensor1_instron.csv"), "--picture", "read.png")
+    shutil.copy(scratch / "read.png", DOCS / "tutorial_read.png")
+    (scratch / "design.toml").write_text(PAPER, encoding="utf-8")
+    words = ("--displacement", "0.7 mm", "--model", "fem", "--picture", "deformed.png", "-o", "curve.csv")
+    calib(scratch, "simulate", "design.toml", *words)
+    shutil.copy(scratch / "deformed.png", DOCS / "deformed.png")
+    draw = str(DOCS.parent / "benchmarks" / "surrogate_range.py")
+    subprocess.run([sys.executable, draw, str(DOCS / "surrogate_range.png")], check=True)
+    notebook = json.loads((DOCS.parent / "notebooks" / "padding_optimum.ipynb").read_text(encoding="utf-8"))
+    names: dict[str, object] = {}
+    matplotlib.use("Agg")
+    for cell in notebook["cells"]:
+        if cell["cell_type"] == "code":
+            exec("".join(cell["source"]), names)
+    drawn = names["figure"]
+    assert isinstance(drawn, matplotlib.figure.Figure)
+    drawn.savefig(DOCS / "padding_optimum.png", dpi=100)
+
+
+def of_gallery(folder: Path) -> None:
+    """Keep the figures of a report.
+
+    Parameters
+    ----------
+    folder : of a run with a recommendation.
+    """
     run = load_run(folder)
     plots = plots_of_report(run.posterior, run.predictions, load_recommendation(folder))
     for name, file in GALLERY.items():
@@ -46,34 +200,44 @@ def main(folder: Path) -> None:
         buffer = io.BytesIO()
         with any_letters():
             figure.savefig(buffer, format="png", dpi=_WIDTH / figure.get_figwidth())
-        _keep(Image.open(buffer), file)
-    for file, (width, height) in VIEWS.items():
-        _keep(_seen(run.report, width, height), file)
+        keep(Image.open(buffer), file, _WIDTH)
 
 
-def _seen(page: Path, width: int, height: int) -> Image.Image:
-    """What a browser shows of a page in a frame of this size."""
-    browser = find_browser()
-    if browser is None:
-        sys.exit("no browser was found that takes pictures of pages")
-    with tempfile.TemporaryDirectory() as scratch:
-        frame = Path(scratch) / "frame.html"
-        style = f"width: {width}px; height: {height}px; border: 0; overflow: hidden"
-        frame.write_text(f'<body style="margin: 0"><iframe scrolling="no" style="{style}" src="{page.absolute().as_uri()}">')
-        words = ["--headless", "--disable-gpu", "--no-sandbox", "--hide-scrollbars", f"--user-data-dir={scratch}/profile"]
-        size = f"--window-size={max(width, 600)},{height}"
-        words += [size, f"--screenshot={scratch}/page.png", frame.as_uri()]
-        subprocess.run([browser, *words], check=True, timeout=120, capture_output=True)
-        return Image.open(f"{scratch}/page.png").convert("RGB").crop((0, 0, width, height))
+@contextmanager
+def served(folder: Path) -> Iterator[str]:
+    """The address of the page of a folder, while it is served."""
+    words = [sys.executable, "-m", "calib", "serve", str(folder), "--no-browser"]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        try:
+            yield next(found[0] for line in process.stdout if (found := re.search(r"http://\S+", line)))
+        finally:
+            process.terminate()
 
 
-def _keep(picture: Image.Image, file: str) -> None:
-    """Write a picture, small."""
+def calib(folder: Path, *words: str) -> None:
+    """Give a command in a folder."""
+    subprocess.run([sys.executable, "-m", "calib", *words], cwd=folder, check=True, stdout=subprocess.DEVNULL)
+
+
+def seen(page: Page, name: str, tall: int, tall_on_phone: int = 0) -> None:
+    """Keep the head of a page, `tall` [px] on a screen, and so much of it on a phone if that is to be kept, too."""
+    for (width, behind), height in zip(WIDTHS.items(), (tall, tall_on_phone), strict=True):
+        if height:
+            page.set_viewport_size({"width": width, "height": height})
+            page.wait_for_load_state("networkidle")
+            page.evaluate("() => { window.scrollTo(0, 0); document.activeElement.blur(); }")
+            keep(Image.open(io.BytesIO(page.screenshot())), f"serve_{name}{behind}")
+    page.set_viewport_size({"width": 1280, "height": 900})
+
+
+def keep(picture: Image.Image, file: str, width: int = 0) -> None:
+    """Write a picture, small: not wider than `width` [px], if that is given, and of few colours."""
     shown = picture.convert("RGB")
-    if shown.width > _WIDTH:
-        shown = shown.resize((_WIDTH, round(shown.height * _WIDTH / shown.width)), Image.Resampling.LANCZOS)
+    if 0 < width < shown.width:
+        shown = shown.resize((width, round(shown.height * width / shown.width)), Image.Resampling.LANCZOS)
     shown.quantize(_COLOURS, kmeans=3).save(PICTURES / f"{file}.png", optimize=True)
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    main()
