@@ -121,7 +121,7 @@ def combined(
         travel = 2 * sd * tester.speed_at_contact
         evidence.append(
             f"the data do not tell the offset within 10 ms, but within {2 * sd:.2g} s (two sd), in which the crosshead moves "
-            f"by {travel * 1e6:.2g} um"
+            f"by {travel * 1e6:.2g} µm"
         )
     return ClockOffset(value, sd, meter.systematic, confidence, turning, onset, (), tuple(evidence))
 

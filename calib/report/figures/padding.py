@@ -40,7 +40,8 @@ def padding_figure(recommendation: Recommendation) -> Figure:
     probability.set_ylim(-3, 103)
     probability.set_ylabel(f"within {r.requirement.tolerance * 100:g} %\nof best (%)")
     _mark(r, (main, probability))
-    main.legend(loc="best")
+    # Below the axes: what marks the recommended thickness goes through every height of them.
+    fig.legend(*main.get_legend_handles_labels(), loc="outside lower center", ncols=2)
     fig.align_ylabels([main, probability])
     return fig
 
