@@ -390,7 +390,9 @@ def _of_several(table: ForceTable, paddings: Sequence[float]) -> Iterator[Reason
             f"{table.name}: the specimens were measured on {low * 1e3:.3g} to {high * 1e3:.3g} mm of padding, and the next one "
             "may be on that of any: its bounds hold all of them"
         )
-        yield Reason("padding", "amber", finding, "Say the padding of the sensor that is meant (--padding), and use the table of that")
+        yield Reason(
+            "padding", "amber", finding, "Say the padding of the sensor that is meant (--padding), and use the table of that"
+        )
 
 
 def _less_than_advised(table: ForceTable, advised: float | None) -> Iterator[Reason]:
@@ -404,7 +406,9 @@ def _less_than_advised(table: ForceTable, advised: float | None) -> Iterator[Rea
             f"{table.name}: the recommendation in this run is for {advised:.6g} N, and this table is for {table.rated:.3g} N, "
             "the largest force that was measured"
         )
-        action = f'Make it for {advised:.6g} N (--force "{advised:.6g} N") if the gripper is to read such forces, or keep it below'
+        action = (
+            f'Make it for {advised:.6g} N (--force "{advised:.6g} N") if the gripper is to read such forces, or keep it below'
+        )
         yield Reason("range", "amber", finding, action)
 
 

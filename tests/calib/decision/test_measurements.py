@@ -376,6 +376,9 @@ def test_what_the_load_cell_or_the_lab_does_not_bear_confirms_nothing_and_is_sai
     weak = next_measurements(_posterior(look), ClosedForm(), wanted, Bench(load_cell=most), seed=1, verdict=GREEN)
     assert not any(weak.confirms(one) for one in weak.ranked)
     assert "leaves force" in weak.in_words
+    assert [r.action[:60] for r in weak.verdict.reasons if r.gate == "extrapolation"] == [
+        "None of the measurements that lab and model allow confirms i"
+    ]
     thin = next_measurements(_posterior(look), ClosedForm(), wanted, Bench(paddings=(2e-3,)), seed=1, verdict=GREEN)
     assert not any("padding" in one.settles for one in thin.ranked)
     assert any("which the advice is for: it is not among the paddings of the bench file" in said for said in thin.unjudged)
