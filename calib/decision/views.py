@@ -94,7 +94,7 @@ class Landscape:
         """The largest tabulated load [N] up to which a thickness is covered, (n_thickness,); 0 for none."""
         covered = np.mean(np.isfinite(self.change), axis=0) >= COVERED_SHARE
         count = np.sum(np.logical_and.accumulate(covered, axis=-1), axis=-1)
-        return np.concatenate([[0.0], self.force])[count]
+        return np.asarray(np.concatenate([[0.0], self.force])[count], dtype=float)
 
     def view(self, force: float, limits: Sequence[Limit] = (), tolerance: float = 0.0) -> View:
         """Look at one load: bands over the thickness, and how probably limits are kept.
