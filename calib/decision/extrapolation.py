@@ -55,14 +55,26 @@ class Covered:
         """Whether such a press goes far enough for a load [N]."""
         return load <= self.force
 
+    def on_it(self, load: float) -> str:
+        """How far the model goes on that padding, where it does not go up to a load [N], and what to do."""
+        return f"The model {self._covers}, and no table can be made up to {load:g} N: keep the gripper below, or choose another"
+
     def instead(self, load: float) -> str:
         """What is to be asked for, where it does not, and why, in words."""
-        most = floor(self.force * 100) / 100 if self.force < 10 else floor(self.force * 10) / 10
-        covers = f"covers such padding up to {most:g} N only" if most > 0 else "covers no press on such padding"
+        most = self._most
         ways = [f"padding that it covers at {load:g} N ({self.paddings})"] if self.paddings else []
         ways += [f"no more than {most:g} N here"] if most > 0 else []
         ask = f"ask for {' or '.join(ways)}" if ways else "ask for less force, or calibrate with another model"
-        return f"The model {covers}: no press that confirms this can be calibrated with; {ask}"
+        return f"The model {self._covers}: no press that confirms this can be calibrated with; {ask}"
+
+    @property
+    def _most(self) -> float:
+        """`force` [N] as it is told: rounded down."""
+        return floor(self.force * 100) / 100 if self.force < 10 else floor(self.force * 10) / 10
+
+    @property
+    def _covers(self) -> str:
+        return f"covers such padding up to {self._most:g} N only" if self._most > 0 else "covers no press on such padding"
 
 
 @dataclass(frozen=True)

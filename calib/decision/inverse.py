@@ -144,8 +144,9 @@ def invert(
         table = table_of(title, sensor, those, gripper, rated)
         depth = table.points[-1].depth
         aim = Aim(rated, table.padding_thickness, depth, table.indenter_radius)
-        farther = beyond(presses, aim, Covered(_covered(title, those)))
-        less = _less_than_advised(table, advised) if sensor == "design" and gripper.force is None else ()
+        covered = Covered(_covered(title, those))
+        farther = beyond(presses, aim, covered)
+        less = _less_than_advised(table, advised, covered) if sensor == "design" and gripper.force is None else ()
         mixed = _of_several(table, [press.padding for press in presses]) if sensor == "next" else ()
         judged = verdict_of([*known.reasons, *less, *farther, *mixed, *_doubts(table)])
         rough = dict.fromkeys(f"a first look alone: {said}" for d in those if (said := caution(d.forward, d.design)))
@@ -395,7 +396,7 @@ def _of_several(table: ForceTable, paddings: Sequence[float]) -> Iterator[Reason
         )
 
 
-def _less_than_advised(table: ForceTable, advised: float | None) -> Iterator[Reason]:
+def _less_than_advised(table: ForceTable, advised: float | None, covered: Covered) -> Iterator[Reason]:
     """That the padding was recommended for a larger force than the table is for.
 
     It is not made for that force unasked: beyond what was measured a table rests on the model alone, and those of the sensors
@@ -409,7 +410,7 @@ def _less_than_advised(table: ForceTable, advised: float | None) -> Iterator[Rea
         action = (
             f'Make it for {advised:.6g} N (--force "{advised:.6g} N") if the gripper is to read such forces, or keep it below'
         )
-        yield Reason("range", "amber", finding, action)
+        yield Reason("range", "amber", finding, action if covered.confirms(advised) else covered.on_it(advised))
 
 
 def _conditions(experiments: Sequence[Experiment], table: ForceTable, gripper: Gripper) -> tuple[str, ...]:

@@ -159,7 +159,7 @@ def test_a_table_that_ends_before_the_force_of_the_recommendation_says_so_everyw
     measured = json.loads((tmp_path / "gripper" / "force_tables.json").read_text(encoding="utf-8"))["tables"]
     told = (
         f"the recommendation in this run is for 9 N, and this table is for {measured[-1]['rated_N']:.3g} N, "
-        'the largest force that was measured. Give --force "9 N"'
+        'the largest force that was measured. Make it for 9 N (--force "9 N")'
     )
     assert told in _said(result)
     assert told in " ".join((tmp_path / "gripper" / "README.md").read_text(encoding="utf-8").split())

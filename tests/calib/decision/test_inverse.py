@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -274,6 +275,19 @@ def test_what_was_not_measured_is_amber_in_its_own_table(make_posterior: MakePos
     assert "extrapolation" in [r.gate for r in made.verdict.reasons]
     more = _made(make_posterior(), force=2 * made.tables[0].rated)
     assert all("extrapolation" in [r.gate for r in t.verdict.reasons] for t in more.tables)
+
+
+def test_no_table_is_advised_that_the_model_does_not_cover(make_posterior: MakePosterior) -> None:
+    def action(advised: float) -> str:
+        made = invert(make_posterior(), ClosedForm(), Gripper(padding=3e-3, n_draw=100), advised=advised)
+        return next(reason.action for reason in made.tables[-1].verdict.reasons if reason.gate == "range")
+
+    assert action(9.0).startswith('Make it for 9 N (--force "9 N")')
+    told = re.match(
+        r"The model covers such padding up to ([\d.]+) N only, and no table can be made up to 500 N: ", action(500.0)
+    )
+    assert told is not None
+    assert action(float(told[1])).startswith("Make it for")
 
 
 def test_a_specimen_may_be_called_next(make_posterior: MakePosterior) -> None:
