@@ -31,7 +31,9 @@ from scipy.linalg import solve_triangular
 from scipy.optimize import minimize
 from scipy.special import gammaln, logsumexp
 
-from models.sensor import FloatArray
+from calib.priors import log_mass
+from calib.sampling.ends import ENDLESS, score_at, value_at
+from models.sensor import BoolArray, FloatArray
 
 #: Columns, or their numbers.
 Indices = np.ndarray[tuple[int], np.dtype[np.intp]]
@@ -50,6 +52,10 @@ LEAST_SHARE = 0.02
 _LEAST_DRAWS = 10
 # Bounds of epsilon, log delta, xi and log eta of (2), and the weight, in draws, of the assumption that the first two are zero.
 _SKEWED, _SKEW_PULL = (1.0, 0.5, 1.0, 0.7), 20.0
+# The same bounds for a line with an end, of whose density a part may be cut off; where arsinh of (2) counts as that of no end.
+_CUT, _ENDLESS = (1.0, 0.5, 3.0, 1.2), 20.0
+# Others follow a value with an end, where so much of its variance is not in a straight line of x.
+_LEAST_BEND = 0.003
 # Weight of the assumption that slopes are zero, in draws: of the means, of the logarithms of the widths.
 _PULL, _WIDTH_PULL = 0.03, 60.0
 
@@ -66,6 +72,8 @@ class Funnel:
     constant, linear, bent : a (n,), l (n, n) strictly lower, b (n, n_phi) of (1).
     width : (n, 1 + n_phi), c and d of (1).
     skew : (n_scale, 4), epsilon, log delta, xi and log eta of (2); all zero for a density that is not skewed.
+    ends : (n, 2), between which the value of each column of x lies that others follow, in its order; infinite where it is x
+        itself. See `calib.sampling.ends`.
     block : (n,), number of the group that each of y belongs to, from 1; 0 for those that are in none, which come first.
     freedom, scale : (n_block,), of each group, the first of those in none: degrees of freedom of t, and the factor that it is
         wider by than standard.
@@ -80,6 +88,7 @@ class Funnel:
     bent: FloatArray
     width: FloatArray
     skew: FloatArray
+    ends: FloatArray
     block: Indices
     freedom: FloatArray
     scale: FloatArray
@@ -120,13 +129,18 @@ class Funnel:
 
     def _lines(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The residuals t at x (n_draw, n), and the logarithms of |dx / dt| of each line, (n_draw, n)."""
-        y = ((x - self.centre) / self.spread)[:, self.order]
+        values, log_slopes = _followed(x, self.ends)
+        y = ((values - self.centre) / self.spread)[:, self.order]
         phi = _bent(y[:, : self.n_scale])
         log_widths = self._log_widths(phi)
         t = (y - self.constant - y @ self.linear.T - phi @ self.bent.T) * np.exp(-log_widths)
-        t[:, : self.n_scale], log_slopes = _straightened(t[:, : self.n_scale], self.skew)
-        log_widths[:, : self.n_scale] -= log_slopes
-        return t, log_widths + np.log(self.spread)[self.order]
+        t[:, : self.n_scale], log_bends = _straightened(t[:, : self.n_scale], self.skew)
+        for k in self.ended:
+            middle = self.constant[k] + y @ self.linear[k] + phi @ self.bent[k]
+            t[:, k], log_bend = score_at(t[:, k], *self._within(k, middle, log_widths[:, k]))
+            log_bends[:, k] += log_bend
+        log_widths[:, : self.n_scale] -= log_bends
+        return t, log_widths + np.log(self.spread)[self.order] - log_slopes[:, self.order]
 
     def at(self, t: FloatArray) -> FloatArray:
         """Point x (n_draw, n) at which `residuals` gives t (n_draw, n)."""
@@ -135,17 +149,33 @@ class Funnel:
         r[:, : self.n_scale] = _skewed(t[:, : self.n_scale], self.skew)
         for k in range(self.n_scale):  # one after the other, as each changes phi
             phi = _bent(y[:, : self.n_scale])
-            y[:, k] = self.constant[k] + y @ self.linear[k] + phi @ self.bent[k]
-            y[:, k] += np.exp(self._log_widths(phi)[:, k]) * r[:, k]
+            middle, log_width = self.constant[k] + y @ self.linear[k] + phi @ self.bent[k], self._log_widths(phi)[:, k]
+            if k in self.ended:
+                held, _ = value_at(t[:, k], *self._within(k, middle, log_width))
+                r[:, k] = _skewed(held[:, None], self.skew[k : k + 1])[:, 0]
+            y[:, k] = middle + np.exp(log_width) * r[:, k]
         phi = _bent(y[:, : self.n_scale])
         right = self.constant + phi @ self.bent.T + np.exp(self._log_widths(phi)) * r
         rest = slice(self.n_scale, None)
         right[:, rest] += y[:, : self.n_scale] @ self.linear[rest, : self.n_scale].T
         lower = np.eye(self.constant.size - self.n_scale) - self.linear[rest, rest]
         y[:, rest] = solve_triangular(lower, right[:, rest].T, lower=True, unit_diagonal=True).T
-        x = np.empty_like(y)
-        x[:, self.order] = y
-        return self.centre + self.spread * x
+        values = np.empty_like(y)
+        values[:, self.order] = y
+        values = self.centre + self.spread * values
+        for column in self.order[self.ended]:
+            values[:, column], _ = score_at(values[:, column], *self.ends[column])
+        return values
+
+    @property
+    def ended(self) -> Indices:
+        """Lines of those of which others follow a value with an end."""
+        return np.flatnonzero(_has_ends(self.ends[self.order]))
+
+    def _within(self, k: int, middle: FloatArray, log_width: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The ends of line k as (2) has them, its middle and its width being (n_draw,) those of (1)."""
+        column = self.order[k]
+        return _ends_of_line((self.ends[column] - self.centre[column]) / self.spread[column], middle, log_width, self.skew[k])
 
     def draw(self, random: np.random.RandomState, n_draw: int) -> FloatArray:
         """Independent draws (n_draw, n).
@@ -236,6 +266,53 @@ def _fit_skew(r: FloatArray, share: FloatArray, effective: float) -> FloatArray:
     return np.asarray(found.x, dtype=float)
 
 
+def _fit_cut(
+    r: FloatArray, share: FloatArray, effective: float, ends: FloatArray, middle: FloatArray, log_width: FloatArray
+) -> FloatArray:
+    """As `_fit_skew`, of a line that is cut off at the ends (2,) of its y, with its middles and log widths (n_draw,) by (1)."""
+    pull = np.array([0.5, 0.5, 0.0, 0.0]) * _SKEW_PULL / effective
+
+    def misfit(skew: FloatArray) -> float:
+        t, log_bend = _straightened(r[:, None], skew[None])
+        low, high = _ends_of_line(ends, middle, log_width, skew)
+        return float(pull @ skew**2 - share @ (log_bend[:, 0] - t[:, 0] ** 2 / 2 - log_mass(low, high)))
+
+    found = minimize(misfit, np.zeros(4), method="L-BFGS-B", bounds=[(-most, most) for most in _CUT])
+    return np.asarray(found.x, dtype=float)
+
+
+def _bending(x: FloatArray, share: FloatArray, ends: FloatArray) -> FloatArray:
+    """The ends (n, 2) of those columns of x (n_draw, n) whose values bend at them, infinite for the others."""
+    values, _ = _followed(x, ends)
+    x, values = x - share @ x, values - share @ values
+    squares = (share @ x**2) * (share @ values**2)
+    bend = 1 - np.divide((share @ (x * values)) ** 2, squares, out=np.ones_like(squares), where=squares > 0)
+    return np.where((bend > _LEAST_BEND)[:, None], ends, ENDLESS)
+
+
+def _has_ends(ends: FloatArray) -> BoolArray:
+    return np.asarray(np.any(np.isfinite(ends), axis=-1), dtype=bool)
+
+
+def _followed(x: FloatArray, ends: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The values v that lines follow at x (n_draw, n), and log dv / dx of each, (n_draw, n)."""
+    ended = np.flatnonzero(_has_ends(ends))
+    values, log_slopes = x.copy() if ended.size else x, np.zeros_like(x)
+    for k in ended:
+        values[:, k], log_slopes[:, k] = value_at(x[:, k], *ends[k])
+    return values, log_slopes
+
+
+def _ends_of_line(
+    ends: FloatArray, middle: FloatArray, log_width: FloatArray, skew: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Where a line ends, in the t of (2), for ends (2,) of its y, its middles and log widths (n_draw,) by (1), and its skew (4,)."""
+    epsilon, log_delta, xi, log_eta = skew
+    low, high = (np.arcsinh(((end - middle) * np.exp(-log_width) - xi) * np.exp(-log_eta)) for end in ends)
+    low, high = (np.sinh(np.clip(np.exp(log_delta) * arc - epsilon, -_ENDLESS, _ENDLESS)) for arc in (low, high))
+    return low, high
+
+
 def _bent(u: FloatArray) -> FloatArray:
     """Terms phi of (1): u and its products, bounded, (n_draw, n_phi)."""
     bounded = _BEND * np.tanh(u / _BEND)
@@ -260,7 +337,11 @@ def _ordered(n: int, scales: Sequence[int], groups: Sequence[Indices]) -> tuple[
 
 
 def fit_funnel(
-    x: FloatArray, scales: Sequence[int], weight: FloatArray | None = None, groups: Sequence[Indices] = ()
+    x: FloatArray,
+    scales: Sequence[int],
+    weight: FloatArray | None = None,
+    groups: Sequence[Indices] = (),
+    ends: FloatArray | None = None,
 ) -> Funnel:
     """Fit a proposal to draws of a posterior.
 
@@ -270,15 +351,20 @@ def fit_funnel(
     scales : columns that set the widths of the others, in no group.
     weight : (n_draw,), of each draw; equal if None.
     groups : columns of each group.
+    ends : (n, 2), of the values whose normal scores the columns are, infinite where they have none; None if none has. What the
+        draws bend at one comes after the scales, ahead of all others.
     """
     n_draw, n = x.shape
     share = np.full(n_draw, 1 / n_draw) if weight is None else weight / np.sum(weight)
     effective = 1 / float(np.sum(share**2))
+    ends = _bending(x, share, np.tile(ENDLESS, (n, 1)) if ends is None else ends)
+    scales = [*scales, *np.setdiff1d(np.flatnonzero(_has_ends(ends)), scales)]
     order, block = _ordered(n, scales, groups)
     n_scale = len(scales)
-    centre = share @ x
-    spread = np.sqrt(share @ (x - centre) ** 2)
-    y = ((x - centre) / spread)[:, order]
+    values, _ = _followed(x, ends)
+    centre = share @ values
+    spread = np.sqrt(share @ (values - centre) ** 2)
+    y = ((values - centre) / spread)[:, order]
     phi = _bent(y[:, :n_scale])
     constant, linear, bent = np.zeros(n), np.zeros((n, n)), np.zeros((n, phi.shape[1]))
     width = np.zeros((n, 1 + phi.shape[1]))
@@ -293,9 +379,14 @@ def fit_funnel(
         width[k, 0], width[k, 1 + terms] = log_width[0], log_width[1:]
     n_block = 1 + len(groups)
     tails = np.full(n_block, np.inf), np.ones(n_block)
-    plain = Funnel(order, n_scale, centre, spread, constant, linear, bent, width, np.zeros((n_scale, 4)), block, *tails)
+    plain = Funnel(order, n_scale, centre, spread, constant, linear, bent, width, np.zeros((n_scale, 4)), ends, block, *tails)
     r = plain.residuals(x)[:, :n_scale]
-    plain = replace(plain, skew=np.array([_fit_skew(r[:, k], share, effective) for k in range(n_scale)]).reshape(n_scale, 4))
+    skew = np.array([_fit_skew(r[:, k], share, effective) for k in range(n_scale)]).reshape(n_scale, 4)
+    for k in plain.ended:
+        middle, log_width = constant[k] + y @ linear[k] + phi @ bent[k], width[k, 0] + phi @ width[k, 1:]
+        of_y = (ends[order[k]] - centre[order[k]]) / spread[order[k]]
+        skew[k] = _fit_cut((y[:, k] - middle) * np.exp(-log_width), share, effective, of_y, middle, log_width)
+    plain = replace(plain, skew=skew)
     t = plain.residuals(x)
     freedom, scale = np.transpose(
         [_fit_tails(np.sum(t[:, block == k] ** 2, axis=1), int(np.sum(block == k)), share) for k in range(n_block)]
@@ -369,8 +460,8 @@ def normal_funnel(
     width[:, 0] = np.log(np.diagonal(lower))
     linear = np.where((block[:, None] == block) | (block == 0), np.eye(n) - inverse, 0.0)
     tails = np.full(1 + len(groups), freedom), np.full(1 + len(groups), widen)
-    none, straight = np.zeros((n, n_phi)), np.zeros((n_scale, 4))
-    return Funnel(order, n_scale, centre, spread, np.zeros(n), linear, none, width, straight, block, *tails)
+    none, straight, endless = np.zeros((n, n_phi)), np.zeros((n_scale, 4)), np.tile(ENDLESS, (n, 1))
+    return Funnel(order, n_scale, centre, spread, np.zeros(n), linear, none, width, straight, endless, block, *tails)
 
 
 class Density(Protocol):
@@ -457,6 +548,7 @@ def fit_proposal(
     before: Proposal,
     groups: Sequence[Indices] = (),
     weight: FloatArray | None = None,
+    ends: FloatArray | None = None,
 ) -> Proposal:
     """Fit each part of a mixture anew to the draws that belong to it.
 
@@ -468,6 +560,7 @@ def fit_proposal(
         in one place, stays as it was.
     groups : columns of each group.
     weight : (n_draw,), of each draw; equal if None.
+    ends : (n, 2), of the values whose normal scores the columns are, see `fit_funnel`.
     """
     share = np.full(x.shape[0], 1 / x.shape[0]) if weight is None else weight / np.sum(weight)
     which = np.argmax(before.log_parts(x), axis=0)
@@ -477,6 +570,6 @@ def fit_proposal(
         own = share[which == k]
         effective = np.sum(own) ** 2 / np.sum(own**2) if np.any(own > 0) else 0.0
         enough = effective >= least and bool(np.all(np.ptp(x[which == k], axis=0) > 0))
-        parts.append(fit_funnel(x[which == k], scales, own, groups) if enough else part)
+        parts.append(fit_funnel(x[which == k], scales, own, groups, ends) if enough else part)
     shares = np.maximum([np.sum(share[which == k]) for k in range(len(parts))], LEAST_SHARE)
     return Proposal(tuple(parts), shares / np.sum(shares))
