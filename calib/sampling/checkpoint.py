@@ -343,7 +343,7 @@ def _proposal(arrays: _Arrays) -> Proposal | None:
         return None
     parts = []
     for k in range(arrays["shares"].size):
-        own = {name: arrays[f"part_{k}_{name}"] for name in Funnel.__dataclass_fields__}
+        own: dict[str, Any] = {name: arrays[f"part_{k}_{name}"] for name in Funnel.__dataclass_fields__}
         parts.append(Funnel(**{**own, "n_scale": int(own["n_scale"])}))
     return Proposal(tuple(parts), arrays["shares"])
 

@@ -20,8 +20,10 @@ ENDLESS = (-np.inf, np.inf)
 
 # Half of the width, in sds, of the piece of a normal density that stands for a uniform one: the same to half a percent.
 _FLAT = 0.1
-# So near, in sds, to an end no value is told from it.
-_INSIDE = 1e-12
+# So far, in sds, an end is none: 3e-7 of a normal density is cut off there.
+_FAR = 5.0
+# So near, in sds, to an end no value is told from it: that far out (z = 6.8) lies 1e-11 of a prior; how far z is taken at most.
+_INSIDE, _FARTHEST = 1e-12, 30.0
 
 
 def ends_of(prior: Prior) -> tuple[float, float]:
@@ -36,7 +38,8 @@ def ends_of(prior: Prior) -> tuple[float, float]:
     if isinstance(prior, Uniform):
         return -_FLAT, _FLAT
     if isinstance(prior, TruncatedNormal):
-        return (prior.low - prior.mean) / prior.sd, (prior.high - prior.mean) / prior.sd
+        low, high = (prior.low - prior.mean) / prior.sd, (prior.high - prior.mean) / prior.sd
+        return (low if low > -_FAR else -np.inf), (high if high < _FAR else np.inf)
     return ENDLESS
 
 
@@ -52,7 +55,7 @@ def score_at(v: FloatArray, low: FloatArray | float, high: FloatArray | float) -
     whole = _log_whole(v, low, high)
     below = np.minimum(log_mass(np.broadcast_to(low, v.shape), v) - whole, 0.0)
     above = np.minimum(log_mass(v, np.broadcast_to(high, v.shape)) - whole, 0.0)
-    z = np.where(below < above, ndtri_exp(below), -ndtri_exp(above))
+    z = np.clip(np.where(below < above, ndtri_exp(below), -ndtri_exp(above)), -_FARTHEST, _FARTHEST)
     return np.asarray(z, dtype=float), np.asarray((z**2 - v**2) / 2 - whole, dtype=float)
 
 

@@ -11,6 +11,13 @@ its logarithm, and there walkers would stick. So theirs is (Jones & Pewsey, Biom
 
     t_k = sinh(delta_k arsinh((r_k - xi_k) / eta_k) - epsilon_k).                                                    (2)
 
+Where draws come to an end of what is believed of a coordinate, a normal score z that has no end itself, the others follow its
+value v (`calib.sampling.ends`), and so none of them moves as z goes on. There y is that of v, in its own line and in those of
+others; it comes after the scales and enters phi; and as v ends at v_low and v_high, its t is the normal score of that of (2)
+between theirs,
+
+    Phi(t_k) = (Phi(s(v)) - Phi(s(v_low))) / (Phi(s(v_high)) - Phi(s(v_low))), s(v) the right-hand side of (2).        (3)
+
 Each line is a regression with unequal variances on the draws. Bounded, because widths that shrank with
 u for ever would leave the proposal far too narrow where the posterior's widths have long become constant: chains stuck there.
 Several modes are a mixture of such densities, one for each.
@@ -136,8 +143,7 @@ class Funnel:
         t = (y - self.constant - y @ self.linear.T - phi @ self.bent.T) * np.exp(-log_widths)
         t[:, : self.n_scale], log_bends = _straightened(t[:, : self.n_scale], self.skew)
         for k in self.ended:
-            middle = self.constant[k] + y @ self.linear[k] + phi @ self.bent[k]
-            t[:, k], log_bend = score_at(t[:, k], *self._within(k, middle, log_widths[:, k]))
+            t[:, k], log_bend = score_at(t[:, k], *self._ends_of(k, y, phi))  # (3)
             log_bends[:, k] += log_bend
         log_widths[:, : self.n_scale] -= log_bends
         return t, log_widths + np.log(self.spread)[self.order] - log_slopes[:, self.order]
@@ -149,10 +155,10 @@ class Funnel:
         r[:, : self.n_scale] = _skewed(t[:, : self.n_scale], self.skew)
         for k in range(self.n_scale):  # one after the other, as each changes phi
             phi = _bent(y[:, : self.n_scale])
-            middle, log_width = self.constant[k] + y @ self.linear[k] + phi @ self.bent[k], self._log_widths(phi)[:, k]
             if k in self.ended:
-                held, _ = value_at(t[:, k], *self._within(k, middle, log_width))
+                held, _ = value_at(t[:, k], *self._ends_of(k, y, phi))  # (3)
                 r[:, k] = _skewed(held[:, None], self.skew[k : k + 1])[:, 0]
+            middle, log_width = self.line(k, y, phi)
             y[:, k] = middle + np.exp(log_width) * r[:, k]
         phi = _bent(y[:, : self.n_scale])
         right = self.constant + phi @ self.bent.T + np.exp(self._log_widths(phi)) * r
@@ -172,10 +178,20 @@ class Funnel:
         """Lines of those of which others follow a value with an end."""
         return np.flatnonzero(_has_ends(self.ends[self.order]))
 
-    def _within(self, k: int, middle: FloatArray, log_width: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The ends of line k as (2) has them, its middle and its width being (n_draw,) those of (1)."""
+    def line(self, k: int, y: FloatArray, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Where the r of line k in (1) is zero, and its log width, (n_draw,), given those before it."""
+        return self.constant[k] + y @ self.linear[k] + phi @ self.bent[k], self._log_widths(phi)[:, k]
+
+    def ends_of_r(self, k: int, y: FloatArray, phi: FloatArray) -> FloatArray:
+        """Between which the r of line k in (1) lies, (2, n_draw)."""
+        middle, log_width = self.line(k, y, phi)
         column = self.order[k]
-        return _ends_of_line((self.ends[column] - self.centre[column]) / self.spread[column], middle, log_width, self.skew[k])
+        ends = (self.ends[column] - self.centre[column]) / self.spread[column]
+        return np.asarray((ends[:, None] - middle) * np.exp(-log_width), dtype=float)
+
+    def _ends_of(self, k: int, y: FloatArray, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Between which the t of line k in (2) lies, (n_draw,) each."""
+        return _straight_ends(self.ends_of_r(k, y, phi), self.skew[k])
 
     def draw(self, random: np.random.RandomState, n_draw: int) -> FloatArray:
         """Independent draws (n_draw, n).
@@ -266,19 +282,26 @@ def _fit_skew(r: FloatArray, share: FloatArray, effective: float) -> FloatArray:
     return np.asarray(found.x, dtype=float)
 
 
-def _fit_cut(
-    r: FloatArray, share: FloatArray, effective: float, ends: FloatArray, middle: FloatArray, log_width: FloatArray
-) -> FloatArray:
-    """As `_fit_skew`, of a line that is cut off at the ends (2,) of its y, with its middles and log widths (n_draw,) by (1)."""
+def _fit_cut(r: FloatArray, ends: FloatArray, share: FloatArray, effective: float) -> FloatArray:
+    """As `_fit_skew`, of a line whose r (n_draw,) is cut off at ends (2, n_draw)."""
     pull = np.array([0.5, 0.5, 0.0, 0.0]) * _SKEW_PULL / effective
+    r, ends, share = r[share > 0], ends[:, share > 0], share[share > 0]
 
     def misfit(skew: FloatArray) -> float:
-        t, log_bend = _straightened(r[:, None], skew[None])
-        low, high = _ends_of_line(ends, middle, log_width, skew)
-        return float(pull @ skew**2 - share @ (log_bend[:, 0] - t[:, 0] ** 2 / 2 - log_mass(low, high)))
+        t, log_slope = _straightened(r[:, None], skew[None])
+        log_density = log_slope[:, 0] - t[:, 0] ** 2 / 2 - log_mass(*_straight_ends(ends, skew))
+        return float(pull @ skew**2 - share @ log_density)
 
     found = minimize(misfit, np.zeros(4), method="L-BFGS-B", bounds=[(-most, most) for most in _CUT])
     return np.asarray(found.x, dtype=float)
+
+
+def _straight_ends(ends: FloatArray, skew: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The t of (2) at ends (2, n_draw) of r, for `skew` (4,); far out where there is none."""
+    epsilon, log_delta, xi, log_eta = skew
+    arc = np.exp(log_delta) * np.arcsinh((ends - xi) * np.exp(-log_eta)) - epsilon
+    low, high = np.sinh(np.clip(arc, -_ENDLESS, _ENDLESS))
+    return low, high
 
 
 def _bending(x: FloatArray, share: FloatArray, ends: FloatArray) -> FloatArray:
@@ -301,16 +324,6 @@ def _followed(x: FloatArray, ends: FloatArray) -> tuple[FloatArray, FloatArray]:
     for k in ended:
         values[:, k], log_slopes[:, k] = value_at(x[:, k], *ends[k])
     return values, log_slopes
-
-
-def _ends_of_line(
-    ends: FloatArray, middle: FloatArray, log_width: FloatArray, skew: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Where a line ends, in the t of (2), for ends (2,) of its y, its middles and log widths (n_draw,) by (1), and its skew (4,)."""
-    epsilon, log_delta, xi, log_eta = skew
-    low, high = (np.arcsinh(((end - middle) * np.exp(-log_width) - xi) * np.exp(-log_eta)) for end in ends)
-    low, high = (np.sinh(np.clip(np.exp(log_delta) * arc - epsilon, -_ENDLESS, _ENDLESS)) for arc in (low, high))
-    return low, high
 
 
 def _bent(u: FloatArray) -> FloatArray:
@@ -382,10 +395,9 @@ def fit_funnel(
     plain = Funnel(order, n_scale, centre, spread, constant, linear, bent, width, np.zeros((n_scale, 4)), ends, block, *tails)
     r = plain.residuals(x)[:, :n_scale]
     skew = np.array([_fit_skew(r[:, k], share, effective) for k in range(n_scale)]).reshape(n_scale, 4)
-    for k in plain.ended:
-        middle, log_width = constant[k] + y @ linear[k] + phi @ bent[k], width[k, 0] + phi @ width[k, 1:]
-        of_y = (ends[order[k]] - centre[order[k]]) / spread[order[k]]
-        skew[k] = _fit_cut((y[:, k] - middle) * np.exp(-log_width), share, effective, of_y, middle, log_width)
+    for line in plain.ended:
+        middle, log_width = plain.line(line, y, phi)
+        skew[line] = _fit_cut((y[:, line] - middle) * np.exp(-log_width), plain.ends_of_r(line, y, phi), share, effective)
     plain = replace(plain, skew=skew)
     t = plain.residuals(x)
     freedom, scale = np.transpose(

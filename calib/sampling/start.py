@@ -45,8 +45,8 @@ _FREEDOM, _WIDEN, _TRIES = 5.0, 1.2, 6
 # Draws at the modes where a target knows more of them than how wide they are; what they are drawn from is near the target if
 # this share of draws is effective: then the proposal is fitted to them, and one round of steps tells whether it is good.
 _SKETCHED, _NEAR = 6000, 0.25
-# A proposal with ends is fitted to so many of its own draws most so often, while so many of them for each unknown are effective,
-# and not so large a share.
+# A proposal with ends is fitted to its own draws at most so often, while so many of them for each unknown are effective, and
+# not so large a share of all.
 _RENEWALS, _RENEWED, _GOOD = 4, 40, 0.5
 # How often those that are beyond a bound are drawn anew.
 _REDRAWN = 8
@@ -276,8 +276,9 @@ def start(
 
     Draws of what the target knows of its modes, or of Student densities round them, are weighted to the target, mildly where
     the weights are few; walkers chosen among them then move. Where the draws were near the target, the proposal is fitted to
-    them; elsewhere anew to where the walkers were, in `ROUNDS`, until it is good enough and they stay where they are. What is
-    learned here is frozen: the chain that follows has the target as its limit.
+    them; elsewhere anew to where the walkers were, in `ROUNDS`, until it is good enough and they stay where they are; last,
+    where values have an end, to draws of its own. What is learned here is frozen: the chain that follows has the target as its
+    limit.
 
     Parameters
     ----------
