@@ -74,8 +74,8 @@ class Funnel:
     Attributes
     ----------
     order : (n,), columns of x in the order of y.
-    n_scale : how many of them are scales.
-    centre, spread : (n,), y = (x - centre) / spread, in the order of x.
+    n_scale : how many of them are scales, or have a value with an end, which come right after these.
+    centre, spread : (n,), y = (x - centre) / spread, in the order of x; of a value with an end, y = (v - centre) / spread.
     constant, linear, bent : a (n,), l (n, n) strictly lower, b (n, n_phi) of (1).
     width : (n, 1 + n_phi), c and d of (1).
     skew : (n_scale, 4), epsilon, log delta, xi and log eta of (2); all zero for a density that is not skewed.
@@ -153,9 +153,10 @@ class Funnel:
         y = np.zeros_like(t)
         r = t.copy()
         r[:, : self.n_scale] = _skewed(t[:, : self.n_scale], self.skew)
+        ended = self.ended
         for k in range(self.n_scale):  # one after the other, as each changes phi
             phi = _bent(y[:, : self.n_scale])
-            if k in self.ended:
+            if k in ended:
                 held, _ = value_at(t[:, k], *self._ends_of(k, y, phi))  # (3)
                 r[:, k] = _skewed(held[:, None], self.skew[k : k + 1])[:, 0]
             middle, log_width = self.line(k, y, phi)
@@ -169,13 +170,13 @@ class Funnel:
         values = np.empty_like(y)
         values[:, self.order] = y
         values = self.centre + self.spread * values
-        for column in self.order[self.ended]:
+        for column in self.order[ended]:
             values[:, column], _ = score_at(values[:, column], *self.ends[column])
         return values
 
     @property
     def ended(self) -> Indices:
-        """Lines of those of which others follow a value with an end."""
+        """Lines of what others follow by a value with an end."""
         return np.flatnonzero(_has_ends(self.ends[self.order]))
 
     def line(self, k: int, y: FloatArray, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -364,8 +365,8 @@ def fit_funnel(
     scales : columns that set the widths of the others, in no group.
     weight : (n_draw,), of each draw; equal if None.
     groups : columns of each group.
-    ends : (n, 2), of the values whose normal scores the columns are, infinite where they have none; None if none has. What the
-        draws bend at one comes after the scales, ahead of all others.
+    ends : (n, 2), of the values whose normal scores the columns are, infinite where they have none; None if none has. Those
+        whose values bend where the draws are come right after the scales.
     """
     n_draw, n = x.shape
     share = np.full(n_draw, 1 / n_draw) if weight is None else weight / np.sum(weight)

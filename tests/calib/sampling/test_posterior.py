@@ -197,7 +197,7 @@ def test_an_unknown_at_the_end_of_what_is_believed_does_not_keep_a_run_from_conv
     shared: Mapping[str, Prior], tmp_path: Path
 ) -> None:
     problem = small_problem(shared=shared)
-    found = sample(problem, seed=1, checkpoint=tmp_path, processes=0, max_steps=200)
+    found = sample(problem, seed=1, checkpoint=tmp_path, processes=0, max_steps=100)
     assert found.diagnostics.converged, found.diagnostics.reasons
 
 
