@@ -210,7 +210,8 @@ def bounded(name: str, n: int) -> Known:
     def density(x: FloatArray) -> FloatArray:
         return np.asarray(-0.5 * np.sum(x**2, axis=1) - rate * np.sum(norm.cdf(x[:, :half]), axis=1), dtype=float)
 
-    return Known(name, exact, density, np.stack([np.ones(n), np.zeros(n)]))
+    ends = np.tile(ends_of(Uniform(0.0, 1.0)), (n, 1))
+    return Known(name, exact, density, np.stack([np.ones(n), np.zeros(n)]), ends=ends)
 
 
 def following(name: str, n: int) -> Known:

@@ -13,7 +13,7 @@ its logarithm, and there walkers would stick. So theirs is (Jones & Pewsey, Biom
 
 Where draws come to an end of what is believed of a coordinate, a normal score z that has no end itself, the others follow its
 value v (`calib.sampling.ends`), and so none of them moves as z goes on. There y is that of v, in its own line and in those of
-others; it comes after the scales and enters phi; and as v ends at v_low and v_high, its t is the normal score of that of (2)
+others; it comes right after the scales; and as v ends at v_low and v_high, its t is the normal score of that of (2)
 between theirs,
 
     Phi(t_k) = (Phi(s(v)) - Phi(s(v_low))) / (Phi(s(v_high)) - Phi(s(v_low))), s(v) the right-hand side of (2).        (3)
@@ -74,11 +74,12 @@ class Funnel:
     Attributes
     ----------
     order : (n,), columns of x in the order of y.
-    n_scale : how many of them are scales, or have a value with an end, which come right after these.
+    n_scale : how many of them are scales.
     centre, spread : (n,), y = (x - centre) / spread, in the order of x; of a value with an end, y = (v - centre) / spread.
     constant, linear, bent : a (n,), l (n, n) strictly lower, b (n, n_phi) of (1).
     width : (n, 1 + n_phi), c and d of (1).
-    skew : (n_scale, 4), epsilon, log delta, xi and log eta of (2); all zero for a density that is not skewed.
+    skew : (n_lead, 4) of the scales and of values with an end, which come right after them: epsilon, log delta, xi and log eta
+        of (2); all zero for a density that is not skewed.
     ends : (n, 2), between which the value of each column of x lies that others follow, in its order; infinite where it is x
         itself. See `calib.sampling.ends`.
     block : (n,), number of the group that each of y belongs to, from 1; 0 for those that are in none, which come first.
@@ -141,20 +142,22 @@ class Funnel:
         phi = _bent(y[:, : self.n_scale])
         log_widths = self._log_widths(phi)
         t = (y - self.constant - y @ self.linear.T - phi @ self.bent.T) * np.exp(-log_widths)
-        t[:, : self.n_scale], log_bends = _straightened(t[:, : self.n_scale], self.skew)
+        lead = slice(self.n_lead)
+        t[:, lead], log_bends = _straightened(t[:, lead], self.skew)
         for k in self.ended:
             t[:, k], log_bend = score_at(t[:, k], *self._ends_of(k, y, phi))  # (3)
             log_bends[:, k] += log_bend
-        log_widths[:, : self.n_scale] -= log_bends
+        log_widths[:, lead] -= log_bends
         return t, log_widths + np.log(self.spread)[self.order] - log_slopes[:, self.order]
 
     def at(self, t: FloatArray) -> FloatArray:
         """Point x (n_draw, n) at which `residuals` gives t (n_draw, n)."""
         y = np.zeros_like(t)
         r = t.copy()
-        r[:, : self.n_scale] = _skewed(t[:, : self.n_scale], self.skew)
+        lead, rest = slice(self.n_lead), slice(self.n_lead, None)
+        r[:, lead] = _skewed(t[:, lead], self.skew)
         ended = self.ended
-        for k in range(self.n_scale):  # one after the other, as each changes phi
+        for k in range(self.n_lead):  # one after the other, as each changes phi
             phi = _bent(y[:, : self.n_scale])
             if k in ended:
                 held, _ = value_at(t[:, k], *self._ends_of(k, y, phi))  # (3)
@@ -163,9 +166,8 @@ class Funnel:
             y[:, k] = middle + np.exp(log_width) * r[:, k]
         phi = _bent(y[:, : self.n_scale])
         right = self.constant + phi @ self.bent.T + np.exp(self._log_widths(phi)) * r
-        rest = slice(self.n_scale, None)
-        right[:, rest] += y[:, : self.n_scale] @ self.linear[rest, : self.n_scale].T
-        lower = np.eye(self.constant.size - self.n_scale) - self.linear[rest, rest]
+        right[:, rest] += y[:, lead] @ self.linear[rest, lead].T
+        lower = np.eye(self.constant.size - self.n_lead) - self.linear[rest, rest]
         y[:, rest] = solve_triangular(lower, right[:, rest].T, lower=True, unit_diagonal=True).T
         values = np.empty_like(y)
         values[:, self.order] = y
@@ -173,6 +175,11 @@ class Funnel:
         for column in self.order[ended]:
             values[:, column], _ = score_at(values[:, column], *self.ends[column])
         return values
+
+    @property
+    def n_lead(self) -> int:
+        """How many lines come first: those of scales and of values with an end."""
+        return len(self.skew)
 
     @property
     def ended(self) -> Indices:
@@ -263,8 +270,11 @@ def _skewed(t: FloatArray, skew: FloatArray) -> FloatArray:
     return np.asarray(xi + np.exp(log_eta) * np.sinh((np.arcsinh(t) + epsilon) * np.exp(-log_delta)), dtype=float)
 
 
-def _fit_skew(r: FloatArray, share: FloatArray, effective: float) -> FloatArray:
-    """Constants (4,) of (2) that make residuals r (n_draw,) of a scale most probable, t normal: (2) takes the tails, too."""
+def _fit_skew(r: FloatArray, share: FloatArray, effective: float, ends: FloatArray | None = None) -> FloatArray:
+    """Constants (4,) of (2) that make residuals r (n_draw,) of a line most probable, t normal: (2) takes the tails, too.
+
+    A line with an end is cut off at `ends` (2, n_draw) of r.
+    """
     pull = np.array([0.5, 0.5, 0.0, 0.0]) * _SKEW_PULL / effective
 
     def misfit(skew: FloatArray) -> tuple[float, FloatArray]:
@@ -277,24 +287,28 @@ def _fit_skew(r: FloatArray, share: FloatArray, effective: float) -> FloatArray:
         by_z = t / c - t * c
         by_s = by_z * delta / root - s / root**2
         slopes = np.array([-by_z, 1 + by_z * delta * arc, -by_s * np.exp(-log_eta), -1 - by_s * s]) @ share
-        return float(pull @ skew**2 - share @ log_density), 2 * pull * skew - slopes
+        value, by_skew = float(pull @ skew**2 - share @ log_density), 2 * pull * skew - slopes
+        if ends is None:
+            return value, by_skew
+        log_kept, slopes = _kept(ends, skew)
+        return value + float(share @ log_kept), by_skew + slopes @ share
 
-    found = minimize(misfit, np.zeros(4), jac=True, method="L-BFGS-B", bounds=[(-most, most) for most in _SKEWED])
+    bounds = [(-most, most) for most in (_SKEWED if ends is None else _CUT)]
+    found = minimize(misfit, np.zeros(4), jac=True, method="L-BFGS-B", bounds=bounds)
     return np.asarray(found.x, dtype=float)
 
 
-def _fit_cut(r: FloatArray, ends: FloatArray, share: FloatArray, effective: float) -> FloatArray:
-    """As `_fit_skew`, of a line whose r (n_draw,) is cut off at ends (2, n_draw)."""
-    pull = np.array([0.5, 0.5, 0.0, 0.0]) * _SKEW_PULL / effective
-    r, ends, share = r[share > 0], ends[:, share > 0], share[share > 0]
-
-    def misfit(skew: FloatArray) -> float:
-        t, log_slope = _straightened(r[:, None], skew[None])
-        log_density = log_slope[:, 0] - t[:, 0] ** 2 / 2 - log_mass(*_straight_ends(ends, skew))
-        return float(pull @ skew**2 - share @ log_density)
-
-    found = minimize(misfit, np.zeros(4), method="L-BFGS-B", bounds=[(-most, most) for most in _CUT])
-    return np.asarray(found.x, dtype=float)
+def _kept(ends: FloatArray, skew: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Logarithm of the mass that (2) leaves between `ends` (2, n_draw) of r, (n_draw,), and its slopes by the constants (4, n_draw)."""
+    _, log_delta, xi, log_eta = skew
+    t = np.stack(_straight_ends(ends, skew))
+    log_kept = log_mass(t[0], t[1])
+    by_t = np.array([[-1.0], [1.0]]) * np.exp(-(t**2) / 2 - 0.5 * np.log(2 * np.pi) - log_kept)
+    by_z = by_t * np.sqrt(1 + t**2)
+    s = np.where(np.isfinite(ends), (ends - xi) * np.exp(-log_eta), 0.0)
+    by_s = by_z * np.exp(log_delta) / np.sqrt(1 + s**2)
+    slopes = np.stack([-by_z, by_z * np.exp(log_delta) * np.arcsinh(s), -by_s * np.exp(-log_eta), -by_s * s])
+    return log_kept, np.asarray(np.sum(slopes, axis=1), dtype=float)
 
 
 def _straight_ends(ends: FloatArray, skew: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -372,9 +386,9 @@ def fit_funnel(
     share = np.full(n_draw, 1 / n_draw) if weight is None else weight / np.sum(weight)
     effective = 1 / float(np.sum(share**2))
     ends = _bending(x, share, np.tile(ENDLESS, (n, 1)) if ends is None else ends)
-    scales = [*scales, *np.setdiff1d(np.flatnonzero(_has_ends(ends)), scales)]
-    order, block = _ordered(n, scales, groups)
-    n_scale = len(scales)
+    lead = [*scales, *np.setdiff1d(np.flatnonzero(_has_ends(ends)), scales)]
+    order, block = _ordered(n, lead, groups)
+    n_scale, n_lead = len(scales), len(lead)
     values, _ = _followed(x, ends)
     centre = share @ values
     spread = np.sqrt(share @ (values - centre) ** 2)
@@ -393,12 +407,15 @@ def fit_funnel(
         width[k, 0], width[k, 1 + terms] = log_width[0], log_width[1:]
     n_block = 1 + len(groups)
     tails = np.full(n_block, np.inf), np.ones(n_block)
-    plain = Funnel(order, n_scale, centre, spread, constant, linear, bent, width, np.zeros((n_scale, 4)), ends, block, *tails)
-    r = plain.residuals(x)[:, :n_scale]
-    skew = np.array([_fit_skew(r[:, k], share, effective) for k in range(n_scale)]).reshape(n_scale, 4)
+    plain = Funnel(order, n_scale, centre, spread, constant, linear, bent, width, np.zeros((n_lead, 4)), ends, block, *tails)
+    r = plain.residuals(x)
+    skew = np.zeros((n_lead, 4))
+    for line in np.setdiff1d(np.arange(n_lead), plain.ended):
+        skew[line] = _fit_skew(r[:, line], share, effective)
     for line in plain.ended:
         middle, log_width = plain.line(line, y, phi)
-        skew[line] = _fit_cut((y[:, line] - middle) * np.exp(-log_width), plain.ends_of_r(line, y, phi), share, effective)
+        r_line = (y[:, line] - middle) * np.exp(-log_width)
+        skew[line] = _fit_skew(r_line, share, effective, plain.ends_of_r(line, y, phi))
     plain = replace(plain, skew=skew)
     t = plain.residuals(x)
     freedom, scale = np.transpose(
