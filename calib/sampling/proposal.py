@@ -186,18 +186,18 @@ class Funnel:
         """Lines of what others follow by a value with an end."""
         return np.flatnonzero(_has_ends(self.ends[self.order]))
 
-    def line(self, k: int, y: FloatArray, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def line(self, k: int | np.intp, y: FloatArray, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Where the r of line k in (1) is zero, and its log width, (n_draw,), given those before it."""
         return self.constant[k] + y @ self.linear[k] + phi @ self.bent[k], self._log_widths(phi)[:, k]
 
-    def ends_of_r(self, k: int, y: FloatArray, phi: FloatArray) -> FloatArray:
+    def ends_of_r(self, k: int | np.intp, y: FloatArray, phi: FloatArray) -> FloatArray:
         """Between which the r of line k in (1) lies, (2, n_draw)."""
         middle, log_width = self.line(k, y, phi)
         column = self.order[k]
         ends = (self.ends[column] - self.centre[column]) / self.spread[column]
         return np.asarray((ends[:, None] - middle) * np.exp(-log_width), dtype=float)
 
-    def _ends_of(self, k: int, y: FloatArray, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _ends_of(self, k: int | np.intp, y: FloatArray, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Between which the t of line k in (2) lies, (n_draw,) each."""
         return _straight_ends(self.ends_of_r(k, y, phi), self.skew[k])
 
@@ -299,7 +299,7 @@ def _fit_skew(r: FloatArray, share: FloatArray, effective: float, ends: FloatArr
 
 
 def _kept(ends: FloatArray, skew: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Logarithm of the mass that (2) leaves between `ends` (2, n_draw) of r, (n_draw,), and its slopes by the constants (4, n_draw)."""
+    """Logarithm of the mass between `ends` (2, n_draw) of r by (2), (n_draw,), and its slopes by the constants, (4, n_draw)."""
     _, log_delta, xi, log_eta = skew
     t = np.stack(_straight_ends(ends, skew))
     log_kept = log_mass(t[0], t[1])
