@@ -44,13 +44,25 @@ def ends_of(prior: Prior) -> tuple[float, float]:
 
 
 def value_at(z: FloatArray, low: FloatArray | float, high: FloatArray | float) -> tuple[FloatArray, FloatArray]:
-    """The v of (1) at z, and log dv / dz there; low and high of the shape of z, or numbers."""
+    """The v of (1) at z, and log dv / dz there.
+
+    Parameters
+    ----------
+    z : (n_draw,), normal scores.
+    low, high : of the shape of z, or numbers.
+    """
     v = TruncatedNormal.value_at(z, 0.0, 1.0, low, high)
     return v, np.asarray((v**2 - z**2) / 2 + _log_whole(z, low, high), dtype=float)
 
 
 def score_at(v: FloatArray, low: FloatArray | float, high: FloatArray | float) -> tuple[FloatArray, FloatArray]:
-    """The z of (1) at v, the inverse of `value_at`, and log dz / dv there."""
+    """The z of (1) at v, the inverse of `value_at`, and log dz / dv there.
+
+    Parameters
+    ----------
+    v : (n_draw,), values between low and high.
+    low, high : of the shape of v, or numbers.
+    """
     v = np.clip(v, low + _INSIDE, high - _INSIDE)
     whole = _log_whole(v, low, high)
     below = np.minimum(log_mass(np.broadcast_to(low, v.shape), v) - whole, 0.0)

@@ -187,11 +187,23 @@ class Funnel:
         return np.flatnonzero(_has_ends(self.ends[self.order]))
 
     def line(self, k: int | np.intp, y: FloatArray, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Where the r of line k in (1) is zero, and its log width, (n_draw,), given those before it."""
+        """Where the r of a line in (1) is zero, and its log width, (n_draw,), given those before it.
+
+        Parameters
+        ----------
+        k : its number.
+        y : (n_draw, n), as far as it is known.
+        phi : (n_draw, n_phi), of these.
+        """
         return self.constant[k] + y @ self.linear[k] + phi @ self.bent[k], self._log_widths(phi)[:, k]
 
     def ends_of_r(self, k: int | np.intp, y: FloatArray, phi: FloatArray) -> FloatArray:
-        """Between which the r of line k in (1) lies, (2, n_draw)."""
+        """Between which the r of a line with an end in (1) lies, (2, n_draw).
+
+        Parameters
+        ----------
+        k, y, phi : see `line`.
+        """
         middle, log_width = self.line(k, y, phi)
         column = self.order[k]
         ends = (self.ends[column] - self.centre[column]) / self.spread[column]
