@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.special import gammaln, logsumexp
-from scipy.stats import norm, special_ortho_group
+from scipy.stats import norm, special_ortho_group, truncnorm
 
+from calib.priors import HalfNormal, Uniform
+from calib.sampling.ends import ENDLESS, ends_of
 from models.sensor import FloatArray
 from samplers.known import Known
 
@@ -43,6 +45,7 @@ def gallery() -> dict[str, Known]:
         mixture("three modes", three, [1.0, 0.5, 1.5], [0.5, 0.3, 0.2]),
         corner("corner of hard bounds", 6),
         bounded("flat up to a bound, normal scores", 10),
+        following("others follow two values at their ends", 10),
         skewed("skewed marginals", 10),
         groups("half-normal scale near zero", 8),
         prior_dominated("prior-dominated", 15),
@@ -207,7 +210,43 @@ def bounded(name: str, n: int) -> Known:
     def density(x: FloatArray) -> FloatArray:
         return np.asarray(-0.5 * np.sum(x**2, axis=1) - rate * np.sum(norm.cdf(x[:, :half]), axis=1), dtype=float)
 
-    return Known(name, exact, density, np.stack([np.ones(n), np.zeros(n)]))
+    ends = np.tile(ends_of(Uniform(0.0, 1.0)), (n, 1))
+    return Known(name, exact, density, np.stack([np.ones(n), np.zeros(n)]), ends=ends)
+
+
+def following(name: str, n: int) -> Known:
+    """Normal scores of two values that data push to their ends at zero, and others that follow the values, not the scores.
+
+    v half-normal, seen as 0.32 with error 0.17; w uniform on (0, 1), pushed exponentially to 0; the others normal about
+    combinations of both, a hundredth of them wide at least.
+    """
+    rng = np.random.default_rng(n)
+    seen, error, rate = 0.32, 0.17, 50.0
+    slopes, width = rng.standard_normal((n - 2, 2)) * [1 / error, rate], np.linspace(0.1, 1.0, n - 2)
+    of_both = 1 + error**2  # of the half-normal prior and what is seen: cut off at zero, too
+    middle, sd = seen / of_both, error / np.sqrt(of_both)
+    prior = HalfNormal(1.0), Uniform(0.0, 1.0)
+
+    def values(x: FloatArray) -> FloatArray:
+        return np.stack([p.ppf_normal(x[:, k]) for k, p in enumerate(prior)], axis=1)
+
+    def density(x: FloatArray) -> FloatArray:
+        both = values(x)
+        data = -0.5 * ((both[:, 0] - seen) / error) ** 2 - rate * both[:, 1]
+        rest = (x[:, 2:] - both @ slopes.T) / width
+        return np.asarray(data - 0.5 * np.sum(x[:, :2] ** 2, axis=1) - 0.5 * np.sum(rest**2, axis=1), dtype=float)
+
+    def exact(r: np.random.Generator, m: int) -> FloatArray:
+        v = truncnorm.rvs(-middle / sd, np.inf, middle, sd, size=m, random_state=r)
+        w = -np.log1p(-r.random(m) * (1 - np.exp(-rate))) / rate
+        both = np.stack([v, w], axis=1)
+        scores = [p.to_normal(both[:, k]) for k, p in enumerate(prior)]
+        rest = both @ slopes.T + width * r.standard_normal((m, n - 2))
+        return np.asarray(np.column_stack([*scores, rest]), dtype=float)
+
+    ends = np.array([*(ends_of(p) for p in prior), *[ENDLESS] * (n - 2)])
+    wide = _around(np.zeros(n), np.r_[1.0, 1.0, 2 * np.sum(np.abs(slopes) * [error, 1 / rate], axis=1)] / _WIDE)
+    return Known(name, exact, density, wide, ends=ends)
 
 
 def skewed(name: str, n: int) -> Known:

@@ -10,6 +10,7 @@ from calib.priors.distributions import (
     Prior,
     TruncatedNormal,
     Uniform,
+    log_mass,
     prior_from_json,
 )
 from calib.priors.forms import FORMS, parse_prior, parse_value, sign_fault
@@ -27,6 +28,7 @@ __all__ = [
     "TruncatedNormal",
     "Uniform",
     "default_prior",
+    "log_mass",
     "parse_prior",
     "parse_value",
     "prior_from_json",

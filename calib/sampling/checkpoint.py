@@ -330,8 +330,12 @@ def _state(arrays: _Arrays) -> EnsembleState:
 def _proposal_arrays(proposal: Proposal | None) -> _Arrays:
     if proposal is None:
         return {}
-    parts = {name: np.array([getattr(part, name) for part in proposal.parts]) for name in Funnel.__dataclass_fields__}
-    return {"shares": proposal.shares, **{f"part_{name}": values for name, values in parts.items()}}
+    parts = {
+        f"part_{k}_{name}": np.asarray(getattr(part, name))
+        for k, part in enumerate(proposal.parts)
+        for name in Funnel.__dataclass_fields__
+    }
+    return {"shares": proposal.shares, **parts}
 
 
 def _proposal(arrays: _Arrays) -> Proposal | None:
@@ -339,7 +343,7 @@ def _proposal(arrays: _Arrays) -> Proposal | None:
         return None
     parts = []
     for k in range(arrays["shares"].size):
-        own = {name: arrays[f"part_{name}"][k] for name in Funnel.__dataclass_fields__}
+        own: dict[str, Any] = {name: arrays[f"part_{k}_{name}"] for name in Funnel.__dataclass_fields__}
         parts.append(Funnel(**{**own, "n_scale": int(own["n_scale"])}))
     return Proposal(tuple(parts), arrays["shares"])
 

@@ -11,6 +11,13 @@ its logarithm, and there walkers would stick. So theirs is (Jones & Pewsey, Biom
 
     t_k = sinh(delta_k arsinh((r_k - xi_k) / eta_k) - epsilon_k).                                                    (2)
 
+Where draws come to an end of what is believed of a coordinate, a normal score z that has no end itself, the others follow its
+value v (`calib.sampling.ends`), and so none of them moves as z goes on. There y is that of v, in its own line and in those of
+others; it comes right after the scales; and as v ends at v_low and v_high, its t is the normal score of that of (2)
+between theirs,
+
+    Phi(t_k) = (Phi(s(v)) - Phi(s(v_low))) / (Phi(s(v_high)) - Phi(s(v_low))), s(v) the right-hand side of (2).        (3)
+
 Each line is a regression with unequal variances on the draws. Bounded, because widths that shrank with
 u for ever would leave the proposal far too narrow where the posterior's widths have long become constant: chains stuck there.
 Several modes are a mixture of such densities, one for each.
@@ -31,7 +38,9 @@ from scipy.linalg import solve_triangular
 from scipy.optimize import minimize
 from scipy.special import gammaln, logsumexp
 
-from models.sensor import FloatArray
+from calib.priors import log_mass
+from calib.sampling.ends import ENDLESS, score_at, value_at
+from models.sensor import BoolArray, FloatArray
 
 #: Columns, or their numbers.
 Indices = np.ndarray[tuple[int], np.dtype[np.intp]]
@@ -50,6 +59,10 @@ LEAST_SHARE = 0.02
 _LEAST_DRAWS = 10
 # Bounds of epsilon, log delta, xi and log eta of (2), and the weight, in draws, of the assumption that the first two are zero.
 _SKEWED, _SKEW_PULL = (1.0, 0.5, 1.0, 0.7), 20.0
+# The same bounds for a line with an end, of whose density a part may be cut off; where arsinh of (2) counts as that of no end.
+_CUT, _ENDLESS = (1.0, 0.5, 3.0, 1.2), 20.0
+# Others follow a value with an end, where so much of its variance is not in a straight line of x.
+_LEAST_BEND = 0.003
 # Weight of the assumption that slopes are zero, in draws: of the means, of the logarithms of the widths.
 _PULL, _WIDTH_PULL = 0.03, 60.0
 
@@ -62,10 +75,13 @@ class Funnel:
     ----------
     order : (n,), columns of x in the order of y.
     n_scale : how many of them are scales.
-    centre, spread : (n,), y = (x - centre) / spread, in the order of x.
+    centre, spread : (n,), y = (x - centre) / spread, in the order of x; of a value with an end, y = (v - centre) / spread.
     constant, linear, bent : a (n,), l (n, n) strictly lower, b (n, n_phi) of (1).
     width : (n, 1 + n_phi), c and d of (1).
-    skew : (n_scale, 4), epsilon, log delta, xi and log eta of (2); all zero for a density that is not skewed.
+    skew : (n_lead, 4) of the scales and of values with an end, which come right after them: epsilon, log delta, xi and log eta
+        of (2); all zero for a density that is not skewed.
+    ends : (n, 2), between which the value of each column of x lies that others follow, in its order; infinite where it is x
+        itself. See `calib.sampling.ends`.
     block : (n,), number of the group that each of y belongs to, from 1; 0 for those that are in none, which come first.
     freedom, scale : (n_block,), of each group, the first of those in none: degrees of freedom of t, and the factor that it is
         wider by than standard.
@@ -80,6 +96,7 @@ class Funnel:
     bent: FloatArray
     width: FloatArray
     skew: FloatArray
+    ends: FloatArray
     block: Indices
     freedom: FloatArray
     scale: FloatArray
@@ -120,32 +137,81 @@ class Funnel:
 
     def _lines(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The residuals t at x (n_draw, n), and the logarithms of |dx / dt| of each line, (n_draw, n)."""
-        y = ((x - self.centre) / self.spread)[:, self.order]
+        values, log_slopes = _followed(x, self.ends)
+        y = ((values - self.centre) / self.spread)[:, self.order]
         phi = _bent(y[:, : self.n_scale])
         log_widths = self._log_widths(phi)
         t = (y - self.constant - y @ self.linear.T - phi @ self.bent.T) * np.exp(-log_widths)
-        t[:, : self.n_scale], log_slopes = _straightened(t[:, : self.n_scale], self.skew)
-        log_widths[:, : self.n_scale] -= log_slopes
-        return t, log_widths + np.log(self.spread)[self.order]
+        lead = slice(self.n_lead)
+        t[:, lead], log_bends = _straightened(t[:, lead], self.skew)
+        for k in self.ended:
+            t[:, k], log_bend = score_at(t[:, k], *self._ends_of(k, y, phi))  # (3)
+            log_bends[:, k] += log_bend
+        log_widths[:, lead] -= log_bends
+        return t, log_widths + np.log(self.spread)[self.order] - log_slopes[:, self.order]
 
     def at(self, t: FloatArray) -> FloatArray:
         """Point x (n_draw, n) at which `residuals` gives t (n_draw, n)."""
         y = np.zeros_like(t)
         r = t.copy()
-        r[:, : self.n_scale] = _skewed(t[:, : self.n_scale], self.skew)
-        for k in range(self.n_scale):  # one after the other, as each changes phi
+        lead, rest = slice(self.n_lead), slice(self.n_lead, None)
+        r[:, lead] = _skewed(t[:, lead], self.skew)
+        ended = self.ended
+        for k in range(self.n_lead):  # one after the other, as each changes phi
             phi = _bent(y[:, : self.n_scale])
-            y[:, k] = self.constant[k] + y @ self.linear[k] + phi @ self.bent[k]
-            y[:, k] += np.exp(self._log_widths(phi)[:, k]) * r[:, k]
+            if k in ended:
+                held, _ = value_at(t[:, k], *self._ends_of(k, y, phi))  # (3)
+                r[:, k] = _skewed(held[:, None], self.skew[k : k + 1])[:, 0]
+            middle, log_width = self.line(k, y, phi)
+            y[:, k] = middle + np.exp(log_width) * r[:, k]
         phi = _bent(y[:, : self.n_scale])
         right = self.constant + phi @ self.bent.T + np.exp(self._log_widths(phi)) * r
-        rest = slice(self.n_scale, None)
-        right[:, rest] += y[:, : self.n_scale] @ self.linear[rest, : self.n_scale].T
-        lower = np.eye(self.constant.size - self.n_scale) - self.linear[rest, rest]
+        right[:, rest] += y[:, lead] @ self.linear[rest, lead].T
+        lower = np.eye(self.constant.size - self.n_lead) - self.linear[rest, rest]
         y[:, rest] = solve_triangular(lower, right[:, rest].T, lower=True, unit_diagonal=True).T
-        x = np.empty_like(y)
-        x[:, self.order] = y
-        return self.centre + self.spread * x
+        values = np.empty_like(y)
+        values[:, self.order] = y
+        values = self.centre + self.spread * values
+        for column in self.order[ended]:
+            values[:, column], _ = score_at(values[:, column], *self.ends[column])
+        return values
+
+    @property
+    def n_lead(self) -> int:
+        """How many lines come first: those of scales and of values with an end."""
+        return len(self.skew)
+
+    @property
+    def ended(self) -> Indices:
+        """Lines of what others follow by a value with an end."""
+        return np.flatnonzero(_has_ends(self.ends[self.order]))
+
+    def line(self, k: int | np.intp, y: FloatArray, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Where the r of a line in (1) is zero, and its log width, (n_draw,), given those before it.
+
+        Parameters
+        ----------
+        k : its number.
+        y : (n_draw, n), as far as it is known.
+        phi : (n_draw, n_phi), of these.
+        """
+        return self.constant[k] + y @ self.linear[k] + phi @ self.bent[k], self._log_widths(phi)[:, k]
+
+    def ends_of_r(self, k: int | np.intp, y: FloatArray, phi: FloatArray) -> FloatArray:
+        """Between which the r of a line with an end in (1) lies, (2, n_draw).
+
+        Parameters
+        ----------
+        k, y, phi : see `line`.
+        """
+        middle, log_width = self.line(k, y, phi)
+        column = self.order[k]
+        ends = (self.ends[column] - self.centre[column]) / self.spread[column]
+        return np.asarray((ends[:, None] - middle) * np.exp(-log_width), dtype=float)
+
+    def _ends_of(self, k: int | np.intp, y: FloatArray, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Between which the t of line k in (2) lies, (n_draw,) each."""
+        return _straight_ends(self.ends_of_r(k, y, phi), self.skew[k])
 
     def draw(self, random: np.random.RandomState, n_draw: int) -> FloatArray:
         """Independent draws (n_draw, n).
@@ -216,8 +282,11 @@ def _skewed(t: FloatArray, skew: FloatArray) -> FloatArray:
     return np.asarray(xi + np.exp(log_eta) * np.sinh((np.arcsinh(t) + epsilon) * np.exp(-log_delta)), dtype=float)
 
 
-def _fit_skew(r: FloatArray, share: FloatArray, effective: float) -> FloatArray:
-    """Constants (4,) of (2) that make residuals r (n_draw,) of a scale most probable, t normal: (2) takes the tails, too."""
+def _fit_skew(r: FloatArray, share: FloatArray, effective: float, ends: FloatArray | None = None) -> FloatArray:
+    """Constants (4,) of (2) that make residuals r (n_draw,) of a line most probable, t normal: (2) takes the tails, too.
+
+    A line with an end is cut off at `ends` (2, n_draw) of r.
+    """
     pull = np.array([0.5, 0.5, 0.0, 0.0]) * _SKEW_PULL / effective
 
     def misfit(skew: FloatArray) -> tuple[float, FloatArray]:
@@ -230,10 +299,58 @@ def _fit_skew(r: FloatArray, share: FloatArray, effective: float) -> FloatArray:
         by_z = t / c - t * c
         by_s = by_z * delta / root - s / root**2
         slopes = np.array([-by_z, 1 + by_z * delta * arc, -by_s * np.exp(-log_eta), -1 - by_s * s]) @ share
-        return float(pull @ skew**2 - share @ log_density), 2 * pull * skew - slopes
+        value, by_skew = float(pull @ skew**2 - share @ log_density), 2 * pull * skew - slopes
+        if ends is None:
+            return value, by_skew
+        log_kept, slopes = _kept(ends, skew)
+        return value + float(share @ log_kept), by_skew + slopes @ share
 
-    found = minimize(misfit, np.zeros(4), jac=True, method="L-BFGS-B", bounds=[(-most, most) for most in _SKEWED])
+    bounds = [(-most, most) for most in (_SKEWED if ends is None else _CUT)]
+    found = minimize(misfit, np.zeros(4), jac=True, method="L-BFGS-B", bounds=bounds)
     return np.asarray(found.x, dtype=float)
+
+
+def _kept(ends: FloatArray, skew: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Logarithm of the mass between `ends` (2, n_draw) of r by (2), (n_draw,), and its slopes by the constants, (4, n_draw)."""
+    _, log_delta, xi, log_eta = skew
+    t = np.stack(_straight_ends(ends, skew))
+    log_kept = log_mass(t[0], t[1])
+    by_t = np.array([[-1.0], [1.0]]) * np.exp(-(t**2) / 2 - 0.5 * np.log(2 * np.pi) - log_kept)
+    by_z = by_t * np.sqrt(1 + t**2)
+    s = np.where(np.isfinite(ends), (ends - xi) * np.exp(-log_eta), 0.0)
+    by_s = by_z * np.exp(log_delta) / np.sqrt(1 + s**2)
+    slopes = np.stack([-by_z, by_z * np.exp(log_delta) * np.arcsinh(s), -by_s * np.exp(-log_eta), -by_s * s])
+    return log_kept, np.asarray(np.sum(slopes, axis=1), dtype=float)
+
+
+def _straight_ends(ends: FloatArray, skew: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The t of (2) at ends (2, n_draw) of r, for `skew` (4,); far out where there is none."""
+    epsilon, log_delta, xi, log_eta = skew
+    arc = np.exp(log_delta) * np.arcsinh((ends - xi) * np.exp(-log_eta)) - epsilon
+    low, high = np.sinh(np.clip(arc, -_ENDLESS, _ENDLESS))
+    return low, high
+
+
+def _bending(x: FloatArray, share: FloatArray, ends: FloatArray) -> FloatArray:
+    """The ends (n, 2) of those columns of x (n_draw, n) whose values bend at them, infinite for the others."""
+    values, _ = _followed(x, ends)
+    x, values = x - share @ x, values - share @ values
+    squares = (share @ x**2) * (share @ values**2)
+    bend = 1 - np.divide((share @ (x * values)) ** 2, squares, out=np.ones_like(squares), where=squares > 0)
+    return np.where((bend > _LEAST_BEND)[:, None], ends, ENDLESS)
+
+
+def _has_ends(ends: FloatArray) -> BoolArray:
+    return np.asarray(np.any(np.isfinite(ends), axis=-1), dtype=bool)
+
+
+def _followed(x: FloatArray, ends: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The values v that lines follow at x (n_draw, n), and log dv / dx of each, (n_draw, n)."""
+    ended = np.flatnonzero(_has_ends(ends))
+    values, log_slopes = x.copy() if ended.size else x, np.zeros_like(x)
+    for k in ended:
+        values[:, k], log_slopes[:, k] = value_at(x[:, k], *ends[k])
+    return values, log_slopes
 
 
 def _bent(u: FloatArray) -> FloatArray:
@@ -260,7 +377,11 @@ def _ordered(n: int, scales: Sequence[int], groups: Sequence[Indices]) -> tuple[
 
 
 def fit_funnel(
-    x: FloatArray, scales: Sequence[int], weight: FloatArray | None = None, groups: Sequence[Indices] = ()
+    x: FloatArray,
+    scales: Sequence[int],
+    weight: FloatArray | None = None,
+    groups: Sequence[Indices] = (),
+    ends: FloatArray | None = None,
 ) -> Funnel:
     """Fit a proposal to draws of a posterior.
 
@@ -270,15 +391,20 @@ def fit_funnel(
     scales : columns that set the widths of the others, in no group.
     weight : (n_draw,), of each draw; equal if None.
     groups : columns of each group.
+    ends : (n, 2), of the values whose normal scores the columns are, infinite where they have none; None if none has. Those
+        whose values bend where the draws are come right after the scales.
     """
     n_draw, n = x.shape
     share = np.full(n_draw, 1 / n_draw) if weight is None else weight / np.sum(weight)
     effective = 1 / float(np.sum(share**2))
-    order, block = _ordered(n, scales, groups)
-    n_scale = len(scales)
-    centre = share @ x
-    spread = np.sqrt(share @ (x - centre) ** 2)
-    y = ((x - centre) / spread)[:, order]
+    ends = _bending(x, share, np.tile(ENDLESS, (n, 1)) if ends is None else ends)
+    lead = [*scales, *np.setdiff1d(np.flatnonzero(_has_ends(ends)), scales)]
+    order, block = _ordered(n, lead, groups)
+    n_scale, n_lead = len(scales), len(lead)
+    values, _ = _followed(x, ends)
+    centre = share @ values
+    spread = np.sqrt(share @ (values - centre) ** 2)
+    y = ((values - centre) / spread)[:, order]
     phi = _bent(y[:, :n_scale])
     constant, linear, bent = np.zeros(n), np.zeros((n, n)), np.zeros((n, phi.shape[1]))
     width = np.zeros((n, 1 + phi.shape[1]))
@@ -293,9 +419,16 @@ def fit_funnel(
         width[k, 0], width[k, 1 + terms] = log_width[0], log_width[1:]
     n_block = 1 + len(groups)
     tails = np.full(n_block, np.inf), np.ones(n_block)
-    plain = Funnel(order, n_scale, centre, spread, constant, linear, bent, width, np.zeros((n_scale, 4)), block, *tails)
-    r = plain.residuals(x)[:, :n_scale]
-    plain = replace(plain, skew=np.array([_fit_skew(r[:, k], share, effective) for k in range(n_scale)]).reshape(n_scale, 4))
+    plain = Funnel(order, n_scale, centre, spread, constant, linear, bent, width, np.zeros((n_lead, 4)), ends, block, *tails)
+    r = plain.residuals(x)
+    skew = np.zeros((n_lead, 4))
+    for line in np.setdiff1d(np.arange(n_lead), plain.ended):
+        skew[line] = _fit_skew(r[:, line], share, effective)
+    for line in plain.ended:
+        middle, log_width = plain.line(line, y, phi)
+        r_line = (y[:, line] - middle) * np.exp(-log_width)
+        skew[line] = _fit_skew(r_line, share, effective, plain.ends_of_r(line, y, phi))
+    plain = replace(plain, skew=skew)
     t = plain.residuals(x)
     freedom, scale = np.transpose(
         [_fit_tails(np.sum(t[:, block == k] ** 2, axis=1), int(np.sum(block == k)), share) for k in range(n_block)]
@@ -369,8 +502,8 @@ def normal_funnel(
     width[:, 0] = np.log(np.diagonal(lower))
     linear = np.where((block[:, None] == block) | (block == 0), np.eye(n) - inverse, 0.0)
     tails = np.full(1 + len(groups), freedom), np.full(1 + len(groups), widen)
-    none, straight = np.zeros((n, n_phi)), np.zeros((n_scale, 4))
-    return Funnel(order, n_scale, centre, spread, np.zeros(n), linear, none, width, straight, block, *tails)
+    none, straight, endless = np.zeros((n, n_phi)), np.zeros((n_scale, 4)), np.tile(ENDLESS, (n, 1))
+    return Funnel(order, n_scale, centre, spread, np.zeros(n), linear, none, width, straight, endless, block, *tails)
 
 
 class Density(Protocol):
@@ -457,6 +590,7 @@ def fit_proposal(
     before: Proposal,
     groups: Sequence[Indices] = (),
     weight: FloatArray | None = None,
+    ends: FloatArray | None = None,
 ) -> Proposal:
     """Fit each part of a mixture anew to the draws that belong to it.
 
@@ -468,6 +602,7 @@ def fit_proposal(
         in one place, stays as it was.
     groups : columns of each group.
     weight : (n_draw,), of each draw; equal if None.
+    ends : (n, 2), of the values whose normal scores the columns are, see `fit_funnel`.
     """
     share = np.full(x.shape[0], 1 / x.shape[0]) if weight is None else weight / np.sum(weight)
     which = np.argmax(before.log_parts(x), axis=0)
@@ -477,6 +612,6 @@ def fit_proposal(
         own = share[which == k]
         effective = np.sum(own) ** 2 / np.sum(own**2) if np.any(own > 0) else 0.0
         enough = effective >= least and bool(np.all(np.ptp(x[which == k], axis=0) > 0))
-        parts.append(fit_funnel(x[which == k], scales, own, groups) if enough else part)
+        parts.append(fit_funnel(x[which == k], scales, own, groups, ends) if enough else part)
     shares = np.maximum([np.sum(share[which == k]) for k in range(len(parts))], LEAST_SHARE)
     return Proposal(tuple(parts), shares / np.sum(shares))

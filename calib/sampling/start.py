@@ -19,7 +19,7 @@ from calib.sampling.target import Mode, Target
 from models.sensor import BoolArray, FloatArray
 
 #: Version of how an ensemble begins: raise it with every change that gives another start for the same seed.
-START_VERSION = 6
+START_VERSION = 7
 
 #: Places among which an ensemble looks for its starts; how many of the best it climbs from, of all that are possible, and
 #: of those that the modes known by then explain least.
@@ -45,6 +45,9 @@ _FREEDOM, _WIDEN, _TRIES = 5.0, 1.2, 6
 # Draws at the modes where a target knows more of them than how wide they are; what they are drawn from is near the target if
 # this share of draws is effective: then the proposal is fitted to them, and one round of steps tells whether it is good.
 _SKETCHED, _NEAR = 6000, 0.25
+# A proposal with ends is fitted to its own draws at most so often, while so many of them for each unknown are effective, and
+# not so large a share of all.
+_RENEWALS, _RENEWED, _GOOD = 4, 40, 0.5
 # How often those that are beyond a bound are drawn anew.
 _REDRAWN = 8
 # Effective draws among them, as a share of the walkers, for which their weights are made milder.
@@ -273,8 +276,9 @@ def start(
 
     Draws of what the target knows of its modes, or of Student densities round them, are weighted to the target, mildly where
     the weights are few; walkers chosen among them then move. Where the draws were near the target, the proposal is fitted to
-    them; elsewhere anew to where the walkers were, in `ROUNDS`, until it is good enough and they stay where they are. What is
-    learned here is frozen: the chain that follows has the target as its limit.
+    them; elsewhere anew to where the walkers were, in `ROUNDS`, until it is good enough and they stay where they are; last,
+    where values have an end, to draws of its own. What is learned here is frozen: the chain that follows has the target as its
+    limit.
 
     Parameters
     ----------
@@ -312,7 +316,7 @@ def start(
         near = float(np.sum(ratio) ** 2 / np.sum(ratio**2)) >= _NEAR * ratio.size
         if near:
             weight = importance_weights(log_weight)
-            proposal = fit_proposal(x, target.scales, proposal, weight=weight)
+            proposal = fit_proposal(x, target.scales, proposal, weight=weight, ends=target.ends)
             level = float(weight[weight > 0] @ log_density[weight > 0])
     state = EnsembleState.of(x[chosen], log_density[chosen], random)
     before: FloatArray = np.empty((0, x.shape[1]))
@@ -327,12 +331,38 @@ def start(
             break  # fitted to draws that are independent, it can hardly become better
         near = False
         visited = path.chain.reshape(-1, x.shape[1])
-        proposal = fit_proposal(np.concatenate([before, visited]), target.scales, proposal, target.groups)
+        proposal = fit_proposal(np.concatenate([before, visited]), target.scales, proposal, target.groups, ends=target.ends)
         before = visited
         if not drifts and (accepted >= ENOUGH_ACCEPTED or k + 1 >= len(ROUNDS)):
             break
+    if accepted >= LEAST_ACCEPTED and any(part.ended.size for part in proposal.parts):
+        state, proposal = _renewed(target, state, proposal, random)
     # Moves of groups include one that needs no shape, and those of all coordinates together would lead nowhere.
     return Start(state, proposal if target.groups or accepted >= LEAST_ACCEPTED else None)
+
+
+def _renewed(
+    target: Target, state: EnsembleState, proposal: Proposal, random: np.random.RandomState
+) -> tuple[EnsembleState, Proposal]:
+    """Fit a proposal in which values have an end anew to its own draws, weighted, and place the walkers among them.
+
+    Walkers come to an end late, as it lies far out in their coordinates, and what was fitted to them has too little there.
+    """
+    for _ in range(_RENEWALS):
+        x = proposal.draw(random, _SKETCHED)
+        log_density = target.log_density(x)
+        log_weight = log_density - proposal.log_density(x)
+        weight = importance_weights(log_weight)
+        effective = 1 / float(np.sum(weight**2))
+        if effective < _RENEWED * x.shape[1]:
+            break
+        n_walker = len(state.coords)
+        chosen = random.choice(weight.size, n_walker, p=_mild_weights(log_weight, _EFFECTIVE * n_walker))
+        state = EnsembleState.of(x[chosen], log_density[chosen], random)
+        if effective > _GOOD * weight.size:
+            break
+        proposal = fit_proposal(x, target.scales, proposal, weight=weight, ends=target.ends)
+    return state, proposal
 
 
 def _mild_weights(log_weight: FloatArray, effective: float) -> FloatArray:

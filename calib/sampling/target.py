@@ -11,6 +11,7 @@ import numpy as np
 from calib.catalogue import SCALES
 from calib.problem import Lot, Problem, columns_at, prior_coordinates
 from calib.sampling.coordinates import CONTACT, Coordinates, coordinates
+from calib.sampling.ends import ENDLESS, ends_of
 from calib.sampling.laplace import laplace_density
 from calib.sampling.proposal import Density, Indices
 from calib.sampling.scoring import inverse_root, score, slopes_at, tempered
@@ -69,6 +70,14 @@ class Target(Protocol):
     @property
     def scales(self) -> tuple[int, ...]:
         """Coordinates that the means and widths of others follow in curves: noises and discrepancies, which set the widths."""
+        ...
+
+    @property
+    def ends(self) -> FloatArray | None:
+        """Ends (n, 2) of the values that coordinates are normal scores of, as `calib.sampling.ends` has them; None if none has.
+
+        Infinite for coordinates that others do not follow by such a value.
+        """
         ...
 
     @property
@@ -219,6 +228,16 @@ class ProblemTarget:
     def scales(self) -> tuple[int, ...]:
         """See `Target`; with those from whose end at zero on all others depend on them more and more."""
         return tuple(k for k, p in enumerate(self.space.problem.parameters) if p.parameter in _LEADING)
+
+    @property
+    def ends(self) -> FloatArray | None:
+        """See `Target`: of all priors but those of scales, of what is exchanged and of lots; None for many specimens."""
+        if self.groups:
+            return None
+        plain = {e.column for e in self.space.exchanges}
+        plain |= {int(k) for lot in self.space.problem.table.lots for k in lot.columns}
+        parameters = enumerate(self.space.problem.parameters)
+        return np.array([ENDLESS if k in plain or p.parameter in SCALES else ends_of(p.prior) for k, p in parameters])
 
     @property
     def groups(self) -> tuple[Indices, ...]:

@@ -31,6 +31,7 @@ from calib.sampling.checkpoint import (
     save_start,
     whose_checkpoint,
 )
+from calib.sampling.ends import ENDLESS
 from calib.sampling.ensemble import KINDS, Block, EnsembleState
 from calib.sampling.identity import Identity, differences, identity_of
 from calib.sampling.posterior import Posterior
@@ -174,7 +175,8 @@ def _modes(rng: np.random.Generator) -> tuple[Mode, ...]:
 
 def _start(rng: np.random.Generator) -> Start:
     draws = [rng.normal(size=(200, 2)) + far for far in (0.0, 9.0)]
-    proposal = Proposal(tuple(fit_funnel(x, [1]) for x in draws), np.array([0.3, 0.7]))
+    ends = np.array([(0.0, np.inf), ENDLESS])  # near which one of the two modes lies
+    proposal = Proposal(tuple(fit_funnel(x, [1], ends=ends) for x in draws), np.array([0.3, 0.7]))
     return Start(_state(rng), proposal if rng.random() < 0.5 else None)
 
 

@@ -22,7 +22,7 @@ from calib.errors import InputError
 from calib.experiment.experiment_file import read_experiment
 from calib.experiment.plan import Experiment, Specimen, SweepFiles
 from calib.lab.pressing import make_sweep
-from calib.priors.distributions import Fixed, LogNormal, Normal, Prior
+from calib.priors.distributions import Fixed, HalfNormal, LogNormal, Normal, Prior, Uniform
 from calib.problem.likelihood import log_posterior
 from calib.problem.problem import Problem, build_problem
 from calib.problem.synthetic import Rig, synthetic_sweep
@@ -183,6 +183,22 @@ def test_the_truth_is_recovered_from_force_and_capacitance(tmp_path: Path) -> No
     blocks = leave_out(found)
     assert blocks.elpd == pytest.approx(blocks.pointwise.sum())
     assert len(found.blocks) == blocks.k_hat.size == 6
+
+
+@pytest.mark.parametrize(
+    "shared",
+    [
+        {"machine_compliance": HalfNormal(5e-6), "force_noise": Fixed(0.02)},
+        {**KNOWN, "force_noise": Fixed(0.02), "young_modulus": Uniform(0.7e6, 2e6)},
+    ],
+    ids=["machine_compliance", "young_modulus"],
+)
+def test_an_unknown_at_the_end_of_what_is_believed_does_not_keep_a_run_from_converging(
+    shared: Mapping[str, Prior], tmp_path: Path
+) -> None:
+    problem = small_problem(shared=shared)
+    found = sample(problem, seed=1, checkpoint=tmp_path, processes=0, max_steps=100)
+    assert found.diagnostics.converged, found.diagnostics.reasons
 
 
 def test_ranks_of_the_truth_are_uniform_over_repeated_experiments(tmp_path: Path) -> None:

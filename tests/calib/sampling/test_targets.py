@@ -17,6 +17,7 @@ from samplers.traps import traps
 from samplers.trial import try_target
 
 from calib.sampling.diagnostics import Gate
+from calib.sampling.ends import ENDLESS
 from calib.sampling.importance import contradictions, misweighted, nearest, second_opinion
 from calib.sampling.proposal import Proposal, fit_funnel, fit_proposal, normal_funnel
 from calib.sampling.start import distinct_modes, find_modes, join_modes, start
@@ -33,6 +34,7 @@ FAST = (
     "wide 0.9 beside narrow, higher",
     "three modes",
     "flat up to a bound, normal scores",
+    "others follow two values at their ends",
     "skewed marginals",
 )
 
@@ -92,6 +94,40 @@ def test_a_proposal_follows_scales_that_are_long_on_one_side_and_has_the_density
     drawn = fitted.draw(np.random.RandomState(2), 20_000)
     ratio = np.exp(fitted.log_density(drawn + np.array([0.05, 0.02, 0.0])) - fitted.log_density(drawn))
     assert np.mean(ratio) == pytest.approx(1, abs=4.5 * np.std(ratio) / np.sqrt(ratio.size))
+
+
+def test_a_proposal_follows_values_to_their_ends_and_has_the_density_of_its_draws() -> None:
+    target = GALLERY["others follow two values at their ends"]
+    assert target.ends is not None
+    x, fresh = (target.exact(np.random.default_rng(seed), 4000) for seed in (1, 2))
+    fitted, plain = fit_funnel(x, (), ends=target.ends), fit_funnel(x, ())
+    assert list(fitted.order[fitted.ended]) == [0, 1]
+    assert np.mean(fitted.log_density(fresh) - plain.log_density(fresh)) > 1
+    # As far out as one draw in a thousand lies, the density is that of the target but for a factor.
+    off = target.log_density(fresh) - fitted.log_density(fresh)
+    far = np.any(fresh[:, :2] < np.quantile(x[:, :2], 1e-3, axis=0), axis=1)
+    assert np.any(far)
+    assert np.max(np.abs(off[far] - np.median(off))) < 3.5
+    t = fitted.fresh(np.random.RandomState(1), 20)
+    at = fitted.at(t)
+    np.testing.assert_allclose(fitted.residuals(at), t, atol=1e-7)
+    step = 1e-5 * np.eye(target.n)
+    slopes = np.stack([(fitted.at(t + d) - fitted.at(t - d)) / 2e-5 for d in step], axis=1)
+    np.testing.assert_allclose(np.linalg.slogdet(slopes)[1], fitted.log_volume(at), atol=1e-6)
+    drawn = fitted.draw(np.random.RandomState(2), 20_000)
+    aside = np.r_[0.05, 0.1, np.zeros(target.n - 2)]
+    aside[2:] = 0.05 * np.std(x[:, 2:], axis=0)
+    for step_of in (np.r_[aside[:2], np.zeros(target.n - 2)], np.r_[0.0, 0.0, aside[2:] / 10]):
+        ratio = np.exp(fitted.log_density(drawn + step_of) - fitted.log_density(drawn))
+        assert np.mean(ratio) == pytest.approx(1, abs=4.5 * np.std(ratio) / np.sqrt(ratio.size))
+
+
+def test_values_that_do_not_bend_where_the_draws_are_leave_a_proposal_as_it_is_to_the_bit() -> None:
+    rng = np.random.default_rng(5)
+    x = rng.standard_normal((2000, 3)) * [1.0, 0.05, 0.1]
+    x[:, 2] += 2 * x[:, 1]
+    plain, fitted = fit_funnel(x, (0,)), fit_funnel(x, (0,), ends=np.array([ENDLESS, (0.0, np.inf), (-0.1, 0.1)]))
+    np.testing.assert_array_equal(plain.log_density(x), fitted.log_density(x))
 
 
 def test_walkers_start_where_the_mass_of_a_funnel_is_and_not_at_its_mode() -> None:
