@@ -314,20 +314,25 @@ def _too_large(quantity: str, course: _Course, at: IntArray, others: Mapping[str
     if quantity in CAPACITANCES and "force" in others:
         # A capacitance that jumps by more than all that the press makes of it would need a load that does.
         rest = np.maximum(course.span - np.abs(steps), np.abs(steps) / 10)
-        shown = np.array([_near_off(others["force"], i) for i in at.tolist()])
+        shown = _near_off(others["force"], at)
         found = (np.abs(steps) > rest) & (shown < _UNSEEN * np.abs(steps) / rest * others["force"].span)
     elif quantity == "force":
         before, after = course.y[at], course.y[at + 1]
         whole = (np.abs(steps) > _WHOLE * course.span) & (before * after < 0)
         whole &= np.minimum(np.abs(before), np.abs(after)) > _BOTH * np.abs(steps)
-        for q in set(CAPACITANCES) & set(others):
-            found |= whole & (np.array([_near_off(others[q], i) for i in at.tolist()]) < _OF_ONE * others[q].span)
+        for q in set(CAPACITANCES) & set(others) if np.any(whole) else ():
+            found |= whole & (_near_off(others[q], at) < _OF_ONE * others[q].span)
     return found
 
 
-def _near_off(course: _Course, i: int) -> float:
-    """How far a step, or one within two readings of it, is off from those beside it."""
-    return max(course.off(k) for k in range(max(i - 2, 0), min(i + 3, course.steps.size)))
+def _near_off(course: _Course, at: IntArray) -> FloatArray:
+    """How far steps, or those within two readings of them, are off from those beside them, (at.size,)."""
+    steps = course.steps
+    near = np.clip(at[:, None] + np.arange(-2, 3), 0, steps.size - 1)
+    beside = near[:, :, None] + np.arange(-_NEAR, _NEAR + 1)
+    inside = (beside >= 0) & (beside < steps.size)
+    middle = np.nanmedian(np.where(inside, steps[np.clip(beside, 0, steps.size - 1)], np.nan), axis=2)
+    return np.asarray(np.max(np.abs(steps[near] - middle), axis=1))
 
 
 def _resampled(values: FloatArray, course: _Course, *, driven: bool = False) -> _Course:

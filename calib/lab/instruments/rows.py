@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from itertools import compress
+from itertools import compress, repeat
+from operator import contains
 
 import numpy as np
 
@@ -168,13 +169,45 @@ def _cut_alike(sheet: Sheet, lines: Sequence[str]) -> tuple[list[list[str]], dic
     None if a row is too wide or the header is.
     """
     delimiter, width = sheet.delimiter, len(sheet.names)
-    rows: Iterator[list[str]] = (line.split(delimiter) for line in lines)
     if delimiter == " ":
-        rows = map(str.split, lines)
-    elif any('"' in line for line in lines):
-        if any(line.count('"') % 2 for line in lines):
-            return None
-        rows = csv.reader(lines, delimiter=delimiter, skipinitialspace=True)
+        return _cut_each(map(str.split, lines), delimiter, width, n_needed(sheet))
+    if not any(map(contains, lines, repeat('"'))):
+        return _cut_at_once(lines, delimiter, width, n_needed(sheet))
+    if any(line.count('"') % 2 for line in lines):
+        return None
+    return _cut_each(csv.reader(lines, delimiter=delimiter, skipinitialspace=True), delimiter, width, n_needed(sheet))
+
+
+def _cut_at_once(
+    lines: Sequence[str], delimiter: str, width: int, least: int
+) -> tuple[list[list[str]], dict[int, int]] | None:
+    """The columns of lines without quotes, as one text made as wide as the header in every line."""
+    delimiters = list(map(str.count, lines, repeat(delimiter)))
+    kinds = set(delimiters)
+    lengths: dict[int, int] = {}
+    if kinds != {width - 1}:
+        lengths = {i: n + 1 for i, n in enumerate(delimiters) if n != width - 1}
+        whole = list(lines)
+        for i, n in lengths.items():
+            if n < width:
+                whole[i] += delimiter * (width - n)
+                continue
+            row = lines[i].split(delimiter)
+            if any(map(str.strip, row[width:])):
+                return None
+            whole[i] = delimiter.join(row[:width])
+        lines = whole
+    # As wide as the widest line that is not blank.
+    if not any(n + 1 >= least and line.replace(delimiter, "").strip() for n, line in zip(delimiters, lines, strict=True)):
+        return None
+    cells = delimiter.join(lines).split(delimiter)
+    return [cells[i::width] for i in range(width)], lengths
+
+
+def _cut_each(
+    rows: Iterable[list[str]], delimiter: str, width: int, least: int
+) -> tuple[list[list[str]], dict[int, int]] | None:
+    """The columns of rows that are cut one by one."""
     cells: list[str] = []
     lengths: dict[int, int] = {}
     widest = 0
@@ -192,7 +225,7 @@ def _cut_alike(sheet: Sheet, lines: Sequence[str]) -> tuple[list[list[str]], dic
                 lengths[i] = n
     except csv.Error:
         return None
-    return ([cells[i::width] for i in range(width)], lengths) if widest >= n_needed(sheet) else None
+    return ([cells[i::width] for i in range(width)], lengths) if widest >= least else None
 
 
 def _end_of_rows(sheet: Sheet, start: int, keys: Sequence[int]) -> tuple[int, list[int]] | None:
