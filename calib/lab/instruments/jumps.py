@@ -405,7 +405,7 @@ def _touches(course: _Course, i: int, witness: _Course) -> bool:
     if witness.moves(i, _NONE) == "on":
         return True
     shown = abs(float(course.y[i + 1] - course.y[i])) / course.span * witness.span
-    return shown > _WOULD_SHOW * (witness.noise + witness.digit) and _near_off(witness, i) < _UNSEEN * shown
+    return shown > _WOULD_SHOW * (witness.noise + witness.digit) and _near_off(witness, np.array([i])).item() < _UNSEEN * shown
 
 
 def _of_displacement(course: _Course, i: int, at: IntArray, others: Mapping[str, _Course], pause: bool) -> _Judged | None:
@@ -444,7 +444,7 @@ def _of_capacitance(course: _Course, i: int, at: IntArray, others: Mapping[str, 
         would_show = expected > _WOULD_SHOW * (force.noise + force.digit)
         beside = force.moves(i, _NONE) != "other" and force.off(i) < _UNSEEN * expected
         # What is larger than the press is none of it, at a turn either.
-        sure = would_show and (beside or (jump > rest and _near_off(force, i) < _UNSEEN * expected))
+        sure = would_show and (beside or (jump > rest and _near_off(force, np.array([i])).item() < _UNSEEN * expected))
     elif does or (ball is not None and _is_seen(ball)):
         # Without a load on record a snap, a slip and a break look alike, but none is larger than the press.
         sure = does == "on" and jump > rest

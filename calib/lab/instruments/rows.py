@@ -101,7 +101,8 @@ def _without_an_end(sheet: Sheet, table: Table) -> dict[int, str]:
     column = table.columns[n - 1] if n else []
     if not 0 < column.count("") <= _SHARE_OPEN * len(column):
         return {}
-    rows = [r for r, cell in enumerate(column) if not cell.strip() and any(c[r].strip() for c in table.columns)]
+    without = np.flatnonzero(~np.fromiter(map(bool, map(str.strip, column)), np.bool_, len(column))).tolist()
+    rows = [r for r in without if any(c[r].strip() for c in table.columns)]
     return dict.fromkeys(rows, "no cell in the last column") if len(rows) <= _SHARE_OPEN * len(column) else {}
 
 
@@ -111,8 +112,10 @@ def _of_results(table: Table) -> dict[int, str]:
     for column in table.columns:
         wordy = any(c.strip() and not is_numeric(c) for c in column[:_FOOTER])
         start = 0 if wordy else max(len(column) - _FOOTER, 0)
-        # Times of day and numbers, of which a column may have a million, begin and end with a digit.
-        words = {c for c in column[start:] if not (c[:1].isdigit() and c[-1:].isdigit())}
+        # Times of day and numbers, of which a column may have a million, have no letter, or begin and end with a digit.
+        text = "\n".join(column[start:])
+        lettered = not text.isascii() or text.lower() != text.upper()
+        words = {c for c in column[start:] if not (c[:1].isdigit() and c[-1:].isdigit())} if lettered else set()
         result = {c for c in words if c.strip().isprintable() and _is_result(c)}
         rows = [r for r in range(start, len(column)) if column[r] in result] if result else []
         if len(rows) <= max(_FEW_RESULTS, int(_SHARE_BEYOND * len(column))) and 2 * len(rows) < len(column):
@@ -173,20 +176,19 @@ def _cut_alike(sheet: Sheet, lines: Sequence[str]) -> tuple[list[list[str]], dic
         return _cut_each(map(str.split, lines), delimiter, width, n_needed(sheet))
     if not any(map(contains, lines, repeat('"'))):
         return _cut_at_once(lines, delimiter, width, n_needed(sheet))
-    if any(line.count('"') % 2 for line in lines):
+    if any(n % 2 for n in set(map(str.count, lines, repeat('"')))):
         return None
     return _cut_each(csv.reader(lines, delimiter=delimiter, skipinitialspace=True), delimiter, width, n_needed(sheet))
 
 
-def _cut_at_once(
-    lines: Sequence[str], delimiter: str, width: int, least: int
-) -> tuple[list[list[str]], dict[int, int]] | None:
+def _cut_at_once(lines: Sequence[str], delimiter: str, width: int, least: int) -> tuple[list[list[str]], dict[int, int]] | None:
     """The columns of lines without quotes, as one text made as wide as the header in every line."""
     delimiters = list(map(str.count, lines, repeat(delimiter)))
     kinds = set(delimiters)
     lengths: dict[int, int] = {}
     if kinds != {width - 1}:
-        lengths = {i: n + 1 for i, n in enumerate(delimiters) if n != width - 1}
+        others = np.flatnonzero(np.array(delimiters) != width - 1).tolist()
+        lengths = {i: delimiters[i] + 1 for i in others}
         whole = list(lines)
         for i, n in lengths.items():
             if n < width:
@@ -216,13 +218,13 @@ def _cut_each(
             n = len(row)
             if n > widest and any(c.strip() for c in row):
                 widest = n
-            if n != width and ((n > 0 and delimiter == " ") or any(c.strip() for c in row[width:])):
-                return None
             if n == width:
                 cells += row
-            else:
-                cells += (row + [""] * width)[:width]
-                lengths[i] = n
+                continue
+            if (n > 0 and delimiter == " ") or any(c.strip() for c in row[width:]):
+                return None
+            cells += (row + [""] * width)[:width]
+            lengths[i] = n
     except csv.Error:
         return None
     return ([cells[i::width] for i in range(width)], lengths) if widest >= least else None
