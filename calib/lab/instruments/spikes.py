@@ -247,7 +247,7 @@ def _is_told(
     sure = apart >= (_BESIDE if slow else _BEFORE_A_TURN) and (1 < k < y.size - 2 or off > span)
     if sure and all(_straight(other, inner) for other in others):
         return True
-    if off < _MATTERS * span or apart < 1 or not 0 < k < y.size - 1 or slow:
+    if off < _MATTERS * span or apart < _BEFORE_A_TURN or not 0 < k < y.size - 1 or slow:
         return False
     low, high = sorted((float(y[k - 1]), float(y[k + 1])))
     # Beside a turn or an end the course may bend, but it does not come back.
@@ -294,8 +294,13 @@ def _course_at(rows: IntArray, y: FloatArray, k: int, kept: Sequence[int]) -> tu
 def _expected(rows: IntArray, y: FloatArray, k: int, floor: float, turns: IntArray) -> float | None:
     """What the cubic through those beside a reading lets expect, where these keep to it, but for one, and it does not."""
     beside = _beside_on_way(rows, k, turns)
-    for without in (-1, *beside) if beside is not None else ():
-        kept = [i for i in beside or () if i != without]
+    if beside is None:
+        return None
+    first, last = _way(rows, k, turns)
+    # Beside a turn a step of the channel would be told, too, if one of the few behind it were left out.
+    cut = (first > 0 and k - first < _BESIDE) or (last < y.size and last - 1 - k < _BESIDE)
+    for without in (-1,) if cut else (-1, *beside):
+        kept = [i for i in beside if i != without]
         near, sd, spread = _course_at(rows, y, k, kept)
         if abs(float(y[k]) - near) > max(_CUBIC_LOCAL * sd, floor) * spread:
             return near
