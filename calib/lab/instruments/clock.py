@@ -57,7 +57,7 @@ def read_clock(cells: Sequence[str], dates: Sequence[str] = (), form: str = "") 
     parts, there = parsed.parts, np.isfinite(parsed.parts[:, 0])
     if not np.any(there):
         return ClockTimes(np.full(n, np.nan))
-    if 2 * np.count_nonzero(there) < sum(bool(c.strip()) for c in cells):
+    if 2 * np.count_nonzero(there) < n and 2 * np.count_nonzero(there) < sum(bool(c.strip()) for c in cells):
         row = int(np.argmax(there))
         return ClockTimes(np.full(n, np.nan), conflict="a time of day stands among numbers", row=row, advice="Correct the cell")
     notes: list[str] = []

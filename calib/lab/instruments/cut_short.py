@@ -48,7 +48,9 @@ def cut_short(cells: Sequence[str], values: FloatArray, decimal: str) -> dict[in
     if own < _LEAST:
         return {}
     rows = np.flatnonzero(_may_be_cut(values, own) if not _exponent(cells[0]) else np.isfinite(values))
-    few = [r for r in rows.tolist() if _decimals(cells[r], decimal) < own]
+    written = {cells[r] for r in rows.tolist()}
+    fewer = {cell for cell in written if _decimals(cell, decimal) < own}
+    few = [r for r in rows.tolist() if cells[r] in fewer] if fewer else []
     if not few or len(few) > max(1, (1 - _USUAL) * len(cells)):
         return {}
     fine = np.isfinite(values)
@@ -111,7 +113,7 @@ def _power(exponent: int) -> float:
 
 
 def _decimals(cell: str, decimal: str) -> int:
-    return len(re.split("[eE]", cell.strip().partition(decimal)[2])[0])
+    return len(cell.strip().partition(decimal)[2].lower().partition("e")[0])
 
 
 def _exponent(cell: str) -> int:

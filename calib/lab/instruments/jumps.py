@@ -314,20 +314,25 @@ def _too_large(quantity: str, course: _Course, at: IntArray, others: Mapping[str
     if quantity in CAPACITANCES and "force" in others:
         # A capacitance that jumps by more than all that the press makes of it would need a load that does.
         rest = np.maximum(course.span - np.abs(steps), np.abs(steps) / 10)
-        shown = np.array([_near_off(others["force"], i) for i in at.tolist()])
+        shown = _near_off(others["force"], at)
         found = (np.abs(steps) > rest) & (shown < _UNSEEN * np.abs(steps) / rest * others["force"].span)
     elif quantity == "force":
         before, after = course.y[at], course.y[at + 1]
         whole = (np.abs(steps) > _WHOLE * course.span) & (before * after < 0)
         whole &= np.minimum(np.abs(before), np.abs(after)) > _BOTH * np.abs(steps)
-        for q in set(CAPACITANCES) & set(others):
-            found |= whole & (np.array([_near_off(others[q], i) for i in at.tolist()]) < _OF_ONE * others[q].span)
+        for q in set(CAPACITANCES) & set(others) if np.any(whole) else ():
+            found |= whole & (_near_off(others[q], at) < _OF_ONE * others[q].span)
     return found
 
 
-def _near_off(course: _Course, i: int) -> float:
-    """How far a step, or one within two readings of it, is off from those beside it."""
-    return max(course.off(k) for k in range(max(i - 2, 0), min(i + 3, course.steps.size)))
+def _near_off(course: _Course, at: IntArray) -> FloatArray:
+    """How far steps, or those within two readings of them, are off from those beside them, (at.size,)."""
+    steps = course.steps
+    near = np.clip(at[:, None] + np.arange(-2, 3), 0, steps.size - 1)
+    beside = near[:, :, None] + np.arange(-_NEAR, _NEAR + 1)
+    inside = (beside >= 0) & (beside < steps.size)
+    middle = np.nanmedian(np.where(inside, steps[np.clip(beside, 0, steps.size - 1)], np.nan), axis=2)
+    return np.asarray(np.max(np.abs(steps[near] - middle), axis=1))
 
 
 def _resampled(values: FloatArray, course: _Course, *, driven: bool = False) -> _Course:
@@ -400,7 +405,7 @@ def _touches(course: _Course, i: int, witness: _Course) -> bool:
     if witness.moves(i, _NONE) == "on":
         return True
     shown = abs(float(course.y[i + 1] - course.y[i])) / course.span * witness.span
-    return shown > _WOULD_SHOW * (witness.noise + witness.digit) and _near_off(witness, i) < _UNSEEN * shown
+    return shown > _WOULD_SHOW * (witness.noise + witness.digit) and _near_off(witness, np.array([i])).item() < _UNSEEN * shown
 
 
 def _of_displacement(course: _Course, i: int, at: IntArray, others: Mapping[str, _Course], pause: bool) -> _Judged | None:
@@ -439,7 +444,7 @@ def _of_capacitance(course: _Course, i: int, at: IntArray, others: Mapping[str, 
         would_show = expected > _WOULD_SHOW * (force.noise + force.digit)
         beside = force.moves(i, _NONE) != "other" and force.off(i) < _UNSEEN * expected
         # What is larger than the press is none of it, at a turn either.
-        sure = would_show and (beside or (jump > rest and _near_off(force, i) < _UNSEEN * expected))
+        sure = would_show and (beside or (jump > rest and _near_off(force, np.array([i])).item() < _UNSEEN * expected))
     elif does or (ball is not None and _is_seen(ball)):
         # Without a load on record a snap, a slip and a break look alike, but none is larger than the press.
         sure = does == "on" and jump > rest

@@ -88,7 +88,10 @@ def remarks_on_scale(sheet: Sheet, used: Mapping[str, int]) -> list[Fault]:
     for index, column in enumerate(sheet.columns):
         if index in used.values():
             continue
-        seldom = column.count("") >= (1 - _SELDOM) * len(column)
+        n_empty = column.count("")
+        if n_empty == len(column):
+            continue
+        seldom = n_empty >= (1 - _SELDOM) * len(column)
         rows = [r for r, c in enumerate(column if seldom else column[:_FEW_ROWS]) if c.strip()]
         if seldom:
             row = next((r for r in rows[:_MOST_REMARKS] if speaks_of_scale(column[r])), None)

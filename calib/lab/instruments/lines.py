@@ -159,10 +159,11 @@ def short_rows(lengths: Mapping[int, int], n_row: int, width: int) -> dict[int, 
     -------
     Row -> why it is not usable. A file most of whose rows are shorter than its header has a column that is filled more rarely.
     """
-    counts = Counter(n for n in lengths.values() if n > 1)
+    of_length = Counter(lengths.values())
+    counts = Counter({n: count for n, count in of_length.items() if n > 1})
     counts[width] += n_row - len(lengths)
     usual = max(counts, key=lambda n: (counts[n], n))
-    if usual <= min(counts) and 1 not in lengths.values():
+    if usual <= min(counts) and 1 not in of_length:
         return {}
     return {i: f"{n} cells where most rows have {usual}" for i, n in lengths.items() if n < usual}
 

@@ -187,7 +187,7 @@ def first_cell(sheet: Sheet, index: int) -> str:
     ----------
     sheet, index : the record, and which of its columns.
     """
-    return next((c for cell in sheet.columns[index] if (c := cell.strip())), "")
+    return next(filter(str.strip, sheet.columns[index]), "").strip()
 
 
 def _fits(sheet: Sheet, candidate: PossibleColumn) -> bool:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from itertools import compress
+from itertools import compress, repeat
+from operator import contains
 
 import numpy as np
 
@@ -100,7 +101,8 @@ def _without_an_end(sheet: Sheet, table: Table) -> dict[int, str]:
     column = table.columns[n - 1] if n else []
     if not 0 < column.count("") <= _SHARE_OPEN * len(column):
         return {}
-    rows = [r for r, cell in enumerate(column) if not cell.strip() and any(c[r].strip() for c in table.columns)]
+    without = np.flatnonzero(~np.fromiter(map(bool, map(str.strip, column)), np.bool_, len(column))).tolist()
+    rows = [r for r in without if any(c[r].strip() for c in table.columns)]
     return dict.fromkeys(rows, "no cell in the last column") if len(rows) <= _SHARE_OPEN * len(column) else {}
 
 
@@ -110,8 +112,10 @@ def _of_results(table: Table) -> dict[int, str]:
     for column in table.columns:
         wordy = any(c.strip() and not is_numeric(c) for c in column[:_FOOTER])
         start = 0 if wordy else max(len(column) - _FOOTER, 0)
-        # Times of day and numbers, of which a column may have a million, begin and end with a digit.
-        words = {c for c in column[start:] if not (c[:1].isdigit() and c[-1:].isdigit())}
+        # Times of day and numbers, of which a column may have a million, have no letter, or begin and end with a digit.
+        text = "\n".join(column[start:])
+        lettered = not text.isascii() or text.lower() != text.upper()
+        words = {c for c in column[start:] if not (c[:1].isdigit() and c[-1:].isdigit())} if lettered else set()
         result = {c for c in words if c.strip().isprintable() and _is_result(c)}
         rows = [r for r in range(start, len(column)) if column[r] in result] if result else []
         if len(rows) <= max(_FEW_RESULTS, int(_SHARE_BEYOND * len(column))) and 2 * len(rows) < len(column):
@@ -168,13 +172,44 @@ def _cut_alike(sheet: Sheet, lines: Sequence[str]) -> tuple[list[list[str]], dic
     None if a row is too wide or the header is.
     """
     delimiter, width = sheet.delimiter, len(sheet.names)
-    rows: Iterator[list[str]] = (line.split(delimiter) for line in lines)
     if delimiter == " ":
-        rows = map(str.split, lines)
-    elif any('"' in line for line in lines):
-        if any(line.count('"') % 2 for line in lines):
-            return None
-        rows = csv.reader(lines, delimiter=delimiter, skipinitialspace=True)
+        return _cut_each(map(str.split, lines), delimiter, width, n_needed(sheet))
+    if not any(map(contains, lines, repeat('"'))):
+        return _cut_at_once(lines, delimiter, width, n_needed(sheet))
+    if any(n % 2 for n in set(map(str.count, lines, repeat('"')))):
+        return None
+    return _cut_each(csv.reader(lines, delimiter=delimiter, skipinitialspace=True), delimiter, width, n_needed(sheet))
+
+
+def _cut_at_once(lines: Sequence[str], delimiter: str, width: int, least: int) -> tuple[list[list[str]], dict[int, int]] | None:
+    """The columns of lines without quotes, as one text made as wide as the header in every line."""
+    delimiters = list(map(str.count, lines, repeat(delimiter)))
+    kinds = set(delimiters)
+    lengths: dict[int, int] = {}
+    if kinds != {width - 1}:
+        others = np.flatnonzero(np.array(delimiters) != width - 1).tolist()
+        lengths = {i: delimiters[i] + 1 for i in others}
+        whole = list(lines)
+        for i, n in lengths.items():
+            if n < width:
+                whole[i] += delimiter * (width - n)
+                continue
+            row = lines[i].split(delimiter)
+            if any(map(str.strip, row[width:])):
+                return None
+            whole[i] = delimiter.join(row[:width])
+        lines = whole
+    # As wide as the widest line that is not blank.
+    if not any(n + 1 >= least and line.replace(delimiter, "").strip() for n, line in zip(delimiters, lines, strict=True)):
+        return None
+    cells = delimiter.join(lines).split(delimiter)
+    return [cells[i::width] for i in range(width)], lengths
+
+
+def _cut_each(
+    rows: Iterable[list[str]], delimiter: str, width: int, least: int
+) -> tuple[list[list[str]], dict[int, int]] | None:
+    """The columns of rows that are cut one by one."""
     cells: list[str] = []
     lengths: dict[int, int] = {}
     widest = 0
@@ -183,16 +218,16 @@ def _cut_alike(sheet: Sheet, lines: Sequence[str]) -> tuple[list[list[str]], dic
             n = len(row)
             if n > widest and any(c.strip() for c in row):
                 widest = n
-            if n != width and ((n > 0 and delimiter == " ") or any(c.strip() for c in row[width:])):
-                return None
             if n == width:
                 cells += row
-            else:
-                cells += (row + [""] * width)[:width]
-                lengths[i] = n
+                continue
+            if (n > 0 and delimiter == " ") or any(c.strip() for c in row[width:]):
+                return None
+            cells += (row + [""] * width)[:width]
+            lengths[i] = n
     except csv.Error:
         return None
-    return ([cells[i::width] for i in range(width)], lengths) if widest >= n_needed(sheet) else None
+    return ([cells[i::width] for i in range(width)], lengths) if widest >= least else None
 
 
 def _end_of_rows(sheet: Sheet, start: int, keys: Sequence[int]) -> tuple[int, list[int]] | None:

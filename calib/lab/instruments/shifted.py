@@ -45,7 +45,7 @@ def shifted_rows(sheet: Sheet, table: Table) -> dict[int, str]:
         return {}
     columns = list(table.columns[:n])
     for end in (0, -1):  # what is empty throughout, as for the number of a specimen, is none that a row could have left
-        while len(columns) > 2 and all(cell in _EMPTY for cell in columns[end]):
+        while len(columns) > 2 and sum(map(columns[end].count, _EMPTY)) == n_row:
             columns.pop(end)
     n = len(columns)
     found: dict[int, str] = {}
@@ -77,7 +77,7 @@ def shifted_rows(sheet: Sheet, table: Table) -> dict[int, str]:
 
 def _runs(column: Sequence[str]) -> list[tuple[int, int]]:
     """Where cells in succession are empty: the first row of them, and the first behind them."""
-    rows = np.array([row for row, cell in enumerate(column) if cell in _EMPTY], dtype=np.int64)
+    rows = np.flatnonzero(np.fromiter(map(_EMPTY.__contains__, column), np.bool_, len(column)))
     cuts = np.flatnonzero(np.diff(rows) > 1)
     firsts, lasts = np.concatenate((rows[:1], rows[cuts + 1])), np.concatenate((rows[cuts], rows[-1:]))
     return list(zip(firsts.tolist(), (lasts + 1).tolist(), strict=True))

@@ -41,10 +41,18 @@ _CUBIC_LOCAL, _CUBIC_NOISES, _CUBIC_DIGITS = 12.0, 8.0, 4.0
 _PASSES = 8
 # Of a long record the noise is that of so many readings.
 _SAMPLE = 20_000
+# A way of the ball is such a share of its travel; where it turns is beyond the middle of those beside by so many largest steps.
+# A ball rests that is so near, in the largest steps, to where it turns.
+_WAY, _A_TURN, _RESTS, _NO_TURN = 0.15, 1.6, 0.25, np.zeros(0, dtype=np.int64)
+# Where others do not go on straight a reading is off by such a share of the range; so many stand on both sides
+# of it where a record ends, and where the ball turns.
+_MATTERS, _BOTH_SIDES, _BEFORE_A_TURN = 0.005, 3, 2
+# A channel keeps to its course within so many scatters of those beside it, of all, or last digits; so few tell a course.
+_KEEPS, _FEWEST_BESIDE = 3.0, 6
 # Readings that are looked at: each that is wrong, and each corner, makes eight beside it look off.
 _MOST_LOOKED_AT = 120
 # Readings that repeat the one before, from this share on, show the step of a display; a number is whole within so much.
-_REPEATED, _WHOLE = 0.05, 1e-3
+_REPEATED, _WHOLE, _ABOUT = 0.05, 1e-3, 1.001
 # Where a larger share of a record seems to stand alone, it is what the record is like.
 _SHARE = 0.1
 
@@ -66,6 +74,7 @@ def alone(values: Mapping[str, FloatArray]) -> dict[str, dict[int, float]]:
     channels = {q: values[q] for q in SMOOTH if q in values}
     found = {q: _runs_of(y) for q, y in channels.items()}
     leaving = {q: {r for rows in of.values() for run in rows for r in run} for q, of in found.items()}
+    turns = _turns(channels["displacement"]) if "displacement" in channels else _NO_TURN
     kept: dict[str, dict[int, float]] = {}
     for quantity, runs in found.items():
         rows: dict[int, float] = {}
@@ -78,7 +87,7 @@ def alone(values: Mapping[str, FloatArray]) -> dict[str, dict[int, float]]:
             others = [y for q, y in channels.items() if q != quantity]
             rows |= {r: near for r, near in _off_course(channels[quantity], others).items() if r not in rows}
             left = np.where(np.isin(np.arange(channels[quantity].size), list(rows)), np.nan, channels[quantity])
-            rows |= _off_cubic(left, others)
+            rows |= _off_cubic(left, others, turns)
         rows |= {r: near for r, near in _at_ends(channels[quantity]).items() if r not in rows}
         if 0 < len(rows) <= max(1, _SHARE * np.count_nonzero(np.isfinite(channels[quantity]))):
             kept[quantity] = rows
@@ -147,10 +156,11 @@ def _off_course(values: FloatArray, others: Sequence[FloatArray]) -> dict[int, f
     return found
 
 
-def _off_cubic(values: FloatArray, others: Sequence[FloatArray]) -> dict[int, float]:
-    """Readings off the cubic through those beside them, which these keep to, while other channels go on -> what it lets expect.
+def _off_cubic(values: FloatArray, others: Sequence[FloatArray], turns: IntArray) -> dict[int, float]:
+    """Readings off the cubic through those beside it, which these keep to, while other channels go on -> what it lets expect.
 
-    Where a channel has a corner (a turn, a touch, a step) the readings beside do not keep to a cubic, and nothing is told.
+    Only readings of one way of the ball are held against each other. Where a channel has a corner (a touch, a step) the
+    readings beside do not keep to a cubic, and nothing is told.
     """
     found: dict[int, float] = {}
     rows = np.flatnonzero(np.isfinite(values))
@@ -159,18 +169,21 @@ def _off_cubic(values: FloatArray, others: Sequence[FloatArray]) -> dict[int, fl
     for _ in range(_PASSES):
         if not 3 * _BESIDE < y.size <= _SHORT:
             break  # of many readings one does not matter
-        floor = max(_CUBIC_NOISES * noise_of(y, 4), _CUBIC_DIGITS * _digit(y))
-        at = np.flatnonzero(np.abs(y - np.convolve(y, cubic, "same")) > floor)
-        at = np.unique(np.concatenate([at, np.arange(_BESIDE), np.arange(y.size - _BESIDE, y.size)]))
+        digit, noise = _digit(y), noise_of(y, 4)
+        if last_step(np.unique(y)) < 2 * digit:
+            noise = min(noise, noise_of(y))  # it is that of the last digit
+        floor = max(_CUBIC_NOISES * noise, _CUBIC_DIGITS * digit)
+        off = np.abs(y - np.convolve(y, cubic, "same")) > floor
+        off[:_BESIDE] = off[-_BESIDE:] = True
+        for turn in np.searchsorted(rows, turns).tolist():
+            off[max(turn - _BESIDE, 0) : turn + _BESIDE + 1] = True
+        at = np.flatnonzero(off)
         if at.size > max(_MOST_LOOKED_AT, _SHARE * y.size):
             break
-        told = {k: near for k in at.tolist() if (near := _expected(rows, y, k, floor)) is not None}
+        told = {k: near for k in at.tolist() if (near := _expected(rows, y, k, floor, turns)) is not None}
         # A wrong reading makes those beside it seem off: the one farthest off is taken first.
         # At an end nothing tells a corner from it.
-        told = {k: v for k, v in told.items() if 1 < k < y.size - 2 or abs(float(y[k]) - v) > float(np.ptp(np.delete(y, k)))}
-        # At an end the others are looked at where readings stand on both sides.
-        inner = rows[np.clip(np.arange(rows.size), 2, rows.size - 3)]
-        told = {k: v for k, v in told.items() if all(_straight(other, int(inner[k])) for other in others)}
+        told = {k: v for k, v in told.items() if _is_told(rows, y, k, v, floor, turns, others)}
         if not told:
             break
         best = max(told, key=lambda k: abs(float(y[k]) - told[k]))
@@ -179,15 +192,116 @@ def _off_cubic(values: FloatArray, others: Sequence[FloatArray]) -> dict[int, fl
     return found
 
 
-def _expected(rows: IntArray, y: FloatArray, k: int, floor: float) -> float | None:
+def _turns(values: FloatArray) -> IntArray:
+    """Rows in which the ball turns, the last of each way, whatever single readings do."""
+    rows = np.flatnonzero(np.isfinite(values))
+    y = values[rows]
+    if not 3 * _BESIDE < y.size <= _SHORT:
+        return _NO_TURN
+    middle = np.median(np.lib.stride_tricks.sliding_window_view(np.pad(y, 2, mode="edge"), 5), axis=1)
+    step = float(np.max(np.abs(np.diff(middle))))
+    least = _WAY * float(np.ptp(middle))
+    turns, top, way = [], 0, 0
+    for k in range(1, y.size):
+        gone = float(middle[k] - middle[top])
+        if way == 0:
+            way = int(np.sign(gone)) if abs(gone) > least else 0
+            top = k if way else top
+        elif gone * way >= 0:
+            top = k
+        elif abs(gone) > least:
+            near = np.arange(max(top - 3, 0), min(top + 3, y.size - 1) + 1)
+            beyond = (y[near] - middle[top]) * way
+            # One far beyond the middle of those beside it is no turn.
+            near, beyond = near[beyond <= _A_TURN * step], beyond[beyond <= _A_TURN * step]
+            turn = int(near[np.argmax(beyond)])
+            # A hold is a way of its own.
+            rests = np.abs(y - y[turn]) < _RESTS * step
+            begin, end = (turn - int(np.argmin(rests[turn::-1])) + 1, turn + int(np.argmin(rests[turn:])) - 1)
+            turns += [int(rows[begin]), int(rows[end])] if end - begin > 1 else [int(rows[turn])]
+            top, way = k, -way
+    return np.array(turns, dtype=np.int64)
+
+
+def _way(rows: IntArray, k: int, turns: IntArray) -> tuple[int, int]:
+    """The first reading of the way of the ball on which one stands, and the first behind it."""
+    way = np.searchsorted(turns, rows, side="left")
+    return int(np.searchsorted(way, way[k], side="left")), int(np.searchsorted(way, way[k], side="right"))
+
+
+def _is_told(
+    rows: IntArray, y: FloatArray, k: int, near: float, floor: float, turns: IntArray, others: Sequence[FloatArray]
+) -> bool:
+    """Whether a reading off its course is wrong, as other channels go on there, or keep to their course while it is far off."""
+    off, span = abs(float(y[k]) - near), float(np.ptp(np.delete(y, k)))
+    first, last = _way(rows, k, turns)
+    # How many readings stand between it and the turns. Where it turns off the sample a touch may be as near.
+    ends = [(k - first, first)] * (first > 0) + [(last - 1 - k, last - 1)] * (last < y.size)
+    pressed = [abs(float(y[end] - y[0])) > span / 2 for _, end in ends]
+    apart = min(
+        (n if deep else n * _BEFORE_A_TURN // _BOTH_SIDES for (n, _), deep in zip(ends, pressed, strict=True)), default=y.size
+    )
+    # At an end the others are looked at where readings stand on both sides.
+    inner = int(rows[min(max(k, 2), rows.size - 3)])
+    slow = _is_slow(rows, y, k, turns)
+    sure = apart >= (_BESIDE if slow else _BEFORE_A_TURN) and (1 < k < y.size - 2 or off > span)
+    if sure and all(_straight(other, inner) for other in others):
+        return True
+    if off < _MATTERS * span or apart < _BEFORE_A_TURN or not 0 < k < y.size - 1 or slow:
+        return False
+    low, high = sorted((float(y[k - 1]), float(y[k + 1])))
+    # Beside a turn or an end the course may bend, but it does not come back.
+    both = min(k, y.size - 1 - k) >= _BOTH_SIDES and apart >= _BEFORE_A_TURN
+    enough = both or max(low - float(y[k]), float(y[k]) - high) > floor
+    return enough and all(_keeps(other, int(rows[k]), turns) for other in others)
+
+
+def _is_slow(rows: IntArray, y: FloatArray, k: int, turns: IntArray) -> bool:
+    """Whether readings beside one are written several times, as those of a slow meter are."""
+    beside = _beside_on_way(rows, k, turns)
+    return beside is not None and int(np.count_nonzero(np.diff(y[beside]) == 0)) > 1
+
+
+def _keeps(values: FloatArray, row: int, turns: IntArray) -> bool:
+    """Whether a channel keeps to its course in a row as well as the readings beside do."""
+    rows = np.flatnonzero(np.isfinite(values))
+    k = int(np.searchsorted(rows, row))
+    if k >= rows.size or rows[k] != row or rows.size <= 3 * _BESIDE:
+        return False
+    y = values[rows]
+    beside = _beside_on_way(rows, k, turns)
+    if beside is None:
+        return False
+    near, sd, spread = _course_at(rows, y, k, beside)
+    return abs(float(y[k]) - near) <= _KEEPS * max(sd, noise_of(y, 4), _digit(y)) * spread
+
+
+def _beside_on_way(rows: IntArray, k: int, turns: IntArray) -> list[int] | None:
+    """The readings next to one that are of the same way of the ball; None if they are too few to tell a course."""
+    first, last = _way(rows, k, turns)
+    low = max(min(max(k - _BESIDE, first), last - 2 * _BESIDE - 1), first)
+    beside = [i for i in range(low, min(low + 2 * _BESIDE + 1, last)) if i != k]
+    return beside if len(beside) >= _FEWEST_BESIDE else None
+
+
+def _course_at(rows: IntArray, y: FloatArray, k: int, kept: Sequence[int]) -> tuple[float, float, float]:
+    """What a cubic through readings lets expect of one, how far these are off it, and the spread of the difference."""
+    weights, residual, spread = _cubic(tuple((rows[kept] - rows[k]).tolist()))
+    left = residual @ y[kept]
+    return float(weights @ y[kept]), math.sqrt(float(left @ left) / (len(kept) - 4)), spread
+
+
+def _expected(rows: IntArray, y: FloatArray, k: int, floor: float, turns: IntArray) -> float | None:
     """What the cubic through those beside a reading lets expect, where these keep to it, but for one, and it does not."""
-    low = min(max(k - _BESIDE, 0), y.size - 2 * _BESIDE - 1)
-    beside = [i for i in range(low, low + 2 * _BESIDE + 1) if i != k]
-    for without in (-1, *beside):
+    beside = _beside_on_way(rows, k, turns)
+    if beside is None:
+        return None
+    first, last = _way(rows, k, turns)
+    # Beside a turn a step of the channel would be told, too, if one of the few behind it were left out.
+    cut = (first > 0 and k - first < _BESIDE) or (last < y.size and last - 1 - k < _BESIDE)
+    for without in (-1,) if cut else (-1, *beside):
         kept = [i for i in beside if i != without]
-        weights, residual, spread = _cubic(tuple((rows[kept] - rows[k]).tolist()))
-        near, left = float(weights @ y[kept]), residual @ y[kept]
-        sd = math.sqrt(float(left @ left) / (len(kept) - 4))
+        near, sd, spread = _course_at(rows, y, k, kept)
         if abs(float(y[k]) - near) > max(_CUBIC_LOCAL * sd, floor) * spread:
             return near
     return None
@@ -225,7 +339,7 @@ def _straight(values: FloatArray, row: int) -> bool:
     if k >= rows.size or rows[k] != row or not 1 < k < rows.size - 2:
         return False
     y = values[rows[k - 2 : k + 3]]
-    steps = np.diff(y)
+    steps = np.diff(y) / np.diff(rows[k - 2 : k + 3])
     noise = 8 * noise_of(values[rows]) + last_step(values[rows])
     return bool(np.ptp(steps) <= max(_STRAIGHT * float(np.max(np.abs(steps))), noise))
 
@@ -277,11 +391,10 @@ def _digit(y: FloatArray) -> float:
     if np.count_nonzero(np.diff(y) == 0) > _REPEATED * y.size:
         return last_step(y)
     top = float(np.max(np.abs(y), initial=0.0))
-    steps = np.diff(np.unique(y))
-    least = float(np.min(steps[steps > 1e-9 * top], initial=np.inf))
+    least = last_step(np.unique(y)) or np.inf
     for digits in range(1, 8):
         power = 10.0 ** (math.floor(math.log10(top)) - digits) if top > 0 else np.inf
-        if power < least and np.mean(np.abs(y / power - np.rint(y / power)) < _WHOLE) > 1 - _SHARE:
+        if power < _ABOUT * least and np.mean(np.abs(y / power - np.rint(y / power)) < _WHOLE) > 1 - _SHARE:
             return power
     return least if np.isfinite(least) else 0.0
 

@@ -93,8 +93,8 @@ def read_lab_text(path: Path) -> LabText:
     if "\r" in text:
         text = text.replace("\r\n", "\n").replace("\r", "\n")
     lines = _with_whole_cells(text.split("\n"))
-    long = next((i for i, line in enumerate(lines) if len(line) > _LONGEST_LINE), None)
-    if long is not None:
+    if max(map(len, lines)) > _LONGEST_LINE:
+        long = next(i for i, line in enumerate(lines) if len(line) > _LONGEST_LINE)
         raise InputError(
             Fault(f"a line of {len(lines[long])} characters is not a row of a lab's table", path, long + 1, advice=_EXPORT)
         )

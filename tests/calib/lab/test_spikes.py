@@ -105,3 +105,23 @@ def test_corners_steps_snaps_and_coarse_records_are_kept(
     monkeypatch.setitem(VALUES, "force", course)
     monkeypatch.setitem(VALUES, "capacitance", 30 + course)
     assert not any("stands alone" in why for why in _read(tmp_path).reasons)
+
+
+@pytest.mark.parametrize(
+    ("quantity", "row", "factor"), [("force", -2, 1.6), ("displacement", -2, 1.6), ("displacement", -10, 0.8)]
+)
+def test_a_damaged_cell_near_the_turn_of_a_short_press_is_left_out_and_the_press_as_it_is_kept(
+    tmp_path: Path, quantity: str, row: int, factor: float
+) -> None:
+    n = 40
+    turn = n // 2
+    depth = 1.2 * (1 - np.abs(np.arange(n) / turn - 1.0))
+    load = 30 * np.maximum(depth - 0.2, 0.0) ** 1.6 * np.where(np.arange(n) > turn, 0.8, 1.0)
+    columns = {"displacement": depth, "force": load, "capacitance": 60 + 0.1 * load}
+    for damaged in (False, True):
+        if damaged:
+            columns[quantity][turn + row] *= factor
+        lines = [f"{0.5 * i:.1f},{x:.4f},{f:.3f},{c:.4f}" for i, (x, f, c) in enumerate(zip(*columns.values(), strict=True))]
+        path = tmp_path / "press.csv"
+        path.write_text("Time (s),Extension (mm),Load (N),Cp (pF)\n" + "\n".join(lines) + "\n", encoding="utf-8")
+        assert _left_out(read_lab_file(path)) == ([turn + row] if damaged else [])
