@@ -36,6 +36,7 @@ from calib.checks.proof import (
     replicate_from_plain,
     replicate_to_plain,
 )
+from calib.checks.put_in import PUT_IN_ERROR, PutInShift, put_in_shifts
 from calib.checks.reasons import (
     BAYES_LIMITS,
     BEFORE_SAMPLING,
@@ -79,6 +80,7 @@ __all__ = [
     "LIKELIHOOD",
     "NOTICEABLE",
     "OF_MODELS",
+    "PUT_IN_ERROR",
     "RULED_OUT",
     "USUAL",
     "WEIGHTINGS",
@@ -100,6 +102,7 @@ __all__ = [
     "Plausibility",
     "Prediction",
     "Proof",
+    "PutInShift",
     "Range",
     "Reason",
     "Replicate",
@@ -137,6 +140,7 @@ __all__ = [
     "predict",
     "presses_of",
     "pull_in_words",
+    "put_in_shifts",
     "rank_band",
     "rank_points",
     "rank_shares",

@@ -8,6 +8,7 @@ from calib.catalogue import POOLED, QUANTITIES, SPREADS, spread_of
 from calib.checks import Colour, Reason, passed_gates
 from calib.decision import largest_force, percent, void_in_words
 from calib.experiment import model_in_words
+from calib.report.put_in import put_in_conditions
 from calib.report.rows import PRIOR_DRIVEN_WORDS, SENSOR_PARAMETERS, ParameterRow, parameter_rows, told_by_few
 from calib.report.section import Results, Section
 from calib.report.status import status_in_words
@@ -71,7 +72,7 @@ def section(results: Results) -> Section:
         "specimens": shown[:_MOST_SPECIMENS],
         "left_out": max(0, len(shown) - _MOST_SPECIMENS),
         "columns": {r.label: (r.symbol, r.unit) for r in rows if r.where},
-        "conditions": _conditions(results),
+        "conditions": (*_conditions(results), *put_in_conditions(results)),
         "picture": results.picture(results.signal_picture) if results.signal_picture else None,
         # What does not fit onto one sheet is followed by the next section where it ends.
         "one_sheet": height <= _ROOM,
