@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from calib.catalogue import POOLED, QUANTITIES, SPREADS, spread_of
-from calib.checks import Colour, Reason, passed_gates
+from calib.checks import LEARNED, Colour, Reason, passed_gates
 from calib.decision import largest_force, percent, void_in_words
 from calib.experiment import model_in_words
+from calib.report.put_in import put_in_conditions
 from calib.report.rows import PRIOR_DRIVEN_WORDS, SENSOR_PARAMETERS, ParameterRow, parameter_rows, told_by_few
 from calib.report.section import Results, Section
 from calib.report.status import status_in_words
@@ -71,7 +72,7 @@ def section(results: Results) -> Section:
         "specimens": shown[:_MOST_SPECIMENS],
         "left_out": max(0, len(shown) - _MOST_SPECIMENS),
         "columns": {r.label: (r.symbol, r.unit) for r in rows if r.where},
-        "conditions": _conditions(results),
+        "conditions": (*_conditions(results), *put_in_conditions(results)),
         "picture": results.picture(results.signal_picture) if results.signal_picture else None,
         # What does not fit onto one sheet is followed by the next section where it ends.
         "one_sheet": height <= _ROOM,
@@ -128,6 +129,7 @@ def summary_sentences(posterior: Posterior) -> str:
     if "relative_permittivity" in rows:
         parts.append(f"its relative permittivity {rows['relative_permittivity'].value}")
     text = " and ".join(parts) + " (mean ± one standard deviation). " if parts else ""
+    text += _put_in(posterior, rows)
     few = told_by_few(posterior)
     text += _spreads(rows, few)
     said = SPREADS if few else ()  # that they are what was believed
@@ -135,6 +137,17 @@ def summary_sentences(posterior: Posterior) -> str:
     if driven:
         text += f"The data hardly moved {_listed(driven)}: there the result is the prior, not the measurement."
     return text.strip()
+
+
+def _put_in(posterior: Posterior, rows: Mapping[str, ParameterRow]) -> str:
+    """That a permittivity is mostly what was put in, where it is; of the modulus the verdict speaks."""
+    summary = posterior.diagnostics.parameters.get("relative_permittivity")
+    if "relative_permittivity" not in rows or summary is None or summary.prior_contraction >= LEARNED:
+        return ""
+    if rows["relative_permittivity"].learned == PRIOR_DRIVEN_WORDS:
+        return ""  # said with all others that are
+    share = f"{100 * summary.prior_contraction:.0f} %"
+    return f"Of this permittivity the data taught {share}: it is mostly what was put in, and as right as that was. "
 
 
 def _spreads(rows: Mapping[str, ParameterRow], few: str) -> str:

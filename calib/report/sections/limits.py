@@ -7,6 +7,7 @@ from collections import Counter
 from calib.catalogue import UNKNOWNS, UnknownName
 from calib.experiment import Experiment, MaterialLaw, unedited_in_words, variants_of
 from calib.problem import specimen_and_ball
+from calib.report.put_in import put_in_effects
 from calib.report.section import Results, Section
 from calib.sampling import Posterior
 from models.sensor import Base
@@ -57,9 +58,14 @@ _GAINS = {
 
 def section(results: Results) -> Section:
     """Show what the numbers take for granted, as a list."""
-    return Section(
-        "limits", "What the numbers take for granted", "Limits", "limits.html.j2", {"limits": _shared(results)}, of_draws=False
-    )
+    said = [
+        *_shared(results),
+        *(
+            (f"Taken as put in: {words}", f"{effect[0].upper()}{effect[1:]}. {why}")
+            for words, effect, why in put_in_effects(results)
+        ),
+    ]
+    return Section("limits", "What the numbers take for granted", "Limits", "limits.html.j2", {"limits": said}, of_draws=False)
 
 
 def _shared(results: Results) -> list[tuple[str, str]]:
@@ -191,6 +197,22 @@ def _instruments(posterior: Posterior, unknown: set[str]) -> list[tuple[str, str
         if used and f"{channel}_gain" not in unknown:
             advice = f"Give {channel}_gain = {example} in [priors], by its class or manual, to have that in the uncertainties."
             found.append((f"The {instrument} is taken as exact", f"{effect} {advice}"))
+    if any("force" in sweep.channels for sweep in posterior.sweeps):
+        found.append(
+            (
+                "The travel is taken as exact",
+                "An error of its gain goes into the modulus: travel that is read 1 % too large makes it about 1.5 % too small. "
+                "Hold the crosshead against a dial gauge or gauge blocks; what the machine gives way is another matter.",
+            )
+        )
+    if any(sweep.clock is not None for sweep in posterior.sweeps):
+        found.append(
+            (
+                "Both clocks run at one rate",
+                "Their offset is found, not their rate. A log whose times are counted, readings times a nominal interval, may "
+                "run 1 or 2 % fast or slow, which looks like a padding of another modulus. Log the times that were measured.",
+            )
+        )
     if any("force" in sweep.channels for sweep in posterior.sweeps) and "load_step" not in unknown:
         found.append(
             (

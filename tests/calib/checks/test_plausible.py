@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from itertools import combinations
 from pathlib import Path
 from typing import Literal
 
@@ -12,11 +13,13 @@ import numpy as np
 import pytest
 
 from calib.checks import Plausibility, in_units, plausibility, scaled, ways_out
+from calib.checks.plausible.judgement import is_one_record
 from calib.checks.plausible.ranges import UNLIKELY, Range, farthest, ranges_of
 from calib.checks.plausible.slips import slips_of
 from calib.errors import Fault
 from calib.experiment import Experiment, Specimen, SweepFiles
 from calib.lab import Points, Sweep
+from calib.lab.reduction import NoiseEstimate
 from calib.priors import Fixed, HalfNormal, LogNormal, Normal, Prior, TruncatedNormal, Uniform
 from calib.problem import build_problem, log_likelihood
 from calib.problem.synthetic import Rig, synthetic_sweep
@@ -216,6 +219,33 @@ def test_one_file_that_was_entered_for_two_specimens_is_red() -> None:
     (reason,) = [r for r in found.reasons if r.gate == "same readings"]
     assert (found.verdict.colour, reason.level) == ("red", "red")
     assert reason.finding == "sensor 1 and sensor 2 have the same readings of capacitance"
+
+
+def _pressed(seed: int, step: float = 0.0) -> Sweep:
+    """One press of 40 points of one truth, saved by itself; `step` [F] is the meter's."""
+    design = design_from({**TRUTH, "indenter_radius": 5e-3})
+    rig = Rig(0.1e-3, 1e-6, 0.2, 0.2e-12)
+    rng = np.random.default_rng(seed)
+    sweep = synthetic_sweep(ClosedForm(), design, 0.55e-3, rig, rng, specimen=f"sensor {seed}", tie="force", n_points=40)
+    points = sweep.channels["capacitance"]
+    read = points.value if step == 0 else step * np.round(points.value / step)
+    told = NoiseEstimate(sweep.noise["capacitance"], 1.0, step, 1.0, 1000, 1000, 40, 0)
+    channels = {**sweep.channels, "capacitance": replace(points, value=read)}
+    return replace(sweep, channels=channels, readings={"capacitance": told}, files=((f"{seed}.csv", f"{seed:064x}"),))
+
+
+def test_a_press_saved_anew_with_fewer_digits_is_known_by_its_noise() -> None:
+    first = _pressed(1)
+    points, noise = first.channels["capacitance"], first.noise["capacitance"]
+    rounded = replace(points, value=points.value + np.random.default_rng(3).uniform(-0.2, 0.2, 40) * noise)
+    again = replace(first, specimen="sensor 2", channels={"capacitance": rounded}, files=(("2.csv", "2" * 64),))
+    assert is_one_record(first, again, "capacitance")
+
+
+def test_presses_of_one_truth_are_not_one_record_whatever_the_step_of_the_meter() -> None:
+    for step in (0.0, 5e-15, 1e-13):
+        presses = [_pressed(seed, step) for seed in range(20)]
+        assert not any(is_one_record(a, b, "capacitance") for a, b in combinations(presses, 2))
 
 
 def test_a_refusal_names_the_slip_that_is_behind_it() -> None:

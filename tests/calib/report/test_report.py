@@ -592,6 +592,20 @@ def test_few_specimens_hardly_tell_a_spread_and_the_report_says_so(
     assert "hardly moved" not in text  # which is said once
 
 
+@pytest.mark.parametrize(("learned", "said"), [(0.12, "the data taught 12 %: it is mostly what was put in"), (0.8, "")])
+def test_a_permittivity_that_is_mostly_what_was_put_in_is_said_to_be(
+    make_posterior: MakePosterior, learned: float, said: str
+) -> None:
+    posterior = make_posterior()
+    parameters = {
+        name: replace(s, prior_contraction=learned) if name == "relative_permittivity" else s
+        for name, s in posterior.diagnostics.parameters.items()
+    }
+    text = summary_sentences(replace(posterior, diagnostics=replace(posterior.diagnostics, parameters=parameters)))
+    assert said in text
+    assert ("mostly what was put in" in text) == bool(said)
+
+
 @pytest.mark.usefixtures("undrawn")
 def test_the_page_of_a_lot_says_whose_padding_it_is_and_what_the_specimens_are(make_lot: Callable[..., Posterior]) -> None:
     posterior = make_lot()
