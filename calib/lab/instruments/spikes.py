@@ -273,7 +273,10 @@ def _keeps(values: FloatArray, row: int, turns: IntArray) -> bool:
     if beside is None:
         return False
     near, sd, spread = _course_at(rows, y, k, beside)
-    return abs(float(y[k]) - near) <= _KEEPS * max(sd, noise_of(y, 4), _digit(y)) * spread
+    noise, digit = noise_of(y, 4), _digit(y)
+    if _expected(rows, y, k, max(_CUBIC_NOISES * noise, _CUBIC_DIGITS * digit), turns) is not None:
+        return False  # both show it, so that something has happened
+    return abs(float(y[k]) - near) <= _KEEPS * max(sd, noise, digit) * spread
 
 
 def _beside_on_way(rows: IntArray, k: int, turns: IntArray) -> list[int] | None:
