@@ -167,7 +167,13 @@ def _of_one_record(problem: Problem) -> Iterator[Reason]:
 
 
 def is_one_record(first: Sweep, second: Sweep, kind: str) -> bool:
-    """Whether a channel of both is one: of a common file with the same smallest and largest value, or with the same noise."""
+    """Whether a channel of both is one: of a common file with the same smallest and largest value, or with the same noise.
+
+    Parameters
+    ----------
+    first, second : sweeps of one experiment.
+    kind : name of a channel that both have.
+    """
     common = {sha for _, sha in first.files} & {sha for _, sha in second.files}
     mine, others = (np.array([np.min(s.channels[kind].value), np.max(s.channels[kind].value)]) for s in (first, second))
     noise = max(s.noise[kind] for s in (first, second))

@@ -107,11 +107,13 @@ function begin(within) {
       load(into);
     });
   }
-  // The command that a form stands for, as it is filled in.
+  // The command that a form stands for, as it is filled in. Answers may overtake each other: that of the last letter counts.
   for (const form of all("form[data-command]", within)) {
+    let last = "";
     form.addEventListener("input", async () => {
-      const { ok, said } = await answer(`${form.dataset.command}?${new URLSearchParams(new FormData(form))}`);
-      if (ok) one("#command").textContent = said.command;
+      const filled = last = String(new URLSearchParams(new FormData(form)));
+      const { ok, said } = await answer(`${form.dataset.command}?${filled}`);
+      if (ok && filled === last) one("#command").textContent = said.command;
     });
     form.addEventListener("submit", () => {
       one("button[type=submit]", form).disabled = true;

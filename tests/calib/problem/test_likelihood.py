@@ -530,7 +530,7 @@ def test_a_thickness_outside_the_models_range_is_refused_with_the_bound() -> Non
 
 def test_a_prior_mostly_outside_the_models_range_is_refused() -> None:
     vague = experiment({"electrode_radius": Normal(9.9e-3, 0.2e-3)}, {"contact_offset": Uniform(-2e-3, 2e-3)})
-    with pytest.raises(InputError, match=r"covers for \d+% of the prior's draws"):
+    with pytest.raises(InputError, match=r"covers for \d+ % of the prior's draws"):
         build_problem(vague, [press(depth=1.0e-3)], EXACT)
 
 
