@@ -132,10 +132,12 @@ class _Course:
         steps = np.abs(self.steps)
         return abs(change) <= max(_RESTS * (high - low) * float(np.median(steps)), 3 * self.noise, self.digit)
 
-    def off(self, i: int) -> float:
-        """How far a step is from the middle of those beside it."""
-        steps = self.steps[max(i - _NEAR, 0) : i + _NEAR + 1]
-        return abs(float(self.steps[i] - np.median(steps)))
+    def off(self, at: IntArray) -> FloatArray:
+        """How far steps are from the middle of those beside them, of the shape of `at`."""
+        beside = at[..., None] + np.arange(-_NEAR, _NEAR + 1)
+        inside = (beside >= 0) & (beside < self.steps.size)
+        middle = np.nanmedian(np.where(inside, self.steps[np.clip(beside, 0, self.steps.size - 1)], np.nan), axis=-1)
+        return np.asarray(np.abs(self.steps[at] - middle), dtype=float)
 
     def slopes(self, i: int, others: IntArray) -> tuple[float, float, float]:
         """Steps per reading before the one from i to i + 1 and behind it, without other jumps, and what noise makes of them."""
@@ -327,12 +329,8 @@ def _too_large(quantity: str, course: _Course, at: IntArray, others: Mapping[str
 
 def _near_off(course: _Course, at: IntArray) -> FloatArray:
     """How far steps, or those within two readings of them, are off from those beside them, (at.size,)."""
-    steps = course.steps
-    near = np.clip(at[:, None] + np.arange(-2, 3), 0, steps.size - 1)
-    beside = near[:, :, None] + np.arange(-_NEAR, _NEAR + 1)
-    inside = (beside >= 0) & (beside < steps.size)
-    middle = np.nanmedian(np.where(inside, steps[np.clip(beside, 0, steps.size - 1)], np.nan), axis=2)
-    return np.asarray(np.max(np.abs(steps[near] - middle), axis=1))
+    near = np.clip(at[:, None] + np.arange(-2, 3), 0, course.steps.size - 1)
+    return np.asarray(np.max(course.off(near), axis=1), dtype=float)
 
 
 def _resampled(values: FloatArray, course: _Course, *, driven: bool = False) -> _Course:
@@ -442,7 +440,7 @@ def _of_capacitance(course: _Course, i: int, at: IntArray, others: Mapping[str, 
     if force is not None and _is_seen(force):
         expected = jump / rest * force.span
         would_show = expected > _WOULD_SHOW * (force.noise + force.digit)
-        beside = force.moves(i, _NONE) != "other" and force.off(i) < _UNSEEN * expected
+        beside = force.moves(i, _NONE) != "other" and force.off(np.array([i])).item() < _UNSEEN * expected
         # What is larger than the press is none of it, at a turn either.
         sure = would_show and (beside or (jump > rest and _near_off(force, np.array([i])).item() < _UNSEEN * expected))
     elif does or (ball is not None and _is_seen(ball)):

@@ -160,9 +160,6 @@ def to_numbers(cells: Sequence[str], decimal: str) -> Numbers:
         values[over] = np.nan
     for i in odd:
         cell = cells[i]
-        if not cell:
-            empty[i] = True
-            continue
         number = parse_number(cell, decimal)
         if number is not None and abs(number) < OVER_RANGE:
             values[i] = number
