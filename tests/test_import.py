@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import shutil
 import subprocess
 import sys
 from collections.abc import Callable
@@ -19,9 +20,10 @@ ROOT = Path(__file__).parents[1]
 HEAVY = ("numpy", "scipy", "pandas", "xarray", "matplotlib", "arviz")
 
 
-def python(code: str) -> str:
-    """What a fresh Python prints."""
-    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip()
+def python(code: str, *, both: bool = False) -> str:
+    """What a fresh Python prints; in front of it, if it is asked for, what it says of faults."""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    return ((done.stderr if both else "") + done.stdout).strip()
 
 
 def test_import_takes_less_than_three_tenths_of_a_second() -> None:
@@ -81,3 +83,26 @@ print("loaded:", *(name for name in {("scipy", "matplotlib", "arviz", "pandas", 
     said = python(code)
     assert "Commands" in said or "calibrate" in said
     assert said.splitlines()[-1] == "loaded:"
+
+
+@pytest.mark.parametrize("said", ['unknown key "prior"', "force reads 0 N in every row"])
+def test_a_refusal_waits_neither_for_what_draws_nor_for_what_samples(said: str, tmp_path: Path) -> None:
+    experiment = tmp_path / "experiment.toml"
+    shutil.copytree(ROOT / "datasets" / "padded_sensor", tmp_path, dirs_exist_ok=True)
+    if "key" in said:
+        experiment.write_text(experiment.read_text(encoding="utf-8").replace("[priors]", "[prior]", 1), encoding="utf-8")
+    else:
+        rows = "".join(f"{0.1 * row:.1f},{0.004 * row:.5f},0.0\n" for row in range(500))
+        (tmp_path / "sensor1_instron.csv").write_text("Time (s),Displacement (mm),Force (N)\n" + rows)
+    code = f"""
+import sys
+from calib.cli import app
+try:
+    app(["calibrate", {str(experiment)!r}, "-o", {str(tmp_path / "run")!r}])
+except SystemExit as end:
+    assert end.code == 2, end.code
+print("loaded:", *(name for name in ("matplotlib", "emcee", "arviz", "scipy.stats", "scipy.signal") if name in sys.modules))
+"""
+    printed = python(code, both=True)
+    assert said in " ".join(printed.split())
+    assert printed.splitlines()[-1] == "loaded:"

@@ -12,7 +12,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import kendalltau, theilslopes
 
 from models.sensor import FloatArray
 
@@ -88,6 +87,8 @@ def trend_of(quantity: str, place: FloatArray, value: FloatArray, ordered_by: st
     >>> found.drifts, round(found.change, 3)
     (True, 0.104)
     """
+    from scipy.stats import kendalltau, theilslopes  # takes long to load
+
     n = int(value.size)
     if n < FEWEST or np.ptp(place) == 0 or np.ptp(value) == 0:
         return Trend(quantity, n, math.nan, (math.nan, math.nan), 1.0, ordered_by)

@@ -5,16 +5,21 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TypedDict
 
-import numpy as np
-
-from calib.catalogue import CHANNELS
 from calib.errors import Fault, InputError
-from calib.experiment.plan import Experiment, SweepFiles
-from calib.lab import Sweep, make_sweep
+from calib.experiment.plan import Experiment
+from calib.lab import Reading, Sweep, Use, make_sweep, read_press
 from calib.priors import Prior, default_prior
 
 # Share of a prior that is looked at when a file is judged before there is a posterior.
 _CERTAIN = 0.99
+
+
+class _Said(TypedDict):
+    """What the user says of the files of a press."""
+
+    force_reading: Reading
+    capacitance_reading: Reading
+    use: Use
 
 
 class ComplianceSaid(TypedDict, total=False):
@@ -37,7 +42,7 @@ def read_sweeps(experiment: Experiment) -> tuple[Sweep, ...]:
     Raises
     ------
     InputError
-        With the faults of all files.
+        With the faults of all files; once one is found, with those of the others that reading them tells.
     """
     sweeps: list[Sweep] = []
     faults: list[Fault] = []
@@ -45,39 +50,32 @@ def read_sweeps(experiment: Experiment) -> tuple[Sweep, ...]:
     for specimen in experiment.specimens:
         clock = specimen.priors.get("clock_offset")
         for files in specimen.sweeps:
+            said: _Said = {
+                "force_reading": files.force_reading,
+                "capacitance_reading": files.capacitance_reading,
+                "use": files.use,
+            }
             try:
+                if faults:  # refused anyway: the others are read, and not worked on
+                    read_press(files.force, files.capacitance, **said)
+                    continue
                 sweep = make_sweep(
                     specimen.name,
                     files.name,
                     files.indenter_radius,
                     files.force,
                     files.capacitance,
-                    force_reading=files.force_reading,
-                    capacitance_reading=files.capacitance_reading,
-                    use=files.use,
                     clock_range=None if clock is None else clock.interval(_CERTAIN),
+                    **said,
                     **compliance,
                 )
             except InputError as error:
                 faults += error.faults
                 continue
             sweeps.append(sweep)
-            faults += _dead_channels(sweep, files)
     if faults:
         raise InputError(faults)
     return tuple(sweeps)
-
-
-def _dead_channels(sweep: Sweep, files: SweepFiles) -> list[Fault]:
-    """A fault for each channel that reads the same throughout: nothing was measured, and noise of zero would be believed."""
-    faults = []
-    for name, points in sweep.channels.items():
-        if points.value.size and np.ptp(points.value) == 0:
-            path = files.capacitance if name == "capacitance" and files.capacitance is not None else files.force
-            reading = f"{points.value[0]:g} {CHANNELS[name].unit}"
-            advice = "Look whether it was connected and logged, and leave the file out if it was not"
-            faults.append(Fault(f"{name} reads {reading} in every row that is used", path, advice=advice))
-    return faults
 
 
 def compliance_said(priors: Mapping[str, Prior]) -> ComplianceSaid:

@@ -4,7 +4,7 @@ from calib.lab.evidence import SIGNED
 from calib.lab.instruments import AS_FOUND, QUANTITIES, LabTable, Reading, SeveralSpecimens, Unread, read_lab_file
 from calib.lab.observations import Observations, observe, why_left_out
 from calib.lab.onset import hertz_onset, level_before_contact
-from calib.lab.pressing import make_sweep, readings_of
+from calib.lab.pressing import make_sweep, read_press, readings_of
 from calib.lab.quality import Grade, check_name, grade_rows, judge, number_text, quality_in_words
 from calib.lab.signs import SIGNS, SignDecision
 from calib.lab.sweep import Points, Sweep, Track, sweeps_from_json, sweeps_to_json
@@ -42,6 +42,7 @@ __all__ = [
     "observe",
     "quality_in_words",
     "read_lab_file",
+    "read_press",
     "readings_of",
     "same_part",
     "sweeps_from_json",

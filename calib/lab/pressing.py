@@ -69,32 +69,15 @@ def make_sweep(
     ------
     InputError
         With the faults of both files; if nothing ties capacitance to the crosshead; if too few rows are usable; if a cycle is
-        asked for that is not there, or a limit of something that neither file has; if the clock offset is ambiguous by
-        discrete steps.
+        asked for that is not there, or a limit of something that neither file has; if a channel reads the same in every row;
+        if the clock offset is ambiguous by discrete steps.
     """
-    force_file, capacitance_file = (None if file is None else Path(file) for file in (force_file, capacitance_file))
     if force_file is None and capacitance_file is None:
         raise InputError(Fault(f"sweep {name} of {specimen} has neither a force nor a capacitance file"))
-    same = force_file is not None and capacitance_file is not None and _same_file(force_file, capacitance_file)
-    # Of a workbook another sheet is another record.
-    same = same and capacitance_reading in ((force_reading,) if force_reading.sheet else (AS_FOUND, force_reading))
-    tester = lcr = None
-    faults: list[Fault] = []
-    try:
-        tester = None if force_file is None else observe(read_lab_file(force_file, force_reading), use)
-    except InputError as error:
-        faults += error.faults
-    try:
-        if same or capacitance_file is None:
-            lcr = tester if same else None
-        else:
-            lcr = _observe_capacitance(read_lab_file(capacitance_file, capacitance_reading), use, tester)
-    except InputError as error:
-        faults += error.faults
-    if faults:
-        raise InputError(faults)
-    _check_columns(tester, lcr)
-
+    tester, lcr = read_press(
+        force_file, capacitance_file, force_reading=force_reading, capacitance_reading=capacitance_reading, use=use
+    )
+    same = tester is lcr
     sources = [obs for obs in ((tester,) if same else (tester, lcr)) if obs is not None]
     notes = [note for obs in sources for note in _file_notes(obs)]
     if lcr is not None and lcr.use not in (use, FIRST_LOADING):
@@ -110,6 +93,7 @@ def make_sweep(
         onset = coarse_onset(x, f)
         reduced = reduce_channel(x, f, n_points, onset)
         channels["force"] = Points(reduced.value, reduced.n_effective, displacement=reduced.abscissa)
+        _require_change("force", channels["force"], tester)
         readings["force"] = reduced.estimate
         notes.append(_noise_note("force", "force", reduced.estimate))
     track: Track | None = None
@@ -141,6 +125,7 @@ def make_sweep(
             else:
                 continue
             channels[channel], readings[channel] = tied
+            _require_change(channel, channels[channel], lcr)
             notes.append(_noise_note(channel, f"{channel} over {over}", tied.estimate))
         if tester is None and lcr.force is not None and lcr.displacement is not None:
             notes.append(f"{lcr.table.path.name}: its force column is not calibrated against; name the file under force too")
@@ -161,6 +146,52 @@ def make_sweep(
         readings=readings,
         contact=_contact(tester, lcr),
     )
+
+
+def read_press(
+    force_file: Path | str | None,
+    capacitance_file: Path | str | None,
+    *,
+    force_reading: Reading = AS_FOUND,
+    capacitance_reading: Reading = AS_FOUND,
+    use: Use = FIRST_LOADING,
+) -> tuple[Observations | None, Observations | None]:
+    """Read the files of one press and find the part that is used, as the first and quick part of `make_sweep`.
+
+    Parameters
+    ----------
+    force_file, capacitance_file, force_reading, capacitance_reading, use : see `make_sweep`.
+
+    Returns
+    -------
+    What the tester and what the LCR meter has observed, None without such a file; the same object twice if it is one record.
+
+    Raises
+    ------
+    InputError
+        With the faults of both files, or of what they hold together.
+    """
+    force_file, capacitance_file = (None if file is None else Path(file) for file in (force_file, capacitance_file))
+    same = force_file is not None and capacitance_file is not None and _same_file(force_file, capacitance_file)
+    # Of a workbook another sheet is another record.
+    same = same and capacitance_reading in ((force_reading,) if force_reading.sheet else (AS_FOUND, force_reading))
+    tester = lcr = None
+    faults: list[Fault] = []
+    try:
+        tester = None if force_file is None else observe(read_lab_file(force_file, force_reading), use)
+    except InputError as error:
+        faults += error.faults
+    try:
+        if same or capacitance_file is None:
+            lcr = tester if same else None
+        else:
+            lcr = _observe_capacitance(read_lab_file(capacitance_file, capacitance_reading), use, tester)
+    except InputError as error:
+        faults += error.faults
+    if faults:
+        raise InputError(faults)
+    _check_columns(tester, lcr)
+    return tester, lcr
 
 
 def readings_of(obs: Observations) -> dict[str, NoiseEstimate]:
@@ -212,6 +243,14 @@ def _observe_capacitance(table: LabTable, use: Use, tester: Observations | None)
         if reached > 0:
             use = replace(use, max_depth=None, max_force=min(reached, use.max_force or np.inf))
     return observe(table, use)
+
+
+def _require_change(channel: str, points: Points, obs: Observations) -> None:
+    """Refuse a channel that reads the same throughout: nothing was measured, and noise of zero would be believed."""
+    if points.value.size and np.ptp(points.value) == 0:
+        reading = f"{points.value[0]:g} {CHANNELS[channel].unit}"
+        advice = "Look whether it was connected and logged, and leave the file out if it was not"
+        raise InputError(Fault(f"{channel} reads {reading} in every row that is used", obs.table.path, advice=advice))
 
 
 def _discrete(clock: ClockOffset, tester: Observations, lcr: Observations) -> Fault:

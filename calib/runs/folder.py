@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from calib import report
 from calib.checks import Member, Prediction, Reason, Verdict, judge_posterior, predict
 from calib.decision import (
     NextInShort,
@@ -26,15 +27,6 @@ from calib.decision import (
 from calib.errors import Fault, InputError, in_shell_path
 from calib.experiment import Specification, forward_of_experiment
 from calib.files import sha256_of, whole_file, write_text
-from calib.report import (
-    PrintError,
-    begin_drawing,
-    kept_drawings,
-    print_page,
-    report_page,
-    summary_csv,
-    summary_json,
-)
 from calib.runs.listing import (
     LISTING,
     NEXT,
@@ -211,7 +203,7 @@ def page_of(
     recommendation : shown in a section of its own, if there is one.
     drawings : pictures that workers draw, or that an earlier page of this posterior has.
     """
-    return report_page(
+    return report.report_page(
         run.posterior,
         run.predictions,
         recommendation,
@@ -299,7 +291,7 @@ def write_run(
 def _begin_drawing(run: Run, executor: Executor) -> Mapping[str, Callable[[], str]] | None:
     """Let workers draw the pictures of a run's page; None if that fails, as it will where the page is made, which tells."""
     with suppress(Exception):
-        return begin_drawing(run.posterior, run.predictions, load_recommendation(run.folder), executor)
+        return report.begin_drawing(run.posterior, run.predictions, load_recommendation(run.folder), executor)
     return None
 
 
@@ -317,7 +309,7 @@ def kept_page_drawings(run: Run, listing: Listing) -> Mapping[str, Callable[[], 
     if sha256(content).hexdigest() != listing.files.get(REPORT):
         return {}
     with suppress(Exception):  # as it fails again where the page is made, which tells
-        return kept_drawings(run.posterior, run.predictions, content.decode("utf-8"))
+        return report.kept_drawings(run.posterior, run.predictions, content.decode("utf-8"))
     return {}
 
 
@@ -355,9 +347,9 @@ def _print(run: Run, browser: Path) -> PageError | None:
     """Print the page of a run; why not, if that fails."""
     try:
         with whole_file(run.printed) as whole:
-            print_page(browser, run.report, whole)
+            report.print_page(browser, run.report, whole)
         return None
-    except PrintError as error:
+    except report.PrintError as error:
         return PageError(run.folder, str(error), PRINTED)
 
 
@@ -481,8 +473,8 @@ def unlisted(folder: Path, listing: Listing) -> list[str]:
 
 def _write_rest(run: Run, page: Callable[[Run, Recommendation | None], str]) -> PageError | None:
     """Write what follows from a posterior: the summaries, and the page if that can be made."""
-    write_text(run.folder / SUMMARIES[0], summary_json(run.posterior, run.verdict))
-    write_text(run.folder / SUMMARIES[1], summary_csv(run.posterior))
+    write_text(run.folder / SUMMARIES[0], report.summary_json(run.posterior, run.verdict))
+    write_text(run.folder / SUMMARIES[1], report.summary_csv(run.posterior))
     return write_page(run, page)
 
 

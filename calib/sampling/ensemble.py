@@ -17,16 +17,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-import emcee
 import numpy as np
 import numpy.typing as npt
-from emcee.autocorr import next_pow_two
 
 from calib.sampling.grouped import OF_GROUPS, OF_SHARED, GroupedWalkers
 from calib.sampling.proposal import Proposal
 from calib.sampling.target import Target
 from models.sensor import FloatArray
+
+if TYPE_CHECKING:
+    import emcee
 
 #: Shares of the kinds of moves: where the shape of the density is not known, and where it is.
 SHAPELESS = {"differential evolution": 0.9, "jump": 0.1}
@@ -117,6 +119,8 @@ def walk(target: Target, state: EnsembleState, moves: Moves, n_steps: int) -> Pa
     -------
     The steps, and the walkers after them.
     """
+    import emcee  # takes long to load
+
     n_walker, n = state.coords.shape
     if target.groups and moves.proposal is not None:
         walkers = GroupedWalkers(target, moves.proposal.parts[0])
@@ -244,6 +248,8 @@ class _Anywhere:
 
 
 def _made(kind: str, n: int, proposal: Proposal | None) -> _Counted | _Anywhere:
+    import emcee  # takes long to load
+
     if kind in ("differential evolution", "jump"):
         return _Counted(emcee.moves.DEMove(gamma0=1.0 if kind == "jump" else 1.67 / np.sqrt(2 * n)))
     if proposal is None:
@@ -282,10 +288,11 @@ def autocorrelation_time(chains: FloatArray) -> FloatArray:
     In steps, (n_parameter,), for chains (n_ensemble, n_step, n_walker, n_parameter).
     """
     n_step = chains.shape[1]
+    padded = 2 ** (n_step - 1).bit_length()  # a power of two, for the Fourier transform
     tau = np.empty(chains.shape[-1])
     for k in range(tau.size):
         x = chains[..., k] - np.mean(chains[..., k])
-        power = np.abs(np.fft.rfft(x, n=2 * next_pow_two(n_step), axis=1)) ** 2
+        power = np.abs(np.fft.rfft(x, n=2 * padded, axis=1)) ** 2
         covariance = np.fft.irfft(np.mean(power, axis=(0, 2)))[:n_step]
         if not covariance[0] > 0:
             tau[k] = np.nan

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.stats import qmc
 
 from models.sensor import FloatArray
 from models.surrogate.domain import DIELECTRIC, ELECTRODE, LENGTHS, MODULUS
@@ -33,6 +32,8 @@ def design_points(n: int, seed: int, family: Family = NEO_HOOKEAN) -> FloatArray
     -------
     Groups (n, 4 + n_own), in the order of `domain.group_names`.
     """
+    from scipy.stats import qmc  # takes long to load
+
     with np.errstate(all="ignore"):
         sobol = qmc.Sobol(_n_coordinate(family), rng=np.random.default_rng(seed))
         u = sobol.random_base2(max(0, int(np.ceil(np.log2(n)))))[:n]

@@ -10,7 +10,6 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-from scipy.stats import beta, binom
 
 from models.sensor import FloatArray, IntArray
 
@@ -70,6 +69,8 @@ def coverage_interval(inside: int, n: int, level: float = 0.95) -> tuple[float, 
     inside, n : counts.
     level : of the interval.
     """
+    from scipy.stats import beta  # takes long to load
+
     tail = (1 - level) / 2
     low = float(beta.ppf(tail, inside, n - inside + 1)) if inside else 0.0
     high = float(beta.ppf(1 - tail, inside + 1, n - inside)) if inside < n else 1.0
@@ -87,6 +88,8 @@ def _counts(ranks: FloatArray) -> IntArray:
 @cache
 def _tails(n: int) -> FloatArray:
     """Probability of a count at least as far out on its side, doubled, at each point, (POINTS, n + 1)."""
+    from scipy.stats import binom  # takes long to load
+
     count, z = np.arange(n + 1), rank_points()[:, None]
     return np.asarray(2 * np.minimum(binom.cdf(count, n, z), binom.sf(count - 1, n, z)))
 
