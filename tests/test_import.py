@@ -85,6 +85,29 @@ print("loaded:", *(name for name in {("scipy", "matplotlib", "arviz", "pandas", 
     assert said.splitlines()[-1] == "loaded:"
 
 
+@pytest.mark.parametrize("home", ["empty", "a file"])
+@pytest.mark.parametrize("loaded", ["ArviZ", "corner"])
+def test_a_home_that_nothing_can_be_kept_in_stops_nothing_and_nothing_is_said(loaded: str, home: str, tmp_path: Path) -> None:
+    folder = tmp_path / "home"
+    if home == "a file":
+        folder.write_text("")
+    code = f"""
+import os
+os.environ.pop("XDG_CACHE_HOME", None)
+os.environ.update(HOME={str(folder)!r}, MPLCONFIGDIR={str(tmp_path)!r})
+from calib.report import corner_figure
+from calib.sampling import load_arviz
+if {loaded!r} == "ArviZ":
+    load_arviz()
+else:
+    try:
+        corner_figure(None)
+    except AttributeError:  # of what is no posterior, which is looked at after corner is loaded
+        pass
+"""
+    assert python(code, both=True) == ""
+
+
 @pytest.mark.parametrize("said", ['unknown key "prior"', "force reads 0 N in every row"])
 def test_a_refusal_waits_neither_for_what_draws_nor_for_what_samples(said: str, tmp_path: Path) -> None:
     experiment = tmp_path / "experiment.toml"

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from calib.lazy import on_demand
 
 if TYPE_CHECKING:
-    from calib.sampling.archive import K_HAT, LeaveOut, smooth_weights
+    from calib.sampling.archive import K_HAT, LeaveOut, load_arviz, smooth_weights
     from calib.sampling.assess import BLOCK_STEPS
     from calib.sampling.checkpoint import is_begun, kept_blocks, kept_identity, whose_checkpoint
     from calib.sampling.diagnostics import Convergence, Diagnostics, Gate, summarise
@@ -87,6 +87,7 @@ __all__ = [
     "kept_blocks",
     "kept_identity",
     "leave_out",
+    "load_arviz",
     "load_posterior",
     "log_evidence_at",
     "look_at",
@@ -110,6 +111,7 @@ __getattr__ = on_demand(
         ".archive": (
             "K_HAT",
             "LeaveOut",
+            "load_arviz",
             "smooth_weights",
         ),
         ".assess": ("BLOCK_STEPS",),

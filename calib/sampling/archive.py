@@ -5,8 +5,10 @@ from __future__ import annotations
 import errno
 import io
 import os
+import tempfile
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -65,8 +67,26 @@ def load_arviz() -> Any:
     with warnings.catch_warnings():
         # The first import of each day announces the next major version, which the project's requirements exclude.
         warnings.simplefilter("ignore", FutureWarning)
-        import arviz
+        try:
+            import arviz
+        except OSError:
+            # It notes the day in the user's cache, and cannot be imported where the user may not write there.
+            with tempfile.TemporaryDirectory() as folder, _cache_in(folder):
+                import arviz
     return arviz
+
+
+@contextmanager
+def _cache_in(folder: str) -> Iterator[None]:
+    """Let libraries keep in a folder what they would keep in the user's cache."""
+    before = os.environ.get("XDG_CACHE_HOME")
+    os.environ["XDG_CACHE_HOME"] = folder
+    try:
+        yield
+    finally:
+        del os.environ["XDG_CACHE_HOME"]
+        if before is not None:
+            os.environ["XDG_CACHE_HOME"] = before
 
 
 def rank_r_hat(chains: FloatArray) -> float:

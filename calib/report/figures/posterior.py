@@ -12,13 +12,14 @@ from matplotlib.ticker import MaxNLocator
 from calib.catalogue import QUANTITIES
 from calib.digits import interval_text
 from calib.report.style import BLUE, ENSEMBLE_COLOURS, FORMULA, GREY, WIDTH, in_formula, styled_figure
-from calib.sampling import Posterior
+from calib.sampling import Posterior, load_arviz
 from models.sensor import FloatArray
 
 
 @styled_figure
 def corner_figure(posterior: Posterior) -> Figure:
     """Draw every pair of the shared material parameters and the thicknesses of the first specimen (a corner plot)."""
+    load_arviz()  # which corner imports too
     import corner
 
     wanted = (
