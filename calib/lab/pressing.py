@@ -129,7 +129,7 @@ def make_sweep(
             notes.append(_noise_note(channel, f"{channel} over {over}", tied.estimate))
         if tester is None and lcr.force is not None and lcr.displacement is not None:
             notes.append(f"{lcr.table.path.name}: its force column is not calibrated against; name the file under force too")
-    seen = {obs.table.path.name: obs.table.sha256 for obs in (tester, lcr) if obs is not None}
+    seen = dict.fromkeys((obs.table.path.name, obs.table.sha256) for obs in sources)
     return Sweep(
         specimen=specimen,
         name=name,
@@ -139,7 +139,7 @@ def make_sweep(
         noise={channel: found.noise for channel, found in readings.items()},
         clock_offset=offset,
         clock_offset_sd=offset_sd,
-        files=tuple(seen.items()),
+        files=tuple(seen),
         notes=tuple(notes),
         grades=grades,
         clock=clock,

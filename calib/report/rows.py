@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from markupsafe import Markup
 
 from calib.catalogue import POOLED, QUANTITIES, SPREADS, UNKNOWNS, UnknownName
-from calib.checks import Difference, conflict_limit
+from calib.checks import LEARNED, Difference, conflict_limit
 from calib.digits import interval_text, number_or_unknown, shortened, with_uncertainty
 from calib.priors import Fixed
 from calib.problem import ParameterInfo
@@ -186,15 +186,17 @@ def learned_in_words(contraction: float, shift: float, limit: float = 3.5) -> st
 
     Examples
     --------
-    >>> learned_in_words(0.05, 0.1), learned_in_words(0.5, 0.1), learned_in_words(0.97, 0.1)
-    ('prior-driven', 'moved by the data', 'settled by the data')
+    >>> learned_in_words(0.05, 0.1), learned_in_words(0.3, 0.1), learned_in_words(0.6, 0.1), learned_in_words(0.97, 0.1)
+    ('prior-driven', 'mostly its prior', 'moved by the data', 'settled by the data')
     >>> learned_in_words(0.05, 1.5), learned_in_words(0.5, -4.0)
-    ('moved by the data', 'against its prior')
+    ('mostly its prior', 'against its prior')
     """
     if abs(shift) > limit:
         return AGAINST_PRIOR_WORDS
     if contraction < PRIOR_DRIVEN and abs(shift) < 1:
         return PRIOR_DRIVEN_WORDS
+    if contraction < LEARNED:
+        return "mostly its prior"
     return "settled by the data" if contraction > SETTLED else "moved by the data"
 
 

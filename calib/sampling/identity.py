@@ -147,7 +147,7 @@ def _by_unknown(parts: Mapping[str, str]) -> dict[str, str]:
 def _changed(name: str, old: str | None, new: str | None) -> str:
     """One difference in words."""
     if name.startswith("data of ") and old is not None and new is not None:
-        return f"{name} have changed"
+        return f"{name} have changed: its files, its ball or the part that is used"
     if name == _MOVES:
         return f"{name} are those of another version"
     was, now = (_worded(name, value) for value in (old, new))

@@ -333,6 +333,15 @@ def test_readings_that_stay_on_one_level_count_once(tmp_path: Path) -> None:
     assert np.all(points.n_effective[points.displacement < 0.29e-3] == 1)
 
 
+def test_two_files_of_one_name_are_two_files(tmp_path: Path) -> None:
+    _, sweep = press(tmp_path)
+    for folder, name in (("press", "tester.csv"), ("cap", "lcr.csv")):
+        (tmp_path / folder).mkdir()
+        (tmp_path / name).rename(tmp_path / folder / "s1.csv")
+    same = make_sweep("sensor 1", "sensor 1", RADIUS, tmp_path / "press" / "s1.csv", tmp_path / "cap" / "s1.csv")
+    assert same.files == tuple(("s1.csv", sha256) for _, sha256 in sweep.files)
+
+
 def test_few_readings_are_taken_as_they_are(tmp_path: Path) -> None:
     (tmp_path / "t.csv").write_text(
         "Extension (mm),Load (N)\n" + "".join(f"{i * 0.1:.1f},{0.3 + 0.1 * i**2:.2f}\n" for i in range(8))
