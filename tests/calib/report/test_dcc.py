@@ -19,51 +19,9 @@ from calib.report import Certificate, Origin, certify, dcc_gaps, dcc_xml
 from calib.report.dcc import UNITS
 from calib.sampling import Posterior
 
-# dcc.xsd 3.2.1 and SI_Format.xsd 2.1.0, as PTB publishes them under LGPL 3 (https://ptb.de/dcc/v3.2.1/dcc.xsd).
-SCHEMA = Path(__file__).parents[4] / "shared" / "dcc"
+SCHEMA = Path(__file__).parent / "dcc"
 LABORATORY = Laboratory("Université & Söhne <1>", "A. Person", "a@b.org", "Auckland", "NZ", "", "2026-03-17", "2026-03-18")
 NS = {"dcc": "https://ptb.de/dcc", "si": "https://ptb.de/si"}
-
-#: Which elements stand in which, in their order, in a certificate that xmlschema 4.3.2 and libxml2 found valid against PTB's
-#: dcc.xsd 3.2.1 with D-SI 2.1.0 on 2026-11-23 (repetitions once).
-FORM = {
-    "digitalCalibrationCertificate": "administrativeData measurementResults",
-    "administrativeData": "dccSoftware coreData items calibrationLaboratory respPersons customer statements",
-    "dccSoftware": "software",
-    "software": "name release type description",
-    "coreData": "countryCodeISO3166_1 usedLangCodeISO639_1 mandatoryLangCodeISO639_1 uniqueIdentifier identifications "
-    "beginPerformanceDate endPerformanceDate performanceLocation issueDate",
-    "identifications": "identification",
-    "identification": "issuer value name",
-    "items": "item",
-    "item": "name description identifications",
-    "calibrationLaboratory": "contact",
-    "contact": "name eMail location",
-    "location": "city countryCode further",
-    "respPersons": "respPerson",
-    "respPerson": "person role mainSigner",
-    "person": "name",
-    "customer": "name eMail location",
-    "statements": "statement",
-    "statement": "name declaration",
-    "measurementResults": "measurementResult",
-    "measurementResult": "name usedMethods usedSoftware measuringEquipments influenceConditions results",
-    "usedMethods": "usedMethod",
-    "usedMethod": "name description reference",
-    "usedSoftware": "software",
-    "measuringEquipments": "measuringEquipment",
-    "measuringEquipment": "name description manufacturer model identifications",
-    "manufacturer": "name",
-    "influenceConditions": "influenceCondition",
-    "influenceCondition": "name description data",
-    "results": "result",
-    "result": "name data",
-    "data": "quantity",
-    "quantity": "name description real",
-    "real": "label value unit coverageInterval",
-    "coverageInterval": "standardUnc intervalMin intervalMax coverageProbability",
-    **dict.fromkeys(("name", "description", "declaration", "further"), "content"),
-}
 
 
 @pytest.fixture
@@ -89,17 +47,6 @@ def _plain(tag: str) -> str:
     return tag.split("}")[1]
 
 
-def _faults(text: str) -> list[str]:
-    """Where a text departs from the form."""
-    found = []
-    for element in ET.fromstring(text).iter():
-        known = FORM.get(_plain(element.tag), "").split()
-        places = [known.index(name) if name in known else -1 for name in (_plain(child.tag) for child in element)]
-        if -1 in places or places != sorted(places):
-            found.append(f"{_plain(element.tag)}: {[_plain(child.tag) for child in element]}")
-    return found
-
-
 def _every_kind(make: Callable[..., Certificate]) -> list[Certificate]:
     amber = Verdict((Reason("fit", "amber", "p is 0.001 \ufffe & <b>", "look at the residuals"),))
     customer = replace(LABORATORY, customer="Soft Grippers", email="", city="", measured_until="2026-03-17")
@@ -107,23 +54,11 @@ def _every_kind(make: Callable[..., Certificate]) -> list[Certificate]:
 
 
 def test_it_is_valid_against_the_schema_of_ptb(make: Callable[..., Certificate]) -> None:
-    if not SCHEMA.is_dir():
-        pytest.skip(f"PTB's schema is not at {SCHEMA}")
-    schema = xmlschema.XMLSchema(SCHEMA / "dcc.xsd", locations={"https://ptb.de/si": str(SCHEMA / "SI_Format.xsd")})
+    schema = xmlschema.XMLSchema(
+        SCHEMA / "dcc.xsd", locations={"https://ptb.de/si": str(SCHEMA / "SI_Format.xsd")}, allow="local"
+    )
     for certificate in _every_kind(make):
         schema.validate(dcc_xml(certificate))
-
-
-def test_it_is_of_the_form_that_was_found_valid(make: Callable[..., Certificate]) -> None:
-    for certificate in _every_kind(make):
-        text = dcc_xml(certificate)
-        assert _faults(text) == []
-        for element in ET.fromstring(text).iter():
-            if element.text and element.text.strip():
-                assert re.fullmatch(r"[^\s]+(\s+[^\s]+)*", element.text), element.text  # dcc:notEmptyStringType
-            elif not len(element):
-                pytest.fail(f"{element.tag} is empty")
-        assert ET.fromstring(text).get("schemaVersion") == "3.2.1"
 
 
 def test_it_holds_the_numbers_of_the_certificate(make: Callable[..., Certificate]) -> None:
