@@ -73,6 +73,10 @@ relative_permittivity = 2.8
 [padding]
 thickness = "1.10 mm"
 """
+# The page names the folder that it works in: that of a lab, not the temporary one of these pictures.
+_AT_HOME = (
+    """addEventListener("DOMContentLoaded", () => { document.querySelector(".folder").textContent = "~/measurements"; });"""
+)
 # Width of a figure [px], colours of a picture: these keep it small. What anything on the page may take [ms].
 _WIDTH, _COLOURS, _PATIENCE = 760, 256, 600_000
 
@@ -88,6 +92,7 @@ def main() -> None:
             browser = playwright.chromium.launch(executable_path=find_browser(), args=words)
             page = browser.new_context(viewport={"width": 1280, "height": 900}).new_page()
             page.set_default_timeout(_PATIENCE)
+            page.add_init_script(_AT_HOME)
             page.goto(address)
             page.wait_for_url("**/files")
             of_page(page, address.split("/?")[0], folder)
