@@ -158,6 +158,9 @@ def calibrate(
             raise typer.Exit(NOT_USABLE) from None
         with telling(output):
             _say(output, done.run)
+            if not done.run.posterior.diagnostics.converged:
+                longer = {**given, "--budget": 3 * max(budget, BUDGET), "--reweight": reweight or None}
+                say(f"Continue with: {_resuming(experiment, output, longer)}")
         if done.page_error is not None:
             with paging():
                 raise done.page_error

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from calib.cli.common import BAD_INPUT, BUDGET, NOT_USABLE, out, refusing_bad_input, say, say_verdict, table
+from calib.cli.common import BAD_INPUT, BUDGET, NOT_USABLE, out, pasted, refusing_bad_input, say, say_verdict, table
 from calib.cli.stopping import when_stopped
 from calib.errors import in_shell_path
 from calib.regular import require_shown
@@ -68,11 +69,29 @@ def _say(found: Check, path: Path) -> None:
     if found.seconds is not None:
         low, high = (duration_in_words(seconds) for seconds in found.seconds)
         text = f"A calibration will take about {low} to {high}."
-        if found.seconds[1] > 60 * BUDGET:
+        if budget_for(found.seconds) is not None:
             text += f" Its budget is {BUDGET:g} min unless --budget says otherwise; --resume goes on where it ended."
         say(text)
     if found.verdict.colour == "green":
-        say(f"Next: calib calibrate {in_shell_path(path)} -o RUN")
+        options = {"--budget": budget_for(found.seconds)}
+        say(f"Next: {pasted(['calib calibrate', in_shell_path(path), '-o RUN'], options)}")
+
+
+def budget_for(seconds: tuple[float, float] | None) -> float | None:
+    """The budget that a calibration may need [min], in multiples of the usual one; None where that is enough.
+
+    Parameters
+    ----------
+    seconds : what it will take at least and at most [s]; None if that is not known.
+
+    Examples
+    --------
+    >>> budget_for((30, 500)), budget_for((30, 1210)), budget_for(None)
+    (None, 30.0, None)
+    """
+    if seconds is None or seconds[1] <= 60 * BUDGET:
+        return None
+    return BUDGET * math.ceil(seconds[1] / (60 * BUDGET))
 
 
 def _say_ranges(ranges: tuple[Range, ...]) -> None:
