@@ -15,7 +15,7 @@ import numpy as np
 
 from calib.decision import LEVEL, N_ROW, WIDTH_IN_SD, ForceTable, GripperTables, Status
 from calib.digits import places_of
-from calib.errors import Fault, InputError
+from calib.errors import Fault, InputError, in_shell
 from calib.provenance import PROGRAM
 from calib.records import record_from_text, record_to_text
 from calib.report.status import status_in_words
@@ -72,6 +72,7 @@ def gripper_files(made: GripperTables) -> dict[str, str]:
         "n_row": N_ROW,
         "bytes_float": size,
         "bytes_integer": size,
+        "options": _options(made, made.tables[whose]),
     }
 
     def rendered(template: str, write: Callable[[str], str] = str) -> str:
@@ -87,6 +88,20 @@ def gripper_files(made: GripperTables) -> dict[str, str]:
         "taxels.json": _taxels(made, tables),
         "README.md": rendered("gripper.md.j2", _in_markdown),
     }
+
+
+def _options(made: GripperTables, table: ForceTable) -> str:
+    """The options of `calib force` with which it reads this table."""
+    asked = made.gripper
+    leads = None if asked.parasitic is None else ", ".join(f"{c * 1e12:.10g} pF" for c in asked.parasitic)
+    said = {
+        "--padding": None if asked.padding is None else f"{asked.padding * 1e3:.10g} mm",
+        "--sensor": None if table.sensor == "design" else table.name,
+        "--force": None if asked.force is None else f"{asked.force:.10g} N",
+        "--parasitic": leads,
+        "--noise": None if asked.noise is None else f"{asked.noise * 1e15:.10g} fF",
+    }
+    return "".join(f" {option} {in_shell(value)}" for option, value in said.items() if value is not None)
 
 
 def force_tables_from_json(text: str, path: Path) -> dict[str, Any]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shlex
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -197,6 +198,29 @@ def test_one_reading_means_the_force_that_the_exported_table_says(runs: Path, tm
     assert "Amber: the force" in said  # 3 mm were not measured
     assert "sensor 1, " not in said
     assert f"{table['force_N'][-1]:.4g} N; tare to be expected: " in said
+
+
+@pytest.mark.parametrize("asked", [("--padding", "3 mm"), ("--noise", "2 fF", "--force", "1.5 N")])
+def test_the_command_in_the_readme_reads_the_table_that_the_readme_shows(
+    asked: tuple[str, ...], runs: Path, tmp_path: Path
+) -> None:
+    exported = _run("export", runs / "good", *asked, "--draws", 100, "-o", tmp_path / "gripper")
+    assert exported.exit_code == 0, _said(exported)
+    readme = (tmp_path / "gripper" / "README.md").read_text(encoding="utf-8")
+    (shown,) = re.findall(r"TABLES\['(.*)'\]", readme)
+    (command,) = re.findall(r"^calib (force RUN .*)$", readme, re.MULTILINE)
+    table = next(
+        t
+        for t in json.loads((tmp_path / "gripper" / "force_tables.json").read_text(encoding="utf-8"))["tables"]
+        if t["name"] == shown
+    )
+    tare = 1e12 * table["tare_F"][1]
+    reading = tare * (1 + 0.5 * table["ratio"][-1])
+    words = shlex.split(command.replace("100 pF", f"{reading:.9f} pF").replace("97.5 pF", f"{tare:.9f} pF"))
+    code, said = _force(runs / "good", *words[2:])
+    assert code == 0, said
+    (force,) = re.findall(r"pF: ([0-9.]+) N \(90 %", said)
+    assert float(force) == pytest.approx(np.interp(0.5 * table["ratio"][-1], table["ratio"], table["force_N"]), rel=0.05)
 
 
 def test_a_reading_without_a_tare_means_nothing_and_what_tare_to_expect_is_said(runs: Path) -> None:
