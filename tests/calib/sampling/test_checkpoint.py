@@ -33,9 +33,10 @@ from calib.sampling.checkpoint import (
 )
 from calib.sampling.ends import ENDLESS
 from calib.sampling.ensemble import KINDS, Block, EnsembleState
+from calib.sampling.funnel_fit import fit_funnel
 from calib.sampling.identity import Identity, differences, identity_of
 from calib.sampling.posterior import Posterior
-from calib.sampling.proposal import Proposal, fit_funnel
+from calib.sampling.proposal import Proposal
 from calib.sampling.start import Start
 from calib.sampling.target import Mode
 from models.analytic import ClosedForm
