@@ -25,8 +25,11 @@ import numpy as np
 from simulated.labs import keep_row, kept_rows
 
 from calib.catalogue import UnknownName
-from calib.decision.candidates import Candidate, Known, candidates_of, with_reading
+from calib.decision.candidate import Candidate
+from calib.decision.candidates import candidates_of
 from calib.decision.gain import covariance, present_knowledge, with_measurement
+from calib.decision.known import Known
+from calib.decision.read_by_itself import with_reading
 from calib.errors import InputError
 from calib.experiment import Bench, forward_of_experiment, read_experiment
 from calib.lab import Sweep

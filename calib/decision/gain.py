@@ -18,7 +18,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from calib.decision.candidates import Candidate, Known
+from calib.decision.candidate import Candidate
+from calib.decision.known import Known
 from calib.priors import LogNormal, Prior
 from calib.problem import Lot, Problem, columns_at, specimen_and_ball
 from calib.sampling import expected_information

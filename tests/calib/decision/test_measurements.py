@@ -12,14 +12,18 @@ import numpy as np
 import pytest
 
 from calib.checks import Reason, verdict_of
-from calib.decision.candidates import Candidate, Known, candidates_of, largest_load, with_reading
+from calib.decision.candidate import Candidate
+from calib.decision.candidates import candidates_of
 from calib.decision.extrapolation import Aim
 from calib.decision.gain import Knowledge, covariance, present_knowledge, with_measurement
+from calib.decision.known import Known
 from calib.decision.measurements import next_measurements
 from calib.decision.padding import recommend
 from calib.decision.ranking import NextMeasurements, next_from_json, next_to_json
+from calib.decision.read_by_itself import with_reading
 from calib.decision.requirement import Requirement
 from calib.decision.specified import conform
+from calib.decision.wanted_presses import largest_load
 from calib.errors import InputError
 from calib.experiment import Bench, Limit, Specification, experiment_from, read_experiment
 from calib.priors import HalfNormal, Normal, TruncatedNormal, Uniform

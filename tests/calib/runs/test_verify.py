@@ -19,6 +19,7 @@ from calib.runs import PageError, load_recommendation, load_run, members, recomm
 from calib.runs.calibration import Stages
 from calib.runs.folder import Run
 from calib.runs.ownership import owned
+from calib.runs.page import page_of
 from calib.sampling import FINGERPRINT
 from models.surrogate.surrogate import load_surrogate
 
@@ -227,13 +228,12 @@ def test_a_command_killed_between_a_file_and_its_hash_is_told_and_led_out_of(
     def killed(*_: object, **__: object) -> str:
         raise KeyboardInterrupt
 
-    whole = renewed.page_of
     monkeypatch.setattr(renewed, "page_of", killed)
     with pytest.raises(KeyboardInterrupt):
         recommend_in(load_run(run), REQUIREMENT, seed=2)
     assert _wrong(run) == {"run.json": "not finished", "recommendation.json": "not finished", "report.html": "not finished"}
     assert "calib recommend" in _command("verify", run).stdout
-    monkeypatch.setattr(renewed, "page_of", whole)
+    monkeypatch.setattr(renewed, "page_of", page_of)
     report_in(load_run(run))
     assert _wrong(run) == {}
 
