@@ -78,7 +78,7 @@ class LotPrior:
         return math.log(self.value.factor) if isinstance(self.value, LogNormal) else self.value.sd / self.value.mean
 
     @cached_property
-    def own(self) -> tuple[Prior, ...]:
+    def specimen_priors(self) -> tuple[Prior, ...]:
         """What is believed of each specimen, by mean and sd of (3): the priors of their coordinates."""
         middle, width = self._moments[0], self._widths
         if isinstance(self.value, LogNormal):

@@ -268,12 +268,12 @@ def _also(watch: Watch, teller: Teller) -> Watch:
     def sampling() -> Iterator[Callable[[Progress], None]]:
         with watch.sampling() as shown:
 
-            def told(p: Progress) -> None:
+            def tell_both(p: Progress) -> None:
                 if shown is not None:
                     shown(p)
                 teller.sampling(p)
 
-            yield told
+            yield tell_both
 
     return replace(watch, stage=stage, first_answer=first_answer, sampling=sampling)
 
