@@ -45,7 +45,7 @@ TOUCH = 0.1e-3
 
 
 def sweep_like(wanted: WantedPress) -> Sweep:
-    """A sweep that has all of a press that is wanted but its readings, which are those of the one that it is like."""
+    """The sweep of a press that is wanted, with the readings of the one that it is like in the place of its own."""
     name = NEXT if wanted.padding is None else ""
     like = replace(wanted.template, specimen=wanted.specimen, name=name, indenter_radius=wanted.ball)
     like = replace(like, files=(), notes=(), grades=())

@@ -102,7 +102,7 @@ def with_measurement(present: Knowledge, candidate: Candidate) -> Knowledge:
 
 
 def covariance(known: Knowledge) -> CovarianceTimes:
-    """The covariance of (1), as what it makes of slopes."""
+    """The covariance of (1), as a function that multiplies slopes by it."""
     a = _believed(known)
     n, n_lot = known.middle.size, known.spread.shape[1]
     a[:, :n, :n] += known.information

@@ -1,4 +1,4 @@
-"""A finished calibration in, what it says at the middle of its posterior out, for what would follow it."""
+"""A finished calibration in, values and forces at the middle of its posterior out: what further measurements start from."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from models.sensor import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class Known:
-    """A calibration that measurements would follow.
+    """A finished calibration to which further measurements would be added.
 
     Attributes
     ----------

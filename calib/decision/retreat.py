@@ -21,7 +21,7 @@ _NOTHING = 0.001
 
 @dataclass(frozen=True, eq=False)
 class RetreatBand:
-    """By how much a force is another while the ball retreats than going down at the same reading; shares of the largest force.
+    """How much the force differs between loading and unloading at the same reading, in shares of the largest force.
 
     Attributes
     ----------
@@ -41,12 +41,12 @@ class RetreatBand:
 
     @property
     def widest(self) -> tuple[float, float]:
-        """The lowest and the highest of the band [1]."""
+        """The lowest and the highest value of the band [1]."""
         return float(np.nanmin(self.low)), float(np.nanmax(self.high))
 
     @property
     def in_words(self) -> str:
-        """What it says, and that the bounds of a table do not hold it."""
+        """The band in a sentence, with the remark that the bounds of a force table do not hold it."""
         low, high = (f"{peak:.3g}" for peak in self.peak)
         stood = f", where the crosshead stood for {self.hold:.2g} s" if self.hold > 0 else ""
         start = f"unloading from {low if low == high else f'{low} to {high}'} N{stood}"

@@ -156,11 +156,11 @@ class Funnel:
 
     @property
     def ended(self) -> Indices:
-        """Lines of what others follow by a value with an end."""
+        """Numbers of the lines whose coordinate others follow by its value, as that has an end."""
         return np.flatnonzero(has_ends(self.ends[self.order]))
 
     def line(self, k: int | np.intp, y: FloatArray, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Where the r of a line in (1) is zero, and its log width, (n_draw,), given those before it.
+        """Middle and logarithm of the width of a line of (1), given those before it, (n_draw,) each.
 
         Parameters
         ----------
@@ -171,7 +171,7 @@ class Funnel:
         return self.constant[k] + y @ self.linear[k] + phi @ self.bent[k], self._log_widths(phi)[:, k]
 
     def ends_of_r(self, k: int | np.intp, y: FloatArray, phi: FloatArray) -> FloatArray:
-        """Between which the r of a line with an end in (1) lies, (2, n_draw).
+        """Ends between which the residual r of a line of (1) lies whose value has ends, (2, n_draw).
 
         Parameters
         ----------
@@ -242,7 +242,7 @@ def log_student(square: FloatArray, n: Indices | int, freedom: FloatArray | floa
 
 
 def has_ends(ends: FloatArray) -> BoolArray:
-    """Which of some values have an end, given the ends (n, 2) between which they lie, (n,)."""
+    """Which values have an end, (n,), by the ends (n, 2) between which they lie."""
     return np.asarray(np.any(np.isfinite(ends), axis=-1), dtype=bool)
 
 

@@ -23,7 +23,7 @@ _CUT, _ENDLESS = (1.0, 0.5, 3.0, 1.2), 20.0
 
 
 def straightened(r: FloatArray, skew: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The t of (1), and the logarithm of its slope there.
+    """Turn residuals that are long on one side into such with tails alike on both, t of (1), and give its slope.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def straightened(r: FloatArray, skew: FloatArray) -> tuple[FloatArray, FloatArra
 
 
 def skewed(t: FloatArray, skew: FloatArray) -> FloatArray:
-    """The r of (1), (n_draw, k), at which `straightened` gives t.
+    """Turn residuals with tails alike on both sides into such that are long on one: r of (1), the inverse of `straightened`.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def skewed(t: FloatArray, skew: FloatArray) -> FloatArray:
 
 
 def straight_ends(ends: FloatArray, skew: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The t of (1) at the ends of a line, (n_draw,) each; far out where there is none.
+    """Where a line that ends in r ends in t of (1), (n_draw,) each; far out where it has no end.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def straight_ends(ends: FloatArray, skew: FloatArray) -> tuple[FloatArray, Float
 
 
 def fit_skew(r: FloatArray, share: FloatArray, effective: float, ends: FloatArray | None = None) -> FloatArray:
-    """Constants (4,) of (1) that make the residuals of a line most probable, t normal: (1) takes the tails, too.
+    """Fit the constants (4,) of (1) to the residuals of a line, as if t were normal: (1) takes the tails, too.
 
     Parameters
     ----------

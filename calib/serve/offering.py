@@ -244,7 +244,7 @@ def _folder_of(name: str) -> str:
 
 
 def specimens_in(tables: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """The tables of all specimens in those of an experiment file; none where something else stands in their place."""
+    """The tables of all specimens of an experiment file, given its tables; none where something else stands in their place."""
     found = tables.get("specimens")
     return [s for s in found if isinstance(s, dict)] if isinstance(found, list) else []
 
