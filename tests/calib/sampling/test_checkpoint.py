@@ -150,7 +150,7 @@ def test_what_is_another_is_named_in_words(problem: Problem) -> None:
     nearly = {**mine, name: json.dumps(Normal(0.0, 1.0000001e-4).to_json())}
     assert "0.00010000001" in differences(other, nearly)  # what the shown digits do not tell
     data = next(name for name in mine if name.startswith("data of sweep"))
-    assert differences({**mine, data: "0" * 64}, mine) == f"{data} have changed"
+    assert differences({**mine, data: "0" * 64}, mine) == f"{data} have changed: its files, its ball or the part that is used"
     assert differences({**mine, "moves of the sampler": "[]"}, mine) == "moves of the sampler are those of another version"
     assert "4 more differences" in differences({**mine, **{f"x{k}": "" for k in range(8)}}, mine)
 
