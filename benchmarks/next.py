@@ -25,8 +25,11 @@ import numpy as np
 from simulated.labs import keep_row, kept_rows
 
 from calib.catalogue import UnknownName
-from calib.decision.candidates import Candidate, Known, candidates_of, with_reading
+from calib.decision.candidate import Candidate
+from calib.decision.candidates import candidates_of
 from calib.decision.gain import covariance, present_knowledge, with_measurement
+from calib.decision.known import Known
+from calib.decision.read_by_itself import with_reading
 from calib.errors import InputError
 from calib.experiment import Bench, forward_of_experiment, read_experiment
 from calib.lab import Sweep
@@ -307,12 +310,12 @@ def tell(rows: Sequence[Mapping[str, Any]]) -> None:
         if done:
             now = np.sqrt(np.mean([(row["error"] / row["sd"]) ** 2 for row in done]))
             print(f"| {layout} | nothing | {len(done)} | | | | | | {now:.2f} | {now:.2f} |")
-            told_of_winner(layout, done)
+            print_winner(layout, done)
     left_out = sum(row["outcome"] != "done" for row in rows)
     print(f"{len(rows)} labs, {left_out} of them left out")
 
 
-def told_of_winner(layout: str, rows: Sequence[Mapping[str, Any]]) -> None:
+def print_winner(layout: str, rows: Sequence[Mapping[str, Any]]) -> None:
     """Print what an hour of what was ranked first was expected to bring and brought, beside one of pressing again."""
     hours = []
     for row in rows:

@@ -25,7 +25,8 @@ from simulated.labs import keep_row, kept_rows
 
 from calib.checks import Verdict
 from calib.decision import conform, next_measurements
-from calib.decision.candidates import Known, candidates_of
+from calib.decision.candidates import candidates_of
+from calib.decision.known import Known
 from calib.experiment import PRESSES, READINGS, Bench, Limit, Specification, forward_of_experiment, read_experiment
 from calib.problem import columns_at
 from calib.sampling import Look

@@ -69,7 +69,7 @@ KINDS: Mapping[str, Kind] = {
 }
 
 
-def told(experiment: Experiment, kind: Kind) -> Experiment:
+def calibrated_as(experiment: Experiment, kind: Kind) -> Experiment:
     """The experiment of one specimen that a lab of this kind calibrates."""
     changes = dict(kind.told)
     more = {name: parse_prior(name, value) for name, value in changes.pop("priors", {}).items()}
@@ -85,7 +85,7 @@ def calibrate(name: str, seed: int, max_steps: int) -> dict[str, Any]:
 
 def _calibrate(name: str, seed: int, max_steps: int) -> dict[str, Any]:
     kind, began = KINDS[name], time.process_time()
-    experiment = told(read_experiment(EXPERIMENT), kind)
+    experiment = calibrated_as(read_experiment(EXPERIMENT), kind)
     rng = np.random.default_rng([seed, 20190304])
     truth, rig = usual_lab(experiment, rng, 1.6)
     truth["padding_young_modulus"] = kind.ratio * truth["young_modulus"]

@@ -45,7 +45,7 @@ KINDS: Mapping[str, tuple[str, float, int]] = {
 }
 
 
-def told(experiment: Experiment, kind: str) -> Experiment:
+def with_priors_moved(experiment: Experiment, kind: str) -> Experiment:
     """The experiment of a lab of a kind, its normal priors moved."""
     name, off, count = KINDS[kind]
 
@@ -69,7 +69,7 @@ def judged(kind: str, seed: int, draws: int) -> dict[str, Any]:
     with one_thread():
         began = time.process_time()
         lab = _sound_lab(seed)
-        experiment = told(lab.experiment, kind)
+        experiment = with_priors_moved(lab.experiment, kind)
         problem = build_problem(experiment, lab.sweeps, forward_of_experiment(experiment))
         random = np.random.RandomState(seed)
         look = look_at(problem)

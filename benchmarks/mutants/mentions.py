@@ -94,7 +94,7 @@ def lines_named(doc: Document, out: Written, table: LabTable, said: str) -> bool
     among = [(n, v.text) for n, v in zip(out.lines, doc.body, strict=True) if isinstance(v, Line) and v.named]
     above = [(n, v) for n, v in enumerate(doc.above, 1) if not v.startswith("Units")]
     lines = [(n, v) for n, v in [*above, *among, *zip(out.below, doc.below, strict=True)] if v.strip(f"{doc.delimiter} ")]
-    told = lines_told([n for n, _ in lines], said)
+    told = lines_mentioned([n for n, _ in lines], said)
     told |= {int(n) for n, why in zip(table.lines, table.reasons, strict=True) if why}
     for line, text in lines:
         if line not in told and not is_named(text, said):
@@ -102,7 +102,7 @@ def lines_named(doc: Document, out: Written, table: LabTable, said: str) -> bool
     return bool(among)
 
 
-def lines_told(lines: Sequence[int], said: str) -> set[int]:
+def lines_mentioned(lines: Sequence[int], said: str) -> set[int]:
     """Which of some lines were mentioned: by their number, as one of a range, or all of them, counted from the first on.
 
     Parameters

@@ -18,7 +18,7 @@ import numpy.typing as npt
 from calib.errors import InputError
 from calib.lab import LabTable, Observations, observe, read_lab_file
 from mutants.document import Document, Row, Written, written
-from mutants.mentions import SilentError, columns_named, is_named, lines_named, lines_told, said_of
+from mutants.mentions import SilentError, columns_named, is_named, lines_mentioned, lines_named, said_of
 from mutants.presses import still_pressed
 
 #: Verdicts that fail the run, and those that do not, the worse first.
@@ -146,7 +146,7 @@ def _rows(
     for n, k in place.items():
         if n not in ours and not table.reasons[k] and any(math.isfinite(v[k]) for v in table.columns.values()):
             raise SilentError(f"line {n} is no row, and is read as {_reading(table, k)}")
-    told = lines_told([n for n, row in rows if n not in place and not row.absent], said)
+    told = lines_mentioned([n for n, row in rows if n not in place and not row.absent], said)
     left_out, more, kept = "", [], []
     for n, row in rows:
         at = place.get(n)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.stats import kurtosis, norm
 
-from calib.sampling.proposal import Indices
+from calib.sampling.funnel import Indices
 from calib.sampling.target import Mode, Tie
 from models.sensor import BoolArray, FloatArray
 

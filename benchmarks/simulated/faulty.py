@@ -223,7 +223,7 @@ def lab_of(name: str, seed: int) -> Lab:
     seed : of all that is drawn.
     """
     fault = KINDS[name]
-    experiment = _told(read_experiment(EXPERIMENT), fault)
+    experiment = _as_said(read_experiment(EXPERIMENT), fault)
     rng = np.random.default_rng([seed, 20190304])
     physics = Physics(**fault.physics)
     sweeps, designs = _measured(experiment, fault.padding, physics, rng)
@@ -237,7 +237,7 @@ def lab_of(name: str, seed: int) -> Lab:
     return Lab(experiment, tuple(sweeps), tuple(designs), physics.law)
 
 
-def _told(experiment: Experiment, fault: Fault) -> Experiment:
+def _as_said(experiment: Experiment, fault: Fault) -> Experiment:
     specimens = tuple(
         replace(s, priors={**s.priors, "padding_thickness": _padding_prior(h)})
         for s, h in zip(experiment.specimens, fault.padding, strict=True)

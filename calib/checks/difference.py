@@ -32,8 +32,8 @@ from models.sensor import FloatArray
 if TYPE_CHECKING:
     import pandas as pd
 
-#: A difference of so many of its standard deviations is told.
-TOLD = 2.0
+#: A difference of more than so many of its standard deviations counts as one.
+DIFFERENCE_LIMIT = 2.0
 # An unknown that lost less than this share of its prior's variance in both runs is compared in neither.
 _LEARNED = 0.1
 # Coordinates beyond this are those of a draw at a bound of its prior.
@@ -121,9 +121,9 @@ class Difference:
     colours: tuple[str, str] = ("green", "green")
 
     @property
-    def told(self) -> tuple[Pair, ...]:
-        """Unknowns that differ by more than `TOLD`, the farthest first."""
-        found = [pair for pair in self.pairs if pair.z is not None and abs(pair.z) > TOLD]
+    def differing(self) -> tuple[Pair, ...]:
+        """Unknowns that differ by more than `DIFFERENCE_LIMIT`, the farthest first."""
+        found = [pair for pair in self.pairs if pair.z is not None and abs(pair.z) > DIFFERENCE_LIMIT]
         return tuple(sorted(found, key=lambda pair: -abs(pair.z or 0.0)))
 
     @property
@@ -138,13 +138,13 @@ class Difference:
         if not compared:
             return "Nothing can be compared: no unknown is in both runs and learned by one of them."
         by_chance = 0.0455 * len(compared)
-        if not self.told:
+        if not self.differing:
             most = max(compared, key=lambda pair: abs(pair.z or 0.0))
             return f"Nothing differs: of {len(compared)} unknowns {most.name} is the farthest apart, with z = {most.z:+.1f}."
-        said = ", ".join(f"{pair.name} (z = {pair.z:+.1f})" for pair in self.told)
+        said = ", ".join(f"{pair.name} (z = {pair.z:+.1f})" for pair in self.differing)
         return (
-            f"Of {len(compared)} unknowns {len(self.told)} differ by more than {TOLD:g} standard deviations, {by_chance:.1f} "
-            f"would by chance: {said}."
+            f"Of {len(compared)} unknowns {len(self.differing)} differ by more than {DIFFERENCE_LIMIT:g} standard deviations, "
+            f"{by_chance:.1f} would by chance: {said}."
         )
 
     def to_plain(self) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""The words of a command line in, what the rooms make of them on a terminal and an exit code out; computes nothing itself."""
+"""The words of a command line in, tables on a terminal and an exit code out; knows no physics and no statistics."""
 
 from __future__ import annotations
 

@@ -36,9 +36,9 @@ class Line:
     def sampling(self) -> Iterator[Callable[[Progress], None]]:
         """Show sampling; gives the function to be told of its progress."""
         self.stage("start")
-        yield self.told
+        yield self.show
 
-    def told(self, p: Progress) -> None:
+    def show(self, p: Progress) -> None:
         """Show how far sampling is."""
         self.bar.update(
             self.task, description=f"{self._words(p.stage)}{progress_in_words(p)}", completed=p.done, total=p.wanted

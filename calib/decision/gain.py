@@ -18,7 +18,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from calib.decision.candidates import Candidate, Known
+from calib.decision.candidate import Candidate
+from calib.decision.known import Known
 from calib.priors import LogNormal, Prior
 from calib.problem import Lot, Problem, columns_at, specimen_and_ball
 from calib.sampling import expected_information
@@ -101,7 +102,7 @@ def with_measurement(present: Knowledge, candidate: Candidate) -> Knowledge:
 
 
 def covariance(known: Knowledge) -> CovarianceTimes:
-    """The covariance of (1), as what it makes of slopes."""
+    """The covariance of (1), as a function that multiplies slopes by it."""
     a = _believed(known)
     n, n_lot = known.middle.size, known.spread.shape[1]
     a[:, :n, :n] += known.information

@@ -19,7 +19,7 @@ import numpy as np
 
 from calib.catalogue import SCALES
 from calib.checks import Member
-from calib.decision.candidates import Known
+from calib.decision.known import Known
 from calib.decision.performance import ElectrodeGroup, Errors, pressed
 from calib.decision.sensors import ModelDraws, NoiseDraws
 from calib.decision.target import all_as_lot, slopes_at_middle

@@ -270,7 +270,7 @@ def _inspected(inspection: Inspection, one: Presented, blank: Inspected) -> Insp
     strangers = belongs(newcomer, found.weight @ found.own)
     strangers = tuple(replace(s, specimen=one.name) for s in strangers)
     strays = list(_strays(strangers))
-    known = [*one.reasons, *_unpaired(newcomer), *(strays or _hardly_told(strangers))]
+    known = [*one.reasons, *_unpaired(newcomer), *(strays or _could_pass_for_the_lot(strangers))]
     posterior, predictions, verdict = _judged(inspection, found, known)
     how: How = "weighted draws"
     effective = found.effective_draws
@@ -372,7 +372,7 @@ def _strays(strangers: Sequence[Stranger]) -> Iterator[Reason]:
             return
 
 
-def _hardly_told(strangers: Sequence[Stranger]) -> Iterator[Reason]:
+def _could_pass_for_the_lot(strangers: Sequence[Stranger]) -> Iterator[Reason]:
     """Whether a newcomer of another material could pass for one of its lot."""
     known = {s.quantity: s.ratio.sd / s.ratio.mean for s in strangers if s.quantity in unknowns_of("material")}
     quantity, sd = max(known.items(), key=lambda one: one[1], default=("", 0.0))

@@ -24,12 +24,14 @@ import numpy as np
 
 from calib.catalogue import spread_of
 from calib.checks import Reason, Verdict, judge_posterior, verdict_of
-from calib.decision.candidates import Candidate, Known, candidates_of, largest_load
+from calib.decision.candidate import Candidate
+from calib.decision.candidates import candidates_of
 from calib.decision.choices import choices_of
 from calib.decision.conformity import Conformity
 from calib.decision.extrapolation import EXTRAPOLATION, Aim, Measured, exceeded, measured_presses
 from calib.decision.gain import CovarianceTimes, covariance, present_knowledge, with_measurement
 from calib.decision.hinges import hinges_of
+from calib.decision.known import Known
 from calib.decision.padding import recommend
 from calib.decision.ranking import (
     LINEARISATION,
@@ -41,6 +43,7 @@ from calib.decision.release import Options, after_reading, known_exactly, option
 from calib.decision.requirement import Requirement
 from calib.decision.specified import answer
 from calib.decision.target import LearningTarget, modulus_target, regret, signal_target
+from calib.decision.wanted_presses import largest_load
 from calib.errors import Fault, InputError
 from calib.experiment import Bench, Specification
 from calib.problem import Problem, coordinates_of, plan_sweeps

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.decision.gripper import WIDTH_IN_SD
+from calib.enumeration import all_of
 from calib.lab import SHARES, Unloading
 from models.sensor import FloatArray
 
@@ -20,7 +21,7 @@ _NOTHING = 0.001
 
 @dataclass(frozen=True, eq=False)
 class RetreatBand:
-    """By how much a force is another while the ball retreats than going down at the same reading; shares of the largest force.
+    """How much the force differs between loading and unloading at the same reading, in shares of the largest force.
 
     Attributes
     ----------
@@ -40,16 +41,16 @@ class RetreatBand:
 
     @property
     def widest(self) -> tuple[float, float]:
-        """The lowest and the highest of the band [1]."""
+        """The lowest and the highest value of the band [1]."""
         return float(np.nanmin(self.low)), float(np.nanmax(self.high))
 
     @property
     def in_words(self) -> str:
-        """What it says, and that the bounds of a table do not hold it."""
+        """The band in a sentence, with the remark that the bounds of a force table do not hold it."""
         low, high = (f"{peak:.3g}" for peak in self.peak)
         stood = f", where the crosshead stood for {self.hold:.2g} s" if self.hold > 0 else ""
         start = f"unloading from {low if low == high else f'{low} to {high}'} N{stood}"
-        on = f"(90 %, measured on {_listed(self.of)}); the bounds do not hold that"
+        on = f"(90 %, measured on {all_of(self.of)}); the bounds do not hold that"
         least, most = self.widest
         if max(-least, most) < _NOTHING:
             return f"{start}: no difference to loading {on}"
@@ -106,18 +107,14 @@ def why_no_band(retreats: Retreats, specimens: Sequence[str]) -> str:
     return "; ".join(why)
 
 
-def _listed(names: Sequence[str]) -> str:
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
-
-
 def _between(least: float, most: float) -> str:
     """A band about zero in words, in per cent of the largest force."""
 
-    def told(share: float) -> str:
+    def in_per_cent(share: float) -> str:
         return f"{abs(100 * share):.2g} % of it {'less' if share < 0 else 'more'}"
 
     if least < -_NOTHING and most > _NOTHING:
-        return f"from {told(least)} to {told(most)} than loading makes it"
+        return f"from {in_per_cent(least)} to {in_per_cent(most)} than loading makes it"
     if most <= _NOTHING:
-        return f"up to {told(least)} than loading makes it"
-    return f"up to {told(most)} than loading makes it"
+        return f"up to {in_per_cent(least)} than loading makes it"
+    return f"up to {in_per_cent(most)} than loading makes it"

@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 
 from calib.catalogue import SCALES, UnknownName
-from calib.decision.candidates import Known
+from calib.decision.known import Known
 from calib.decision.next_specimen import as_next_specimen
 from calib.decision.requirement import Requirement
 from calib.errors import Fault, InputError

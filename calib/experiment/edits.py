@@ -10,6 +10,7 @@ from itertools import groupby
 from typing import Any
 
 from calib.catalogue import UNKNOWNS
+from calib.enumeration import first_of
 from calib.experiment.toml_places import KeyPath, comments_in
 
 #: How a line is marked: the word at the beginning of its comment, and after it what to do.
@@ -164,16 +165,10 @@ def _places(unedited: Sequence[Unedited]) -> str:
         groups.setdefault(u.what, []).append(u)
     parts = []
     for what, own in groups.items():
-        lines = _listed([str(u.line) for u in own])
-        of = _listed([f'"{name}"' for name, _ in groupby(u.of for u in own) if name])
+        lines = first_of([str(u.line) for u in own])
+        of = first_of([f'"{name}"' for name, _ in groupby(u.of for u in own) if name])
         parts.append(f"line{'s' if len(own) > 1 else ''} {lines} {what}" + (f" of {of}" if of else ""))
     return ", ".join(parts)
-
-
-def _listed(words: Sequence[str]) -> str:
-    if len(words) > 4:
-        return f"{', '.join(words[:3])} and {len(words) - 3} more"
-    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}" if words else ""
 
 
 def unedited_lines(text: str, data: Mapping[str, Any], places: Mapping[KeyPath, tuple[int, int]]) -> tuple[Unedited, ...]:

@@ -198,10 +198,10 @@ def _sized(repeat: Sequence[Token]) -> int:
     return _size_at(repeat, 0, (Token("1", "number", 0, 0),))
 
 
-def radius_told(repeat: Sequence[Token]) -> str:
+def radius_in_name(repeat: Sequence[Token]) -> str:
     """The radius of the ball [mm] that the end of a name tells: "2.5" of "R2.5mm", "5" of "r5" and "dia 10"; "" if none.
 
-    >>> radius_told(split_repeat(tokens_of("s1_r8_force", "force"))[1]), radius_told(tokens_of("ball 5mm", ""))
+    >>> radius_in_name(split_repeat(tokens_of("s1_r8_force", "force"))[1]), radius_in_name(tokens_of("ball 5mm", ""))
     ('8', '')
     """
     if not (repeat and _sized(repeat)):

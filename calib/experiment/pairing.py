@@ -8,9 +8,10 @@ from functools import partial
 
 import numpy as np
 
+from calib.enumeration import first_of
 from calib.experiment.lab_files import Found
 from calib.experiment.naming import numbers_of
-from calib.experiment.presses import Named, Press, Pressed, few, named, specimens_of
+from calib.experiment.presses import Named, Press, Pressed, named, specimens_of
 
 #: Two records of one press begin within this time [s] of each other.
 TOGETHER = 600.0
@@ -136,9 +137,9 @@ def _alone(record: Named, own: Sequence[Named], others: Sequence[Named]) -> tupl
     if not like:
         return ()
     if len(like) > 1:
-        return (f"not paired, as {few(like)} fit it alike",)
+        return (f"not paired, as {first_of(like)} fit it alike",)
     if rivals:
-        return (f"not paired, as {like[0]} fits {few(rivals)} as well",)
+        return (f"not paired, as {like[0]} fits {first_of(rivals)} as well",)
     return (f"not paired with {like[0]}, as their numbers differ",)
 
 

@@ -7,8 +7,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from calib.enumeration import first_of
 from calib.experiment.lab_files import Found
-from calib.experiment.naming import Token, counts_presses, is_ball, key_of, radius_told, shown, split_repeat, tokens_of
+from calib.experiment.naming import Token, counts_presses, is_ball, key_of, radius_in_name, shown, split_repeat, tokens_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +116,7 @@ def _put_together(presses: Sequence[Press]) -> list[Pressed]:
         return [Pressed(_name(n), (press,)) for n, press in zip(own, presses, strict=True)]
     balls = not counts_presses(repeats)
     sweeps = [
-        replace(p, name=name, ball=balls and is_ball(r), radius=radius_told(r) if balls else "")
+        replace(p, name=name, ball=balls and is_ball(r), radius=radius_in_name(r) if balls else "")
         for p, name, r in zip(presses, names, repeats, strict=True)
     ]
     note = "by their names these are presses of one specimen; if not, make blocks of them"
@@ -141,7 +142,7 @@ def _with_hints(specimens: Sequence[Pressed]) -> list[Pressed]:
     for specimen, stem in zip(specimens, stems, strict=True):
         alike = list(dict.fromkeys(s.name for s, other in zip(specimens, stems, strict=True) if other and other == stem))
         if len(alike) > 1 and alike[0] == specimen.name:
-            hint = f"if {few(alike)} are presses of one specimen, make one block of them, with [[specimens.sweeps]]"
+            hint = f"if {first_of(alike)} are presses of one specimen, make one block of them, with [[specimens.sweeps]]"
             specimen = replace(specimen, notes=(*specimen.notes, hint))
         found.append(specimen)
     return found
@@ -167,14 +168,3 @@ def _uniquely_named(specimens: Iterable[Pressed]) -> list[Pressed]:
         taken = {f.name for f in found}
         found.append(replace(s, name=next(n for n in wanted if n not in taken)))
     return found
-
-
-def few(names: Sequence[str]) -> str:
-    """List names, the first ones of many.
-
-    >>> few(["a", "b"]), few(list("abcdef"))
-    ('a and b', 'a, b, c and 3 more')
-    """
-    if len(names) > 4:
-        return f"{', '.join(names[:3])} and {len(names) - 3} more"
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

@@ -74,11 +74,11 @@ class LotPrior:
 
     @cached_property
     def sd(self) -> float:
-        """Sigma of (2)."""
+        """How wide the lot's value is believed to be, as a share of it or in its logarithm: sigma of (2)."""
         return math.log(self.value.factor) if isinstance(self.value, LogNormal) else self.value.sd / self.value.mean
 
     @cached_property
-    def own(self) -> tuple[Prior, ...]:
+    def specimen_priors(self) -> tuple[Prior, ...]:
         """What is believed of each specimen, by mean and sd of (3): the priors of their coordinates."""
         middle, width = self._moments[0], self._widths
         if isinstance(self.value, LogNormal):
@@ -108,11 +108,11 @@ class LotPrior:
         return np.asarray(self._moments[1] / np.outer(self._widths, self._widths), dtype=float)
 
     def away(self, z: FloatArray) -> FloatArray:
-        """Coordinates x of (1) of specimens at z, both (n_draw, n_specimen)."""
+        """How far specimens at z are from the middle of what is believed of the lot: x of (1); both (n_draw, n_specimen)."""
         return np.asarray(self._moments[0] + self._widths * z, dtype=float)
 
     def at(self, away: FloatArray, specimen: int | None = None) -> FloatArray:
-        """Values [SI] at coordinates x of (1).
+        """Values [SI] of specimens that are so far from the middle of what is believed of the lot, by x of (1).
 
         Parameters
         ----------
@@ -123,7 +123,7 @@ class LotPrior:
         return np.asarray(self._reference[0 if specimen is None else specimen] * share, dtype=float)
 
     def away_of(self, value: FloatArray, specimen: int | None = None) -> FloatArray:
-        """The inverse of `at`.
+        """How far values are from the middle of what is believed of the lot: x of (1), the inverse of `at`.
 
         Parameters
         ----------
@@ -327,7 +327,7 @@ class LotPrior:
 
 
 def as_prior(pooled: LogNormal | Normal) -> Prior:
-    """The same of a quantity that is positive: next to nothing of a normal one that is pooled lies below zero."""
+    """A prior of a quantity that is positive: a normal one is cut off at zero, as next to nothing of it lies below."""
     return pooled if isinstance(pooled, LogNormal) else TruncatedNormal(pooled.mean, pooled.sd, 0.0, math.inf)
 
 

@@ -180,7 +180,7 @@ def _pooled(experiment: Experiment, sweeps: Sequence[Sweep]) -> dict[str, dict[s
             if there and not isinstance(given, Fixed):
                 names.append(specimen.name)
         if names:
-            found[quantity] = dict(zip(names, lot_of(experiment, quantity, names).own, strict=True))
+            found[quantity] = dict(zip(names, lot_of(experiment, quantity, names).specimen_priors, strict=True))
     return found
 
 

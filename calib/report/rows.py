@@ -200,7 +200,7 @@ def learned_in_words(contraction: float, shift: float, limit: float = 3.5) -> st
     return "settled by the data" if contraction > SETTLED else "moved by the data"
 
 
-def told_by_few(posterior: Posterior) -> str:
+def few_specimens_in_words(posterior: Posterior) -> str:
     """What few specimens cannot tell of how specimens differ, as the end of a sentence; empty where there are many."""
     n = len({sweep.specimen for sweep in posterior.sweeps})
     if n > FEW_SPECIMENS:

@@ -20,16 +20,18 @@ if TYPE_CHECKING:
     from calib.runs.doctor import Examined, examine
     from calib.runs.export import NotUsableError, export_in, force_tables
     from calib.runs.figures import figures_in
-    from calib.runs.folder import PageError, Run, load_recommendation, load_run, recommend_in, report_in
+    from calib.runs.folder import Run, load_recommendation, load_run
     from calib.runs.integrity import verify
     from calib.runs.listing import CERTIFICATES, RESULTS
     from calib.runs.measurements import asked_before, next_for, next_in, specified_before
     from calib.runs.ownership import owned, owner_of
+    from calib.runs.page import PageError
     from calib.runs.preview import quick
     from calib.runs.progress import ConvergenceLook, LastProgress, RunState, run_state
     from calib.runs.proof import prove
     from calib.runs.received import Received, is_received, verify_certificate
     from calib.runs.refinement import Means, Refinement, refine
+    from calib.runs.renewed import recommend_in, report_in
     from calib.runs.rivals import Forecast, Rivalry, calibrate_rivals
 
 __all__ = [
@@ -107,10 +109,12 @@ __getattr__ = on_demand(
             "check",
         ),
         ".folder": (
-            "PageError",
             "Run",
             "load_recommendation",
             "load_run",
+        ),
+        ".page": ("PageError",),
+        ".renewed": (
             "recommend_in",
             "report_in",
         ),

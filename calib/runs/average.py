@@ -13,10 +13,12 @@ from calib.checks import USUAL, AverageMember, ComparedModel, Weighting, average
 from calib.decision import Recommendation
 from calib.errors import Fault, InputError
 from calib.files import real_path, require_folder
-from calib.runs.folder import PageError, Run, load_run, page_of, write_run
+from calib.runs.folder import Run, load_run
 from calib.runs.listing import LISTING, MEMBERS, POSTERIOR, RESULTS, Input, Listing, read_listing, seen_from
 from calib.runs.members import forward_of, member_file
 from calib.runs.ownership import is_bare, owned
+from calib.runs.page import PageError, page_of
+from calib.runs.written import write_run
 from calib.sampling import FINGERPRINT
 
 #: Name of the folder of the average in that of a comparison.

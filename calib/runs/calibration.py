@@ -29,12 +29,14 @@ from calib.experiment import Experiment, Variant, read_experiment
 from calib.files import require_folder
 from calib.problem import Problem
 from calib.runs.before import kept_reasons, plausibility_of, require_plausible
-from calib.runs.folder import PageError, Run, page_of, write_run
+from calib.runs.folder import Run
 from calib.runs.listing import CHECKPOINT, LISTING, MEMBERS, Listing, inputs_of, read_listing, with_command, write_listing
 from calib.runs.members import SURROGATE_FILE
 from calib.runs.ownership import is_bare, owned, owner_of
+from calib.runs.page import PageError, page_of
 from calib.runs.preview import first_answer_of, problem_of
 from calib.runs.progress import Teller, telling
+from calib.runs.written import write_run
 from calib.sampling import (
     FirstAnswer,
     Identity,
@@ -68,7 +70,7 @@ class Stages:
     sample : as `calib.sampling.sample`.
     spot_check : as `calib.checks.with_spot_check`.
     reweight : as `calib.checks.with_reweighting`.
-    page : as `calib.runs.folder.page_of`.
+    page : as `calib.runs.page.page_of`.
     look_elsewhere : as `calib.checks.look_elsewhere`.
     check : as `calib.runs.before.plausibility_of`.
     """
@@ -266,12 +268,12 @@ def _also(watch: Watch, teller: Teller) -> Watch:
     def sampling() -> Iterator[Callable[[Progress], None]]:
         with watch.sampling() as shown:
 
-            def told(p: Progress) -> None:
+            def tell_both(p: Progress) -> None:
                 if shown is not None:
                     shown(p)
                 teller.sampling(p)
 
-            yield told
+            yield tell_both
 
     return replace(watch, stage=stage, first_answer=first_answer, sampling=sampling)
 

@@ -1,71 +1,28 @@
-"""From a posterior to a run folder (posterior.nc, summary, report, recommendation), and from such a folder back."""
+"""A run folder in, the finished run in it out, with what is no longer as it was when the run was made."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import Executor
-from contextlib import contextmanager, suppress
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
-from hashlib import sha256
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
-from calib import report
 from calib.checks import Member, Prediction, Reason, Verdict, judge_posterior, predict
-from calib.decision import (
-    NextInShort,
-    Recommendation,
-    Requirement,
-    next_from_json,
-    next_measurements,
-    recommend_for,
-    recommendation_from_json,
-    recommendation_to_json,
-)
-from calib.errors import Fault, InputError, in_shell_path
-from calib.experiment import Specification, forward_of_experiment
-from calib.files import sha256_of, whole_file, write_text
-from calib.runs.listing import (
-    LISTING,
-    NEXT,
-    PAGES,
-    POSTERIOR,
-    PRINTED,
-    RECOMMENDATION,
-    REPORT,
-    RESULTS,
-    SPECIFICATION,
-    SUMMARIES,
-    Listing,
-    checkpoint_names,
-    inputs_of,
-    read_listing,
-    writing,
-)
-from calib.runs.members import SURROGATE_FILE, changed_forwards, forward_of, load_members, write_members
+from calib.decision import Recommendation, recommendation_from_json
+from calib.errors import Fault, InputError
+from calib.experiment import forward_of_experiment
+from calib.files import sha256_of
+from calib.runs.listing import LISTING, POSTERIOR, PRINTED, RECOMMENDATION, REPORT, RESULTS, Listing, inputs_of, read_listing
+from calib.runs.members import SURROGATE_FILE, changed_forwards, forward_of, load_members
 from calib.runs.ownership import owned
-from calib.sampling import FINGERPRINT, Posterior, load_posterior, save_posterior
+from calib.sampling import FINGERPRINT, Posterior, load_posterior
 from models.response import Forward
 
 _FORWARD = "forward model"
-# With more unknowns what to measure next is not worked out for the page.
-_MOST_UNKNOWNS = 40
 _RESUME = "`calib calibrate EXPERIMENT -o RUN --resume`"
-
-
-class PageError(Exception):
-    """The page of a run, or its print, could not be made, for the reason it says; all else that was to be written is there."""
-
-    def __init__(self, folder: Path, reason: str, name: str = REPORT) -> None:
-        again = f"calib report {in_shell_path(folder)}"
-        if name == PRINTED:
-            super().__init__(f"{REPORT} is written, but not {name} ({reason}). Print {folder / REPORT} from any browser")
-        else:
-            super().__init__(
-                f"the report could not be written ({reason}). All results are kept in {folder}; write it with: {again}"
-            )
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,167 +149,6 @@ def load_recommendation(folder: Path) -> Recommendation | None:
     return recommendation_from_json(text, path, None if listing is None else listing.fingerprint)
 
 
-def page_of(
-    run: Run, recommendation: Recommendation | None = None, *, drawings: Mapping[str, Callable[[], str]] | None = None
-) -> str:
-    """Lay out the report's page of a run.
-
-    Parameters
-    ----------
-    run : whose posterior it shows.
-    recommendation : shown in a section of its own, if there is one.
-    drawings : pictures that workers draw, or that an earlier page of this posterior has.
-    """
-    return report.report_page(
-        run.posterior,
-        run.predictions,
-        recommendation,
-        verdict=run.verdict,
-        posterior_sha256=run.posterior_sha256,
-        drawings=drawings,
-        members=run.members,
-        next_steps=next_steps_of(run),
-    )
-
-
-def next_steps_of(run: Run) -> NextInShort | None:
-    """What to measure next after a run: what `calib next` has kept of its posterior, else for its modulus, where that is quick.
-
-    Returns
-    -------
-    None where the verdict is red.
-    """
-    if run.verdict.colour == "red":
-        return None
-    path = run.folder / NEXT
-    if path.is_file():
-        with suppress(InputError, OSError):  # of an earlier version, or not as it was written: it is worked out anew
-            text = path.read_bytes().decode("utf-8", errors="replace")
-            kept = next_from_json(text, path, run.posterior_sha256)
-            if kept is not None:
-                return kept
-    if run.members or run.another_forward or run.posterior.experiment.model == "fem":
-        return _nothing_next("it takes the runs of single models, with a surrogate that is as it was")
-    if len(run.posterior.unknowns) > _MOST_UNKNOWNS:
-        return _nothing_next(f"there are {len(run.posterior.unknowns)} unknowns, and it would take a while")
-    try:
-        return next_measurements(run.posterior, run.forward, seed=run.posterior.seed, verdict=run.verdict).in_short
-    except InputError as error:
-        return _nothing_next(error.faults[0].message)
-
-
-def _nothing_next(why: str) -> NextInShort:
-    return NextInShort("modulus", "", "", (), why)
-
-
-def write_run(
-    folder: Path,
-    posterior: Posterior,
-    forward: Forward,
-    listing: Listing,
-    command: str,
-    page: Callable[[Run, Recommendation | None], str] = page_of,
-    executor: Executor | None = None,
-    *,
-    members: tuple[Member, ...] = (),
-    copies: Mapping[str, Path] | None = None,
-) -> tuple[Run, PageError | None]:
-    """Write what came of a calibration, draws first: posterior.nc, summary.json, summary.csv, report.html, run.json.
-
-    Parameters
-    ----------
-    folder : owned by this process; a recommendation in it goes into the report.
-    posterior : what was found.
-    forward : the model it was sampled with.
-    listing : what `run.json` is to say of the run.
-    command : that made it.
-    page : lays out the report.
-    executor : draws the pictures of the usual page while the draws are written; None to draw them after that.
-    members : the models that the posterior is an average of.
-    copies : their posteriors: name in the folder -> file.
-
-    Returns
-    -------
-    The run, and why it has no page, if that could not be made.
-    """
-    copies = copies or {}
-    names = (*copies, POSTERIOR, *SUMMARIES, *PAGES, *unlisted(folder, listing), *checkpoint_names(folder))
-    with writing(folder, listing, names, command):
-        path = folder / POSTERIOR
-        if executor is not None and page is page_of:
-            page = partial(page_of, drawings=_begin_drawing(Run(folder, posterior, forward, ""), executor))
-        if copies:
-            write_members(folder, copies)
-        save_posterior(posterior, path, None if members else forward)
-        run = Run(folder, posterior, forward, sha256_of(path), members=members)
-        return run, _write_rest(run, page)
-
-
-def _begin_drawing(run: Run, executor: Executor) -> Mapping[str, Callable[[], str]] | None:
-    """Let workers draw the pictures of a run's page; None if that fails, as it will where the page is made, which tells."""
-    with suppress(Exception):
-        return report.begin_drawing(run.posterior, run.predictions, load_recommendation(run.folder), executor)
-    return None
-
-
-def kept_page_drawings(run: Run, listing: Listing) -> Mapping[str, Callable[[], str]]:
-    """The pictures that the page of a run has, if that is as it was written for the run's posterior.
-
-    Parameters
-    ----------
-    run : whose page it is.
-    listing : what its `run.json` says.
-    """
-    if not run.report.is_file() or listing.files.get(POSTERIOR) != run.posterior_sha256:
-        return {}
-    content = run.report.read_bytes()
-    if sha256(content).hexdigest() != listing.files.get(REPORT):
-        return {}
-    with suppress(Exception):  # as it fails again where the page is made, which tells
-        return report.kept_drawings(run.posterior, run.predictions, content.decode("utf-8"))
-    return {}
-
-
-def report_in(run: Run, browser: Path | None = None, *, command: str = "") -> None:
-    """Write the report of a run anew, with the summary, from its posterior and its recommendation.
-
-    A print of an earlier page is removed, as by all that writes the page anew.
-
-    Parameters
-    ----------
-    run : whose report it is.
-    browser : prints the page, too, as report.pdf, see `calib.report.find_browser`; None for the page alone.
-    command : the command line, kept with the run.
-
-    Raises
-    ------
-    InputError
-        If another process writes into the folder, or the recommendation in it is not that of this run.
-    PageError
-        If the page cannot be made, or printed; it is there without its print then.
-    """
-    command = command or "calib report"
-    with owned_run(run, command) as listing:
-        load_recommendation(run.folder)
-        names = (*SUMMARIES, *PAGES, *unlisted(run.folder, listing))
-        with writing(run.folder, listing, names, command):
-            failure = _write_rest(run, page_of)
-            if failure is None and browser is not None:
-                failure = _print(run, browser)
-    if failure is not None:
-        raise failure
-
-
-def _print(run: Run, browser: Path) -> PageError | None:
-    """Print the page of a run; why not, if that fails."""
-    try:
-        with whole_file(run.printed) as whole:
-            report.print_page(browser, run.report, whole)
-        return None
-    except report.PrintError as error:
-        return PageError(run.folder, str(error), PRINTED)
-
-
 def require_own_forward(run: Run) -> None:
     """Refuse to predict from a run whose posterior was sampled with another model than is here now.
 
@@ -381,53 +177,6 @@ def fast_forward(run: Run) -> Forward:
         advice = "Train a surrogate of its family (`calib surrogate train --family`)"
         raise InputError(Fault("there is no surrogate that could stand in for the finite elements here", advice=advice))
     return forward_of_experiment(replace(experiment, model="surrogate"))
-
-
-def recommend_in(run: Run, wanted: Requirement | Specification, *, seed: int, command: str = "") -> Recommendation:
-    """Recommend a padding from the posterior of a run and keep it there: recommendation.json, and report.html anew.
-
-    For a specification specification.csv, too, thickness by thickness; for a requirement an earlier one is removed.
-
-    Parameters
-    ----------
-    run : the calibration.
-    wanted : of the padding, or the specification that it must meet.
-    seed : of the choice of draws.
-    command : the command line, kept with the run.
-
-    Raises
-    ------
-    InputError
-        If the model covers no thickness of the request, or is not the one that the run was calibrated with, or another process
-        writes into the folder; nothing is written then.
-    PageError
-        If the page cannot be made; the recommendation is written then.
-    """
-    require_own_forward(run)
-    found = recommend_for(
-        run.posterior,
-        run.forward,
-        wanted,
-        seed=seed,
-        posterior_sha256=run.posterior_sha256,
-        verdict=run.verdict,
-        members=run.members,
-    )
-    command = command or "calib recommend"
-    with owned_run(run, command) as listing:
-        drawings = kept_page_drawings(run, listing)
-        names = (RECOMMENDATION, SPECIFICATION, *PAGES, *unlisted(run.folder, listing))
-        with writing(run.folder, listing, names, command):
-            write_text(run.folder / RECOMMENDATION, recommendation_to_json(found, listing.fingerprint))
-            table = run.folder / SPECIFICATION
-            if found.conformity is None:
-                table.unlink(missing_ok=True)
-            else:
-                write_text(table, found.conformity.to_dataframe().to_csv(index=False, lineterminator="\n"))
-            failure = write_page(run, partial(page_of, drawings=drawings) if drawings else page_of)
-    if failure is not None:
-        raise failure
-    return found
 
 
 @contextmanager
@@ -469,34 +218,6 @@ def unlisted(folder: Path, listing: Listing) -> list[str]:
     listing : what its `run.json` says.
     """
     return [name for name in RESULTS if name not in listing.files and (folder / name).is_file()]
-
-
-def _write_rest(run: Run, page: Callable[[Run, Recommendation | None], str]) -> PageError | None:
-    """Write what follows from a posterior: the summaries, and the page if that can be made."""
-    write_text(run.folder / SUMMARIES[0], report.summary_json(run.posterior, run.verdict))
-    write_text(run.folder / SUMMARIES[1], report.summary_csv(run.posterior))
-    return write_page(run, page)
-
-
-def write_page(run: Run, page: Callable[[Run, Recommendation | None], str]) -> PageError | None:
-    """Write the page; if that fails, for whatever reason, remove the earlier one, which is of other results, and say why.
-
-    A print of the earlier one is removed in any case.
-
-    Parameters
-    ----------
-    run : whose page it is.
-    page : lays it out.
-    """
-    run.printed.unlink(missing_ok=True)
-    try:
-        write_text(run.report, page(run, load_recommendation(run.folder)))
-        return None
-    except Exception as error:
-        with suppress(OSError):
-            run.report.unlink(missing_ok=True)
-        kind = "" if isinstance(error, InputError) else f"{type(error).__name__}: "
-        return PageError(run.folder, f"{kind}{error}")
 
 
 def _require_own(listing: Listing, posterior: Posterior, sha256: str, path: Path) -> None:

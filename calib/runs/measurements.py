@@ -8,17 +8,9 @@ from calib.decision import NextMeasurements, Requirement, next_measurements, nex
 from calib.errors import Fault, InputError
 from calib.experiment import Bench, Specification
 from calib.files import write_text
-from calib.runs.folder import (
-    Run,
-    fast_forward,
-    kept_page_drawings,
-    load_recommendation,
-    owned_run,
-    page_of,
-    require_own_forward,
-    write_page,
-)
+from calib.runs.folder import Run, fast_forward, load_recommendation, owned_run, require_own_forward
 from calib.runs.listing import NEXT, PAGES, writing
+from calib.runs.page import kept_page_drawings, page_of, write_page
 
 
 def next_for(

@@ -22,7 +22,7 @@ from calib.runs.ownership import owner_of
 from calib.sampling import BLOCK_STEPS, FirstAnswer, Progress, kept_blocks
 
 #: Name of the file, which is no result of a run.
-TOLD = ".progress.json"
+PROGRESS = ".progress.json"
 # Its kind and format.
 _RECORD = "progress", 1
 
@@ -75,14 +75,14 @@ class RunState:
     condition : whether it is under way.
     owner : the process that works on it, in words; "" for none.
     steps : of each walker that are kept, so that they are not made again.
-    told : what its calibration last told; None if it tells nothing any more.
+    last : what its calibration last told; None if it tells nothing any more.
     command : by which it was begun; "" where that is not known.
     """
 
     condition: Condition
     owner: str = ""
     steps: int = 0
-    told: LastProgress | None = None
+    last: LastProgress | None = None
     command: str = ""
 
 
@@ -108,7 +108,7 @@ def run_state(folder: Path | str) -> RunState:
 
 def _read(folder: Path) -> LastProgress | None:
     try:
-        found = record_from_text(*_RECORD, (folder / TOLD).read_text(encoding="utf-8"))
+        found = record_from_text(*_RECORD, (folder / PROGRESS).read_text(encoding="utf-8"))
         looks = tuple(ConvergenceLook(**look) for look in found.pop("looks"))
         return LastProgress(looks=looks, first=tuple(map(tuple, found.pop("first"))), **found)
     except (OSError, ValueError, KeyError, TypeError):
@@ -119,35 +119,35 @@ def _read(folder: Path) -> LastProgress | None:
 class Teller:
     """Writes the file, each time that there is something new; that it cannot be written is no reason not to calibrate.
 
-    `told`, what was written last, is the one thing that changes.
+    `last`, what was written last, is the one thing that changes.
     """
 
     folder: Path
-    told: LastProgress = field(default_factory=lambda: LastProgress("reading"))
+    last: LastProgress = field(default_factory=lambda: LastProgress("reading"))
 
     def stage(self, name: str) -> None:
         """Say which stage begins."""
-        self._write(LastProgress(name, looks=self.told.looks, first=self.told.first))
+        self._write(LastProgress(name, looks=self.last.looks, first=self.last.first))
 
     def first_answer(self, first: FirstAnswer | None) -> None:
         """Say the first answer, of the sensor alone."""
         rows = () if first is None else tuple((r.name, r.value, r.unit) for r in first_rows(first, sensor_only=True))
-        self._write(LastProgress(self.told.stage, looks=self.told.looks, first=rows))
+        self._write(LastProgress(self.last.stage, looks=self.last.looks, first=rows))
 
     def sampling(self, p: Progress) -> None:
         """Say how far sampling is."""
-        looks = self.told.looks
+        looks = self.last.looks
         if p.ess > 0 and (not looks or (looks[-1].r_hat, looks[-1].ess) != (p.r_hat, p.ess)):
             looks = (*looks, ConvergenceLook(p.steps, p.r_hat, p.ess))
         left = p.seconds_left if math.isfinite(p.seconds_left) and p.seconds_left > 0 else None
         names = (p.r_hat_parameter, p.ess_parameter)
-        self._write(LastProgress(p.stage, p.done, p.wanted, left, *names, p.target, looks, self.told.first))
+        self._write(LastProgress(p.stage, p.done, p.wanted, left, *names, p.target, looks, self.last.first))
 
-    def _write(self, told: LastProgress) -> None:
-        if told != self.told:
-            self.told = told
+    def _write(self, new: LastProgress) -> None:
+        if new != self.last:
+            self.last = new
             with suppress(OSError, InputError):
-                write_text(self.folder / TOLD, record_to_text(*_RECORD, asdict(told), indent=None, exact=True))
+                write_text(self.folder / PROGRESS, record_to_text(*_RECORD, asdict(new), indent=None, exact=True))
 
 
 @contextmanager
@@ -162,4 +162,4 @@ def telling(folder: Path) -> Iterator[Teller]:
         yield Teller(folder)
     finally:
         with suppress(OSError):
-            (folder / TOLD).unlink(missing_ok=True)
+            (folder / PROGRESS).unlink(missing_ok=True)

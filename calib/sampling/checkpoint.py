@@ -24,8 +24,9 @@ from calib.errors import Fault, InputError
 from calib.files import remove_leftovers, whole_file, write_text
 from calib.records import exact_record_from_text, record_from_text, record_to_text
 from calib.sampling.ensemble import Block, EnsembleState
+from calib.sampling.funnel import Funnel
 from calib.sampling.identity import Identity, differences
-from calib.sampling.proposal import Funnel, Proposal
+from calib.sampling.proposal import Proposal
 from calib.sampling.start import Start
 from calib.sampling.target import Mode
 from models.seal import sealed, unsealed

@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from calib.sampling.proposal import Funnel, Indices
+from calib.sampling.funnel import Funnel, Indices
 from calib.sampling.target import Target, Tie
 from models.sensor import BoolArray, FloatArray, IntArray
 

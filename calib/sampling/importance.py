@@ -23,7 +23,8 @@ from scipy.special import logsumexp, ndtri
 
 from calib.digits import with_uncertainty
 from calib.sampling.archive import K_HAT, smooth_weights
-from calib.sampling.proposal import Funnel, Indices, Proposal, log_student
+from calib.sampling.funnel import Funnel, Indices, log_student
+from calib.sampling.proposal import Proposal
 from calib.sampling.target import Mode, Target
 from models.sensor import FloatArray
 

@@ -12,8 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.sampling.ensemble import SHAPELESS, EnsembleState, Moves, moves_by, walk
+from calib.sampling.funnel_fit import normal_funnel
 from calib.sampling.laplace import importance_weights
-from calib.sampling.proposal import Mixture, Proposal, fit_proposal, normal_funnel
+from calib.sampling.proposal import Mixture, Proposal, fit_proposal
 from calib.sampling.scoring import FAR_BELOW
 from calib.sampling.target import Mode, Target
 from models.sensor import BoolArray, FloatArray

@@ -12,8 +12,9 @@ from calib.catalogue import SCALES
 from calib.problem import Lot, Problem, columns_at, prior_coordinates
 from calib.sampling.coordinates import CONTACT, Coordinates, coordinates
 from calib.sampling.ends import ENDLESS, ends_of
+from calib.sampling.funnel import Indices
 from calib.sampling.laplace import laplace_density
-from calib.sampling.proposal import Density, Indices
+from calib.sampling.proposal import Density
 from calib.sampling.scoring import inverse_root, score, slopes_at, tempered
 from models.sensor import FloatArray, IntArray
 

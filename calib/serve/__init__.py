@@ -1,7 +1,7 @@
-"""A folder on this machine in, a local page out in which a lab works on it: files, experiment, check, runs, padding.
+"""A folder on this machine in, a local page on which a lab works on it out; knows no physics and no statistics.
 
-All state is in the folder; the page shows of every step the command that does the same. It needs the extra `serve`, and knows
-no physics and no statistics.
+All state is in the folder; the page shows of every step (files, experiment, check, runs, padding) the command that does the
+same. It needs the extra `serve`.
 """
 
 from __future__ import annotations

@@ -133,7 +133,7 @@ def jobs(space: Workspace) -> list[Job]:
     ----------
     space : the folder.
     """
-    names = sorted(path.name for path in (space.own / "jobs").glob("*") if path.is_dir())
+    names = sorted(path.name for path in (space.page_folder / "jobs").glob("*") if path.is_dir())
     return [job for name in names if (job := job_of(space, name)) is not None and job.alive]
 
 
@@ -159,7 +159,7 @@ def cancel(space: Workspace, name: str) -> None:
 
 
 def _folder(space: Workspace, name: str) -> Path:
-    return space.own / "jobs" / name
+    return space.page_folder / "jobs" / name
 
 
 def _alive(folder: Path) -> bool:

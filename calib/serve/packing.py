@@ -22,7 +22,7 @@ def packed(space: Workspace, folder: Path) -> Path:
     The archive, in a place of the page's own, to be removed by who has sent it.
     """
     inside = [path for path in sorted(folder.rglob("*")) if _is_result(path.relative_to(folder)) and path.is_file()]
-    into = space.own / "downloads"
+    into = space.page_folder / "downloads"
     into.mkdir(exist_ok=True)
     target = into / f"{secrets.token_hex(8)}.zip"
     try:

@@ -109,7 +109,7 @@ class Guarded:
         host = headers.get("host", "")
         if host not in door.hosts:
             return _said(403, "This address is not that of the page", f"Open http://{door.hosts[0]} on the machine it runs on.")
-        if scope["method"] not in SAFE and not _own(headers, host):
+        if scope["method"] not in SAFE and not _from_our_page(headers, host):
             return _said(403, "Another page asked for this", "Only calib's own page may change what is here.")
         given = _given(scope.get("query_string", b"")) if scope["path"] == "/" else ""
         if given and scope["method"] == "GET":
@@ -132,7 +132,7 @@ class Guarded:
 _AGAIN = "Open the address that `calib serve` shows in its terminal; it ends in a secret that lets you in."
 
 
-def _own(headers: Headers, host: str) -> bool:
+def _from_our_page(headers: Headers, host: str) -> bool:
     """Whether a request that changes something comes from a page of ours: browsers say so of each, and no page can forge it."""
     origin = headers.get("origin")
     return origin == f"http://{host}" if origin is not None else headers.get("sec-fetch-site") == "same-origin"

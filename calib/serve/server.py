@@ -48,17 +48,17 @@ def serve(space: Workspace, port: int | None, ready: Callable[[Door], None], key
     InputError
         If another process serves this folder, or the port is taken.
     """
-    known = _known(space.own / "door.json")
-    if said := owner_of(space.own):
+    known = _known(space.page_folder / "door.json")
+    if said := owner_of(space.page_folder):
         advice = "Stop it with Ctrl-C in its terminal" if known is None else f"Open {known.address}"
         raise InputError(Fault(f"the page of this folder is served already, by {said}", space.folder, advice=advice))
-    with owned(space.own, "calib serve"):
+    with owned(space.page_folder, "calib serve"):
         space.tidy()
         listening = _listening(port, None if known is None else known.port)
         with listening:
             token = secrets.token_urlsafe(32) if known is None else known.token
             door = Door(token, listening.getsockname()[1], secrets.token_urlsafe(32))
-            _keep(space.own / "door.json", door)
+            _keep(space.page_folder / "door.json", door)
             config = uvicorn.Config(
                 app_of(space, door, keys),
                 http=Patient,

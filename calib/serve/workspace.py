@@ -57,8 +57,8 @@ class Workspace:
         return self.folder / _LAB
 
     @property
-    def own(self) -> Path:
-        """Folder of the page itself."""
+    def page_folder(self) -> Path:
+        """Folder of what the page keeps for itself: how it is reached, jobs, downloads."""
         return self.folder / _OWN
 
     @property
@@ -254,7 +254,9 @@ class Workspace:
         InputError
             If none is listed by it.
         """
-        begun = _RUN_NAME.fullmatch(name) and (self.own / "jobs" / name).is_dir() and not (self.folder / name).is_symlink()
+        begun = (
+            _RUN_NAME.fullmatch(name) and (self.page_folder / "jobs" / name).is_dir() and not (self.folder / name).is_symlink()
+        )
         if begun or name in self.runs():
             return self.folder / name
         raise InputError(Fault(f'there is no run "{shortened(name)}" in this folder', advice="Look at the list of runs"))
@@ -316,7 +318,7 @@ class Workspace:
 
     def tidy(self) -> None:
         """Remove what a killed server left unfinished; for the one that has the folder to itself."""
-        shutil.rmtree(self.own / "downloads", ignore_errors=True)
+        shutil.rmtree(self.page_folder / "downloads", ignore_errors=True)
         dropped = self.folder / _LAB
         for path, _, files in () if dropped.is_symlink() else os.walk(dropped):
             for name in files:
@@ -348,8 +350,13 @@ def open_workspace(folder: Path | str) -> Workspace:
         raise InputError(Fault(f"the folder {path.parent} does not exist", path, advice="Create it first"))
     path.mkdir(exist_ok=True)
     found = Workspace(path.resolve())
-    found.own.mkdir(mode=0o700, exist_ok=True)
-    links = (found.own, *found.own.glob("*"), *found.own.glob("jobs/*"), *found.own.glob("jobs/*/*"))
+    found.page_folder.mkdir(mode=0o700, exist_ok=True)
+    links = (
+        found.page_folder,
+        *found.page_folder.glob("*"),
+        *found.page_folder.glob("jobs/*"),
+        *found.page_folder.glob("jobs/*/*"),
+    )
     if link := next((link for link in links if link.is_symlink()), None):
         advice = "Remove the link: what is of the page lies in its folder and nowhere else"
         raise InputError(Fault("this leads elsewhere, where the page would write and remove", link, advice=advice))

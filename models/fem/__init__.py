@@ -1,4 +1,4 @@
-"""The finite-element sensor model: exact and slow. A design and depths (or forces) in, a `Response` out; knows no surrogate."""
+"""A design and depths (or forces) in, a `Response` by finite elements out, exact and slow; knows no surrogate and no data."""
 
 from models.fem.finite_elements import FiniteElements
 from models.fem.solution import Solution, Units, capacitance_of, dimensionless

@@ -55,7 +55,7 @@ class RunStore:
 
     def runs(self) -> Iterator[tuple[FloatArray, dict[str, FloatArray], str]]:
         """Every run: its point, its arrays, and why it ended early."""
-        with _told():
+        with _as_store_errors():
             for row in self.connection.execute(_ROWS):
                 yield _run(*row)
 
@@ -71,7 +71,7 @@ class RunStore:
         blob, named = io.BytesIO(), dict[str, Any](arrays)
         np.savez(blob, **named)
         row = (_key(point), blob.getvalue(), failure)
-        with _told(), self.connection:
+        with _as_store_errors(), self.connection:
             self.connection.execute("insert or replace into runs values (?, ?, ?, ?)", (*row, _digest(*row)))
 
     def __len__(self) -> int:
@@ -79,7 +79,7 @@ class RunStore:
         return int(self._select("select count(*) from runs")[0][0])
 
     def _select(self, query: str, *values: bytes) -> list[Any]:
-        with _told():
+        with _as_store_errors():
             return self.connection.execute(query, values).fetchall()
 
 
@@ -101,7 +101,7 @@ def _key(point: FloatArray) -> bytes:
 
 
 @contextmanager
-def _told() -> Iterator[None]:
+def _as_store_errors() -> Iterator[None]:
     """Say what the database cannot do as a `StoreError`."""
     try:
         yield
@@ -134,11 +134,11 @@ def open_store(path: Path, settings: Mapping[str, object]) -> Iterator[RunStore]
     """
     wanted = json.loads(json.dumps({"format": _FORMAT, **settings}))
     new = not path.exists() or path.stat().st_size == 0
-    with _told():
+    with _as_store_errors():
         connection = sqlite3.connect(path, timeout=5.0)
     with closing(connection):
         store = RunStore(connection)
-        with _told():
+        with _as_store_errors():
             if new:
                 _begin(connection, wanted)
             _check(connection, wanted)

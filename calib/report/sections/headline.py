@@ -7,9 +7,10 @@ from collections.abc import Mapping, Sequence
 from calib.catalogue import POOLED, QUANTITIES, SPREADS, spread_of
 from calib.checks import LEARNED, Colour, Reason, passed_gates
 from calib.decision import largest_force, percent, void_in_words
+from calib.enumeration import first_of
 from calib.experiment import model_in_words
 from calib.report.put_in import put_in_conditions
-from calib.report.rows import PRIOR_DRIVEN_WORDS, SENSOR_PARAMETERS, ParameterRow, parameter_rows, told_by_few
+from calib.report.rows import PRIOR_DRIVEN_WORDS, SENSOR_PARAMETERS, ParameterRow, few_specimens_in_words, parameter_rows
 from calib.report.section import Results, Section
 from calib.report.status import status_in_words
 from calib.sampling import Posterior
@@ -130,12 +131,12 @@ def summary_sentences(posterior: Posterior) -> str:
         parts.append(f"its relative permittivity {rows['relative_permittivity'].value}")
     text = " and ".join(parts) + " (mean ± one standard deviation). " if parts else ""
     text += _put_in(posterior, rows)
-    few = told_by_few(posterior)
+    few = few_specimens_in_words(posterior)
     text += _spreads(rows, few)
     said = SPREADS if few else ()  # that they are what was believed
     driven = [_called(r) for r in rows.values() if r.learned == PRIOR_DRIVEN_WORDS and r.parameter not in said]
     if driven:
-        text += f"The data hardly moved {_listed(driven)}: there the result is the prior, not the measurement."
+        text += f"The data hardly moved {first_of(driven)}: there the result is the prior, not the measurement."
     return text.strip()
 
 
@@ -161,10 +162,3 @@ def _spreads(rows: Mapping[str, ParameterRow], few: str) -> str:
 
 def _called(row: ParameterRow) -> str:
     return f"{row.label} ({row.where})" if row.where else row.label
-
-
-def _listed(words: Sequence[str]) -> str:
-    """Words as a part of a sentence: all of them, or the first three and how many more there are."""
-    if len(words) > 4:
-        words = [*words[:3], f"{len(words) - 3} more"]
-    return words[0] if len(words) == 1 else ", ".join(words[:-1]) + " and " + words[-1]

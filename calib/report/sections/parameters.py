@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from calib.catalogue import UnknownName, display
 from calib.report.figures.posterior import prior_figure
 from calib.report.pictures import Plot
-from calib.report.rows import PRIOR_DRIVEN_WORDS, label_of, parameter_rows, told_by_few
+from calib.report.rows import PRIOR_DRIVEN_WORDS, few_specimens_in_words, label_of, parameter_rows
 from calib.report.section import Results, Section
 from calib.sampling import Posterior
 
@@ -51,7 +51,7 @@ def section(results: Results) -> Section:
         "rows": rows,
         "void": results.void,
         "of_lots": posterior.experiment.pooling == "partial",
-        "few": told_by_few(posterior),
+        "few": few_specimens_in_words(posterior),
         "prior_driven": any(r.learned == PRIOR_DRIVEN_WORDS for r in rows),
         "fixed": [(label_of(name), display(UnknownName.parse(name).parameter, value)) for name, value in fixed],
         "prior_pictures": [results.picture(name) for name in _priors(posterior)],

@@ -12,6 +12,7 @@ from starlette.routing import Route
 from calib.errors import Fault, InputError
 from calib.serve import adding, looking
 from calib.serve.commands import reading_command, typed
+from calib.serve.offering import offer
 from calib.serve.page import elsewhere, form_of, in_words, query_of, shown, space_of, working, writing
 
 
@@ -37,22 +38,22 @@ async def put(request: Request) -> Response:
 
 def _page(request: Request, form: Mapping[str, str], faults: tuple[Fault, ...], status: int = 200) -> Response:
     space = space_of(request)
-    told = adding.offer(space, form.get("name", ""), form.get("partner"))
-    understood = told.found.observations
+    offered = offer(space, form.get("name", ""), form.get("partner"))
+    understood = offered.found.observations
     assert understood is not None
-    chosen = f"{adding.OF}{told.specimen}" if told.specimen else ""
-    usual = {"specimen": told.name, "press": told.press, "first": "press 1", "of": chosen}
+    chosen = f"{adding.OF}{offered.specimen}" if offered.specimen else ""
+    usual = {"specimen": offered.name, "press": offered.press, "first": "press 1", "of": chosen}
     values: dict[str, Any] = {"form": {**usual, **form}, "wrong": in_words(faults, space)}
     return shown(
         request,
         "add.html.j2",
         status,
-        told=told,
+        offer=offered,
         o=understood,
         grades=[g for g in looking.grades(space, understood) if g[0] != "good"],
-        tie_faults=in_words(told.faults, space),
+        tie_faults=in_words(offered.faults, space),
         columns=looking.columns_of(understood),
-        read=reading_command(told.found.name, told.found.said),
+        read=reading_command(offered.found.name, offered.found.said),
         check=typed(["check", space.experiment.name]),
         new=adding.NEW,
         of=adding.OF,

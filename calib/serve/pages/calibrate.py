@@ -83,7 +83,7 @@ async def progress(request: Request) -> Response:
     folder = space.run(name)
     state = await working(run_state, folder)
     job = await working(jobs.job_of, space, name)
-    told = state.told
+    told = state.last
     alive = state.condition == "running" or (job is not None and job.alive)
     answer = part(
         "progress.html.j2",

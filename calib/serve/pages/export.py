@@ -63,7 +63,7 @@ def _look(space: Workspace, folder: Path, name: str) -> dict[str, Any]:
         "largest": f"{largest_force(run.posterior):.3g} N",
         "tare": _TARE,
         "command": _command({"name": name, **usual}),
-        "made": [found for one in space.exports() if (found := _told(space, one, run.posterior_sha256)) is not None],
+        "made": [found for one in space.exports() if (found := _tables_made(space, one, run.posterior_sha256)) is not None],
     }
 
 
@@ -75,7 +75,7 @@ def _recommended(folder: Path) -> float | None:
     return None if known is None else known.best
 
 
-def _told(space: Workspace, name: str, posterior: str) -> dict[str, Any] | None:
+def _tables_made(space: Workspace, name: str, posterior: str) -> dict[str, Any] | None:
     """What tables of a folder hold for, if they are of a run; what of them is damaged is said."""
     folder = space.export(name)
     path = folder / "force_tables.json"

@@ -105,7 +105,7 @@ def test_a_difference_is_told_with_how_many_chance_would_have(make_posterior: Ma
     draws = second.draws.copy()
     draws[..., k] *= 1.1
     found = differences_of(first, replace(second, draws=draws))
-    assert [pair.name for pair in found.told] == ["young_modulus"]
+    assert [pair.name for pair in found.differing] == ["young_modulus"]
     assert (_z(found) or 0) < -5
     assert "1 differ by more than 2 standard deviations" in found.in_words
 

@@ -28,7 +28,8 @@ from calib.decision.requirement import Requirement
 from calib.experiment.experiment_file import read_experiment
 from calib.problem.problem import Problem
 from calib.runs.calibration import Stages, calibrate
-from calib.runs.folder import load_recommendation, load_run, recommend_in
+from calib.runs.folder import load_recommendation, load_run
+from calib.runs.renewed import recommend_in
 from calib.sampling.diagnostics import Gate
 from calib.sampling.posterior import Posterior
 from calib.sampling.sampler import sample

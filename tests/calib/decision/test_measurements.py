@@ -12,14 +12,18 @@ import numpy as np
 import pytest
 
 from calib.checks import Reason, verdict_of
-from calib.decision.candidates import Candidate, Known, candidates_of, largest_load, with_reading
+from calib.decision.candidate import Candidate
+from calib.decision.candidates import candidates_of
 from calib.decision.extrapolation import Aim
 from calib.decision.gain import Knowledge, covariance, present_knowledge, with_measurement
+from calib.decision.known import Known
 from calib.decision.measurements import next_measurements
 from calib.decision.padding import recommend
 from calib.decision.ranking import NextMeasurements, next_from_json, next_to_json
+from calib.decision.read_by_itself import with_reading
 from calib.decision.requirement import Requirement
 from calib.decision.specified import conform
+from calib.decision.wanted_presses import largest_load
 from calib.errors import InputError
 from calib.experiment import Bench, Limit, Specification, experiment_from, read_experiment
 from calib.priors import HalfNormal, Normal, TruncatedNormal, Uniform
@@ -174,11 +178,11 @@ def test_presses_that_share_their_misfit_tell_more_than_one_and_less_than_if_the
     assert problem is not None
     draws = np.tile(candidate.middle, (8, 1))
 
-    def told(plans: Sequence[SweepPlan]) -> FloatArray:
+    def information(plans: Sequence[SweepPlan]) -> FloatArray:
         return expected_information(problem, plans, candidate.middle, draws)
 
-    one, two = told(problem.plans[:1]), told(problem.plans)
-    alone = [told([plan_sweep(sweep)]) for sweep in problem.sweeps]
+    one, two = information(problem.plans[:1]), information(problem.plans)
+    alone = [information([plan_sweep(sweep)]) for sweep in problem.sweeps]
     # By itself a press tells the same, but for the depths over which its misfit stays alike.
     assert np.max(np.abs(one - alone[0])) < 0.05 * np.max(alone[0])
     column = problem.names.index("young_modulus")
@@ -228,7 +232,8 @@ def test_specimens_of_a_lot_and_its_modulus_are_as_wide_and_as_alike_before_any_
     c = times(np.eye(n + len(lots)))[0]
     place = [lot.quantity for lot in lots].index("young_modulus")
     one, other = lots[place].columns
-    width, sigma = np.log(lots[place].prior.own[0].ppf_normal(1.0) / lots[place].prior.own[0].ppf_normal(0.0)), np.log(1.3)
+    prior = lots[place].prior.specimen_priors[0]
+    width, sigma = np.log(prior.ppf_normal(1.0) / prior.ppf_normal(0.0)), np.log(1.3)
     assert c[n + place, n + place] == pytest.approx(sigma**2)
     assert c[one, one] == pytest.approx((sigma**2 + 0.05**2) / width**2)
     assert c[one, other] == pytest.approx(sigma**2 / width**2)

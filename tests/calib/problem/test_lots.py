@@ -78,7 +78,7 @@ def _normal(x: FloatArray, spread: float, sigma: float) -> float:
 @pytest.mark.parametrize("n", [1, 2, 3, 6])
 def test_the_density_is_that_of_an_integral_over_modulus_and_spread(spread: Prior, apart: float, n: int) -> None:
     lot = _lot(n, spread)
-    (width,) = set(np.log([own.factor for own in lot.own if isinstance(own, LogNormal)]))
+    (width,) = set(np.log([own.factor for own in lot.specimen_priors if isinstance(own, LogNormal)]))
     x = 0.2 + apart * np.linspace(-1, 1, n)
     if isinstance(spread, Fixed):
         wanted = _normal(x, spread.value, np.log(1.6))
@@ -102,7 +102,7 @@ def test_the_density_given_a_spread_is_an_integral_over_the_modulus_of_the_lot()
 def test_what_was_measured_of_specimens_multiplies_what_is_believed_of_their_lot(kind: int, spread: Prior) -> None:
     lot, value = _read(kind, spread), VALUES[kind]
     thickness = 1e-3 * np.array([[0.74, 0.70, 0.79, 0.73], [0.76, 0.72, 0.85, 0.70], [0.60, 0.75, 0.80, 0.75]])
-    z = np.stack([own.to_normal(v) for own, v in zip(lot.own, thickness.T, strict=True)], axis=1)
+    z = np.stack([own.to_normal(v) for own, v in zip(lot.specimen_priors, thickness.T, strict=True)], axis=1)
     share = thickness / (0.7e-3 * np.array([1.0, 1.0, 1.1, 1.0]))
     by_factor = isinstance(value, LogNormal)
     x, sigma = (np.log(share), np.log(1.2)) if by_factor else (share - 1, 0.2)
@@ -139,7 +139,7 @@ def test_specimens_that_do_not_differ_have_the_modulus_of_the_lot() -> None:
     alike, other = lot.log_density(z)
     assert alike - other == pytest.approx(norm.logpdf(0.4) - norm.logpdf(0.1), abs=1e-6)
     modulus, spread = lot.draw_of(np.tile(z[:1], (50, 1)), np.random.default_rng(1))
-    np.testing.assert_allclose(modulus, lot.own[0].ppf_normal(0.4), rtol=1e-5)
+    np.testing.assert_allclose(modulus, lot.specimen_priors[0].ppf_normal(0.4), rtol=1e-5)
     np.testing.assert_array_equal(spread, 1e-6)
 
 
@@ -180,7 +180,7 @@ def test_value_and_spread_given_specimens_are_those_of_lots_with_such_specimens(
 
 def test_the_spread_given_specimens_follows_its_density() -> None:
     x, lot = np.array([0.0, 0.05, -0.02, 0.06]), _lot(4)
-    (width,) = set(np.log([own.factor for own in lot.own if isinstance(own, LogNormal)]))
+    (width,) = set(np.log([own.factor for own in lot.specimen_priors if isinstance(own, LogNormal)]))
     _, spread = lot.draw_of(np.tile(x / width, (20_000, 1)), np.random.default_rng(4))
     grid = np.linspace(-4, 4, 801)
     weight = norm.pdf(grid) * [_normal(x, float(lot.spread.ppf_normal(z)), np.log(1.6)) for z in grid]
@@ -385,7 +385,7 @@ def test_paddings_that_were_hardly_meant_to_be_alike_are_asked_about() -> None:
     assert lot.value == Normal(1e-3, 0.2e-3)
     assert lot.nominal == pytest.approx((1.0, 3.0))
     # As the first came out a tenth thicker than wanted, the second is believed to be a little thicker than was read.
-    first, second = (float(own.ppf_normal(0.0)) for own in lot.own)
+    first, second = (float(own.ppf_normal(0.0)) for own in lot.specimen_priors)
     assert 1.06e-3 < first < 1.1e-3
     assert 3.0e-3 < second < 3.05e-3
 
@@ -394,7 +394,7 @@ def test_a_thickness_of_the_lot_may_be_given_in_place_of_those_of_its_specimens(
     tables = _tables(sensor_thickness={"normal": ["0.75 mm", "0.05 mm"]})
     del tables["specimens"][0]["priors"]["sensor_thickness"]
     lot = lot_of(experiment_from(tables, DATASET), "sensor_thickness", ["a"])
-    (own,) = lot.own
+    (own,) = lot.specimen_priors
     low, high = own.interval(0.68)
     assert (high - low) / 2 > 0.05e-3  # the lot, and the spread about it
     with pytest.raises(InputError, match=r'sensor_thickness of specimen "a" is missing'):

@@ -21,8 +21,9 @@ from calib.experiment import read_experiment
 from calib.files import sha256_of
 from calib.problem import Problem
 from calib.runs.calibration import Calibration, Stages, calibrate
-from calib.runs.folder import Run, write_run
+from calib.runs.folder import Run
 from calib.runs.listing import Input, Listing
+from calib.runs.written import write_run
 from calib.sampling import FINGERPRINT, Gate, Identity, assess, identity_of, sampler
 from calib.sampling.posterior import Posterior
 from calib.sampling.sampler import sample

@@ -25,8 +25,7 @@ from small_run import BLOCK, in_small_steps
 
 from calib.cli import app
 from calib.problem import Problem
-from calib.runs import Stages, calibration, preview
-from calib.runs import folder as run_folder
+from calib.runs import Stages, calibration, preview, renewed, written
 from calib.sampling import Gate, assess, sample
 from calib.sampling.posterior import Posterior
 from calib.workers import workers
@@ -101,7 +100,7 @@ def run(stage: str, words: Sequence[str]) -> None:
         patch.setattr(calibration, "write_run", _stay)
     elif stage == "saving":
         stages["sample"] = _brief
-        patch.setattr(run_folder, "save_posterior", _stay)
+        patch.setattr(written, "save_posterior", _stay)
     elif stage == "spot check":
         stages |= {"sample": _brief, "spot_check": _stay}
     elif stage == "block likelihoods":
@@ -114,7 +113,7 @@ def run(stage: str, words: Sequence[str]) -> None:
     elif stage == "simulating":
         _tell_of(FiniteElements.solve)
     elif stage == "recommending":
-        patch.setattr(run_folder, "recommend_for", _stay)
+        patch.setattr(renewed, "recommend_for", _stay)
     else:
         stages["sample"] = {
             "sampling": _with_workers,

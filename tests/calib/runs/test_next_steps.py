@@ -11,7 +11,8 @@ import pytest
 from calib.checks import Verdict
 from calib.decision import next_measurements, next_to_json
 from calib.experiment import Bench
-from calib.runs.folder import Run, next_steps_of
+from calib.runs.folder import Run
+from calib.runs.page import next_steps_of
 from calib.sampling import Posterior
 from models.analytic import ClosedForm
 

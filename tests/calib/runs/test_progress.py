@@ -11,7 +11,7 @@ import pytest
 from small_run import QUICK, quick
 
 from calib.runs import run_state
-from calib.runs.progress import TOLD, Teller, telling
+from calib.runs.progress import PROGRESS, Teller, telling
 from calib.sampling import Posterior, Progress
 
 BEGUN = Progress("sampling", 50, 200, 30.0, 50, 5.0, 100, float("nan"), "", 0.0, "", 400.0, 20_000)
@@ -31,13 +31,13 @@ def test_a_run_is_none_then_running_then_finished_or_stopped(lab: Path) -> None:
     quick(lab, stages=replace(QUICK, sample=look))
     assert [state.condition for state in seen] == ["running", "running"]
     assert "process" in seen[0].owner
-    assert seen[0].told is not None
-    assert [row[0] for row in seen[0].told.first] == ["young_modulus"]
-    assert seen[1].told is not None
-    assert seen[1].told.stage == "block likelihoods"
-    assert seen[1].told.looks[-1].steps == 10
+    assert seen[0].last is not None
+    assert [row[0] for row in seen[0].last.first] == ["young_modulus"]
+    assert seen[1].last is not None
+    assert seen[1].last.stage == "block likelihoods"
+    assert seen[1].last.looks[-1].steps == 10
     state = run_state(folder)
-    assert (state.condition, state.told, state.command) == ("finished", None, "calib calibrate")
+    assert (state.condition, state.last, state.command) == ("finished", None, "calib calibrate")
     assert not list(folder.rglob(".*"))
     (folder / "posterior.nc").unlink()
     assert run_state(folder).condition == "stopped"
@@ -49,11 +49,11 @@ def test_a_look_is_told_once_and_all_of_them_are_kept(tmp_path: Path) -> None:
     with telling(tmp_path) as teller:
         for told in (BEGUN, first, first, second):
             teller.sampling(told)
-        found = json.loads((tmp_path / TOLD).read_text())
+        found = json.loads((tmp_path / PROGRESS).read_text())
         assert [look["r_hat"] for look in found["looks"]] == [1.2, 1.1]
         state = run_state(tmp_path)
-        assert state.told == teller.told
-    assert not (tmp_path / TOLD).exists()
+        assert state.last == teller.last
+    assert not (tmp_path / PROGRESS).exists()
 
 
 def test_that_it_cannot_be_told_is_no_reason_not_to_calibrate(tmp_path: Path) -> None:
@@ -62,5 +62,5 @@ def test_that_it_cannot_be_told_is_no_reason_not_to_calibrate(tmp_path: Path) ->
 
 @pytest.mark.parametrize("text", ["", "{", "[]", '{"looks": 1}', '{"looks": [], "first": [], "stage": "x", "more": 1}'])
 def test_a_damaged_file_tells_nothing(tmp_path: Path, text: str) -> None:
-    (tmp_path / TOLD).write_text(text)
-    assert run_state(tmp_path).told is None
+    (tmp_path / PROGRESS).write_text(text)
+    assert run_state(tmp_path).last is None

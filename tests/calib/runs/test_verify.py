@@ -15,11 +15,11 @@ from typer.testing import CliRunner, Result
 from calib.cli import app
 from calib.decision.requirement import Requirement
 from calib.errors import InputError
-from calib.runs import PageError, load_recommendation, load_run, members, recommend_in, report_in, verify
-from calib.runs import folder as run_folder
+from calib.runs import PageError, load_recommendation, load_run, members, recommend_in, renewed, report_in, verify
 from calib.runs.calibration import Stages
 from calib.runs.folder import Run
 from calib.runs.ownership import owned
+from calib.runs.page import page_of
 from calib.sampling import FINGERPRINT
 from models.surrogate.surrogate import load_surrogate
 
@@ -209,7 +209,7 @@ def test_a_failing_page_keeps_the_recommendation_and_takes_the_old_page_away(
     def broken(run: Run, _: object, **__: object) -> str:
         raise ValueError("no font")
 
-    monkeypatch.setattr(run_folder, "page_of", broken)
+    monkeypatch.setattr(renewed, "page_of", broken)
     with pytest.raises(PageError, match="no font"):
         recommend_in(load_run(run), REQUIREMENT, seed=2)
     kept = load_recommendation(run)
@@ -228,13 +228,12 @@ def test_a_command_killed_between_a_file_and_its_hash_is_told_and_led_out_of(
     def killed(*_: object, **__: object) -> str:
         raise KeyboardInterrupt
 
-    whole = run_folder.page_of
-    monkeypatch.setattr(run_folder, "page_of", killed)
+    monkeypatch.setattr(renewed, "page_of", killed)
     with pytest.raises(KeyboardInterrupt):
         recommend_in(load_run(run), REQUIREMENT, seed=2)
     assert _wrong(run) == {"run.json": "not finished", "recommendation.json": "not finished", "report.html": "not finished"}
     assert "calib recommend" in _command("verify", run).stdout
-    monkeypatch.setattr(run_folder, "page_of", whole)
+    monkeypatch.setattr(renewed, "page_of", page_of)
     report_in(load_run(run))
     assert _wrong(run) == {}
 

@@ -33,9 +33,10 @@ from calib.sampling.checkpoint import (
 )
 from calib.sampling.ends import ENDLESS
 from calib.sampling.ensemble import KINDS, Block, EnsembleState
+from calib.sampling.funnel_fit import fit_funnel
 from calib.sampling.identity import Identity, differences, identity_of
 from calib.sampling.posterior import Posterior
-from calib.sampling.proposal import Proposal, fit_funnel
+from calib.sampling.proposal import Proposal
 from calib.sampling.start import Start
 from calib.sampling.target import Mode
 from models.analytic import ClosedForm
@@ -149,7 +150,7 @@ def test_what_is_another_is_named_in_words(problem: Problem) -> None:
     nearly = {**mine, name: json.dumps(Normal(0.0, 1.0000001e-4).to_json())}
     assert "0.00010000001" in differences(other, nearly)  # what the shown digits do not tell
     data = next(name for name in mine if name.startswith("data of sweep"))
-    assert differences({**mine, data: "0" * 64}, mine) == f"{data} have changed"
+    assert differences({**mine, data: "0" * 64}, mine) == f"{data} have changed: its files, its ball or the part that is used"
     assert differences({**mine, "moves of the sampler": "[]"}, mine) == "moves of the sampler are those of another version"
     assert "4 more differences" in differences({**mine, **{f"x{k}": "" for k in range(8)}}, mine)
 

@@ -22,9 +22,10 @@ from calib.sampling.checkpoint import CheckpointFolder, load_chain
 from calib.sampling.coordinates import Coordinates, coordinates
 from calib.sampling.diagnostics import Gate
 from calib.sampling.ensemble import GROUPWISE, EnsembleState, Moves, walk
+from calib.sampling.funnel_fit import fit_funnel
 from calib.sampling.identity import usual_walkers
 from calib.sampling.importance import second_opinion
-from calib.sampling.proposal import Proposal, fit_funnel
+from calib.sampling.proposal import Proposal
 from calib.sampling.sampler import sample_target
 from calib.sampling.scoring import score, slopes_at
 from calib.sampling.target import Tie, target_of, tie_of

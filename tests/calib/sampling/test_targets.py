@@ -18,8 +18,9 @@ from samplers.trial import try_target
 
 from calib.sampling.diagnostics import Gate
 from calib.sampling.ends import ENDLESS
+from calib.sampling.funnel_fit import fit_funnel, normal_funnel
 from calib.sampling.importance import contradictions, misweighted, nearest, second_opinion
-from calib.sampling.proposal import Proposal, fit_funnel, fit_proposal, normal_funnel
+from calib.sampling.proposal import Proposal, fit_proposal
 from calib.sampling.start import distinct_modes, find_modes, join_modes, start
 from calib.sampling.target import Mode
 from models.sensor import FloatArray

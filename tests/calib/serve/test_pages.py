@@ -379,7 +379,7 @@ def test_a_calibration_is_the_command_that_is_shown_and_outlives_the_page(page: 
         assert job.command == command
     assert "run1" in later.get("/runs").text
     assert "Cancel" in later.get("/run?name=run1").text
-    until(lambda: run_state(space.folder / "run1").told is not None)
+    until(lambda: run_state(space.folder / "run1").last is not None)
     state = run_state(space.folder / "run1")
     assert state.condition == "running"
     assert later.get("/run/progress?name=run1").headers["x-alive"] == "yes"
@@ -443,7 +443,7 @@ def test_a_run_shows_what_was_found_and_its_files_are_taken_along(finished: Work
         assert archive.read("one/summary.json") == (folder / "summary.json").read_bytes()
     assert {"one/posterior.nc", "one/run.json", "one/report.html"} <= names
     assert not any("checkpoint" in name for name in names)
-    assert not list((finished.space.own / "downloads").glob("*"))
+    assert not list((finished.space.page_folder / "downloads").glob("*"))
     assert "as they were" in finished.page.get("/run/verified?name=one").text
     assert {f.state for f in verify(folder)} == {"fine"}
 

@@ -482,6 +482,6 @@ def test_without_the_extra_the_command_says_what_to_install(tmp_path: Path) -> N
 
 
 def test_a_second_server_of_a_folder_leads_to_the_first(space: Workspace) -> None:
-    serving._keep(space.own / "door.json", DOOR)
-    with owned(space.own, "calib serve"), pytest.raises(InputError, match=f"served already, by process.*{DOOR.token}"):
+    serving._keep(space.page_folder / "door.json", DOOR)
+    with owned(space.page_folder, "calib serve"), pytest.raises(InputError, match=f"served already, by process.*{DOOR.token}"):
         serving.serve(space, None, lambda _: None)
