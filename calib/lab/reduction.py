@@ -12,7 +12,6 @@ from scipy.interpolate import BSpline
 from calib.lab.signal import integrated_time, resolution
 from models.sensor import BoolArray, FloatArray
 
-
 # Groups of readings in which the onset of the curve's bend is looked for, and pieces of the spline of that curve.
 _GROUPS, _STIFF = 300, 3
 
