@@ -3,7 +3,7 @@
 from calib.checks.average import NOTICEABLE, AverageMember, average_models, forward_of_average
 from calib.checks.belonging import belongs
 from calib.checks.comparison import ComparedModel, compare_runs, comparison_in_words, doubts
-from calib.checks.departures import Elsewhere, look_elsewhere, with_departures, with_elsewhere
+from calib.checks.departures import BAYES_LIMITS, Elsewhere, look_elsewhere, with_departures, with_elsewhere
 from calib.checks.difference import Changed, Difference, Loading, Pair, Side, differences_of
 from calib.checks.member import Member, OfEach, drawn, heaviest, members_or
 from calib.checks.plausible import (
@@ -38,7 +38,6 @@ from calib.checks.proof import (
 )
 from calib.checks.put_in import PUT_IN_ERROR, PutInShift, put_in_shifts
 from calib.checks.reasons import (
-    BAYES_LIMITS,
     BEFORE_SAMPLING,
     LEARNED,
     OF_MODELS,

@@ -4,7 +4,8 @@ A posterior is sure within its model. Whether the data would rather have another
 choice (`calib.experiment.variants_of`), by the evidence p(data | model), the integral of the likelihood over the priors: models
 are compared by its ratio, the Bayes factor, which holds against a model what it has to be told to fit. It is computed as the
 first answer is, by importance sampling near the mode, in about a second of processor time for each model, and nothing is
-sampled. Likewise each specimen is left out and predicted by the others, and those of one lot are held against each other.
+sampled. Where one of them is asked for, so may be a fault that it looks like, and clocks of other rates are asked in the same
+way. Likewise each specimen is left out and predicted by the others, and those of one lot are held against each other.
 """
 
 from __future__ import annotations
@@ -17,14 +18,20 @@ from typing import TypeVar
 
 import numpy as np
 
+from calib.checks.clock_rates import RATES, at_rate, is_tied_by_clock, rate_departure
 from calib.checks.left_out_specimens import foretold
 from calib.checks.reweighting import problem_of
 from calib.checks.strangers import strangers_of
+from calib.checks.verdict import Level
 from calib.errors import InputError
-from calib.experiment import Variant, forward_of_experiment, model_in_words, variants_of
+from calib.experiment import Variant, beyond_simplest, forward_of_experiment, model_in_words, variants_of
 from calib.problem import Problem, build_problem
 from calib.sampling import Departure, FirstAnswer, Foretold, Posterior, Stranger, first_answer
 from models.response import Forward
+
+#: Logarithms of Bayes factors from which another model describes the data better: "positive" and "very strong" (Kass & Raftery,
+#: J. Am. Stat. Assoc. 90 (1995) 773, section 3.2).
+BAYES_LIMITS: Mapping[Level, float] = {"amber": 1.0, "red": 5.0}
 
 # A model whose first climb ends with a Bayes factor of which this is the logarithm is not asked further: ten times the limit at
 # which it is ruled out. Second climbs gained 11 at most in 14 labs of `benchmarks/simulated`.
@@ -66,8 +73,14 @@ def look_elsewhere(problem: Problem, own: FirstAnswer | None, executor: Executor
     predicted = _all_of([partial(foretold, problem, near, name) for name in names], executor)
     strangers = _all_of([partial(strangers_of, problem, near, lot.quantity) for lot in problem.table.lots], executor)
     answers = _all_of([partial(_under, problem, variant, near, floor) for variant in variants], executor)
+    departures = [_departure(problem, variant, own, answer()) for variant, answer in zip(variants, answers, strict=True)]
+    # A model that was chosen because the data asked for it has what a clock's rate does to them in its own unknowns.
+    asked_for = bool(beyond_simplest(problem.experiment)) or any(d.log_bayes > BAYES_LIMITS["amber"] for d in departures)
+    if asked_for and is_tied_by_clock(problem):
+        rates = _all_of([partial(at_rate, problem, near, floor, rate) for rate in RATES], executor)
+        departures.append(rate_departure(model_in_words(problem.experiment), own, [answer() for answer in rates]))
     return Elsewhere(
-        tuple(_departure(problem, variant, own, answer()) for variant, answer in zip(variants, answers, strict=True)),
+        tuple(departures),
         tuple(one for found in predicted for one in found()),
         tuple(one for found in strangers for one in found()),
     )

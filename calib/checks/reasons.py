@@ -12,6 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from scipy.special import ndtri
 
 from calib.catalogue import QUANTITIES, SCALES, UnknownName, display
+from calib.checks.departures import BAYES_LIMITS
 from calib.checks.predictive import Prediction
 from calib.checks.verdict import LEVELS, Level, Reason, Verdict, reasons_from_text, verdict_of
 from calib.digits import with_uncertainty
@@ -24,9 +25,6 @@ RATES: Mapping[Level, float] = {"amber": 1e-2, "red": 1e-5}
 #: A discrepancy this far up in its prior, in the prior's standard-normal coordinate (of a half-normal prior: 2.3 and 3.7 times
 #: its scale), is more than the model was believed to leave out.
 DISCREPANCY_LIMITS: Mapping[Level, float] = {"amber": 2.0, "red": 3.5}
-#: Logarithms of Bayes factors from which another model describes the data better: "positive" and "very strong" (Kass & Raftery,
-#: J. Am. Stat. Assoc. 90 (1995) 773, section 3.2).
-BAYES_LIMITS: Mapping[Level, float] = {"amber": 1.0, "red": 5.0}
 #: A model is ruled out by the data below this logarithm of its Bayes factor.
 RULED_OUT = -5.0
 #: Least share of the variance of its prior that a headline quantity must have lost, or it is the prior that is shown.
@@ -35,6 +33,12 @@ LEARNED = 0.5
 BEFORE_SAMPLING = "reasons before sampling"
 #: Attribute of a posterior that keeps the reasons against the models that it is an average of.
 OF_MODELS = "reasons of the models"
+# Models whose Bayes factors differ by less, as a logarithm (by a factor of 20), describe the data about as well.
+_AS_WELL = 3.0
+_WHAT_TELLS = (
+    "Take none of these on its odds alone: look for what is wrong (bond of the base, ball, times that were counted and not "
+    "measured), and settle it by a press or a measurement that is not among these data."
+)
 # What a calibration is made for, if it is unknown.
 _HEADLINES = ("young_modulus",)
 # Gates whose reasons are each a cause of priors and data that disagree, which is then said once.
@@ -145,15 +149,23 @@ def _discrepancy(posterior: Posterior, predictions: Sequence[Prediction]) -> Ite
 
 
 def _departures(posterior: Posterior) -> Iterator[Reason]:
-    advice = "Calibrate with both and compare them: `calib compare EXPERIMENT -o FOLDER`"
+    compare = "`calib compare EXPERIMENT -o FOLDER`"
     asked = posterior.diagnostics.departures
     if asked and all(math.isnan(d.log_bayes) for d in asked):
         finding = "other models were not held against these data, as there is no first answer to compare with"
-        yield Reason("model", "amber", finding, advice)
-    best = max((d for d in asked if not math.isnan(d.log_bayes)), key=lambda d: d.log_bayes, default=None)
-    if best is not None and (level := _level(best.log_bayes, BAYES_LIMITS)) is not None:
-        finding = f"another model describes these data better: {departure_in_words(best, posterior)}"
-        yield Reason("model", level, finding, advice)
+        yield Reason("model", "amber", finding, f"Calibrate with both and compare them: {compare}")
+    known = sorted((d for d in asked if not math.isnan(d.log_bayes)), key=lambda d: -d.log_bayes)
+    if known and (level := _level(known[0].log_bayes, BAYES_LIMITS)) is not None:
+        alike = [d for d in known if d.log_bayes > max(BAYES_LIMITS["amber"], known[0].log_bayes - _AS_WELL)]
+        told = "; or ".join(departure_in_words(d, posterior) for d in alike)
+        which = "other models describe" if len(alike) > 1 else "another model describes"
+        apart = ", which do not tell them apart" if len(alike) > 1 else ""
+        finding = (
+            f"{which} these data better than the one given{apart}: {told}. Odds are among the models that were asked: what "
+            "none of them has (a part of the base that is not bonded, dirt on the ball, a cell or a meter that reads wrongly) "
+            "may look like one of them"
+        )
+        yield Reason("model", level, finding, f"{_WHAT_TELLS} Compare the models with {compare}")
 
 
 def departure_in_words(departure: Departure, posterior: Posterior) -> str:

@@ -33,7 +33,15 @@ from calib.experiment.specification_file import read_specification, specificatio
 from calib.experiment.sweeps import compliance_said, read_sweeps
 from calib.experiment.toml_file import LARGEST as LARGEST_TOML
 from calib.experiment.toml_places import KeyPath, comments_in, locate_keys
-from calib.experiment.variants import AS_GIVEN, Variant, candidates_of, model_in_words, possible_candidates, variants_of
+from calib.experiment.variants import (
+    AS_GIVEN,
+    Variant,
+    beyond_simplest,
+    candidates_of,
+    model_in_words,
+    possible_candidates,
+    variants_of,
+)
 from calib.experiment.written import experiment_toml, prior_toml
 
 __all__ = [
@@ -67,6 +75,7 @@ __all__ = [
     "Tolerance",
     "Unedited",
     "Variant",
+    "beyond_simplest",
     "candidates_of",
     "comments_in",
     "compliance_said",

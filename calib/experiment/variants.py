@@ -110,3 +110,17 @@ def model_in_words(experiment: Experiment) -> str:
         words["stick"] = "with friction"
     words["discrepancy"] = _DISCREPANCY[experiment.discrepancy][1]
     return ", ".join(filter(None, words.values()))
+
+
+def beyond_simplest(experiment: Experiment) -> tuple[str, ...]:
+    """Name the choices of a model that the simplest one does not have, which one may have made because data asked for them.
+
+    A foam is none: one sees it.
+    """
+    simplest = {choice: next(iter(names)) for choice, names in _CHOICES.items()}
+    found = [
+        names[getattr(experiment, choice)][1]
+        for choice, names in _CHOICES.items()
+        if getattr(experiment, choice) not in (simplest[choice], "foam")
+    ]
+    return (*found, *(["friction"] if experiment.rubs else []))

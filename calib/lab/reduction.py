@@ -12,6 +12,9 @@ from scipy.interpolate import BSpline
 from calib.lab.signal import integrated_time, resolution
 from models.sensor import BoolArray, FloatArray
 
+# Groups of readings in which the onset of the curve's bend is looked for, and pieces of the spline of that curve.
+_GROUPS, _STIFF = 300, 3
+
 
 @dataclass(frozen=True)
 class NoiseEstimate:
@@ -107,6 +110,24 @@ def _fit_smooth(x: FloatArray, y: FloatArray, onset: float, most: int) -> tuple[
     return (lambda at: np.asarray(basis(np.atleast_1d(at)) @ coefficients * scale + shift)), int(rank)
 
 
+def _bend_smooth(x: FloatArray, y: FloatArray, onset: float) -> Callable[[FloatArray], FloatArray]:
+    """A smooth of y over x that is stiff, for what a bend makes of the mean of a bin, with an onset of its own.
+
+    Next to the onset a smooth that fits tens of readings follows their noise, and one whose onset is off by a bin bends where
+    the curve does not: together they make the square of a point's error there up to 50 % larger than is stated.
+    """
+    groups = np.array_split(np.argsort(x, kind="stable"), min(_GROUPS, x.size))
+    length = max(float(np.ptp(x)), 1e-300)
+    u = np.array([np.mean(x[g]) for g in groups]) / length
+    v = np.array([np.mean(y[g]) for g in groups])
+    onsets = np.clip(onset / length + np.arange(-0.1, 0.15, 0.005), u[0], u[0] + 0.85)
+    w = np.maximum(u - onsets[:, None], 0.0)
+    basis = np.stack([np.ones_like(w), u - u[0] + 0.0 * w, w**1.5, w**2, w**2.5, w**3], axis=2)
+    explained = np.einsum("oij,i->oj", np.linalg.qr(basis).Q, v - np.mean(v))
+    best = float(onsets[np.argmax(np.sum(explained**2, axis=1))]) * length
+    return _fit_smooth(x, y, best, _STIFF)[0]
+
+
 def _edges(lo: float, hi: float, onset: float, n_points: int) -> FloatArray:
     """Bin edges: a quarter of the bins at most before the onset and never finer than after it."""
     share = float(np.clip((onset - lo) / (hi - lo), 0.0, 1.0)) if hi > lo else 0.0
@@ -192,8 +213,9 @@ def reduce_channel(x: FloatArray, y: FloatArray, n_points: int, onset: float, *,
     full = count > 0
     mean_x = np.bincount(which, x, edges.size - 1)[full] / count[full]
     mean_y = np.bincount(which, y, edges.size - 1)[full] / count[full]
-    # A bent curve's mean is not its value at the mean abscissa: take the difference, known from the smooth, off.
-    bend = np.bincount(which, fitted, edges.size - 1)[full] / count[full] - smooth(mean_x)
+    # A bent curve's mean is not its value at the mean abscissa: take the difference, known from a stiff smooth, off.
+    bent = _bend_smooth(x, y, onset)
+    bend = np.bincount(which, bent(x), edges.size - 1)[full] / count[full] - bent(mean_x)
     n_effective = np.maximum(count[full] / tau, 1.0)
     if step > 0:
         # Readings that stay on one or two levels do not average the resolution away.

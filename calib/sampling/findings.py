@@ -243,7 +243,7 @@ class Departure:
 
     Attributes
     ----------
-    name : of the choice, as `calib compare` names its folders.
+    name : of the choice, as `calib compare` names its folders; "clock-rate" for clocks of different rates.
     model : the choices of that model in words.
     log_bayes : logarithm of the Bayes factor for it and against the model of the posterior; nan where it is not known, as where
         that model does not cover what was measured.

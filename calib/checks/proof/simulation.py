@@ -27,10 +27,13 @@ STEPS, ACCURACY = 32, 5e-4
 # Points between which the way of the crosshead is turned into depth, and share of the way that lies before contact.
 _FINE = 4001
 
+# Degree of the polynomial by which a curve grows, over the root of depth, faster than by Hertz's law.
+_DEGREE = 8
+
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """The loading curve of one sensor under one ball, as splines over the root of depth.
+    """The loading curve of one sensor under one ball, as splines over the root of depth, as smooth as that of a sensor is.
 
     Attributes
     ----------
@@ -51,6 +54,12 @@ class Curve:
 def curve_of(design: Design, *, depth: float | None = None, force: float | None = None) -> Curve:
     """Press one sensor by finite elements, to a depth or to a force.
 
+    As the edge of contact goes from element to element, force and change of capacitance are off from step to step, by a
+    twenty-thousandth of the largest (sd) at this accuracy. A sensor has no elements: in its readings this would be noise that
+    nobody drew, of the size of what is left of 5 mN in the mean of thirty readings. With x the root of depth over its largest,
+    both are therefore x^3 p(x), Hertz's law times a polynomial, by least squares: what that leaves of eight kinds of design is
+    the roughness alone, and from there to finer elements is a smooth ten-thousandth.
+
     Parameters
     ----------
     design : one, not a batch.
@@ -65,13 +74,22 @@ def curve_of(design: Design, *, depth: float | None = None, force: float | None 
     fem = FiniteElements(ACCURACY)
     way = np.linspace(0.0, 1.0, STEPS + 1)[1:] ** 2
     pressed = fem.respond_to_force(design, way * (force or 0.0)) if depth is None else fem.respond(design, way * depth)
-    s = np.sqrt(np.concatenate([[0.0], pressed.depth]))
+    root = np.sqrt(pressed.depth)
     at_rest = float(np.asarray(design.rest_capacitance))
     return Curve(
         float(pressed.depth[-1]),
-        CubicSpline(s, np.concatenate([[0.0], pressed.force])),
-        CubicSpline(s, np.concatenate([[at_rest], pressed.capacitance])),
+        _through(root, pressed.force, 0.0),
+        _through(root, pressed.capacitance, at_rest),
     )
+
+
+def _through(root: FloatArray, value: FloatArray, at_rest: float) -> CubicSpline:
+    """A spline over the root of depth through x^3 p(x), fitted to what rises from rest in steps."""
+    x = root / root[-1]
+    # What steps are off by grows with what they are off from, but more slowly.
+    basis, weight = x[:, None] ** 3 * np.polynomial.chebyshev.chebvander(2 * x - 1, _DEGREE), x**-1.5
+    coefficients = np.linalg.lstsq(basis * weight[:, None], (value - at_rest) * weight, rcond=None)[0]
+    return CubicSpline(np.concatenate([[0.0], root]), at_rest + np.concatenate([[0.0], basis @ coefficients]))
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 
 from calib.catalogue import UNKNOWNS, UnknownName
-from calib.experiment import Experiment, MaterialLaw, unedited_in_words, variants_of
+from calib.experiment import Experiment, MaterialLaw, beyond_simplest, unedited_in_words, variants_of
 from calib.problem import specimen_and_ball
 from calib.report.put_in import put_in_effects
 from calib.report.section import Results, Section
@@ -227,8 +227,18 @@ def _instruments(posterior: Posterior, unknown: set[str]) -> list[tuple[str, str
 
 
 def _model(e: Experiment) -> list[tuple[str, str]]:
-    """What was switched off, or taken for a first look."""
+    """What was chosen, switched off, or taken for a first look."""
     found = []
+    if chosen := beyond_simplest(e):
+        found.append(
+            (
+                "The model is taken as known before these data",
+                f"It has: {', '.join(chosen)}. If that was chosen because a simpler model did not describe these data, the "
+                "choice was made on the same data, and no uncertainty on this page holds it. A part of the base that is not "
+                "bonded, or a clock that runs fast, looks alike and would now be hidden in it: hold the model against a press "
+                "that had no part in the choice.",
+            )
+        )
     if e.discrepancy == "off":
         found.append(
             (

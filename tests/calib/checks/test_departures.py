@@ -66,6 +66,33 @@ def test_padding_that_is_softer_than_the_sensor_is_asked_for_by_the_data(one: Ex
     assert own.mean == pytest.approx(0.65e6, abs=3 * own.sd)
 
 
+@pytest.mark.parametrize("rate", [0.0, 0.02])
+def test_a_clock_that_runs_fast_is_told_from_padding_that_was_chosen_for_what_it_does(rate: float) -> None:
+    forward = ClosedForm(force_error=1e-4, capacitance_error=1e-4)
+    plan = replace(read_experiment(DATASET), model="closed form", padding_material="own")
+    sweeps = []
+    for sweep in _problem(plan, forward, forward).sweeps:
+        read = sweep.channels["capacitance"]
+        assert read.time is not None
+        fast = replace(read, time=read.time[-1] + (read.time - read.time[-1]) * (1 + rate))
+        sweeps.append(replace(sweep, channels={**sweep.channels, "capacitance": fast}))
+    problem = build_problem(plan, sweeps, forward)
+    found = {d.name: d for d in look_elsewhere(problem, first_answer(problem)).departures}
+    assert (found["clock-rate"].log_bayes > 1) == (rate != 0)
+    if rate:
+        assert found["clock-rate"].model.endswith(" % fast")
+        assert found["clock-rate"].log_bayes > found["one-silicone"].log_bayes
+
+
+def test_clocks_are_not_asked_for_where_no_other_model_is_or_none_ties_the_readings(one: Experiment) -> None:
+    forward = ClosedForm(force_error=0.002)
+    problem = _problem(replace(one, model="closed form"), forward, forward)
+    assert [d.name for d in look_elsewhere(problem, first_answer(problem)).departures] == ["own-padding"]
+    alone = replace(problem.sweeps[0], channels={"force": problem.sweeps[0].channels["force"]})
+    pressed = build_problem(replace(problem.experiment, padding_material="own"), [alone], forward)
+    assert [d.name for d in look_elsewhere(pressed, first_answer(pressed)).departures] == ["one-silicone"]
+
+
 def test_a_hopeless_model_is_answered_after_one_climb_by_what_more_would_say(one: Experiment) -> None:
     forward = forward_of_experiment(one)
     problem = _problem(one, forward, forward)

@@ -91,6 +91,25 @@ def test_a_model_that_the_data_prefer_takes_the_green_away(
     assert all("0.700 ± 0.020 instead of 0.6200 ± 0.0040 MPa" in r.finding for r in found)
 
 
+def test_models_that_describe_the_data_about_as_well_are_all_named_and_none_is_advised(make_posterior: MakePosterior) -> None:
+    padding = Departure("own-padding", "padding of its own modulus", 3.7, FirstEstimate(0.7e6, 0.02e6))
+    clock = Departure("clock-rate", "the meter's clock about 1.2 % fast", 2.9, FirstEstimate(0.61e6, 0.007e6))
+    gent = Departure("gent", "Gent", 0.3, FirstEstimate(0.62e6, 0.01e6))
+    (reason,) = judge_posterior(_with(make_posterior(), departures=(gent, clock, padding))).reasons
+    assert reason.finding.startswith(
+        "other models describe these data better than the one given, which do not tell them apart: padding"
+    )
+    assert "; or the meter's clock about 1.2 % fast (18 times as probable), with a Young's modulus of 0.610" in reason.finding
+    assert "Gent" not in reason.finding
+    assert "a part of the base that is not bonded" in reason.finding
+    assert reason.action.startswith("Take none of these on its odds alone")
+    # One that is far more probable than the others is named by itself, and still not advised.
+    (reason,) = judge_posterior(_with(make_posterior(), departures=(replace(clock, log_bayes=9.0), padding))).reasons
+    assert reason.finding.startswith("another model describes these data better than the one given: the meter's clock")
+    assert "padding" not in reason.finding
+    assert reason.action.startswith("Take none of these on its odds alone")
+
+
 def test_models_that_could_not_be_asked_take_the_green_away(make_posterior: MakePosterior) -> None:
     unknown = Departure("own-padding", "padding of its own modulus", np.nan, None)
     assert _gates(_with(make_posterior(), departures=(unknown,))) == {"model": "amber"}

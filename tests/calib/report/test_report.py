@@ -198,12 +198,24 @@ def test_the_limits_are_those_of_the_law_of_the_experiment(make_posterior: MakeP
     assert set(LIMITS_OF_LAWS) == set(get_args(MaterialLaw))
 
 
+def test_a_model_that_data_may_have_asked_for_says_that_the_choice_is_in_no_uncertainty(make_posterior: MakePosterior) -> None:
+    posterior = make_posterior()
+    heading = "The model is taken as known before these data"
+    assert heading not in dict(limits(posterior))
+    own = replace(posterior, experiment=replace(posterior.experiment, padding_material="own", law="gent"))
+    said = dict(limits(own))[heading]
+    assert said.startswith("It has: Gent, padding of its own modulus. If that was chosen because a simpler model did not")
+    assert "the choice was made on the same data" in said
+    foam = replace(posterior, experiment=replace(posterior.experiment, padding_material="foam"))
+    assert heading not in dict(limits(foam))
+
+
 def test_what_is_said_of_friction_is_that_of_the_contact_of_the_experiment(make_posterior: MakePosterior) -> None:
     posterior = make_posterior()
     stick = replace(posterior, experiment=replace(posterior.experiment, stick=True))
     free, stuck = ({heading for heading, _ in limits(p)} for p in (posterior, stick))
     assert free - stuck == {"Friction is left out"}
-    assert stuck - free == {"The ball is taken as sticking"}
+    assert stuck - free == {"The ball is taken as sticking", "The model is taken as known before these data"}
     advice = "give friction_coefficient = { uniform = [0, 0.6] } in [priors]"
     on: list[Base] = ["bonded", "slippery"]
     plans = [replace(posterior.experiment, model="surrogate", base=base) for base in on]
