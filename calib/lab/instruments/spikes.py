@@ -49,6 +49,8 @@ _WAY, _A_TURN, _RESTS, _NO_TURN = 0.15, 1.6, 0.25, np.zeros(0, dtype=np.int64)
 _MATTERS, _BOTH_SIDES, _BEFORE_A_TURN = 0.005, 3, 2
 # A channel keeps to its course within so many scatters of those beside it, of all, or last digits; so few tell a course.
 _KEEPS, _FEWEST_BESIDE = 3.0, 6
+# A step so many times as large as the others near it is a jump.
+_A_JUMP = 4.0
 # Readings that are looked at: each that is wrong, and each corner, makes eight beside it look off.
 _MOST_LOOKED_AT = 120
 # Readings that repeat the one before, from this share on, show the step of a display; a number is whole within so much.
@@ -270,13 +272,22 @@ def _keeps(values: FloatArray, row: int, turns: IntArray) -> bool:
         return False
     y = values[rows]
     beside = _beside_on_way(rows, k, turns)
-    if beside is None:
+    if beside is None or _jumps_beside(y, k):
         return False
     near, sd, spread = _course_at(rows, y, k, beside)
     noise, digit = noise_of(y, 4), _digit(y)
     if _expected(rows, y, k, max(_CUBIC_NOISES * noise, _CUBIC_DIGITS * digit), turns) is not None:
         return False  # both show it, so that something has happened
     return abs(float(y[k]) - near) <= _KEEPS * max(sd, noise, digit) * spread
+
+
+def _jumps_beside(y: FloatArray, k: int) -> bool:
+    """Whether a step to or from a reading is by far the largest near it, as at a snap, which other channels show, too."""
+    steps = np.abs(np.diff(y[max(k - _BESIDE, 0) : k + _BESIDE + 1]))
+    at = min(k, _BESIDE)
+    own = steps[max(at - 1, 0) : at + 1]
+    others = np.delete(steps, np.arange(max(at - 1, 0), min(at + 1, steps.size)))
+    return bool(np.max(own) > _A_JUMP * max(float(np.max(others, initial=0.0)), noise_of(y, 4), _digit(y)))
 
 
 def _beside_on_way(rows: IntArray, k: int, turns: IntArray) -> list[int] | None:
@@ -302,10 +313,16 @@ def _expected(rows: IntArray, y: FloatArray, k: int, floor: float, turns: IntArr
     first, last = _way(rows, k, turns)
     # Beside a turn a step of the channel would be told, too, if one of the few behind it were left out.
     cut = (first > 0 and k - first < _BESIDE) or (last < y.size and last - 1 - k < _BESIDE)
-    for without in (-1,) if cut else (-1, *beside):
-        kept = [i for i in beside if i != without]
+    # Near an end of the record a corner among those farther off is none of its own.
+    nearer = [i for i in beside if abs(i - k) <= _BESIDE]
+    for kept in (beside, *([i for i in beside if i != without] for without in beside if not cut), nearer):
+        if len(kept) < _FEWEST_BESIDE:
+            continue
         near, sd, spread = _course_at(rows, y, k, kept)
-        if abs(float(y[k]) - near) > max(_CUBIC_LOCAL * sd, floor) * spread:
+        least = floor
+        if np.ptp(y[kept]) == 0:  # where those beside it rest, a display shows less than its steps are elsewhere
+            least = min(floor, max(_CUBIC_NOISES * noise_of(y, 4), _CUBIC_DIGITS * last_step(np.unique(y))))
+        if abs(float(y[k]) - near) > max(_CUBIC_LOCAL * sd, least) * spread:
             return near
     return None
 
