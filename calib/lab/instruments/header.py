@@ -14,7 +14,7 @@ from calib.lab.instruments.numbers import is_missing, is_numeric
 from calib.lab.instruments.stated import stated_units
 from calib.lab.instruments.text import LabText
 from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of, lab_factor, looks_like_unit
-from calib.lab.instruments.vocabulary import EXAMPLE, Heading, understand, understood_names
+from calib.lab.instruments.vocabulary import EXAMPLE, Heading, spelled_unit, understand, understood_names
 
 #: Delimiters tried, in the order in which a draw is decided; a blank stands for runs of blanks.
 DELIMITERS = ("\t", ";", ",", "|", " ")
@@ -100,7 +100,7 @@ def find_header(text: LabText, reading: Reading, *, numbers: bool = False) -> tu
 
 def _units_of_names_above(above: Sequence[str], cells: Sequence[str], delimiter: str) -> bool:
     """Whether cells are units, spelled out, of as many names in the line above, which may not be understood."""
-    if sum(map(looks_like_unit, cells)) < 2:
+    if sum(spelled_unit(cell) is not None for cell in cells) < 2:
         return False
     names = split_line(next((line for line in reversed(above) if line.strip()), ""), delimiter)
     return len(names) == len(cells) and all(name and not is_numeric(name) for name in names)

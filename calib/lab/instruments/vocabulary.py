@@ -66,7 +66,8 @@ _SETTING = re.compile(
 )
 # Units that are spelled out, which some write in the place of a name; "meter" is an instrument.
 _SPELLED_UNIT = re.compile(
-    r"(?:milli|micro)?(?:seconds|secondes|sekunden|segundos|secondi)|[a-z]*newtons?|[a-z]+farads?|[a-z]+m[eéè]t(?:er|re|ro|ri)s?",
+    r"(?:milli|micro)?(?:seconds|secondes|sekunden|segundos|secondi)|minut(?:es|en|os)|[a-z]*newtons?|[a-z]+farads?|"
+    r"[a-z]+m[eéè]t(?:er|re|ro|ri)s?|microns|inches",
     re.IGNORECASE,
 )
 _SPELLED_QUANTITIES = ("time", "displacement", "force", "capacitance")
@@ -217,7 +218,7 @@ def heading_as(quantity: str, cell: str, unit_below: str = "") -> Heading:
 def _interpret(cell: str, unit_below: str) -> Heading | str:
     """The heading of a cell, or why there is none."""
     cell = tidy(cell)
-    if spelled := _spelled_unit(cell):
+    if spelled := spelled_unit(cell):
         quantity, written = spelled
         unit, doubt = _unit_of(quantity, [written], unit_below)
         return Heading(quantity, len(NAMES[quantity]), words(cell), unit, unit_doubt=doubt)
@@ -245,8 +246,12 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
     return _reason(words(outside), brackets, unit_below)
 
 
-def _spelled_unit(cell: str) -> tuple[str, str] | None:
-    """Quantity and unit of a cell that is nothing but a unit spelled out, "millimeters": no other name has its length."""
+def spelled_unit(cell: str) -> tuple[str, str] | None:
+    """Quantity and unit of a header cell that is nothing but a unit spelled out; None if it is more, or none.
+
+    >>> spelled_unit("Millimeters"), spelled_unit("newtons"), spelled_unit("Meter")
+    (('displacement', 'millimeters'), ('force', 'newtons'), None)
+    """
     if _SPELLED_UNIT.fullmatch(cell) is None:
         return None
     return next(((q, u) for u in (cell, cell.lower()) for q in _SPELLED_QUANTITIES if is_unit_of(u, q)), None)
