@@ -107,6 +107,46 @@ def test_corners_steps_snaps_and_coarse_records_are_kept(
     assert not any("stands alone" in why for why in _read(tmp_path).reasons)
 
 
+def _short(folder: Path, load: FloatArray, cap: FloatArray, cells: dict[int, str] | None = None) -> list[int]:
+    """The rows left out of a press of forty with such loads [N], two decimals or as written, and capacitances [pF]."""
+    depth = 1.2 * (1 - np.abs(2 * np.arange(load.size) / load.size - 1.0))
+    texts = [f"{f:.2f}" for f in load]
+    for row, text in (cells or {}).items():
+        texts[row] = text
+    lines = [f"{0.5 * i:.1f},{x:.4f},{f},{c:.4f}" for i, (x, f, c) in enumerate(zip(depth, texts, cap, strict=True))]
+    path = folder / "press.csv"
+    path.write_text("Time (s),Extension (mm),Load (N),Cp (pF)\n" + "\n".join(lines) + "\n", encoding="utf-8")
+    return _left_out(read_lab_file(path))
+
+
+TOUCH, SHORT = 8, 1.2 * (1 - np.abs(np.arange(40) / 20 - 1.0))
+LOAD = 9.0 * np.maximum(SHORT - 1.2 * TOUCH / 20, 0.0) ** 1.6
+NOISE = 1e-3 * np.random.default_rng(7).standard_normal(40)
+
+
+# A simulated press that draws the ball on at the touch: load [N] and capacitance [pF].
+SNAP_LOAD = "-0.2 -0.0 -0.1 0.1 -0.1 -0.1 0.1 0.1 0.0 0.1 -9.4 -8.5 -7.3 -5.9 -4.3 -2.7 -1.2 0.6 2.4 4.1 5.9 7.7 9.6"
+SNAP_CAP = (
+    "72.2059 72.2059 72.2054 72.2062 72.2051 72.2046 72.2068 72.2059 72.2066 72.2062 72.4354 72.5487 72.6820 "
+    "72.8253 72.9743 73.1284 73.2856 73.4471 73.6112 73.7794 73.9502 74.1212 74.2946"
+)
+
+
+def test_a_snap_of_load_and_capacitance_in_a_short_press_is_no_damaged_cell(tmp_path: Path) -> None:
+    cells = zip(SNAP_LOAD.split(), SNAP_CAP.split(), strict=True)
+    path = tmp_path / "press.csv"
+    lines = [f"{0.02 * i:.3f},{0.031 * i:.2f},{load},{cap}" for i, (load, cap) in enumerate(cells)]
+    path.write_text("Time (s),Extension (mm),Load (N),Cp (pF)\n" + "\n".join(lines) + "\n", encoding="utf-8")
+    assert _left_out(read_lab_file(path)) == []
+
+
+@pytest.mark.parametrize(("row", "cell"), [(2, "0.09"), (15, "2."), (16, "03.26"), (1, "-00.")])
+def test_a_cell_among_readings_at_rest_or_that_no_format_prints_is_left_out(tmp_path: Path, row: int, cell: str) -> None:
+    cap = 46.7 + 0.8 * LOAD + NOISE
+    assert _short(tmp_path, LOAD, cap) == []
+    assert _short(tmp_path, LOAD, cap, {row: cell}) == [row]
+
+
 @pytest.mark.parametrize(
     ("quantity", "row", "factor"), [("force", -2, 1.6), ("displacement", -2, 1.6), ("displacement", -10, 0.8)]
 )
