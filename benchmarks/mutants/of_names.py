@@ -87,7 +87,7 @@ def swap_names(doc: Document, rng: random.Random) -> Document | None:
 
 def _bears_a_unit(column: Column) -> bool:
     """Whether a unit stands in the name itself, which goes where the name goes."""
-    inside = column.name.rpartition(" (")[2]
+    inside = (column.name or "").rpartition(" (")[2]
     return inside.endswith(")") and any(inside[:-1] in units for units in UNITS.values())
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from calib.lab.instruments.labtable import IntArray
 from models.sensor import BoolArray, FloatArray
 
 # The minutes of an hour in which some zone's clock shows 23:59 UTC, the minute that a leap second ends.
@@ -111,7 +112,7 @@ def _may_be_leap(parts: FloatArray, zone: float) -> bool:
     return bool((3600.0 * parts[0] + 60.0 * parts[1] - zone) % 86400.0 == _LAST_UTC)
 
 
-def _counts(time: FloatArray, at: FloatArray) -> bool | None:
+def _counts(time: FloatArray, at: IntArray) -> bool | None:
     """Whether a second 60 without decimals, at these places among the times, is one of its own; None if nothing tells."""
     steps = np.diff(time)
     others = np.delete(steps, int(at[-1]))
