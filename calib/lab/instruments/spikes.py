@@ -29,6 +29,8 @@ _RANGES = 1.0
 # Among steps nearly as large as it is, one is told by the course: off it by so many of these steps, and of the bends beside it,
 # where other channels go on straight, whose steps differ by less than this share.
 _OFF_STEPS, _OFF_BENDS, _STRAIGHT = 1.5, 6.0, 0.6
+# Where they bend but go on one way, it must come back by so many of the steps beside it.
+_COMES_BACK = 3.0
 # It, and another so many rows behind it.
 _TOGETHER = (0, 1, 2, 3)
 # Records of more readings have no steps as large.
@@ -152,7 +154,8 @@ def _off_course(values: FloatArray, others: Sequence[FloatArray]) -> dict[int, f
             left = [k] if not also else [k, k + also]
             near = _beside(rows, y, left, floor)
             if near and not any(int(rows[r]) in found for r in left):
-                if all(_straight(other, int(rows[r])) for other in others for r in left):
+                lone = not also and _comes_back(y, k, floor)
+                if all(_straight(o, int(rows[r])) or (lone and _goes_on(o, int(rows[r]))) for o in others for r in left):
                     found |= {int(rows[r]): v for r, v in zip(left, near, strict=True)}
                 break
     return found
@@ -350,6 +353,28 @@ def _beside(rows: IntArray, y: FloatArray, left: Sequence[int], floor: float) ->
     near = np.interp(rows[list(left)], rows[kept], y[kept])
     off = float(np.min(np.abs(y[list(left)] - near)))
     return near.tolist() if off > max(_OFF_STEPS * usual, _OFF_BENDS * bend, floor) else []
+
+
+def _comes_back(y: FloatArray, k: int, floor: float) -> bool:
+    """Whether a reading is beyond both beside it by more than a floor and by several of the steps next to these."""
+    low, high = sorted((float(y[k - 1]), float(y[k + 1])))
+    beyond = max(low - float(y[k]), float(y[k]) - high)
+    steps = np.abs(np.diff(y[max(k - _BESIDE, 0) : k])), np.abs(np.diff(y[k + 1 : k + _BESIDE + 1]))
+    return beyond > max(_COMES_BACK * float(np.max(np.concatenate(steps))), floor)
+
+
+def _goes_on(values: FloatArray, row: int) -> bool:
+    """Whether a channel rises, or falls, over the two readings on either side of a row, each time by more than its noise."""
+    rows = np.flatnonzero(np.isfinite(values))
+    k = int(np.searchsorted(rows, row))
+    if k >= rows.size or rows[k] != row or not 1 < k < rows.size - 2:
+        return False
+    y = values[rows]
+    steps = np.diff(y[k - 2 : k + 3])
+    return bool(
+        np.min(np.abs(steps)) > max(_KEEPS * noise_of(y, 4), last_step(np.unique(y)))
+        and abs(np.sum(np.sign(steps))) == steps.size
+    )
 
 
 def _straight(values: FloatArray, row: int) -> bool:

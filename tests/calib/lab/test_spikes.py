@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -132,11 +133,16 @@ SNAP_CAP = (
 )
 
 
-def test_a_snap_of_load_and_capacitance_in_a_short_press_is_no_damaged_cell(tmp_path: Path) -> None:
-    cells = zip(SNAP_LOAD.split(), SNAP_CAP.split(), strict=True)
-    path = tmp_path / "press.csv"
-    lines = [f"{0.02 * i:.3f},{0.031 * i:.2f},{load},{cap}" for i, (load, cap) in enumerate(cells)]
+def _pressed(folder: Path, loads: Sequence[str], caps: Sequence[str]) -> Path:
+    """A file of a steady approach with these loads [N] and capacitances [pF], as written."""
+    path = folder / "press.csv"
+    lines = [f"{0.5 * i:.3f},{0.0559 * i:.4f},{load},{cap}" for i, (load, cap) in enumerate(zip(loads, caps, strict=True))]
     path.write_text("Time (s),Extension (mm),Load (N),Cp (pF)\n" + "\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+def test_a_snap_of_load_and_capacitance_in_a_short_press_is_no_damaged_cell(tmp_path: Path) -> None:
+    path = _pressed(tmp_path, SNAP_LOAD.split(), SNAP_CAP.split())
     assert _left_out(read_lab_file(path)) == []
 
 
@@ -145,6 +151,25 @@ def test_a_cell_among_readings_at_rest_or_that_no_format_prints_is_left_out(tmp_
     cap = 46.7 + 0.8 * LOAD + NOISE
     assert _short(tmp_path, LOAD, cap) == []
     assert _short(tmp_path, LOAD, cap, {row: cell}) == [row]
+
+
+# The same of one that is not drawn on.
+PRESSED_LOAD = (
+    "0.000 0.000 0.001 0.000 -0.001 -0.000 -0.000 0.000 0.004 0.008 0.016 0.024 0.034 0.047 0.061 0.077 0.094 0.114 0.135 "
+    "0.157 0.179 0.205 0.232 0.261 0.291 0.322"
+)
+PRESSED_CAP = (
+    "104.316 104.319 104.319 104.317 104.315 104.318 104.317 104.351 104.467 104.627 104.819 105.038 105.282 105.548 105.835 "
+    "106.139 106.463 106.801 107.156 107.525 107.908 108.309 108.718 109.144 109.581 110.028"
+)
+
+
+def test_a_load_that_comes_back_at_once_behind_the_touch_is_left_out_where_the_capacitance_goes_on(tmp_path: Path) -> None:
+    for damaged in (False, True):
+        loads = PRESSED_LOAD.split()
+        loads[8] = "0.040" if damaged else loads[8]
+        path = _pressed(tmp_path, loads, PRESSED_CAP.split())
+        assert _left_out(read_lab_file(path)) == ([8] if damaged else [])
 
 
 @pytest.mark.parametrize(
