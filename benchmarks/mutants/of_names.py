@@ -80,9 +80,15 @@ def swap_names(doc: Document, rng: random.Random) -> Document | None:
         return replace(name, gap=unit.gap or name.gap, bracket=unit.bracket, unit=unit.unit, factors=factors, mark=unit.mark)
 
     first, second = (doc.columns[j] for j in places)
-    if first.unit == second.unit or _takes_the_key(doc, places):
+    if first.unit == second.unit or _takes_the_key(doc, places) or _bears_a_unit(first) or _bears_a_unit(second):
         return None
     return _exchanged(doc, under(second, first), under(first, second), places)
+
+
+def _bears_a_unit(column: Column) -> bool:
+    """Whether a unit stands in the name itself, which goes where the name goes."""
+    inside = (column.name or "").rpartition(" (")[2]
+    return inside.endswith(")") and any(inside[:-1] in units for units in UNITS.values())
 
 
 def other_unit(doc: Document, rng: random.Random) -> Document | None:

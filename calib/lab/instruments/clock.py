@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.lab.instruments.clock_cells import clock_parts
+from calib.lab.instruments.clock_ends import leap_second, midnights
 from calib.lab.instruments.clock_form import FORMS, clock_form
 from calib.lab.instruments.dates import days_since
 from models.sensor import FloatArray
@@ -20,6 +21,7 @@ _SAY = "Say what the parts of the time are: --units time="
 _DATES = "Write the dates as 2024-05-02, or export the time in seconds"
 _LOG = "Log the time in seconds"
 _UTC = "Log the time in seconds or in UTC, or split the file there"
+_SIXTY = "Log the time in seconds, or leave it out: --columns time=none"
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +73,12 @@ def read_clock(cells: Sequence[str], dates: Sequence[str] = (), form: str = "") 
     timed = meant == "h:min:s" and not parsed.long_hours
     if meant in ("h:min:s", "min:s:cs"):
         parts = np.where(np.isnan(parts[:, 2:]), np.nan, parts)  # a part is missing
-    last = 24 if timed else np.inf
+    written = list(dates) if len(dates) else parsed.dates
+    if timed:
+        parts, midnight = midnights(parts, written)
+        if midnight is not None:
+            notes.append(f'"{cells[midnight].strip()}" is read as midnight')
+    last = 24 + (parts[:, 1] + parts[:, 2] == 0) if timed else np.inf
     bad = (parts[:, 0] >= last) | (parts[:, 1] >= 60) | ((parts[:, 2] >= 61) & (meant == "h:min:s"))
     parts = np.where(bad[:, np.newaxis], np.nan, parts)
     values = np.asarray(weights[0] * parts[:, 0] + weights[1] * parts[:, 1])
@@ -94,7 +101,6 @@ def read_clock(cells: Sequence[str], dates: Sequence[str] = (), form: str = "") 
         elif meant != "h:min:s":
             notes.append(f"times are read as {meant}")
         return ClockTimes(values, tuple(notes))
-    written = list(dates) if len(dates) else parsed.dates
     days = days_since(written, values)
     if days.conflict:
         return ClockTimes(values, conflict=days.conflict, row=int(np.argmax(there)), advice=_DATES)
@@ -118,6 +124,12 @@ def read_clock(cells: Sequence[str], dates: Sequence[str] = (), form: str = "") 
         values[there] += _DAY * np.cumsum(falls.astype(float) - (steps > _DAY - _OUT_OF_ORDER))
         if np.any(falls):
             notes.append("time passes midnight, where it falls by nearly a day")
+    sixty = leap_second(values, parts, zones)
+    values = sixty.seconds
+    if sixty.conflict and sixty.row is not None:
+        return ClockTimes(values, tuple(notes), sixty.conflict, sixty.row, _SIXTY)
+    if sixty.row is not None:
+        notes.append(f'"{cells[sixty.row].strip()}" is a leap second: what is behind it is a second later than its clock says')
     conflict, row = _set_back(values, changing=changing)
     return ClockTimes(values, tuple(notes), conflict, row, _UTC if conflict else "")
 
@@ -148,6 +160,6 @@ def _set_back(values: FloatArray, *, changing: bool) -> tuple[str, int]:
     ahead = np.flatnonzero((np.abs(steps - 3600.0) <= 3 * usual) & (steps > 100 * usual))
     for k in ahead.tolist():
         before, after = values[rows[k]] % _DAY, values[rows[k + 1]] % _DAY
-        if 3600 - before % 3600 <= 3 * usual and after % 3600 <= 3 * usual and before < 4 * 3600:
+        if 3600 - before % 3600 <= 3 * usual and after % 3600 <= 3 * usual and after < 5 * 3600:
             return "the clock seems to be set ahead by an hour", int(rows[k + 1])
     return "", 0

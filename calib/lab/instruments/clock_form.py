@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.lab.instruments.clock_cells import ClockParts
+from calib.lab.instruments.clock_ends import beyond_sixty
 
 #: How a time may be said to be written, in `Reading.units`: the seconds that each of its parts counts.
 FORMS = {
@@ -60,13 +61,14 @@ def clock_form(parsed: ClockParts, dates: Sequence[str], said: str) -> ClockForm
         return ClockForm("", "times of two parts may be hours and minutes or minutes and seconds", likely)
     if said:
         return ClockForm("", "the last part of the times may be frames or hundredths of a second", _HUNDREDTHS)
-    above = (third >= 60) & ~missing
+    above = beyond_sixty(third)
     if np.count_nonzero(above) > max(2, 0.02 * third.size):
         return ClockForm("", "the last part of the times passes 60: it is no second", _HUNDREDTHS)
     whole = not np.any(third[~missing] % 1)
     if not whole or parsed.dates or len(dates) or parsed.has_half or np.any(np.isfinite(parsed.zones)) or third.size < 4:
         return _HOURS
-    # Seconds go on where a minute is full; hundredths and frames jump there.
+    # Seconds go on where a minute is full; hundredths and frames jump there. A leap second is none of either.
+    first, second, third = (part[~(third >= 60)] for part in (first, second, third))
     minute = 60 * first + second
     carried = np.diff(minute) == 1
     stays = np.diff(minute) == 0

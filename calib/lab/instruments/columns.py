@@ -32,6 +32,7 @@ from calib.lab.instruments.times import begins_anew
 from calib.lab.instruments.unit_choice import source_of_column, unit_of_column
 from calib.lab.instruments.units import is_pound
 from calib.lab.instruments.validity import said_bad
+from calib.lab.instruments.vocabulary import words
 from calib.lab.instruments.where import RowsAsked, only_rows, rows_asked
 from models.sensor import FloatArray
 
@@ -114,6 +115,8 @@ def _read_rows(sheet: Sheet, family: InstrumentFamily, reason: str, reading: Rea
         columns.append(ReadColumn(index, heading, factor, clock))
         if quantity == "force" and is_pound(heading.unit or sheet.unit_below(index) or ""):
             notes.append(f'"{sheet.names[index]}" is in pounds, which are read as pounds-force (lbf)')
+        if heading.unit and words(heading.unit) == heading.name:
+            notes.append(f'"{sheet.names[index]}" is the name of a unit alone: taken as the {quantity}')
         if heading.unit_doubt and fault is None:
             notes.append(f'"{sheet.names[index]}" is read in the unit asked for, though it has {heading.unit_doubt}')
     cells = {c.quantity: _cells(sheet, c.index) for c in columns}

@@ -19,6 +19,9 @@ _MOST, _NEAR = 5000, 3
 _SCATTER, _DIGITS = 3.0, 2.0
 # It is off by what rounding or cutting it off may make, in its own last digit, with room for the curve.
 _ITS_DIGIT = 1.1
+# What no fixed format prints, and the largest share of cells that may be so by mistake.
+_BARE, _LEADING = re.compile(r"[-+]?\d+\."), re.compile(r"[-+]?0\d+\.\d*")
+_PADDED, _FEW = "a zero before its first digit, where no other has", 0.01
 # Cells that a column must have, and how near to whole is whole.
 _FEWEST, _WHOLE = 12, 1e-4
 
@@ -66,6 +69,36 @@ def cut_short(cells: Sequence[str], values: FloatArray, decimal: str) -> dict[in
             found[r] = (
                 f'"{cells[r].strip()[:40]}" has fewer decimals than the {own} of the others, which pass {expected:.4g} there'
             )
+    return found
+
+
+def misprinted(cells: Sequence[str], decimal: str) -> dict[int, str]:
+    """Find single numbers that no format prints which printed the others: "10." or "02.5" in a column of "10.8" and "9.0".
+
+    Only where all have as many decimals, zeros at their ends, too: programs that print as few digits as they can write "10.".
+
+    Parameters
+    ----------
+    cells : of the column, (n_row,).
+    decimal : the decimal mark of the column.
+
+    Returns
+    -------
+    Row from 0 -> why it is not usable.
+
+    >>> misprinted([f"{0.3 * i:.1f}" for i in range(20)] + ["10."], ".")
+    {20: '"10." has nothing behind its decimal mark, where all others have 1 decimals'}
+    """
+    if not _FEWEST <= len(cells) <= _MOST or not decimal:
+        return {}
+    own = _usual_decimals(cells, decimal)
+    if not own or not any(_decimals(c, decimal) == own and c.rstrip().endswith("0") for c in cells):
+        return {}
+    found = {}
+    for why, form in ((f"nothing behind its decimal mark, where all others have {own} decimals", _BARE), (_PADDED, _LEADING)):
+        rows = [r for r, cell in enumerate(cells) if form.fullmatch(cell.strip().replace(decimal, "."))]
+        if len(rows) <= max(1, _FEW * len(cells)):
+            found.update({r: f'"{cells[r].strip()[:40]}" has {why}' for r in rows})
     return found
 
 

@@ -14,7 +14,7 @@ from calib.lab.instruments.numbers import is_missing, is_numeric
 from calib.lab.instruments.stated import stated_units
 from calib.lab.instruments.text import LabText
 from calib.lab.instruments.units import IN_PLACE_OF, is_unit_of, lab_factor, looks_like_unit
-from calib.lab.instruments.vocabulary import EXAMPLE, Heading, understand, understood_names
+from calib.lab.instruments.vocabulary import EXAMPLE, Heading, spelled_unit, understand, understood_names
 
 #: Delimiters tried, in the order in which a draw is decided; a blank stands for runs of blanks.
 DELIMITERS = ("\t", ";", ",", "|", " ")
@@ -81,7 +81,11 @@ def find_header(text: LabText, reading: Reading, *, numbers: bool = False) -> tu
                 # A first number may be the specimen's, another the name of a channel.
                 named_so = numbers or any(is_numeric(c) and c in wanted for c in cells)
                 most = len(cells) if named_so and any(understand(c) for c in cells) else (len(known) - 1) // 2
-                if not known or sum(map(is_numeric, cells[1:])) > most:
+                if (
+                    not known
+                    or sum(map(is_numeric, cells[1:])) > most
+                    or _units_of_names_above(text.lines[:index], cells, delimiter)
+                ):
                     continue
                 rows = _rows_below(text, index, delimiter, len(cells), known)
                 if len(known) < 2 and rows == 0:
@@ -92,6 +96,14 @@ def find_header(text: LabText, reading: Reading, *, numbers: bool = False) -> tu
                 if score > best and (rows or len(known) > best[1]):
                     best, found = score, (delimiter, index, cells)
     return found
+
+
+def _units_of_names_above(above: Sequence[str], cells: Sequence[str], delimiter: str) -> bool:
+    """Whether cells are units, spelled out, of as many names in the line above, which may not be understood."""
+    if sum(spelled_unit(cell) is not None for cell in cells) < 2:
+        return False
+    names = split_line(next((line for line in reversed(above) if line.strip()), ""), delimiter)
+    return len(names) == len(cells) and all(name and not is_numeric(name) for name in names)
 
 
 def _is_row(line: str) -> bool:

@@ -9,7 +9,7 @@ from itertools import compress
 import numpy as np
 
 from calib.errors import Fault, capped
-from calib.lab.instruments.cut_short import cut_short
+from calib.lab.instruments.cut_short import cut_short, misprinted
 from calib.lab.instruments.doubts import doubtful
 from calib.lab.instruments.labtable import Reading
 from calib.lab.instruments.numbers import is_missing, to_numbers
@@ -97,7 +97,7 @@ def readings_of(sheet: Sheet, column: ReadColumn, cells: Sequence[str], decimal:
             number[r] = np.nan
             rows.append((r, why))
         if column.quantity in _MEASURED:
-            for r, why in cut_short(cells, number, decimal).items():
+            for r, why in (cut_short(cells, number, decimal) | misprinted(cells, decimal)).items():
                 number[r] = np.nan
                 rows.append((r, why))
     if column.quantity == "time" and not np.any(bad) and not faults:

@@ -29,6 +29,8 @@ _RANGES = 1.0
 # Among steps nearly as large as it is, one is told by the course: off it by so many of these steps, and of the bends beside it,
 # where other channels go on straight, whose steps differ by less than this share.
 _OFF_STEPS, _OFF_BENDS, _STRAIGHT = 1.5, 6.0, 0.6
+# Where they bend but go on one way, it must come back by so many of the steps beside it.
+_COMES_BACK = 3.0
 # It, and another so many rows behind it.
 _TOGETHER = (0, 1, 2, 3)
 # Records of more readings have no steps as large.
@@ -49,6 +51,8 @@ _WAY, _A_TURN, _RESTS, _NO_TURN = 0.15, 1.6, 0.25, np.zeros(0, dtype=np.int64)
 _MATTERS, _BOTH_SIDES, _BEFORE_A_TURN = 0.005, 3, 2
 # A channel keeps to its course within so many scatters of those beside it, of all, or last digits; so few tell a course.
 _KEEPS, _FEWEST_BESIDE = 3.0, 6
+# A step so many times as large as the others near it is a jump.
+_A_JUMP = 4.0
 # Readings that are looked at: each that is wrong, and each corner, makes eight beside it look off.
 _MOST_LOOKED_AT = 120
 # Readings that repeat the one before, from this share on, show the step of a display; a number is whole within so much.
@@ -150,7 +154,8 @@ def _off_course(values: FloatArray, others: Sequence[FloatArray]) -> dict[int, f
             left = [k] if not also else [k, k + also]
             near = _beside(rows, y, left, floor)
             if near and not any(int(rows[r]) in found for r in left):
-                if all(_straight(other, int(rows[r])) for other in others for r in left):
+                lone = not also and _comes_back(y, k, floor)
+                if all(_straight(o, int(rows[r])) or (lone and _goes_on(o, int(rows[r]))) for o in others for r in left):
                     found |= {int(rows[r]): v for r, v in zip(left, near, strict=True)}
                 break
     return found
@@ -270,13 +275,22 @@ def _keeps(values: FloatArray, row: int, turns: IntArray) -> bool:
         return False
     y = values[rows]
     beside = _beside_on_way(rows, k, turns)
-    if beside is None:
+    if beside is None or _jumps_beside(y, k):
         return False
     near, sd, spread = _course_at(rows, y, k, beside)
     noise, digit = noise_of(y, 4), _digit(y)
     if _expected(rows, y, k, max(_CUBIC_NOISES * noise, _CUBIC_DIGITS * digit), turns) is not None:
         return False  # both show it, so that something has happened
     return abs(float(y[k]) - near) <= _KEEPS * max(sd, noise, digit) * spread
+
+
+def _jumps_beside(y: FloatArray, k: int) -> bool:
+    """Whether a step to or from a reading is by far the largest near it, as at a snap, which other channels show, too."""
+    steps = np.abs(np.diff(y[max(k - _BESIDE, 0) : k + _BESIDE + 1]))
+    at = min(k, _BESIDE)
+    own = steps[max(at - 1, 0) : at + 1]
+    others = np.delete(steps, np.arange(max(at - 1, 0), min(at + 1, steps.size)))
+    return bool(np.max(own) > _A_JUMP * max(float(np.max(others, initial=0.0)), noise_of(y, 4), _digit(y)))
 
 
 def _beside_on_way(rows: IntArray, k: int, turns: IntArray) -> list[int] | None:
@@ -302,10 +316,16 @@ def _expected(rows: IntArray, y: FloatArray, k: int, floor: float, turns: IntArr
     first, last = _way(rows, k, turns)
     # Beside a turn a step of the channel would be told, too, if one of the few behind it were left out.
     cut = (first > 0 and k - first < _BESIDE) or (last < y.size and last - 1 - k < _BESIDE)
-    for without in (-1,) if cut else (-1, *beside):
-        kept = [i for i in beside if i != without]
+    # Near an end of the record a corner among those farther off is none of its own.
+    nearer = [i for i in beside if abs(i - k) <= _BESIDE]
+    for kept in (beside, *([i for i in beside if i != without] for without in beside if not cut), nearer):
+        if len(kept) < _FEWEST_BESIDE:
+            continue
         near, sd, spread = _course_at(rows, y, k, kept)
-        if abs(float(y[k]) - near) > max(_CUBIC_LOCAL * sd, floor) * spread:
+        least = floor
+        if np.ptp(y[kept]) == 0:  # where those beside it rest, a display shows less than its steps are elsewhere
+            least = min(floor, max(_CUBIC_NOISES * noise_of(y, 4), _CUBIC_DIGITS * last_step(np.unique(y))))
+        if abs(float(y[k]) - near) > max(_CUBIC_LOCAL * sd, least) * spread:
             return near
     return None
 
@@ -333,6 +353,28 @@ def _beside(rows: IntArray, y: FloatArray, left: Sequence[int], floor: float) ->
     near = np.interp(rows[list(left)], rows[kept], y[kept])
     off = float(np.min(np.abs(y[list(left)] - near)))
     return near.tolist() if off > max(_OFF_STEPS * usual, _OFF_BENDS * bend, floor) else []
+
+
+def _comes_back(y: FloatArray, k: int, floor: float) -> bool:
+    """Whether a reading is beyond both beside it by more than a floor and by several of the steps next to these."""
+    low, high = sorted((float(y[k - 1]), float(y[k + 1])))
+    beyond = max(low - float(y[k]), float(y[k]) - high)
+    steps = np.abs(np.diff(y[max(k - _BESIDE, 0) : k])), np.abs(np.diff(y[k + 1 : k + _BESIDE + 1]))
+    return beyond > max(_COMES_BACK * float(np.max(np.concatenate(steps))), floor)
+
+
+def _goes_on(values: FloatArray, row: int) -> bool:
+    """Whether a channel rises, or falls, over the two readings on either side of a row, each time by more than its noise."""
+    rows = np.flatnonzero(np.isfinite(values))
+    k = int(np.searchsorted(rows, row))
+    if k >= rows.size or rows[k] != row or not 1 < k < rows.size - 2:
+        return False
+    y = values[rows]
+    steps = np.diff(y[k - 2 : k + 3])
+    return bool(
+        np.min(np.abs(steps)) > max(_KEEPS * noise_of(y, 4), last_step(np.unique(y)))
+        and abs(np.sum(np.sign(steps))) == steps.size
+    )
 
 
 def _straight(values: FloatArray, row: int) -> bool:

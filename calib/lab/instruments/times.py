@@ -12,7 +12,8 @@ from calib.errors import Fault
 from calib.lab.instruments.clock import ClockTimes, read_clock
 from calib.lab.instruments.clock_cells import is_date
 from calib.lab.instruments.clock_form import form_of_clock
-from calib.lab.instruments.labtable import Reading
+from calib.lab.instruments.labtable import IntArray, Reading
+from calib.lab.instruments.rivals import holds_clock
 from calib.lab.instruments.sheet import Sheet
 from models.sensor import FloatArray
 
@@ -141,9 +142,10 @@ def time_faults(
 
 
 def begins_anew(sheet: Sheet, index: int, values: FloatArray) -> list[Fault]:
-    """Refuse a time that begins anew within a record: two records in one, or a counter that overflowed.
+    """Refuse a time that begins anew within a record: two records in one, a counter that overflowed, or a clock that was set.
 
-    A single row in another's place, and a clock that is set back by a little, are none of this.
+    A single row in another's place, and a time in numbers that falls once by a little, are none of this. Of times of day every
+    fall is that the rows behind go on from, such as a second that is shown twice: nothing else makes a clock go back.
 
     Parameters
     ----------
@@ -156,19 +158,31 @@ def begins_anew(sheet: Sheet, index: int, values: FloatArray) -> list[Fault]:
     if rows.size < _FEWEST or not np.any(steps < 0) or not np.any(steps > 0):
         return []
     usual = float(np.median(steps[steps > 0]))
-    for k in np.flatnonzero(steps < -_BACK * usual).tolist():
+    set_back = _stays_behind(time) if holds_clock(sheet.columns[index]) else np.zeros(0, dtype=np.int64)
+    for k in sorted({*np.flatnonzero(steps < -_BACK * usual).tolist(), *set_back[:1].tolist()}):
         passed = float(time[k] - np.min(time[: k + 1]))
-        if -steps[k] < _PASSED * passed or float(np.median(time[k + 1 : k + 1 + _BEHIND])) > time[k]:
+        back = -steps[k] <= _BACK * usual or -steps[k] < _PASSED * passed
+        if k not in set_back and (back or float(np.median(time[k + 1 : k + 1 + _BEHIND])) > time[k]):
             continue
         row = int(rows[k + 1])
         cell = sheet.columns[index][row].strip()
-        message = (
-            f'column "{sheet.names[index]}": "{cell}" is {-steps[k]:.3g} s before the row above: the time begins anew, or a '
-            "counter overflowed"
-        )
+        why = "the clock was set back, or shows a second twice" if back else "the time begins anew, or a counter overflowed"
+        message = f'column "{sheet.names[index]}": "{cell}" is {-steps[k]:.3g} s before the row above: {why}'
         advice = f"Save what is before and behind it as two files, export a time that goes on, {_WITHOUT}"
         return [Fault(message, sheet.text.path, int(sheet.lines[row]), index + 1, advice=advice)]
     return []
+
+
+def _stays_behind(time: FloatArray) -> IntArray:
+    """The rows before falls of a time from which the rows behind go on, by the middle ones of three on either side."""
+    steps = np.diff(time)
+    falls = np.flatnonzero(steps < 0)
+    falls = falls[(falls >= 2) & (falls < steps.size - 2)]
+    if not falls.size:
+        return falls
+    pace = float(np.median(steps))
+    before, behind = (np.median(time[falls[:, np.newaxis] + np.arange(*of)], axis=1) for of in ((-2, 1), (1, 4)))
+    return np.asarray(falls[behind - before - 3 * pace <= 0.5 * (steps[falls] - pace)])
 
 
 # What counters of milliseconds and microseconds overflow at, and how many usual steps may lie over it where it is short.

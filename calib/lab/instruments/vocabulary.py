@@ -64,6 +64,13 @@ _SETTING = re.compile(
     r"(?:(?:meter|measurement|measuring|meas\.?|lcr|current|impedance|auto) )?(?:range|messbereich|bereich|gamme|calibre|"
     r"rango|portata|zakres|量程|レンジ)"
 )
+# Units that are spelled out, which some write in the place of a name; "meter" is an instrument.
+_SPELLED_UNIT = re.compile(
+    r"(?:milli|micro)?(?:seconds|secondes|sekunden|segundos|secondi)|minut(?:es|en|os)|[a-z]*newtons?|[a-z]+farads?|"
+    r"[a-z]+m[eéè]t(?:er|re|ro|ri)s?|microns|inches",
+    re.IGNORECASE,
+)
+_SPELLED_QUANTITIES = ("time", "displacement", "force", "capacitance")
 _KNOWN_BY_WORDS = (
     (r"\btemp\b|temperatur|température|temperatura|온도|温度", "a temperature: not used"),
     (r"humid|feuchte|humidité", "a humidity: not used"),
@@ -211,6 +218,10 @@ def heading_as(quantity: str, cell: str, unit_below: str = "") -> Heading:
 def _interpret(cell: str, unit_below: str) -> Heading | str:
     """The heading of a cell, or why there is none."""
     cell = tidy(cell)
+    if spelled := spelled_unit(cell):
+        quantity, written = spelled
+        unit, doubt = _unit_of(quantity, [written], unit_below)
+        return Heading(quantity, len(NAMES[quantity]), words(cell), unit, unit_doubt=doubt)
     cut = without_brackets(cell) if len(cell) <= _LONGEST else None
     if cut is None or (len(cell) > 1 and looks_like_unit(cell) and not any(words(cell) in names for names in NAMES.values())):
         return "not understood"
@@ -233,6 +244,17 @@ def _interpret(cell: str, unit_below: str) -> Heading | str:
         if whole := _cut_name(plain, [*inside, unit_below]):
             return _weighed(list(meanings(whole, inside, unit_below)), whole, inside, unit_below)
     return _reason(words(outside), brackets, unit_below)
+
+
+def spelled_unit(cell: str) -> tuple[str, str] | None:
+    """Quantity and unit of a header cell that is nothing but a unit spelled out; None if it is more, or none.
+
+    >>> spelled_unit("Millimeters"), spelled_unit("newtons"), spelled_unit("Meter")
+    (('displacement', 'millimeters'), ('force', 'newtons'), None)
+    """
+    if _SPELLED_UNIT.fullmatch(cell) is None:
+        return None
+    return next(((q, u) for u in (cell, cell.lower()) for q in _SPELLED_QUANTITIES if is_unit_of(u, q)), None)
 
 
 def _cut_name(name: str, units: Sequence[str]) -> str:

@@ -70,6 +70,30 @@ def _names() -> Iterator[Case]:
     yield _table("axes", heads, (P.t, still, still, P.d, P.f), (T, None, None, X, F), named=("Pos1 (mm)", "Pos2 (mm)"))
 
 
+def _units_as_names() -> Iterator[Case]:
+    """Units that are spelled out where names would be, and such below names that are not understood."""
+    for k, head in enumerate(
+        (
+            ("seconds", "millimeters", "newtons"),
+            ("Sekunden", "Millimeter", "Newton"),
+            ("secondes", "millimètres", "newtons"),
+            ("Time (s)", "Millimetres", "Newtons"),
+        )
+    ):
+        yield _table(f"units_{k}", head, (P.t, P.d, P.f), (T, X, F), named=head[1:])
+    heads = ("Time", "Setpoint", "Force")
+    yield _table(
+        "units_below",
+        heads,
+        (P.t, P.d, P.f),
+        (T, None, F),
+        may="must_refuse",
+        truth=None,
+        units=("seconds", "millimeters", "newtons"),
+        blame=("Setpoint",),
+    )
+
+
 def _peaks() -> Iterator[Case]:
     """The largest force so far, under names of many languages: whatever it is called, its readings show it."""
     names = (
@@ -251,5 +275,5 @@ def _advised() -> Iterator[Case]:
     yield Case("other_both_circuits", "advice", content(lines), "must_refuse", None, ways_out=either, blame=("C (pF)",))
 
 
-CASES = (*_names(), *_peaks(), *_factors(), *_clocks(), *_rows_said_bad(), *_capacitances(), *_advised())
+CASES = (*_names(), *_units_as_names(), *_peaks(), *_factors(), *_clocks(), *_rows_said_bad(), *_capacitances(), *_advised())
 assert all(c.reading == AS_FOUND or c.kind == "advice" for c in CASES)

@@ -111,6 +111,14 @@ def test_the_key_of_two_records_keeps_its_name(name: str) -> None:
     assert {doc.columns[key].name for doc in swapped} == {made.columns[key].name}
 
 
+def test_a_unit_in_a_name_goes_where_the_name_goes() -> None:
+    plain = press()
+    twice = replace(plain, columns=(*plain.columns[:2], replace(plain.columns[2], name="Load (kN)", factors=())))
+    swapped = [doc for s in range(20) if (doc := kind(of_names, "swap two names, units stay").change(twice, random.Random(s)))]
+    assert swapped
+    assert all(doc.columns[2].name == "Load (kN)" for doc in swapped)
+
+
 def test_numbers_that_lost_their_marks_can_be_read_under_no_name() -> None:
     rows = press()
     lost = kind(of_numbers, "decimal marks lost in a column")

@@ -74,6 +74,109 @@ def test_an_offset_that_changes_is_taken_off_and_its_lack_refused() -> None:
     assert "offset" in read_clock([*summer, *(c[:-6] for c in winter)]).conflict
 
 
+def _leap(step: float, decimals: int, zone: str = "Z", at: float = 86_400.0, dates: tuple[str, str] = ("", "")) -> list[str]:
+    """Times of a clock whose second 60 begins in the twelfth row, at the full minute `at` of its day."""
+    cells = []
+    for i in range(N):
+        s = at + (i - 11) * step
+        of_day = s if s < at else s - 1
+        leap = at <= s < at + 1
+        second, minute = (60 + s - at, int(at - 60) // 60) if leap else (of_day % 60, int(of_day // 60))
+        date = dates[int(of_day >= 86_400 and not leap)]
+        width = 3 + decimals if decimals else 2
+        clock = f"{minute // 60 % 24:02d}:{minute % 60:02d}:{second:0{width}.{decimals}f}"
+        cells.append(f"{date}{clock}{zone}")
+    return cells
+
+
+@pytest.mark.parametrize(("step", "decimals"), [(0.05, 2), (0.1, 1), (0.5, 1), (0.7, 1), (1, 0), (2, 0), (5, 0)])
+@pytest.mark.parametrize(
+    ("zone", "at", "dates"),
+    [
+        ("Z", 86_400, ("2016-12-31T", "2017-01-01T")),
+        ("", 86_400, ("", "")),
+        ("+01:00", 3600, ("2017-01-01T", "2017-01-01T")),
+        ("+05:30", 19_800, ("2017-01-01 ", "2017-01-01 ")),
+        ("", 7200, ("2015-07-01 ", "2015-07-01 ")),
+    ],
+)
+def test_a_leap_second_is_counted(
+    tmp_path: Path, step: float, decimals: int, zone: str, at: float, dates: tuple[str, str]
+) -> None:
+    cells = _leap(step, decimals, zone, at, dates)
+    assert ":60" in cells[11]
+    np.testing.assert_allclose(since_start(tmp_path, "Timestamp", cells), step * np.arange(N), atol=2e-6)
+    notes = " | ".join(read_lab_file(tmp_path / "lab.csv").notes)
+    assert f'"{cells[11]}" is a leap second' in notes
+    assert "falls back" not in notes
+
+
+@pytest.mark.parametrize("step", [0.1, 0.5, 1.0])
+@pytest.mark.parametrize("minute", ["09:58", "09:59"])
+def test_a_second_60_that_a_program_rounded_up_to_is_the_full_minute(tmp_path: Path, step: float, minute: str) -> None:
+    start = datetime(2024, 5, 2, 9, int(minute[3:])) + timedelta(seconds=60 - 20 * step)
+    cells = [(start + timedelta(seconds=i * step)).strftime("%H:%M:%S.%f")[:10] for i in range(N)]
+    cells[20] = f"{minute}:60.0"
+    np.testing.assert_allclose(since_start(tmp_path, "Time", cells), step * np.arange(N), atol=2e-6)
+
+
+def test_a_second_60_that_may_be_either_or_is_none_is_refused() -> None:
+    cells = _leap(0.5, 1)
+    behind = datetime(2017, 1, 1, 0, 10)
+    paused = [*cells[:12], *((behind + timedelta(seconds=0.5 * i)).strftime("%H:%M:%S.%f")[:10] + "Z" for i in range(40))]
+    assert "leap second, or a minute that was rounded up" in read_clock(paused).conflict
+    damaged = [f"09:58:{0.5 * i:04.1f}" for i in range(N)]
+    damaged[30] = "09:58:60.5"
+    assert np.flatnonzero(np.isnan(read_clock(damaged).seconds)).tolist() == [30]
+    elsewhere = [c.replace("23:59:60", "23:57:60") for c in cells]
+    assert np.flatnonzero(np.isnan(read_clock(elsewhere).seconds)).tolist() == [12]
+
+
+@pytest.mark.parametrize("back", [1.0, 2.0, 30.0, 1500.0])
+@pytest.mark.parametrize("before", [60, 20_000])
+def test_a_clock_that_goes_back_and_stays_there_is_refused_and_rows_that_changed_places_are_read(
+    tmp_path: Path, back: float, before: int
+) -> None:
+    step = before / 60
+    start = datetime(2024, 10, 27, 9)
+    times = [start + timedelta(seconds=i * step - (back + step if i > 60 else 0)) for i in range(N)]
+    path = lab_file(tmp_path, "Timestamp", [t.isoformat(sep=" ", timespec="milliseconds") for t in times])
+    assert ":63:1: " in refusal(path)
+    assert "set back" in refusal(path) or "begins anew" in refusal(path)
+    assert "time" not in read_lab_file(path, Reading(columns={"time": "none"})).columns
+    order = [*range(40), 41, 40, *range(42, N)]
+    times = [start + timedelta(seconds=i * step) for i in order]
+    np.testing.assert_allclose(
+        since_start(tmp_path, "Timestamp", [t.isoformat(sep=" ", timespec="milliseconds") for t in times]),
+        step * np.array(order),
+        atol=1e-3,
+    )
+
+
+@pytest.mark.parametrize("hour", [0, 1, 2])
+def test_a_clock_that_is_set_ahead_at_a_full_hour_of_the_night_is_refused(hour: int) -> None:
+    times = [datetime(2024, 3, 31, hour) + timedelta(seconds=0.5 * (i - 30) + (3600 if i >= 30 else 0)) for i in range(60)]
+    assert "set ahead by an hour" in read_clock([t.strftime("%H:%M:%S.%f") for t in times]).conflict
+
+
+@pytest.mark.parametrize("dates", [("", ""), ("2024-05-02 ", "2024-05-03 "), ("2024-05-03 ", "2024-05-03 ")])
+@pytest.mark.parametrize("first", [0, 20])
+def test_24_00_00_is_the_midnight_that_it_stands_at(dates: tuple[str, str], first: int) -> None:
+    times = [datetime(2024, 5, 2, 23, 59, 50) + timedelta(seconds=0.5 * i) for i in range(60)]
+    date = "2024-05-02 " if dates[1] else ""
+    cells = [(dates[1] if t.day == 3 else date) + t.strftime("%H:%M:%S.%f")[:10] for t in times]
+    cells[20] = f"{dates[0]}24:00:00.0"
+    read = read_clock(cells[first:])
+    np.testing.assert_allclose(read.seconds - read.seconds[0], 0.5 * np.arange(60 - first))
+    assert any("read as midnight" in note for note in read.notes)
+
+
+def test_24_00_00_among_other_hours_is_no_time() -> None:
+    cells = [f"14:00:{0.5 * i:04.1f}" for i in range(60)]
+    cells[20] = "24:00:00.0"
+    assert np.flatnonzero(np.isnan(read_clock(cells).seconds)).tolist() == [20]
+
+
 def test_a_clock_of_twelve_hours_without_am_and_pm_is_refused() -> None:
     times = [datetime(2024, 5, 1, 12, 59, 30) + timedelta(seconds=i) for i in range(60)]
     assert "am and pm" in read_clock([t.strftime("%I:%M:%S") for t in times]).conflict

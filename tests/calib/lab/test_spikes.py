@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -105,6 +106,70 @@ def test_corners_steps_snaps_and_coarse_records_are_kept(
     monkeypatch.setitem(VALUES, "force", course)
     monkeypatch.setitem(VALUES, "capacitance", 30 + course)
     assert not any("stands alone" in why for why in _read(tmp_path).reasons)
+
+
+def _short(folder: Path, load: FloatArray, cap: FloatArray, cells: dict[int, str] | None = None) -> list[int]:
+    """The rows left out of a press of forty with such loads [N], two decimals or as written, and capacitances [pF]."""
+    depth = 1.2 * (1 - np.abs(2 * np.arange(load.size) / load.size - 1.0))
+    texts = [f"{f:.2f}" for f in load]
+    for row, text in (cells or {}).items():
+        texts[row] = text
+    lines = [f"{0.5 * i:.1f},{x:.4f},{f},{c:.4f}" for i, (x, f, c) in enumerate(zip(depth, texts, cap, strict=True))]
+    path = folder / "press.csv"
+    path.write_text("Time (s),Extension (mm),Load (N),Cp (pF)\n" + "\n".join(lines) + "\n", encoding="utf-8")
+    return _left_out(read_lab_file(path))
+
+
+TOUCH, SHORT = 8, 1.2 * (1 - np.abs(np.arange(40) / 20 - 1.0))
+LOAD = 9.0 * np.maximum(SHORT - 1.2 * TOUCH / 20, 0.0) ** 1.6
+NOISE = 1e-3 * np.random.default_rng(7).standard_normal(40)
+
+
+# A simulated press that draws the ball on at the touch: load [N] and capacitance [pF].
+SNAP_LOAD = "-0.2 -0.0 -0.1 0.1 -0.1 -0.1 0.1 0.1 0.0 0.1 -9.4 -8.5 -7.3 -5.9 -4.3 -2.7 -1.2 0.6 2.4 4.1 5.9 7.7 9.6"
+SNAP_CAP = (
+    "72.2059 72.2059 72.2054 72.2062 72.2051 72.2046 72.2068 72.2059 72.2066 72.2062 72.4354 72.5487 72.6820 "
+    "72.8253 72.9743 73.1284 73.2856 73.4471 73.6112 73.7794 73.9502 74.1212 74.2946"
+)
+
+
+def _pressed(folder: Path, loads: Sequence[str], caps: Sequence[str]) -> Path:
+    """A file of a steady approach with these loads [N] and capacitances [pF], as written."""
+    path = folder / "press.csv"
+    lines = [f"{0.5 * i:.3f},{0.0559 * i:.4f},{load},{cap}" for i, (load, cap) in enumerate(zip(loads, caps, strict=True))]
+    path.write_text("Time (s),Extension (mm),Load (N),Cp (pF)\n" + "\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+def test_a_snap_of_load_and_capacitance_in_a_short_press_is_no_damaged_cell(tmp_path: Path) -> None:
+    path = _pressed(tmp_path, SNAP_LOAD.split(), SNAP_CAP.split())
+    assert _left_out(read_lab_file(path)) == []
+
+
+@pytest.mark.parametrize(("row", "cell"), [(2, "0.09"), (15, "2."), (16, "03.26"), (1, "-00.")])
+def test_a_cell_among_readings_at_rest_or_that_no_format_prints_is_left_out(tmp_path: Path, row: int, cell: str) -> None:
+    cap = 46.7 + 0.8 * LOAD + NOISE
+    assert _short(tmp_path, LOAD, cap) == []
+    assert _short(tmp_path, LOAD, cap, {row: cell}) == [row]
+
+
+# The same of one that is not drawn on.
+PRESSED_LOAD = (
+    "0.000 0.000 0.001 0.000 -0.001 -0.000 -0.000 0.000 0.004 0.008 0.016 0.024 0.034 0.047 0.061 0.077 0.094 0.114 0.135 "
+    "0.157 0.179 0.205 0.232 0.261 0.291 0.322"
+)
+PRESSED_CAP = (
+    "104.316 104.319 104.319 104.317 104.315 104.318 104.317 104.351 104.467 104.627 104.819 105.038 105.282 105.548 105.835 "
+    "106.139 106.463 106.801 107.156 107.525 107.908 108.309 108.718 109.144 109.581 110.028"
+)
+
+
+def test_a_load_that_comes_back_at_once_behind_the_touch_is_left_out_where_the_capacitance_goes_on(tmp_path: Path) -> None:
+    for damaged in (False, True):
+        loads = PRESSED_LOAD.split()
+        loads[8] = "0.040" if damaged else loads[8]
+        path = _pressed(tmp_path, loads, PRESSED_CAP.split())
+        assert _left_out(read_lab_file(path)) == ([8] if damaged else [])
 
 
 @pytest.mark.parametrize(
