@@ -163,7 +163,7 @@ def init(
 
     Example: `calib init measurements/ -o experiment.toml`
 
-    Writes: the experiment file. Next: edit it, then `calib calibrate experiment.toml -o run1`.
+    Writes: the experiment file. Next: edit it, then `calib check experiment.toml`.
 
     Exit codes: 0 written; 2 a file that was named was not understood, no file was, or the experiment file exists.
     """
@@ -186,7 +186,7 @@ def init(
         for specimen in specimens:
             _show_specimen(specimen)
         say(f"Written: {output}, with {text.count(MARK)} lines marked EDIT. Put your values there, then:")
-        say(f"  calib calibrate {output} -o run1")
+        say(f"  calib check {output}")
 
 
 def _show_files(looked: Sequence[Looked], own: Sequence[Path]) -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
@@ -127,12 +127,12 @@ class Teller:
 
     def stage(self, name: str) -> None:
         """Say which stage begins."""
-        self._write(LastProgress(name, looks=self.last.looks, first=self.last.first))
+        self._write(replace(self.last, stage=name, done=0, wanted=0, seconds_left=None))
 
     def first_answer(self, first: FirstAnswer | None) -> None:
         """Say the first answer, of the sensor alone."""
         rows = () if first is None else tuple((r.name, r.value, r.unit) for r in first_rows(first, sensor_only=True))
-        self._write(LastProgress(self.last.stage, looks=self.last.looks, first=rows))
+        self._write(replace(self.last, first=rows))
 
     def sampling(self, p: Progress) -> None:
         """Say how far sampling is."""

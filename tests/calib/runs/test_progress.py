@@ -56,6 +56,18 @@ def test_a_look_is_told_once_and_all_of_them_are_kept(tmp_path: Path) -> None:
     assert not (tmp_path / PROGRESS).exists()
 
 
+def test_what_is_wanted_of_draws_is_told_after_sampling_too(tmp_path: Path) -> None:
+    with telling(tmp_path) as teller:
+        teller.sampling(replace(BEGUN, r_hat=1.2, r_hat_parameter="young_modulus", ess=40.0, ess_parameter="force_noise"))
+        teller.stage("spot check")
+        last = run_state(tmp_path).last
+    assert last is not None
+    assert (last.stage, last.target, last.r_hat_parameter, last.ess_parameter) == (
+        *("spot check", 400.0, "young_modulus", "force_noise"),
+    )
+    assert (last.done, last.wanted, last.seconds_left) == (0, 0, None)
+
+
 def test_that_it_cannot_be_told_is_no_reason_not_to_calibrate(tmp_path: Path) -> None:
     Teller(tmp_path / "nowhere").sampling(BEGUN)
 
