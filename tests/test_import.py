@@ -85,8 +85,7 @@ print("loaded:", *(name for name in {("scipy", "matplotlib", "arviz", "pandas", 
     assert said.splitlines()[-1] == "loaded:"
 
 
-@pytest.mark.parametrize("home", ["empty", "a file"])
-@pytest.mark.parametrize("loaded", ["ArviZ", "corner"])
+@pytest.mark.parametrize(("loaded", "home"), [("ArviZ", "a file"), ("corner", "empty")])
 def test_a_home_that_nothing_can_be_kept_in_stops_nothing_and_nothing_is_said(loaded: str, home: str, tmp_path: Path) -> None:
     folder = tmp_path / "home"
     if home == "a file":
