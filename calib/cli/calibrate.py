@@ -121,8 +121,9 @@ def calibrate(
         "--budget": budget if budget != BUDGET else None,
         "--processes": processes,
         "--surrogate": surrogate,
+        "--reweight": reweight or None,
     }
-    again = _resuming(experiment, output, {**given, "--reweight": reweight or None})
+    again = _resuming(experiment, output, given)
 
     def stopped() -> str:
         return f"Stopped. Continue with: {again}" if output.exists() else "Stopped before anything was begun."
@@ -153,14 +154,14 @@ def calibrate(
                     anyway=anyway,
                 )
         except NothingSampled as nothing:
-            more = _resuming(experiment, output, {**given, "--budget": BUDGET, "--reweight": reweight or None})
+            more = _resuming(experiment, output, {**given, "--budget": BUDGET})
             err().print(f"{nothing} Continue with: {more}", style="red", markup=False, soft_wrap=True)
             raise typer.Exit(NOT_USABLE) from None
         with telling(output):
             _say(output, done.run)
             if not done.run.posterior.diagnostics.converged:
-                longer = {**given, "--budget": 3 * max(budget, BUDGET), "--reweight": reweight or None}
-                say(f"Continue with: {_resuming(experiment, output, longer)}")
+                longer = _resuming(experiment, output, {**given, "--budget": 3 * max(budget, BUDGET)})
+                say(f"Continue with: {longer}")
         if done.page_error is not None:
             with paging():
                 raise done.page_error

@@ -66,15 +66,15 @@ def _say(found: Check, path: Path) -> None:
         say("What the data will tell is not said: this stands in the way, or there is no first answer.")
     else:
         _say_outlook(found.outlook)
+    budget = budget_for(found.seconds)
     if found.seconds is not None:
         low, high = (duration_in_words(seconds) for seconds in found.seconds)
         text = f"A calibration will take about {low} to {high}."
-        if budget_for(found.seconds) is not None:
+        if budget is not None:
             text += f" Its budget is {BUDGET:g} min unless --budget says otherwise; --resume goes on where it ended."
         say(text)
     if found.verdict.colour == "green":
-        options = {"--budget": budget_for(found.seconds)}
-        say(f"Next: {pasted(['calib calibrate', in_shell_path(path), '-o RUN'], options)}")
+        say(f"Next: {pasted(['calib calibrate', in_shell_path(path), '-o RUN'], {'--budget': budget})}")
 
 
 def budget_for(seconds: tuple[float, float] | None) -> float | None:
