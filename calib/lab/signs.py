@@ -49,7 +49,13 @@ _COMPRESSED = 0.1
 _TOGETHER = 0.5
 # Share of all its travel that a crosshead which goes one way is displaced by in the end, and rows that show it.
 _ONE_WAY, _FEWEST = 0.9, 8
+# Of the change by a drift, what a press under it is at least: where an adhesive ball comes off, the load jumps by less.
+_OUTWEIGHED = 0.5
 _LAST_ROWS = "the last rows, in which force changes most, go the other way with the displacement than all others"
+
+_DRIFT_AND_PRESS = (
+    "force goes one way and then the other as the ball goes on, more steeply where it changes less, as in a press under a drift"
+)
 
 
 @dataclass(frozen=True)
@@ -121,13 +127,17 @@ def decide_signs(
             *of_capacitance(sensed["displacement"], "displacement", same),
         ]
         zero = of_zero(x, same)
-        return {**_together(table, press, steady(load), zero, beside, said), **_missing(found, said)}
+        decided = _together(table, press, steady(load), zero, beside, said)
+        factor = decided["force"].factor
+        if not set(SIGNED) <= set(said) and press.once and _goes_as_a_drift(x, factor * y, press.first * factor):
+            raise InputError(_unrelated(table, None, [q for q in SIGNED if q not in said], _DRIFT_AND_PRESS))
+        return {**decided, **_missing(found, said)}
     if press is not None and (open_ := [q for q in SIGNED if q not in said]):
         raise InputError(_unrelated(table, press, open_))
     if press is None and not said and _leaves_and_comes_back(found, shown, good) and sensed["force"] is None:
         words = "force leaves where it began, and comes back to it, as the ball goes one way"
         raise InputError(_unrelated(table, None, tuple(SIGNED), words))
-    decided: dict[str, SignDecision] = {}
+    decided = {}
     for quantity in SIGNED:
         if quantity not in found:
             continue
@@ -317,6 +327,25 @@ def _ends_otherwise(displacement: FloatArray, force: FloatArray, slope: float) -
     far = abs(force[-1] - force[-3]) > float(np.ptp(steady(force[:-1])))
     onwards = abs(float(np.sum(np.sign(travel)))) == abs(float(np.sum(np.sign(change)))) == 2.0
     return bool(far and onwards and np.sign(travel[-1] * change[-1]) == -np.sign(slope))
+
+
+def _goes_as_a_drift(displacement: FloatArray, load: FloatArray, change: float) -> bool:
+    """Whether a load that falls and then rises as the ball goes one way is steep where it does not go as on the whole.
+
+    Of a drift and a press the press is the steeper one. On the whole force then goes with displacement as the drift does.
+
+    Parameters
+    ----------
+    displacement, load : [m] and [N], positive in compression, (n_row,), in the order of reading.
+    change : of the load on the whole [N], from which the sign of the displacement is taken.
+    """
+    load = calm(load)
+    lowest = int(np.argmin(load))
+    fall, rise = float(load[0] - load[lowest]), float(load[-1] - load[lowest])
+    before, behind = abs(float(displacement[lowest] - displacement[0])), abs(float(displacement[-1] - displacement[lowest]))
+    if change < 0:
+        return rise > _OUTWEIGHED * fall and rise * before > fall * behind
+    return fall > _OUTWEIGHED * rise and fall * behind > rise * before
 
 
 def _leaves_and_comes_back(found: Mapping[str, FloatArray], shown: Mapping[str, bool], good: BoolArray) -> bool:

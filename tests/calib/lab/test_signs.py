@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -212,6 +213,32 @@ def test_a_press_that_begins_under_a_drift_in_the_last_rows_is_in_doubt(n_press:
     sense = "positive" if force > 0 else "negative"
     said = {"force": f"compression {sense}", "displacement": f"compression {'positive' if displacement > 0 else 'negative'}"}
     assert observe(table(columns, said)).signs["force"].factor == force
+
+
+@pytest.mark.parametrize(("force", "displacement"), SIGNS)
+@pytest.mark.parametrize(("steep", "n_press"), [(1.2, 9), (0.35, 10), (0.25, 15)])
+def test_a_drift_does_not_tell_how_displacement_goes_with_the_force_of_the_press_behind_it(
+    steep: float, n_press: int, force: int, displacement: int
+) -> None:
+    n = np.arange(60.0)
+    load = -0.46 - 0.09 * n + 0.005 * (-1.0) ** n + steep * np.clip(n - 59 + n_press, 0.0, None)
+    columns = {"displacement": displacement * (74.0 + 0.07 * n) * 1e-3, "force": force * load}
+    sense = {1: "compression positive", -1: "compression negative"}
+    said = {"force": sense[force]}
+    for signs in ({}, said):
+        with contextlib.suppress(InputError):
+            found = observe(table(columns, signs)).signs
+            assert (found["force"].factor, found["displacement"].factor) == (force, displacement)
+    obs = observe(table(columns, said | {"displacement": sense[displacement]}))
+    assert (obs.signs["force"].factor, obs.signs["displacement"].factor) == (force, displacement)
+
+
+@pytest.mark.parametrize(("force", "displacement"), SIGNS)
+def test_a_retreat_that_ends_with_the_ball_coming_off_is_still_read(force: int, displacement: int) -> None:
+    depth = np.linspace(0.8, -0.4, 120)
+    load = 5.0 * np.clip(depth / 0.8, 0.0, None) ** 1.8 + np.where((depth < 0.05) & (depth > -0.15), -0.4, 0.0)
+    found = observe(table({"displacement": displacement * depth * 1e-3, "force": force * load})).signs
+    assert (found["force"].factor, found["displacement"].factor) == (force, displacement)
 
 
 def test_what_is_said_is_obeyed_and_a_contradiction_is_told() -> None:
