@@ -79,23 +79,33 @@ def test_points_scatter_about_the_truth_as_stated(kind: str, tau: float) -> None
     assert 0.9 * NOISE < np.mean(noises) < (1.4 if kind == "coarse 3" else 1.15) * NOISE
 
 
+def on_padding(x: FloatArray) -> FloatArray:
+    """Force of finite elements on a padding, to 0.02 %: its rise begins so slowly that the coarse onset is two bins early."""
+    w = np.maximum(x - 0.25, 0.0) / 0.75
+    return np.asarray(5 * sum(a * w**p for p, a in {1.5: 0.278, 2.0: 0.011, 2.5: 1.116, 3.0: -0.405}.items()) + 0.3)
+
+
 def test_points_next_to_contact_scatter_as_stated_where_force_begins_as_on_a_padding() -> None:
-    # Force of finite elements on a padding, to 0.02 %: its rise begins so slowly that the coarse onset is two bins early.
-    share = {1.5: 0.278, 2.0: 0.011, 2.5: 1.116, 3.0: -0.405}
-
-    def force(x: FloatArray) -> FloatArray:
-        w = np.maximum(x - 0.25, 0.0) / 0.75
-        return np.asarray(5 * sum(a * w**p for p, a in share.items()) + 0.3)
-
     x = np.linspace(0, 1, 1260)
     scores = []
     for seed in range(160):
-        y = force(x) + NOISE * np.random.default_rng(seed).normal(size=x.size)
+        y = on_padding(x) + NOISE * np.random.default_rng(seed).normal(size=x.size)
         r = reduce_channel(x, y, 40, coarse_onset(x, y))
         near = (r.abscissa > 0.20) & (r.abscissa < 0.28)
-        scores.append(((r.value - force(r.abscissa)) / (NOISE / np.sqrt(r.n_effective)))[near])
+        scores.append(((r.value - on_padding(r.abscissa)) / (NOISE / np.sqrt(r.n_effective)))[near])
     # 480 points: the mean of their squares is known to 6 %. A smooth that follows their noise makes it 1.24.
     assert np.mean(np.concatenate(scores) ** 2) < 1.12
+
+
+@pytest.mark.parametrize("noise", [3e-4, 1e-3])
+@pytest.mark.parametrize("late", [-0.05, 0.0, 0.04])
+def test_quiet_readings_do_not_hang_together_where_contact_is_looked_for_in_the_wrong_place(noise: float, late: float) -> None:
+    x = np.linspace(0, 1, 1260)
+    for seed in range(4):
+        y = on_padding(x) + noise * np.random.default_rng(seed).normal(size=x.size)
+        found = reduce_channel(x, y, 40, coarse_onset(x, y) + late).estimate
+        assert found.correlation < 1.5
+        assert found.noise == pytest.approx(noise, rel=0.08)
 
 
 def test_a_meter_slower_than_its_logger_is_seen_and_a_coarse_or_flat_channel_is_not_taken_for_one() -> None:
