@@ -34,9 +34,9 @@ from models.sensor import FloatArray
 
 @pytest.fixture(scope="module")
 def simulated() -> tuple[Problem, dict[str, float]]:
-    """A lot of five and the true values of its unknowns."""
+    """A lot of seven and the true values of its unknowns."""
     experiment = read_experiment(EXPERIMENT)
-    return lot(experiment, forward_of_experiment(experiment), 5, 3)
+    return lot(experiment, forward_of_experiment(experiment), 7, 3)
 
 
 @pytest.fixture(scope="module")
@@ -94,7 +94,7 @@ def test_a_climb_from_what_the_readings_show_ends_where_one_from_the_truth_does(
 
 def test_walkers_of_many_specimens_are_as_many_as_one_specimen_needs(simulated: tuple[Problem, dict[str, float]]) -> None:
     assert usual_walkers(simulated[0]) == 96
-    assert len(target_of(simulated[0]).groups) == 5
+    assert len(target_of(simulated[0]).groups) == 7
 
 
 @pytest.mark.parametrize("kind", GROUPWISE)
@@ -168,7 +168,7 @@ def test_moduli_of_many_specimens_are_tied_by_their_lot(simulated: tuple[Problem
     x = np.tile(target.space.nominal(), (3, 1)) + 0.01 * np.random.default_rng(1).standard_normal((3, len(problem.names)))
     tie = target.tie(x, np.random.RandomState(1))
     assert tie is not None
-    assert tie.log_parts(x[:2], np.arange(2)).shape == (2, 5)
+    assert tie.log_parts(x[:2], np.arange(2)).shape == (2, 7)
     assert target_of(simulated[0]).tie(x, np.random.RandomState(1)) is None
     parts = np.sum(target.log_parts(x), axis=1) + tie.log_density(x)
     np.testing.assert_allclose(parts, target.log_density(x), rtol=1e-9)
