@@ -23,8 +23,8 @@ from calib.sampling import ENSEMBLES, MANY_SPECIMENS, usual_walkers
 _CLIMBS, _STEPS, _SPOT_CHECK, _REST = 16.0, 200, 2.0, 8.0
 # It may take so many times less or more than that.
 _LEAST, _MOST = 0.7, 4.0
-# A lot of many specimens may take longer yet: what they have in common creeps where they are alike. One of four, sampled as these
-# are, took 7,200 steps, 36 times the usual ones.
+# A lot of many specimens may take longer yet: what they have in common creeps where they are alike. One of four, sampled as
+# these are, took 7,200 steps, 36 times the usual ones.
 _MOST_OF_LOT = 30.0
 # Draws by which an evaluation is timed.
 _TIMED = 320

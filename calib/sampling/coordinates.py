@@ -39,9 +39,9 @@ _IN_CAPACITANCE = (
     "capacitance_gain",
 )
 
-#: From so many specimens on they are sampled as independent of each other, given what they share. Fewer are sampled all at once:
-#: given the value and the spread of their lot, specimens that are alike move together only by as little as they differ, and
-#: a proposal that knows all of them takes no notice of that. It takes a number of draws that grows as the square of theirs.
+#: From so many specimens on they are sampled as independent of each other, given what they share. Fewer are sampled all at
+#: once: given the value and the spread of their lot, specimens that are alike move together only by as little as they differ,
+#: and a proposal of all of them is not held up by that. The draws that tell it grow as the square of the number of unknowns.
 MANY_SPECIMENS = 7
 
 #: Unknowns of a sweep that its readings show at a glance.
